@@ -1,0 +1,1 @@
+//! What robots and mediator say to each other: messages, key expressions, versions

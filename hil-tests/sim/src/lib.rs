@@ -1,0 +1,1 @@
+//! Simulated EtherCAT segment, KELO drive, Hokuyo lidar and world; knows nothing of the rest
