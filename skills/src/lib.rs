@@ -1,0 +1,3 @@
+//! Pure algorithms: odometry, perception, controllers, monitors, motion tubes, semantic map
+
+pub mod geometry;
