@@ -560,7 +560,7 @@ mod tests {
 
     #[test]
     fn a_quarter_circle_ends_where_it_should() {
-        let end = Twist2::new(0.5, 0.5).displacement(PI);
+        let end = Twist2::new(0.5, 0.5).displacement(TAU);
         assert!(end.position().distance_m(Point2::new(0.0, 2.0)) < 1e-12);
         let end = MotionCommand::new(0.25, 2.0)
             .twist()
