@@ -1,0 +1,79 @@
+//! Key expressions on the fleet's network.
+//!
+//! `PREFIX/robots/ID/state` carries [`crate::wire::RobotState`], on change and at 5 Hz;
+//! `PREFIX/robots/ID/alive` is the robot's liveliness token, gone when the robot is.
+
+/// Why a name cannot be part of a key.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what} `{found}` cannot be part of a key: expected letters, digits, `-`, `_` or `.`, at least one")]
+pub struct InvalidName {
+    /// Which name it is, such as "robot id".
+    pub what: &'static str,
+    /// The name as found.
+    pub found: String,
+}
+
+/// Key of a robot's state.
+///
+/// # Errors
+/// [`InvalidName`] when prefix or id are not plain names.
+pub fn state(prefix: &str, robot_id: &str) -> Result<String, InvalidName> {
+    robot_key(prefix, robot_id, "state")
+}
+
+/// Key of a robot's liveliness token.
+///
+/// # Errors
+/// [`InvalidName`] when prefix or id are not plain names.
+pub fn alive(prefix: &str, robot_id: &str) -> Result<String, InvalidName> {
+    robot_key(prefix, robot_id, "alive")
+}
+
+/// Expression that matches the state of every robot under `prefix`.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn all_states(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/robots/*/state"))
+}
+
+fn robot_key(prefix: &str, robot_id: &str, leaf: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    if !is_name(robot_id) {
+        return Err(InvalidName { what: "robot id", found: robot_id.into() });
+    }
+    Ok(format!("{prefix}/robots/{robot_id}/{leaf}"))
+}
+
+fn check_prefix(prefix: &str) -> Result<(), InvalidName> {
+    if prefix.split('/').all(is_name) {
+        Ok(())
+    } else {
+        Err(InvalidName { what: "key prefix", found: prefix.into() })
+    }
+}
+
+fn is_name(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_' | b'.'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_built_from_plain_names() {
+        assert_eq!(state("hall/a", "amr-1").as_deref(), Ok("hall/a/robots/amr-1/state"));
+        assert_eq!(alive("fleet", "amr-1").as_deref(), Ok("fleet/robots/amr-1/alive"));
+        assert_eq!(all_states("fleet").as_deref(), Ok("fleet/robots/*/state"));
+    }
+
+    #[test]
+    fn wildcards_and_empty_names_are_refused() {
+        assert!(state("fleet", "*").is_err());
+        assert!(state("fleet", "a/b").is_err());
+        assert!(state("", "a").is_err());
+        assert!(all_states("fleet/").is_err());
+    }
+}

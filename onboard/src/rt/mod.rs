@@ -1,0 +1,10 @@
+//! What a real-time thread stands on: time, scheduling, memory, measurement, and the guard that proves the rules.
+//!
+//! Contract: after a thread is promoted, nothing in [`clock`], [`histogram`], [`wake`] or [`guard`] allocates, locks or logs.
+
+pub mod clock;
+pub mod guard;
+pub mod histogram;
+pub mod memory;
+pub mod scheduling;
+pub mod wake;

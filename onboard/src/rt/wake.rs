@@ -1,0 +1,66 @@
+//! A wake-up from one thread to another without a lock: a futex word.
+//!
+//! The waker makes one system call that never blocks; the sleeper's wait is its own sleep, to an absolute time.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rustix::thread::futex;
+
+use super::clock::{now_ns, timespec};
+
+/// Shared word that counts wake-ups.
+#[derive(Clone, Debug, Default)]
+pub struct Wake(Arc<AtomicU32>);
+
+impl Wake {
+    /// How many wake-ups there were so far, to be handed to [`Wake::wait_beyond`].
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.0.load(Ordering::Acquire)
+    }
+
+    /// Wakes the sleeper.
+    pub fn wake(&self) {
+        self.0.fetch_add(1, Ordering::Release);
+        // Nobody sleeping is not an error.
+        let _ = futex::wake(&self.0, futex::Flags::PRIVATE, 1);
+    }
+
+    /// Sleeps until there were more wake-ups than `seen`, or until `deadline_ns`. Returns the new count.
+    #[must_use]
+    pub fn wait_beyond(&self, seen: u32, deadline_ns: u64) -> u32 {
+        let until = timespec(deadline_ns);
+        loop {
+            let count = self.count();
+            if count != seen || now_ns() >= deadline_ns {
+                return count;
+            }
+            // Errors are a changed word, a signal or the deadline: each is judged at the top of the loop.
+            let _ = futex::wait_bitset(
+                &self.0,
+                futex::Flags::PRIVATE,
+                seen,
+                Some(&until),
+                std::num::NonZeroU32::MAX,
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wake_ends_the_wait_and_silence_reaches_the_deadline() {
+        let wake = Wake::default();
+        let other = wake.clone();
+        let thread = std::thread::spawn(move || other.wake());
+        assert_eq!(wake.wait_beyond(0, now_ns() + 5_000_000_000), 1);
+        thread.join().expect("waker ends");
+        let deadline_ns = now_ns() + 2_000_000;
+        assert_eq!(wake.wait_beyond(1, deadline_ns), 1);
+        assert!(now_ns() >= deadline_ns);
+    }
+}
