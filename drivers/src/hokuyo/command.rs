@@ -1,0 +1,168 @@
+//! Commands and replies, before streaming. Not real-time; every wait has a deadline.
+
+use super::codec::{self, Status};
+use super::line::LineBuffer;
+use super::port::{Gone, Port, Wait, now_ns};
+
+/// More lines than any reply has.
+const MAX_REPLY_LINES: usize = 16;
+
+/// Why there is no reply.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trouble {
+    /// None came in time.
+    Silent,
+    /// The port is gone.
+    Gone,
+}
+
+impl From<Gone> for Trouble {
+    fn from(_: Gone) -> Self {
+        Self::Gone
+    }
+}
+
+/// The line after the echo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
+    /// A status with a valid checksum.
+    Status(Status),
+    /// Something else: a device in SCIP 1.1 gives its status without checksum; or it was garbled.
+    Other,
+}
+
+/// A whole reply.
+#[derive(Debug)]
+pub struct Reply {
+    /// Its status.
+    pub status: Status,
+    /// The lines between the status and the empty line.
+    pub lines: Vec<Vec<u8>>,
+    /// When its last byte was read.
+    pub arrival_ns: u64,
+}
+
+/// The host's side of the conversation.
+#[derive(Debug)]
+pub struct Conversation {
+    port: Port,
+    line: LineBuffer,
+    chunk: [u8; 256],
+    start: usize,
+    end: usize,
+    heard_bytes: u64,
+    /// Lines since the last reset that look like those of a stream.
+    stream_lines: u32,
+}
+
+impl Conversation {
+    /// Over an open port.
+    pub fn new(port: Port) -> Self {
+        Self {
+            port,
+            line: LineBuffer::new(),
+            chunk: [0; 256],
+            start: 0,
+            end: 0,
+            heard_bytes: 0,
+            stream_lines: 0,
+        }
+    }
+
+    /// The port, with whatever it has not given yet.
+    pub fn into_port(self) -> Port {
+        self.port
+    }
+
+    /// Bytes heard so far.
+    pub fn heard_bytes(&self) -> u64 {
+        self.heard_bytes
+    }
+
+    /// Whether valid lines of data came since the last reset: the device streams, and the bit rate is right.
+    pub fn hears_stream(&self) -> bool {
+        self.stream_lines >= 2
+    }
+
+    /// Sets the bit rate and forgets what came at the old one.
+    pub fn reset(&mut self, bit_rate: u32) -> Result<(), Gone> {
+        self.port.set_bit_rate(bit_rate).map_err(|_| Gone)?;
+        self.port.clear();
+        self.line.clear();
+        self.start = self.end;
+        self.stream_lines = 0;
+        Ok(())
+    }
+
+    /// Sends a command with its line end.
+    pub fn send(&mut self, command: &[u8], deadline_ns: u64) -> Result<(), Trouble> {
+        let mut line = command.to_vec();
+        line.push(b'\n');
+        if self.port.write(&line, deadline_ns)? {
+            Ok(())
+        } else {
+            Err(Trouble::Silent)
+        }
+    }
+
+    /// Waits for the echo of `command`, passing over everything before it, and gives the line after it.
+    pub fn answer(&mut self, command: &[u8], deadline_ns: u64) -> Result<Answer, Trouble> {
+        // Rest of a broken line may stand before the echo.
+        while !self.next_line(deadline_ns)?.ends_with(command) {}
+        let status = Status::parse(&self.next_line(deadline_ns)?);
+        Ok(status.map_or(Answer::Other, Answer::Status))
+    }
+
+    /// Sends `command` and reads the whole reply.
+    pub fn command(&mut self, command: &[u8], deadline_ns: u64) -> Result<Reply, Trouble> {
+        self.send(command, deadline_ns)?;
+        let status = loop {
+            if let Answer::Status(status) = self.answer(command, deadline_ns)? {
+                break status;
+            }
+        };
+        let mut lines = Vec::new();
+        loop {
+            let line = self.next_line(deadline_ns)?;
+            if line.is_empty() || lines.len() == MAX_REPLY_LINES {
+                return Ok(Reply {
+                    status,
+                    lines,
+                    arrival_ns: now_ns(),
+                });
+            }
+            lines.push(line);
+        }
+    }
+
+    fn next_line(&mut self, deadline_ns: u64) -> Result<Vec<u8>, Trouble> {
+        loop {
+            while self.start < self.end {
+                let byte = self.chunk[self.start];
+                self.start += 1;
+                if let Some(line) = self.line.push(byte) {
+                    let line = line.to_vec();
+                    self.stream_lines += u32::from(is_stream_line(&line));
+                    return Ok(line);
+                }
+            }
+            if now_ns() >= deadline_ns || self.port.wait(deadline_ns)? == Wait::TimedOut {
+                return Err(Trouble::Silent);
+            }
+            self.start = 0;
+            self.end = 0;
+            self.end = self.port.read(&mut self.chunk)?;
+            self.heard_bytes += self.end as u64;
+        }
+    }
+}
+
+/// A data line of some length: bytes heard at a wrong bit rate are hardly ever all of the encoding.
+fn is_stream_line(line: &[u8]) -> bool {
+    line.len() > 8
+        && codec::verify(line).is_some_and(|payload| {
+            payload
+                .iter()
+                .all(|c| codec::decode_character(*c).is_some())
+        })
+}

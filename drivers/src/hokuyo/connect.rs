@@ -1,0 +1,328 @@
+//! From a serial device in any state to a stream of scans.
+//!
+//! The device may run at any bit rate, in SCIP 1.1 or 2.0, stream already, or be left in clock-adjust mode by a host
+//! that crashed. One deadline bounds all of it.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use super::clock::ClockBounds;
+use super::codec::{self, STREAM_COMMAND_BYTES, Status};
+use super::command::{Answer, Conversation, Reply, Trouble};
+use super::error::ConnectError;
+use super::identity::{DeviceState, Fields, Identity, Parameters};
+use super::options::{BIT_RATES, Options, ScanFormat};
+use super::port::{Port, now_ns};
+
+/// The time in which a device that understands us begins to answer.
+const ANSWER: Duration = Duration::from_millis(100);
+/// The same for a device in the middle of a scan: the rest of it comes first, at 19200 bit/s a second long.
+const ANSWER_BEHIND_SCAN: Duration = Duration::from_millis(1300);
+/// The time in which a device changes its bit rate after saying so.
+const RATE_CHANGE: Duration = Duration::from_millis(20);
+/// Attempts at a command whose reply is garbled or missing.
+const ATTEMPTS: usize = 3;
+/// Readings of the device's clock.
+const CLOCK_READINGS: usize = 10;
+
+/// A connection whose stream has been accepted.
+pub struct Connected {
+    pub port: Port,
+    pub command: [u8; STREAM_COMMAND_BYTES],
+    pub format: ScanFormat,
+    pub identity: Identity,
+    pub parameters: Parameters,
+    pub state: DeviceState,
+    pub clock: ClockBounds,
+}
+
+/// Connects; see [`super::Hokuyo::connect`].
+pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError> {
+    options.check()?;
+    let deadline_ns = now_ns() + options.connect_timeout.as_nanos() as u64;
+    let conversation = Conversation::new(Port::open(path, options.bit_rate)?);
+    let mut session = Session {
+        conversation,
+        path: path.into(),
+        deadline_ns,
+        reply_timeout: options.reply_timeout,
+        bit_rate: options.bit_rate,
+    };
+    session.find_device(options.bit_rate)?;
+    session.change_rate(options.bit_rate)?;
+    let parameters = session.fields("PP")?.parameters()?;
+    let format = options.format(&parameters)?;
+    let identity = session.fields("VV")?.identity()?;
+    let state = session.fields("II")?.state();
+    let clock = session.read_clock()?;
+    session.laser_on()?;
+    let command = session.start_stream(&format)?;
+    let port = session.conversation.into_port();
+    Ok(Connected {
+        port,
+        command,
+        format,
+        identity,
+        parameters,
+        state,
+        clock,
+    })
+}
+
+struct Session {
+    conversation: Conversation,
+    path: PathBuf,
+    deadline_ns: u64,
+    reply_timeout: Duration,
+    bit_rate: u32,
+}
+
+impl Session {
+    /// Tries the bit rates until the device answers; its stream, if any, is ended then.
+    fn find_device(&mut self, wanted: u32) -> Result<(), ConnectError> {
+        let others = BIT_RATES.into_iter().filter(|rate| *rate != wanted);
+        let mut tried = Vec::new();
+        for bit_rate in std::iter::once(wanted).chain(others) {
+            if self.is_late() {
+                break;
+            }
+            tried.push(bit_rate);
+            self.reset(bit_rate)?;
+            if self.wake()? {
+                return Ok(());
+            }
+        }
+        Err(ConnectError::NoAnswer {
+            path: self.path.clone(),
+            tried,
+            heard_bytes: self.conversation.heard_bytes(),
+        })
+    }
+
+    /// Brings the device at this bit rate, if there is one, to SCIP 2.0, idle. False when nobody answers.
+    fn wake(&mut self) -> Result<bool, ConnectError> {
+        // The first command may be spoilt by what the device heard at other bit rates, which its line end flushes.
+        match self.ask(b"QT")? {
+            Some(Answer::Status(Status::OK)) => return Ok(true),
+            // In clock-adjust mode it refuses everything but leaving it.
+            Some(Answer::Status(_)) => {
+                self.ask(b"TM2")?;
+            }
+            Some(Answer::Other) | None => {
+                if self.ask(b"SCIP2.0")?.is_none() {
+                    return Ok(false);
+                }
+            }
+        }
+        for _ in 0..ATTEMPTS {
+            if self.ask(b"QT")? == Some(Answer::Status(Status::OK)) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Sends a command that nobody may be there to answer.
+    fn ask(&mut self, command: &[u8]) -> Result<Option<Answer>, ConnectError> {
+        let started_ns = now_ns();
+        let send = self.conversation.send(command, self.until(ANSWER));
+        if self.heard(send)?.is_none() {
+            return Ok(None);
+        }
+        let answer = self.conversation.answer(command, self.until(ANSWER));
+        if let Some(answer) = self.heard(answer)? {
+            return Ok(Some(answer));
+        }
+        if !self.conversation.hears_stream() {
+            return Ok(None);
+        }
+        let behind_ns = started_ns + ANSWER_BEHIND_SCAN.as_nanos() as u64;
+        let answer = self
+            .conversation
+            .answer(command, behind_ns.min(self.deadline_ns));
+        self.heard(answer)
+    }
+
+    /// Switches the device and the port to `wanted` and makes sure that they understand each other.
+    fn change_rate(&mut self, wanted: u32) -> Result<(), ConnectError> {
+        if self.bit_rate == wanted {
+            return Ok(());
+        }
+        let command = codec::bit_rate_command(wanted).ok_or_else(|| ConnectError::Option {
+            option: "bit_rate",
+            expected: "at most six digits".into(),
+            found: wanted.to_string(),
+        })?;
+        match self.command(&command)?.status {
+            Status::OK | Status::SAME_BIT_RATE => {}
+            status => return Err(refused(&command, status, "it does not have this bit rate")),
+        }
+        std::thread::sleep(RATE_CHANGE);
+        self.reset(wanted)?;
+        for _ in 0..ATTEMPTS {
+            if self.ask(b"QT")? == Some(Answer::Status(Status::OK)) {
+                return Ok(());
+            }
+        }
+        Err(self.no_reply(b"QT"))
+    }
+
+    /// The fields of a reply whose checksums all hold.
+    fn fields(&mut self, command: &'static str) -> Result<Fields, ConnectError> {
+        for _ in 0..ATTEMPTS {
+            let reply = self.command(command.as_bytes())?;
+            if reply.status != Status::OK {
+                return Err(refused(
+                    command.as_bytes(),
+                    reply.status,
+                    "it should always answer this",
+                ));
+            }
+            let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+            let fields: Option<Vec<_>> = reply
+                .lines
+                .iter()
+                .map(|line| codec::verify_field(line).map(|(key, value)| (text(key), text(value))))
+                .collect();
+            if let Some(fields) = fields {
+                return Ok(Fields { command, fields });
+            }
+        }
+        Err(self.no_reply(command.as_bytes()))
+    }
+
+    /// Reads the device's clock several times. A device that refuses is no error: the mapping works without.
+    fn read_clock(&mut self) -> Result<ClockBounds, ConnectError> {
+        let mut bounds = ClockBounds::default();
+        if self.command(b"TM0")?.status == Status::OK {
+            for _ in 0..CLOCK_READINGS {
+                let before_ns = now_ns();
+                let reply = self.command(b"TM1")?;
+                let stamp = reply
+                    .lines
+                    .first()
+                    .and_then(|line| codec::verify(line))
+                    .and_then(codec::decode);
+                if let (Status::OK, Some(device_ms)) = (reply.status, stamp) {
+                    bounds.add(device_ms, before_ns, reply.arrival_ns);
+                }
+            }
+        }
+        self.command(b"TM2")?;
+        Ok(bounds)
+    }
+
+    fn laser_on(&mut self) -> Result<(), ConnectError> {
+        match self.command(b"BM")?.status {
+            Status::OK | Status::LASER_ALREADY_ON => Ok(()),
+            status => Err(refused(b"BM", status, "the laser does not start")),
+        }
+    }
+
+    fn start_stream(
+        &mut self,
+        format: &ScanFormat,
+    ) -> Result<[u8; STREAM_COMMAND_BYTES], ConnectError> {
+        let ScanFormat {
+            first_step,
+            last_step,
+            cluster,
+            skip,
+            encoding,
+        } = *format;
+        let command = codec::stream_command(encoding, first_step, last_step, cluster, skip);
+        let command = command.ok_or_else(|| ConnectError::Option {
+            option: "last_step",
+            expected: "at most four digits".into(),
+            found: last_step.to_string(),
+        })?;
+        match self.command(&command)?.status {
+            // The reply that accepts the command was lost and a scan's came; just as well.
+            Status::OK | Status::SCAN => Ok(command),
+            status => Err(refused(&command, status, stream_status(status))),
+        }
+    }
+
+    /// Sends a command, again if need be, and reads its reply.
+    fn command(&mut self, command: &[u8]) -> Result<Reply, ConnectError> {
+        for _ in 0..ATTEMPTS {
+            let reply = self
+                .conversation
+                .command(command, self.until(self.reply_timeout));
+            if let Some(reply) = self.heard(reply)? {
+                return Ok(reply);
+            }
+            if self.is_late() {
+                return Err(ConnectError::OutOfTime {
+                    during: step(command),
+                });
+            }
+        }
+        Err(self.no_reply(command))
+    }
+
+    fn heard<T>(&self, result: Result<T, Trouble>) -> Result<Option<T>, ConnectError> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(Trouble::Silent) => Ok(None),
+            Err(Trouble::Gone) => Err(self.disconnected()),
+        }
+    }
+
+    fn reset(&mut self, bit_rate: u32) -> Result<(), ConnectError> {
+        self.bit_rate = bit_rate;
+        self.conversation
+            .reset(bit_rate)
+            .map_err(|_| self.disconnected())
+    }
+
+    fn until(&self, time: Duration) -> u64 {
+        (now_ns() + time.as_nanos() as u64).min(self.deadline_ns)
+    }
+
+    fn is_late(&self) -> bool {
+        now_ns() >= self.deadline_ns
+    }
+
+    fn disconnected(&self) -> ConnectError {
+        ConnectError::Disconnected {
+            path: self.path.clone(),
+        }
+    }
+
+    fn no_reply(&self, command: &[u8]) -> ConnectError {
+        ConnectError::NoReply {
+            command: command.escape_ascii().to_string(),
+            bit_rate: self.bit_rate,
+        }
+    }
+}
+
+fn refused(command: &[u8], status: Status, meaning: &'static str) -> ConnectError {
+    ConnectError::Refused {
+        command: command.escape_ascii().to_string(),
+        status,
+        meaning,
+    }
+}
+
+fn step(command: &[u8]) -> &'static str {
+    match command {
+        [b'S', b'S', ..] => "changing the bit rate",
+        [b'M', ..] => "starting the stream",
+        [b'T', ..] => "reading the device's clock",
+        b"BM" => "starting the laser",
+        _ => "asking the device what it is",
+    }
+}
+
+fn stream_status(status: Status) -> &'static str {
+    match &status.0 {
+        b"04" => "it does not have the last step",
+        b"05" => "the last step is below the first",
+        b"10" => "the laser is off",
+        [b'2'..=b'4', _] => "it stopped to verify an error",
+        [b'5'..=b'9', _] => "hardware trouble",
+        _ => "a number in the command does not please it",
+    }
+}

@@ -1,0 +1,258 @@
+//! The connected device.
+
+use std::path::Path;
+use std::time::Duration;
+
+use super::clock::{ClockBounds, DeviceClock};
+use super::connect::{Connected, connect};
+use super::error::{ConnectError, ReadError};
+use super::identity::{DeviceState, Identity, Parameters};
+use super::options::{Options, ScanFormat};
+use super::parser::{Event, Fault, StreamParser};
+use super::port::{Gone, Port, Wait, now_ns};
+use super::scan::{Counters, Received, Scan};
+
+/// The time that leaving the device in peace may take.
+const FAREWELL: Duration = Duration::from_millis(20);
+
+/// A connected device that streams.
+#[derive(Debug)]
+pub struct Hokuyo {
+    port: Port,
+    gone: bool,
+    identity: Identity,
+    parameters: Parameters,
+    state: DeviceState,
+    format: ScanFormat,
+    bounds: ClockBounds,
+    to_first_beam_ns: u64,
+    period_ms: u64,
+    parser: StreamParser,
+    clock: DeviceClock,
+    counters: Counters,
+    chunk: Box<[u8; 2048]>,
+    start: usize,
+    end: usize,
+    chunk_ns: u64,
+    arrival_ns: u64,
+}
+
+impl Hokuyo {
+    /// Connects to the device at `path` and starts its stream.
+    ///
+    /// Tries the bit rates until one is answered, ends a stream that runs already, switches to SCIP 2.0 and to the
+    /// wanted bit rate, asks who is there, compares the clocks, turns the laser on. Not real-time; it ends within
+    /// [`Options::connect_timeout`], give or take a few milliseconds.
+    ///
+    /// # Errors
+    /// See [`ConnectError`]. Every error leaves the port closed; trying again is always possible.
+    pub fn connect(path: &Path, options: &Options) -> Result<Self, ConnectError> {
+        let Connected {
+            port,
+            command,
+            format,
+            identity,
+            parameters,
+            state,
+            clock,
+        } = connect(path, options)?;
+        let measuring = parameters.step_time(format.last_step);
+        let period = parameters.turn() * u32::from(format.skip + 1);
+        Ok(Self {
+            port,
+            gone: false,
+            identity,
+            state,
+            to_first_beam_ns: parameters.step_time(format.first_step).as_nanos() as u64,
+            period_ms: (period.as_millis() as u64).max(1),
+            parameters,
+            parser: StreamParser::new(&command, &format),
+            format,
+            bounds: clock,
+            clock: DeviceClock::new(clock, measuring.as_nanos() as u64),
+            counters: Counters::default(),
+            chunk: Box::new([0; 2048]),
+            start: 0,
+            end: 0,
+            chunk_ns: 0,
+            arrival_ns: 0,
+        })
+    }
+
+    /// Reads until a scan is complete or the deadline (CLOCK_MONOTONIC) passes. Real-time.
+    ///
+    /// A scan that is half there at the deadline is continued by the next call. Scans that waited because nobody
+    /// read are delivered one by one, with the stamps of their time. When a deadline has passed already, what has
+    /// arrived is still looked at once.
+    ///
+    /// # Errors
+    /// Each dropped scan is reported once; the next call goes on behind it. `scan` changes only on success.
+    pub fn read_scan(&mut self, scan: &mut Scan, deadline_ns: u64) -> Result<Received, ReadError> {
+        loop {
+            while self.start < self.end {
+                let byte = self.chunk[self.start];
+                self.start += 1;
+                if let Some(event) = self.parser.push(byte)
+                    && let Some(result) = self.handle(event, scan)
+                {
+                    return result;
+                }
+            }
+            if self.gone {
+                return Err(ReadError::Disconnected);
+            }
+            match self.fill(deadline_ns) {
+                Ok(Wait::Ready) => {}
+                Ok(Wait::TimedOut) => return Err(ReadError::Timeout),
+                Err(Gone) => {
+                    self.gone = true;
+                    return Err(ReadError::Disconnected);
+                }
+            }
+        }
+    }
+
+    fn fill(&mut self, deadline_ns: u64) -> Result<Wait, Gone> {
+        // Bytes that never form a scan must not hold the caller past the deadline.
+        let exhausted = self.end > 0 && self.chunk_ns >= deadline_ns;
+        if exhausted || self.port.wait(deadline_ns)? == Wait::TimedOut {
+            self.end = 0;
+            self.start = 0;
+            return Ok(Wait::TimedOut);
+        }
+        self.start = 0;
+        self.end = 0;
+        self.end = self.port.read(&mut self.chunk[..])?;
+        self.chunk_ns = now_ns();
+        self.counters.bytes += self.end as u64;
+        Ok(Wait::Ready)
+    }
+
+    fn handle(&mut self, event: Event, scan: &mut Scan) -> Option<Result<Received, ReadError>> {
+        match event {
+            Event::Begun {
+                resynchronised,
+                dropped,
+            } => {
+                self.arrival_ns = self.chunk_ns;
+                self.counters.resynchronisations += u64::from(resynchronised);
+                dropped.map(|fault| Err(self.count(fault)))
+            }
+            Event::Dropped(fault) => Some(Err(self.count(fault))),
+            Event::Complete { device_ms } => Some(Ok(self.deliver(device_ms, scan))),
+        }
+    }
+
+    fn count(&mut self, fault: Fault) -> ReadError {
+        let (counter, error) = match fault {
+            Fault::Checksum => (&mut self.counters.checksum, ReadError::Checksum),
+            Fault::Truncated => (&mut self.counters.truncated, ReadError::Truncated),
+            Fault::Garbage => (&mut self.counters.garbage, ReadError::Garbage),
+            Fault::Device(status) => (
+                &mut self.counters.device_errors,
+                ReadError::DeviceError(status),
+            ),
+        };
+        *counter += 1;
+        error
+    }
+
+    fn deliver(&mut self, device_ms: u32, scan: &mut Scan) -> Received {
+        let mapped = self.clock.map(device_ms, self.arrival_ns);
+        let ranges_mm = self.parser.ranges_mm();
+        scan.ranges_mm[..ranges_mm.len()].copy_from_slice(ranges_mm);
+        scan.count = ranges_mm.len();
+        scan.first_step = self.format.first_step;
+        scan.cluster = self.format.cluster.into();
+        scan.stamp_ns = mapped.start_ns + self.to_first_beam_ns;
+        scan.device_ms = mapped.device_ms;
+        scan.sequence = self.counters.scans;
+        let turns = (mapped.elapsed_ms + self.period_ms / 2) / self.period_ms;
+        let missed = u32::try_from(turns.saturating_sub(1)).unwrap_or(u32::MAX);
+        self.counters.scans += 1;
+        self.counters.missed += u64::from(missed);
+        self.counters.clock_jumps += u64::from(mapped.jumped);
+        Received {
+            arrival_ns: self.arrival_ns,
+            complete_ns: self.chunk_ns,
+            missed,
+        }
+    }
+
+    /// Who made it.
+    #[must_use]
+    pub fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// What it measures.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// How it did when the connection was made.
+    #[must_use]
+    pub fn state(&self) -> &DeviceState {
+        &self.state
+    }
+
+    /// The shape of its scans.
+    #[must_use]
+    pub fn format(&self) -> &ScanFormat {
+        &self.format
+    }
+
+    /// The angle of beam 0 and from one beam to the next, in the sensor's frame (0 to the front, positive left).
+    ///
+    /// A clustered reading stands for the middle of its steps.
+    #[must_use]
+    pub fn beam_angles_rad(&self) -> (f64, f64) {
+        let step_rad = self.parameters.step_rad();
+        let middle = f64::from(self.format.cluster - 1) / 2.0 * step_rad;
+        let first = self.parameters.step_angle_rad(self.format.first_step) + middle;
+        (first, step_rad * f64::from(self.format.cluster))
+    }
+
+    /// The time from one beam to the next.
+    #[must_use]
+    pub fn beam_period(&self) -> Duration {
+        self.parameters.turn() * u32::from(self.format.cluster) / u32::from(self.parameters.ares)
+    }
+
+    /// The time from one scan to the next.
+    #[must_use]
+    pub fn scan_period(&self) -> Duration {
+        self.parameters.turn() * u32::from(self.format.skip + 1)
+    }
+
+    /// How far stamps may be off just after connecting; `None` when the device would not tell its time, and stamps
+    /// rest on the smallest delay alone.
+    #[must_use]
+    pub fn stamp_uncertainty(&self) -> Option<Duration> {
+        self.bounds
+            .offset_ns()
+            .map(|(_, uncertainty_ns)| Duration::from_nanos(uncertainty_ns))
+    }
+
+    /// What has happened since the connection was made.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+}
+
+impl Drop for Hokuyo {
+    /// Asks the device to stop its stream and laser, without waiting for the reply.
+    fn drop(&mut self) {
+        if self.gone {
+            return;
+        }
+        let deadline_ns = now_ns() + FAREWELL.as_nanos() as u64;
+        if self.port.write(b"QT\n", deadline_ns) == Ok(true) {
+            while self.port.unsent_bytes() > 0 && now_ns() < deadline_ns {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What can go wrong when connecting, and when reading.
+
+use std::path::PathBuf;
+
+use super::codec::Status;
+
+/// Why a scan was not read. `Copy`: made and returned without allocation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum ReadError {
+    /// The deadline passed; a scan may be half read and will be continued by the next call.
+    #[error("no scan before the deadline")]
+    Timeout,
+    /// A line's checksum did not hold; the scan is dropped.
+    #[error("scan dropped: a checksum does not hold")]
+    Checksum,
+    /// A scan ended too early; it is dropped.
+    #[error("scan dropped: bytes are missing")]
+    Truncated,
+    /// Bytes that belong to no scan; the stream is being searched for the next one.
+    #[error("bytes that belong to no scan")]
+    Garbage,
+    /// The port is gone; only a new connection helps.
+    #[error("the serial device is gone")]
+    Disconnected,
+    /// The device reports an error instead of a scan.
+    #[error("the device reports status {0} instead of a scan")]
+    DeviceError(Status),
+}
+
+/// Why no connection was made.
+#[derive(Debug, thiserror::Error)]
+pub enum ConnectError {
+    /// The serial device cannot be opened.
+    #[error("cannot open {}: {source}", path.display())]
+    Open {
+        /// The device.
+        path: PathBuf,
+        /// What the system says.
+        source: serialport::Error,
+    },
+    /// Setting up the open port failed.
+    #[error("cannot set up {}: {source}", path.display())]
+    Setup {
+        /// The device.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// An option is out of its range.
+    #[error("option {option}: expected {expected}, found {found}")]
+    Option {
+        /// The option's name.
+        option: &'static str,
+        /// What would do.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+    /// The wanted scans do not fit through the line.
+    #[error(
+        "scans of {beams} beams at {rate_hz:.1} Hz need {needed_bit_s} bit/s, the line carries {bit_rate}; \
+         choose {advice}"
+    )]
+    TooSlow {
+        /// Beams per scan.
+        beams: usize,
+        /// Scans per second.
+        rate_hz: f64,
+        /// What they need, start and stop bits counted.
+        needed_bit_s: u32,
+        /// What the options allow.
+        bit_rate: u32,
+        /// What would fit.
+        advice: String,
+    },
+    /// No device answered at any bit rate.
+    #[error(
+        "no SCIP device answers on {} at any of {tried:?} bit/s ({heard_bytes} bytes heard, none of them an answer)",
+        path.display()
+    )]
+    NoAnswer {
+        /// The device.
+        path: PathBuf,
+        /// Bit rates tried, in this order.
+        tried: Vec<u32>,
+        /// Bytes that came in.
+        heard_bytes: u64,
+    },
+    /// A command got no usable reply, however often repeated.
+    #[error("no valid reply to {command} at {bit_rate} bit/s")]
+    NoReply {
+        /// The command.
+        command: String,
+        /// The bit rate at that time.
+        bit_rate: u32,
+    },
+    /// The device refused a command.
+    #[error("the device refuses {command} with status {status} ({meaning})")]
+    Refused {
+        /// The command.
+        command: String,
+        /// Its answer.
+        status: Status,
+        /// What that means here.
+        meaning: &'static str,
+    },
+    /// A reply lacks a field or has one that makes no sense.
+    #[error("reply to {command}: field {field}: expected {expected}, found {found:?}")]
+    Field {
+        /// The command.
+        command: &'static str,
+        /// The field.
+        field: &'static str,
+        /// What would do.
+        expected: &'static str,
+        /// What came; empty when it is missing.
+        found: String,
+    },
+    /// The time for connecting ran out.
+    #[error("time for connecting ran out while {during}")]
+    OutOfTime {
+        /// The step under way.
+        during: &'static str,
+    },
+    /// The port disappeared while connecting.
+    #[error("the serial device {} is gone", path.display())]
+    Disconnected {
+        /// The device.
+        path: PathBuf,
+    },
+}

@@ -1,0 +1,1 @@
+//! The parser against whole, broken and arbitrary streams.

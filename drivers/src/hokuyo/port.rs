@@ -1,0 +1,143 @@
+//! The serial port: opened and set by `serialport`, waited for with `poll`, never blocking.
+//!
+//! Real-time after opening: `wait`, `read` and `now_ns` make one system call each and allocate nothing.
+//! (Reading through `serialport` would allocate its time-out errors.)
+
+use std::os::fd::{AsRawFd, BorrowedFd};
+use std::path::Path;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
+use serialport::{ClearBuffer, SerialPort, TTYPort};
+
+use super::error::ConnectError;
+
+/// Nanoseconds of CLOCK_MONOTONIC.
+pub fn now_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec.unsigned_abs() * 1_000_000_000 + now.tv_nsec.unsigned_abs() as u64
+}
+
+/// The port is gone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gone;
+
+/// What waiting ended with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wait {
+    /// There are bytes (or room).
+    Ready,
+    /// The deadline passed.
+    TimedOut,
+}
+
+/// An open serial port.
+#[derive(Debug)]
+pub struct Port {
+    tty: TTYPort,
+}
+
+impl Port {
+    /// Opens `path`, exclusively, with 8 data bits, no parity, 1 stop bit, no flow control.
+    pub fn open(path: &Path, bit_rate: u32) -> Result<Self, ConnectError> {
+        let name = path.to_str().ok_or_else(|| ConnectError::Option {
+            option: "device",
+            expected: "a path in UTF-8".into(),
+            found: path.display().to_string(),
+        })?;
+        let tty = serialport::new(name, bit_rate)
+            .open_native()
+            .map_err(|source| ConnectError::Open {
+                path: path.into(),
+                source,
+            })?;
+        let port = Self { tty };
+        let setup = |errno: Errno| ConnectError::Setup {
+            path: path.into(),
+            source: errno.into(),
+        };
+        let flags = fcntl_getfl(port.fd()).map_err(setup)?;
+        fcntl_setfl(port.fd(), flags | OFlags::NONBLOCK).map_err(setup)?;
+        Ok(port)
+    }
+
+    fn fd(&self) -> BorrowedFd<'_> {
+        // SAFETY: `tty` owns this descriptor and outlives the borrow.
+        unsafe { BorrowedFd::borrow_raw(self.tty.as_raw_fd()) }
+    }
+
+    /// Sets the bit rate; standard or not, the driver of the port decides what it makes of it.
+    pub fn set_bit_rate(&mut self, bit_rate: u32) -> Result<(), serialport::Error> {
+        self.tty.set_baud_rate(bit_rate)
+    }
+
+    /// Throws away what has come in and what has not gone out.
+    pub fn clear(&self) {
+        // A port that cannot be cleared shows its trouble at the next read.
+        let _ = self.tty.clear(ClearBuffer::All);
+    }
+
+    /// Waits for bytes until the deadline, at least looking once.
+    pub fn wait(&self, deadline_ns: u64) -> Result<Wait, Gone> {
+        self.wait_for(PollFlags::IN, deadline_ns)
+    }
+
+    fn wait_for(&self, what: PollFlags, deadline_ns: u64) -> Result<Wait, Gone> {
+        loop {
+            let left_ns = deadline_ns.saturating_sub(now_ns());
+            let timeout = Timespec {
+                tv_sec: (left_ns / 1_000_000_000) as _,
+                tv_nsec: (left_ns % 1_000_000_000) as _,
+            };
+            let mut fds = [PollFd::from_borrowed_fd(self.fd(), what)];
+            match poll(&mut fds, Some(&timeout)) {
+                Err(Errno::INTR) if left_ns > 0 => {}
+                Err(Errno::INTR) | Ok(0) => return Ok(Wait::TimedOut),
+                Err(_) => return Err(Gone),
+                // Bytes that came before a hang-up are still read; the read after them tells.
+                Ok(_) if fds[0].revents().intersects(what) => return Ok(Wait::Ready),
+                Ok(_) => return Err(Gone),
+            }
+        }
+    }
+
+    /// Reads what is there; 0 when nothing is.
+    pub fn read(&self, buffer: &mut [u8]) -> Result<usize, Gone> {
+        match rustix::io::read(self.fd(), buffer) {
+            Ok(0) => Err(Gone),
+            Ok(count) => Ok(count),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(0),
+            Err(_) => Err(Gone),
+        }
+    }
+
+    /// Writes all of `bytes`; false when the deadline passed first.
+    pub fn write(&self, mut bytes: &[u8], deadline_ns: u64) -> Result<bool, Gone> {
+        while !bytes.is_empty() {
+            match rustix::io::write(self.fd(), bytes) {
+                Ok(count) => bytes = &bytes[count..],
+                Err(Errno::INTR) => {}
+                Err(Errno::AGAIN) => {
+                    if self.wait_for(PollFlags::OUT, deadline_ns)? == Wait::TimedOut {
+                        return Ok(false);
+                    }
+                }
+                Err(_) => return Err(Gone),
+            }
+        }
+        Ok(true)
+    }
+
+    /// Bytes written that have not left yet.
+    pub fn unsent_bytes(&self) -> u32 {
+        self.tty.bytes_to_write().unwrap_or(0)
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        // Closing a port waits for its output to leave, which a dead device never lets happen.
+        let _ = self.tty.clear(ClearBuffer::Output);
+    }
+}
