@@ -1,0 +1,377 @@
+//! The symbolic model of a machine, and its checks.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use thiserror::Error;
+
+use super::machine::{Cell, Machine, NO_COLUMN, NO_STATE};
+use crate::event::{EventId, EventTable, TooManyEvents};
+
+/// What is wrong with a [`MachineModel`].
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ModelError {
+    /// The model has no state at all.
+    #[error("machine `{machine}` has no states")]
+    NoStates {
+        /// The machine's name.
+        machine: String,
+    },
+    /// No state was made the initial one.
+    #[error("machine `{machine}` has no initial state")]
+    NoInitialState {
+        /// The machine's name.
+        machine: String,
+    },
+    /// Two different states were made the initial one.
+    #[error("machine `{machine}` has two initial states, `{first}` and `{second}`")]
+    TwoInitialStates {
+        /// The machine's name.
+        machine: String,
+        /// The state named first.
+        first: String,
+        /// The state named later.
+        second: String,
+    },
+    /// A state or an event has an empty name.
+    #[error("machine `{machine}` has {what} without a name")]
+    EmptyName {
+        /// The machine's name.
+        machine: String,
+        /// Which kind of thing has no name.
+        what: &'static str,
+    },
+    /// Two states have the same name.
+    #[error("machine `{machine}` has two states named `{state}`")]
+    DuplicateState {
+        /// The machine's name.
+        machine: String,
+        /// The name used twice.
+        state: String,
+    },
+    /// A transition or the initial state names a state that does not exist.
+    #[error(
+        "machine `{machine}`: {place} names the unknown state `{state}`; known states: {known}"
+    )]
+    UnknownState {
+        /// The machine's name.
+        machine: String,
+        /// Where the name is used.
+        place: String,
+        /// The unknown name.
+        state: String,
+        /// The names that exist, for the message.
+        known: String,
+    },
+    /// One state has two transitions for the same event.
+    #[error(
+        "machine `{machine}`: state `{state}` has two transitions on `{event}`, to `{first}` and to `{second}`"
+    )]
+    TwoTransitions {
+        /// The machine's name.
+        machine: String,
+        /// The state they leave.
+        state: String,
+        /// The event they share.
+        event: String,
+        /// Where the first one leads.
+        first: String,
+        /// Where the second one leads.
+        second: String,
+    },
+    /// No sequence of events leads from the initial state to this one.
+    #[error("machine `{machine}`: state `{state}` can never be reached from `{initial}`")]
+    UnreachableState {
+        /// The machine's name.
+        machine: String,
+        /// The unreachable state.
+        state: String,
+        /// The initial state.
+        initial: String,
+    },
+    /// The machine is larger than its tables can be.
+    #[error("machine `{machine}` has {found} {what}; at most {limit} fit")]
+    TooLarge {
+        /// The machine's name.
+        machine: String,
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many fit.
+        limit: usize,
+    },
+    /// The event table is full.
+    #[error("machine `{machine}`: {reason}")]
+    Events {
+        /// The machine's name.
+        machine: String,
+        /// Which event found no room.
+        reason: TooManyEvents,
+    },
+}
+
+#[derive(Clone, Debug)]
+struct Arc {
+    from: String,
+    on: String,
+    to: String,
+    outputs: Vec<String>,
+}
+
+/// A machine in names. Adding to it never fails; [`check`](Self::check) and
+/// [`compile`](Self::compile) say what is wrong with the whole.
+#[derive(Clone, Debug)]
+pub struct MachineModel {
+    name: String,
+    states: Vec<String>,
+    initial: Vec<String>,
+    arcs: Vec<Arc>,
+}
+
+impl MachineModel {
+    /// The most states, and the most entries of all output lists together, that a machine has.
+    pub const LIMIT: usize = u16::MAX as usize - 1;
+
+    /// The most cells, states times inputs, that a machine's table has.
+    pub const CELL_LIMIT: usize = 1 << 20;
+
+    /// A model without states.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            states: Vec::new(),
+            initial: Vec::new(),
+            arcs: Vec::new(),
+        }
+    }
+
+    /// The machine's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Adds a state.
+    pub fn state(&mut self, name: impl Into<String>) -> &mut Self {
+        self.states.push(name.into());
+        self
+    }
+
+    /// Makes `name`, which is added as a state elsewhere, the initial state.
+    pub fn initial(&mut self, name: impl Into<String>) -> &mut Self {
+        self.initial.push(name.into());
+        self
+    }
+
+    /// Adds a transition: in state `from`, input `on` leads to state `to` and fires `outputs` in
+    /// their order.
+    pub fn transition(&mut self, from: &str, on: &str, to: &str, outputs: &[&str]) -> &mut Self {
+        self.arcs.push(Arc {
+            from: from.to_owned(),
+            on: on.to_owned(),
+            to: to.to_owned(),
+            outputs: outputs.iter().map(|&output| output.to_owned()).collect(),
+        });
+        self
+    }
+
+    /// Everything that is wrong with the model; nothing if it compiles.
+    pub fn check(&self) -> Vec<ModelError> {
+        let mut errors = Vec::new();
+        self.check_names(&mut errors);
+        self.check_initial(&mut errors);
+        self.check_transitions(&mut errors);
+        if errors.is_empty() {
+            self.check_reachable(&mut errors);
+        }
+        errors
+    }
+
+    /// Checks the model and makes the machine, whose events are entered into `events`. After an
+    /// error `events` is as before, unless it ran full. Not for real-time threads.
+    pub fn compile(&self, events: &mut EventTable) -> Result<Machine, ModelError> {
+        if let Some(error) = self.check().into_iter().next() {
+            return Err(error);
+        }
+        let mut intern = |name: &str| {
+            events.intern(name).map_err(|reason| ModelError::Events {
+                machine: self.name.clone(),
+                reason,
+            })
+        };
+        let numbers = self.state_numbers();
+        let mut columns: Vec<u16> = Vec::new();
+        let mut inputs: Vec<(EventId, Box<str>)> = Vec::new();
+        let mut output_names: HashMap<EventId, Box<str>> = HashMap::new();
+        let mut outputs: Vec<EventId> = Vec::new();
+        let mut rows = Vec::with_capacity(self.arcs.len());
+        for arc in &self.arcs {
+            let on = intern(&arc.on)?;
+            if columns.len() <= on.index() {
+                columns.resize(on.index() + 1, NO_COLUMN);
+            }
+            if columns[on.index()] == NO_COLUMN {
+                columns[on.index()] = inputs.len() as u16;
+                inputs.push((on, arc.on.as_str().into()));
+            }
+            let first_output = outputs.len() as u16;
+            for name in &arc.outputs {
+                let output = intern(name)?;
+                output_names
+                    .entry(output)
+                    .or_insert_with(|| name.as_str().into());
+                outputs.push(output);
+            }
+            let cell = Cell {
+                to: numbers[arc.to.as_str()],
+                first_output,
+                end_output: outputs.len() as u16,
+            };
+            rows.push((numbers[arc.from.as_str()], columns[on.index()], cell));
+        }
+        let mut cells = vec![Cell::NONE; self.states.len() * inputs.len()];
+        for (from, column, cell) in rows {
+            cells[usize::from(from) * inputs.len() + usize::from(column)] = cell;
+        }
+        let mut output_names: Vec<_> = output_names.into_iter().collect();
+        output_names.sort_unstable_by_key(|&(id, _)| id);
+        Ok(Machine::new(
+            self.name.as_str().into(),
+            self.states
+                .iter()
+                .map(|name| name.as_str().into())
+                .collect(),
+            numbers[self.initial[0].as_str()],
+            inputs.into(),
+            output_names.into(),
+            columns.into(),
+            cells.into(),
+            outputs.into(),
+        ))
+    }
+
+    fn state_numbers(&self) -> HashMap<&str, u16> {
+        let names = self.states.iter().map(String::as_str);
+        names.zip(0..NO_STATE).collect()
+    }
+
+    fn check_names(&self, errors: &mut Vec<ModelError>) {
+        let machine = || self.name.clone();
+        if self.states.is_empty() {
+            errors.push(ModelError::NoStates { machine: machine() });
+        }
+        let mut seen = HashSet::new();
+        for state in &self.states {
+            if state.is_empty() {
+                errors.push(ModelError::EmptyName {
+                    machine: machine(),
+                    what: "a state",
+                });
+            } else if !seen.insert(state) {
+                errors.push(ModelError::DuplicateState {
+                    machine: machine(),
+                    state: state.clone(),
+                });
+            }
+        }
+        let mut event_names = self
+            .arcs
+            .iter()
+            .flat_map(|arc| std::iter::once(&arc.on).chain(&arc.outputs));
+        if event_names.any(String::is_empty) {
+            errors.push(ModelError::EmptyName {
+                machine: machine(),
+                what: "an event",
+            });
+        }
+        let outputs = self.arcs.iter().map(|arc| arc.outputs.len()).sum();
+        let inputs: HashSet<&str> = self.arcs.iter().map(|arc| arc.on.as_str()).collect();
+        let cells = self.states.len().saturating_mul(inputs.len());
+        for (what, found, limit) in [
+            ("states", self.states.len(), Self::LIMIT),
+            ("outputs", outputs, Self::LIMIT),
+            ("cells of state and input", cells, Self::CELL_LIMIT),
+        ] {
+            if found > limit {
+                errors.push(ModelError::TooLarge {
+                    machine: machine(),
+                    what,
+                    found,
+                    limit,
+                });
+            }
+        }
+    }
+
+    fn check_initial(&self, errors: &mut Vec<ModelError>) {
+        match self.initial.split_first() {
+            None => errors.push(ModelError::NoInitialState {
+                machine: self.name.clone(),
+            }),
+            Some((first, others)) => {
+                if let Some(second) = others.iter().find(|&other| other != first) {
+                    errors.push(ModelError::TwoInitialStates {
+                        machine: self.name.clone(),
+                        first: first.clone(),
+                        second: second.clone(),
+                    });
+                }
+                self.check_known(first, "the initial state", errors);
+            }
+        }
+    }
+
+    fn check_transitions(&self, errors: &mut Vec<ModelError>) {
+        let mut targets: HashMap<(&str, &str), &str> = HashMap::new();
+        for arc in &self.arcs {
+            let place = format!("the transition from `{}` on `{}`", arc.from, arc.on);
+            self.check_known(&arc.from, &place, errors);
+            self.check_known(&arc.to, &place, errors);
+            if let Some(first) = targets.insert((&arc.from, &arc.on), &arc.to) {
+                errors.push(ModelError::TwoTransitions {
+                    machine: self.name.clone(),
+                    state: arc.from.clone(),
+                    event: arc.on.clone(),
+                    first: first.to_owned(),
+                    second: arc.to.clone(),
+                });
+            }
+        }
+    }
+
+    fn check_known(&self, state: &str, place: &str, errors: &mut Vec<ModelError>) {
+        if !self.states.iter().any(|known| known == state) {
+            errors.push(ModelError::UnknownState {
+                machine: self.name.clone(),
+                place: place.to_owned(),
+                state: state.to_owned(),
+                known: self.states.join(", "),
+            });
+        }
+    }
+
+    fn check_reachable(&self, errors: &mut Vec<ModelError>) {
+        let initial = self.initial[0].as_str();
+        let mut next: HashMap<&str, Vec<&str>> = HashMap::new();
+        for arc in &self.arcs {
+            next.entry(&arc.from).or_default().push(&arc.to);
+        }
+        let mut reached = HashSet::from([initial]);
+        let mut waiting = VecDeque::from([initial]);
+        while let Some(state) = waiting.pop_front() {
+            for &to in next.get(state).into_iter().flatten() {
+                if reached.insert(to) {
+                    waiting.push_back(to);
+                }
+            }
+        }
+        for state in &self.states {
+            if !reached.contains(state.as_str()) {
+                errors.push(ModelError::UnreachableState {
+                    machine: self.name.clone(),
+                    state: state.clone(),
+                    initial: initial.to_owned(),
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! The paper's coordination mechanisms, with no robot, device or network in them.
+//!
+//! * [`event`]: dense event ids and bounded, wait-free queues of events;
+//! * [`fsm`]: Mealy machines, from a symbolic model to dense tables;
+//! * [`activity`]: the life cycle of an activity and the 5C event loop;
+//! * `symbols` (feature `symbols`): the symbol table in shared memory.
+//!
+//! **Real time.** What is built once (tables, queues, machines) may allocate while it is built;
+//! using it afterwards never allocates, locks, logs, waits or makes a system call. Where a function
+//! is not for a real-time thread, its documentation says so.
+
+pub mod activity;
+pub mod event;
+pub mod fsm;
+#[cfg(feature = "symbols")]
+pub mod symbols;
