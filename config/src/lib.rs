@@ -1,0 +1,49 @@
+//! The files a user writes, and the typed, validating loader for them.
+//!
+//! A **robot file** (`robots/amr-1.toml`) says what one robot is made of; a
+//! **site file** (`sites/corridor.toml`) says where it drives and what it does
+//! there. [`load_robot`] and [`load_site`] read them into plain structs,
+//! [`check_together`] checks what only both can tell.
+//!
+//! Everything wrong with a file is collected and returned at once as a
+//! [`ConfigError`]; each [`Problem`] in it names file, line, key, what was found
+//! and what was expected. Bad input never panics.
+//!
+//! Units are in the key: `_m`, `_rad`, `_s`, `_m_s`, `_rad_s`, and so on.
+//! Frames are those of ROS REP 103 and 105.
+//!
+//! Not for real-time threads: loading reads files and allocates.
+
+mod check;
+mod choices;
+mod diagnostic;
+mod geometry;
+mod hint;
+mod load;
+mod origin;
+mod overrides;
+mod quantity;
+mod reader;
+mod robot;
+mod site;
+#[cfg(test)]
+mod tests;
+mod threads;
+mod tree;
+
+pub use check::check_together;
+pub use diagnostic::{ConfigError, Problem, ProblemKind};
+pub use geometry::{PoseConfig, Rect};
+pub use load::{load_robot, load_site, parse_robot, parse_site};
+pub use origin::Origin;
+pub use overrides::Override;
+pub use robot::{
+    ControlGains, DriveConfig, EthercatConfig, FleetConfig, Footprint, Identity, LidarConfig, Link,
+    NavigationGains, RobotConfig, TubeConfig, TubeHorizon,
+};
+pub use site::{
+    Area, ControlLayer, ControllerConfig, Feature, FsmConfig, FsmState, FsmTransition, Lane,
+    Manoeuvre, Monitor, MonitorKind, PerceptionKind, PerceptionZone, RegionRef, SiteConfig,
+    SiteRobot, SkillConfig, TurnDirection, Wall,
+};
+pub use threads::{ActivityKind, Core, Scheduling, ThreadConfig, Trigger};
