@@ -1,0 +1,408 @@
+//! From nothing to OP, with everything checked on the way.
+
+use super::al::{AlState, AlStatus};
+use super::bus::{Bus, Group, MAX_IMAGE, MAX_SUB_DEVICES, PROCESS_DATA_WKC};
+use super::channel::Channel;
+use super::clock::{monotonic_ns, sleep_until};
+use super::error::{BringUpError, Phase, ProcessData};
+use super::link::Link;
+use super::pump::{Patience, Pump, Resend, Stopped};
+use super::watchdog;
+use ethercrab::error::Error;
+use ethercrab::subdevice_group::PreOp;
+use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGroup};
+use std::pin::pin;
+use std::time::Duration;
+
+/// The address that ethercrab gives to the first SubDevice.
+const FIRST_ADDRESS: u16 = 0x1000;
+/// One drive, one bus.
+const SUB_DEVICES: u16 = 1;
+/// For a last look at the SubDevice's state when a step has failed.
+const POST_MORTEM: Duration = Duration::from_millis(50);
+
+/// What must be found on the bus.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Expectation {
+    /// The SubDevice's vendor id.
+    pub vendor_id: u32,
+    /// Its product code is one of these.
+    pub product_codes: Vec<u32>,
+    /// Size of the process data to the SubDevice.
+    pub outputs_bytes: usize,
+    /// Size of the process data from the SubDevice.
+    pub inputs_bytes: usize,
+    /// After this time without new outputs the SubDevice stops by itself; is set and checked.
+    pub watchdog_ms: u32,
+}
+
+/// How long bring-up may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BringUpOptions {
+    /// For everything. A SubDevice with a slow SII needs one to two seconds.
+    pub timeout: Duration,
+    /// A frame without an answer for this time is sent again.
+    pub frame_timeout: Duration,
+    /// How often a frame is sent before the segment is taken for absent.
+    pub frame_attempts: u32,
+    /// Between two process-data frames on the way to OP, and between two looks at a state.
+    pub cycle: Duration,
+}
+
+impl Default for BringUpOptions {
+    fn default() -> BringUpOptions {
+        BringUpOptions {
+            timeout: Duration::from_secs(5),
+            frame_timeout: Duration::from_millis(20),
+            frame_attempts: 10,
+            cycle: Duration::from_millis(1),
+        }
+    }
+}
+
+/// What was found on the bus.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Identity {
+    /// The link it was found on.
+    pub link: String,
+    /// Station address.
+    pub address: u16,
+    /// Name, from the SII.
+    pub name: String,
+    /// Vendor id.
+    pub vendor_id: u32,
+    /// Product code.
+    pub product_code: u32,
+    /// Revision.
+    pub revision: u32,
+    /// Serial number.
+    pub serial: u32,
+}
+
+/// Brings the SubDevice behind `link` to OP. See [`Bus::bring_up`].
+pub(super) fn bring_up(
+    link: Box<dyn Link>,
+    expected: &Expectation,
+    options: BringUpOptions,
+) -> Result<Bus, BringUpError> {
+    let channel = Channel::take().ok_or(BringUpError::TooManyBuses)?;
+    let mut steps = Steps {
+        pump: Pump::new(link),
+        channel,
+        options,
+        deadline_ns: monotonic_ns().saturating_add(nanoseconds(options.timeout)),
+    };
+    steps.count()?;
+    let group = steps.initialise()?;
+    let identity = steps.identify(&group, expected)?;
+    let group = steps.map(group, expected)?;
+    let (outputs, watchdog_ms) = (expected.outputs_bytes, expected.watchdog_ms);
+    steps.run(Phase::Watchdog, async |main_device| {
+        watchdog::arm(main_device, FIRST_ADDRESS, outputs, watchdog_ms).await
+    })??;
+    steps.reach_safe_op()?;
+    steps.reach_op(&group)?;
+    Ok(Bus::new(
+        steps.pump,
+        steps.channel,
+        group,
+        identity,
+        expected,
+    ))
+}
+
+struct Steps {
+    pump: Pump,
+    channel: Channel,
+    options: BringUpOptions,
+    deadline_ns: u64,
+}
+
+impl Steps {
+    /// Runs one piece of work on the bus.
+    fn run<T>(
+        &mut self,
+        phase: Phase,
+        work: impl AsyncFnOnce(&MainDevice<'static>) -> Result<T, Error>,
+    ) -> Result<T, BringUpError> {
+        match self.run_until(self.deadline_ns, work) {
+            Ok(Ok(done)) => Ok(done),
+            Ok(Err(source)) => {
+                let status = self.post_mortem();
+                Err(BringUpError::Protocol {
+                    link: self.pump.describe(),
+                    phase,
+                    source,
+                    status,
+                })
+            }
+            Err(stopped) => Err(self.explain(phase, stopped)),
+        }
+    }
+
+    fn run_until<T>(
+        &mut self,
+        deadline_ns: u64,
+        work: impl AsyncFnOnce(&MainDevice<'static>) -> T,
+    ) -> Result<T, Stopped> {
+        let resend = Resend {
+            after_ns: nanoseconds(self.options.frame_timeout),
+            attempts: self.options.frame_attempts,
+        };
+        let (tx, rx, main_device) = self.channel.split();
+        let future = pin!(work(main_device));
+        self.pump.run(
+            (tx, rx),
+            future,
+            Patience {
+                deadline_ns,
+                resend: Some(resend),
+            },
+        )
+    }
+
+    fn explain(&mut self, phase: Phase, stopped: Stopped) -> BringUpError {
+        let link = self.pump.describe();
+        match stopped {
+            Stopped::Deadline => self.timed_out(phase),
+            Stopped::Unanswered => BringUpError::NoAnswer {
+                link,
+                phase,
+                attempts: self.options.frame_attempts,
+                waited_ms: (self.options.frame_timeout * self.options.frame_attempts).as_millis()
+                    as u64,
+                echoed_frames: self.pump.counters.echoed_frames,
+            },
+            Stopped::Link(source) => BringUpError::Link {
+                link,
+                phase,
+                source,
+            },
+            Stopped::Stuck => BringUpError::Protocol {
+                link,
+                phase,
+                source: Error::SendFrame,
+                status: None,
+            },
+        }
+    }
+
+    fn timed_out(&mut self, phase: Phase) -> BringUpError {
+        let status = self.post_mortem();
+        let limit_ms = self.options.timeout.as_millis() as u64;
+        BringUpError::TimedOut {
+            link: self.pump.describe(),
+            phase,
+            limit_ms,
+            status,
+        }
+    }
+
+    /// The SubDevice's state after a failure, if it still answers.
+    fn post_mortem(&mut self) -> Option<AlStatus> {
+        let deadline_ns = monotonic_ns().saturating_add(nanoseconds(POST_MORTEM));
+        self.run_until(deadline_ns, read_status).ok()?.ok()
+    }
+
+    fn count(&mut self) -> Result<(), BringUpError> {
+        let counted = self.run(Phase::Counting, async |main_device| {
+            // Every SubDevice that answers a broadcast read counts the working counter up by one.
+            let read = Command::brd(RegisterAddress::Type.into()).with_wkc(SUB_DEVICES);
+            Ok(match read.receive::<u8>(main_device).await {
+                Err(Error::WorkingCounter { received, .. }) => received,
+                other => other.map(|_| SUB_DEVICES)?,
+            })
+        })?;
+        match counted {
+            SUB_DEVICES => Ok(()),
+            found => Err(BringUpError::SubDeviceCount {
+                link: self.pump.describe(),
+                expected: SUB_DEVICES,
+                found,
+            }),
+        }
+    }
+
+    fn initialise(
+        &mut self,
+    ) -> Result<SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>, BringUpError> {
+        self.run(Phase::Initialising, async |main_device| {
+            main_device
+                .init_single_group::<MAX_SUB_DEVICES, MAX_IMAGE>(monotonic_ns)
+                .await
+        })
+    }
+
+    fn identify(
+        &mut self,
+        group: &SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>,
+        expected: &Expectation,
+    ) -> Result<Identity, BringUpError> {
+        let link = self.pump.describe();
+        let (_, _, main_device) = self.channel.split();
+        let sub_device =
+            group
+                .subdevice(main_device, 0)
+                .map_err(|source| BringUpError::Protocol {
+                    link: link.clone(),
+                    phase: Phase::Initialising,
+                    source,
+                    status: None,
+                })?;
+        let (address, name) = (
+            sub_device.configured_address(),
+            sub_device.name().to_owned(),
+        );
+        let found = sub_device.identity();
+        if found.vendor_id != expected.vendor_id {
+            return Err(BringUpError::Vendor {
+                address,
+                name,
+                expected: expected.vendor_id,
+                found: found.vendor_id,
+            });
+        }
+        if !expected.product_codes.contains(&found.product_id) {
+            let (expected, found) = (expected.product_codes.clone(), found.product_id);
+            return Err(BringUpError::Product {
+                address,
+                name,
+                expected,
+                found,
+            });
+        }
+        let ethercrab::SubDeviceIdentity {
+            vendor_id,
+            product_id: product_code,
+            revision,
+            serial,
+        } = found;
+        Ok(Identity {
+            link,
+            address,
+            name,
+            vendor_id,
+            product_code,
+            revision,
+            serial,
+        })
+    }
+
+    fn map(
+        &mut self,
+        group: SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>,
+        expected: &Expectation,
+    ) -> Result<Group, BringUpError> {
+        let (group, outputs, inputs) = self.run(Phase::Mapping, async |main_device| {
+            let group = group.into_pre_op_pdi(main_device).await?;
+            let sub_device = group.subdevice(main_device, 0)?;
+            let (outputs, inputs) = (
+                sub_device.outputs_raw().len(),
+                sub_device.inputs_raw().len(),
+            );
+            Ok((group, outputs, inputs))
+        })?;
+        for (direction, found, expected) in [
+            (ProcessData::Outputs, outputs, expected.outputs_bytes),
+            (ProcessData::Inputs, inputs, expected.inputs_bytes),
+        ] {
+            if found != expected {
+                return Err(BringUpError::ProcessDataSize {
+                    address: FIRST_ADDRESS,
+                    direction,
+                    expected,
+                    found,
+                });
+            }
+        }
+        Ok(group)
+    }
+
+    fn request(&mut self, phase: Phase, wanted: AlState) -> Result<(), BringUpError> {
+        self.run(phase, async |main_device| {
+            request_state(main_device, wanted).await
+        })
+    }
+
+    /// Looks once whether the SubDevice has reached `wanted`. An error if it has refused, or at the deadline.
+    fn has_reached(&mut self, phase: Phase, wanted: AlState) -> Result<bool, BringUpError> {
+        let status = self.run(phase, read_status)?;
+        if status.error {
+            return Err(BringUpError::Refused {
+                address: FIRST_ADDRESS,
+                wanted,
+                status,
+            });
+        }
+        if status.state != wanted && monotonic_ns() >= self.deadline_ns {
+            return Err(self.timed_out(phase));
+        }
+        Ok(status.state == wanted)
+    }
+
+    fn reach_safe_op(&mut self) -> Result<(), BringUpError> {
+        self.request(Phase::SafeOp, AlState::SafeOp)?;
+        while !self.has_reached(Phase::SafeOp, AlState::SafeOp)? {
+            self.pause(monotonic_ns());
+        }
+        Ok(())
+    }
+
+    /// SubDevices go to OP only while process data is running; the outputs are all zero meanwhile.
+    fn reach_op(&mut self, group: &Group) -> Result<(), BringUpError> {
+        let exchange = async |main_device: &MainDevice<'static>| {
+            group
+                .tx_rx(main_device)
+                .await
+                .map(|response| response.working_counter)
+        };
+        self.run(Phase::Op, exchange)?;
+        self.request(Phase::Op, AlState::Op)?;
+        loop {
+            let started_ns = monotonic_ns();
+            let found = self.run(Phase::Op, exchange)?;
+            if self.has_reached(Phase::Op, AlState::Op)? {
+                if found == PROCESS_DATA_WKC {
+                    return Ok(());
+                }
+                if monotonic_ns() >= self.deadline_ns {
+                    let (address, expected) = (FIRST_ADDRESS, PROCESS_DATA_WKC);
+                    return Err(BringUpError::WorkingCounter {
+                        address,
+                        expected,
+                        found,
+                    });
+                }
+            }
+            self.pause(started_ns);
+        }
+    }
+
+    fn pause(&self, started_ns: u64) {
+        sleep_until(started_ns.saturating_add(nanoseconds(self.options.cycle)));
+    }
+}
+
+/// Asks for a state without waiting for it.
+pub(super) async fn request_state(
+    main_device: &MainDevice<'_>,
+    wanted: AlState,
+) -> Result<(), Error> {
+    let write = Command::fpwr(FIRST_ADDRESS, RegisterAddress::AlControl.into());
+    write
+        .send_receive::<u16>(main_device, u16::from(wanted.bits()))
+        .await
+        .map(|_| ())
+}
+
+/// Reads state, error flag and status code in one go.
+pub(super) async fn read_status(main_device: &MainDevice<'static>) -> Result<AlStatus, Error> {
+    let read = Command::fprd(FIRST_ADDRESS, RegisterAddress::AlStatus.into());
+    read.receive::<[u8; 6]>(main_device)
+        .await
+        .map(AlStatus::from_registers)
+}
+
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}

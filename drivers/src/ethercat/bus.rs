@@ -1,0 +1,257 @@
+//! A SubDevice in OP, and the exchange of process data with it.
+
+use super::al::{AlState, AlStatus};
+use super::bring_up::{
+    BringUpOptions, Expectation, Identity, bring_up, read_status, request_state,
+};
+use super::channel::Channel;
+use super::error::{BringUpError, ExchangeError, ProcessData};
+use super::link::Link;
+use super::pump::{Patience, Pump, Stopped};
+use ethercrab::error::Error;
+use ethercrab::subdevice_group::PreOpPdi;
+use ethercrab::{DefaultLock, MainDevice, SubDeviceGroup};
+use std::pin::pin;
+
+/// ethercrab wants a power of two greater than one.
+pub(super) const MAX_SUB_DEVICES: usize = 2;
+/// Room for the process data of both directions; fits into one frame.
+pub(super) const MAX_IMAGE: usize = 1024;
+/// One SubDevice that is read (1) and written (2) by one LRW.
+pub(super) const PROCESS_DATA_WKC: u16 = 3;
+
+/// The state is asked for and checked by us, with the reasons that ethercrab drops; so the typestate stays here.
+pub(super) type Group = SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOpPdi>;
+
+/// What happened since bring-up.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Exchanges begun.
+    pub cycles: u64,
+    /// Exchanges without an answer by the deadline.
+    pub lost_frames: u64,
+    /// Answers with a wrong working counter.
+    pub wkc_errors: u64,
+    /// Answers from a SubDevice that was not in OP.
+    pub not_operational: u64,
+    /// Exchanges that the link or the protocol ended.
+    pub errors: u64,
+    /// Frames received that were whole but no answer to the current one: late, duplicated or of somebody else.
+    pub foreign_frames: u64,
+    /// Frames received that no SubDevice had touched.
+    pub echoed_frames: u64,
+    /// Frames received that were damaged.
+    pub malformed_frames: u64,
+}
+
+/// A successful exchange.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exchange {
+    /// When the frame was sent, `CLOCK_MONOTONIC`.
+    pub sent_ns: u64,
+    /// When its answer was there, `CLOCK_MONOTONIC`.
+    pub received_ns: u64,
+}
+
+/// One SubDevice in OP.
+///
+/// Dropping a bus leaves the SubDevice to its watchdog; [`Bus::shut_down`] before that is the orderly way.
+pub struct Bus {
+    pump: Pump,
+    channel: Channel,
+    group: Group,
+    identity: Identity,
+    outputs_bytes: usize,
+    inputs_bytes: usize,
+}
+
+impl Bus {
+    /// Brings the one SubDevice behind `link` from any state to OP and checks it against `expected`.
+    ///
+    /// Takes at most `options.timeout` and a little for finding out what went wrong. Not for a thread that has to keep
+    /// a period meanwhile; allocates.
+    pub fn bring_up(
+        link: Box<dyn Link>,
+        expected: &Expectation,
+        options: BringUpOptions,
+    ) -> Result<Bus, BringUpError> {
+        bring_up(link, expected, options)
+    }
+
+    pub(super) fn new(
+        mut pump: Pump,
+        channel: Channel,
+        group: Group,
+        identity: Identity,
+        expected: &Expectation,
+    ) -> Bus {
+        pump.counters = Counters::default();
+        let Expectation {
+            outputs_bytes,
+            inputs_bytes,
+            ..
+        } = *expected;
+        Bus {
+            pump,
+            channel,
+            group,
+            identity,
+            outputs_bytes,
+            inputs_bytes,
+        }
+    }
+
+    /// What was found at bring-up.
+    pub fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// What happened since bring-up.
+    pub fn counters(&self) -> Counters {
+        self.pump.counters
+    }
+
+    /// Writes `outputs`, reads `inputs`, and looks at the SubDevice's state, in one frame.
+    ///
+    /// Real-time. Returns at `deadline_ns` (`CLOCK_MONOTONIC`) at the latest; an answer that comes later is recognised
+    /// and dropped by the exchange that receives it. `inputs` changes only on success. After an error the outputs may
+    /// or may not have reached the SubDevice.
+    pub fn exchange(
+        &mut self,
+        outputs: &[u8],
+        inputs: &mut [u8],
+        deadline_ns: u64,
+    ) -> Result<Exchange, ExchangeError> {
+        self.check_sizes(outputs, inputs)?;
+        self.pump.counters.cycles += 1;
+        let group = &self.group;
+        {
+            let (_, _, main_device) = self.channel.split();
+            let sub_device = group
+                .subdevice(main_device, 0)
+                .map_err(ExchangeError::Protocol)?;
+            sub_device.outputs_raw_mut().copy_from_slice(outputs);
+        }
+        let response = run(
+            &mut self.pump,
+            &mut self.channel,
+            deadline_ns,
+            async |main_device| group.tx_rx(main_device).await,
+        )?;
+        let exchange = Exchange {
+            sent_ns: self.pump.sent_ns,
+            received_ns: self.pump.received_ns,
+        };
+        match response
+            .subdevice_states
+            .first()
+            .copied()
+            .map(AlState::from)
+        {
+            Some(AlState::Op) => {}
+            // Nobody under that address: the working counter says it better.
+            None | Some(AlState::Other(0)) => {}
+            Some(state) => {
+                self.pump.counters.not_operational += 1;
+                // The reason is worth a second frame, if there is time left.
+                let status = self.al_status(deadline_ns);
+                let unknown = AlStatus {
+                    state,
+                    error: false,
+                    code: None,
+                };
+                let address = self.identity.address;
+                return Err(ExchangeError::NotOperational {
+                    address,
+                    status: status.unwrap_or(unknown),
+                });
+            }
+        }
+        if response.working_counter != PROCESS_DATA_WKC {
+            self.pump.counters.wkc_errors += 1;
+            let (found, expected) = (response.working_counter, PROCESS_DATA_WKC);
+            return Err(ExchangeError::WorkingCounter { found, expected });
+        }
+        let (_, _, main_device) = self.channel.split();
+        let sub_device = self
+            .group
+            .subdevice(main_device, 0)
+            .map_err(ExchangeError::Protocol)?;
+        inputs.copy_from_slice(&sub_device.inputs_raw());
+        Ok(exchange)
+    }
+
+    /// Reads AL state and status code. Real-time.
+    pub fn al_status(&mut self, deadline_ns: u64) -> Result<AlStatus, ExchangeError> {
+        run(&mut self.pump, &mut self.channel, deadline_ns, read_status)
+    }
+
+    /// Takes the SubDevice out of OP to INIT, so that it stops without its watchdog's help. Sends one frame; the bus
+    /// cannot exchange afterwards.
+    pub fn shut_down(&mut self, deadline_ns: u64) -> Result<(), ExchangeError> {
+        run(
+            &mut self.pump,
+            &mut self.channel,
+            deadline_ns,
+            async |main_device| request_state(main_device, AlState::Init).await,
+        )
+    }
+
+    /// Gives the link back, to bring the bus up again on the same socket.
+    pub fn release(self) -> Box<dyn Link> {
+        self.pump.into_link()
+    }
+
+    fn check_sizes(&self, outputs: &[u8], inputs: &[u8]) -> Result<(), ExchangeError> {
+        for (direction, found, expected) in [
+            (ProcessData::Outputs, outputs.len(), self.outputs_bytes),
+            (ProcessData::Inputs, inputs.len(), self.inputs_bytes),
+        ] {
+            if found != expected {
+                return Err(ExchangeError::ImageSize {
+                    direction,
+                    expected,
+                    found,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Runs work that is one frame long, without sending the frame again, and counts how it failed.
+fn run<T>(
+    pump: &mut Pump,
+    channel: &mut Channel,
+    deadline_ns: u64,
+    work: impl AsyncFnOnce(&MainDevice<'static>) -> Result<T, Error>,
+) -> Result<T, ExchangeError> {
+    let (tx, rx, main_device) = channel.split();
+    let outcome = {
+        // Dropped at the end of this block, which frees the frame of an exchange that was given up.
+        let future = pin!(work(main_device));
+        pump.run(
+            (tx, rx),
+            future,
+            Patience {
+                deadline_ns,
+                resend: None,
+            },
+        )
+    };
+    let error = match outcome {
+        Ok(Ok(done)) => return Ok(done),
+        Ok(Err(error)) => ExchangeError::Protocol(error),
+        Err(Stopped::Deadline | Stopped::Unanswered) => {
+            pump.counters.lost_frames += 1;
+            return Err(ExchangeError::Lost);
+        }
+        Err(Stopped::Link(error)) => ExchangeError::Io {
+            kind: error.kind(),
+            os_error: error.raw_os_error(),
+        },
+        Err(Stopped::Stuck) => ExchangeError::Protocol(Error::SendFrame),
+    };
+    pump.counters.errors += 1;
+    Err(error)
+}

@@ -1,0 +1,44 @@
+//! EtherCAT MainDevice for one SubDevice: bring-up, cyclic exchange, and the links that carry frames.
+//!
+//! [`Bus::bring_up`] takes a [`Link`] from nothing to OP and checks on the way that the right SubDevice is there,
+//! that it maps the expected process data, and that its watchdog is armed. [`Bus::exchange`] then moves process data.
+//!
+//! # Background
+//! ethercrab holds the protocol. Its futures are polled in place, in the caller's thread, with a waker that does
+//! nothing; between two polls the frame they asked for is sent through the link and the answer waited for. There is
+//! no second thread, no channel and no timer but the deadline given to `ppoll`. ethercrab's own timeouts are set to
+//! infinity, because its timers run on a thread of their own.
+//!
+//! Every frame leaves with one more datagram, a NOP that carries a number used once. SubDevices hand it on untouched,
+//! so an answer is taken only for the frame it answers: late, duplicated and foreign frames are counted and dropped.
+//!
+//! # Real-time contract
+//! [`Bus::exchange`], [`Bus::al_status`] and [`Link::send`]/[`Link::receive`] of both links do not allocate, lock or
+//! log, and make no system call but `send`, `recv` and `ppoll` on the link's socket (and reading the clock). They
+//! return at their deadline. Everything else may allocate and takes bounded time.
+//!
+//! # Units
+//! Times are nanoseconds of `CLOCK_MONOTONIC` ([`monotonic_ns`]). Distributed-clock time is set to the same clock at
+//! bring-up and runs free after it.
+
+mod al;
+mod bring_up;
+mod bus;
+mod channel;
+mod clock;
+mod error;
+mod frame;
+mod link;
+mod pump;
+mod raw_link;
+mod udp_link;
+mod watchdog;
+
+pub use al::{AlState, AlStatus};
+pub use bring_up::{BringUpOptions, Expectation, Identity};
+pub use bus::{Bus, Counters, Exchange};
+pub use clock::monotonic_ns;
+pub use error::{BringUpError, ExchangeError, Phase, ProcessData};
+pub use link::{Link, LinkError};
+pub use raw_link::RawLink;
+pub use udp_link::UdpLink;

@@ -1,0 +1,204 @@
+//! The poll loop: runs one of ethercrab's futures in place while carrying its frames over a link.
+//!
+//! A future that needs the bus marks a frame as sendable and is pending until the answer has been put into ethercrab's
+//! storage. So one round is: poll, send the frame, wait for its answer, poll again. Frames are carried one at a time.
+//! A future given up at the deadline must be dropped by the caller, which frees its frame for reuse.
+
+use super::bus::Counters;
+use super::clock::monotonic_ns;
+use super::frame::{self, MAX_FRAME, Verdict};
+use super::link::Link;
+use ethercrab::{PduRx, PduTx};
+use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
+
+/// Why a future did not become ready.
+#[derive(Debug)]
+pub(super) enum Stopped {
+    /// The deadline came first.
+    Deadline,
+    /// A frame was sent as often as allowed and never answered.
+    Unanswered,
+    /// The link refused.
+    Link(io::Error),
+    /// The future waits for something that is not a frame; or its frame cannot be sealed.
+    Stuck,
+}
+
+/// How long to go on.
+#[derive(Clone, Copy)]
+pub(super) struct Patience {
+    /// `CLOCK_MONOTONIC`.
+    pub(super) deadline_ns: u64,
+    /// Send a frame again when it stays unanswered; without it one unanswered frame uses up the whole deadline.
+    pub(super) resend: Option<Resend>,
+}
+
+/// When to send a frame again, and how often it is sent in all.
+#[derive(Clone, Copy)]
+pub(super) struct Resend {
+    pub(super) after_ns: u64,
+    pub(super) attempts: u32,
+}
+
+/// A link with what is needed to carry ethercrab's frames over it.
+pub(super) struct Pump {
+    link: Box<dyn Link>,
+    sent: Box<[u8; MAX_FRAME]>,
+    sent_length: usize,
+    received: Box<[u8; MAX_FRAME]>,
+    /// The number of the last frame sent.
+    number: u64,
+    pub(super) counters: Counters,
+    /// When the last frame was sent, and when the last answer arrived.
+    pub(super) sent_ns: u64,
+    pub(super) received_ns: u64,
+}
+
+impl Pump {
+    pub(super) fn new(link: Box<dyn Link>) -> Pump {
+        // Numbers of this run of the program are not those of the run before, nor of another program on the wire.
+        let number = (u64::from(std::process::id()) << 48) ^ monotonic_ns();
+        Pump {
+            link,
+            sent: Box::new([0; MAX_FRAME]),
+            sent_length: 0,
+            received: Box::new([0; MAX_FRAME]),
+            number,
+            counters: Counters::default(),
+            sent_ns: 0,
+            received_ns: 0,
+        }
+    }
+
+    pub(super) fn describe(&self) -> String {
+        self.link.describe()
+    }
+
+    pub(super) fn into_link(self) -> Box<dyn Link> {
+        self.link
+    }
+
+    /// Runs `future` until it is ready. It must be one that uses these ends.
+    pub(super) fn run<F: Future>(
+        &mut self,
+        (tx, rx): (&mut PduTx<'static>, &mut PduRx<'static>),
+        mut future: Pin<&mut F>,
+        patience: Patience,
+    ) -> Result<F::Output, Stopped> {
+        let mut context = Context::from_waker(Waker::noop());
+        loop {
+            if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
+                return Ok(output);
+            }
+            self.send_next(tx)?;
+            self.carry(rx, patience)?;
+        }
+    }
+
+    /// Takes the frame that the future has made, seals it and sends it.
+    fn send_next(&mut self, tx: &mut PduTx<'static>) -> Result<(), Stopped> {
+        let frame = tx.next_sendable_frame().ok_or(Stopped::Stuck)?;
+        self.number = self.number.wrapping_add(1);
+        let (sent, number, link) = (&mut self.sent, self.number, &mut self.link);
+        let mut outcome = Err(Stopped::Stuck);
+        let mut sealed_length = 0;
+        self.sent_ns = monotonic_ns();
+        // An error here only means that ethercrab keeps the frame; it goes when the caller drops the future.
+        let _ = frame.send_blocking(|bytes| {
+            let Some(room) = sent.get_mut(..bytes.len()) else {
+                return Ok(0);
+            };
+            room.copy_from_slice(bytes);
+            let Some(length) = frame::seal(&mut sent[..], bytes.len(), number) else {
+                return Ok(0);
+            };
+            sealed_length = length;
+            outcome = match link.send(&sent[..length]) {
+                // The answer to a frame before: this one may still arrive.
+                Err(error) if is_transient(&error) => Ok(()),
+                other => other.map_err(Stopped::Link),
+            };
+            Ok(bytes.len())
+        });
+        self.sent_length = sealed_length;
+        outcome
+    }
+
+    /// Waits for the answer to the frame that was sent, sending it again as allowed.
+    fn carry(&mut self, rx: &mut PduRx<'static>, patience: Patience) -> Result<(), Stopped> {
+        let Some(resend) = patience.resend else {
+            return if self.await_answer(rx, patience.deadline_ns)? {
+                Ok(())
+            } else {
+                Err(Stopped::Deadline)
+            };
+        };
+        let mut last_error = None;
+        for attempt in 0..resend.attempts.max(1) {
+            let until_ns = monotonic_ns()
+                .saturating_add(resend.after_ns)
+                .min(patience.deadline_ns);
+            if attempt > 0 {
+                match self.link.send(&self.sent[..self.sent_length]) {
+                    Err(error) if !is_transient(&error) => return Err(Stopped::Link(error)),
+                    _ => {}
+                }
+            }
+            match self.await_answer(rx, until_ns) {
+                Ok(true) => return Ok(()),
+                Ok(false) => {}
+                // Nobody listens yet, or the network is coming up: worth the attempts that are left.
+                Err(Stopped::Link(error)) => {
+                    last_error = Some(error);
+                    super::clock::sleep_until(until_ns);
+                }
+                Err(other) => return Err(other),
+            }
+            if monotonic_ns() >= patience.deadline_ns {
+                return Err(last_error.map_or(Stopped::Deadline, Stopped::Link));
+            }
+        }
+        Err(last_error.map_or(Stopped::Unanswered, Stopped::Link))
+    }
+
+    /// Hands the answer to ethercrab. `false` when it did not come in time.
+    fn await_answer(&mut self, rx: &mut PduRx<'static>, until_ns: u64) -> Result<bool, Stopped> {
+        loop {
+            let received = self
+                .link
+                .receive(&mut self.received[..], until_ns)
+                .map_err(Stopped::Link)?;
+            let Some(length) = received else {
+                return Ok(false);
+            };
+            let received = &mut self.received[..length.min(MAX_FRAME)];
+            match frame::verify(&self.sent[..self.sent_length], received) {
+                Verdict::Answer => {
+                    self.received_ns = monotonic_ns();
+                    frame::open(received);
+                    if let Ok(ethercrab::ReceiveAction::Processed) = rx.receive_frame(received) {
+                        return Ok(true);
+                    }
+                    self.counters.malformed_frames += 1;
+                }
+                Verdict::Other => self.counters.foreign_frames += 1,
+                Verdict::Echo => self.counters.echoed_frames += 1,
+                Verdict::Malformed => self.counters.malformed_frames += 1,
+            }
+            // A link that never runs dry must not keep us here.
+            if monotonic_ns() >= until_ns {
+                return Ok(false);
+            }
+        }
+    }
+}
+
+/// The network's late answer to an earlier datagram, not a broken link.
+fn is_transient(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::ConnectionRefused | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+    )
+}
