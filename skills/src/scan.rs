@@ -1,0 +1,517 @@
+//! Range scans: their geometry, and their alignment to the robot's motion during the sensor's turn.
+//!
+//! A scan takes most of a turn to measure, in which the robot drives on; at 0.4 m/s and ten turns a second that is
+//! up to 40 mm. [`AlignedScan`] moves every beam to where it would lie had all been measured at one time, the
+//! *reference time*, which is the time of the last beam. It gives
+//! - points in `base_link` at the reference time, in the order of the beams, for perception, and
+//! - ranges on the sensor's own grid of beams, seen from where the sensor stood at the reference time, for tubes.
+//!
+//! Raw ranges are millimetres. Codes under 20 are no lengths: 0 says that nothing reflects within range, the others
+//! (1 to 19) say that the device does not know. `align` neither allocates nor blocks, and may run in a real-time
+//! thread.
+
+use crate::geometry::{Point2, Pose2, wrap_angle};
+use crate::history::OdometryHistory;
+use std::f64::consts::TAU;
+use thiserror::Error;
+
+/// Raw values under this are codes.
+pub const FIRST_LENGTH_MM: u16 = 20;
+/// The largest number of beams that a scan may have.
+pub const MAX_BEAMS: usize = 8192;
+/// In the ranges of [`AlignedScan::ranges_m`]: nothing is known of this direction.
+pub const UNKNOWN_RANGE_M: f32 = -1.0;
+
+/// Poses are looked up at this many instants of a turn, and interpolated between.
+const KNOTS: usize = 16;
+/// A source whose scans stay the same, value by value, while the robot drives this far, is frozen.
+const FROZEN_DISTANCE_M: f64 = 0.10;
+const FROZEN_ANGLE_RAD: f64 = 0.10;
+
+/// Where the beams of a sensor point, where it is mounted and how fast it turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScanGeometry {
+    /// `laser` in `base_link`; x of `laser` along the angle 0.
+    pub mount: Pose2,
+    /// Direction of the first beam in `laser`.
+    pub angle_first_rad: f64,
+    /// From a beam to the next, counter-clockwise.
+    pub angle_step_rad: f64,
+    /// Beams in one scan.
+    pub beams: usize,
+    /// Shorter lengths are not trusted as lengths.
+    pub range_min_m: f64,
+    /// Longer lengths are not trusted; a longer one says: free to here.
+    pub range_max_m: f64,
+    /// Time of one whole turn of the sensor; 0 when all beams are measured at once.
+    pub turn_s: f64,
+}
+
+/// What is wrong with a scan geometry.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum ScanGeometryError {
+    /// A number is NaN or infinite.
+    #[error("a number of the scan geometry is not finite")]
+    NotFinite,
+    /// Too few or too many beams.
+    #[error("a scan of {found} beams; expected 2 to {MAX_BEAMS}")]
+    Beams {
+        /// Beams asked for.
+        found: usize,
+    },
+    /// The beams do not fit into one turn, or do not advance.
+    #[error("{beams} beams at {angle_step_rad} rad; expected steps over 0 and at most one turn")]
+    Angles {
+        /// Beams asked for.
+        beams: usize,
+        /// Step asked for.
+        angle_step_rad: f64,
+    },
+    /// The range is empty.
+    #[error("ranges from {range_min_m} m to {range_max_m} m; expected 0 <= min < max <= 65 m")]
+    Ranges {
+        /// Shortest.
+        range_min_m: f64,
+        /// Longest.
+        range_max_m: f64,
+    },
+    /// The turn takes a negative or an absurd time.
+    #[error("a turn of {turn_s} s; expected 0 to 1 s")]
+    Turn {
+        /// Time of one turn.
+        turn_s: f64,
+    },
+}
+
+impl ScanGeometry {
+    /// The geometry of a SCIP device, which counts `steps_per_turn` steps in a turn and looks ahead at `front_step`,
+    /// that reports steps `first_step` to `last_step` in clusters of `cluster`.
+    #[must_use]
+    pub fn from_steps(
+        mount: Pose2,
+        steps_per_turn: u32,
+        front_step: u32,
+        (first_step, last_step): (u32, u32),
+        cluster: u32,
+        (range_min_m, range_max_m): (f64, f64),
+        turn_s: f64,
+    ) -> Self {
+        let cluster = cluster.max(1);
+        let step_rad = TAU / f64::from(steps_per_turn.max(1));
+        let steps = (last_step + 1).saturating_sub(first_step);
+        // A cluster looks along the middle of its steps.
+        let first = f64::from(first_step) + f64::from(cluster - 1) / 2.0;
+        Self {
+            mount,
+            angle_first_rad: (first - f64::from(front_step)) * step_rad,
+            angle_step_rad: step_rad * f64::from(cluster),
+            beams: steps.div_ceil(cluster) as usize,
+            range_min_m,
+            range_max_m,
+            turn_s,
+        }
+    }
+
+    /// The geometry of a Hokuyo URG-04LX that reports all its steps: 682 beams, about 240°, ten turns a second.
+    #[must_use]
+    pub fn urg_04lx(mount: Pose2, range_max_m: f64) -> Self {
+        Self::from_steps(mount, 1024, 384, (44, 725), 1, (0.02, range_max_m), 0.1)
+    }
+
+    /// Checks every number.
+    pub fn validate(&self) -> Result<(), ScanGeometryError> {
+        let numbers = [
+            self.angle_first_rad,
+            self.angle_step_rad,
+            self.range_min_m,
+            self.range_max_m,
+            self.turn_s,
+        ];
+        if !self.mount.is_finite() || numbers.iter().any(|number| !number.is_finite()) {
+            return Err(ScanGeometryError::NotFinite);
+        }
+        if !(2..=MAX_BEAMS).contains(&self.beams) {
+            return Err(ScanGeometryError::Beams { found: self.beams });
+        }
+        let view_rad = self.angle_step_rad * (self.beams - 1) as f64;
+        if self.angle_step_rad <= 0.0 || view_rad > TAU {
+            return Err(ScanGeometryError::Angles {
+                beams: self.beams,
+                angle_step_rad: self.angle_step_rad,
+            });
+        }
+        if self.range_min_m < 0.0 || self.range_max_m <= self.range_min_m || self.range_max_m > 65.0
+        {
+            return Err(ScanGeometryError::Ranges {
+                range_min_m: self.range_min_m,
+                range_max_m: self.range_max_m,
+            });
+        }
+        if !(0.0..=1.0).contains(&self.turn_s) {
+            return Err(ScanGeometryError::Turn {
+                turn_s: self.turn_s,
+            });
+        }
+        Ok(())
+    }
+
+    /// Direction of a beam in `laser`.
+    #[must_use]
+    pub fn beam_angle_rad(&self, beam: usize) -> f64 {
+        self.angle_first_rad + self.angle_step_rad * beam as f64
+    }
+
+    /// Where a direction in `laser` lies on the grid of beams; below 0 or above the last beam when out of view.
+    #[must_use]
+    pub fn beam_position(&self, angle_rad: f64) -> f64 {
+        let half = (self.beams - 1) as f64 / 2.0;
+        let middle_rad = self.angle_first_rad + self.angle_step_rad * half;
+        wrap_angle(angle_rad - middle_rad) / self.angle_step_rad + half
+    }
+
+    /// The beam nearest to a direction in `laser`, if one looks there.
+    #[must_use]
+    pub fn nearest_beam(&self, angle_rad: f64) -> Option<usize> {
+        let position = self.beam_position(angle_rad).round();
+        (position >= 0.0 && position < self.beams as f64).then_some(position as usize)
+    }
+
+    /// From the first beam of a scan to the last.
+    #[must_use]
+    pub fn duration_ns(&self) -> u64 {
+        let turns = self.angle_step_rad * (self.beams - 1) as f64 / TAU;
+        (self.turn_s * turns * 1e9) as u64
+    }
+}
+
+/// What a beam found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum BeamState {
+    /// The device does not know.
+    #[default]
+    Unknown,
+    /// Nothing up to the largest range.
+    Free,
+    /// Something at the range.
+    Hit,
+}
+
+/// One beam, moved to the reference time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScanPoint {
+    /// In `base_link` at the reference time: what was hit, or the end of a free beam; the origin when unknown.
+    pub point: Point2,
+    /// As measured, from where the sensor was then; the largest range when free, 0 when unknown.
+    pub range_m: f32,
+    /// What the beam found.
+    pub state: BeamState,
+}
+
+/// Why a scan was not taken. The previous one stays as it was.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum AlignError {
+    /// Another number of beams than the geometry has.
+    #[error("a scan of {found} beams; expected {expected}")]
+    BeamCount {
+        /// Beams of the geometry.
+        expected: usize,
+        /// Beams given.
+        found: usize,
+    },
+    /// Not newer than the scan before.
+    #[error("scan stamp {stamp_ns} ns is not after the one before, {previous_ns} ns")]
+    NotAfter {
+        /// Stamp given.
+        stamp_ns: u64,
+        /// Stamp of the scan before.
+        previous_ns: u64,
+    },
+    /// The odometry does not reach over the time of the scan.
+    #[error("no odometry for the scan of {stamp_ns} ns")]
+    NoOdometry {
+        /// Stamp given.
+        stamp_ns: u64,
+    },
+    /// The robot moved, and the scan stayed the same to the millimetre.
+    #[error("scan of {stamp_ns} ns repeats the one before although the robot moved")]
+    Frozen {
+        /// Stamp given.
+        stamp_ns: u64,
+    },
+}
+
+/// A sensor pose inside a turn, ready for interpolation.
+#[derive(Clone, Copy, Default)]
+struct Knot {
+    x_m: f64,
+    y_m: f64,
+    cos: f64,
+    sin: f64,
+}
+
+/// A scan aligned to one instant. All memory is taken at construction.
+#[derive(Clone, Debug)]
+pub struct AlignedScan {
+    geometry: ScanGeometry,
+    /// Unit vectors of the beams in `laser`.
+    directions: Box<[(f64, f64)]>,
+    points: Box<[ScanPoint]>,
+    ranges_m: Box<[f32]>,
+    stamp_ns: u64,
+    reference_ns: u64,
+    odom_pose: Pose2,
+    valid: bool,
+    check_frozen: bool,
+    fingerprint: u64,
+    /// Where the robot was when the fingerprint was first seen.
+    fingerprint_pose: Pose2,
+}
+
+impl AlignedScan {
+    /// An empty scan, all unknown.
+    pub fn new(geometry: ScanGeometry) -> Result<Self, ScanGeometryError> {
+        geometry.validate()?;
+        let directions = (0..geometry.beams)
+            .map(|beam| {
+                let (sin, cos) = geometry.beam_angle_rad(beam).sin_cos();
+                (cos, sin)
+            })
+            .collect();
+        Ok(Self {
+            geometry,
+            directions,
+            points: vec![ScanPoint::default(); geometry.beams].into_boxed_slice(),
+            ranges_m: vec![UNKNOWN_RANGE_M; geometry.beams].into_boxed_slice(),
+            stamp_ns: 0,
+            reference_ns: 0,
+            odom_pose: Pose2::IDENTITY,
+            valid: false,
+            check_frozen: true,
+            fingerprint: 0,
+            fingerprint_pose: Pose2::IDENTITY,
+        })
+    }
+
+    /// Accepts identical scans from a moving robot: for sources without any noise, as in tests.
+    #[must_use]
+    pub fn without_frozen_check(mut self) -> Self {
+        self.check_frozen = false;
+        self
+    }
+
+    /// Takes a scan whose first beam was measured at `stamp_ns`. On an error the scan before stays as it was.
+    pub fn align(
+        &mut self,
+        raw_mm: &[u16],
+        stamp_ns: u64,
+        history: &OdometryHistory,
+    ) -> Result<(), AlignError> {
+        let beams = self.geometry.beams;
+        if raw_mm.len() != beams {
+            return Err(AlignError::BeamCount {
+                expected: beams,
+                found: raw_mm.len(),
+            });
+        }
+        if self.valid && stamp_ns <= self.stamp_ns {
+            return Err(AlignError::NotAfter {
+                stamp_ns,
+                previous_ns: self.stamp_ns,
+            });
+        }
+        let duration_ns = self.geometry.duration_ns();
+        let reference_ns = stamp_ns.saturating_add(duration_ns);
+        let odom_pose = history
+            .at(reference_ns)
+            .ok_or(AlignError::NoOdometry { stamp_ns })?;
+        let mut knots = [Knot::default(); KNOTS + 1];
+        for (index, knot) in knots.iter_mut().enumerate() {
+            let at_ns = stamp_ns + duration_ns * index as u64 / KNOTS as u64;
+            let pose = history
+                .at(at_ns)
+                .ok_or(AlignError::NoOdometry { stamp_ns })?;
+            let sensor = odom_pose.between(pose).compose(self.geometry.mount);
+            let (sin, cos) = sensor.theta_rad.sin_cos();
+            *knot = Knot {
+                x_m: sensor.x_m,
+                y_m: sensor.y_m,
+                cos,
+                sin,
+            };
+        }
+        self.check_for_frozen(raw_mm, stamp_ns, odom_pose)?;
+
+        self.stamp_ns = stamp_ns;
+        self.reference_ns = reference_ns;
+        self.odom_pose = odom_pose;
+        self.valid = true;
+        self.place_points(raw_mm, &knots);
+        self.rebin();
+        Ok(())
+    }
+
+    fn check_for_frozen(
+        &mut self,
+        raw_mm: &[u16],
+        stamp_ns: u64,
+        odom_pose: Pose2,
+    ) -> Result<(), AlignError> {
+        let fingerprint = fingerprint(raw_mm);
+        if fingerprint != self.fingerprint || !self.valid {
+            self.fingerprint = fingerprint;
+            self.fingerprint_pose = odom_pose;
+            return Ok(());
+        }
+        let moved = self.fingerprint_pose.between(odom_pose);
+        let still = moved.position().norm_m() < FROZEN_DISTANCE_M
+            && moved.theta_rad.abs() < FROZEN_ANGLE_RAD;
+        // An empty hall looks the same from everywhere.
+        if still || !self.check_frozen || raw_mm.iter().all(|&raw| raw == 0) {
+            return Ok(());
+        }
+        Err(AlignError::Frozen { stamp_ns })
+    }
+
+    fn place_points(&mut self, raw_mm: &[u16], knots: &[Knot; KNOTS + 1]) {
+        let range_max_m = self.geometry.range_max_m as f32;
+        let knots_per_beam = KNOTS as f64 / (self.geometry.beams - 1) as f64;
+        let beams = self.points.iter_mut().zip(&*self.directions).zip(raw_mm);
+        for (beam, ((place, &(cos, sin)), &raw)) in beams.enumerate() {
+            let (state, range_m) = match raw {
+                0 => (BeamState::Free, range_max_m),
+                1..FIRST_LENGTH_MM => {
+                    *place = ScanPoint::default();
+                    continue;
+                }
+                length_mm => {
+                    let range_m = f32::from(length_mm) * 1e-3;
+                    if range_m >= range_max_m {
+                        (BeamState::Free, range_max_m)
+                    } else {
+                        (BeamState::Hit, range_m)
+                    }
+                }
+            };
+            let position = beam as f64 * knots_per_beam;
+            let index = (position as usize).min(KNOTS - 1);
+            let fraction = position - index as f64;
+            let (from, to) = (knots[index], knots[index + 1]);
+            let lerp = |a: f64, b: f64| a + fraction * (b - a);
+            let (turn_cos, turn_sin) = (lerp(from.cos, to.cos), lerp(from.sin, to.sin));
+            let range = f64::from(range_m);
+            *place = ScanPoint {
+                point: Point2::new(
+                    lerp(from.x_m, to.x_m) + range * (turn_cos * cos - turn_sin * sin),
+                    lerp(from.y_m, to.y_m) + range * (turn_sin * cos + turn_cos * sin),
+                ),
+                range_m,
+                state,
+            };
+        }
+    }
+
+    /// Puts the aligned points on the grid of beams of the sensor where it stood at the reference time. Where the
+    /// motion pulls two neighbours apart, the beams between take the shorter of both; where it pushes points onto
+    /// one beam, the shortest counts. A robot that stands still gets its ranges back unchanged.
+    fn rebin(&mut self) {
+        let geometry = self.geometry;
+        let beams = geometry.beams as i64;
+        self.ranges_m.fill(UNKNOWN_RANGE_M);
+        let take = |ranges_m: &mut [f32], beam: i64, range_m: f32| {
+            if let Some(place) = usize::try_from(beam).ok().and_then(|b| ranges_m.get_mut(b))
+                && (*place < 0.0 || range_m < *place)
+            {
+                *place = range_m;
+            }
+        };
+        let (mount_sin, mount_cos) = geometry.mount.theta_rad.sin_cos();
+        let mut previous: Option<(i64, f32)> = None;
+        for scan_point in &*self.points {
+            if scan_point.state == BeamState::Unknown {
+                previous = None;
+                continue;
+            }
+            let delta = scan_point.point - geometry.mount.position();
+            let in_laser = Point2::new(
+                mount_cos * delta.x_m + mount_sin * delta.y_m,
+                mount_cos * delta.y_m - mount_sin * delta.x_m,
+            );
+            let range_m = (in_laser.norm_m() as f32).min(geometry.range_max_m as f32);
+            let beam = geometry.beam_position(in_laser.direction_rad()).round() as i64;
+            take(&mut self.ranges_m, beam, range_m);
+            if let Some((before, before_m)) = previous {
+                let (low, high) = (before.min(beam), before.max(beam));
+                // A leap over half the view is the seam behind a sensor that looks all around.
+                if high - low <= beams / 2 {
+                    for between in low + 1..high {
+                        take(&mut self.ranges_m, between, range_m.min(before_m));
+                    }
+                }
+            }
+            previous = Some((beam, range_m));
+        }
+    }
+
+    /// The geometry that it was built for.
+    #[must_use]
+    pub fn geometry(&self) -> &ScanGeometry {
+        &self.geometry
+    }
+
+    /// A scan was taken.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.valid
+    }
+
+    /// The beams in their order, placed in `base_link` at the reference time.
+    #[must_use]
+    pub fn points(&self) -> &[ScanPoint] {
+        &self.points
+    }
+
+    /// The points that were hit, in `base_link` at the reference time.
+    pub fn hits(&self) -> impl Iterator<Item = Point2> + '_ {
+        self.points
+            .iter()
+            .filter(|beam| beam.state == BeamState::Hit)
+            .map(|beam| beam.point)
+    }
+
+    /// Free range per beam of the geometry, from the sensor's place at the reference time; [`UNKNOWN_RANGE_M`]
+    /// where nothing is known.
+    #[must_use]
+    pub fn ranges_m(&self) -> &[f32] {
+        &self.ranges_m
+    }
+
+    /// When the first beam was measured.
+    #[must_use]
+    pub fn stamp_ns(&self) -> u64 {
+        self.stamp_ns
+    }
+
+    /// The instant that everything is aligned to: that of the last beam.
+    #[must_use]
+    pub fn reference_ns(&self) -> u64 {
+        self.reference_ns
+    }
+
+    /// `base_link` in `odom` at the reference time.
+    #[must_use]
+    pub fn odom_pose(&self) -> Pose2 {
+        self.odom_pose
+    }
+}
+
+/// FNV-1a over the values; never the 0 of a fresh scan for practical purposes.
+fn fingerprint(raw_mm: &[u16]) -> u64 {
+    raw_mm.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &raw| {
+        (hash ^ u64::from(raw)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+#[cfg(test)]
+#[path = "scan_tests.rs"]
+mod tests;
