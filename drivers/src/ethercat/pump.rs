@@ -202,3 +202,7 @@ fn is_transient(error: &io::Error) -> bool {
         io::ErrorKind::ConnectionRefused | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
     )
 }
+
+#[cfg(test)]
+#[path = "pump_tests.rs"]
+mod tests;
