@@ -123,7 +123,25 @@ impl Bus {
         deadline_ns: u64,
     ) -> Result<Exchange, ExchangeError> {
         self.check_sizes(outputs, inputs)?;
-        self.pump.counters.cycles += 1;
+        let exchanged = self.exchange_uncounted(outputs, inputs, deadline_ns);
+        let counters = &mut self.pump.counters;
+        counters.cycles += 1;
+        match exchanged {
+            Ok(_) => {}
+            Err(ExchangeError::Lost) => counters.lost_frames += 1,
+            Err(ExchangeError::WorkingCounter { .. }) => counters.wkc_errors += 1,
+            Err(ExchangeError::NotOperational { .. }) => counters.not_operational += 1,
+            Err(_) => counters.errors += 1,
+        }
+        exchanged
+    }
+
+    fn exchange_uncounted(
+        &mut self,
+        outputs: &[u8],
+        inputs: &mut [u8],
+        deadline_ns: u64,
+    ) -> Result<Exchange, ExchangeError> {
         let group = &self.group;
         {
             let (_, _, main_device) = self.channel.split();
@@ -152,23 +170,20 @@ impl Bus {
             // Nobody under that address: the working counter says it better.
             None | Some(AlState::Other(0)) => {}
             Some(state) => {
-                self.pump.counters.not_operational += 1;
                 // The reason is worth a second frame, if there is time left.
-                let status = self.al_status(deadline_ns);
                 let unknown = AlStatus {
                     state,
                     error: false,
                     code: None,
                 };
-                let address = self.identity.address;
+                let status = self.al_status(deadline_ns).unwrap_or(unknown);
                 return Err(ExchangeError::NotOperational {
-                    address,
-                    status: status.unwrap_or(unknown),
+                    address: self.identity.address,
+                    status,
                 });
             }
         }
         if response.working_counter != PROCESS_DATA_WKC {
-            self.pump.counters.wkc_errors += 1;
             let (found, expected) = (response.working_counter, PROCESS_DATA_WKC);
             return Err(ExchangeError::WorkingCounter { found, expected });
         }
@@ -219,7 +234,13 @@ impl Bus {
     }
 }
 
-/// Runs work that is one frame long, without sending the frame again, and counts how it failed.
+/// A bus is brought up by one thread and may be used by another.
+const _: fn() = || {
+    fn sendable<T: Send>() {}
+    sendable::<Bus>();
+};
+
+/// Runs work that is one frame long, without sending the frame again.
 fn run<T>(
     pump: &mut Pump,
     channel: &mut Channel,
@@ -227,31 +248,20 @@ fn run<T>(
     work: impl AsyncFnOnce(&MainDevice<'static>) -> Result<T, Error>,
 ) -> Result<T, ExchangeError> {
     let (tx, rx, main_device) = channel.split();
-    let outcome = {
-        // Dropped at the end of this block, which frees the frame of an exchange that was given up.
-        let future = pin!(work(main_device));
-        pump.run(
-            (tx, rx),
-            future,
-            Patience {
-                deadline_ns,
-                resend: None,
-            },
-        )
+    // Dropped with this call, which frees the frame of an exchange that was given up.
+    let future = pin!(work(main_device));
+    let patience = Patience {
+        deadline_ns,
+        resend: None,
     };
-    let error = match outcome {
-        Ok(Ok(done)) => return Ok(done),
-        Ok(Err(error)) => ExchangeError::Protocol(error),
-        Err(Stopped::Deadline | Stopped::Unanswered) => {
-            pump.counters.lost_frames += 1;
-            return Err(ExchangeError::Lost);
-        }
-        Err(Stopped::Link(error)) => ExchangeError::Io {
+    match pump.run((tx, rx), future, patience) {
+        Ok(Ok(done)) => Ok(done),
+        Ok(Err(error)) => Err(ExchangeError::Protocol(error)),
+        Err(Stopped::Deadline | Stopped::Unanswered) => Err(ExchangeError::Lost),
+        Err(Stopped::Link(error)) => Err(ExchangeError::Io {
             kind: error.kind(),
             os_error: error.raw_os_error(),
-        },
-        Err(Stopped::Stuck) => ExchangeError::Protocol(Error::SendFrame),
-    };
-    pump.counters.errors += 1;
-    Err(error)
+        }),
+        Err(Stopped::Stuck) => Err(ExchangeError::Protocol(Error::SendFrame)),
+    }
 }

@@ -20,6 +20,35 @@
 //! # Units
 //! Times are nanoseconds of `CLOCK_MONOTONIC` ([`monotonic_ns`]). Distributed-clock time is set to the same clock at
 //! bring-up and runs free after it.
+//!
+//! # Example
+//! ```no_run
+//! use drivers::ethercat::{BringUpOptions, Bus, Expectation, RawLink, monotonic_ns};
+//! use drivers::kelo;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let expected = Expectation {
+//!     vendor_id: 0x0000_0001,
+//!     product_codes: kelo::PRODUCT_CODES.to_vec(),
+//!     outputs_bytes: kelo::OUTPUTS_BYTES,
+//!     inputs_bytes: kelo::INPUTS_BYTES,
+//!     watchdog_ms: 100,
+//! };
+//! let link = Box::new(RawLink::open("eth0")?);
+//! let mut bus = Bus::bring_up(link, &expected, BringUpOptions::default())?;
+//! let (mut inputs, limits) = ([0; kelo::INPUTS_BYTES], kelo::SetpointLimits::default());
+//! for _cycle in 0..1000 {
+//!     let setpoint = kelo::Setpoint::Speeds { left_rad_s: 1.0, right_rad_s: 1.0, current_a: 20.0 };
+//!     let outputs = setpoint.to_outputs(&limits).to_bytes();
+//!     match bus.exchange(&outputs, &mut inputs, monotonic_ns() + 500_000) {
+//!         Ok(_) => println!("{:?}", kelo::Feedback::from(&kelo::Inputs::from_bytes(&inputs))),
+//!         Err(error) => println!("{error}"),
+//!     }
+//!     std::thread::sleep(std::time::Duration::from_millis(1));
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
 mod al;
 mod bring_up;
