@@ -84,14 +84,18 @@ impl Conversation {
         self.stream_lines >= 2
     }
 
-    /// Sets the bit rate and forgets what came at the old one.
-    pub fn reset(&mut self, bit_rate: u32) -> Result<(), Gone> {
-        self.port.set_bit_rate(bit_rate).map_err(|_| Gone)?;
+    /// Sets the bit rate and forgets what came at the old one. False when the port cannot do it.
+    pub fn reset(&mut self, bit_rate: u32) -> Result<bool, Gone> {
+        let done = self.port.set_bit_rate(bit_rate).is_ok();
+        if !done {
+            // A port that is gone says so when read.
+            self.port.read(&mut self.chunk)?;
+        }
         self.port.clear();
         self.line.clear();
         self.start = self.end;
         self.stream_lines = 0;
-        Ok(())
+        Ok(done)
     }
 
     /// Sends a command with its line end.

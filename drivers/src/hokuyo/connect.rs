@@ -86,8 +86,10 @@ impl Session {
             if self.is_late() {
                 break;
             }
+            if !self.reset(bit_rate)? {
+                continue;
+            }
             tried.push(bit_rate);
-            self.reset(bit_rate)?;
             if self.wake()? {
                 return Ok(());
             }
@@ -158,7 +160,13 @@ impl Session {
             status => return Err(refused(&command, status, "it does not have this bit rate")),
         }
         std::thread::sleep(RATE_CHANGE);
-        self.reset(wanted)?;
+        if !self.reset(wanted)? {
+            return Err(ConnectError::Option {
+                option: "bit_rate",
+                expected: "a rate of the serial port".into(),
+                found: wanted.to_string(),
+            });
+        }
         for _ in 0..ATTEMPTS {
             if self.ask(b"QT")? == Some(Answer::Status(Status::OK)) {
                 return Ok(());
@@ -269,7 +277,7 @@ impl Session {
         }
     }
 
-    fn reset(&mut self, bit_rate: u32) -> Result<(), ConnectError> {
+    fn reset(&mut self, bit_rate: u32) -> Result<bool, ConnectError> {
         self.bit_rate = bit_rate;
         self.conversation
             .reset(bit_rate)

@@ -138,6 +138,8 @@ impl Port {
 impl Drop for Port {
     fn drop(&mut self) {
         // Closing a port waits for its output to leave, which a dead device never lets happen.
-        let _ = self.tty.clear(ClearBuffer::Output);
+        if self.unsent_bytes() > 0 {
+            let _ = self.tty.clear(ClearBuffer::Output);
+        }
     }
 }

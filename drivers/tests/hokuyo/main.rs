@@ -1,0 +1,6 @@
+//! The Hokuyo driver against devices on pseudo terminals.
+
+mod allocation;
+mod peer;
+mod scripted_connect;
+mod scripted_read;

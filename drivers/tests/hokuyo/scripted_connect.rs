@@ -1,0 +1,308 @@
+//! Connecting to a device in every state.
+
+use std::time::{Duration, Instant};
+
+use drivers::hokuyo::{
+    BIT_RATES, ConnectError, Encoding, Hokuyo, Options, Parameters, Scan, now_ns,
+};
+
+use super::peer::{Peer, Setup};
+
+/// Half the beams: the scripted device turns at 50 Hz to save time.
+pub fn options() -> Options {
+    Options {
+        cluster: 2,
+        ..Options::default()
+    }
+}
+
+pub fn soon() -> u64 {
+    now_ns() + 500_000_000
+}
+
+/// Connects and reads two scans.
+fn connect_and_read(setup: Setup, options: &Options) -> (Peer, Hokuyo) {
+    let peer = Peer::start(setup);
+    let started = Instant::now();
+    let mut lidar = match Hokuyo::connect(peer.path(), options) {
+        Ok(lidar) => lidar,
+        Err(error) => panic!("{error}; the device heard {:?}", peer.commands()),
+    };
+    assert!(started.elapsed() < options.connect_timeout + Duration::from_millis(200));
+    let mut scan = Scan::new();
+    for sequence in 0..2 {
+        lidar.read_scan(&mut scan, soon()).unwrap();
+        assert_eq!(scan.sequence, sequence);
+        assert_eq!(scan.count, lidar.format().beams());
+        assert!(
+            scan.ranges_mm()
+                .iter()
+                .enumerate()
+                .all(|(beam, range)| usize::from(*range) == beam)
+        );
+    }
+    (peer, lidar)
+}
+
+#[test]
+fn tells_who_is_there() {
+    let (peer, lidar) = connect_and_read(Setup::default(), &options());
+    assert_eq!(lidar.identity().serial, "H1234567");
+    assert_eq!(lidar.identity().vendor, "Hokuyo Automatic Co., Ltd.");
+    assert_eq!(
+        lidar.parameters(),
+        &Parameters {
+            scan_rpm: 3000,
+            ..Parameters::urg_04lx()
+        }
+    );
+    assert_eq!(lidar.state().status, "Sensor works well.");
+    assert_eq!(lidar.scan_period(), Duration::from_millis(20));
+    let (first, step) = lidar.beam_angles_rad();
+    assert!((first.to_degrees() + 119.35).abs() < 0.01 && (step.to_degrees() - 0.703).abs() < 0.01);
+    assert!(lidar.stamp_uncertainty().unwrap() < Duration::from_millis(5));
+    assert_eq!(lidar.counters().scans, 2);
+    assert!(
+        !peer
+            .commands()
+            .iter()
+            .any(|command| command.starts_with("SS"))
+    );
+}
+
+#[test]
+fn finds_the_device_at_every_bit_rate() {
+    std::thread::scope(|scope| {
+        for bit_rate in BIT_RATES {
+            scope.spawn(move || {
+                let (peer, _lidar) = connect_and_read(
+                    Setup {
+                        bit_rate,
+                        ..Setup::default()
+                    },
+                    &options(),
+                );
+                let switched = peer.commands().iter().any(|command| command == "SS750000");
+                assert_eq!(switched, bit_rate != 750_000, "{bit_rate}");
+            });
+        }
+    });
+}
+
+#[test]
+fn goes_to_every_bit_rate() {
+    std::thread::scope(|scope| {
+        for bit_rate in BIT_RATES {
+            scope.spawn(move || {
+                let options = Options {
+                    bit_rate,
+                    cluster: 99,
+                    ..Options::default()
+                };
+                connect_and_read(
+                    Setup {
+                        rpm: 600,
+                        ..Setup::default()
+                    },
+                    &options,
+                );
+            });
+        }
+    });
+}
+
+#[test]
+fn switches_scip_1_1_over() {
+    for bit_rate in [750_000, 19_200] {
+        let setup = Setup {
+            scip_1_1: true,
+            bit_rate,
+            ..Setup::default()
+        };
+        let (peer, _lidar) = connect_and_read(setup, &options());
+        assert!(peer.commands().iter().any(|command| command == "SCIP2.0"));
+    }
+}
+
+#[test]
+fn takes_over_a_device_that_streams() {
+    for bit_rate in [750_000, 115_200] {
+        let streaming = Some("MD0044072501000");
+        connect_and_read(
+            Setup {
+                streaming,
+                bit_rate,
+                ..Setup::default()
+            },
+            &options(),
+        );
+    }
+}
+
+#[test]
+fn takes_over_a_device_in_clock_adjust_mode() {
+    connect_and_read(
+        Setup {
+            adjusting: true,
+            ..Setup::default()
+        },
+        &options(),
+    );
+}
+
+#[test]
+fn works_without_the_clock_of_the_device() {
+    let setup = Setup {
+        refuse: vec![("TM0", "0D")],
+        ..Setup::default()
+    };
+    let (_peer, lidar) = connect_and_read(setup, &options());
+    assert_eq!(lidar.stamp_uncertainty(), None);
+}
+
+#[test]
+fn two_characters_per_reading() {
+    let options = Options {
+        encoding: Encoding::Two,
+        ..options()
+    };
+    let (peer, _lidar) = connect_and_read(Setup::default(), &options);
+    assert!(
+        peer.commands()
+            .iter()
+            .any(|command| command == "MS0044072502000")
+    );
+}
+
+#[test]
+fn asks_again_when_a_reply_is_garbled() {
+    let garble = vec!["PP", "VV", "VV", "II"];
+    connect_and_read(
+        Setup {
+            garble,
+            ..Setup::default()
+        },
+        &options(),
+    );
+    let garble = vec!["PP"; 3];
+    let peer = Peer::start(Setup {
+        garble,
+        ..Setup::default()
+    });
+    let error = Hokuyo::connect(peer.path(), &options()).unwrap_err();
+    assert!(
+        matches!(&error, ConnectError::NoReply { command, .. } if command == "PP"),
+        "{error}"
+    );
+}
+
+#[test]
+fn says_what_the_device_refuses() {
+    for (command, status) in [("BM", "01"), ("SS", "02"), ("MD", "05"), ("PP", "0D")] {
+        let refuse = vec![(command, status)];
+        let peer = Peer::start(Setup {
+            bit_rate: 115_200,
+            refuse,
+            ..Setup::default()
+        });
+        let error = Hokuyo::connect(peer.path(), &options()).unwrap_err();
+        assert!(matches!(error, ConnectError::Refused { .. }), "{error}");
+        let text = error.to_string();
+        assert!(text.contains(command) && text.contains(status), "{text}");
+    }
+}
+
+#[test]
+fn says_that_the_line_is_too_slow() {
+    let peer = Peer::start(Setup {
+        rpm: 600,
+        ..Setup::default()
+    });
+    let options = Options {
+        bit_rate: 115_200,
+        ..Options::default()
+    };
+    let error = Hokuyo::connect(peer.path(), &options).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            ConnectError::TooSlow {
+                bit_rate: 115_200,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert!(
+        error
+            .to_string()
+            .contains("cluster = 2 or skip = 1 or bit_rate = 250000"),
+        "{error}"
+    );
+}
+
+#[test]
+fn gives_up_in_time_when_nobody_answers() {
+    let peer = Peer::start(Setup {
+        bit_rate: 1200,
+        ..Setup::default()
+    });
+    let started = Instant::now();
+    let error = Hokuyo::connect(peer.path(), &options()).unwrap_err();
+    assert!(started.elapsed() < Duration::from_millis(3200));
+    let ConnectError::NoAnswer { tried, .. } = &error else {
+        panic!("{error}")
+    };
+    assert_eq!(tried.len(), BIT_RATES.len());
+    let options = Options {
+        connect_timeout: Duration::from_millis(500),
+        reply_timeout: Duration::from_millis(100),
+        ..options()
+    };
+    let started = Instant::now();
+    Hokuyo::connect(peer.path(), &options).unwrap_err();
+    assert!(started.elapsed() < Duration::from_millis(700));
+}
+
+#[test]
+fn gives_up_in_time_when_the_device_only_streams() {
+    let setup = Setup {
+        streaming: Some("MD0044072501000"),
+        refuse: vec![("QT", "0D"), ("TM2", "0D"), ("SCIP2.0", "0D")],
+        ..Setup::default()
+    };
+    let peer = Peer::start(setup);
+    let started = Instant::now();
+    let error = Hokuyo::connect(peer.path(), &options()).unwrap_err();
+    assert!(
+        started.elapsed() < Duration::from_millis(3300),
+        "{:?}: {error}",
+        started.elapsed()
+    );
+}
+
+#[test]
+fn refuses_what_is_no_serial_device() {
+    for path in ["/dev/does-not-exist", "/dev/null", "/proc/version", "/tmp"] {
+        let error = Hokuyo::connect(path.as_ref(), &options()).unwrap_err();
+        assert!(matches!(error, ConnectError::Open { .. }), "{error}");
+        assert!(error.to_string().contains(path), "{error}");
+    }
+}
+
+#[test]
+fn a_device_that_vanishes_while_connecting_is_noticed() {
+    let mut peer = Peer::start(Setup {
+        bit_rate: 1200,
+        ..Setup::default()
+    });
+    let path = peer.path().to_owned();
+    let connecting = std::thread::spawn(move || Hokuyo::connect(&path, &options()));
+    std::thread::sleep(Duration::from_millis(300));
+    peer.unplug();
+    let error = connecting.join().unwrap().unwrap_err();
+    assert!(
+        matches!(error, ConnectError::Disconnected { .. }),
+        "{error}"
+    );
+}
