@@ -51,8 +51,8 @@ pub struct Conversation {
     start: usize,
     end: usize,
     heard_bytes: u64,
-    /// Lines since the last reset that look like those of a stream.
-    stream_lines: u32,
+    /// A line that looks like one of a stream came since the last reset.
+    hears_stream: bool,
 }
 
 impl Conversation {
@@ -65,7 +65,7 @@ impl Conversation {
             start: 0,
             end: 0,
             heard_bytes: 0,
-            stream_lines: 0,
+            hears_stream: false,
         }
     }
 
@@ -81,7 +81,7 @@ impl Conversation {
 
     /// Whether valid lines of data came since the last reset: the device streams, and the bit rate is right.
     pub fn hears_stream(&self) -> bool {
-        self.stream_lines >= 2
+        self.hears_stream
     }
 
     /// Sets the bit rate and forgets what came at the old one. False when the port cannot do it.
@@ -94,7 +94,7 @@ impl Conversation {
         self.port.clear();
         self.line.clear();
         self.start = self.end;
-        self.stream_lines = 0;
+        self.hears_stream = false;
         Ok(done)
     }
 
@@ -146,7 +146,7 @@ impl Conversation {
                 self.start += 1;
                 if let Some(line) = self.line.push(byte) {
                     let line = line.to_vec();
-                    self.stream_lines += u32::from(is_stream_line(&line));
+                    self.hears_stream |= is_stream_line(&line);
                     return Ok(line);
                 }
             }
@@ -161,9 +161,9 @@ impl Conversation {
     }
 }
 
-/// A data line of some length: bytes heard at a wrong bit rate are hardly ever all of the encoding.
+/// A data line of some length: bytes heard at a wrong bit rate are never that long all of the encoding.
 fn is_stream_line(line: &[u8]) -> bool {
-    line.len() > 8
+    line.len() > 16
         && codec::verify(line).is_some_and(|payload| {
             payload
                 .iter()

@@ -20,6 +20,8 @@ const ANSWER: Duration = Duration::from_millis(100);
 const ANSWER_BEHIND_SCAN: Duration = Duration::from_millis(1300);
 /// The time in which a device changes its bit rate after saying so.
 const RATE_CHANGE: Duration = Duration::from_millis(20);
+/// Passes over all bit rates: an answer may be missed when the host is busy.
+const ROUNDS: usize = 2;
 /// Attempts at a command whose reply is garbled or missing.
 const ATTEMPTS: usize = 3;
 /// Readings of the device's clock.
@@ -54,6 +56,8 @@ pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError
     let format = options.format(&parameters)?;
     let identity = session.fields("VV")?.identity()?;
     let state = session.fields("II")?.state();
+    // Another host may have slowed the motor down. Not every model can change it, which is as well.
+    session.command(b"CR00")?;
     let clock = session.read_clock()?;
     session.laser_on()?;
     let command = session.start_stream(&format)?;
@@ -81,15 +85,18 @@ impl Session {
     /// Tries the bit rates until the device answers; its stream, if any, is ended then.
     fn find_device(&mut self, wanted: u32) -> Result<(), ConnectError> {
         let others = BIT_RATES.into_iter().filter(|rate| *rate != wanted);
+        let rates: Vec<u32> = std::iter::once(wanted).chain(others).collect();
         let mut tried = Vec::new();
-        for bit_rate in std::iter::once(wanted).chain(others) {
+        for bit_rate in rates.iter().cycle().take(ROUNDS * rates.len()) {
             if self.is_late() {
                 break;
             }
-            if !self.reset(bit_rate)? {
+            if !self.reset(*bit_rate)? {
                 continue;
             }
-            tried.push(bit_rate);
+            if !tried.contains(bit_rate) {
+                tried.push(*bit_rate);
+            }
             if self.wake()? {
                 return Ok(());
             }
