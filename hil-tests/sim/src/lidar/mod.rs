@@ -1,0 +1,30 @@
+//! A simulated Hokuyo URG-04LX on a pseudo-terminal: SCIP 1.1 and 2.0, byte for byte.
+//!
+//! [`Device`] is the sensor's firmware as a pure state machine: bytes and turns in, bytes out. [`Line`] is its serial
+//! line, which has a bit rate. [`LidarServer`] runs both on a pty, where any program that expects a serial port finds
+//! them: it works at the device's bit rate and at no other. What the sensor measures comes from a [`RangeSource`].
+
+mod codec;
+mod command;
+mod device;
+mod faults;
+mod line;
+mod measurement;
+mod pty;
+mod reports;
+mod server;
+
+pub use codec::{checksum, encode};
+pub use device::{BIT_RATES, Device, DeviceOptions, Emission, Kind, Protocol};
+pub use faults::{Counters, FaultHandle};
+pub use line::Line;
+pub use server::{LidarError, LidarOptions, LidarServer};
+
+use crate::world::RANGE_STEPS;
+
+/// Where a lidar's readings come from.
+pub trait RangeSource: Send {
+    /// Fills in the readings of the turn that began at `turn_start_ns` (step 0, monotonic): millimetres, or error
+    /// codes under 20. Called after the last step was measured, three quarters of a turn later.
+    fn measure(&mut self, turn_start_ns: u64, turn_ns: u64, readings_mm: &mut [u16; RANGE_STEPS]);
+}

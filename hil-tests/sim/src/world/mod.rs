@@ -1,0 +1,47 @@
+//! The world: walls, obstacles, robots that see and can hit each other, and the truth about them.
+//!
+//! A [`World`] is a pure value. It advances in steps of 1 ms on a fixed grid, so looking at it never changes what
+//! happens, and the same seed with the same commands at the same times gives the same bits. [`SharedWorld`] lets the
+//! threads of simulated devices share one. Time is the monotonic clock's, in nanoseconds; a test may use any.
+
+mod geometry;
+mod random;
+mod range_finder;
+mod robot;
+mod scene;
+mod shared;
+mod simulation;
+mod truth;
+
+pub use geometry::{Footprint, Point, Pose, Rectangle, Segment, Twist};
+pub use random::Random;
+pub use range_finder::{RANGE_STEPS, RangeFinder, RangeModel, STEPS_PER_TURN};
+pub use robot::RobotModel;
+pub use scene::{MAX_OBSTACLES, Obstacle, ObstacleId, Shape};
+pub use shared::{RobotHandle, SharedWorld, WorldRangeSource};
+pub use simulation::{COMMAND_TIMEOUT, STEP, World, WorldConfig};
+pub use truth::{Truth, TruthLog, TruthRecord};
+
+/// Why a world cannot be built or changed as asked.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum WorldError {
+    /// A robot's model makes no sense.
+    #[error("robot \"{id}\": {reason}")]
+    Robot {
+        /// Its name.
+        id: String,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// An obstacle makes no sense.
+    #[error("obstacle: {0}")]
+    Obstacle(String),
+    /// There is no robot of that name.
+    #[error("no robot \"{id}\" in this world; it has: {known}")]
+    UnknownRobot {
+        /// The name asked for.
+        id: String,
+        /// The names there are.
+        known: String,
+    },
+}

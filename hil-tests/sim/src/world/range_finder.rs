@@ -1,0 +1,244 @@
+//! What a URG-04LX mounted on a robot measures.
+//!
+//! A turn has 1024 steps and takes about 100 ms; step 384 looks along the mount's x axis and steps count
+//! counter-clockwise. Each beam leaves from where the robot is at the beam's own time and meets obstacles and other
+//! robots where they are then; it never meets its own robot. Readings are millimetres; under 20 they are the
+//! device's error codes: 0 nothing within reach, 1 too little light, 6 too near, 19 a step it does not measure.
+
+use super::World;
+use super::geometry::{Footprint, Point, Pose, Segment, add, ray_hit_disc_m};
+use super::random::Random;
+use super::scene::{Outline, Target};
+
+/// Steps of a whole turn.
+pub const STEPS_PER_TURN: usize = 1024;
+/// Steps that can be asked for: 0 to 768.
+pub const RANGE_STEPS: usize = 769;
+
+const FIRST_STEP: usize = 44;
+const LAST_STEP: usize = 725;
+const FRONT_STEP: usize = 384;
+
+const NOTHING_WITHIN_REACH: u16 = 0;
+const TOO_LITTLE_LIGHT: u16 = 1;
+const TOO_NEAR: u16 = 6;
+const NOT_MEASURABLE: u16 = 19;
+
+/// Poses are looked up once for this many beams: 0.8 ms, or 0.3 mm at full speed.
+const STEPS_PER_SLICE: usize = 8;
+const SLICES: usize = RANGE_STEPS.div_ceil(STEPS_PER_SLICE);
+/// No robot gets further from where the turn began while it lasts.
+const TRAVEL_M: f64 = 0.5;
+/// Keeps the noise of different worlds' robots apart from their wheel errors.
+const NOISE_STREAM: u64 = 1 << 32;
+
+/// How well it measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeModel {
+    /// Anything nearer gives an error code.
+    pub min_m: f64,
+    /// From here on readings get lost, ever more of them.
+    pub reliable_m: f64,
+    /// From here on all readings are lost.
+    pub max_m: f64,
+    /// Standard deviation near by.
+    pub sigma_m: f64,
+    /// Standard deviation as a share of the distance, where that is more; doubled beyond the reliable range.
+    pub sigma_share: f64,
+    /// Share of readings lost anywhere.
+    pub dropout_share: f64,
+}
+
+impl Default for RangeModel {
+    /// The URG-04LX: 20 mm to 4 m, up to 5.6 m, standard deviation 10 mm or 1 %.
+    fn default() -> RangeModel {
+        RangeModel {
+            min_m: 0.02,
+            reliable_m: 4.0,
+            max_m: 5.6,
+            sigma_m: 0.01,
+            sigma_share: 0.01,
+            dropout_share: 0.0,
+        }
+    }
+}
+
+impl RangeModel {
+    fn reading_mm(&self, distance_m: f64, random: &mut Random) -> u16 {
+        if distance_m > self.max_m {
+            return NOTHING_WITHIN_REACH;
+        }
+        let beyond_m = (distance_m - self.reliable_m).max(0.0);
+        let lost_share = (beyond_m / (self.max_m - self.reliable_m)).max(self.dropout_share);
+        if random.unit() < lost_share {
+            let weak = random.unit() < 0.1;
+            return if weak {
+                TOO_LITTLE_LIGHT
+            } else {
+                NOTHING_WITHIN_REACH
+            };
+        }
+        let mut sigma_m = self.sigma_m.max(self.sigma_share * distance_m);
+        if beyond_m > 0.0 {
+            sigma_m *= 2.0;
+        }
+        let reading_m = distance_m + sigma_m * random.normal();
+        if distance_m < self.min_m || reading_m < self.min_m {
+            return TOO_NEAR;
+        }
+        (reading_m.min(self.max_m) * 1000.0).round() as u16
+    }
+}
+
+/// The optics of one robot's lidar.
+///
+/// Capturing copies what is needed out of the world in a few microseconds; casting works on the copy, so that a
+/// shared world is not held for longer.
+#[derive(Debug, Clone)]
+pub struct RangeFinder {
+    robot: usize,
+    model: RangeModel,
+    random: Random,
+    mount: Pose,
+    slice_s: f64,
+    origins: Vec<Pose>,
+    targets: Vec<Target>,
+    others: Vec<(Footprint, Vec<Pose>)>,
+    visible: Vec<Outline>,
+}
+
+impl RangeFinder {
+    /// The lidar of a robot, by its index in the world.
+    pub fn new(world: &World, robot: usize, model: RangeModel) -> RangeFinder {
+        let mount = world
+            .models()
+            .nth(robot)
+            .map_or(Pose::default(), |m| m.lidar);
+        RangeFinder {
+            robot,
+            model,
+            random: Random::new(world.seed(), NOISE_STREAM + robot as u64),
+            mount,
+            slice_s: 0.0,
+            origins: Vec::with_capacity(SLICES),
+            targets: Vec::new(),
+            others: Vec::new(),
+            visible: Vec::new(),
+        }
+    }
+
+    /// Copies what the turn that began at `turn_start_ns` can see. The world must have been advanced to the end of
+    /// the measuring range, three quarters of a turn later, and not by much more than another turn.
+    pub fn capture(&mut self, world: &World, turn_start_ns: u64, turn_ns: u64) {
+        let slice_ns = turn_ns as f64 * STEPS_PER_SLICE as f64 / STEPS_PER_TURN as f64;
+        self.slice_s = slice_ns * 1e-9;
+        let middle = |slice: usize| turn_start_ns + ((slice as f64 + 0.5) * slice_ns) as u64;
+        let path = |robot: usize, poses: &mut Vec<Pose>| {
+            poses.clear();
+            let pose = |slice| world.pose_at(robot, middle(slice)).unwrap_or_default();
+            poses.extend((0..SLICES).map(pose));
+        };
+        path(self.robot, &mut self.origins);
+        for origin in &mut self.origins {
+            *origin = origin.compose(&self.mount);
+        }
+        self.targets.clear();
+        let reach_m = self.model.max_m + TRAVEL_M;
+        world.targets(&self.origins[0], reach_m, turn_start_ns, &mut self.targets);
+        self.others.resize_with(world.models().count(), || {
+            (
+                Footprint {
+                    front_m: 0.0,
+                    rear_m: 0.0,
+                    left_m: 0.0,
+                    right_m: 0.0,
+                },
+                Vec::new(),
+            )
+        });
+        for (index, (model, other)) in world.models().zip(&mut self.others).enumerate() {
+            other.0 = model.footprint;
+            if index == self.robot {
+                other.1.clear();
+            } else {
+                path(index, &mut other.1);
+            }
+        }
+    }
+
+    /// Measures every step of the captured turn.
+    pub fn cast(&mut self, readings_mm: &mut [u16; RANGE_STEPS]) {
+        readings_mm.fill(NOT_MEASURABLE);
+        for slice in FIRST_STEP / STEPS_PER_SLICE..=LAST_STEP / STEPS_PER_SLICE {
+            let Some(origin) = self.origins.get(slice).copied() else {
+                return;
+            };
+            self.collect_visible(slice);
+            let steps = slice * STEPS_PER_SLICE..(slice + 1) * STEPS_PER_SLICE;
+            for step in steps.filter(|step| (FIRST_STEP..=LAST_STEP).contains(step)) {
+                let distance_m = nearest_m(&self.visible, &origin, step);
+                readings_mm[step] = self.model.reading_mm(distance_m, &mut self.random);
+            }
+        }
+    }
+
+    /// Distance of each step without noise or limits of range; infinite where there is nothing.
+    pub fn cast_exact(&mut self, distances_m: &mut [f64; RANGE_STEPS]) {
+        distances_m.fill(f64::INFINITY);
+        for (step, distance_m) in distances_m.iter_mut().enumerate() {
+            let slice = step / STEPS_PER_SLICE;
+            let Some(origin) = self.origins.get(slice).copied() else {
+                return;
+            };
+            if step % STEPS_PER_SLICE == 0 {
+                self.collect_visible(slice);
+            }
+            *distance_m = nearest_m(&self.visible, &origin, step);
+        }
+    }
+
+    /// Places everything as it is in the middle of a slice.
+    fn collect_visible(&mut self, slice: usize) {
+        let age_s = (slice as f64 + 0.5) * self.slice_s;
+        self.visible.clear();
+        self.visible.extend(self.targets.iter().map(|target| {
+            let by_m = [
+                target.velocity_m_s[0] * age_s,
+                target.velocity_m_s[1] * age_s,
+            ];
+            match target.outline {
+                Outline::Segment(segment) => Outline::Segment(segment.moved(by_m)),
+                Outline::Disc { centre_m, radius_m } => Outline::Disc {
+                    centre_m: add(centre_m, by_m),
+                    radius_m,
+                },
+            }
+        }));
+        for (footprint, poses) in &self.others {
+            if let Some(pose) = poses.get(slice) {
+                let edges: [Segment; 4] = footprint.at(pose).edges();
+                self.visible.extend(edges.map(Outline::Segment));
+            }
+        }
+    }
+}
+
+fn nearest_m(visible: &[Outline], origin: &Pose, step: usize) -> f64 {
+    let angle_rad =
+        (step as f64 - FRONT_STEP as f64) * std::f64::consts::TAU / STEPS_PER_TURN as f64;
+    let (sin, cos) = (origin.theta_rad + angle_rad).sin_cos();
+    let (from, direction): (Point, Point) = ([origin.x_m, origin.y_m], [cos, sin]);
+    let mut nearest_m = f64::INFINITY;
+    for outline in visible {
+        let hit_m = match outline {
+            Outline::Segment(segment) => segment.ray_hit_m(from, direction),
+            Outline::Disc { centre_m, radius_m } => {
+                ray_hit_disc_m(*centre_m, *radius_m, from, direction)
+            }
+        };
+        if let Some(hit_m) = hit_m {
+            nearest_m = nearest_m.min(hit_m);
+        }
+    }
+    nearest_m
+}

@@ -1,0 +1,103 @@
+//! One world for the threads of several simulated devices.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::range_finder::{RANGE_STEPS, RangeFinder, RangeModel, STEPS_PER_TURN};
+use super::truth::Truth;
+use super::{World, WorldConfig, WorldError};
+use crate::lidar::RangeSource;
+use crate::plant::{DriveCommand, DriveFeedback, Plant};
+
+/// A world that threads share. It is locked for microseconds at a time.
+#[derive(Debug, Clone)]
+pub struct SharedWorld {
+    world: Arc<Mutex<World>>,
+}
+
+impl SharedWorld {
+    /// Builds and shares a world.
+    pub fn new(config: WorldConfig) -> Result<SharedWorld, WorldError> {
+        World::new(config).map(SharedWorld::from)
+    }
+
+    /// The world, for the time the guard lives; keep it short, buses wait.
+    pub fn lock(&self) -> MutexGuard<'_, World> {
+        // A world is valid after every statement, so a panic elsewhere does not spoil it.
+        self.world.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A robot by name.
+    pub fn robot(&self, id: &str) -> Result<RobotHandle, WorldError> {
+        let robot = self.lock().robot_index(id)?;
+        Ok(RobotHandle {
+            world: self.clone(),
+            robot,
+        })
+    }
+}
+
+impl From<World> for SharedWorld {
+    fn from(world: World) -> SharedWorld {
+        SharedWorld {
+            world: Arc::new(Mutex::new(world)),
+        }
+    }
+}
+
+/// One robot of a shared world: the plant of its drive, and the view of its lidar.
+#[derive(Debug, Clone)]
+pub struct RobotHandle {
+    world: SharedWorld,
+    robot: usize,
+}
+
+impl RobotHandle {
+    /// Its index in the world's configuration.
+    pub fn index(&self) -> usize {
+        self.robot
+    }
+
+    /// The world it lives in.
+    pub fn world(&self) -> &SharedWorld {
+        &self.world
+    }
+
+    /// The truth about it as of the last step.
+    pub fn truth(&self) -> Truth {
+        let truth = self.world.lock().truth(self.robot);
+        truth.expect("a handle is only made for a robot that exists, and robots are never removed")
+    }
+
+    /// What its lidar measures.
+    pub fn range_source(&self, model: RangeModel) -> WorldRangeSource {
+        WorldRangeSource {
+            finder: RangeFinder::new(&self.world.lock(), self.robot, model),
+            world: self.world.clone(),
+        }
+    }
+}
+
+impl Plant for RobotHandle {
+    fn exchange(&mut self, now_ns: u64, command: &DriveCommand) -> DriveFeedback {
+        self.world.lock().exchange(self.robot, now_ns, command)
+    }
+}
+
+/// A lidar's optics in a shared world.
+#[derive(Debug, Clone)]
+pub struct WorldRangeSource {
+    world: SharedWorld,
+    finder: RangeFinder,
+}
+
+impl RangeSource for WorldRangeSource {
+    fn measure(&mut self, turn_start_ns: u64, turn_ns: u64, readings_mm: &mut [u16; RANGE_STEPS]) {
+        let measuring_ns = turn_ns / STEPS_PER_TURN as u64 * RANGE_STEPS as u64;
+        {
+            let mut world = self.world.lock();
+            world.advance_to(turn_start_ns + measuring_ns);
+            self.finder.capture(&world, turn_start_ns, turn_ns);
+        }
+        self.finder.cast(readings_mm);
+    }
+}
