@@ -1,1 +1,69 @@
-//! The symbol table.
+//! The symbol table: what the activities of a robot share, in shared memory.
+//!
+//! A symbol is one plain value with a time stamp. Its semantic id is the pair (datatype, model),
+//! for example `encoders` / `drive`, and unique; exactly one activity owns it and writes it, any
+//! number reads it. Start-up has two phases: owners [declare](TableBuilder::declare), the table is
+//! [built](TableBuilder::build), then owners take their [`Writer`] and others look up a [`Reader`].
+//! [`SymbolTable::seal`] ends it.
+//!
+//! Any other process of the same user can look into a running robot with an [`Inspector`]. One
+//! robot id runs once per [`Place`]. The shared memory disappears with the table; what a killed
+//! process left behind is removed by the next start, or by [`remove_stale`].
+//!
+//! **Real time:** [`Writer::write`] and [`Reader::read`] do not allocate, lock, wait or make a
+//! system call. A writer is never held up by readers. A reader that meets a write reads again, which
+//! [`Reader::retries`] counts. Everything else in this module is for start-up and shutdown.
+//!
+//! **Not for** queues (a reader sees the newest value only), nor for values with pointers.
+//!
+//! ```
+//! use coordination::symbols::{Datatype, Inspector, Place, TableBuilder};
+//!
+//! #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+//! #[repr(C)]
+//! struct Encoders {
+//!     left_rad: f64,
+//!     right_rad: f64,
+//! }
+//! impl Datatype for Encoders {
+//!     const NAME: &'static str = "encoders";
+//! }
+//!
+//! # let folder = tempfile::tempdir().expect("a temporary folder");
+//! # let run_folder = folder.path();
+//! let place = Place::new(run_folder, "robots_");
+//! let mut builder = TableBuilder::new("amr1", &place);
+//! builder.declare::<Encoders>("drive", "drive")?;
+//! let table = builder.build()?;
+//! let mut writer = table.writer::<Encoders>("drive", "drive")?;
+//! let mut reader = table.reader::<Encoders>("proprioception", "drive")?;
+//! table.seal()?;
+//!
+//! assert_eq!(reader.read().stamp_ns, 0, "never written");
+//! writer.write(17, &Encoders { left_rad: 1.0, right_rad: 2.0 });
+//! assert_eq!(reader.read().value.right_rad, 2.0);
+//!
+//! let inspector = Inspector::open("amr1", &place)?; // in any process
+//! assert_eq!(inspector.directory()[0].readers, ["proprioception"]);
+//! # Ok::<(), coordination::symbols::SymbolError>(())
+//! ```
+
+mod blackboard;
+mod datatype;
+mod directory;
+mod entry;
+mod error;
+mod inspector;
+mod instance;
+mod place;
+mod sweep;
+mod table;
+
+pub use datatype::{Datatype, Stamped};
+pub use directory::SymbolInfo;
+pub use entry::{Reader, Writer};
+pub use error::SymbolError;
+pub use inspector::Inspector;
+pub use place::Place;
+pub use sweep::{Removed, remove_stale};
+pub use table::{SymbolTable, TableBuilder};

@@ -1,0 +1,128 @@
+//! The one file that knows how iceoryx2 is set up.
+//!
+//! Each run has an iceoryx2 root folder and prefix of its own, so it shares no node, no service and
+//! no management segment with anything else on the machine, and no configuration file of the
+//! system has a say in it.
+
+use std::fmt::Debug;
+
+use iceoryx2::config::Config;
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port;
+use iceoryx2::prelude::{
+    FileName, LogLevel, Path, SemanticString, ServiceName, SignalHandlingMode, ipc_threadsafe,
+    set_log_level_from_env_or,
+};
+use iceoryx2::service::builder::blackboard::Creator;
+use iceoryx2::service::port_factory::blackboard::PortFactory;
+
+use super::instance::Run;
+use super::{Place, SymbolError};
+
+/// Handles of this variant can be sent to, and dropped in, any thread.
+pub(super) type Service = ipc_threadsafe::Service;
+/// The number of a symbol in the directory, from 1; the directory itself is 0.
+pub(super) type Key = u64;
+pub(super) type Adder = Creator<Key, Service>;
+pub(super) type ReaderPort = port::reader::Reader<Service, Key>;
+pub(super) type WriterPort = port::writer::Writer<Service, Key>;
+
+/// How many processes, the owner and inspectors, can have the table open at a time.
+const MAX_PROCESSES: usize = 64;
+const SERVICE_NAME: &str = "symbols";
+
+/// An open blackboard: its node, its service and the reader port that handles come from.
+#[derive(Debug)]
+pub(super) struct Blackboard {
+    pub(super) reader: ReaderPort,
+    factory: PortFactory<Service, Key>,
+    _node: Node<Service>,
+}
+
+impl Blackboard {
+    /// Creates the blackboard with the entries that `fill` adds.
+    pub(super) fn create(
+        run: &Run,
+        place: &Place,
+        fill: impl FnOnce(Adder) -> Adder,
+    ) -> Result<Self, SymbolError> {
+        let node = node(run, place)?;
+        let creator = node
+            .service_builder(&service_name(run)?)
+            .blackboard_creator::<Key>()
+            .max_nodes(MAX_PROCESSES)
+            .max_readers(MAX_PROCESSES);
+        let factory = fill(creator)
+            .create()
+            .map_err(failed(run, "create the shared memory"))?;
+        Self::with_reader(run, node, factory)
+    }
+
+    /// Opens the blackboard that another process, or this one, created.
+    pub(super) fn open(run: &Run, place: &Place) -> Result<Self, SymbolError> {
+        let node = node(run, place)?;
+        let factory = node
+            .service_builder(&service_name(run)?)
+            .blackboard_opener::<Key>()
+            .open()
+            .map_err(failed(run, "open the shared memory"))?;
+        Self::with_reader(run, node, factory)
+    }
+
+    /// The one writing port, from which the owners' handles come.
+    pub(super) fn writer(&self, run: &Run) -> Result<WriterPort, SymbolError> {
+        self.factory
+            .writer_builder()
+            .create()
+            .map_err(failed(run, "open the shared memory for writing"))
+    }
+
+    fn with_reader(
+        run: &Run,
+        node: Node<Service>,
+        factory: PortFactory<Service, Key>,
+    ) -> Result<Self, SymbolError> {
+        let reader = factory
+            .reader_builder()
+            .create()
+            .map_err(failed(run, "open the shared memory for reading"))?;
+        Ok(Self {
+            reader,
+            factory,
+            _node: node,
+        })
+    }
+}
+
+fn node(run: &Run, place: &Place) -> Result<Node<Service>, SymbolError> {
+    // What it has to say comes back as an error; its log would mix into the robot's.
+    set_log_level_from_env_or(LogLevel::Fatal);
+    let mut config = Config::default();
+    let folder = run.folder();
+    let root = Path::new(folder.as_os_str().as_encoded_bytes());
+    config
+        .global
+        .set_root_path(&root.map_err(failed(run, "name the folder of the shared memory"))?);
+    let prefix = format!("{}{}_", place.prefix, run.word);
+    config.global.prefix =
+        FileName::new(prefix.as_bytes()).map_err(failed(run, "name the shared memory"))?;
+    NodeBuilder::new()
+        .config(&config)
+        // The robot handles its signals itself.
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Service>()
+        .map_err(failed(run, "register with the shared memory"))
+}
+
+fn service_name(run: &Run) -> Result<ServiceName, SymbolError> {
+    ServiceName::new(SERVICE_NAME).map_err(failed(run, "name the service"))
+}
+
+pub(super) fn failed<E: Debug>(run: &Run, doing: &'static str) -> impl FnOnce(E) -> SymbolError {
+    let robot = run.robot.as_str().into();
+    move |reason| SymbolError::SharedMemory {
+        robot,
+        doing,
+        reason: format!("{reason:?}").into(),
+    }
+}

@@ -1,0 +1,57 @@
+//! What a symbol's value may be.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Plain data that can be a symbol's value.
+///
+/// [`bytemuck::Pod`] makes sure that it holds no pointers and that every bit pattern is valid, so
+/// whatever another process makes of the memory, reading it is sound. Two builds of a program that
+/// use the same name for different layouts of the same size would misread each other: change the
+/// name with the layout.
+pub trait Datatype: bytemuck::Pod + Send + Sync {
+    /// The datatype's part of the semantic id: 1 to 40 ASCII letters, digits, `_` or `-`.
+    const NAME: &'static str;
+}
+
+/// Names the datatypes of symbols: `datatype!(Scan, "range_scan")`.
+#[macro_export]
+macro_rules! datatype {
+    ($type:ty, $name:literal) => {
+        impl $crate::symbols::Datatype for $type {
+            const NAME: &'static str = $name;
+        }
+    };
+}
+
+/// A value with the monotonic time at which it was true.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct Stamped<T> {
+    /// Nanoseconds of the monotonic clock; 0 means never written.
+    pub stamp_ns: u64,
+    /// The value.
+    pub value: T,
+}
+
+impl<T> Stamped<T> {
+    /// Whether the value was ever written.
+    pub const fn is_written(&self) -> bool {
+        self.stamp_ns != 0
+    }
+
+    /// How old the value is, or `None` if it was never written. A stamp in the future has age 0.
+    pub const fn age_ns(&self, now_ns: u64) -> Option<u64> {
+        match self.stamp_ns {
+            0 => None,
+            stamp_ns => Some(now_ns.saturating_sub(stamp_ns)),
+        }
+    }
+}
+
+// SAFETY: the struct has a fixed layout, and `T` is `Pod`, so there are no pointers, no references
+// and nothing to drop in it. The name stands for one layout, as `Datatype::NAME` asks for.
+unsafe impl<T: Datatype> ZeroCopySend for Stamped<T> {
+    unsafe fn type_name() -> &'static str {
+        T::NAME
+    }
+}

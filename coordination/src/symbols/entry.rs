@@ -1,0 +1,104 @@
+//! The handles through which symbols are written and read.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{Ordering, fence};
+
+use iceoryx2::port::reader::EntryHandle;
+use iceoryx2::port::writer::EntryHandleMut;
+
+use super::blackboard::{Key, Service};
+use super::{Datatype, Stamped};
+
+/// The right to write one symbol; there is one per symbol.
+///
+/// It keeps the shared memory alive, so the order in which handles and the table are dropped does
+/// not matter.
+pub struct Writer<T: Datatype> {
+    handle: EntryHandleMut<Service, Key, Stamped<T>>,
+    /// After `handle`, which lies in it.
+    _owner: Arc<dyn Send + Sync>,
+}
+
+impl<T: Datatype> Writer<T> {
+    pub(super) fn new(
+        handle: EntryHandleMut<Service, Key, Stamped<T>>,
+        owner: Arc<dyn Send + Sync>,
+    ) -> Self {
+        let mut writer = Self {
+            handle,
+            _owner: owner,
+        };
+        // Touches both buffers, so that the first real writes find their pages mapped.
+        for _ in 0..2 {
+            writer.write(0, &T::zeroed());
+        }
+        writer
+    }
+
+    /// Publishes `value`, which was true at `stamp_ns`. Real time: wait-free; two copies.
+    pub fn write(&mut self, stamp_ns: u64, value: &T) {
+        // iceoryx2 alternates between two buffers and releases each with its counter. Nothing in
+        // it keeps the next write into the older buffer from becoming visible before that counter
+        // on a weakly ordered processor (the ARM target), so readers could accept a torn value.
+        // This fence does; it costs nothing on x86.
+        fence(Ordering::Release);
+        self.handle.update_with_copy(Stamped {
+            stamp_ns,
+            value: *value,
+        });
+    }
+}
+
+impl<T: Datatype> fmt::Debug for Writer<T> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "Writer<{}>", T::NAME)
+    }
+}
+
+/// The right to read one symbol, for one thread at a time; any number exist.
+pub struct Reader<T: Datatype> {
+    handle: EntryHandle<Service, Key, Stamped<T>>,
+    retries: u64,
+    /// After `handle`, which lies in it.
+    _owner: Arc<dyn Send + Sync>,
+}
+
+impl<T: Datatype> Reader<T> {
+    pub(super) fn new(
+        handle: EntryHandle<Service, Key, Stamped<T>>,
+        owner: Arc<dyn Send + Sync>,
+    ) -> Self {
+        Self {
+            handle,
+            retries: 0,
+            _owner: owner,
+        }
+    }
+
+    /// The newest value. Real time: lock-free; it is read again when the owner published during
+    /// the copy, so it ends unless the owner publishes faster than one copy takes, every time.
+    pub fn read(&mut self) -> Stamped<T> {
+        let value = self.handle.get();
+        // The handle notes the counter before the first copy; it has moved if a write came in.
+        if !self.handle.is_up_to_date(&value) {
+            self.retries = self.retries.saturating_add(1);
+        }
+        *value
+    }
+
+    /// How many reads met a write, each of which may have been a second copy.
+    ///
+    /// iceoryx2 repeats inside and does not say how often. This counts, at the cost of one load,
+    /// the reads during which the symbol changed: never fewer than those repeated, and a few more,
+    /// because a write just before or just after the copy looks the same.
+    pub fn retries(&self) -> u64 {
+        self.retries
+    }
+}
+
+impl<T: Datatype> fmt::Debug for Reader<T> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "Reader<{}>", T::NAME)
+    }
+}

@@ -1,0 +1,156 @@
+//! The view from outside: any process of the same user can list and read a robot's symbols.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::{Mutex, PoisonError};
+
+use super::blackboard::{Blackboard, failed};
+use super::directory::{DIRECTORY_KEY, Directory, FORMAT};
+use super::entry::Reader;
+use super::instance::{self, Run, Seen};
+use super::sweep;
+use super::{Datatype, Place, SymbolError, SymbolInfo};
+
+/// Who asks, in the error messages of an inspector.
+const ASKED_BY: &str = "inspector";
+
+/// A robot's symbols seen from another process, read-only by its interface.
+///
+/// It does not keep the robot from ending: then its readers keep the last values, and
+/// [`is_alive`](Self::is_alive) turns false.
+pub struct Inspector {
+    directory: Mutex<Reader<Directory>>,
+    pid: u32,
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    blackboard: Blackboard,
+    visit: Visit,
+}
+
+/// Dropped last; removes what this process added to a run whose owner is gone.
+struct Visit(Run);
+
+impl Visit {
+    /// Whether the owner of this run still lives.
+    fn is_alive(&self) -> bool {
+        match instance::look(&self.0.root, &self.0.robot) {
+            Ok(Seen::Alive(content)) => content.word.as_ref() == Some(&self.0.word),
+            Ok(Seen::Absent | Seen::Dead(_)) | Err(_) => false,
+        }
+    }
+}
+
+impl Drop for Visit {
+    fn drop(&mut self) {
+        if !self.is_alive() {
+            // Nobody else would remove it; an error has nobody to go to.
+            let _ = sweep::remove_run(&self.0);
+        }
+    }
+}
+
+impl Inspector {
+    /// Opens the symbols of `robot` while it runs. Not for real-time threads.
+    pub fn open(robot: &str, place: &Place) -> Result<Self, SymbolError> {
+        place.check(robot)?;
+        let not_running = |dead_pid| SymbolError::NotRunning {
+            robot: robot.into(),
+            root: place.root.clone(),
+            dead_pid,
+        };
+        let Some(root) = place.existing_root()? else {
+            return Err(not_running(None));
+        };
+        let content = match instance::look(&root, robot)? {
+            Seen::Absent => return Err(not_running(None)),
+            Seen::Dead(content) => return Err(not_running(content.pid)),
+            Seen::Alive(content) => content,
+        };
+        let (Some(pid), Some(word), true) = (content.pid, content.word, content.ready) else {
+            return Err(SymbolError::StillStarting {
+                robot: robot.into(),
+                pid: content.pid,
+            });
+        };
+        let run = Run::of(&root, robot, &word);
+        let visit = Visit(run.clone());
+        let blackboard = match Blackboard::open(&run, place) {
+            Ok(blackboard) => blackboard,
+            // It may just have ended.
+            Err(_) if !visit.is_alive() => return Err(not_running(None)),
+            Err(error) => return Err(error),
+        };
+        let handle = blackboard
+            .reader
+            .entry(&DIRECTORY_KEY)
+            .map_err(failed(&run, "open the directory"))?;
+        let shared = Arc::new(Shared { blackboard, visit });
+        let mut directory = Reader::<Directory>::new(handle, shared.clone());
+        let found = directory.read().value.format;
+        if found != FORMAT {
+            return Err(SymbolError::OtherFormat {
+                robot: robot.into(),
+                found,
+                expected: FORMAT,
+            });
+        }
+        Ok(Self {
+            directory: Mutex::new(directory),
+            pid,
+            shared,
+        })
+    }
+
+    /// All symbols, in the order of their declaration.
+    pub fn directory(&self) -> Vec<SymbolInfo> {
+        self.read_directory().list()
+    }
+
+    /// Whether the robot has finished its start-up, so that the directory is complete.
+    pub fn is_sealed(&self) -> bool {
+        self.read_directory().sealed != 0
+    }
+
+    /// A reader of the symbol (`T`, `model`). The directory does not list it.
+    pub fn reader<T: Datatype>(&self, model: &str) -> Result<Reader<T>, SymbolError> {
+        let row = self.read_directory().look_up::<T>(ASKED_BY, model)?;
+        let handle = self
+            .shared
+            .blackboard
+            .reader
+            .entry(&row.key())
+            .map_err(failed(&self.shared.visit.0, "open a symbol for reading"))?;
+        Ok(Reader::new(handle, self.shared.clone()))
+    }
+
+    /// The robot that is looked at.
+    pub fn robot(&self) -> &str {
+        &self.shared.visit.0.robot
+    }
+
+    /// The process that runs, or ran, the robot.
+    pub fn pid(&self) -> u32 {
+        self.pid
+    }
+
+    /// Whether the robot still runs. Opens a file.
+    pub fn is_alive(&self) -> bool {
+        self.shared.visit.is_alive()
+    }
+
+    fn read_directory(&self) -> Box<Directory> {
+        let mut reader = self
+            .directory
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        Box::new(reader.read().value)
+    }
+}
+
+impl fmt::Debug for Inspector {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "Inspector({}, pid {})", self.robot(), self.pid)
+    }
+}
