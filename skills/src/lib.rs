@@ -3,3 +3,4 @@
 pub mod geometry;
 pub mod history;
 pub mod scan;
+pub mod tubes;

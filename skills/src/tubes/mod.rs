@@ -1,0 +1,46 @@
+//! Free-space motion tubes: is the floor free that the robot is about to sweep?
+//!
+//! A *tube* is the area that the footprint sweeps at a constant curvature over a horizon. At start-up its border is
+//! sampled once, a little outside, and every sample is mapped to the beam that looks at it and to the range at which
+//! it lies. At run time the tube is free when every one of those beams measures farther than its sample: one
+//! comparison per sample, whatever stands around.
+//!
+//! | part | does |
+//! |---|---|
+//! | [`parameters`] | what a set of tubes is made of, and what can be wrong with it |
+//! | `border` | the border of one tube as a list of points |
+//! | [`set`] | generation, sample to beam, the report, evaluation |
+//! | [`known`] | what one scan says per beam, with unknown beams settled |
+//! | [`memory`] | what was seen beside the robot in the last two seconds |
+//! | `select` | the tube for a wanted command |
+//! | [`adapt`] | the run-time object: scans in, safe commands out |
+//!
+//! # What is guaranteed
+//! A disc, or a box, whose every side is longer than `d_sample_m`, that stands still, that the sensor measures without
+//! error, and that the robot does not touch already, does not reach into a tube that is declared free. It holds for
+//! every tube of the set, and for every path between two neighbouring ones that are both free. Beside the robot,
+//! where the sensor does not look, it holds for what was in view within the memory's time.
+//!
+//! Needed for it: `d_aug_m` of at least half of `d_sample_m`, *plus* the sensor's error and the motion that alignment
+//! leaves. A thin wedge can reach further in, and what moves can come in from the side.
+//!
+//! # Real time
+//! Generation allocates. [`MotionTubes::observe`] and [`MotionTubes::adapt`] do not, and take a bounded time.
+
+pub mod adapt;
+mod border;
+mod generate;
+pub mod known;
+pub mod memory;
+pub mod parameters;
+mod report;
+mod select;
+pub mod set;
+
+pub use adapt::{Adapted, MotionTubes, ObserveError, Reason, Verdict};
+pub use known::KnownRanges;
+pub use parameters::{AdaptPolicy, Horizon, TubeError, TubeParameters};
+pub use set::{Refusal, TubeReport, TubeSet};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+//! A set of tubes, flat in memory, and its evaluation.
+
+use super::known::KnownRanges;
+use super::memory::NearGrid;
+use super::parameters::{Horizon, TubeError, TubeParameters};
+use crate::geometry::{Footprint, Twist2};
+use crate::scan::{MAX_BEAMS, ScanGeometry};
+
+pub use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
+
+/// A tube, as an index into its set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TubeId(pub u32);
+
+/// A row of tubes of one horizon, their curvatures evenly spread and growing with the index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Row {
+    pub horizon: Horizon,
+    pub length_m: f64,
+    pub curvature_step_1_m: f64,
+}
+
+/// Where a tube's samples and mask are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tube {
+    pub first_sample: u32,
+    pub samples: u32,
+    pub first_word: u32,
+    pub words: u32,
+    /// The grid's word that the mask begins with.
+    pub grid_word: u32,
+    pub refused: bool,
+}
+
+/// All tubes of a robot. Made once; evaluation reads it only.
+#[derive(Clone, Debug)]
+pub struct TubeSet {
+    pub(super) parameters: TubeParameters,
+    pub(super) footprint: Footprint,
+    pub(super) geometry: ScanGeometry,
+    pub(super) grid: NearGrid,
+    /// Rows, the longest first; `steps` tubes each.
+    pub(super) rows: Box<[Row]>,
+    pub(super) steps: usize,
+    pub(super) tubes: Box<[Tube]>,
+    pub(super) sample_beams: Box<[u16]>,
+    pub(super) sample_ranges_m: Box<[f32]>,
+    pub(super) mask_words: Box<[u64]>,
+}
+
+impl TubeSet {
+    /// Samples the border of every tube and maps the samples to beams. Tubes that the sensor cannot judge are refused,
+    /// and the report says why.
+    pub fn generate(
+        parameters: &TubeParameters,
+        footprint: &Footprint,
+        geometry: &ScanGeometry,
+    ) -> Result<(Self, TubeReport), TubeError> {
+        super::generate::generate(parameters, footprint, geometry)
+    }
+
+    /// How many tubes, the refused ones among them.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.tubes.len()
+    }
+
+    /// There is no tube.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.tubes.is_empty()
+    }
+
+    /// All tubes.
+    pub fn ids(&self) -> impl Iterator<Item = TubeId> + use<> {
+        (0..self.tubes.len() as u32).map(TubeId)
+    }
+
+    /// The horizon of a tube.
+    #[must_use]
+    pub fn horizon(&self, id: TubeId) -> Horizon {
+        self.rows[self.row_of(id)].horizon
+    }
+
+    /// The curvature of a tube.
+    #[must_use]
+    pub fn curvature_1_m(&self, id: TubeId) -> f64 {
+        self.row_curvature_1_m(self.row_of(id), id.0 as usize % self.steps)
+    }
+
+    /// The twist that drives a tube at its horizon's speed.
+    #[must_use]
+    pub fn twist(&self, id: TubeId) -> Twist2 {
+        let speed_m_s = self.horizon(id).speed_m_s;
+        Twist2::new(speed_m_s, speed_m_s * self.curvature_1_m(id))
+    }
+
+    /// The sensor cannot judge this tube; it is never free.
+    #[must_use]
+    pub fn is_refused(&self, id: TubeId) -> bool {
+        self.tubes[id.0 as usize].refused
+    }
+
+    /// Samples of a tube after those of one beam are merged.
+    #[must_use]
+    pub fn samples(&self, id: TubeId) -> usize {
+        self.tubes[id.0 as usize].samples as usize
+    }
+
+    /// What it was made of.
+    #[must_use]
+    pub fn parameters(&self) -> &TubeParameters {
+        &self.parameters
+    }
+
+    /// Whose tubes they are.
+    #[must_use]
+    pub fn footprint(&self) -> &Footprint {
+        &self.footprint
+    }
+
+    /// The sensor that judges them.
+    #[must_use]
+    pub fn geometry(&self) -> &ScanGeometry {
+        &self.geometry
+    }
+
+    /// The grid that remembered points are laid on.
+    #[must_use]
+    pub fn grid(&self) -> NearGrid {
+        self.grid
+    }
+
+    /// Whether a tube is free: every sample's beam is known to be free beyond the sample, and nothing is remembered
+    /// where the sensor does not look. `occupied` are the words of [`TubeSet::grid`].
+    #[must_use]
+    pub fn is_free(&self, id: TubeId, known: &KnownRanges, occupied: &[u64]) -> bool {
+        let tube = &self.tubes[id.0 as usize];
+        !tube.refused && self.samples_free(tube, known.as_array()) && self.mask_free(tube, occupied)
+    }
+
+    #[inline]
+    fn samples_free(&self, tube: &Tube, known_m: &[f32; MAX_BEAMS]) -> bool {
+        let samples = tube.first_sample as usize..(tube.first_sample + tube.samples) as usize;
+        let beams = &self.sample_beams[samples.clone()];
+        let ranges_m = &self.sample_ranges_m[samples];
+        // Blocks without a branch inside; an early way out between them. What is not comparable is not free.
+        let free = |(&beam, &range_m): (&u16, &f32)| known_m[beam as usize % MAX_BEAMS] > range_m;
+        const BLOCK: usize = 16;
+        let mut beam_blocks = beams.chunks_exact(BLOCK);
+        let mut range_blocks = ranges_m.chunks_exact(BLOCK);
+        for (beams, ranges_m) in beam_blocks.by_ref().zip(range_blocks.by_ref()) {
+            let all = beams
+                .iter()
+                .zip(ranges_m)
+                .fold(true, |all, sample| all & free(sample));
+            if !all {
+                return false;
+            }
+        }
+        beam_blocks
+            .remainder()
+            .iter()
+            .zip(range_blocks.remainder())
+            .fold(true, |all, sample| all & free(sample))
+    }
+
+    #[inline]
+    fn mask_free(&self, tube: &Tube, occupied: &[u64]) -> bool {
+        let first = tube.first_word as usize;
+        let mask = &self.mask_words[first..first + tube.words as usize];
+        let Some(occupied) = occupied.get(tube.grid_word as usize..) else {
+            return tube.words == 0;
+        };
+        occupied.len() >= mask.len()
+            && mask
+                .iter()
+                .zip(occupied)
+                .fold(0, |hits, (mask, occupied)| hits | (mask & occupied))
+                == 0
+    }
+
+    pub(super) fn id(&self, row: usize, step: usize) -> TubeId {
+        TubeId((row * self.steps + step) as u32)
+    }
+
+    pub(super) fn row_of(&self, id: TubeId) -> usize {
+        id.0 as usize / self.steps
+    }
+
+    pub(super) fn row_curvature_1_m(&self, row: usize, step: usize) -> f64 {
+        let middle = (self.steps / 2) as f64;
+        (step as f64 - middle) * self.rows[row].curvature_step_1_m
+    }
+}
