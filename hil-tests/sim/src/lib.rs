@@ -7,6 +7,8 @@
 //! Everything that decides is a pure value that is told the time: [`world::World`], [`lidar::Device`]. Servers with
 //! threads are thin shells around them.
 
+pub mod ethercat;
+pub mod kelo;
 pub mod lidar;
 pub mod plant;
 pub mod rt;

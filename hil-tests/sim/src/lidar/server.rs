@@ -154,3 +154,6 @@ impl Drop for LidarServer {
         self.join();
     }
 }
+
+#[cfg(test)]
+mod tests;

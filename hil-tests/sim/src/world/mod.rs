@@ -11,6 +11,8 @@ mod robot;
 mod scene;
 mod shared;
 mod simulation;
+#[cfg(test)]
+mod tests;
 mod truth;
 
 pub use geometry::{Footprint, Point, Pose, Rectangle, Segment, Twist};
