@@ -1,0 +1,302 @@
+//! From a wanted motion to the speeds of the two hub wheels.
+//!
+//! The unit is steered by the difference of its wheels. [`WheelController`] turns the pivot towards the angle whose path
+//! has the wanted curvature (the caster included), with a proportional law and a rate limit, and drives the unit as fast
+//! as the cosine of the pivot error allows, not at all while the error is large: it never drives off in a wrong
+//! direction. Speed follows acceleration limits,
+//! and no wheel is ever asked for more than its limit.
+//!
+//! Real time: [`WheelController::step`] does not allocate, lock or panic; what is not finite makes it stop.
+
+use crate::geometry::{MotionCommand, wrap_angle};
+use crate::odometry::{GeometryError, TricycleGeometry};
+
+/// How far the ramp may run ahead of the measured speed before it waits, m/s.
+const RAMP_AHEAD_M_S: f64 = 0.2;
+/// Below this the unit counts as standing, m/s.
+const STANDING_M_S: f64 = 1e-3;
+/// Longest control step that is believed, s.
+const LONGEST_STEP_S: f64 = 0.1;
+
+/// What the drive may do. All positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveLimits {
+    /// Of each hub wheel.
+    pub max_wheel_speed_rad_s: f64,
+    /// Of `base_link`.
+    pub max_speed_m_s: f64,
+    /// Of the pivot to either side.
+    pub max_steering_rad: f64,
+    /// Of the pivot's motion.
+    pub max_steering_rate_rad_s: f64,
+    /// Speeding up.
+    pub acceleration_m_s2: f64,
+    /// Slowing down by command.
+    pub deceleration_m_s2: f64,
+    /// Slowing down when told to stop at once.
+    pub stop_deceleration_m_s2: f64,
+    /// Pivot rate per radian of pivot error.
+    pub pivot_gain_1_s: f64,
+    /// A larger pivot error counts as this one.
+    pub pivot_error_max_rad: f64,
+    /// With a larger pivot error the unit turns before it rolls.
+    pub align_rad: f64,
+}
+
+impl Default for DriveLimits {
+    /// The platform of 0.4 m × 0.3 m. A pivot gain of 5 /s stays well damped with 50 ms between sensing and turning.
+    fn default() -> Self {
+        Self {
+            max_wheel_speed_rad_s: 35.0,
+            max_speed_m_s: 0.4,
+            max_steering_rad: 1.2,
+            max_steering_rate_rad_s: 3.0,
+            acceleration_m_s2: 0.5,
+            deceleration_m_s2: 0.8,
+            stop_deceleration_m_s2: 2.0,
+            pivot_gain_1_s: 5.0,
+            pivot_error_max_rad: std::f64::consts::FRAC_PI_4,
+            align_rad: 0.6,
+        }
+    }
+}
+
+impl DriveLimits {
+    /// Checks that every limit is a positive number and that steering stays below a right angle.
+    pub fn validate(&self) -> Result<(), DriveLimitError> {
+        for (name, value) in [
+            ("maximum wheel speed", self.max_wheel_speed_rad_s),
+            ("maximum speed", self.max_speed_m_s),
+            ("maximum steering angle", self.max_steering_rad),
+            ("maximum steering rate", self.max_steering_rate_rad_s),
+            ("acceleration", self.acceleration_m_s2),
+            ("deceleration", self.deceleration_m_s2),
+            ("stop deceleration", self.stop_deceleration_m_s2),
+            ("pivot gain", self.pivot_gain_1_s),
+            ("largest pivot error", self.pivot_error_max_rad),
+            ("alignment angle", self.align_rad),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(DriveLimitError::NotPositive { name, value });
+            }
+        }
+        if self.max_steering_rad >= std::f64::consts::FRAC_PI_2 {
+            return Err(DriveLimitError::Steering(self.max_steering_rad));
+        }
+        Ok(())
+    }
+
+    /// The tightest curve that the steering limit allows.
+    #[must_use]
+    pub fn max_curvature_1_m(&self, geometry: &TricycleGeometry) -> f64 {
+        self.max_steering_rad.tan() / geometry.wheelbase_m
+    }
+}
+
+/// Limits that no drive can have.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DriveLimitError {
+    /// A limit that must be positive.
+    #[error("{name} must be positive, found {value}")]
+    NotPositive {
+        /// Which.
+        name: &'static str,
+        /// Found.
+        value: f64,
+    },
+    /// The steering limit reaches a right angle.
+    #[error("maximum steering angle must be below π/2, found {0} rad")]
+    Steering(f64),
+    /// The vehicle itself.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+}
+
+/// Whether the command counts, or how to stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StopKind {
+    /// Follow the command.
+    #[default]
+    None,
+    /// Stop at the ordinary deceleration, pivot held.
+    Gentle,
+    /// Stop at the stop deceleration, pivot held.
+    Hard,
+}
+
+/// Speeds of the two hub wheels, positive drives the unit forward along its heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelSpeeds {
+    /// Left hub wheel.
+    pub left_rad_s: f64,
+    /// Right hub wheel.
+    pub right_rad_s: f64,
+}
+
+/// What the wheels are asked for: the same two numbers.
+pub type WheelSetpoints = WheelSpeeds;
+
+/// The controller between a motion command and the wheels.
+#[derive(Clone, Debug)]
+pub struct WheelController {
+    geometry: TricycleGeometry,
+    limits: DriveLimits,
+    /// Ramped speed of the unit along its heading.
+    unit_m_s: f64,
+}
+
+impl WheelController {
+    /// A controller at standstill.
+    pub fn new(geometry: TricycleGeometry, limits: DriveLimits) -> Result<Self, DriveLimitError> {
+        geometry.validate()?;
+        limits.validate()?;
+        Ok(Self {
+            geometry,
+            limits,
+            unit_m_s: 0.0,
+        })
+    }
+
+    /// The limits in force.
+    #[must_use]
+    pub fn limits(&self) -> &DriveLimits {
+        &self.limits
+    }
+
+    /// Speed of the unit that the ramp has reached.
+    #[must_use]
+    pub fn unit_speed_m_s(&self) -> f64 {
+        self.unit_m_s
+    }
+
+    /// Starts the ramp at what the wheels do now: after a bring-up, or a pause with motors off.
+    pub fn reset(&mut self, measured: WheelSpeeds) {
+        let unit_m_s = self.unit_speed_of(measured);
+        let limit_m_s = self.limits.max_wheel_speed_rad_s * self.geometry.wheel_radius_m();
+        self.unit_m_s = if unit_m_s.is_finite() {
+            unit_m_s.clamp(-limit_m_s, limit_m_s)
+        } else {
+            0.0
+        };
+    }
+
+    /// The pivot angle whose steady path has this curvature, within the steering limit.
+    #[must_use]
+    pub fn steering_for(&self, curvature_1_m: f64) -> f64 {
+        // The pivot point moves along (1, L·κ); the unit's heading leads it by what the trailing axle adds.
+        let slope = self.geometry.wheelbase_m * curvature_1_m;
+        let lead = self.geometry.caster_offset_m * curvature_1_m / slope.hypot(1.0);
+        (slope.atan() - lead.clamp(-1.0, 1.0).asin())
+            .clamp(-self.limits.max_steering_rad, self.limits.max_steering_rad)
+    }
+
+    /// One control step. `pivot_rad` and `measured` are the latest from the drive; `dt_s` is the time since the last step.
+    pub fn step(
+        &mut self,
+        command: MotionCommand,
+        stop: StopKind,
+        pivot_rad: f64,
+        measured: WheelSpeeds,
+        dt_s: f64,
+    ) -> WheelSetpoints {
+        let sane = command.is_finite() && pivot_rad.is_finite();
+        let stop = if sane { stop } else { StopKind::Hard };
+        let pivot_rad = if pivot_rad.is_finite() {
+            pivot_rad
+        } else {
+            0.0
+        };
+        let dt_s = if dt_s.is_finite() {
+            dt_s.clamp(0.0, LONGEST_STEP_S)
+        } else {
+            0.0
+        };
+        let (target_m_s, pivot_rate_rad_s) = match stop {
+            StopKind::None => self.targets(command, pivot_rad),
+            StopKind::Gentle | StopKind::Hard => (0.0, 0.0),
+        };
+        let slowing_m_s2 = match stop {
+            StopKind::Hard => self.limits.stop_deceleration_m_s2,
+            StopKind::None | StopKind::Gentle => self.limits.deceleration_m_s2,
+        };
+        self.ramp(target_m_s, slowing_m_s2, measured, dt_s);
+        let standing = target_m_s == 0.0 && self.unit_m_s.abs() < STANDING_M_S;
+        if standing && pivot_rate_rad_s == 0.0 {
+            self.unit_m_s = 0.0;
+            return WheelSetpoints::default();
+        }
+        self.wheels(pivot_rad, pivot_rate_rad_s)
+    }
+
+    /// Unit speed and pivot rate that the command asks for at this pivot angle.
+    fn targets(&self, command: MotionCommand, pivot_rad: f64) -> (f64, f64) {
+        let limit_m_s = self.limits.max_speed_m_s;
+        let speed_m_s = command.speed_m_s.clamp(-limit_m_s, limit_m_s);
+        let steering_rad = self.steering_for(command.curvature_1_m);
+        let error_rad = wrap_angle(steering_rad - pivot_rad);
+        if speed_m_s == 0.0 && self.unit_m_s.abs() < STANDING_M_S {
+            // Standing still on purpose: the pivot rests, turning it would turn the platform.
+            return (0.0, 0.0);
+        }
+        let rate_limit = self.limits.max_steering_rate_rad_s;
+        let error_max_rad = self.limits.pivot_error_max_rad;
+        let rate_rad_s = (self.limits.pivot_gain_1_s
+            * error_rad.clamp(-error_max_rad, error_max_rad))
+        .clamp(-rate_limit, rate_limit);
+        // Speed of the trailing axle on that path; at the steering limit the path is the one that is possible.
+        let slope = steering_rad.tan();
+        let share = if error_rad.abs() > self.limits.align_rad {
+            0.0
+        } else {
+            error_rad.cos().max(0.0)
+        };
+        let unit_m_s = speed_m_s * slope.hypot(1.0) * share;
+        (unit_m_s, rate_rad_s)
+    }
+
+    fn ramp(&mut self, target_m_s: f64, slowing_m_s2: f64, measured: WheelSpeeds, dt_s: f64) {
+        let measured_m_s = self.unit_speed_of(measured);
+        if measured_m_s.is_finite() {
+            // Wheels that do not follow (motors off, blocked) must not be met by a full ramp when they are back.
+            let reach_m_s = measured_m_s.abs() + RAMP_AHEAD_M_S;
+            self.unit_m_s = self.unit_m_s.clamp(-reach_m_s, reach_m_s);
+        }
+        let slowing = self.unit_m_s * (target_m_s - self.unit_m_s) < 0.0;
+        let slope_m_s2 = if slowing {
+            slowing_m_s2
+        } else {
+            self.limits.acceleration_m_s2
+        };
+        let mut step_m_s = slope_m_s2 * dt_s;
+        if slowing && self.unit_m_s * target_m_s < 0.0 {
+            // A reversal passes through standstill.
+            step_m_s = step_m_s.min(self.unit_m_s.abs());
+        }
+        self.unit_m_s += (target_m_s - self.unit_m_s).clamp(-step_m_s, step_m_s);
+    }
+
+    fn wheels(&mut self, pivot_rad: f64, pivot_rate_rad_s: f64) -> WheelSetpoints {
+        let geometry = &self.geometry;
+        let radius_m = geometry.wheel_radius_m();
+        let limit_m_s = self.limits.max_wheel_speed_rad_s * radius_m;
+        let twist = geometry.twist(self.unit_m_s, pivot_rad, pivot_rate_rad_s);
+        let spread_m_s = ((twist.omega_rad_s + pivot_rate_rad_s) * geometry.wheel_separation_m
+            / 2.0)
+            .clamp(-limit_m_s, limit_m_s);
+        // Steering goes before speed when the wheels cannot do both.
+        let reach_m_s = limit_m_s - spread_m_s.abs();
+        self.unit_m_s = self.unit_m_s.clamp(-reach_m_s, reach_m_s);
+        let limit_rad_s = self.limits.max_wheel_speed_rad_s;
+        WheelSetpoints {
+            left_rad_s: ((self.unit_m_s - spread_m_s) / radius_m).clamp(-limit_rad_s, limit_rad_s),
+            right_rad_s: ((self.unit_m_s + spread_m_s) / radius_m).clamp(-limit_rad_s, limit_rad_s),
+        }
+    }
+
+    fn unit_speed_of(&self, speeds: WheelSpeeds) -> f64 {
+        self.geometry.wheel_radius_m() * (speeds.left_rad_s + speeds.right_rad_s) / 2.0
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,128 @@
+//! What goes into a navigation step and what comes out of it.
+
+use crate::geometry::{MotionCommand, Pose2};
+use crate::localisation::PoseCounters;
+use crate::odometry::Odometry;
+use crate::perception::corridor::CorridorEstimate;
+use crate::perception::lane_end::LaneEndEstimate;
+use crate::scan::AlignedScan;
+use coordination::event::EventId;
+use coordination::fsm::StateId;
+
+/// Events that one step can report.
+pub const MAX_EVENTS: usize = 16;
+
+/// What a step needs.
+#[derive(Clone, Copy, Debug)]
+pub struct NavigationInput<'a> {
+    /// Monotonic time.
+    pub now_ns: u64,
+    /// The latest aligned scan; one that was seen before is not used again.
+    pub scan: Option<&'a AlignedScan>,
+    /// The latest dead reckoning.
+    pub odometry: &'a Odometry,
+    /// `false`: everything goes on, but the command is to stand.
+    pub motion_allowed: bool,
+}
+
+/// A short list of events, without allocation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EventList {
+    events: [EventId; MAX_EVENTS],
+    len: usize,
+}
+
+impl Default for EventList {
+    fn default() -> Self {
+        Self {
+            events: [EventId(0); MAX_EVENTS],
+            len: 0,
+        }
+    }
+}
+
+impl EventList {
+    /// The events in their order.
+    #[must_use]
+    pub fn as_slice(&self) -> &[EventId] {
+        &self.events[..self.len]
+    }
+
+    /// Adds one; `false` when the list is full.
+    pub(super) fn push(&mut self, event: EventId) -> bool {
+        let Some(place) = self.events.get_mut(self.len) else {
+            return false;
+        };
+        *place = event;
+        self.len += 1;
+        true
+    }
+
+    /// Takes the first one out.
+    pub(super) fn pop_front(&mut self) -> Option<EventId> {
+        let first = *self.as_slice().first()?;
+        self.events.copy_within(1..self.len, 0);
+        self.len -= 1;
+        Some(first)
+    }
+}
+
+/// Counts since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NavigationCounters {
+    /// Steps made.
+    pub steps: u64,
+    /// Scans used.
+    pub scans: u64,
+    /// Scans that were older than the one before, or came from somewhere else than odometry knows.
+    pub scans_refused: u64,
+    /// Events that found a list full.
+    pub events_lost: u64,
+    /// Times that the corridor had to be found anew.
+    pub corridor_restarts: u64,
+    /// What became of the pose's corrections.
+    pub pose: PoseCounters,
+}
+
+/// What a step says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NavigationOutput {
+    /// Time of the step.
+    pub now_ns: u64,
+    /// The motion to make.
+    pub command: MotionCommand,
+    /// `base_link` in `map`.
+    pub pose: Pose2,
+    /// Of (x, y, θ), row by row.
+    pub covariance: [[f64; 3]; 3],
+    /// Standard deviation of the position in its worst direction.
+    pub position_std_m: f64,
+    /// The machine's state after the step.
+    pub state: StateId,
+    /// Index of the state's area in the map.
+    pub area: Option<usize>,
+    /// Index of the skill that runs.
+    pub skill: usize,
+    /// Of `base_link` from the path of the controller, positive to the left.
+    pub lateral_error_m: f64,
+    /// Of `base_link` from the direction of that path.
+    pub heading_error_rad: f64,
+    /// The corridor, when it is tracked.
+    pub corridor: Option<CorridorEstimate>,
+    /// The lane's end, when it is looked for and was found.
+    pub lane_end: Option<LaneEndEstimate>,
+    /// Monitors that fired in this step.
+    pub events: EventList,
+    /// Outputs that the machine fired in this step.
+    pub outputs: EventList,
+    /// The state, and with it the schedule, changed in this step.
+    pub schedule_changed: bool,
+    /// The controller has finished its manoeuvre.
+    pub manoeuvre_done: bool,
+    /// The pose is not good enough to drive by: the command is to stand.
+    pub pose_uncertain: bool,
+    /// Farther from the path than the area allows.
+    pub deviation_exceeded: bool,
+    /// Counts since the start.
+    pub counters: NavigationCounters,
+}

@@ -1,0 +1,421 @@
+//! Dead reckoning of a tricycle whose steered wheel unit has a caster.
+//!
+//! The unit (two hub wheels on a freely turning pivot) sits at (wheelbase, 0) in `base_link`; its wheel axle trails the
+//! pivot by the caster offset `s`. With the unit's speed `v_u`, the pivot angle δ and the wheelbase `L`:
+//!
+//! ```text
+//! v    = v_u·cos δ − s·(ω + δ')·sin δ
+//! ω·L  = v_u·sin δ + s·(ω + δ')·cos δ
+//! ```
+//!
+//! `v_u` comes from the sum of both wheels, δ and δ' from the pivot encoder. The difference of the wheels would give
+//! ω + δ' too, but magnifies a scale error of one per cent into a drifting heading; it only serves to recognise a pivot
+//! encoder that jumps.
+//!
+//! Real time: [`DeadReckoning::update`] does not allocate, lock or panic.
+//!
+//! ```
+//! use skills::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
+//! let mut dead_reckoning = DeadReckoning::new(TricycleGeometry::default(), 35.0)?;
+//! let wheel_rad_per_m = 1.0 / TricycleGeometry::default().wheel_radius_m();
+//! for step in 0..=100u64 {
+//!     let travelled_rad = step as f64 * 0.002 * wheel_rad_per_m;
+//!     let sample = EncoderSample { stamp_ns: 1 + step * 5_000_000, left_rad: travelled_rad, right_rad: travelled_rad, pivot_rad: 0.0 };
+//!     dead_reckoning.update(&sample)?;
+//! }
+//! assert!((dead_reckoning.odometry().pose.x_m - 0.2).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use crate::geometry::{Pose2, Twist2, wrap_angle};
+
+/// Longest step that is bridged with the last twist when a sample has to be rejected.
+const BRIDGE_S: f64 = 0.05;
+/// A gap longer than this takes the new encoder values as they are, without moving.
+const LONGEST_GAP_S: f64 = 5.0;
+/// That many stamps in a row before the last accepted one mean that the clock was set back for good.
+const BACKWARD_RUN: u32 = 20;
+/// The pivot can be turned by hand or by a bump faster than the wheels would, rad/s.
+const FASTEST_PIVOT_RAD_S: f64 = 80.0;
+/// Time constant of the published twist, s.
+const TWIST_FILTER_S: f64 = 0.01;
+
+/// Measures of the wheel unit and where it sits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TricycleGeometry {
+    /// From the fixed axle to the pivot.
+    pub wheelbase_m: f64,
+    /// Of both hub wheels.
+    pub wheel_diameter_m: f64,
+    /// Between the two hub wheels.
+    pub wheel_separation_m: f64,
+    /// How far the hub wheels' axle trails the pivot.
+    pub caster_offset_m: f64,
+}
+
+impl Default for TricycleGeometry {
+    /// A KELO drive 100 under a platform of 0.4 m × 0.3 m.
+    fn default() -> Self {
+        Self {
+            wheelbase_m: 0.25,
+            wheel_diameter_m: 0.105,
+            wheel_separation_m: 0.0775,
+            caster_offset_m: 0.01,
+        }
+    }
+}
+
+impl TricycleGeometry {
+    /// Half the diameter.
+    #[must_use]
+    pub fn wheel_radius_m(&self) -> f64 {
+        self.wheel_diameter_m / 2.0
+    }
+
+    /// Checks that the numbers describe a vehicle.
+    pub fn validate(&self) -> Result<(), GeometryError> {
+        for (name, value) in [
+            ("wheelbase", self.wheelbase_m),
+            ("wheel diameter", self.wheel_diameter_m),
+            ("wheel separation", self.wheel_separation_m),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(GeometryError::NotPositive { name, value });
+            }
+        }
+        let (caster_m, wheelbase_m) = (self.caster_offset_m, self.wheelbase_m);
+        if !(caster_m.is_finite() && (0.0..wheelbase_m / 2.0).contains(&caster_m)) {
+            return Err(GeometryError::Caster {
+                caster_m,
+                wheelbase_m,
+            });
+        }
+        Ok(())
+    }
+
+    /// Twist of `base_link` from the unit's speed, the pivot angle and its rate.
+    #[must_use]
+    pub fn twist(&self, unit_m_s: f64, pivot_rad: f64, pivot_rate_rad_s: f64) -> Twist2 {
+        let (sin, cos) = pivot_rad.sin_cos();
+        let caster_m = self.caster_offset_m;
+        let omega_rad_s = (unit_m_s * sin + caster_m * pivot_rate_rad_s * cos)
+            / (self.wheelbase_m - caster_m * cos);
+        let v_m_s = unit_m_s * cos - caster_m * (omega_rad_s + pivot_rate_rad_s) * sin;
+        Twist2::new(v_m_s, omega_rad_s)
+    }
+}
+
+/// Numbers that describe no vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum GeometryError {
+    /// A length that must be positive.
+    #[error("{name} must be a positive length, found {value} m")]
+    NotPositive {
+        /// Which.
+        name: &'static str,
+        /// Found, in metres.
+        value: f64,
+    },
+    /// The caster offset does not fit the wheelbase.
+    #[error(
+        "caster offset must lie between 0 and half the wheelbase ({wheelbase_m} m), found {caster_m} m"
+    )]
+    Caster {
+        /// Found.
+        caster_m: f64,
+        /// The wheelbase.
+        wheelbase_m: f64,
+    },
+    /// The fastest wheel speed.
+    #[error("maximum wheel speed must be positive, found {0} rad/s")]
+    WheelSpeed(f64),
+}
+
+/// What the drive's encoders say; positive wheel angles drive the unit forward along its heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EncoderSample {
+    /// When it was sampled, monotonic.
+    pub stamp_ns: u64,
+    /// Left hub wheel, accumulated.
+    pub left_rad: f64,
+    /// Right hub wheel, accumulated.
+    pub right_rad: f64,
+    /// Pivot, its zero already subtracted; may wrap at ±π.
+    pub pivot_rad: f64,
+}
+
+/// Where dead reckoning believes the robot is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Odometry {
+    /// When the encoders were sampled; 0 before the first sample.
+    pub stamp_ns: u64,
+    /// `base_link` in `odom`.
+    pub pose: Pose2,
+    /// Of `base_link`, smoothed over a few samples.
+    pub twist: Twist2,
+    /// Pivot angle in (−π, π].
+    pub steering_rad: f64,
+    /// Length of the path driven so far; only grows.
+    pub distance_m: f64,
+    /// Angle turned so far, left or right; only grows.
+    pub turned_rad: f64,
+}
+
+/// Why a sample was not used.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum OdometryFault {
+    /// A value was not a number.
+    #[error("encoder sample at {stamp_ns} ns is not finite")]
+    NotFinite {
+        /// Stamp of the sample.
+        stamp_ns: u64,
+    },
+    /// The stamp lies before the last accepted one.
+    #[error("encoder sample is {by_ns} ns older than the one before")]
+    TimeBackwards {
+        /// By how much.
+        by_ns: u64,
+    },
+    /// No sample for so long that the way between cannot be told.
+    #[error("no encoder sample for {gap_s:.2} s")]
+    Gap {
+        /// How long.
+        gap_s: f64,
+    },
+    /// A wheel moved farther than it can.
+    #[error(
+        "wheel encoders moved {left_rad:.3} and {right_rad:.3} rad, at most {limit_rad:.3} is possible"
+    )]
+    WheelJump {
+        /// Left increment.
+        left_rad: f64,
+        /// Right increment.
+        right_rad: f64,
+        /// What the wheel speed limit allows.
+        limit_rad: f64,
+    },
+    /// The pivot moved in a way that the wheels do not explain.
+    #[error("pivot encoder moved {moved_rad:.3} rad, the wheels explain {explained_rad:.3}")]
+    PivotJump {
+        /// Increment of the pivot.
+        moved_rad: f64,
+        /// What follows from the wheels.
+        explained_rad: f64,
+    },
+}
+
+/// How many samples were used and rejected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OdometryCounters {
+    /// Used.
+    pub accepted: u64,
+    /// Same stamp as the one before, nothing to do.
+    pub repeated: u64,
+    /// Not a number.
+    pub not_finite: u64,
+    /// Stamp before the last one.
+    pub time_backwards: u64,
+    /// Gaps in time.
+    pub gaps: u64,
+    /// Impossible increments of wheels or pivot.
+    pub jumps: u64,
+}
+
+impl OdometryCounters {
+    /// All that were rejected.
+    #[must_use]
+    pub fn rejected(&self) -> u64 {
+        self.not_finite + self.time_backwards + self.gaps + self.jumps
+    }
+}
+
+/// Integrates encoder samples into a pose in `odom`.
+#[derive(Clone, Debug)]
+pub struct DeadReckoning {
+    geometry: TricycleGeometry,
+    max_wheel_speed_rad_s: f64,
+    odometry: Odometry,
+    last: Option<EncoderSample>,
+    backward_run: u32,
+    counters: OdometryCounters,
+}
+
+impl DeadReckoning {
+    /// Starts at the origin of `odom`. The wheel speed limit tells possible increments from jumps.
+    pub fn new(
+        geometry: TricycleGeometry,
+        max_wheel_speed_rad_s: f64,
+    ) -> Result<Self, GeometryError> {
+        geometry.validate()?;
+        if !(max_wheel_speed_rad_s.is_finite() && max_wheel_speed_rad_s > 0.0) {
+            return Err(GeometryError::WheelSpeed(max_wheel_speed_rad_s));
+        }
+        Ok(Self {
+            geometry,
+            max_wheel_speed_rad_s,
+            odometry: Odometry::default(),
+            last: None,
+            backward_run: 0,
+            counters: OdometryCounters::default(),
+        })
+    }
+
+    /// The latest estimate.
+    #[must_use]
+    pub fn odometry(&self) -> &Odometry {
+        &self.odometry
+    }
+
+    /// What was used and rejected so far.
+    #[must_use]
+    pub fn counters(&self) -> OdometryCounters {
+        self.counters
+    }
+
+    /// Takes the next sample as a new beginning without moving: after the bus came back, or the encoders restarted.
+    pub fn rebase(&mut self) {
+        self.last = None;
+        self.odometry.twist = Twist2::default();
+    }
+
+    /// Moves the estimate by one sample. A rejected sample is counted; the estimate stays usable.
+    pub fn update(&mut self, sample: &EncoderSample) -> Result<Odometry, OdometryFault> {
+        let stamp_ns = sample.stamp_ns;
+        if ![sample.left_rad, sample.right_rad, sample.pivot_rad]
+            .iter()
+            .all(|value| value.is_finite())
+        {
+            self.counters.not_finite += 1;
+            return Err(OdometryFault::NotFinite { stamp_ns });
+        }
+        let Some(last) = self.last else {
+            self.begin(sample);
+            return Ok(self.odometry);
+        };
+        if stamp_ns < last.stamp_ns {
+            self.counters.time_backwards += 1;
+            self.backward_run += 1;
+            if self.backward_run >= BACKWARD_RUN {
+                self.begin(sample);
+            }
+            let by_ns = last.stamp_ns - stamp_ns;
+            return Err(OdometryFault::TimeBackwards { by_ns });
+        }
+        self.backward_run = 0;
+        if stamp_ns == last.stamp_ns {
+            self.counters.repeated += 1;
+            return Ok(self.odometry);
+        }
+        let dt_s = (stamp_ns - last.stamp_ns) as f64 * 1e-9;
+        if dt_s > LONGEST_GAP_S {
+            self.counters.gaps += 1;
+            self.begin(sample);
+            return Err(OdometryFault::Gap { gap_s: dt_s });
+        }
+        match self.increments(&last, sample, dt_s) {
+            Ok((unit_m, pivot_rad)) => {
+                self.integrate(unit_m, pivot_rad, dt_s);
+                self.counters.accepted += 1;
+                self.last = Some(*sample);
+                self.odometry.stamp_ns = stamp_ns;
+                self.odometry.steering_rad = wrap_angle(sample.pivot_rad);
+                Ok(self.odometry)
+            }
+            Err(fault) => {
+                self.counters.jumps += 1;
+                self.bridge(dt_s);
+                // The new values are the base of what follows: a jump that stays is rejected only once.
+                self.last = Some(*sample);
+                self.odometry.stamp_ns = stamp_ns;
+                Err(fault)
+            }
+        }
+    }
+
+    fn begin(&mut self, sample: &EncoderSample) {
+        self.last = Some(*sample);
+        self.backward_run = 0;
+        self.odometry.stamp_ns = sample.stamp_ns;
+        self.odometry.steering_rad = wrap_angle(sample.pivot_rad);
+        self.odometry.twist = Twist2::default();
+    }
+
+    /// Way of the unit and turn of the pivot since the last sample, when both are possible.
+    fn increments(
+        &self,
+        last: &EncoderSample,
+        sample: &EncoderSample,
+        dt_s: f64,
+    ) -> Result<(f64, f64), OdometryFault> {
+        // A fifth above the limit: the drive's speed loop overshoots.
+        let limit_rad = 1.2 * self.max_wheel_speed_rad_s * dt_s + 0.02;
+        let left_rad = possible_increment(sample.left_rad - last.left_rad, limit_rad);
+        let right_rad = possible_increment(sample.right_rad - last.right_rad, limit_rad);
+        if left_rad.abs() > limit_rad || right_rad.abs() > limit_rad {
+            return Err(OdometryFault::WheelJump {
+                left_rad,
+                right_rad,
+                limit_rad,
+            });
+        }
+        let radius_m = self.geometry.wheel_radius_m();
+        let unit_m = radius_m * (left_rad + right_rad) / 2.0;
+        let moved_rad = wrap_angle(sample.pivot_rad - last.pivot_rad);
+        let turn_rad = radius_m * (right_rad - left_rad) / self.geometry.wheel_separation_m;
+        let body_rad = self
+            .geometry
+            .twist(unit_m, last.pivot_rad + moved_rad / 2.0, moved_rad)
+            .omega_rad_s;
+        let explained_rad = turn_rad - body_rad;
+        // Slip and sampling at slightly different moments; beyond that it is the encoder.
+        let tolerance_rad = 0.15 + 0.3 * turn_rad.abs() + 4.0 * dt_s;
+        if moved_rad.abs() > FASTEST_PIVOT_RAD_S * dt_s
+            || (dt_s < 0.5 && (moved_rad - explained_rad).abs() > tolerance_rad)
+        {
+            return Err(OdometryFault::PivotJump {
+                moved_rad,
+                explained_rad,
+            });
+        }
+        Ok((unit_m, moved_rad))
+    }
+
+    fn integrate(&mut self, unit_m: f64, pivot_rad: f64, dt_s: f64) {
+        let middle_rad = self.odometry.steering_rad + pivot_rad / 2.0;
+        let step = self.geometry.twist(unit_m, middle_rad, pivot_rad);
+        self.advance(step);
+        let weight = dt_s / (dt_s + TWIST_FILTER_S);
+        let twist = &mut self.odometry.twist;
+        twist.v_m_s += weight * (step.v_m_s / dt_s - twist.v_m_s);
+        twist.omega_rad_s += weight * (step.omega_rad_s / dt_s - twist.omega_rad_s);
+    }
+
+    /// Goes on as before for the short time that a rejected sample covers.
+    fn bridge(&mut self, dt_s: f64) {
+        let twist = self.odometry.twist;
+        let bridged_s = dt_s.min(BRIDGE_S);
+        self.advance(Twist2::new(
+            twist.v_m_s * bridged_s,
+            twist.omega_rad_s * bridged_s,
+        ));
+    }
+
+    /// `step`: metres and radians.
+    fn advance(&mut self, step: Twist2) {
+        self.odometry.pose = self.odometry.pose.advance(step, 1.0);
+        self.odometry.distance_m += step.v_m_s.abs();
+        self.odometry.turned_rad += step.omega_rad_s.abs();
+    }
+}
+
+/// The increment as it is when it is possible, otherwise as if the encoder had wrapped.
+fn possible_increment(raw_rad: f64, limit_rad: f64) -> f64 {
+    if raw_rad.abs() <= limit_rad {
+        raw_rad
+    } else {
+        wrap_angle(raw_rad)
+    }
+}
+
+#[cfg(test)]
+mod tests;

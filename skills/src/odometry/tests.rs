@@ -1,0 +1,191 @@
+use super::*;
+use std::f64::consts::PI;
+
+const STEP_NS: u64 = 5_000_000;
+
+/// Encoders of a unit that moves as told, exact.
+struct Encoders {
+    geometry: TricycleGeometry,
+    sample: EncoderSample,
+    pose: Pose2,
+}
+
+impl Encoders {
+    fn new() -> Self {
+        Self {
+            geometry: TricycleGeometry::default(),
+            sample: EncoderSample {
+                stamp_ns: 1,
+                ..EncoderSample::default()
+            },
+            pose: Pose2::IDENTITY,
+        }
+    }
+
+    fn step(&mut self, unit_m_s: f64, pivot_rate_rad_s: f64) -> EncoderSample {
+        let substeps = 50;
+        let dt_s = STEP_NS as f64 * 1e-9 / f64::from(substeps);
+        let radius_m = self.geometry.wheel_radius_m();
+        for _ in 0..substeps {
+            let middle_rad = self.sample.pivot_rad + pivot_rate_rad_s * dt_s / 2.0;
+            let twist = self.geometry.twist(unit_m_s, middle_rad, pivot_rate_rad_s);
+            let spread_m_s =
+                (twist.omega_rad_s + pivot_rate_rad_s) * self.geometry.wheel_separation_m / 2.0;
+            self.pose = self.pose.advance(twist, dt_s);
+            self.sample.left_rad += (unit_m_s - spread_m_s) / radius_m * dt_s;
+            self.sample.right_rad += (unit_m_s + spread_m_s) / radius_m * dt_s;
+            self.sample.pivot_rad += pivot_rate_rad_s * dt_s;
+        }
+        self.sample.stamp_ns += STEP_NS;
+        self.sample
+    }
+}
+
+fn started() -> (Encoders, DeadReckoning) {
+    let encoders = Encoders::new();
+    let mut dead_reckoning = DeadReckoning::new(encoders.geometry, 35.0).unwrap();
+    dead_reckoning.update(&encoders.sample).unwrap();
+    (encoders, dead_reckoning)
+}
+
+fn error_m(encoders: &Encoders, dead_reckoning: &DeadReckoning) -> f64 {
+    let pose = dead_reckoning.odometry().pose;
+    pose.position().distance_m(encoders.pose.position())
+}
+
+#[test]
+fn follows_a_path_with_a_swinging_pivot() {
+    let (mut encoders, mut dead_reckoning) = started();
+    for step in 0..4000 {
+        let rate = 1.5 * (f64::from(step) * 0.01).sin();
+        let sample = encoders.step(0.4, rate);
+        dead_reckoning.update(&sample).unwrap();
+    }
+    assert!(error_m(&encoders, &dead_reckoning) < 1e-3);
+    let heading = dead_reckoning.odometry().pose.theta_rad - encoders.pose.theta_rad;
+    assert!(wrap_angle(heading).abs() < 1e-3);
+    assert!((dead_reckoning.odometry().distance_m - 7.5).abs() < 0.6);
+}
+
+#[test]
+fn a_pivot_swung_at_standstill_turns_the_platform_by_a_few_degrees() {
+    let (mut encoders, mut dead_reckoning) = started();
+    for _ in 0..100 {
+        let sample = encoders.step(0.0, PI);
+        dead_reckoning.update(&sample).unwrap();
+    }
+    let turned = dead_reckoning.odometry().pose.theta_rad.to_degrees();
+    assert!((2.0..4.0).contains(&turned), "{turned}");
+}
+
+#[test]
+fn wrapping_encoders_make_no_difference() {
+    let (mut encoders, mut dead_reckoning) = started();
+    for _ in 0..2000 {
+        let mut sample = encoders.step(0.3, 0.6);
+        sample.left_rad = wrap_angle(sample.left_rad);
+        sample.right_rad = wrap_angle(sample.right_rad);
+        sample.pivot_rad = wrap_angle(sample.pivot_rad);
+        dead_reckoning.update(&sample).unwrap();
+    }
+    assert!(error_m(&encoders, &dead_reckoning) < 1e-3);
+    assert_eq!(dead_reckoning.counters().rejected(), 0);
+}
+
+#[test]
+fn one_per_cent_between_the_wheels_barely_bends_the_path() {
+    let (mut encoders, mut dead_reckoning) = started();
+    for _ in 0..3000 {
+        let mut sample = encoders.step(0.4, 0.0);
+        sample.left_rad *= 1.01;
+        sample.right_rad *= 0.99;
+        dead_reckoning.update(&sample).unwrap();
+    }
+    assert!(dead_reckoning.odometry().pose.theta_rad.abs() < 1e-6);
+    assert!(error_m(&encoders, &dead_reckoning) < 1e-6);
+}
+
+#[test]
+fn a_jumping_wheel_is_rejected_once_and_bridged() {
+    let (mut encoders, mut dead_reckoning) = started();
+    let mut offset_rad = 0.0;
+    for step in 0..400 {
+        let mut sample = encoders.step(0.4, 0.0);
+        if step == 200 {
+            offset_rad = -2.0;
+        }
+        sample.left_rad += offset_rad;
+        let result = dead_reckoning.update(&sample);
+        assert_eq!(result.is_err(), step == 200, "{result:?}");
+    }
+    assert_eq!(dead_reckoning.counters().jumps, 1);
+    assert!(error_m(&encoders, &dead_reckoning) < 1e-3);
+}
+
+#[test]
+fn a_jumping_pivot_is_told_from_a_turning_one() {
+    let (mut encoders, mut dead_reckoning) = started();
+    for step in 0..400 {
+        let mut sample = encoders.step(0.4, 0.0);
+        if step == 200 {
+            sample.pivot_rad += 0.3;
+        }
+        let _ = dead_reckoning.update(&sample);
+    }
+    assert_eq!(dead_reckoning.counters().jumps, 2);
+    assert!(error_m(&encoders, &dead_reckoning) < 1e-3);
+}
+
+#[test]
+fn time_that_runs_backwards_moves_nothing_until_it_stays_so() {
+    let (mut encoders, mut dead_reckoning) = started();
+    let first = encoders.step(0.4, 0.0);
+    let second = encoders.step(0.4, 0.0);
+    dead_reckoning.update(&second).unwrap();
+    let before = *dead_reckoning.odometry();
+    assert_eq!(
+        dead_reckoning.update(&first),
+        Err(OdometryFault::TimeBackwards { by_ns: STEP_NS })
+    );
+    assert_eq!(*dead_reckoning.odometry(), before);
+    assert_eq!(dead_reckoning.update(&second), Ok(before));
+    for _ in 0..BACKWARD_RUN {
+        let _ = dead_reckoning.update(&first);
+    }
+    assert_eq!(dead_reckoning.odometry().stamp_ns, first.stamp_ns);
+    assert_eq!(dead_reckoning.odometry().pose, before.pose);
+}
+
+#[test]
+fn what_is_not_finite_or_too_late_is_counted() {
+    let (mut encoders, mut dead_reckoning) = started();
+    let mut sample = encoders.step(0.4, 0.0);
+    sample.pivot_rad = f64::NAN;
+    assert!(dead_reckoning.update(&sample).is_err());
+    sample.pivot_rad = 0.0;
+    sample.stamp_ns += 60_000_000_000;
+    sample.left_rad = 1e9;
+    assert!(matches!(
+        dead_reckoning.update(&sample),
+        Err(OdometryFault::Gap { .. })
+    ));
+    assert_eq!(dead_reckoning.odometry().pose, Pose2::IDENTITY);
+    assert_eq!(dead_reckoning.counters().rejected(), 2);
+}
+
+#[test]
+fn impossible_geometry_is_refused() {
+    let good = TricycleGeometry::default();
+    let flat = TricycleGeometry {
+        wheel_diameter_m: 0.0,
+        ..good
+    };
+    assert!(DeadReckoning::new(flat, 35.0).is_err());
+    let trailing = TricycleGeometry {
+        caster_offset_m: 0.3,
+        ..good
+    };
+    let message = trailing.validate().unwrap_err().to_string();
+    assert!(message.contains("0.3 m"), "{message}");
+    assert!(DeadReckoning::new(good, f64::NAN).is_err());
+}

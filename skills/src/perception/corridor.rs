@@ -1,0 +1,240 @@
+//! Tracks how the robot lies in its corridor: lateral offset from the lane and heading relative to it.
+//!
+//! Between scans the estimate moves with odometry. Each scan is searched for the walls that the map puts on both sides of
+//! the lane, near where the estimate expects them; one wall is enough, none lets the uncertainty grow.
+
+use super::line::LineFitter;
+use super::{PerceptionGains, WallFit};
+use crate::geometry::{Point2, Pose2, wrap_angle};
+use crate::map::{LaneGeometry, LaneWall};
+use nalgebra::{Matrix2, Vector2};
+
+/// A wall is looked for at least this far, and at most that far, from where it is expected.
+const GATE_MIN_M: f64 = 0.12;
+const GATE_MAX_M: f64 = 0.60;
+/// Refusing every wall so often in a row means that the estimate is wrong, not the walls.
+const REFUSALS_TO_RESTART: u32 = 5;
+/// Uncertainty that grows even at standstill, per second.
+const IDLE_VARIANCE_M2_S: f64 = 1e-6;
+/// Less certain than this, the estimate is not used.
+const USABLE_STD_M: f64 = 0.15;
+const USABLE_STD_RAD: f64 = 0.15;
+
+/// The corridor as the robot lies in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CorridorEstimate {
+    /// Of `base_link` from the lane's centre line, positive to the left.
+    pub lateral_m: f64,
+    /// Of `base_link` relative to the lane's direction.
+    pub heading_rad: f64,
+    /// Standard deviation of the lateral offset.
+    pub lateral_std_m: f64,
+    /// Standard deviation of the heading.
+    pub heading_std_rad: f64,
+    /// The last scan showed the left wall.
+    pub left_seen: bool,
+    /// The last scan showed the right wall.
+    pub right_seen: bool,
+    /// 1: both walls clean and long; 0: nothing seen.
+    pub quality: f64,
+    /// Scans in a row that showed a wall where it was expected.
+    pub consistent_scans: u32,
+    /// Good enough to drive by.
+    pub usable: bool,
+}
+
+/// What one scan showed of the two walls.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CorridorWalls {
+    /// The wall to the left of the lane.
+    pub left: Option<WallFit>,
+    /// The wall to the right of the lane.
+    pub right: Option<WallFit>,
+}
+
+/// The tracker of one lane's corridor.
+#[derive(Clone, Debug)]
+pub struct CorridorTracker {
+    gains: PerceptionGains,
+    state: Vector2<f64>,
+    covariance: Matrix2<f64>,
+    walls: CorridorWalls,
+    consistent_scans: u32,
+    refusals: u32,
+    started: bool,
+}
+
+impl CorridorTracker {
+    /// A tracker that has not started.
+    #[must_use]
+    pub fn new(gains: PerceptionGains) -> Self {
+        Self {
+            gains,
+            state: Vector2::zeros(),
+            covariance: Matrix2::identity(),
+            walls: CorridorWalls::default(),
+            consistent_scans: 0,
+            refusals: 0,
+            started: false,
+        }
+    }
+
+    /// Starts from where the pose in `map` puts the robot in the lane.
+    pub fn start(&mut self, lane: &LaneGeometry, pose: Pose2, std_m: f64, std_rad: f64) {
+        self.state = Vector2::new(
+            lane.line.lateral_m(pose.position()),
+            wrap_angle(pose.theta_rad - lane.direction_rad),
+        );
+        self.covariance = Matrix2::new(std_m * std_m, 0.0, 0.0, std_rad * std_rad);
+        self.walls = CorridorWalls::default();
+        self.consistent_scans = 0;
+        self.refusals = 0;
+        self.started = true;
+    }
+
+    /// Forgets the estimate.
+    pub fn clear(&mut self) {
+        self.started = false;
+        self.consistent_scans = 0;
+        self.walls = CorridorWalls::default();
+    }
+
+    /// Moves the estimate: `moved` is the new `base_link` in the old one.
+    pub fn predict(&mut self, moved: Pose2, dt_s: f64) {
+        if !self.started {
+            return;
+        }
+        let (sin, cos) = self.state.y.sin_cos();
+        let along_m = cos * moved.x_m - sin * moved.y_m;
+        self.state.x += sin * moved.x_m + cos * moved.y_m;
+        self.state.y = wrap_angle(self.state.y + moved.theta_rad);
+        let motion = Matrix2::new(1.0, along_m, 0.0, 1.0);
+        let way_m = moved.position().norm_m();
+        let turned_rad = moved.theta_rad.abs();
+        let lateral =
+            (self.gains.odometry_std_m_per_m * sin).powi(2) * way_m + IDLE_VARIANCE_M2_S * dt_s;
+        // A turn counts like the way of a point half a metre out.
+        let heading = self.gains.odometry_std_rad_per_m.powi(2) * (way_m + 0.5 * turned_rad)
+            + IDLE_VARIANCE_M2_S * dt_s;
+        self.covariance = motion * self.covariance * motion.transpose()
+            + Matrix2::new(lateral, 0.0, 0.0, heading);
+    }
+
+    /// Looks for the walls in a scan. `along_m` is where along the lane the robot is.
+    ///
+    /// Returns what was seen and accepted.
+    pub fn observe(
+        &mut self,
+        fitter: &mut LineFitter,
+        points: &[Point2],
+        lane: &LaneGeometry,
+        along_m: f64,
+    ) -> CorridorWalls {
+        self.walls = CorridorWalls::default();
+        if !self.started {
+            return self.walls;
+        }
+        let mut refused = false;
+        self.walls.left = self.wall(
+            fitter,
+            points,
+            lane,
+            lane.left.as_ref(),
+            along_m,
+            &mut refused,
+        );
+        self.walls.right = self.wall(
+            fitter,
+            points,
+            lane,
+            lane.right.as_ref(),
+            along_m,
+            &mut refused,
+        );
+        if self.walls.left.is_some() || self.walls.right.is_some() {
+            self.consistent_scans = self.consistent_scans.saturating_add(1);
+            self.refusals = 0;
+        } else {
+            self.consistent_scans = 0;
+            if refused {
+                self.refusals += 1;
+            }
+        }
+        self.walls
+    }
+
+    /// Every scan for a while showed walls, none where the estimate has them: it should start again.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.refusals >= REFUSALS_TO_RESTART
+    }
+
+    /// The estimate, when the tracker has started.
+    #[must_use]
+    pub fn estimate(&self) -> Option<CorridorEstimate> {
+        if !self.started {
+            return None;
+        }
+        let lateral_std_m = self.covariance[(0, 0)].max(0.0).sqrt();
+        let heading_std_rad = self.covariance[(1, 1)].max(0.0).sqrt();
+        let quality = [self.walls.left, self.walls.right]
+            .iter()
+            .flatten()
+            .map(|wall| 0.5 * wall.share * (wall.span_m / 2.0).min(1.0))
+            .sum();
+        Some(CorridorEstimate {
+            lateral_m: self.state.x,
+            heading_rad: self.state.y,
+            lateral_std_m,
+            heading_std_rad,
+            left_seen: self.walls.left.is_some(),
+            right_seen: self.walls.right.is_some(),
+            quality,
+            consistent_scans: self.consistent_scans,
+            usable: lateral_std_m < USABLE_STD_M && heading_std_rad < USABLE_STD_RAD,
+        })
+    }
+
+    fn wall(
+        &mut self,
+        fitter: &mut LineFitter,
+        points: &[Point2],
+        lane: &LaneGeometry,
+        wall: Option<&LaneWall>,
+        along_m: f64,
+        refused: &mut bool,
+    ) -> Option<WallFit> {
+        let wall = wall?;
+        let believed = lane.pose_at(along_m, self.state.x, self.state.y);
+        let std_m = self.covariance[(0, 0)].max(0.0).sqrt();
+        let std_rad = self.covariance[(1, 1)].max(0.0).sqrt();
+        // Points lie up to 2 m along the wall, where a wrong heading shows most.
+        let gate_m = (GATE_MIN_M + 3.0 * (std_m + 2.0 * std_rad)).min(GATE_MAX_M);
+        let fit = fitter.fit(points, &wall.line.seen_from(believed), gate_m)?;
+        let lane_point = lane.line.a + lane.line.unit() * along_m;
+        let seen = Vector2::new(
+            fit.lateral_m - wall.line.lateral_m(lane_point),
+            wrap_angle(fit.heading_rad + wall.direction_rad - lane.direction_rad),
+        );
+        let mut innovation = seen - self.state;
+        innovation.y = wrap_angle(innovation.y);
+        let Some(inverse) = (self.covariance + fit.covariance).try_inverse() else {
+            *refused = true;
+            return None;
+        };
+        if (innovation.transpose() * inverse * innovation).x > self.gains.gate_sigma.powi(2) {
+            *refused = true;
+            return None;
+        }
+        let gain = self.covariance * inverse;
+        self.state += gain * innovation;
+        self.state.y = wrap_angle(self.state.y);
+        let rest = Matrix2::identity() - gain;
+        self.covariance =
+            rest * self.covariance * rest.transpose() + gain * fit.covariance * gain.transpose();
+        Some(fit)
+    }
+}
+
+#[cfg(test)]
+mod tests;
