@@ -1,0 +1,416 @@
+//! The SubDevice controller (ESC): register file, process memory, and what a datagram may do to them.
+//!
+//! [`Esc::execute`] is the bus side, called datagram by datagram; the rest is the side of the drive's processor.
+//! Every time is monotonic nanoseconds and never goes back.
+
+use super::clock::Clock;
+use super::eeprom::Eeprom;
+use super::fmmu::Fmmu;
+use super::frame::{Command, Datagram};
+use super::registers as reg;
+use super::sync_manager::SyncManager;
+use super::watchdog::{self, Watchdog};
+
+/// One controller.
+#[derive(Debug, Clone)]
+pub struct Esc {
+    pub(super) memory: Box<[u8]>,
+    pub(super) eeprom: Eeprom,
+    pub(super) clock: Clock,
+    pub(super) watchdog: Watchdog,
+    pub(super) sync_managers: [SyncManager; reg::SYNC_MANAGER_COUNT],
+    pub(super) fmmus: [Fmmu; reg::FMMU_COUNT],
+    /// SyncManagers (bits) whose buffer a MainDevice has begun to use and not finished.
+    pub(super) opened: u8,
+    /// Output SyncManagers (bits) completely written since the processor last looked.
+    pub(super) written: u8,
+    /// Input SyncManagers (bits) that the processor has filled.
+    pub(super) filled: u8,
+    al_request: Option<u16>,
+    links: [bool; 2],
+    /// Time of the frame being processed.
+    pub(super) now_ns: u64,
+    /// Time of the frame when it comes back through the last port.
+    returns_ns: u64,
+    /// Logical datagrams pass by untouched.
+    process_data_withheld: bool,
+}
+
+impl Esc {
+    /// A controller after power-on.
+    pub fn new(eeprom: Eeprom) -> Esc {
+        let mut esc = Esc {
+            memory: vec![0; reg::MEMORY].into_boxed_slice(),
+            eeprom,
+            clock: Clock::default(),
+            watchdog: Watchdog::default(),
+            sync_managers: Default::default(),
+            fmmus: Default::default(),
+            opened: 0,
+            written: 0,
+            filled: 0,
+            al_request: None,
+            links: [true, false],
+            now_ns: 0,
+            returns_ns: 0,
+            process_data_withheld: false,
+        };
+        esc.power_on(0);
+        esc
+    }
+
+    /// Everything back to its default, as after power-on.
+    pub fn power_on(&mut self, now_ns: u64) {
+        self.memory.fill(0);
+        self.eeprom.power_on();
+        self.clock = Clock::new(now_ns);
+        self.watchdog = Watchdog::default();
+        self.sync_managers = Default::default();
+        self.fmmus = Default::default();
+        (self.opened, self.written, self.filled) = (0, 0, 0);
+        self.al_request = None;
+        self.memory[..reg::INFORMATION_DEFAULT.len()].copy_from_slice(&reg::INFORMATION_DEFAULT);
+        self.set(reg::STATION_ALIAS, &self.eeprom.alias().to_le_bytes());
+        self.set(reg::DL_CONTROL, &reg::DL_CONTROL_DEFAULT.to_le_bytes());
+        self.set(reg::PDI_CONTROL, &[0x05]);
+        self.set(
+            reg::WATCHDOG_DIVIDER,
+            &reg::WATCHDOG_DIVIDER_DEFAULT.to_le_bytes(),
+        );
+        self.set(
+            reg::WATCHDOG_TIME_PDI,
+            &reg::WATCHDOG_TIME_DEFAULT.to_le_bytes(),
+        );
+        self.set(
+            reg::WATCHDOG_TIME_PROCESS_DATA,
+            &reg::WATCHDOG_TIME_DEFAULT.to_le_bytes(),
+        );
+        self.set(reg::DC_SPEED_START, &0x1000u16.to_le_bytes());
+        self.set(reg::DC_FILTER, &0x0C00u16.to_le_bytes());
+        self.begin_frame(now_ns, now_ns);
+    }
+
+    /// Tells which of ports 0 and 1 have a link.
+    pub fn set_links(&mut self, links: [bool; 2]) {
+        for (port, (old, new)) in self.links.into_iter().zip(links).enumerate() {
+            if old && !new {
+                let at = usize::from(reg::LOST_LINKS) + port;
+                self.memory[at] = self.memory[at].saturating_add(1);
+            }
+        }
+        self.links = links;
+    }
+
+    /// Lets logical datagrams pass by, or not.
+    pub fn withhold_process_data(&mut self, withheld: bool) {
+        self.process_data_withheld = withheld;
+    }
+
+    /// Counts a frame whose structure is broken.
+    pub fn count_malformed(&mut self) {
+        let at = usize::from(reg::PROCESSING_UNIT_ERRORS);
+        self.memory[at] = self.memory[at].saturating_add(1);
+    }
+
+    /// Whether frames of other protocols are passed on.
+    pub fn forwards_foreign_frames(&self) -> bool {
+        self.memory[usize::from(reg::DL_CONTROL)] & 1 == 0
+    }
+
+    /// Brings the registers that change by themselves up to date: a frame arrives at `now_ns` and will come back
+    /// through the last port at `returns_ns`.
+    pub fn begin_frame(&mut self, now_ns: u64, returns_ns: u64) {
+        self.now_ns = now_ns;
+        self.returns_ns = returns_ns;
+        self.set(
+            reg::DC_SYSTEM_TIME,
+            &self.clock.system_ns(now_ns).to_le_bytes(),
+        );
+        self.set(reg::DC_DIFFERENCE, &self.clock.difference().to_le_bytes());
+        self.set(reg::SII_CONTROL, &self.eeprom.status(now_ns).to_le_bytes());
+        self.set(reg::SII_DATA, &self.eeprom.data());
+        self.set(
+            reg::WATCHDOG_STATUS,
+            &u16::from(self.watchdog.is_ok()).to_le_bytes(),
+        );
+        self.set(reg::WATCHDOG_COUNTER, &[self.watchdog.expirations()]);
+        self.set(reg::DL_STATUS, &self.dl_status().to_le_bytes());
+    }
+
+    /// Carries out one datagram: data, address, working counter and events are changed as the chip does it.
+    pub fn execute(&mut self, datagram: &mut Datagram<'_>) {
+        let command = datagram.command();
+        let offset = datagram.offset();
+        match command {
+            Command::Nop | Command::Unknown(_) => return,
+            Command::Aprd | Command::Apwr | Command::Aprw => {
+                if self.take_position(datagram) {
+                    let (reads, writes) = (command != Command::Apwr, command != Command::Aprd);
+                    self.access(datagram, offset, reads, writes, false);
+                }
+            }
+            Command::Fprd | Command::Fpwr | Command::Fprw => {
+                if self.is_addressed(datagram.device_address()) {
+                    let (reads, writes) = (command != Command::Fpwr, command != Command::Fprd);
+                    self.access(datagram, offset, reads, writes, false);
+                }
+            }
+            Command::Brd | Command::Bwr | Command::Brw => {
+                self.take_position(datagram);
+                let (reads, writes) = (command != Command::Bwr, command != Command::Brd);
+                self.access(datagram, offset, reads, writes, true);
+            }
+            Command::Armw => {
+                let first = self.take_position(datagram);
+                self.access(datagram, offset, first, !first, false);
+            }
+            Command::Frmw => {
+                let addressed = self.is_addressed(datagram.device_address());
+                self.access(datagram, offset, addressed, !addressed, false);
+            }
+            Command::Lrd | Command::Lwr | Command::Lrw => {
+                if !self.process_data_withheld {
+                    let (reads, writes) = (command != Command::Lwr, command != Command::Lrd);
+                    self.execute_logical(datagram, reads, writes);
+                }
+            }
+        }
+        let events = self.get_u16(reg::EVENT_REQUEST) & self.get_u16(reg::EVENT_MASK);
+        datagram.raise_events(events);
+    }
+
+    /// Increments the position and tells whether it was this SubDevice's.
+    fn take_position(&self, datagram: &mut Datagram<'_>) -> bool {
+        let position = datagram.device_address();
+        datagram.set_device_address(position.wrapping_add(1));
+        position == 0
+    }
+
+    fn is_addressed(&self, address: u16) -> bool {
+        let by_alias = self.get_u32(reg::DL_CONTROL) & reg::DL_CONTROL_ALIAS != 0;
+        address == self.get_u16(reg::STATION_ADDRESS)
+            || by_alias && address != 0 && address == self.get_u16(reg::STATION_ALIAS)
+    }
+
+    /// Reads, writes or both, and counts: 1 for read, 1 for write, 3 for both.
+    fn access(
+        &mut self,
+        datagram: &mut Datagram<'_>,
+        offset: u16,
+        reads: bool,
+        writes: bool,
+        broadcast: bool,
+    ) {
+        let mut counted = 0;
+        if reads && writes {
+            let mut old = [0; super::frame::MAX_PAYLOAD];
+            let Some(old) = old.get_mut(..datagram.data.len()) else {
+                return;
+            };
+            if self.read(offset, old) {
+                counted += 1;
+            }
+            if self.write(offset, datagram.data) {
+                counted += 2;
+            }
+            merge(datagram.data, old, broadcast, counted & 1 != 0);
+        } else if reads {
+            let mut old = [0; super::frame::MAX_PAYLOAD];
+            let Some(old) = old.get_mut(..datagram.data.len()) else {
+                return;
+            };
+            let read = self.read(offset, old);
+            counted += u16::from(read);
+            merge(datagram.data, old, broadcast, read);
+        } else if self.write(offset, datagram.data) {
+            counted += 1;
+        }
+        datagram.count(counted);
+    }
+
+    fn dl_status(&self) -> u16 {
+        // Bit 0: the processor runs. Ports 2 and 3 do not exist: their loops are closed.
+        let mut status = 0x0001 | 1 << 12 | 1 << 14;
+        for (port, link) in self.links.into_iter().enumerate() {
+            status |= if link {
+                1 << (4 + port) | 1 << (9 + 2 * port)
+            } else {
+                1 << (8 + 2 * port)
+            };
+        }
+        status
+    }
+
+    /// What happens beside the memory when registers were written.
+    pub(super) fn registers_written(&mut self, first: u16, end: u16) {
+        let touches = |address: u16, bytes: u16| first < address + bytes && address < end;
+        if touches(reg::AL_CONTROL, 1) {
+            self.al_request = Some(self.get_u16(reg::AL_CONTROL));
+        }
+        if touches(reg::RX_ERRORS, 8) {
+            self.set(reg::RX_ERRORS, &[0; 8]);
+        }
+        if touches(reg::PROCESSING_UNIT_ERRORS, 2) {
+            self.set(reg::PROCESSING_UNIT_ERRORS, &[0; 2]);
+        }
+        if touches(reg::LOST_LINKS, 4) {
+            self.set(reg::LOST_LINKS, &[0; 4]);
+        }
+        if touches(reg::WATCHDOG_COUNTER, 2) {
+            self.watchdog.clear_expirations();
+            self.set(reg::WATCHDOG_COUNTER, &[0; 2]);
+        }
+        if touches(reg::SII_DATA, 8) {
+            self.eeprom
+                .set_data(array(&self.memory, reg::SII_DATA.into()));
+        }
+        if touches(reg::SII_CONTROL, 2) {
+            self.sii_command(end);
+        }
+        if touches(reg::FMMU, 16 * reg::FMMU_COUNT as u16) {
+            for (i, fmmu) in self.fmmus.iter_mut().enumerate() {
+                *fmmu = Fmmu::decode(&array(&self.memory, reg::FMMU as usize + 16 * i));
+            }
+        }
+        if touches(reg::SYNC_MANAGER, 8 * reg::SYNC_MANAGER_COUNT as u16) {
+            self.sync_managers_written();
+        }
+        if touches(reg::DC_RECEIVE_TIMES, 4) {
+            self.latch_receive_times();
+        }
+        if touches(reg::DC_SYSTEM_TIME, 4) {
+            let received = self.get_u32(reg::DC_SYSTEM_TIME);
+            self.clock.follow(received, self.now_ns);
+        }
+        if touches(reg::DC_OFFSET, 12) {
+            self.clock.offset_ns = u64::from_le_bytes(array(&self.memory, reg::DC_OFFSET.into()));
+            self.clock.delay_ns = self.get_u32(reg::DC_DELAY);
+        }
+        if touches(reg::DC_SPEED_START, 2) {
+            self.clock.reset_loop();
+        }
+        if touches(reg::DC_SYSTEM_TIME, 8)
+            || touches(reg::DC_OFFSET, 12)
+            || touches(reg::SII_CONTROL, 14)
+        {
+            self.begin_frame(self.now_ns, self.returns_ns);
+        }
+    }
+
+    fn sii_command(&mut self, written_end: u16) {
+        let control = self.get_u16(reg::SII_CONTROL);
+        // Only the control word carries out a command, and only while the MainDevice owns the interface.
+        if written_end < reg::SII_CONTROL + 2 || self.memory[usize::from(reg::SII_ACCESS)] & 1 != 0
+        {
+            return;
+        }
+        self.eeprom
+            .command(control, self.get_u32(reg::SII_ADDRESS), self.now_ns);
+        if self.eeprom.take_reloaded() {
+            self.set(reg::STATION_ALIAS, &self.eeprom.alias().to_le_bytes());
+        }
+    }
+
+    fn sync_managers_written(&mut self) {
+        for i in 0..reg::SYNC_MANAGER_COUNT {
+            let new = SyncManager::decode(&array(&self.memory, reg::SYNC_MANAGER as usize + 8 * i));
+            if new != self.sync_managers[i] {
+                self.sync_managers[i] = new;
+                let others = !(1 << i);
+                self.opened &= others;
+                self.written &= others;
+                self.filled &= others;
+            }
+        }
+    }
+
+    fn latch_receive_times(&mut self) {
+        let arrived = self.clock.local_ns(self.now_ns);
+        let returned = self.clock.local_ns(self.returns_ns) as u32;
+        self.set(reg::DC_RECEIVE_TIMES, &(arrived as u32).to_le_bytes());
+        let port_1 = if self.links[1] { returned } else { 0 };
+        self.set(reg::DC_RECEIVE_TIMES + 4, &port_1.to_le_bytes());
+        self.set(reg::DC_RECEIVE_TIME_UNIT, &arrived.to_le_bytes());
+    }
+
+    /// The last request for a state since the processor looked.
+    pub fn take_al_request(&mut self) -> Option<u16> {
+        self.al_request.take()
+    }
+
+    /// Publishes state and code.
+    pub fn set_al_status(&mut self, status: u16, code: u16) {
+        if self.get_u16(reg::AL_STATUS) != status {
+            let events = self.get_u16(reg::EVENT_REQUEST) | reg::EVENT_AL_STATUS;
+            self.set(reg::EVENT_REQUEST, &events.to_le_bytes());
+        }
+        self.set(reg::AL_STATUS, &status.to_le_bytes());
+        self.set(reg::AL_STATUS_CODE, &code.to_le_bytes());
+    }
+
+    /// Starts the process data watchdog, if the SyncManager with this number feeds it; stops it otherwise.
+    pub fn start_watchdog(&mut self, index: usize, now_ns: u64) {
+        if self.sync_manager(index).feeds_watchdog() {
+            self.watchdog.feed(now_ns);
+        } else {
+            self.watchdog.stop();
+        }
+    }
+
+    /// Looks at the process data watchdog; true once, when it expires.
+    pub fn check_watchdog(&mut self, now_ns: u64) -> bool {
+        self.watchdog.check(now_ns, self.watchdog_timeout_ns())
+    }
+
+    /// Stops the clock or lets it go on.
+    pub fn set_clock_stopped(&mut self, stopped: bool, now_ns: u64) {
+        self.clock.set_stopped(stopped, now_ns);
+    }
+
+    /// How a SyncManager is set up; an inactive one for a number that does not exist.
+    pub fn sync_manager(&self, index: usize) -> SyncManager {
+        self.sync_managers.get(index).copied().unwrap_or_default()
+    }
+
+    /// Time of the process data watchdog as the registers say; `None` when it is off.
+    fn watchdog_timeout_ns(&self) -> Option<u64> {
+        watchdog::timeout_ns(
+            self.get_u16(reg::WATCHDOG_DIVIDER),
+            self.get_u16(reg::WATCHDOG_TIME_PROCESS_DATA),
+        )
+    }
+
+    /// System time at `now_ns`.
+    pub fn system_time_ns(&self, now_ns: u64) -> u64 {
+        self.clock.system_ns(now_ns)
+    }
+
+    pub(super) fn set(&mut self, address: u16, bytes: &[u8]) {
+        let at = usize::from(address);
+        self.memory[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+
+    pub(super) fn get_u16(&self, address: u16) -> u16 {
+        u16::from_le_bytes(array(&self.memory, address.into()))
+    }
+
+    fn get_u32(&self, address: u16) -> u32 {
+        u32::from_le_bytes(array(&self.memory, address.into()))
+    }
+}
+
+/// Puts what was read into a datagram: OR-ed for broadcasts, replaced otherwise, unchanged if nothing was read.
+fn merge(data: &mut [u8], read: &[u8], broadcast: bool, success: bool) {
+    if !success {
+        return;
+    }
+    for (slot, byte) in data.iter_mut().zip(read) {
+        *slot = if broadcast { *slot | byte } else { *byte };
+    }
+}
+
+fn array<const N: usize>(memory: &[u8], at: usize) -> [u8; N] {
+    let mut bytes = [0; N];
+    bytes.copy_from_slice(&memory[at..at + N]);
+    bytes
+}

@@ -1,0 +1,36 @@
+//! A simulated EtherCAT segment: registers and datagrams, believed by any MainDevice.
+//!
+//! | part | file |
+//! |---|---|
+//! | frames and datagrams | [`frame`] |
+//! | SubDevice controller: registers, memory, FMMUs, SyncManagers | [`esc`], `memory`, [`registers`], [`fmmu`], [`sync_manager`] |
+//! | EEPROM and its content | [`eeprom`], [`sii`] |
+//! | state machine, watchdog, distributed clock | [`al`], [`watchdog`], [`clock`] |
+//! | SubDevice with its application, line of SubDevices | [`subdevice`], [`segment`] |
+//! | faults | [`faults`] |
+//! | a thread that serves a segment over UDP or a network interface | [`server`], `wire` |
+//!
+//! Not simulated: mailboxes (CoE and the like), SYNC0/SYNC1 and latch signals, clock drift, VLAN tags, redundancy,
+//! BOOT, and protection of registers.
+
+pub mod al;
+pub mod clock;
+pub mod eeprom;
+pub mod esc;
+pub mod faults;
+pub mod fmmu;
+pub mod frame;
+mod memory;
+pub mod registers;
+pub mod segment;
+pub mod server;
+pub mod sii;
+pub mod subdevice;
+pub mod sync_manager;
+pub mod watchdog;
+mod wire;
+
+pub use faults::FaultHandle;
+pub use segment::{Reply, Segment, Statistics, StatisticsHandle};
+pub use server::{ServeError, ServeOptions, ServerHandle, serve_raw, serve_udp};
+pub use subdevice::{Application, Cycle, SubDevice};
