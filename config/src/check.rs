@@ -1,17 +1,74 @@
 //! Checks of values against each other, after each has been checked alone.
+//!
+//! References are always checked. What computes with numbers runs only when the
+//! numbers were readable; a placeholder (NaN) compares as false and stays silent.
 
-use crate::diagnostic::ConfigError;
+mod fsm;
+mod map;
+mod robot;
+mod skills;
+mod threads;
+mod together;
+
+use crate::diagnostic::ProblemKind;
+use crate::hint;
 use crate::reader::Report;
 use crate::robot::RobotConfig;
 use crate::site::SiteConfig;
 
-pub(crate) fn robot(_robot: &RobotConfig, _report: &Report) {}
-pub(crate) fn site(_site: &SiteConfig, _report: &Report) {}
+pub use together::check_together;
 
-/// Checks what only the robot's and the site's file together can tell.
-///
-/// # Errors
-/// Everything that does not fit, at once.
-pub fn check_together(_robot: &RobotConfig, _site: &SiteConfig) -> Result<(), ConfigError> {
-    Ok(())
+pub(crate) fn robot(robot: &RobotConfig, report: &Report) {
+    threads::check(robot, report);
+    robot::check(robot, report);
+}
+
+pub(crate) fn site(site: &SiteConfig, report: &Report) {
+    map::references(site, report);
+    skills::references(site, report);
+    fsm::references(site, report);
+    // Geometry and meaning need every name and number of the sections they look at.
+    if !report.touched(&["walls", "lanes", "areas", "perception"]) {
+        map::geometry(site, report);
+    }
+    if !report.touched(&["perception", "monitors", "skills"]) {
+        skills::meaning(site, report);
+    }
+    if !report.touched(&[
+        "walls",
+        "lanes",
+        "areas",
+        "perception",
+        "monitors",
+        "skills",
+        "fsm",
+    ]) {
+        fsm::meaning(site, report);
+        if !report.touched(&["robots"]) {
+            map::starts(site, report);
+        }
+    }
+}
+
+/// Reports a name that none of `names` is. An empty name was reported already, and
+/// so was a section without any names.
+fn reference(report: &Report, key: &str, name: &str, what: &str, names: &[&str]) {
+    if name.is_empty() || names.is_empty() || names.contains(&name) {
+        return;
+    }
+    let mut problem = report.problem(
+        ProblemKind::UnknownReference,
+        key,
+        format!("{what} `{name}`, which does not exist"),
+        format!("the name of {}", article(what)),
+    );
+    if let Some(advice) = hint::for_name(name, names) {
+        problem = problem.with_hint(advice);
+    }
+    report.push(problem);
+}
+
+fn article(noun: &str) -> String {
+    let an = noun.starts_with(['a', 'e', 'i', 'o']);
+    format!("{} {noun}", if an { "an" } else { "a" })
 }

@@ -51,6 +51,9 @@ impl ProblemKind {
     }
 }
 
+/// Texts with longer lines are not quoted in errors.
+const LONGEST_SHOWN_LINE: usize = 1000;
+
 /// One thing wrong with a file or an override.
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -102,6 +105,10 @@ impl Problem {
         let (start, end) = (span.start.min(text.len()), span.end.min(text.len()));
         self.file = source.text.name().to_owned();
         self.line = source.is_file.then(|| line_of(text, start));
+        // Nobody reads such a line, and the printer cannot indent that far.
+        if text.lines().any(|line| line.len() > LONGEST_SHOWN_LINE) {
+            return;
+        }
         self.labels = vec![LabeledSpan::new_primary_with_span(
             Some("here".to_owned()),
             start..end.max(start),

@@ -26,8 +26,6 @@ mod quantity;
 mod reader;
 mod robot;
 mod site;
-#[cfg(test)]
-mod tests;
 mod threads;
 mod tree;
 

@@ -124,15 +124,18 @@ fn document(
     let only_text = Origin::new(sources.clone(), &[]);
     let mut entries =
         tree::parse_document(text, &only_text).map_err(|problems| ConfigError::new(problems, 0))?;
-    let mut problems = Vec::new();
+    let mut failed: Option<ConfigError> = None;
     for own in overrides.iter().filter(|own| own.belongs_to(sections)) {
-        if let Err(problem) = own.apply(&mut entries, sources.len()) {
-            problems.push(problem);
+        if let Err(error) = own.apply(&mut entries, sources.len()) {
+            failed = Some(match failed {
+                Some(earlier) => earlier.and(error),
+                None => error,
+            });
         }
         sources.push(own.source());
     }
-    if !problems.is_empty() {
-        return Err(ConfigError::new(problems, 0));
+    if let Some(error) = failed {
+        return Err(error);
     }
     Ok((Origin::new(sources, &entries), entries))
 }

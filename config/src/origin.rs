@@ -63,6 +63,11 @@ impl Origin {
         }
     }
 
+    /// The same texts with the places of a tree.
+    pub(crate) fn with_places(&self, entries: &[Entry]) -> Self {
+        Self::new(self.sources.to_vec(), entries)
+    }
+
     /// The file's name, as it was given.
     pub fn file(&self) -> &str {
         self.sources.first().map_or("", |source| source.text.name())

@@ -91,7 +91,7 @@ impl Override {
     }
 
     /// Puts the value into the tree; fails where a part of the key is no table.
-    pub(crate) fn apply(&self, root: &mut Vec<Entry>, source: usize) -> Result<(), Problem> {
+    pub(crate) fn apply(&self, root: &mut Vec<Entry>, source: usize) -> Result<(), ConfigError> {
         let mut table = root;
         let Some(((last, last_spot), path)) = self.keys.split_last() else {
             return Ok(());
@@ -104,7 +104,7 @@ impl Override {
                     .iter()
                     .map(|(part, _)| part.as_str())
                     .collect();
-                return Err(self.not_a_table(&whole.join("."), shown));
+                return Err(self.not_a_table(&whole.join("."), shown).into());
             };
             table = inner;
         }

@@ -42,8 +42,27 @@ impl Report {
         }
     }
 
-    pub(crate) fn is_clean(&self) -> bool {
-        self.problems.borrow().is_empty()
+    /// Whether any of these keys, what is below it or what is around it already has a problem.
+    pub(crate) fn touched(&self, keys: &[&str]) -> bool {
+        let below = |key: &str, outer: &str| {
+            key.strip_prefix(outer)
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        self.problems.borrow().iter().any(|problem| {
+            keys.iter()
+                .any(|key| below(&problem.key, key) || below(key, &problem.key))
+        })
+    }
+
+    /// Pushes a problem that needs no more than this.
+    pub(crate) fn wrong(
+        &self,
+        kind: ProblemKind,
+        key: &str,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) {
+        self.push(self.problem(kind, key, found, expected));
     }
 
     /// A problem ready to be refined and pushed.
@@ -314,25 +333,6 @@ impl<'a> Section<'a> {
     pub(crate) fn texts(&self, key: &'static str, expected: &str) -> Vec<String> {
         self.optional(key)
             .map_or_else(Vec::new, |node| self.read_texts(key, node, expected))
-    }
-
-    /// A required list of texts, at least one.
-    pub(crate) fn texts_required(&self, key: &'static str, expected: &str) -> Vec<String> {
-        let whole = format!("an array: {expected}");
-        let Some(node) = self.required(key, &whole) else {
-            return Vec::new();
-        };
-        let texts = self.read_texts(key, node, expected);
-        if matches!(&node.value, Value::Array(items) if items.is_empty()) {
-            let key = self.at(key);
-            self.report.push(self.report.problem(
-                ProblemKind::OutOfRange,
-                &key,
-                "an empty array",
-                &whole,
-            ));
-        }
-        texts
     }
 
     fn read_texts(&self, key: &str, node: &Node, expected: &str) -> Vec<String> {
@@ -649,7 +649,7 @@ impl<'a> Section<'a> {
                 ProblemKind::MissingKey,
                 &path,
                 "nothing",
-                format!("`{key}`: {expected}"),
+                expected,
             ));
         }
     }

@@ -65,10 +65,25 @@ pub(crate) fn parse_document(text: &str, origin: &Origin) -> Result<Vec<Entry>, 
     if errors.is_empty() {
         return Ok(convert_table(table.get_ref(), 0, 0));
     }
-    Err(errors
-        .iter()
-        .map(|error| syntax_problem(text, error, origin))
-        .collect())
+    // What could be read tells where a name stood first.
+    let read = origin.with_places(&convert_table(table.get_ref(), 0, 0));
+    let mut problems: Vec<Problem> = Vec::new();
+    for error in &errors {
+        let problem = syntax_problem(text, error, &read);
+        // Below a header that stands twice every key stands twice.
+        let follows = |earlier: &Problem| {
+            earlier.kind == ProblemKind::Duplicate
+                && problem
+                    .key
+                    .strip_prefix(&earlier.key)
+                    .is_some_and(|rest| rest.starts_with('.'))
+        };
+        if problem.kind == ProblemKind::Duplicate && problems.iter().any(follows) {
+            continue;
+        }
+        problems.push(problem);
+    }
+    Err(problems)
 }
 
 /// Parses one value that starts at byte `offset` of its source.
@@ -158,13 +173,14 @@ fn syntax_problem(text: &str, error: &toml::de::Error, origin: &Origin) -> Probl
         } else {
             crate::origin::join(section, name)
         };
-        return origin.problem_at(
+        let problem = origin.problem_at(
             ProblemKind::Duplicate,
             &key,
             spot,
             format!("`{name}` a second time"),
             "each name once".to_owned(),
         );
+        return origin.also(problem, &key, "first here");
     }
     let key = match line.split_once('=') {
         Some((key, _)) => crate::origin::join(section, key.trim()),

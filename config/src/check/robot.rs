@@ -1,0 +1,262 @@
+//! The numbers of a robot file against each other.
+
+use std::time::Duration;
+
+use crate::diagnostic::ProblemKind;
+use crate::reader::Report;
+use crate::robot::{Link, RobotConfig};
+use crate::threads::{ActivityKind, Trigger};
+
+pub(super) fn check(robot: &RobotConfig, report: &Report) {
+    drive(robot, report);
+    ethercat(robot, report);
+    lidar(robot, report);
+    navigation(robot, report);
+    tubes(robot, report);
+    fleet(robot, report);
+}
+
+/// Reports the value of `key` when it does not fit, unless it was reported already.
+fn refuse(bad: bool, report: &Report, key: &str, found: String, expected: String) {
+    if bad && !report.touched(&[key]) {
+        report.wrong(ProblemKind::Inconsistent, key, found, expected);
+    }
+}
+
+fn drive(robot: &RobotConfig, report: &Report) {
+    let d = &robot.drive;
+    refuse(
+        d.max_bus_voltage_v <= d.min_bus_voltage_v,
+        report,
+        "drive.max_bus_voltage_v",
+        format!("{:?}", d.max_bus_voltage_v),
+        format!("above `min_bus_voltage_v`, {} V", d.min_bus_voltage_v),
+    );
+    refuse(
+        d.stop_deceleration_m_s2 < d.deceleration_m_s2,
+        report,
+        "drive.stop_deceleration_m_s2",
+        format!("{:?}", d.stop_deceleration_m_s2),
+        format!("at least `deceleration_m_s2`, {} m/s²", d.deceleration_m_s2),
+    );
+    refuse(
+        d.stop_current_a > d.drive_current_a,
+        report,
+        "drive.stop_current_a",
+        format!("{:?}", d.stop_current_a),
+        format!("at most `drive_current_a`, {} A", d.drive_current_a),
+    );
+    let reachable_m_s = d.max_wheel_speed_rad_s * d.wheel_diameter_m / 2.0;
+    refuse(
+        d.max_speed_m_s > reachable_m_s,
+        report,
+        "drive.max_speed_m_s",
+        format!("{:?}", d.max_speed_m_s),
+        format!(
+            "at most {reachable_m_s:.3} m/s, what `max_wheel_speed_rad_s` and `wheel_diameter_m` allow"
+        ),
+    );
+}
+
+fn ethercat(robot: &RobotConfig, report: &Report) {
+    let (d, e) = (&robot.drive, &robot.ethercat);
+    let written = !report.touched(&["drive.hold_ms", "ethercat.watchdog_ms"]);
+    refuse(
+        written && d.hold_ms >= e.watchdog_ms,
+        report,
+        "drive.hold_ms",
+        d.hold_ms.to_string(),
+        format!(
+            "below `ethercat.watchdog_ms`, {} ms: the drive stops by itself then",
+            e.watchdog_ms
+        ),
+    );
+    let fieldbus = robot
+        .threads
+        .iter()
+        .find(|t| t.activities.contains(&ActivityKind::Drive));
+    if let Some(Trigger::Period(period)) = fieldbus.map(|thread| thread.trigger) {
+        let deadline = Duration::from_micros(e.deadline_us.into());
+        refuse(
+            !period.is_zero() && deadline > period,
+            report,
+            "ethercat.deadline_us",
+            e.deadline_us.to_string(),
+            format!("at most the period of `drive`, {} µs", period.as_micros()),
+        );
+        refuse(
+            period > Duration::from_millis(d.setpoint_timeout_ms.into()),
+            report,
+            "drive.setpoint_timeout_ms",
+            d.setpoint_timeout_ms.to_string(),
+            format!("at least the period of `drive`, {} µs", period.as_micros()),
+        );
+    }
+    if e.product_codes.contains(&0) && !report.touched(&["ethercat.product_codes"]) {
+        report.wrong(
+            ProblemKind::OutOfRange,
+            "ethercat.product_codes",
+            "the code 0",
+            "product codes as SubDevices report them, such as 0x01705011",
+        );
+    }
+}
+
+/// Bits per second that full scans take on the line, start and stop bits included.
+fn scan_bits_per_second(cluster: u32, skip: u32) -> u32 {
+    const STEPS: u32 = 682;
+    const SCANS_PER_SECOND: u32 = 10;
+    /// Echo, status, time stamp and the empty line.
+    const HEADER_BYTES: u32 = 16 + 4 + 6 + 1;
+    let data = 3 * STEPS.div_ceil(cluster.max(1));
+    // Each line of 64 data bytes carries a checksum and a line feed.
+    let bytes = HEADER_BYTES + data + 2 * data.div_ceil(64);
+    bytes * 10 * SCANS_PER_SECOND / (skip + 1)
+}
+
+fn lidar(robot: &RobotConfig, report: &Report) {
+    let l = &robot.lidar;
+    refuse(
+        l.range_max_m <= l.range_min_m,
+        report,
+        "lidar.range_max_m",
+        format!("{:?}", l.range_max_m),
+        format!("above `range_min_m`, {} m", l.range_min_m),
+    );
+    if report.touched(&["lidar.cluster", "lidar.skip"]) {
+        return;
+    }
+    let needed = scan_bits_per_second(l.cluster, l.skip);
+    if l.bit_rate < needed && !report.touched(&["lidar.bit_rate"]) {
+        let problem = report
+            .problem(
+                ProblemKind::Inconsistent,
+                "lidar.bit_rate",
+                l.bit_rate.to_string(),
+                format!(
+                    "at least {needed} bit/s, which scans at cluster {} and skip {} take",
+                    l.cluster, l.skip
+                ),
+            )
+            .with_hint("raise `bit_rate`, `cluster` or `skip`");
+        report.push(problem);
+    }
+    let between_ms = 100 * (l.skip + 1);
+    refuse(
+        l.scan_timeout_ms <= between_ms,
+        report,
+        "lidar.scan_timeout_ms",
+        l.scan_timeout_ms.to_string(),
+        format!(
+            "above {between_ms} ms, the time between two scans at skip {}",
+            l.skip
+        ),
+    );
+}
+
+fn navigation(robot: &RobotConfig, report: &Report) {
+    let (d, n) = (&robot.drive, &robot.navigation);
+    let tightest_1_m = d.max_steering_rad.tan() / d.wheelbase_m;
+    refuse(
+        n.max_curvature_1_m > tightest_1_m,
+        report,
+        "navigation.max_curvature_1_m",
+        format!("{:?}", n.max_curvature_1_m),
+        format!("at most {tightest_1_m:.3} 1/m, what `max_steering_rad` and `wheelbase_m` allow"),
+    );
+    refuse(
+        n.start_std_m >= n.max_std_m,
+        report,
+        "navigation.start_std_m",
+        format!("{:?}", n.start_std_m),
+        format!("below `max_std_m`, {} m, or it never starts", n.max_std_m),
+    );
+    refuse(
+        n.start_std_rad >= n.max_std_rad,
+        report,
+        "navigation.start_std_rad",
+        format!("{:?}", n.start_std_rad),
+        format!(
+            "below `max_std_rad`, {} rad, or it never starts",
+            n.max_std_rad
+        ),
+    );
+}
+
+fn tubes(robot: &RobotConfig, report: &Report) {
+    let t = &robot.tubes;
+    refuse(
+        t.omega_steps.is_multiple_of(2),
+        report,
+        "tubes.omega_steps",
+        t.omega_steps.to_string(),
+        "an odd count, so that driving straight is one of them".to_owned(),
+    );
+    refuse(
+        t.augment_m < t.sample_step_m / 2.0,
+        report,
+        "tubes.augment_m",
+        format!("{:?}", t.augment_m),
+        format!(
+            "at least {} m, half of `sample_step_m`: less leaves objects unseen",
+            crate::hint::rounded(t.sample_step_m / 2.0)
+        ),
+    );
+    for (index, pair) in t.horizons.windows(2).enumerate() {
+        refuse(
+            pair[1].horizon_s <= pair[0].horizon_s,
+            report,
+            &format!("tubes.horizons[{}].horizon_s", index + 1),
+            format!("{:?}", pair[1].horizon_s),
+            format!("above the one before it, {} s", pair[0].horizon_s),
+        );
+    }
+    if t.horizons.is_empty() || report.touched(&["tubes.horizons"]) {
+        return;
+    }
+    const MOST_HORIZONS: usize = 16;
+    refuse(
+        t.horizons.len() > MOST_HORIZONS,
+        report,
+        "tubes.horizons",
+        format!("{} horizons", t.horizons.len()),
+        format!("at most {MOST_HORIZONS}"),
+    );
+    let longest_s = t.horizons.iter().map(|h| h.horizon_s).fold(0.0, f64::max);
+    refuse(
+        t.slow_horizon_s > longest_s,
+        report,
+        "tubes.slow_horizon_s",
+        format!("{:?}", t.slow_horizon_s),
+        format!("at most the longest horizon, {longest_s} s"),
+    );
+    let fastest_m_s = t.horizons.iter().map(|h| h.speed_m_s).fold(0.0, f64::max);
+    refuse(
+        robot.drive.max_speed_m_s > fastest_m_s,
+        report,
+        "drive.max_speed_m_s",
+        format!("{:?}", robot.drive.max_speed_m_s),
+        format!("at most {fastest_m_s} m/s, the fastest of `tubes.horizons`"),
+    );
+}
+
+fn fleet(robot: &RobotConfig, report: &Report) {
+    let f = &robot.fleet;
+    if f.scouting && f.interface.is_none() && !report.touched(&["fleet"]) {
+        report.wrong(
+            ProblemKind::MissingKey,
+            "fleet.interface",
+            "nothing",
+            "the interface to scout on, as `scouting` is true",
+        );
+    }
+    if let (Link::Interface(bus), Some(network)) = (&robot.ethercat.link, &f.interface) {
+        refuse(
+            bus == network && !bus.is_empty(),
+            report,
+            "fleet.interface",
+            format!("text {network:?}"),
+            "an interface other than the fieldbus, `ethercat.interface`".to_owned(),
+        );
+    }
+}

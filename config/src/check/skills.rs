@@ -1,0 +1,123 @@
+//! Skills: what they name exists, and their parts can work together.
+
+use crate::check::reference;
+use crate::diagnostic::ProblemKind;
+use crate::reader::Report;
+use crate::site::{
+    ControllerConfig, Feature, MonitorKind, PerceptionKind, SiteConfig, SkillConfig,
+};
+
+pub(super) fn references(site: &SiteConfig, report: &Report) {
+    let kinds: Vec<&str> = site.perception_kinds.keys().map(String::as_str).collect();
+    let events: Vec<&str> = site
+        .monitors
+        .iter()
+        .map(|monitor| monitor.event.as_str())
+        .collect();
+    for skill in &site.skills {
+        let key = format!("skills.{}", skill.id);
+        let perception = format!("{key}.perception");
+        reference(
+            report,
+            &perception,
+            &skill.perception,
+            "perception kind",
+            &kinds,
+        );
+        for (index, event) in skill.monitors.iter().enumerate() {
+            let key = format!("{key}.monitors[{index}]");
+            reference(report, &key, event, "monitor", &events);
+            if !event.is_empty() && skill.monitors[..index].contains(event) {
+                let found = format!("`{event}` a second time");
+                report.wrong(ProblemKind::Duplicate, &key, found, "each monitor once");
+            }
+        }
+    }
+}
+
+pub(super) fn meaning(site: &SiteConfig, report: &Report) {
+    for (id, kind) in &site.perception_kinds {
+        if let Some(both) = kind
+            .searches
+            .iter()
+            .find(|feature| kind.tracks.contains(feature))
+        {
+            report.wrong(
+                ProblemKind::Inconsistent,
+                &format!("perception.kinds.{id}.searches"),
+                format!("`{}`, which is tracked already", both.name()),
+                "features to look for, other than those in `tracks`",
+            );
+        }
+    }
+    for skill in &site.skills {
+        if let Some(kind) = site.perception_kinds.get(&skill.perception) {
+            perception(skill, kind, report);
+            monitors(site, skill, kind, report);
+        }
+    }
+}
+
+/// A controller needs its features.
+fn perception(skill: &SkillConfig, kind: &PerceptionKind, report: &Report) {
+    let needed: &[Feature] = match skill.controller {
+        ControllerConfig::Corridor => &[Feature::Corridor],
+        ControllerConfig::EndOfLane { .. } => &[Feature::Corridor, Feature::LaneEnd],
+        ControllerConfig::UTurn { .. } | ControllerConfig::Stop => &[],
+    };
+    for feature in needed
+        .iter()
+        .filter(|feature| !kind.tracks.contains(feature))
+    {
+        report.wrong(
+            ProblemKind::Inconsistent,
+            &format!("skills.{}.perception", skill.id),
+            format!(
+                "kind `{}`, which does not track `{}`",
+                skill.perception,
+                feature.name()
+            ),
+            format!(
+                "a kind that does, for the controller `{}`",
+                skill.controller.name()
+            ),
+        );
+    }
+}
+
+/// A monitor needs something that can make it fire.
+fn monitors(site: &SiteConfig, skill: &SkillConfig, kind: &PerceptionKind, report: &Report) {
+    for (index, event) in skill.monitors.iter().enumerate() {
+        let key = format!("skills.{}.monitors[{index}]", skill.id);
+        match site.monitor(event).map(|monitor| &monitor.kind) {
+            Some(MonitorKind::EstimateStable { feature, .. })
+                if !kind.tracks.contains(feature) && !kind.searches.contains(feature) =>
+            {
+                report.wrong(
+                    ProblemKind::Inconsistent,
+                    &key,
+                    format!(
+                        "monitor `{event}` of `{}`, which kind `{}` neither tracks nor searches",
+                        feature.name(),
+                        skill.perception
+                    ),
+                    "a monitor of something that the skill perceives",
+                );
+            }
+            Some(MonitorKind::ManoeuvreDone)
+                if matches!(
+                    skill.controller,
+                    ControllerConfig::Corridor | ControllerConfig::Stop
+                ) =>
+            {
+                let found = format!(
+                    "monitor `{event}` for the end of the controller `{}`, which never ends",
+                    skill.controller.name()
+                );
+                let expected = "it with `end-of-lane` or `u-turn` only";
+                report.wrong(ProblemKind::Inconsistent, &key, found, expected);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! What only the robot's and the site's file together can tell.
+
+use crate::diagnostic::{ConfigError, Problem, ProblemKind};
+use crate::geometry::{distance_to_segment, segments_meet};
+use crate::hint;
+use crate::robot::RobotConfig;
+use crate::site::{ControllerConfig, FsmConfig, SiteConfig, SiteRobot};
+
+/// Checks what only the robot's and the site's file together can tell: that the site
+/// knows the robot, and that this robot can drive this site.
+///
+/// # Errors
+/// Everything that does not fit, at once.
+pub fn check_together(robot: &RobotConfig, site: &SiteConfig) -> Result<(), ConfigError> {
+    let mut problems = Vec::new();
+    let id = robot.identity.id.as_str();
+    match site.robots.get(id) {
+        None => problems.push(stranger(robot, site)),
+        Some(entry) => {
+            start_is_free(robot, site, entry, &mut problems);
+            if let Some(fsm) = site.fsm.get(&entry.role) {
+                skills(robot, site, fsm, &mut problems);
+            }
+        }
+    }
+    lanes_are_wide_enough(robot, site, &mut problems);
+    if problems.is_empty() {
+        Ok(())
+    } else {
+        Err(ConfigError::new(problems, 0))
+    }
+}
+
+fn stranger(robot: &RobotConfig, site: &SiteConfig) -> Problem {
+    let known: Vec<&str> = site.robots.keys().map(String::as_str).collect();
+    let id = robot.identity.id.as_str();
+    let problem = robot.origin.problem(
+        ProblemKind::UnknownReference,
+        "identity.id",
+        format!("robot `{id}`, which {} does not have", site.origin.file()),
+        format!("a robot with a section [robots.{id}] in the site file"),
+    );
+    match hint::for_name(id, &known) {
+        Some(advice) => problem.with_hint(advice),
+        None => problem,
+    }
+}
+
+fn start_is_free(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    entry: &SiteRobot,
+    problems: &mut Vec<Problem>,
+) {
+    let f = &robot.footprint;
+    let (sin, cos) = entry.start.theta_rad.sin_cos();
+    let corner = |x: f64, y: f64| {
+        [
+            entry.start.x_m + x * cos - y * sin,
+            entry.start.y_m + x * sin + y * cos,
+        ]
+    };
+    let corners = [
+        corner(f.front_m, f.left_m),
+        corner(-f.rear_m, f.left_m),
+        corner(-f.rear_m, -f.right_m),
+        corner(f.front_m, -f.right_m),
+    ];
+    let inside = |point: [f64; 2]| {
+        let (dx, dy) = (point[0] - entry.start.x_m, point[1] - entry.start.y_m);
+        let (x, y) = (dx * cos + dy * sin, dy * cos - dx * sin);
+        (-f.rear_m..=f.front_m).contains(&x) && (-f.right_m..=f.left_m).contains(&y)
+    };
+    for wall in &site.walls {
+        let crosses = (0..4).any(|index| {
+            let edge = (corners[index], corners[(index + 1) % 4]);
+            segments_meet(edge, (wall.from_m, wall.to_m))
+        });
+        if crosses || inside(wall.from_m) {
+            problems.push(site.origin.problem(
+                ProblemKind::Inconsistent,
+                &format!("robots.{}.start", robot.identity.id),
+                format!("a start with the body in wall `{}`", wall.id),
+                "a start with the whole footprint free",
+            ));
+        }
+    }
+}
+
+fn skills(robot: &RobotConfig, site: &SiteConfig, fsm: &FsmConfig, problems: &mut Vec<Problem>) {
+    let used = site
+        .skills
+        .iter()
+        .filter(|skill| fsm.states.iter().any(|s| s.skill == skill.id));
+    for skill in used {
+        match skill.controller {
+            ControllerConfig::UTurn { radius_m, .. } => {
+                turn_is_possible(robot, site, &skill.id, radius_m, problems);
+            }
+            ControllerConfig::EndOfLane { distance_m } => {
+                let sees_m = robot.lidar.mount.x_m + robot.lidar.range_max_m;
+                if distance_m > sees_m {
+                    problems.push(site.origin.problem(
+                        ProblemKind::Inconsistent,
+                        &format!("skills.{}.distance_m", skill.id),
+                        format!("{distance_m:?}"),
+                        format!("at most {sees_m:.3} m, as far as the lidar sees"),
+                    ));
+                }
+                room_to_turn(robot, site, fsm, &skill.id, distance_m, problems);
+            }
+            ControllerConfig::Corridor | ControllerConfig::Stop => {}
+        }
+    }
+}
+
+fn turn_is_possible(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    skill: &str,
+    radius_m: f64,
+    problems: &mut Vec<Problem>,
+) {
+    let slowest_m_s = robot
+        .tubes
+        .horizons
+        .iter()
+        .map(|h| h.speed_m_s)
+        .fold(f64::INFINITY, f64::min);
+    let by_tubes_m = slowest_m_s / robot.tubes.omega_max_rad_s;
+    let by_gain_m = 1.0 / robot.navigation.max_curvature_1_m;
+    for (tightest_m, why) in [
+        (by_gain_m, "`navigation.max_curvature_1_m`"),
+        (by_tubes_m, "`tubes.omega_max_rad_s`"),
+    ] {
+        if radius_m < tightest_m {
+            problems.push(site.origin.problem(
+                ProblemKind::Inconsistent,
+                &format!("skills.{skill}.radius_m"),
+                format!("{radius_m:?}"),
+                format!("at least {tightest_m:.3} m, for the robot's {why}"),
+            ));
+        }
+    }
+}
+
+/// The corner that swings out farthest must not reach the wall ahead.
+fn room_to_turn(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    fsm: &FsmConfig,
+    skill: &str,
+    distance_m: f64,
+    problems: &mut Vec<Problem>,
+) {
+    let f = &robot.footprint;
+    let skill_of = |state: &str| fsm.state(state).and_then(|state| site.skill(&state.skill));
+    let reach_m = fsm
+        .transitions
+        .iter()
+        .filter(|transition| skill_of(&transition.from).is_some_and(|from| from.id == skill))
+        .filter_map(|transition| match skill_of(&transition.to)?.controller {
+            ControllerConfig::UTurn { radius_m, .. } => Some(radius_m),
+            _ => None,
+        })
+        .map(|radius_m| (radius_m + f.left_m.max(f.right_m)).hypot(f.front_m))
+        .fold(0.0, f64::max);
+    if reach_m >= distance_m {
+        problems.push(site.origin.problem(
+            ProblemKind::Inconsistent,
+            &format!("skills.{skill}.distance_m"),
+            format!("{distance_m:?}"),
+            format!("above {reach_m:.3} m, which the body takes to turn before the wall"),
+        ));
+    }
+}
+
+fn lanes_are_wide_enough(robot: &RobotConfig, site: &SiteConfig, problems: &mut Vec<Problem>) {
+    let half_width_m = robot.footprint.left_m.max(robot.footprint.right_m);
+    for lane in &site.lanes {
+        for wall in &site.walls {
+            let distance_m = [wall.from_m, wall.to_m]
+                .iter()
+                .map(|&end| distance_to_segment(end, lane.from_m, lane.to_m))
+                .chain(
+                    [lane.from_m, lane.to_m]
+                        .iter()
+                        .map(|&end| distance_to_segment(end, wall.from_m, wall.to_m)),
+                )
+                .fold(f64::INFINITY, f64::min);
+            if distance_m <= half_width_m {
+                problems.push(site.origin.problem(
+                    ProblemKind::Inconsistent,
+                    &format!("lanes.{}", lane.id),
+                    format!("a lane {distance_m:.3} m from wall `{}`", wall.id),
+                    format!("more than {half_width_m} m, half of the robot's width"),
+                ));
+            }
+        }
+    }
+}
