@@ -57,7 +57,8 @@ struct Row {
     owner: u32,
     readers: u32,
     size_bytes: u32,
-    written: u32,
+    /// Whether its owner has taken the writer.
+    taken: u32,
 }
 
 /// The directory's layout in shared memory.
@@ -110,21 +111,20 @@ impl Directory {
             });
         }
         let number = self.rows().len();
-        let size_bytes = u32::try_from(size_of::<T>()).ok();
-        let (Some(size_bytes), true) = (size_bytes, number < MAX_SYMBOLS) else {
+        if number >= MAX_SYMBOLS {
             return Err(SymbolError::TooMany {
-                what: "symbols, or bytes in one",
+                what: "symbols",
                 limit: MAX_SYMBOLS,
             });
-        };
+        }
         let owner = self.activity(owner)?;
         self.rows[number] = Row {
             datatype: datatype_name,
             model: model_name,
             owner,
             readers: 0,
-            size_bytes,
-            written: 0,
+            size_bytes: size_of::<T>() as u32,
+            taken: 0,
         };
         self.symbol_count += 1;
         Ok(RowId(number))
@@ -180,17 +180,17 @@ impl Directory {
     }
 
     pub(super) fn set_taken(&mut self, row: RowId) {
-        self.rows[row.0].written = 1;
+        self.rows[row.0].taken = 1;
     }
 
     pub(super) fn is_taken(&self, row: RowId) -> bool {
-        self.rows[row.0].written != 0
+        self.rows[row.0].taken != 0
     }
 
     /// The symbols whose writers nobody has taken.
     pub(super) fn not_taken(&self) -> Vec<String> {
         let rows = self.rows().iter().enumerate();
-        rows.filter(|(_, row)| row.written == 0)
+        rows.filter(|(_, row)| row.taken == 0)
             .map(|(number, row)| {
                 let owner = self.owner(RowId(number));
                 format!("{}/{} of `{owner}`", row.datatype.text(), row.model.text())

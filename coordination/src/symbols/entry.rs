@@ -36,7 +36,11 @@ impl<T: Datatype> Writer<T> {
         writer
     }
 
-    /// Publishes `value`, which was true at `stamp_ns`. Real time: wait-free; two copies.
+    /// Publishes `value`, which was true at `stamp_ns`.
+    ///
+    /// Real time: no reader can hold it up; it copies the value and adds one to a counter. That is
+    /// wait-free on x86. On 32-bit ARM the addition is an exclusive access that a reader at the very
+    /// same instant can make repeat.
     pub fn write(&mut self, stamp_ns: u64, value: &T) {
         // iceoryx2 alternates between two buffers and releases each with its counter. Nothing in
         // it keeps the next write into the older buffer from becoming visible before that counter

@@ -33,18 +33,18 @@ struct Shared {
 struct Visit(Run);
 
 impl Visit {
-    /// Whether the owner of this run still lives.
-    fn is_alive(&self) -> bool {
-        match instance::look(&self.0.root, &self.0.robot) {
-            Ok(Seen::Alive(content)) => content.word.as_ref() == Some(&self.0.word),
-            Ok(Seen::Absent | Seen::Dead(_)) | Err(_) => false,
+    /// Whether the owner of this run certainly lives, or certainly does not.
+    fn is_alive(&self) -> Option<bool> {
+        match instance::look(&self.0.root, &self.0.robot).ok()? {
+            Seen::Alive(content) => Some(content.word? == self.0.word),
+            Seen::Absent | Seen::Dead(_) => Some(false),
         }
     }
 }
 
 impl Drop for Visit {
     fn drop(&mut self) {
-        if !self.is_alive() {
+        if self.is_alive() == Some(false) {
             // Nobody else would remove it; an error has nobody to go to.
             let _ = sweep::remove_run(&self.0);
         }
@@ -79,7 +79,7 @@ impl Inspector {
         let blackboard = match Blackboard::open(&run, place) {
             Ok(blackboard) => blackboard,
             // It may just have ended.
-            Err(_) if !visit.is_alive() => return Err(not_running(None)),
+            Err(_) if visit.is_alive() == Some(false) => return Err(not_running(None)),
             Err(error) => return Err(error),
         };
         let handle = blackboard
@@ -137,7 +137,7 @@ impl Inspector {
 
     /// Whether the robot still runs. Opens a file.
     pub fn is_alive(&self) -> bool {
-        self.shared.visit.is_alive()
+        self.shared.visit.is_alive() == Some(true)
     }
 
     fn read_directory(&self) -> Box<Directory> {

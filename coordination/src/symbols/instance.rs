@@ -75,8 +75,8 @@ impl Instance {
         let path = instance_path(&root, robot);
         let file = lock_exclusively(robot, &path)?;
         let run = Run::new(&root, robot);
-        let mut instance = Self { run, path, file };
-        let dead = read_content(&mut instance.file).unwrap_or_default();
+        let instance = Self { run, path, file };
+        let dead = read_content(&instance.file).unwrap_or_default();
         let removed = sweep::remove_runs(&root, robot, dead)?;
         let folder = instance.run.folder();
         instance.write(false)?;
@@ -85,22 +85,22 @@ impl Instance {
     }
 
     /// Tells others that the table can be opened.
-    pub(super) fn publish(&mut self) -> Result<(), SymbolError> {
+    pub(super) fn publish(&self) -> Result<(), SymbolError> {
         self.write(true)
     }
 
-    fn write(&mut self, ready: bool) -> Result<(), SymbolError> {
+    fn write(&self, ready: bool) -> Result<(), SymbolError> {
         let text = Content {
             pid: Some(process::id()),
             word: Some(self.run.word.clone()),
             ready,
         }
         .to_text();
-        // One write of a longer text: whoever reads in between finds a complete, older one.
-        self.file
-            .rewind()
-            .and_then(|()| self.file.write_all(text.as_bytes()))
-            .and_then(|()| self.file.set_len(text.len() as u64))
+        // Cut after writing, so that the file is never empty in between.
+        let mut file = &self.file;
+        file.rewind()
+            .and_then(|()| file.write_all(text.as_bytes()))
+            .and_then(|()| file.set_len(text.len() as u64))
             .map_err(file_error("write", &self.path))
     }
 }
@@ -159,12 +159,12 @@ pub(super) enum Seen {
 /// Looks at the instance file of `robot` without changing anything.
 pub(super) fn look(root: &Path, robot: &str) -> Result<Seen, SymbolError> {
     let path = instance_path(root, robot);
-    let mut file = match File::open(&path) {
+    let file = match File::open(&path) {
         Ok(file) => file,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Seen::Absent),
         Err(error) => return Err(file_error("open", &path)(error)),
     };
-    let content = read_content(&mut file).map_err(file_error("read", &path))?;
+    let content = read_content(&file).map_err(file_error("read", &path))?;
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => Ok(Seen::Alive(content)),
         Err(TryLockError::Error(error)) => Err(file_error("lock", &path)(error)),
@@ -181,7 +181,7 @@ pub(super) fn lock_exclusively(robot: &str, path: &Path) -> Result<File, SymbolE
         if attempt > 0 {
             std::thread::sleep(LOCK_PAUSE);
         }
-        let mut file = OpenOptions::new()
+        let file = OpenOptions::new()
             .read(true)
             .write(true)
             .create(true)
@@ -194,7 +194,7 @@ pub(super) fn lock_exclusively(robot: &str, path: &Path) -> Result<File, SymbolE
             Ok(()) if is_same_file(&file, path) => return Ok(file),
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                busy_pid = read_content(&mut file).ok().and_then(|content| content.pid);
+                busy_pid = read_content(&file).ok().and_then(|content| content.pid);
             }
             Err(TryLockError::Error(error)) => return Err(file_error("lock", path)(error)),
         }
@@ -209,11 +209,11 @@ pub(super) fn instance_path(root: &Path, robot: &str) -> PathBuf {
     root.join(format!("{robot}.pid"))
 }
 
-pub(super) fn read_content(file: &mut File) -> io::Result<Content> {
+pub(super) fn read_content(mut file: &File) -> io::Result<Content> {
     // Longer than anything that we write; a foreign file is not read to its end.
     let mut bytes = Vec::new();
     file.rewind()?;
-    (&*file).take(256).read_to_end(&mut bytes)?;
+    file.take(256).read_to_end(&mut bytes)?;
     Ok(Content::from_text(&String::from_utf8_lossy(&bytes)))
 }
 

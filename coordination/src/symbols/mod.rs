@@ -11,7 +11,7 @@
 //! process left behind is removed by the next start, or by [`remove_stale`].
 //!
 //! **Real time:** [`Writer::write`] and [`Reader::read`] do not allocate, lock, wait or make a
-//! system call. A writer is never held up by readers. A reader that meets a write reads again, which
+//! system call. A writer never waits for readers. A reader that meets a write reads again, which
 //! [`Reader::retries`] counts. Everything else in this module is for start-up and shutdown.
 //!
 //! **Not for** queues (a reader sees the newest value only), nor for values with pointers.

@@ -39,8 +39,8 @@ pub fn remove_stale(robot: &str, place: &Place) -> Result<Removed, SymbolError> 
     };
     let path = instance::instance_path(&root, robot);
     let existed = path.exists();
-    let mut file = instance::lock_exclusively(robot, &path)?;
-    let dead = instance::read_content(&mut file).unwrap_or_default();
+    let file = instance::lock_exclusively(robot, &path)?;
+    let dead = instance::read_content(&file).unwrap_or_default();
     let result = remove_runs(&root, robot, dead);
     // Removed while the lock is held, so that no new owner can lose its file.
     fs::remove_file(&path).map_err(file_error("remove", &path))?;

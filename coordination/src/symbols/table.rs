@@ -54,7 +54,7 @@ impl TableBuilder {
                 robot: self.robot.into(),
             });
         }
-        let (mut instance, removed_at_start) = Instance::acquire(&self.robot, &self.place)?;
+        let (instance, removed_at_start) = Instance::acquire(&self.robot, &self.place)?;
         let run = instance.run.clone();
         let directory = self.directory;
         let first = Stamped {
@@ -70,13 +70,11 @@ impl TableBuilder {
         let handle = port
             .entry::<Stamped<Directory>>(&DIRECTORY_KEY)
             .map_err(failed(&run, "open the directory"))?;
-        instance.publish()?;
         let shared = Arc::new(Shared {
             port,
             blackboard,
             instance,
         });
-        // Its handle keeps the memory mapped and `shared` outlives it, being dropped after it.
         let directory_writer = Writer::new(handle, shared.clone());
         let table = SymbolTable {
             state: Mutex::new(State {
@@ -89,6 +87,8 @@ impl TableBuilder {
             removed_at_start,
         };
         table.lock().publish();
+        // Last, so that nobody opens a table whose directory is not yet there.
+        table.shared.instance.publish()?;
         Ok(table)
     }
 }

@@ -1,0 +1,5 @@
+//! The symbol table as its users see it: within a process, and from other processes.
+
+mod common;
+mod processes;
+mod within;

@@ -1,0 +1,243 @@
+//! Other processes: this test binary runs itself again, as an owner or as an inspector.
+
+use std::env;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::Duration;
+
+use coordination::symbols::{Inspector, Place, SymbolError, TableBuilder, remove_stale};
+
+use rustix::process::{Signal, getpid, kill_process};
+
+use crate::common::{Encoders, Room, shared_memory, small_table};
+
+const ROLE: &str = "SYMBOLS_TEST_ROLE";
+const ROOT: &str = "SYMBOLS_TEST_ROOT";
+
+/// Not a test: what a child process does. It says `ready` and ends when its input does.
+#[test]
+fn child() {
+    let (Ok(role), Some(root)) = (env::var(ROLE), env::var_os(ROOT)) else {
+        return;
+    };
+    let place = Place::new(root, "test_");
+    let wait = || {
+        println!("\nready");
+        std::io::stdout().flush().unwrap();
+        let mut line = String::new();
+        std::io::stdin().read_line(&mut line).unwrap();
+    };
+    match role.as_str() {
+        "owner" => {
+            let table = small_table("a", &place);
+            let mut writer = table.writer::<Encoders>("drive", "drive").unwrap();
+            let _reader = table.reader::<Encoders>("control", "drive").unwrap();
+            let value = Encoders {
+                left_rad: 1.5,
+                right_rad: -1.5,
+            };
+            writer.write(77, &value);
+            wait();
+        }
+        "killed while building" => {
+            let mut builder = TableBuilder::new("a", &place);
+            builder.declare::<Encoders>("drive", "drive").unwrap();
+            // Ends this process at some moment of the construction.
+            let fuse = Duration::from_micros(env::var("FUSE_US").unwrap().parse().unwrap());
+            std::thread::spawn(move || {
+                std::thread::sleep(fuse);
+                kill_process(getpid(), Signal::KILL).unwrap();
+            });
+            let _table = builder.build();
+            std::thread::sleep(Duration::from_secs(10));
+        }
+        "inspector" => {
+            let inspector = Inspector::open("a", &place).unwrap();
+            let mut reader = inspector.reader::<Encoders>("drive").unwrap();
+            assert_eq!(reader.read().stamp_ns, 77);
+            wait();
+        }
+        "late inspector" => assert!(Inspector::open("a", &place).is_err()),
+        role => panic!("no role {role}"),
+    }
+}
+
+/// A child in one role; killed with SIGKILL when dropped.
+struct Process {
+    child: Child,
+    input: Option<ChildStdin>,
+    output: BufReader<ChildStdout>,
+}
+
+impl Process {
+    fn start(role: &str, room: &Room, fuse: Duration) -> Self {
+        let mut child = Command::new(env::current_exe().unwrap())
+            .args([
+                "--exact",
+                "processes::child",
+                "--nocapture",
+                "--test-threads=1",
+            ])
+            .env(ROLE, role)
+            .env(ROOT, room.root())
+            .env("FUSE_US", fuse.as_micros().to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let input = child.stdin.take();
+        let output = BufReader::new(child.stdout.take().unwrap());
+        Self {
+            child,
+            input,
+            output,
+        }
+    }
+
+    fn ready(role: &str, room: &Room) -> Self {
+        let mut process = Self::start(role, room, Duration::ZERO);
+        let mut line = String::new();
+        while line != "ready\n" {
+            line.clear();
+            let length = process.output.read_line(&mut line).unwrap();
+            assert_ne!(length, 0, "{role} ended early");
+        }
+        process
+    }
+
+    fn end(mut self) {
+        self.input = None;
+        assert!(self.child.wait().unwrap().success());
+    }
+
+    fn kill(mut self) -> u32 {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+        self.child.id()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // Both fail harmlessly when the child has ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn another_process_lists_and_reads_a_running_robot() {
+    let room = Room::new();
+    let owner = Process::ready("owner", &room);
+    let words = room.words();
+    let inspector = Inspector::open("a", &room.place).unwrap();
+    assert_eq!(inspector.pid(), owner.child.id());
+    let directory = inspector.directory();
+    assert_eq!(directory.len(), 2);
+    assert_eq!(directory[0].readers, ["control"]);
+    let mut reader = inspector.reader::<Encoders>("drive").unwrap();
+    let read = reader.read();
+    assert_eq!(read.stamp_ns, 77);
+    assert_eq!((read.value.left_rad, read.value.right_rad), (1.5, -1.5));
+
+    owner.end();
+    assert!(!inspector.is_alive());
+    assert_eq!(reader.read().stamp_ns, 77);
+    assert!(Inspector::open("a", &room.place).is_err());
+    drop((inspector, reader));
+    room.assert_nothing_left(&words);
+}
+
+#[test]
+fn a_second_process_is_refused_with_the_first_ones_pid() {
+    let room = Room::new();
+    let owner = Process::ready("owner", &room);
+    let words = room.words();
+    let mut builder = TableBuilder::new("a", &room.place);
+    builder.declare::<Encoders>("drive", "drive").unwrap();
+    let message = format!("robot `a` already runs (pid {})", owner.child.id());
+    assert_eq!(builder.build().unwrap_err().to_string(), message);
+    assert_eq!(
+        remove_stale("a", &room.place).unwrap_err().to_string(),
+        message
+    );
+    owner.end();
+    room.assert_nothing_left(&words);
+}
+
+#[test]
+fn what_a_killed_owner_leaves_can_be_removed() {
+    let room = Room::new();
+    let owner = Process::ready("owner", &room);
+    let words = room.words();
+    let pid = owner.kill();
+    assert!(
+        !shared_memory(&words).is_empty(),
+        "there is something to remove"
+    );
+    assert_eq!(room.files().len(), 2);
+
+    match Inspector::open("a", &room.place).unwrap_err() {
+        SymbolError::NotRunning { dead_pid, .. } => assert_eq!(dead_pid, Some(pid)),
+        error => panic!("{error}"),
+    }
+    let removed = remove_stale("a", &room.place).unwrap();
+    assert_eq!(removed.pid, Some(pid));
+    assert!(removed.paths.len() > 2, "{removed:?}");
+    room.assert_nothing_left(&words);
+    assert!(remove_stale("a", &room.place).unwrap().is_empty());
+}
+
+#[test]
+fn a_robot_starts_again_after_it_was_killed() {
+    let room = Room::new();
+    let owner = Process::ready("owner", &room);
+    let mut words = room.words();
+    let pid = owner.kill();
+    let table = small_table("a", &room.place);
+    assert_eq!(table.removed_at_start().pid, Some(pid));
+    assert_eq!(shared_memory(&words), [""; 0]);
+    words.extend(room.words());
+    drop(table);
+    room.assert_nothing_left(&words);
+}
+
+#[test]
+fn killed_inspectors_leave_nothing_behind_either() {
+    let room = Room::new();
+    let owner = Process::ready("owner", &room);
+    let words = room.words();
+    for _ in 0..3 {
+        Process::ready("inspector", &room).kill();
+    }
+    let inspector = Inspector::open("a", &room.place).unwrap();
+    assert!(inspector.is_alive());
+    owner.end();
+    let mut late = Process::start("late inspector", &room, Duration::ZERO);
+    assert!(
+        late.child.wait().unwrap().success(),
+        "refused, and not hanging"
+    );
+    drop(inspector);
+    room.assert_nothing_left(&words);
+}
+
+#[test]
+fn an_owner_killed_at_any_moment_of_its_start_can_be_removed() {
+    let room = Room::new();
+    let mut left = Vec::new();
+    for step in 0..20 {
+        let fuse = Duration::from_micros(60 * step * step);
+        let mut owner = Process::start("killed while building", &room, fuse);
+        owner.child.wait().unwrap();
+        let words = room.words();
+        assert!(Inspector::open("a", &room.place).is_err());
+        let removed = remove_stale("a", &room.place).unwrap();
+        room.assert_nothing_left(&words);
+        left.push(removed.paths.len());
+    }
+    // Otherwise the moments were all too early or all too late, and nothing was tested.
+    left.sort_unstable();
+    left.dedup();
+    assert!(left.len() >= 2, "{left:?}");
+}

@@ -1,0 +1,200 @@
+//! Proves that events, machines and symbols keep the real-time rules: with a counting allocator,
+//! and with the kernel's strict filter of system calls.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::env;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use bytemuck::Zeroable;
+use coordination::activity::{LifeCycle, LifeCycleEvent};
+use coordination::event::{EventTable, queue};
+use coordination::fsm::MachineModel;
+use coordination::symbols::{Place, Reader, SymbolTable, TableBuilder, Writer, remove_stale};
+use rustix::thread::{SecureComputingMode, set_secure_computing_mode};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Counts what each thread allocates and frees.
+struct Counting;
+
+fn count() {
+    ALLOCATIONS.with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: everything is passed on to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How often `work` used the allocator.
+fn allocations(work: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Scan {
+    ranges_mm: [u32; 1024],
+}
+coordination::datatype!(Scan, "range_scan");
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 2);
+}
+
+#[test]
+fn events_machines_and_life_cycles_do_not_allocate() {
+    let mut events = EventTable::new();
+    let mut model = MachineModel::new("m");
+    model.state("a").state("b").initial("a");
+    model.transition("a", "go", "b", &["x", "y"]);
+    model.transition("b", "back", "a", &[]);
+    let mut machine = model.compile(&mut events).unwrap();
+    let inputs = ["go", "back", "x"].map(|name| events.id(name).unwrap());
+    let mut life = LifeCycle::new();
+    let (mut sender, mut receiver) = queue(4);
+    let used = allocations(|| {
+        for round in 0..1000 {
+            for input in inputs {
+                let step = machine.step(input);
+                for &output in step.outputs {
+                    let _ = sender.send(output);
+                }
+            }
+            if round % 2 == 0 {
+                receiver.receive();
+            }
+            for event in LifeCycleEvent::ALL.into_iter().rev() {
+                life.step(event);
+            }
+        }
+    });
+    assert_eq!(used, 0);
+    assert!(sender.refused() > 0 && machine.ignored() > 0 && life.ignored() > 0);
+}
+
+/// Allocations during ten thousand writes and reads of a scan.
+fn use_symbols(writer: &mut Writer<Scan>, reader: &mut Reader<Scan>) -> u64 {
+    let mut scan = Scan::zeroed();
+    let (mut sum, mut retries) = (0, 0);
+    let used = allocations(|| {
+        for stamp_ns in 1..=10_000 {
+            scan.ranges_mm[17] = stamp_ns as u32;
+            writer.write(stamp_ns, &scan);
+            let read = reader.read();
+            sum += u64::from(read.value.ranges_mm[17]);
+            retries = reader.retries();
+        }
+    });
+    if sum == 10_000 * 10_001 / 2 && retries == 0 {
+        used
+    } else {
+        u64::MAX
+    }
+}
+
+fn handles(place: &Place) -> (SymbolTable, Writer<Scan>, Reader<Scan>) {
+    let mut builder = TableBuilder::new("a", place);
+    builder.declare::<Scan>("lidar", "front").unwrap();
+    let table = builder.build().unwrap();
+    let writer = table.writer::<Scan>("lidar", "front").unwrap();
+    let reader = table.reader::<Scan>("tube", "front").unwrap();
+    (table, writer, reader)
+}
+
+#[test]
+fn symbols_do_not_allocate() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_table, mut writer, mut reader) = handles(&Place::new(folder.path(), "rt_"));
+    // Handles are made here and used in a thread of their own, as in a robot.
+    let worker = std::thread::spawn(move || use_symbols(&mut writer, &mut reader));
+    assert_eq!(worker.join().unwrap(), 0);
+}
+
+const ROLE: &str = "REAL_TIME_TEST_ROLE";
+const ROOT: &str = "REAL_TIME_TEST_ROOT";
+
+/// Not a test: what a child process does. Its thread may then do nothing but write.
+#[test]
+fn child() {
+    let (Ok(role), Some(root)) = (env::var(ROLE), env::var_os(ROOT)) else {
+        return;
+    };
+    let (_table, mut writer, mut reader) = handles(&Place::new(root, "rt_"));
+    let done = Arc::new(AtomicBool::new(false));
+    let worker_done = Arc::clone(&done);
+    std::thread::spawn(move || {
+        let stdout = rustix::stdio::stdout();
+        set_secure_computing_mode(SecureComputingMode::Strict).unwrap();
+        // From here on the kernel ends this thread at any system call but read and write.
+        if role == "forbidden" {
+            std::thread::yield_now();
+        }
+        let line: &[u8] = match use_symbols(&mut writer, &mut reader) {
+            0 => b"\nno system calls\n",
+            _ => b"\nwrong\n",
+        };
+        let _ = rustix::io::write(stdout, line);
+        worker_done.store(true, Ordering::Release);
+        loop {
+            // Ending would be a system call; the process ends around it.
+            std::hint::spin_loop();
+        }
+    });
+    let deadline = Instant::now() + Duration::from_secs(3);
+    while !done.load(Ordering::Acquire) && Instant::now() < deadline {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// What the child writes in this role.
+fn child_output(role: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(env::current_exe().unwrap())
+        .args(["--exact", "child", "--nocapture", "--test-threads=1"])
+        .env(ROLE, role)
+        .env(ROOT, folder.path())
+        .output()
+        .unwrap();
+    // The child ends while its thread still holds handles.
+    remove_stale("a", &Place::new(folder.path(), "rt_")).unwrap();
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[test]
+fn symbols_make_no_system_calls() {
+    let output = child_output("symbols");
+    assert!(output.contains("\nno system calls\n"), "{output}");
+}
+
+#[test]
+fn the_filter_ends_a_thread_that_makes_one() {
+    let output = child_output("forbidden");
+    assert!(!output.contains("no system calls"), "{output}");
+}
