@@ -113,7 +113,8 @@ fn check_string(string: &[u8]) -> Result<(), Status> {
     Ok(())
 }
 
-fn number(digits: &[u8]) -> Option<u32> {
+/// A number in decimal digits alone.
+pub(super) fn number(digits: &[u8]) -> Option<u32> {
     digits.iter().try_fold(0u32, |value, digit| {
         let digit = digit.is_ascii_digit().then(|| u32::from(digit - b'0'))?;
         value.checked_mul(10)?.checked_add(digit)

@@ -3,6 +3,15 @@
 //! [`Device`] is the sensor's firmware as a pure state machine: bytes and turns in, bytes out. [`Line`] is its serial
 //! line, which has a bit rate. [`LidarServer`] runs both on a pty, where any program that expects a serial port finds
 //! them: it works at the device's bit rate and at no other. What the sensor measures comes from a [`RangeSource`].
+//!
+//! ```
+//! use sim::lidar::{Device, DeviceOptions};
+//!
+//! let mut sensor = Device::new(DeviceOptions::default(), 0);
+//! let mut sent = Vec::new();
+//! sensor.receive(b"SCIP2.0\n", 0, &mut sent);
+//! assert_eq!(sent[0].bytes, b"SCIP2.0\n0\n\n");
+//! ```
 
 mod codec;
 mod command;

@@ -97,6 +97,14 @@ impl Segment {
         norm(sub(to_point, [along[0] * share, along[1] * share]))
     }
 
+    /// Surely further from a point than so much, by the box around it: cheap, and enough for most walls.
+    pub(super) fn is_further_m(&self, point: Point, than_m: f64) -> bool {
+        (0..2).any(|axis| {
+            let (a, b, p) = (self.from_m[axis], self.to_m[axis], point[axis]);
+            a.min(b) - p > than_m || p - a.max(b) > than_m
+        })
+    }
+
     /// Distance of another segment, 0 where they cross.
     pub fn distance_to_segment_m(&self, other: &Segment) -> f64 {
         if self.crosses(other) {

@@ -3,6 +3,23 @@
 //! A [`World`] is a pure value. It advances in steps of 1 ms on a fixed grid, so looking at it never changes what
 //! happens, and the same seed with the same commands at the same times gives the same bits. [`SharedWorld`] lets the
 //! threads of simulated devices share one. Time is the monotonic clock's, in nanoseconds; a test may use any.
+//!
+//! ```
+//! use sim::plant::{DriveCommand, Plant};
+//! use sim::world::{Obstacle, Pose, RobotModel, SharedWorld, WorldConfig};
+//!
+//! let world = SharedWorld::new(WorldConfig {
+//!     seed: 1,
+//!     obstacles: vec![Obstacle::wall([3.0, -1.0], [3.0, 1.0])],
+//!     robots: vec![RobotModel::new("amr-1", Pose::default())],
+//!     ..WorldConfig::default()
+//! })?;
+//! let mut robot = world.robot("amr-1")?;
+//! let sensors = robot.exchange(1_000_000_000, &DriveCommand::OFF);
+//! assert_eq!(sensors.left_rad_s, 0.0);
+//! assert!((robot.truth().clearance_m - 2.68).abs() < 1e-9);
+//! # Ok::<(), sim::world::WorldError>(())
+//! ```
 
 mod geometry;
 mod random;

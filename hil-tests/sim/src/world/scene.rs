@@ -176,6 +176,7 @@ impl Scene {
         let mut best_m = limit_m;
         for (_, shape) in self.at(at_ns) {
             let from_middle_m = match &shape {
+                Shape::Wall(wall) if wall.is_further_m(middle, best_m + reach_m) => continue,
                 Shape::Wall(wall) => wall.distance_to_point_m(middle),
                 Shape::Disc { centre_m, radius_m } => norm(sub(*centre_m, middle)) - radius_m,
                 Shape::Box {

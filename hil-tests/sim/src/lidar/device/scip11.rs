@@ -1,6 +1,6 @@
 //! The old language: one status character, no checksums, no streams.
 
-use super::super::command::section;
+use super::super::command::{number, section};
 use super::super::measurement::Measurement;
 use super::super::reports;
 use super::{Device, Emission, Protocol, Section, reply};
@@ -42,8 +42,7 @@ impl Device {
             }
             // Six digits and seven reserved characters.
             [b'S', digits @ ..] if digits.len() == 6 || digits.len() == 13 => {
-                let rate = std::str::from_utf8(&digits[..6]).ok();
-                let rate = rate.and_then(|digits| digits.parse().ok());
+                let rate = number(&digits[..6]);
                 let known = super::BIT_RATES
                     .into_iter()
                     .find(|known| Some(*known) == rate);
