@@ -257,7 +257,7 @@ impl Runner {
         };
         let timeout = Timespec {
             tv_sec: 0,
-            tv_nsec: wait_ns as i64,
+            tv_nsec: wait_ns as _,
         };
         // An interrupted or failed wait only makes the next round come earlier.
         let _ = match &self.port {
