@@ -113,7 +113,7 @@ pub enum Link {
 pub struct EthercatConfig {
     /// Where the frames go.
     pub link: Link,
-    /// The vendor a SubDevice must report; 0 accepts any.
+    /// The vendor that the SubDevice must report.
     pub vendor_id: u32,
     /// The product codes that are accepted.
     pub product_codes: Vec<u32>,
@@ -170,10 +170,16 @@ pub struct NavigationGains {
     pub lookahead_m: f64,
     /// Tightest curvature that navigation asks for.
     pub max_curvature_1_m: f64,
+    /// Deceleration towards a lane's end.
+    pub deceleration_m_s2: f64,
+    /// From asking for a curve until the pivot has turned: manoeuvres begin so much earlier.
+    pub steering_lag_s: f64,
     /// A scan point this near to a line belongs to it.
     pub wall_inlier_m: f64,
     /// Points that a wall needs to be one.
     pub wall_min_points: u32,
+    /// Noise of one range, at least.
+    pub range_std_m: f64,
     /// Measurements farther than this many standard deviations are refused.
     pub gate_sigma: f64,
     /// Growth of the position's standard deviation per metre driven.
@@ -212,10 +218,16 @@ pub struct TubeConfig {
     pub sample_step_m: f64,
     /// How far outside the border the samples lie: at least half a step plus the sensor's error.
     pub augment_m: f64,
-    /// How much nearer to the wanted turn rate another tube must be to take over.
-    pub hysteresis_rad_s: f64,
-    /// With a free horizon shorter than this the robot slows down.
-    pub slow_horizon_s: f64,
+    /// A wanted curvature (1/m) may be shifted by no more than this, so that the lane is kept.
+    pub curvature_band_1_m: f64,
+    /// What a lost m/s weighs against a shift of the curvature by one 1/m.
+    pub speed_weight: f64,
+    /// The other side must be better by this much curvature before a shift changes sides.
+    pub hysteresis_1_m: f64,
+    /// A tube is free after so many free scans in a row, and blocked after one.
+    pub free_scans: u32,
+    /// From a command to the beginning of its deceleration.
+    pub reaction_s: f64,
     /// How long the way must be free before it goes on after a stop.
     pub resume_after_s: f64,
     /// How long points out of view are remembered.

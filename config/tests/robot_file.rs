@@ -44,7 +44,7 @@ fn the_shipped_robot_is_the_one_of_the_scenarios() {
     assert_eq!(robot.lidar.mount.x_m, 0.28);
     assert_eq!(
         robot.tubes.horizons.len() * robot.tubes.omega_steps as usize,
-        124
+        164
     );
     assert_eq!(robot.tubes.omega_max_rad_s, std::f64::consts::FRAC_PI_2);
 }
@@ -502,6 +502,28 @@ fn devices_and_network() {
             hint: "",
         },
         Mistake {
+            name: "a product code of nothing",
+            from: "[0x01705011, 0x17010091,",
+            to: "[0x01705011, 0,",
+            kind: OutOfRange,
+            key: "ethercat.product_codes[1]",
+            line: "product_codes = [",
+            found: "0",
+            expected: "from 1 to 4294967295",
+            hint: "",
+        },
+        Mistake {
+            name: "a vendor beyond 32 bits",
+            from: "vendor_id = 0x4B454C4F",
+            to: "vendor_id = 0x1FFFFFFFF",
+            kind: OutOfRange,
+            key: "ethercat.vendor_id",
+            line: "vendor_id =",
+            found: "8589934591",
+            expected: "from 1 to 4294967295",
+            hint: "",
+        },
+        Mistake {
             name: "unknown bit rate",
             from: "bit_rate = 500000",
             to: "bit_rate = 9600",
@@ -543,6 +565,39 @@ fn devices_and_network() {
             line: "augment_m = 0.02",
             found: "0.02",
             expected: "at least 0.025 m, half of `sample_step_m`",
+            hint: "",
+        },
+        Mistake {
+            name: "tubes with gaps",
+            from: "omega_steps = 41 ",
+            to: "omega_steps = 31 ",
+            kind: Inconsistent,
+            key: "tubes.omega_steps",
+            line: "omega_steps = 31",
+            found: "31",
+            expected: "over 34.5, so that neighbouring tubes end less than the robot's width, 0.3 m, apart",
+            hint: "",
+        },
+        Mistake {
+            name: "an even number of turn rates",
+            from: "omega_steps = 41 ",
+            to: "omega_steps = 40 ",
+            kind: Inconsistent,
+            key: "tubes.omega_steps",
+            line: "omega_steps = 40",
+            found: "40",
+            expected: "an odd count",
+            hint: "",
+        },
+        Mistake {
+            name: "a sensor off the robot",
+            from: "mount = { x_m = 0.28,",
+            to: "mount = { x_m = 0.38,",
+            kind: Inconsistent,
+            key: "lidar.mount",
+            line: "mount = { x_m = 0.38",
+            found: "a sensor at (0.38, 0.0)",
+            expected: "a sensor inside the footprint",
             hint: "",
         },
         Mistake {

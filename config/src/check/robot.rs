@@ -8,6 +8,7 @@ use crate::robot::{Link, RobotConfig};
 use crate::threads::{ActivityKind, Trigger};
 
 pub(super) fn check(robot: &RobotConfig, report: &Report) {
+    footprint(robot, report);
     drive(robot, report);
     ethercat(robot, report);
     lidar(robot, report);
@@ -21,6 +22,32 @@ fn refuse(bad: bool, report: &Report, key: &str, found: String, expected: String
     if bad && !report.touched(&[key]) {
         report.wrong(ProblemKind::Inconsistent, key, found, expected);
     }
+}
+
+/// What the motion tubes need of the body.
+fn footprint(robot: &RobotConfig, report: &Report) {
+    let (f, mount) = (&robot.footprint, &robot.lidar.mount);
+    refuse(
+        f.rear_m > f.front_m,
+        report,
+        "footprint.rear_m",
+        format!("{:?}", f.rear_m),
+        format!(
+            "at most `front_m`, {} m: motion tubes look ahead",
+            f.front_m
+        ),
+    );
+    let outside = mount.x_m > f.front_m
+        || mount.x_m < -f.rear_m
+        || mount.y_m > f.left_m
+        || mount.y_m < -f.right_m;
+    refuse(
+        outside,
+        report,
+        "lidar.mount",
+        format!("a sensor at ({:?}, {:?})", mount.x_m, mount.y_m),
+        "a sensor inside the footprint".to_owned(),
+    );
 }
 
 fn drive(robot: &RobotConfig, report: &Report) {
@@ -90,14 +117,6 @@ fn ethercat(robot: &RobotConfig, report: &Report) {
             "drive.setpoint_timeout_ms",
             d.setpoint_timeout_ms.to_string(),
             format!("at least the period of `drive`, {} µs", period.as_micros()),
-        );
-    }
-    if e.product_codes.contains(&0) && !report.touched(&["ethercat.product_codes"]) {
-        report.wrong(
-            ProblemKind::OutOfRange,
-            "ethercat.product_codes",
-            "the code 0",
-            "product codes as SubDevices report them, such as 0x01705011",
         );
     }
 }
@@ -222,14 +241,7 @@ fn tubes(robot: &RobotConfig, report: &Report) {
         format!("{} horizons", t.horizons.len()),
         format!("at most {MOST_HORIZONS}"),
     );
-    let longest_s = t.horizons.iter().map(|h| h.horizon_s).fold(0.0, f64::max);
-    refuse(
-        t.slow_horizon_s > longest_s,
-        report,
-        "tubes.slow_horizon_s",
-        format!("{:?}", t.slow_horizon_s),
-        format!("at most the longest horizon, {longest_s} s"),
-    );
+    tubes_lie_close(robot, report);
     let fastest_m_s = t.horizons.iter().map(|h| h.speed_m_s).fold(0.0, f64::max);
     refuse(
         robot.drive.max_speed_m_s > fastest_m_s,
@@ -237,6 +249,27 @@ fn tubes(robot: &RobotConfig, report: &Report) {
         "drive.max_speed_m_s",
         format!("{:?}", robot.drive.max_speed_m_s),
         format!("at most {fastest_m_s} m/s, the fastest of `tubes.horizons`"),
+    );
+}
+
+/// Between the ends of two neighbouring tubes no path may fit that leaves both.
+fn tubes_lie_close(robot: &RobotConfig, report: &Report) {
+    let (t, f) = (&robot.tubes, &robot.footprint);
+    let width_m = f.left_m + f.right_m;
+    // Curvatures 2 omega_max / (steps - 1) / v apart end that times half the length squared apart.
+    let needed = t
+        .horizons
+        .iter()
+        .map(|h| 1.0 + t.omega_max_rad_s * h.speed_m_s * h.horizon_s * h.horizon_s / width_m)
+        .fold(0.0, f64::max);
+    refuse(
+        f64::from(t.omega_steps) <= needed,
+        report,
+        "tubes.omega_steps",
+        t.omega_steps.to_string(),
+        format!(
+            "over {needed:.1}, so that neighbouring tubes end less than the robot's width, {width_m} m, apart"
+        ),
     );
 }
 

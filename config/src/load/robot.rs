@@ -35,7 +35,7 @@ const STD_RATE: Quantity = Quantity::new("a standard deviation per metre", "")
     .above(0.0)
     .at_most(1.0);
 const TIMEOUT_MS: Count = Count::new("a time in ms", 1, 10_000);
-const U32: Count = Count::new("a number", 0, u32::MAX as i64);
+const CODE: Count = Count::new("a number that SubDevices report", 1, u32::MAX as i64);
 
 pub(super) fn read(root: &Section<'_>, report: &Report) -> RobotConfig {
     RobotConfig {
@@ -103,8 +103,8 @@ fn drive(s: &Section<'_>) -> DriveConfig {
 fn ethercat(s: &Section<'_>, report: &Report) -> EthercatConfig {
     EthercatConfig {
         link: link(s, report),
-        vendor_id: s.integer_or("vendor_id", U32, 0),
-        product_codes: s.integers("product_codes", U32),
+        vendor_id: s.integer("vendor_id", CODE),
+        product_codes: s.integers("product_codes", CODE),
         deadline_us: s.integer_or("deadline_us", Count::new("a time in µs", 50, 100_000), 500),
         watchdog_ms: s.integer_or("watchdog_ms", TIMEOUT_MS, 100),
     }
@@ -288,6 +288,7 @@ fn navigation(s: &Section<'_>) -> NavigationGains {
     let lookahead = Quantity::new("a length", "m").above(0.0).at_most(5.0);
     let curvature = Quantity::new("a curvature", "1/m").above(0.0).at_most(20.0);
     let inlier = Quantity::new("a length", "m").above(0.0).at_most(1.0);
+    let lag = Quantity::new("a duration", "s").at_least(0.0).at_most(2.0);
     let gate = Quantity::new("a number of standard deviations", "")
         .at_least(1.0)
         .at_most(10.0);
@@ -302,8 +303,11 @@ fn navigation(s: &Section<'_>) -> NavigationGains {
         heading_gain_1_m: s.number_or("heading_gain_1_m", GAIN, 4.0),
         lookahead_m: s.number_or("lookahead_m", lookahead, 0.6),
         max_curvature_1_m: s.number_or("max_curvature_1_m", curvature, 2.5),
+        deceleration_m_s2: s.number_or("deceleration_m_s2", ACCELERATION, 0.4),
+        steering_lag_s: s.number_or("steering_lag_s", lag, 0.2),
         wall_inlier_m: s.number_or("wall_inlier_m", inlier, 0.05),
         wall_min_points: s.integer_or("wall_min_points", Count::new("a count", 2, 10_000), 12),
+        range_std_m: s.number_or("range_std_m", inlier, 0.01),
         gate_sigma: s.number_or("gate_sigma", gate, 4.0),
         odometry_std_m_per_m: s.number_or("odometry_std_m_per_m", STD_RATE, 0.03),
         odometry_std_rad_per_m: s.number_or("odometry_std_rad_per_m", STD_RATE, 0.03),
@@ -320,6 +324,10 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
         .above(0.0)
         .at_most(10.0);
     let step = Quantity::new("a length", "m").at_least(0.01).at_most(1.0);
+    let curvature = Quantity::new("a curvature", "1/m")
+        .at_least(0.0)
+        .at_most(20.0);
+    let reaction = Quantity::new("a duration", "s").at_least(0.0).at_most(1.0);
     TubeConfig {
         horizons: s.list(
             "horizons",
@@ -330,17 +338,14 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
             },
         ),
         omega_max_rad_s: s.number_or("omega_max_rad_s", omega, FRAC_PI_2),
-        omega_steps: s.integer_or("omega_steps", Count::new("an odd count", 3, 501), 31),
+        omega_steps: s.integer_or("omega_steps", Count::new("an odd count", 3, 501), 41),
         sample_step_m: s.number_or("sample_step_m", step, 0.05),
         augment_m: s.number_or("augment_m", step, 0.06),
-        hysteresis_rad_s: s.number_or(
-            "hysteresis_rad_s",
-            Quantity::new("a turn rate", "rad/s")
-                .at_least(0.0)
-                .at_most(10.0),
-            0.1,
-        ),
-        slow_horizon_s: s.number_or("slow_horizon_s", horizon, 2.0),
+        curvature_band_1_m: s.number_or("curvature_band_1_m", curvature, 0.4),
+        speed_weight: s.number_or("speed_weight", GAIN, 4.0),
+        hysteresis_1_m: s.number_or("hysteresis_1_m", curvature, 0.2),
+        free_scans: s.integer_or("free_scans", Count::new("a number of scans", 1, 50), 3),
+        reaction_s: s.number_or("reaction_s", reaction, 0.1),
         resume_after_s: s.number_or("resume_after_s", DURATION, 2.0),
         memory_s: s.number_or("memory_s", DURATION, 2.0),
     }
