@@ -127,7 +127,10 @@ fn seal_of(frame: &[u8], payload: &Range<usize>) -> Option<u64> {
     let nop = frame.get(payload.end.checked_sub(SEAL)?..payload.end)?;
     let length_only = nop[6..8] == (SEAL_DATA as u16).to_le_bytes();
     let number = nop[DATAGRAM_HEADER..].first_chunk::<SEAL_DATA>()?;
-    (nop[0] == NOP && length_only && payload.len() > SEAL).then(|| u64::from_le_bytes(*number))
+    // Nobody reads or writes here, so a count can only be damage.
+    let uncounted = nop[SEAL - 2..] == [0, 0];
+    (nop[0] == NOP && length_only && uncounted && payload.len() > SEAL)
+        .then(|| u64::from_le_bytes(*number))
 }
 
 /// Where the datagrams of an EtherCAT frame are; behind them there may be padding.

@@ -125,7 +125,13 @@ fn bind(socket: &OwnedFd, interface_index: u32) -> io::Result<()> {
 
 impl Link for RawLink {
     fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()> {
-        self.socket.send(ethernet_frame)
+        match self.socket.send(ethernet_frame) {
+            // May be left over from when the interface was down: reported once, and this frame was not sent.
+            Err(error) if error.kind() == io::ErrorKind::NetworkDown => {
+                self.socket.send(ethernet_frame)
+            }
+            result => result,
+        }
     }
 
     fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>> {

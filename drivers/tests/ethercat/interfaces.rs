@@ -1,0 +1,54 @@
+//! Pairs of virtual network interfaces that vanish with the thread that uses them.
+
+use std::io;
+use std::process::Command;
+use std::thread;
+
+pub const MAIN_DEVICE: &str = "ecat-main";
+pub const SEGMENT: &str = "ecat-segment";
+
+/// Runs `test` in a thread with a network of its own: a pair of connected interfaces and a loopback interface that is
+/// down. Says so and returns when that is not permitted here.
+pub fn with_own_network(test: impl FnOnce() + Send + 'static) {
+    // Not the test's own thread, which might be the one that all tests share.
+    let ran = thread::spawn(move || {
+        if let Err(reason) = enter() {
+            eprintln!("SKIPPED: needs a network namespace and `ip`: {reason}");
+            return;
+        }
+        test();
+    });
+    if let Err(panic) = ran.join() {
+        std::panic::resume_unwind(panic);
+    }
+}
+
+fn enter() -> Result<(), String> {
+    // SAFETY: changes the network of this thread only; threads and processes it starts inherit it.
+    if unsafe { libc::unshare(libc::CLONE_NEWNET) } != 0 {
+        return Err(io::Error::last_os_error().to_string());
+    }
+    ip(&[
+        "link",
+        "add",
+        MAIN_DEVICE,
+        "type",
+        "veth",
+        "peer",
+        "name",
+        SEGMENT,
+    ])?;
+    ip(&["link", "set", MAIN_DEVICE, "up"])?;
+    ip(&["link", "set", SEGMENT, "up"])
+}
+
+pub fn ip(arguments: &[&str]) -> Result<(), String> {
+    let output = Command::new("ip")
+        .args(arguments)
+        .output()
+        .map_err(|error| error.to_string())?;
+    match output.status.success() {
+        true => Ok(()),
+        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+    }
+}

@@ -1,0 +1,252 @@
+//! Both links, end to end: bring-up, a thousand exchanges a second, losses, and what they say when they cannot.
+
+use crate::interfaces::{MAIN_DEVICE, SEGMENT, ip, with_own_network};
+use crate::support::{Mirror, expectation, impatient, in_us, segment};
+use crate::timing::{PERIOD, measure};
+use drivers::ethercat::{
+    BringUpError, BringUpOptions, Bus, ExchangeError, Link, LinkError, RawLink, UdpLink,
+    monotonic_ns,
+};
+use rustix::thread::{CapabilitySet, CapabilitySets};
+use sim::ethercat::server::ServeOptions;
+use sim::ethercat::{FaultHandle, serve_raw, serve_udp};
+use std::net::UdpSocket;
+use std::thread;
+use std::time::Duration;
+
+/// The same for every link: the conformance of a link is what the bus makes of it.
+fn drive(open: impl Fn() -> Box<dyn Link>, faults: &FaultHandle) {
+    let started_ns = monotonic_ns();
+    let mut bus = Bus::bring_up(open(), &expectation(), BringUpOptions::default()).unwrap();
+    let bring_up_ms = (monotonic_ns() - started_ns) / 1_000_000;
+    println!("{}: brought up in {bring_up_ms} ms", bus.identity().link);
+
+    let mut inputs = [0; 172];
+    println!("{}", measure(&mut bus, 1000, Duration::ZERO));
+    println!("{}", measure(&mut bus, 1500, PERIOD));
+
+    // A burst of losses: the cycles in it are lost, those after it are good. Shorter than the watchdog.
+    faults.lose_next(50);
+    for _ in 0..50 {
+        assert_eq!(
+            bus.exchange(&[1; 36], &mut inputs, in_us(300)),
+            Err(ExchangeError::Lost)
+        );
+    }
+    for cycle in 0..50 {
+        bus.exchange(&[cycle; 36], &mut inputs, in_us(200_000))
+            .unwrap();
+    }
+    assert_eq!(inputs[0], 48);
+
+    // Answers after the deadline are dropped; the data is that of the right cycle.
+    faults.delay_next(20, Duration::from_millis(2));
+    for cycle in 0..20 {
+        assert_eq!(
+            bus.exchange(&[cycle; 36], &mut inputs, in_us(300)),
+            Err(ExchangeError::Lost)
+        );
+    }
+    thread::sleep(Duration::from_millis(10));
+    bus.exchange(&[99; 36], &mut inputs, in_us(200_000))
+        .unwrap();
+    assert_eq!(inputs[0], 19);
+    assert_eq!(bus.counters().foreign_frames, 20, "{:?}", bus.counters());
+
+    // Out of OP, and back by bringing the bus up again on the same socket and on a new one.
+    for reopen in [false, true] {
+        faults.drop_to_safeop(0);
+        thread::sleep(Duration::from_millis(20));
+        let error = bus
+            .exchange(&[1; 36], &mut inputs, in_us(200_000))
+            .unwrap_err();
+        assert!(
+            matches!(error, ExchangeError::NotOperational { .. }),
+            "{error}"
+        );
+        let link = bus.release();
+        let link = if reopen { open() } else { link };
+        bus = Bus::bring_up(link, &expectation(), BringUpOptions::default()).unwrap();
+        bus.exchange(&[1; 36], &mut inputs, in_us(200_000)).unwrap();
+    }
+    bus.shut_down(in_us(200_000)).unwrap();
+}
+
+#[test]
+fn over_udp() {
+    let segment = segment([Mirror::default()]);
+    let faults = segment.faults();
+    let server = serve_udp(
+        "127.0.0.1:0".parse().unwrap(),
+        segment,
+        ServeOptions::default(),
+    )
+    .unwrap();
+    let address = server.local_addr().unwrap();
+    drive(|| Box::new(UdpLink::open(address).unwrap()), &faults);
+    assert!(server.stop());
+}
+
+#[test]
+fn over_a_network_interface() {
+    with_own_network(|| {
+        let segment = segment([Mirror::default()]);
+        let faults = segment.faults();
+        let server = serve_raw(SEGMENT, segment, ServeOptions::default()).unwrap();
+        drive(|| Box::new(RawLink::open(MAIN_DEVICE).unwrap()), &faults);
+        assert!(server.stop());
+    });
+}
+
+#[test]
+fn an_interface_that_goes_down_and_comes_back() {
+    with_own_network(|| {
+        let server = serve_raw(
+            SEGMENT,
+            segment([Mirror::default()]),
+            ServeOptions::default(),
+        )
+        .unwrap();
+        let link = Box::new(RawLink::open(MAIN_DEVICE).unwrap());
+        let mut bus = Bus::bring_up(link, &expectation(), BringUpOptions::default()).unwrap();
+        bus.exchange(&[1; 36], &mut [0; 172], in_us(200_000))
+            .unwrap();
+        ip(&["link", "set", MAIN_DEVICE, "down"]).unwrap();
+        for _ in 0..5 {
+            let error = bus
+                .exchange(&[1; 36], &mut [0; 172], in_us(500))
+                .unwrap_err();
+            assert!(matches!(error, ExchangeError::Io { .. }), "{error}");
+        }
+        let error = RawLink::open(MAIN_DEVICE).err().unwrap();
+        assert!(matches!(error, LinkError::InterfaceDown { .. }), "{error}");
+        ip(&["link", "set", MAIN_DEVICE, "up"]).unwrap();
+        let link = bus.release();
+        Bus::bring_up(link, &expectation(), BringUpOptions::default()).unwrap();
+        assert!(server.stop());
+    });
+}
+
+#[test]
+fn an_interface_without_a_segment_is_silent() {
+    with_own_network(|| {
+        let link = Box::new(RawLink::open(MAIN_DEVICE).unwrap());
+        let error = Bus::bring_up(link, &expectation(), impatient())
+            .err()
+            .unwrap();
+        assert!(
+            matches!(
+                error,
+                BringUpError::NoAnswer {
+                    echoed_frames: 0,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        // Everything that is sent on a loopback interface comes back as it was.
+        ip(&["link", "set", "lo", "up"]).unwrap();
+        let link = Box::new(RawLink::open("lo").unwrap());
+        let error = Bus::bring_up(link, &expectation(), impatient())
+            .err()
+            .unwrap();
+        assert!(
+            error.to_string().contains("frames come back as they left"),
+            "{error}"
+        );
+    });
+}
+
+#[test]
+fn an_interface_that_is_down_is_refused() {
+    with_own_network(|| {
+        let error = RawLink::open("lo").err().unwrap();
+        assert!(matches!(error, LinkError::InterfaceDown { .. }), "{error}");
+        assert!(error.to_string().contains("ip link set lo up"), "{error}");
+    });
+}
+
+#[test]
+fn a_process_without_the_right_is_told_what_to_grant() {
+    // Of this thread only.
+    let refused = thread::spawn(|| {
+        let none = CapabilitySet::empty();
+        let sets = CapabilitySets {
+            effective: none,
+            permitted: none,
+            inheritable: none,
+        };
+        rustix::thread::set_capabilities(None, sets).unwrap();
+        RawLink::open("lo").err().unwrap()
+    });
+    let error = refused.join().unwrap();
+    assert!(matches!(error, LinkError::NotPermitted { .. }), "{error}");
+    let text = error.to_string();
+    assert!(
+        text.contains("CAP_NET_RAW") && text.contains("setcap cap_net_raw+ep"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_udp_port_where_nobody_listens_is_named() {
+    let free = UdpSocket::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap();
+    let error = Bus::bring_up(
+        Box::new(UdpLink::open(free).unwrap()),
+        &expectation(),
+        impatient(),
+    )
+    .err()
+    .unwrap();
+    assert!(matches!(error, BringUpError::Link { .. }), "{error}");
+    let text = error.to_string();
+    assert!(
+        text.contains(&free.to_string()) && text.contains("nobody listens on that port"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_udp_port_that_never_answers_is_silent() {
+    let mute = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let link = UdpLink::open(mute.local_addr().unwrap()).unwrap();
+    let error = Bus::bring_up(Box::new(link), &expectation(), impatient())
+        .err()
+        .unwrap();
+    assert!(
+        matches!(error, BringUpError::NoAnswer { attempts: 4, .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn two_buses_in_one_process_do_not_disturb_each_other() {
+    let drive = |value: u8| {
+        move || {
+            let segment = segment([Mirror::default()]);
+            let server = serve_udp(
+                "127.0.0.1:0".parse().unwrap(),
+                segment,
+                ServeOptions::default(),
+            )
+            .unwrap();
+            let link = UdpLink::open(server.local_addr().unwrap()).unwrap();
+            let mut bus =
+                Bus::bring_up(Box::new(link), &expectation(), BringUpOptions::default()).unwrap();
+            let mut inputs = [0; 172];
+            for _ in 0..500 {
+                bus.exchange(&[value; 36], &mut inputs, in_us(500_000))
+                    .unwrap();
+            }
+            assert_eq!(inputs[..36], [value; 36]);
+            assert_eq!(bus.counters().foreign_frames, 0);
+        }
+    };
+    let threads: Vec<_> = (1..=3).map(|value| thread::spawn(drive(value))).collect();
+    for thread in threads {
+        thread.join().unwrap();
+    }
+}

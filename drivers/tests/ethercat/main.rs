@@ -1,0 +1,12 @@
+//! The EtherCAT bus against a simulated segment: in the same thread, over UDP, and over a pair of network interfaces.
+//!
+//! Tests that need privileges say so and pass when they are missing.
+
+mod allocations;
+mod bring_up;
+mod exchange;
+mod interfaces;
+mod links;
+mod real_time;
+mod support;
+mod timing;

@@ -1,0 +1,224 @@
+//! A SubDevice like the KELO drive, a link that needs no network, and what every test needs.
+
+use drivers::ethercat::{BringUpOptions, Expectation, Link, monotonic_ns};
+use drivers::kelo;
+use sim::ethercat::eeprom::ReadSize;
+use sim::ethercat::sii::{EntryType, Identity, Pdo, Sii, SyncManagerUse};
+use sim::ethercat::sync_manager::SyncManager;
+use sim::ethercat::{Application, Cycle, FaultHandle, Segment, StatisticsHandle, SubDevice};
+use std::collections::VecDeque;
+use std::io;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+pub const VENDOR: u32 = 0x0000_0000;
+
+/// A SubDevice with the drive's process-data layout that answers every exchange with what it was told.
+///
+/// Inputs: the 36 bytes of the last valid outputs, then zeros, and in the last byte how often outputs were written.
+#[derive(Clone)]
+pub struct Mirror {
+    pub identity: Identity,
+    pub outputs: Vec<EntryType>,
+    pub inputs: Vec<EntryType>,
+    pub outputs_control: u8,
+    /// Length of the inputs' SyncManager that the application insists on; by default what the PDO says.
+    pub inputs_length: Option<u16>,
+    /// Since power-on.
+    pub writes: u8,
+}
+
+impl Default for Mirror {
+    fn default() -> Mirror {
+        use EntryType::{F32, U16, U64};
+        let mut outputs = vec![U16, U16];
+        outputs.extend([F32; 6]);
+        outputs.push(U64);
+        let mut inputs = vec![U16, U16, U64, U64];
+        inputs.extend([F32; 27]);
+        inputs.push(U64);
+        inputs.extend([F32; 9]);
+        Mirror {
+            identity: Identity {
+                vendor_id: VENDOR,
+                product_code: 0x0170_5011,
+                revision: 7,
+                serial: 42,
+            },
+            outputs,
+            inputs,
+            outputs_control: 0x64,
+            inputs_length: None,
+            writes: 0,
+        }
+    }
+}
+
+impl Application for Mirror {
+    fn sii(&self) -> Sii {
+        let pdo = |index, entry_index, sync_manager, entries: &Vec<EntryType>| Pdo {
+            index,
+            entry_index,
+            sync_manager,
+            entries: entries.clone(),
+        };
+        let outputs = pdo(0x1600, 0x7000, 0, &self.outputs);
+        let inputs = pdo(0x1A00, 0x6000, 1, &self.inputs);
+        let sync_manager = |start, length_bytes, control| SyncManager {
+            start,
+            length_bytes,
+            control,
+            active: true,
+        };
+        let outputs_sm = sync_manager(0x1100, outputs.bytes() as u16, self.outputs_control);
+        let inputs_length = self.inputs_length.unwrap_or(inputs.bytes() as u16);
+        let inputs_sm = sync_manager(0x1400, inputs_length, 0x20);
+        Sii {
+            identity: self.identity,
+            alias: 0,
+            name: "MIRROR".to_owned(),
+            group: "tests".to_owned(),
+            description: "A SubDevice for tests".to_owned(),
+            sync_managers: vec![
+                (outputs_sm, SyncManagerUse::Outputs),
+                (inputs_sm, SyncManagerUse::Inputs),
+            ],
+            outputs,
+            inputs,
+        }
+    }
+
+    fn cycle(&mut self, cycle: Cycle<'_>) {
+        self.writes = self.writes.wrapping_add(u8::from(cycle.outputs_are_new));
+        cycle.inputs.fill(0);
+        if let Some(outputs) = cycle.outputs {
+            let length = outputs.len().min(cycle.inputs.len());
+            cycle.inputs[..length].copy_from_slice(&outputs[..length]);
+        }
+        if let Some(last) = cycle.inputs.last_mut() {
+            *last = self.writes;
+        }
+    }
+}
+
+pub fn segment(applications: impl IntoIterator<Item = Mirror>) -> Segment {
+    let new = |application| SubDevice::new(Box::new(application), ReadSize::Eight);
+    Segment::new(applications.into_iter().map(new).collect())
+}
+
+/// A segment in the same thread. Frames are processed when sent; a delay is held until its time.
+#[derive(Clone)]
+pub struct SegmentLink {
+    inner: Arc<Mutex<Wire>>,
+    pub faults: FaultHandle,
+    pub statistics: StatisticsHandle,
+}
+
+struct Wire {
+    segment: Segment,
+    /// Replies under way, with the time they arrive.
+    replies: VecDeque<(u64, Vec<u8>)>,
+    sent: u64,
+}
+
+impl SegmentLink {
+    pub fn new(segment: Segment) -> SegmentLink {
+        let (faults, statistics) = (segment.faults(), segment.statistics());
+        let wire = Wire {
+            segment,
+            replies: VecDeque::new(),
+            sent: 0,
+        };
+        SegmentLink {
+            inner: Arc::new(Mutex::new(wire)),
+            faults,
+            statistics,
+        }
+    }
+
+    pub fn of(applications: impl IntoIterator<Item = Mirror>) -> SegmentLink {
+        SegmentLink::new(segment(applications))
+    }
+
+    pub fn boxed(&self) -> Box<dyn Link> {
+        Box::new(self.clone())
+    }
+
+    /// Lets the segment's own side run, as its server's thread would.
+    pub fn cycle(&self) {
+        self.inner.lock().unwrap().segment.cycle(monotonic_ns());
+    }
+
+    pub fn frames_sent(&self) -> u64 {
+        self.inner.lock().unwrap().sent
+    }
+}
+
+impl Link for SegmentLink {
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        let mut wire = self.inner.lock().unwrap();
+        let now_ns = monotonic_ns();
+        wire.sent += 1;
+        let mut bytes = frame.to_vec();
+        if let Some(reply) = wire.segment.process_frame(&mut bytes, now_ns) {
+            bytes.truncate(reply.length);
+            let arrives_ns = now_ns + reply.delay.as_nanos() as u64;
+            for _ in 0..reply.copies {
+                wire.replies.push_back((arrives_ns, bytes.clone()));
+            }
+        }
+        wire.segment.cycle(now_ns);
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>> {
+        loop {
+            let now_ns = monotonic_ns();
+            let mut wire = self.inner.lock().unwrap();
+            wire.segment.cycle(now_ns);
+            if let Some(at) = wire
+                .replies
+                .iter()
+                .position(|&(arrives_ns, _)| arrives_ns <= now_ns)
+                && let Some((_, frame)) = wire.replies.remove(at)
+            {
+                buffer[..frame.len()].copy_from_slice(&frame);
+                return Ok(Some(frame.len()));
+            }
+            drop(wire);
+            if now_ns >= deadline_ns {
+                return Ok(None);
+            }
+            std::thread::sleep(Duration::from_nanos((deadline_ns - now_ns).min(100_000)));
+        }
+    }
+
+    fn describe(&self) -> String {
+        "simulated segment".to_owned()
+    }
+}
+
+pub fn expectation() -> Expectation {
+    Expectation {
+        vendor_id: VENDOR,
+        product_codes: kelo::PRODUCT_CODES.to_vec(),
+        outputs_bytes: kelo::OUTPUTS_BYTES,
+        inputs_bytes: kelo::INPUTS_BYTES,
+        // Generous, so that a busy machine trips nothing.
+        watchdog_ms: 2000,
+    }
+}
+
+/// Impatient, for tests that expect a failure.
+pub fn impatient() -> BringUpOptions {
+    BringUpOptions {
+        timeout: Duration::from_millis(300),
+        frame_timeout: Duration::from_millis(5),
+        frame_attempts: 4,
+        ..BringUpOptions::default()
+    }
+}
+
+pub fn in_us(us: u64) -> u64 {
+    monotonic_ns() + us * 1000
+}
