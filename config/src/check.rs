@@ -12,7 +12,7 @@ mod together;
 
 use crate::diagnostic::ProblemKind;
 use crate::hint;
-use crate::reader::Report;
+use crate::report::Report;
 use crate::robot::RobotConfig;
 use crate::site::SiteConfig;
 

@@ -24,6 +24,7 @@ mod origin;
 mod overrides;
 mod quantity;
 mod reader;
+mod report;
 mod robot;
 mod site;
 mod threads;

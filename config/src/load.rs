@@ -14,7 +14,8 @@ use crate::check;
 use crate::diagnostic::{ConfigError, Problem, ProblemKind};
 use crate::origin::{Origin, Source, Spot};
 use crate::overrides::Override;
-use crate::reader::{Report, Section};
+use crate::reader::Section;
+use crate::report::Report;
 use crate::robot::RobotConfig;
 use crate::site::SiteConfig;
 use crate::tree::{self, Entry};
@@ -196,4 +197,19 @@ fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> ConfigError {
             "text in UTF-8".to_owned(),
         )
         .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ROBOT_SECTIONS, SITE_SECTIONS};
+
+    /// Else an override could belong to both files.
+    #[test]
+    fn no_section_is_in_both_files() {
+        assert!(
+            ROBOT_SECTIONS
+                .iter()
+                .all(|section| !SITE_SECTIONS.contains(section))
+        );
+    }
 }

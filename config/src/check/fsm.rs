@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::check::map::{direction, distance_ahead};
 use crate::check::reference;
 use crate::diagnostic::ProblemKind;
-use crate::reader::Report;
+use crate::report::Report;
 use crate::site::{
     Area, ControllerConfig, FsmConfig, FsmState, Lane, Manoeuvre, MonitorKind, SiteConfig,
     SkillConfig, TurnDirection,

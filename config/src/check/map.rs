@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use crate::check::reference;
 use crate::diagnostic::ProblemKind;
 use crate::geometry::{distance_to_segment, segments_meet};
-use crate::reader::Report;
+use crate::report::Report;
 use crate::site::{Lane, MonitorKind, RegionRef, SiteConfig, Wall};
 
 /// Shorter walls and lanes are typing mistakes.

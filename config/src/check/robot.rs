@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::diagnostic::ProblemKind;
-use crate::reader::Report;
+use crate::report::Report;
 use crate::robot::{Link, RobotConfig};
 use crate::threads::{ActivityKind, Trigger};
 

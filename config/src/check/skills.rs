@@ -2,7 +2,7 @@
 
 use crate::check::reference;
 use crate::diagnostic::ProblemKind;
-use crate::reader::Report;
+use crate::report::Report;
 use crate::site::{
     ControllerConfig, Feature, MonitorKind, PerceptionKind, SiteConfig, SkillConfig,
 };

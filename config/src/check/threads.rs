@@ -2,7 +2,7 @@
 
 use crate::diagnostic::ProblemKind;
 use crate::hint;
-use crate::reader::Report;
+use crate::report::Report;
 use crate::robot::RobotConfig;
 use crate::threads::{ActivityKind, Scheduling, ThreadConfig, Trigger};
 

@@ -9,7 +9,8 @@ use std::time::Duration;
 use crate::choices::{BIT_RATES, CORES, activities};
 use crate::diagnostic::ProblemKind;
 use crate::quantity::{ANGLE, Count, OFFSET, Quantity, ROBOT_LENGTH, ROBOT_LENGTH_OR_ZERO};
-use crate::reader::{Report, Section};
+use crate::reader::Section;
+use crate::report::Report;
 use crate::robot::{
     ControlGains, DriveConfig, EthercatConfig, FleetConfig, Footprint, Identity, LidarConfig, Link,
     NavigationGains, RobotConfig, TubeConfig, TubeHorizon,

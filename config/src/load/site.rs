@@ -6,7 +6,8 @@ use crate::choices::{DIRECTIONS, FEATURES, MANOEUVRES};
 use crate::diagnostic::ProblemKind;
 use crate::geometry::Rect;
 use crate::quantity::{Count, POSITION, Quantity};
-use crate::reader::{Report, Section};
+use crate::reader::Section;
+use crate::report::Report;
 use crate::site::{
     Area, ControlLayer, ControllerConfig, Feature, FsmConfig, FsmState, FsmTransition, Lane,
     Manoeuvre, Monitor, MonitorKind, PerceptionKind, PerceptionZone, RegionRef, SiteConfig,
