@@ -196,8 +196,7 @@ impl MotionTubes {
             self.streaks.fill(0);
         }
         self.newest = Some((scan.reference_ns(), now_ns));
-        self.memory.remember(scan);
-        self.memory.project(scan.odom_pose(), scan.reference_ns());
+        self.memory.observe(scan);
         self.known.load(scan.ranges_m());
         for (id, streak) in self.set.ids().zip(self.streaks.iter_mut()) {
             let free = self.set.is_free(id, &self.known, self.memory.occupied());

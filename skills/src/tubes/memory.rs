@@ -4,10 +4,19 @@
 //! stands there was ahead before: hits are kept for two seconds in the odometry frame, and laid on a small grid around
 //! `base_link` when tubes are judged. A tube has a mask on the same grid, of its cells that the sensor does not see.
 //!
+//! The two seconds are seconds of driving: what stood beside a robot when it halted is not forgotten because it waits.
+//! What a newer scan looks through is forgotten at once.
+//!
 //! Bounded: a ring of fixed capacity; when more comes in within the memory's time, the oldest goes and is counted.
 
 use crate::geometry::{Point2, Pose2};
 use crate::scan::AlignedScan;
+
+/// A robot that moved less than this between two scans stands.
+const STANDS_M: f64 = 0.005;
+const STANDS_RAD: f64 = 0.01;
+/// A beam that measures this much farther has looked through.
+const LOOKED_THROUGH_M: f32 = 0.1;
 
 /// Points that a memory holds.
 pub const CAPACITY: usize = 8192;
@@ -72,7 +81,8 @@ impl NearGrid {
 #[derive(Clone, Copy, Debug, Default)]
 struct Remembered {
     point: Point2,
-    stamp_ns: u64,
+    /// On the clock that runs while the robot drives; `None` when looked through.
+    driven_ns: Option<u64>,
 }
 
 /// Hits of the last moments, in the odometry frame.
@@ -88,6 +98,10 @@ pub struct Memory {
     overwritten: u64,
     grid: NearGrid,
     occupied: Box<[u64]>,
+    /// Runs while the robot drives.
+    driven_ns: u64,
+    /// Reference time of the newest scan, and the pose that driving is measured from.
+    newest: Option<(u64, Pose2)>,
 }
 
 impl Memory {
@@ -104,13 +118,35 @@ impl Memory {
             overwritten: 0,
             grid,
             occupied: vec![0; grid.words()].into_boxed_slice(),
+            driven_ns: 0,
+            newest: None,
         }
     }
 
-    /// Takes the hits of a scan that are near enough to matter, thinned to half a cell.
-    pub fn remember(&mut self, scan: &AlignedScan) {
+    /// Takes the hits of a scan that are near enough to matter, thinned to half a cell, and lays all that is
+    /// remembered on the grid around where the robot was at the scan's reference time.
+    pub fn observe(&mut self, scan: &AlignedScan) {
+        self.advance(scan.reference_ns(), scan.odom_pose());
+        self.remember(scan);
+        self.project(scan);
+    }
+
+    fn advance(&mut self, reference_ns: u64, pose: Pose2) {
+        let Some((before_ns, from)) = self.newest else {
+            self.newest = Some((reference_ns, pose));
+            return;
+        };
+        let moved = from.between(pose);
+        if moved.position().norm_m() > STANDS_M || moved.theta_rad.abs() > STANDS_RAD {
+            self.driven_ns += reference_ns.saturating_sub(before_ns);
+            self.newest = Some((reference_ns, pose));
+        } else {
+            self.newest = Some((reference_ns, from));
+        }
+    }
+
+    fn remember(&mut self, scan: &AlignedScan) {
         let pose = scan.odom_pose();
-        let stamp_ns = scan.reference_ns();
         let mut previous: Option<Point2> = None;
         for hit in scan.hits() {
             if hit.norm_m() > self.reach_m
@@ -119,45 +155,56 @@ impl Memory {
                 continue;
             }
             previous = Some(hit);
-            if self.len == self.ring.len()
-                && stamp_ns.saturating_sub(self.ring[self.next].stamp_ns) <= self.keep_ns
-            {
+            if self.len == self.ring.len() && self.is_kept(&self.ring[self.next]) {
                 self.overwritten += 1;
             }
             self.ring[self.next] = Remembered {
                 point: pose.transform(hit),
-                stamp_ns,
+                driven_ns: Some(self.driven_ns),
             };
             self.next = (self.next + 1) % self.ring.len();
             self.len = (self.len + 1).min(self.ring.len());
         }
     }
 
-    /// Lays what is remembered on the grid around `base_link` at `pose`.
-    pub fn project(&mut self, pose: Pose2, now_ns: u64) {
+    fn is_kept(&self, remembered: &Remembered) -> bool {
+        remembered
+            .driven_ns
+            .is_some_and(|driven_ns| self.driven_ns - driven_ns <= self.keep_ns)
+    }
+
+    fn project(&mut self, scan: &AlignedScan) {
         self.occupied.fill(0);
+        let pose = scan.odom_pose();
         let (sin, cos) = pose.theta_rad.sin_cos();
         let capacity = self.ring.len();
-        let mut expired = 0;
-        for age in (0..self.len).rev() {
-            let remembered = self.ring[(self.next + capacity - 1 - age) % capacity];
-            if now_ns.saturating_sub(remembered.stamp_ns) > self.keep_ns {
-                expired = self.len - age;
+        let mut kept = 0;
+        for age in 0..self.len {
+            let index = (self.next + capacity - 1 - age) % capacity;
+            let remembered = self.ring[index];
+            if !self.is_kept(&remembered) {
                 continue;
             }
+            kept = age + 1;
             let delta = remembered.point - pose.position();
             let point = Point2::new(
                 cos * delta.x_m + sin * delta.y_m,
                 cos * delta.y_m - sin * delta.x_m,
             );
-            if let Some(cell) = self.grid.cell(point) {
+            let Some(cell) = self.grid.cell(point) else {
+                continue;
+            };
+            if looks_through(scan, point) {
+                self.ring[index].driven_ns = None;
+            } else {
                 self.occupied[cell / 64] |= 1 << (cell % 64);
             }
         }
-        self.len -= expired;
+        // Behind the last kept there is nothing worth another look.
+        self.len = kept;
     }
 
-    /// The occupied cells of the last projection.
+    /// The occupied cells around the robot at the newest scan.
     #[must_use]
     pub fn occupied(&self) -> &[u64] {
         &self.occupied
@@ -184,6 +231,22 @@ impl Memory {
     /// Forgets everything, as when the odometry frame jumps.
     pub fn clear(&mut self) {
         self.len = 0;
+        self.newest = None;
         self.occupied.fill(0);
     }
+}
+
+/// The beam at a point, and those beside it, measure clearly farther.
+fn looks_through(scan: &AlignedScan, point: Point2) -> bool {
+    let in_laser = scan.geometry().mount.inverse_transform(point);
+    let range_m = in_laser.norm_m() as f32 + LOOKED_THROUGH_M;
+    let Some(beam) = scan.geometry().nearest_beam(in_laser.direction_rad()) else {
+        return false;
+    };
+    let last = scan.ranges_m().len() - 1;
+    beam > 0
+        && beam < last
+        && scan.ranges_m()[beam - 1..=beam + 1]
+            .iter()
+            .all(|&free_m| free_m > range_m)
 }

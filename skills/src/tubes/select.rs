@@ -2,14 +2,15 @@
 //!
 //! A wanted curvature between two tubes of a row is served when both are free: they overlap along their whole length,
 //! so every path between them stays inside both. Otherwise the nearest free tube of the row within the allowed band
-//! serves, shifted. Rows compete by cost: the shift of the curvature, and the speed lost; of equals the longest wins.
+//! serves, shifted, if it is at least two rows longer. Rows compete by cost: the shift of the curvature, and the speed
+//! lost; of equals the longest wins.
 
 use super::parameters::AdaptPolicy;
 use super::set::{TubeId, TubeSet};
 use crate::geometry::MotionCommand;
 
-/// Two curvatures are the same within this.
-const SAME_CURVATURE_1_M: f64 = 1e-9;
+/// A shift must lead into a tube so many rows longer than the longest without.
+const SHIFT_BUYS_ROWS: usize = 2;
 
 /// The tube chosen, and the curvature to drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,83 +46,101 @@ impl Selector<'_> {
         self.streaks[id.0 as usize] >= self.policy.free_scans
     }
 
-    fn exists(&self, row: usize, step: usize) -> bool {
-        !self.set.is_refused(self.set.id(row, step))
-    }
-
     /// The best tube for `wanted`, given the one driven so far.
     pub fn search(&self, wanted: MotionCommand, driven: Option<Selection>) -> Search {
+        let wanted_1_m = wanted.curvature_1_m;
         let mut best: Option<(f64, Selection)> = None;
-        let mut any_exists = false;
-        for row in 0..self.set.rows.len() {
-            let lost_m_s = (wanted.speed_m_s - self.set.rows[row].horizon.speed_m_s).max(0.0);
-            let mut offer = |selection: Selection| {
-                let shift_1_m = selection.shift_1_m;
-                let changes_side = driven.is_some_and(|driven| driven.shift_1_m * shift_1_m < 0.0);
-                let reluctance_1_m = if changes_side {
-                    self.policy.hysteresis_1_m
-                } else {
-                    0.0
-                };
-                let cost = shift_1_m.abs() + reluctance_1_m + self.policy.speed_weight * lost_m_s;
-                if best.is_none_or(|(least, _)| cost < least - 1e-9) {
-                    best = Some((cost, selection));
-                }
+        let mut offer = |selection: Selection| {
+            let horizon = self.set.rows[selection.row].horizon;
+            let lost_m_s = (wanted.speed_m_s - horizon.speed_m_s).max(0.0);
+            let shift_1_m = selection.shift_1_m;
+            let changes_side = driven.is_some_and(|driven| driven.shift_1_m * shift_1_m < 0.0);
+            let reluctance_1_m = if changes_side {
+                self.policy.hysteresis_1_m
+            } else {
+                0.0
             };
-            any_exists |= self.offer_row(row, wanted.curvature_1_m, &mut offer);
+            let cost = shift_1_m.abs() + reluctance_1_m + self.policy.speed_weight * lost_m_s;
+            if best.is_none_or(|(least, _)| cost < least - 1e-9) {
+                best = Some((cost, selection));
+            }
+        };
+        let rows = self.set.rows.len();
+        let mut longest_unshifted = None;
+        for row in 0..rows {
+            if let Some(selection) = self.unshifted(row, wanted_1_m) {
+                longest_unshifted.get_or_insert(row);
+                offer(selection);
+            }
+        }
+        // Before a wall across the lane a bend buys a moment at best; around a thing it buys rows.
+        let worth = longest_unshifted.map_or(rows, |row| (row + 1).saturating_sub(SHIFT_BUYS_ROWS));
+        for row in 0..worth {
+            let (below, above) = self.shifted(row, wanted_1_m);
+            below.into_iter().chain(above).for_each(&mut offer);
         }
         match best {
             Some((_, selection)) => Search::Found(selection),
-            None if any_exists => Search::Blocked,
+            None if (0..rows).any(|row| self.has_tubes_near(row, wanted_1_m)) => Search::Blocked,
             None => Search::BeyondTubes,
         }
     }
 
-    /// Offers what a row has for a curvature; says whether it has any tube there.
-    fn offer_row(&self, row: usize, wanted_1_m: f64, offer: &mut impl FnMut(Selection)) -> bool {
-        let steps = self.set.steps;
-        let spacing_1_m = self.set.rows[row].curvature_step_1_m;
-        let place = wanted_1_m / spacing_1_m + (steps / 2) as f64;
-        let last = (steps - 1) as f64;
-        let (low, high) = (place.floor(), place.ceil());
-        if low >= 0.0 && high <= last {
-            let (low, high) = (low as usize, high as usize);
-            if self.is_free(row, low) && self.is_free(row, high) {
-                let nearest = place.round().clamp(0.0, last) as usize;
-                offer(Selection {
-                    tube: self.set.id(row, nearest),
-                    row,
-                    curvature_1_m: wanted_1_m,
-                    shift_1_m: 0.0,
-                });
-                return true;
-            }
+    /// Where a curvature lies among the tubes of a row, as a fraction of their index.
+    fn place(&self, row: usize, curvature_1_m: f64) -> f64 {
+        curvature_1_m / self.set.rows[row].curvature_step_1_m + (self.set.steps / 2) as f64
+    }
+
+    /// The wanted curvature itself, when the tubes on both sides of it are free.
+    fn unshifted(&self, row: usize, wanted_1_m: f64) -> Option<Selection> {
+        let place = self.place(row, wanted_1_m);
+        // A hair off a tube is on it.
+        let (low, high) = ((place + 1e-6).floor(), (place - 1e-6).ceil());
+        if low < 0.0 || high > (self.set.steps - 1) as f64 {
+            return None;
         }
-        // The nearest free tube to either side, within the band.
-        let band = self.policy.curvature_band_1_m / spacing_1_m;
-        let first = (place - band).ceil().clamp(0.0, steps as f64) as usize;
-        let end = ((place + band).floor() + 1.0).clamp(0.0, steps as f64) as usize;
-        let split = (high.clamp(0.0, steps as f64) as usize).clamp(first, end.max(first));
-        let mut shifted = |step: usize| {
+        let (low, high) = (low as usize, high as usize);
+        (self.is_free(row, low) && self.is_free(row, high)).then(|| Selection {
+            tube: self.set.id(row, place.round() as usize),
+            row,
+            curvature_1_m: wanted_1_m,
+            shift_1_m: 0.0,
+        })
+    }
+
+    /// Indices of the tubes of a row within the band, and where the wanted curvature divides them.
+    fn band(&self, row: usize, wanted_1_m: f64) -> (usize, usize, usize) {
+        let steps = self.set.steps as f64;
+        let place = self.place(row, wanted_1_m);
+        let half = self.policy.curvature_band_1_m / self.set.rows[row].curvature_step_1_m;
+        let index = |place: f64| place.clamp(0.0, steps) as usize;
+        let first = index((place - half).ceil());
+        let end = index((place + half).floor() + 1.0).max(first);
+        (first, index(place.ceil()).clamp(first, end), end)
+    }
+
+    /// The nearest free tubes of a row on both sides, within the band.
+    fn shifted(&self, row: usize, wanted_1_m: f64) -> (Option<Selection>, Option<Selection>) {
+        let (first, split, end) = self.band(row, wanted_1_m);
+        let select = |step: usize| {
             let curvature_1_m = self.set.row_curvature_1_m(row, step);
-            let shift_1_m = curvature_1_m - wanted_1_m;
-            offer(Selection {
+            Selection {
                 tube: self.set.id(row, step),
                 row,
                 curvature_1_m,
-                shift_1_m: if shift_1_m.abs() < SAME_CURVATURE_1_M {
-                    0.0
-                } else {
-                    shift_1_m
-                },
-            });
+                shift_1_m: curvature_1_m - wanted_1_m,
+            }
         };
-        if let Some(step) = (first..split).rev().find(|&step| self.is_free(row, step)) {
-            shifted(step);
-        }
-        if let Some(step) = (split..end).find(|&step| self.is_free(row, step)) {
-            shifted(step);
-        }
-        (first..end).any(|step| self.exists(row, step))
+        let is_free = |step: &usize| self.is_free(row, *step);
+        (
+            (first..split).rev().find(is_free).map(select),
+            (split..end).find(is_free).map(select),
+        )
+    }
+
+    fn has_tubes_near(&self, row: usize, wanted_1_m: f64) -> bool {
+        let (first, _, end) = self.band(row, wanted_1_m);
+        let is_usable = |step: usize| !self.set.is_refused(self.set.id(row, step));
+        (first..end).any(is_usable)
     }
 }

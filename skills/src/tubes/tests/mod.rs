@@ -1,1 +1,8 @@
-//! Tests of the tubes.
+//! Tests of the tubes against a small world of exact shapes.
+
+mod adapting;
+mod corridor;
+mod driving;
+mod generation;
+mod guarantee;
+mod world;
