@@ -10,8 +10,7 @@
 
 mod handle;
 pub mod pdo;
-
-use std::f64::consts::{PI, TAU};
+mod sensors;
 
 pub use handle::{DriveHandle, DriveStatistics, Extremes};
 
@@ -21,7 +20,7 @@ use crate::ethercat::sync_manager::SyncManager;
 use crate::ethercat::{Application, Cycle, FaultHandle, Segment, StatisticsHandle, SubDevice};
 use crate::plant::{DriveCommand, DriveFeedback, Plant};
 use handle::Injected;
-use pdo::{Inputs, Mode, MotorInputs, Outputs, command, status};
+use pdo::{Mode, Outputs, command, status};
 
 /// Stands in for the vendor's number, which is not public; "KELO" in ASCII.
 pub const VENDOR_ID: u32 = 0x4B45_4C4F;
@@ -70,14 +69,6 @@ const MAILBOX_SM: [SyncManager; 2] = [
 const MIN_SUPPLY_V: f64 = 16.0;
 /// Supply above which the motors have no power.
 const MAX_SUPPLY_V: f64 = 60.0;
-/// Supply current at rest.
-const IDLE_CURRENT_A: f64 = 0.3;
-const RESISTANCE_OHM: f64 = 0.3;
-const BACK_EMF_V_S: f64 = 0.4;
-const POLE_PAIRS: f64 = 10.0;
-const TEMPERATURE_K: f32 = 303.0;
-const PRESSURE_PA: f32 = 101_325.0;
-const GRAVITY_M_S2: f32 = 9.81;
 
 /// What differs from drive to drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -241,7 +232,7 @@ impl Application for Kelo {
         let zero = *self
             .zero_rad
             .get_or_insert((feedback.left_rad, feedback.right_rad));
-        let mut inputs = inputs(&feedback, &command, zero);
+        let mut inputs = sensors::inputs(&feedback, &command, zero);
         inputs.status1 = (inputs.status1 | injected.status1_set) & !injected.status1_cleared;
         inputs.status2 = injected.status2.unwrap_or(inputs.status2);
         inputs.sensor_ts_ns = sensor_ts_ns;
@@ -338,78 +329,6 @@ fn limited(wanted: DriveCommand) -> DriveCommand {
         right_current_limit_a,
         ..wanted
     }
-}
-
-fn inputs(feedback: &DriveFeedback, command: &DriveCommand, zero_rad: (f64, f64)) -> Inputs {
-    let f = feedback;
-    let mut status1 = status::ENCODERS_VALID | status::UNDERVOLTAGE;
-    status1 |= if command.right_enabled {
-        status::ENABLED_1
-    } else {
-        0
-    };
-    status1 |= if command.left_enabled {
-        status::ENABLED_2
-    } else {
-        0
-    };
-    status1 |= if f.bus_voltage_v > MAX_SUPPLY_V {
-        status::OVERVOLTAGE
-    } else {
-        0
-    };
-    let power_w = f.left_current_a
-        * (f.left_rad_s * BACK_EMF_V_S + f.left_current_a * RESISTANCE_OHM)
-        + f.right_current_a * (f.right_rad_s * BACK_EMF_V_S + f.right_current_a * RESISTANCE_OHM);
-    Inputs {
-        status1,
-        status2: status::STATUS2_HEALTHY,
-        motor: [
-            motor(
-                -(f.right_rad - zero_rad.1),
-                -f.right_rad_s,
-                -f.right_current_a,
-            ),
-            motor(f.left_rad - zero_rad.0, f.left_rad_s, f.left_current_a),
-        ],
-        pivot_rad: wrapped(f.pivot_rad) as f32,
-        pivot_rad_s: f.pivot_rad_s as f32,
-        bus_voltage_v: f.bus_voltage_v as f32,
-        acceleration_m_s2: [0.0, 0.0, GRAVITY_M_S2],
-        gyro_rad_s: [0.0, 0.0, f.yaw_rate_rad_s as f32],
-        imu_temperature_k: TEMPERATURE_K,
-        pressure_pa: PRESSURE_PA,
-        input_current_a: (IDLE_CURRENT_A + power_w / f.bus_voltage_v.max(1.0)) as f32,
-        ..Inputs::default()
-    }
-}
-
-/// A motor in its own frame; phases follow from torque current and angle.
-fn motor(encoder_rad: f64, velocity_rad_s: f64, current_a: f64) -> MotorInputs {
-    let voltage_v = velocity_rad_s * BACK_EMF_V_S + current_a * RESISTANCE_OHM;
-    let electrical_rad = encoder_rad * POLE_PAIRS;
-    let phase = |amplitude: f64, number: f64| {
-        (amplitude * (electrical_rad - number * TAU / 3.0).cos()) as f32
-    };
-    let phases = |amplitude: f64| {
-        [
-            phase(amplitude, 0.0),
-            phase(amplitude, 1.0),
-            phase(amplitude, 2.0),
-        ]
-    };
-    let ([iu, iv, iw], [uu, uv, uw]) = (phases(current_a), phases(voltage_v));
-    MotorInputs {
-        encoder_rad: encoder_rad as f32,
-        velocity_rad_s: velocity_rad_s as f32,
-        current_a: [0.0, current_a as f32, iu, iv, iw],
-        voltage_v: [voltage_v as f32, uu, uv, uw],
-        temperature_k: TEMPERATURE_K,
-    }
-}
-
-fn wrapped(angle_rad: f64) -> f64 {
-    (angle_rad + PI).rem_euclid(TAU) - PI
 }
 
 #[cfg(test)]

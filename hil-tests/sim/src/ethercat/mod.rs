@@ -34,3 +34,6 @@ pub use faults::FaultHandle;
 pub use segment::{Reply, Segment, Statistics, StatisticsHandle};
 pub use server::{ServeError, ServeOptions, ServerHandle, serve_raw, serve_udp};
 pub use subdevice::{Application, Cycle, SubDevice};
+
+#[cfg(test)]
+mod tests;

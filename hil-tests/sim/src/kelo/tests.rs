@@ -238,10 +238,3 @@ fn after_power_on_wheel_encoders_start_at_zero() {
     bench.run(1, None);
     assert_eq!((bench.float(20).abs(), bench.float(68)), (0.0, 0.0));
 }
-
-#[test]
-fn the_pivot_wraps_at_pi() {
-    assert!((wrapped(3.5 * PI) + PI / 2.0).abs() < 1e-12);
-    assert!((wrapped(-3.5 * PI) - PI / 2.0).abs() < 1e-12);
-    assert_eq!(wrapped(1.0), 1.0);
-}
