@@ -156,7 +156,7 @@ fn a_watchdog_that_is_not_armed_is_refused() {
 fn the_watchdog_gets_the_configured_time() {
     let link = SegmentLink::of([Mirror::default()]);
     let expected = drivers::ethercat::Expectation {
-        watchdog_ms: 40,
+        watchdog_ms: 200,
         ..expectation()
     };
     let mut bus = Bus::bring_up(link.boxed(), &expected, BringUpOptions::default()).unwrap();
@@ -164,14 +164,14 @@ fn the_watchdog_gets_the_configured_time() {
     let silent_since = std::time::Instant::now();
     while link.statistics.snapshot().watchdog_trips == 0 {
         assert!(
-            silent_since.elapsed() < Duration::from_millis(500),
+            silent_since.elapsed() < Duration::from_secs(5),
             "the watchdog never tripped"
         );
         std::thread::sleep(Duration::from_millis(1));
         link.cycle();
     }
     assert!(
-        silent_since.elapsed() >= Duration::from_millis(39),
+        silent_since.elapsed() >= Duration::from_millis(199),
         "{:?}",
         silent_since.elapsed()
     );

@@ -40,14 +40,14 @@ fn drive(open: impl Fn() -> Box<dyn Link>, faults: &FaultHandle) {
     assert_eq!(inputs[0], 48);
 
     // Answers after the deadline are dropped; the data is that of the right cycle.
-    faults.delay_next(20, Duration::from_millis(2));
+    faults.delay_next(20, Duration::from_millis(60));
     for cycle in 0..20 {
         assert_eq!(
             bus.exchange(&[cycle; 36], &mut inputs, in_us(300)),
             Err(ExchangeError::Lost)
         );
     }
-    thread::sleep(Duration::from_millis(10));
+    thread::sleep(Duration::from_millis(80));
     bus.exchange(&[99; 36], &mut inputs, in_us(200_000))
         .unwrap();
     assert_eq!(inputs[0], 19);

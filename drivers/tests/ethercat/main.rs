@@ -6,6 +6,7 @@ mod allocations;
 mod bring_up;
 mod exchange;
 mod interfaces;
+mod kelo;
 mod links;
 mod real_time;
 mod support;
