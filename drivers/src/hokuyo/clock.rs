@@ -5,8 +5,8 @@
 //! smallest delay of the last [`WINDOW`] scans is compared with the smallest one right after the calibration: what
 //! it moves by is drift, and the offset follows, slowly, so that stamps stay evenly spaced. Without a calibration the
 //! smallest delay is taken to be the time that measuring a turn takes.
-//! A device whose clock jumps (it restarted) would deliver scans from the future, or very old ones: then the mapping
-//! starts anew.
+//! A device whose clock jumps back (it restarted) would, over the wrap, deliver scans from the future: then the mapping
+//! starts anew. One whose clock stood still delivers scans that look old for good; that takes a new connection.
 //!
 //! Real-time: no allocation, no system call.
 
@@ -19,10 +19,8 @@ const MS_NS: i64 = 1_000_000;
 const SLEW_NS: i64 = MS_NS / 10;
 /// A scan this much earlier than possible means that the device's clock jumped.
 const EARLY_NS: i64 = 200 * MS_NS;
-/// A scan this late, several times in a row, means the same; one scan may have waited in a queue for as long as
-/// nobody read it.
-const LATE_NS: i64 = 5_000 * MS_NS;
-const LATE_IN_A_ROW: u32 = 3;
+/// A scan this late has waited in a queue.
+const LATE_NS: i64 = 500 * MS_NS;
 
 /// Bounds on the time of the host at the device's time zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -75,6 +73,8 @@ pub struct DeviceClock {
     nominal_delay_ns: i64,
     /// Time of the host at the device's time zero.
     offset_ns: Option<i64>,
+    /// The offset was measured and not guessed from the delay of a scan.
+    calibrated: bool,
     /// Smallest delay from the start of a turn to its arrival; known once the window is full.
     floor_ns: Option<i64>,
     last: Option<Last>,
@@ -82,7 +82,6 @@ pub struct DeviceClock {
     window: [i64; WINDOW],
     filled: usize,
     next: usize,
-    late: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -99,12 +98,12 @@ impl DeviceClock {
         Self {
             nominal_delay_ns: nominal_delay_ns as i64,
             offset_ns: bounds.offset_ns().map(|(offset, _)| offset),
+            calibrated: bounds.offset_ns().is_some(),
             floor_ns: None,
             last: None,
             window: [0; WINDOW],
             filled: 0,
             next: 0,
-            late: 0,
         }
     }
 
@@ -115,19 +114,21 @@ impl DeviceClock {
         if jumped {
             self.filled = 0;
             self.next = 0;
-            self.late = 0;
             self.offset_ns = None;
+            self.calibrated = false;
             // The device's time goes on as if it had not jumped.
             device_ms = self.last.map_or(device_ms, |last| {
                 last.device_ms + arrival_ns.saturating_sub(last.arrival_ns) / MS_NS as u64
             });
         }
         let sample_ns = sample_ns(device_ms, arrival_ns);
-        self.push(sample_ns);
+        if !self.has_waited(sample_ns) {
+            self.push(sample_ns);
+        }
         let offset_ns = self.follow(sample_ns);
-        let mapped_ns = (arrival_ns as i64 - sample_ns + offset_ns)
-            .max(0)
-            .unsigned_abs();
+        // No turn begins after it has arrived.
+        let mapped_ns = arrival_ns as i64 - sample_ns + offset_ns.min(sample_ns);
+        let mapped_ns = mapped_ns.max(0).unsigned_abs();
         let start_ns = self
             .last
             .map_or(mapped_ns, |last| mapped_ns.max(last.start_ns + 1));
@@ -159,19 +160,17 @@ impl DeviceClock {
         last.device_ms + forward_ms + wraps * WRAP_MS
     }
 
-    fn has_jumped(&mut self, sample_ns: i64) -> bool {
-        let Some(offset_ns) = self.offset_ns else {
-            return false;
-        };
-        let delay_ns = sample_ns - offset_ns;
-        // A calibrated clock may be off by more than the nominal delay only if it is another clock by now.
-        let floor_ns = self.floor_ns.unwrap_or(0);
-        self.late = if delay_ns > floor_ns + LATE_NS {
-            self.late + 1
-        } else {
-            0
-        };
-        delay_ns < floor_ns - EARLY_NS || self.late >= LATE_IN_A_ROW
+    /// A late scan never means a jump: it may have waited in a queue, and an old scan must not pass for a new one.
+    fn has_jumped(&self, sample_ns: i64) -> bool {
+        self.offset_ns
+            .is_some_and(|offset_ns| sample_ns - offset_ns < self.floor_ns.unwrap_or(0) - EARLY_NS)
+    }
+
+    /// Scans that nobody read in time say nothing about the smallest delay.
+    fn has_waited(&self, sample_ns: i64) -> bool {
+        let floor_ns = self.floor_ns.unwrap_or(self.nominal_delay_ns);
+        self.offset_ns
+            .is_some_and(|offset_ns| sample_ns - offset_ns > floor_ns + LATE_NS)
     }
 
     fn push(&mut self, sample_ns: i64) {
@@ -198,8 +197,13 @@ impl DeviceClock {
             return offset_ns;
         };
         let wanted_ns = least_ns - floor_ns;
-        let slew_ns = (wanted_ns - offset_ns).clamp(-SLEW_NS, SLEW_NS);
-        *self.offset_ns.insert(offset_ns + slew_ns)
+        let follows_ns = if !self.calibrated && self.filled < WINDOW {
+            // A guess gets better with every earlier scan.
+            wanted_ns
+        } else {
+            offset_ns + (wanted_ns - offset_ns).clamp(-SLEW_NS, SLEW_NS)
+        };
+        *self.offset_ns.insert(follows_ns)
     }
 }
 
@@ -317,19 +321,19 @@ mod tests {
         };
         let mut clock = DeviceClock::new(device.bounds(), 71_000_000);
         device.run(&mut clock, 100);
-        // Nobody read for a second: ten scans wait in a queue and arrive together.
+        // Nobody read for ten seconds: a hundred scans wait in a queue and arrive together.
         let at = |turn: u64| HOST_0_NS + turn * TURN_MS * 1_000_000;
-        for turn in 101..=110 {
-            let mapped = clock.map(device.device_ms(at(turn)), at(111));
+        for turn in 101..=200 {
+            let mapped = clock.map(device.device_ms(at(turn)), at(201));
             assert!(!mapped.jumped);
-            assert!((mapped.start_ns as i64 - at(turn) as i64).abs() < 2_000_000);
+            assert!((mapped.start_ns as i64 - at(turn) as i64).abs() < 5_000_000);
         }
         // The device starts again from zero.
         let mut last = 0;
-        for turn in 111..=200 {
-            let raw = ((turn - 111) * TURN_MS) as u32;
+        for turn in 201..=300 {
+            let raw = ((turn - 201) * TURN_MS) as u32;
             let mapped = clock.map(raw, at(turn) + device.delay_ns());
-            assert_eq!(mapped.jumped, turn == 111);
+            assert_eq!(mapped.jumped, turn == 201);
             assert!(mapped.start_ns > last);
             assert!((mapped.start_ns as i64 - at(turn) as i64).abs() < 10_000_000);
             last = mapped.start_ns;

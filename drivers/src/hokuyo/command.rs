@@ -6,6 +6,8 @@ use super::port::{Gone, Port, Wait, now_ns};
 
 /// More lines than any reply has.
 const MAX_REPLY_LINES: usize = 16;
+/// More bytes that are no text than remain of a change of bit rate.
+const ENOUGH_RUBBISH: usize = 4;
 
 /// Why there is no reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,6 +55,8 @@ pub struct Conversation {
     heard_bytes: u64,
     /// A line that looks like one of a stream came since the last reset.
     hears_stream: bool,
+    /// Bytes since the last reset that no SCIP device sends.
+    rubbish_bytes: usize,
 }
 
 impl Conversation {
@@ -66,6 +70,7 @@ impl Conversation {
             end: 0,
             heard_bytes: 0,
             hears_stream: false,
+            rubbish_bytes: 0,
         }
     }
 
@@ -84,6 +89,11 @@ impl Conversation {
         self.hears_stream
     }
 
+    /// Whether what came since the last reset is no SCIP: somebody talks, and the bit rate is wrong.
+    pub fn hears_rubbish(&self) -> bool {
+        self.rubbish_bytes >= ENOUGH_RUBBISH && !self.hears_stream
+    }
+
     /// Sets the bit rate and forgets what came at the old one. False when the port cannot do it.
     pub fn reset(&mut self, bit_rate: u32) -> Result<bool, Gone> {
         let done = self.port.set_bit_rate(bit_rate).is_ok();
@@ -95,6 +105,7 @@ impl Conversation {
         self.line.clear();
         self.start = self.end;
         self.hears_stream = false;
+        self.rubbish_bytes = 0;
         Ok(done)
     }
 
@@ -157,6 +168,10 @@ impl Conversation {
             self.end = 0;
             self.end = self.port.read(&mut self.chunk)?;
             self.heard_bytes += self.end as u64;
+            let bytes = self.chunk[..self.end].iter();
+            self.rubbish_bytes += bytes
+                .filter(|byte| !matches!(byte, b' '..=b'~' | b'\n' | b'\r'))
+                .count();
         }
     }
 }

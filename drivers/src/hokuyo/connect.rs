@@ -14,14 +14,13 @@ use super::identity::{DeviceState, Fields, Identity, Parameters};
 use super::options::{BIT_RATES, Options, ScanFormat};
 use super::port::{Port, now_ns};
 
-/// The time in which a device that understands us begins to answer.
+/// The time in which a device that understands us begins to answer; with every pass over the bit rates it doubles,
+/// because on a busy host answers come late.
 const ANSWER: Duration = Duration::from_millis(100);
-/// The same for a device in the middle of a scan: the rest of it comes first, at 19200 bit/s a second long.
-const ANSWER_BEHIND_SCAN: Duration = Duration::from_millis(1300);
+/// The same for a device that streams: a scan on its way and one that waits come first, each a second at 19200 bit/s.
+const ANSWER_BEHIND_SCANS: Duration = Duration::from_millis(2500);
 /// The time in which a device changes its bit rate after saying so.
 const RATE_CHANGE: Duration = Duration::from_millis(20);
-/// Passes over all bit rates: an answer may be missed when the host is busy.
-const ROUNDS: usize = 2;
 /// Attempts at a command whose reply is garbled or missing.
 const ATTEMPTS: usize = 3;
 /// Readings of the device's clock.
@@ -49,6 +48,7 @@ pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError
         deadline_ns,
         reply_timeout: options.reply_timeout,
         bit_rate: options.bit_rate,
+        answer: ANSWER,
     };
     session.find_device(options.bit_rate)?;
     session.change_rate(options.bit_rate)?;
@@ -79,6 +79,8 @@ struct Session {
     deadline_ns: u64,
     reply_timeout: Duration,
     bit_rate: u32,
+    /// What [`ANSWER`] has grown to.
+    answer: Duration,
 }
 
 impl Session {
@@ -87,19 +89,24 @@ impl Session {
         let others = BIT_RATES.into_iter().filter(|rate| *rate != wanted);
         let rates: Vec<u32> = std::iter::once(wanted).chain(others).collect();
         let mut tried = Vec::new();
-        for bit_rate in rates.iter().cycle().take(ROUNDS * rates.len()) {
-            if self.is_late() {
+        while !self.is_late() {
+            let mut possible = false;
+            for bit_rate in &rates {
+                if self.is_late() || !self.reset(*bit_rate)? {
+                    continue;
+                }
+                possible = true;
+                if !tried.contains(bit_rate) {
+                    tried.push(*bit_rate);
+                }
+                if self.wake()? {
+                    return Ok(());
+                }
+            }
+            if !possible {
                 break;
             }
-            if !self.reset(*bit_rate)? {
-                continue;
-            }
-            if !tried.contains(bit_rate) {
-                tried.push(*bit_rate);
-            }
-            if self.wake()? {
-                return Ok(());
-            }
+            self.answer *= 2;
         }
         Err(ConnectError::NoAnswer {
             path: self.path.clone(),
@@ -117,6 +124,7 @@ impl Session {
             Some(Answer::Status(_)) => {
                 self.ask(b"TM2")?;
             }
+            None if self.conversation.hears_rubbish() => return Ok(false),
             Some(Answer::Other) | None => {
                 if self.ask(b"SCIP2.0")?.is_none() {
                     return Ok(false);
@@ -134,18 +142,18 @@ impl Session {
     /// Sends a command that nobody may be there to answer.
     fn ask(&mut self, command: &[u8]) -> Result<Option<Answer>, ConnectError> {
         let started_ns = now_ns();
-        let send = self.conversation.send(command, self.until(ANSWER));
+        let send = self.conversation.send(command, self.until(self.answer));
         if self.heard(send)?.is_none() {
             return Ok(None);
         }
-        let answer = self.conversation.answer(command, self.until(ANSWER));
+        let answer = self.conversation.answer(command, self.until(self.answer));
         if let Some(answer) = self.heard(answer)? {
             return Ok(Some(answer));
         }
         if !self.conversation.hears_stream() {
             return Ok(None);
         }
-        let behind_ns = started_ns + ANSWER_BEHIND_SCAN.as_nanos() as u64;
+        let behind_ns = started_ns + ANSWER_BEHIND_SCANS.as_nanos() as u64;
         let answer = self
             .conversation
             .answer(command, behind_ns.min(self.deadline_ns));
@@ -174,12 +182,10 @@ impl Session {
                 found: wanted.to_string(),
             });
         }
-        for _ in 0..ATTEMPTS {
-            if self.ask(b"QT")? == Some(Answer::Status(Status::OK)) {
-                return Ok(());
-            }
+        match self.command(b"QT")?.status {
+            Status::OK => Ok(()),
+            status => Err(refused(b"QT", status, "it should always stop")),
         }
-        Err(self.no_reply(b"QT"))
     }
 
     /// The fields of a reply whose checksums all hold.

@@ -12,6 +12,8 @@ use super::parser::{Event, Fault, StreamParser};
 use super::port::{Gone, Port, Wait, now_ns};
 use super::scan::{Counters, Received, Scan};
 
+/// Reads past the deadline of what has arrived already: the scan that waits there, but not endless rubbish.
+const MAX_LATE_READS: u32 = 4;
 /// The time that leaving the device in peace may take.
 const FAREWELL: Duration = Duration::from_millis(20);
 
@@ -82,12 +84,13 @@ impl Hokuyo {
     /// Reads until a scan is complete or the deadline (CLOCK_MONOTONIC) passes. Real-time.
     ///
     /// A scan that is half there at the deadline is continued by the next call. Scans that waited because nobody
-    /// read are delivered one by one, with the stamps of their time. When a deadline has passed already, what has
-    /// arrived is still looked at once.
+    /// read are delivered one by one, with the stamps of their time. A deadline that has passed does not hide a scan
+    /// that has arrived.
     ///
     /// # Errors
     /// Each dropped scan is reported once; the next call goes on behind it. `scan` changes only on success.
     pub fn read_scan(&mut self, scan: &mut Scan, deadline_ns: u64) -> Result<Received, ReadError> {
+        let mut late_reads = 0;
         loop {
             while self.start < self.end {
                 let byte = self.chunk[self.start];
@@ -101,8 +104,11 @@ impl Hokuyo {
             if self.gone {
                 return Err(ReadError::Disconnected);
             }
+            if late_reads == MAX_LATE_READS {
+                return Err(ReadError::Timeout);
+            }
             match self.fill(deadline_ns) {
-                Ok(Wait::Ready) => {}
+                Ok(Wait::Ready) => late_reads += u32::from(self.chunk_ns >= deadline_ns),
                 Ok(Wait::TimedOut) => return Err(ReadError::Timeout),
                 Err(Gone) => {
                     self.gone = true;
@@ -113,11 +119,7 @@ impl Hokuyo {
     }
 
     fn fill(&mut self, deadline_ns: u64) -> Result<Wait, Gone> {
-        // Bytes that never form a scan must not hold the caller past the deadline.
-        let exhausted = self.end > 0 && self.chunk_ns >= deadline_ns;
-        if exhausted || self.port.wait(deadline_ns)? == Wait::TimedOut {
-            self.end = 0;
-            self.start = 0;
+        if self.port.wait(deadline_ns)? == Wait::TimedOut {
             return Ok(Wait::TimedOut);
         }
         self.start = 0;

@@ -4,3 +4,4 @@ mod allocation;
 mod peer;
 mod scripted_connect;
 mod scripted_read;
+mod simulated;

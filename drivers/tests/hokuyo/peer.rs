@@ -371,7 +371,7 @@ impl Device {
             rest = &garbled;
         }
         // What the host does not take in time is lost, as on a wire.
-        for _ in 0..20 {
+        for _ in 0..500 {
             match self.master.write(rest) {
                 Ok(count) => rest = &rest[count..],
                 Err(_) => std::thread::sleep(Duration::from_millis(1)),

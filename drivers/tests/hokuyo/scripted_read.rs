@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use drivers::hokuyo::{Hokuyo, ReadError, Scan, Status, now_ns};
 
 use super::peer::{Order, Peer, Setup};
-use super::scripted_connect::{options, soon};
+use super::scripted_connect::{WATCHDOG, options, soon};
 
 fn connected() -> (Peer, Hokuyo, Scan) {
     let peer = Peer::start(Setup::default());
@@ -81,7 +81,7 @@ fn the_deadline_holds() {
         let result = lidar.read_scan(&mut scan, now_ns() + wait_ms * 1_000_000);
         assert_eq!(result, Err(ReadError::Timeout));
         assert!(started.elapsed() >= Duration::from_millis(wait_ms));
-        assert!(started.elapsed() < Duration::from_millis(wait_ms + 50));
+        assert!(started.elapsed() < Duration::from_millis(wait_ms) + WATCHDOG);
     }
     assert_eq!(lidar.read_scan(&mut scan, 0), Err(ReadError::Timeout));
 }
@@ -95,7 +95,7 @@ fn the_deadline_holds_under_endless_rubbish() {
         let started = Instant::now();
         let result = lidar.read_scan(&mut scan, now_ns() + 5_000_000);
         timeouts += u32::from(result == Err(ReadError::Timeout));
-        assert!(started.elapsed() < Duration::from_millis(60));
+        assert!(started.elapsed() < WATCHDOG);
     }
     assert!(timeouts > 0);
     // The peer could not place all of it: what came of the scan behind it is no scan.
@@ -135,7 +135,7 @@ fn a_vanished_device_is_disconnected_and_another_one_connects() {
         Err(ReadError::Disconnected)
     );
     drop(lidar);
-    assert!(started.elapsed() < Duration::from_secs(1));
+    assert!(started.elapsed() < WATCHDOG);
     connected();
 }
 
@@ -171,7 +171,7 @@ fn stamps_follow_the_device_and_not_the_arrival() {
         assert!(scan.stamp_ns < now_ns());
         last_ns = scan.stamp_ns as i64;
     }
-    assert_eq!(lidar.counters().clock_jumps, 1);
+    assert!(lidar.counters().clock_jumps > 0);
 }
 
 #[test]
