@@ -2,8 +2,8 @@
 //!
 //! Odometry moves the pose and lets its covariance grow; every wall that perception found pulls it back in the two
 //! numbers that a wall tells, distance and heading. A correction that is improbable (chi-square of two degrees of freedom)
-//! is refused and counted. When the covariance passes its limits, or walls are refused again and again, the pose is
-//! *uncertain*, with hysteresis.
+//! is refused and counted. The pose is *uncertain* when the covariance passes its limits (with hysteresis), when walls are
+//! refused scan after scan, or when scan after scan shows none of the walls that should be there.
 //!
 //! Real time: no allocation, no lock, no panic.
 
@@ -14,6 +14,8 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// So many refused scans in a row make the pose uncertain whatever the covariance says.
 const REFUSED_SCANS: u32 = 10;
+/// So many scans in a row that show none of the expected walls do the same.
+const BLIND_SCANS: u32 = 15;
 /// An uncertain pose is certain again below this share of the limits.
 const RECOVERED: f64 = 0.8;
 /// Uncertainty that grows even at standstill: (1 mm)² and (1 mrad)² per second.
@@ -63,6 +65,17 @@ pub struct PoseCounters {
     pub odometry_leaps: u64,
 }
 
+/// What a scan did for the pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScanVerdict {
+    /// A wall corrected it.
+    Corrected,
+    /// Walls were seen, all of them too improbable.
+    Refused,
+    /// None of the expected walls was seen.
+    Blind,
+}
+
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct PoseFilter {
@@ -71,6 +84,7 @@ pub struct PoseFilter {
     covariance: Matrix3<f64>,
     last: Option<Odometry>,
     refused_scans: u32,
+    blind_scans: u32,
     uncertain: bool,
     counters: PoseCounters,
 }
@@ -85,6 +99,7 @@ impl PoseFilter {
             covariance: Matrix3::identity(),
             last: None,
             refused_scans: 0,
+            blind_scans: 0,
             uncertain: false,
             counters: PoseCounters::default(),
         };
@@ -98,6 +113,7 @@ impl PoseFilter {
         let (position, heading) = (std_m * std_m, std_rad * std_rad);
         self.covariance = Matrix3::from_diagonal(&Vector3::new(position, position, heading));
         self.refused_scans = 0;
+        self.blind_scans = 0;
         self.uncertain = false;
         self.judge();
     }
@@ -127,8 +143,8 @@ impl PoseFilter {
             0.0,
             1.0,
         );
-        let way_m = (odometry.distance_m - last.distance_m).clamp(0.0, LEAP_M);
-        let turned_rad = (odometry.turned_rad - last.turned_rad).clamp(0.0, LEAP_M);
+        let way_m = growth(last.distance_m, odometry.distance_m);
+        let turned_rad = growth(last.turned_rad, odometry.turned_rad);
         let dt_s = odometry.stamp_ns.saturating_sub(last.stamp_ns) as f64 * 1e-9;
         let effective_m = way_m + TURN_WAY_M_PER_RAD * turned_rad;
         let idle = IDLE_VARIANCE_1_S * dt_s.min(10.0);
@@ -177,17 +193,23 @@ impl PoseFilter {
         true
     }
 
-    /// Told once for each scan in which walls were seen: whether any of them was accepted.
-    pub fn scan_done(&mut self, any_accepted: bool) {
-        if any_accepted {
-            self.refused_scans = 0;
-        } else {
-            self.refused_scans = self.refused_scans.saturating_add(1);
-            if self.refused_scans >= REFUSED_SCANS {
-                // The walls insist: admit that the pose may be wrong, until they agree again.
-                self.covariance *= 1.5;
-                self.bound();
+    /// Told once for each scan in which walls were looked for.
+    pub fn scan_done(&mut self, verdict: ScanVerdict) {
+        match verdict {
+            ScanVerdict::Corrected => {
+                self.refused_scans = 0;
+                self.blind_scans = 0;
             }
+            ScanVerdict::Refused => {
+                self.blind_scans = 0;
+                self.refused_scans = self.refused_scans.saturating_add(1);
+                if self.refused_scans >= REFUSED_SCANS {
+                    // The walls insist: admit that the pose may be wrong, until they agree again.
+                    self.covariance *= 1.5;
+                    self.bound();
+                }
+            }
+            ScanVerdict::Blind => self.blind_scans = self.blind_scans.saturating_add(1),
         }
         self.judge();
     }
@@ -249,7 +271,8 @@ impl PoseFilter {
         let share = if self.uncertain { RECOVERED } else { 1.0 };
         self.uncertain = self.position_std_m() > share * self.gains.max_std_m
             || self.heading_std_rad() > share * self.gains.max_std_rad
-            || self.refused_scans >= REFUSED_SCANS;
+            || self.refused_scans >= REFUSED_SCANS
+            || self.blind_scans >= BLIND_SCANS;
     }
 
     fn bound(&mut self) {
@@ -260,6 +283,12 @@ impl PoseFilter {
             self.covariance *= LARGEST_STD * LARGEST_STD / largest;
         }
     }
+}
+
+/// How much a sum that only grows has grown; 0 for what is no growth or no number.
+fn growth(before: f64, now: f64) -> f64 {
+    let grown = now - before;
+    if grown > 0.0 { grown.min(LEAP_M) } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -1,1 +1,110 @@
+use super::*;
 
+type Spoil = fn(&mut MapData);
+
+fn line(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
+    Segment::new(Point2::new(ax, ay), Point2::new(bx, by))
+}
+
+fn wall(id: &str, line: Segment) -> WallData {
+    WallData {
+        id: id.into(),
+        line,
+    }
+}
+
+fn lane(id: &str, line: Segment, end_wall: Option<&str>) -> LaneData {
+    LaneData {
+        id: id.into(),
+        line,
+        end_wall: end_wall.map(Into::into),
+    }
+}
+
+fn corridor() -> MapData {
+    MapData {
+        walls: vec![
+            wall("south", line(0.0, -1.6, 10.0, -1.6)),
+            wall("north", line(10.0, 1.6, 0.0, 1.6)),
+            wall("east", line(10.0, -1.6, 10.0, 1.6)),
+            wall("west", line(0.0, -1.6, 0.0, 1.6)),
+            wall("far north", line(0.0, 2.5, 10.0, 2.5)),
+            wall("stub", line(4.0, 0.8, 4.3, 0.8)),
+        ],
+        lanes: vec![
+            lane("east", line(1.2, -0.5, 8.8, -0.5), None),
+            lane("west", line(8.8, 0.5, 1.2, 0.5), Some("west")),
+        ],
+        areas: vec![AreaData {
+            id: "1".into(),
+            region: Rect::new(Point2::new(1.5, -0.9), Point2::new(5.5, 0.0)),
+            lane: Some("east".into()),
+            speed_limit_m_s: 0.4,
+            deviation_limit_m: 0.3,
+        }],
+    }
+}
+
+#[test]
+fn lanes_know_the_nearest_walls_directed_like_them() {
+    let data = corridor();
+    let map = SemanticMap::new(&data).unwrap();
+    let name = |wall: &Option<LaneWall>| data.walls[wall.unwrap().index].id.clone();
+    let east = &map.lanes()[0];
+    assert_eq!(
+        (name(&east.left), name(&east.right), name(&east.end)),
+        ("north".into(), "south".into(), "east".into())
+    );
+    let west = &map.lanes()[1];
+    assert_eq!(
+        (name(&west.left), name(&west.right), name(&west.end)),
+        ("south".into(), "north".into(), "west".into())
+    );
+    for (lane, wall) in [(east, east.left), (east, east.right), (west, west.left)] {
+        assert!(wrap_angle(wall.unwrap().direction_rad - lane.direction_rad).abs() < 1e-9);
+    }
+    assert_eq!(map.area_at(Point2::new(2.0, -0.5)), map.area_index("1"));
+    assert_eq!(map.area_at(Point2::new(9.0, 0.0)), None);
+    let pose = west.pose_at(2.0, 0.1, 0.0);
+    assert!(pose.position().distance_m(Point2::new(6.8, 0.4)) < 1e-12);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_names() {
+    let cases: [(Spoil, &str); 7] = [
+        (
+            |map| map.walls[1].id = "south".into(),
+            "two walls are called `south`",
+        ),
+        (
+            |map| map.lanes[0].line.b = map.lanes[0].line.a,
+            "lane `east` must have",
+        ),
+        (
+            |map| map.walls[0].line.a.x_m = f64::NAN,
+            "wall `south` must have",
+        ),
+        (
+            |map| map.areas[0].lane = Some("nowhere".into()),
+            "area `1` names the lane `nowhere`",
+        ),
+        (
+            |map| map.lanes[0].end_wall = Some("nowhere".into()),
+            "lane `east` names the wall `nowhere`",
+        ),
+        (
+            |map| map.lanes[0].end_wall = Some("west".into()),
+            "wall `west` does not close lane `east`",
+        ),
+        (
+            |map| map.areas[0].speed_limit_m_s = -0.4,
+            "speed limit of area `1` must be positive, found -0.4",
+        ),
+    ];
+    for (spoil, expected) in cases {
+        let mut data = corridor();
+        spoil(&mut data);
+        let message = SemanticMap::new(&data).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}

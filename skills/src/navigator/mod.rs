@@ -10,6 +10,8 @@
 //! Real time: [`Navigator::step`] and [`Navigator::post`] do not allocate, lock or panic; [`Navigator::new`] does
 //! allocate.
 
+mod coordinate;
+mod look;
 mod output;
 mod setup;
 
@@ -17,23 +19,16 @@ pub use output::{EventList, MAX_EVENTS, NavigationCounters, NavigationInput, Nav
 pub use setup::{NavigationGains, NavigatorSetup, SetupError};
 
 use crate::control::{ControlGains, ControlOutput, Corridor, PathError, UTurn};
-use crate::geometry::{MotionCommand, Point2, Pose2, Segment, wrap_angle};
+use crate::geometry::{MotionCommand, Point2, Pose2, wrap_angle};
 use crate::localisation::PoseFilter;
 use crate::map::{LaneGeometry, LaneWall, SemanticMap};
-use crate::monitors::Situation;
 use crate::perception::corridor::CorridorTracker;
 use crate::perception::lane_end::LaneEndTracker;
 use crate::perception::line::LineFitter;
 use crate::schedule::{Controller, Schedule, compile};
 use coordination::event::EventId;
 use coordination::fsm::{Machine, StateId};
-use std::f64::consts::FRAC_PI_2;
 
-/// A scan taken farther away than this from where odometry is now is of no use.
-const SCAN_REACH_M: f64 = 1.0;
-/// A corridor that was lost is looked for with at least this uncertainty.
-const RESTART_STD_M: f64 = 0.15;
-const RESTART_STD_RAD: f64 = 0.10;
 /// A lane end known worse than this is taken from the map instead.
 const LANE_END_STD_M: f64 = 0.15;
 
@@ -197,74 +192,6 @@ impl Navigator {
         }
     }
 
-    /// Uses a scan that was not seen before.
-    fn look(&mut self, input: &NavigationInput) {
-        let Some(scan) = input.scan.filter(|scan| scan.is_valid()) else {
-            return;
-        };
-        let reference_ns = scan.reference_ns();
-        if reference_ns == self.last_scan_ns {
-            return;
-        }
-        let since = input.odometry.pose.between(scan.odom_pose());
-        let near = since.is_finite() && since.position().norm_m() < SCAN_REACH_M;
-        if reference_ns < self.last_scan_ns || !near {
-            self.counters.scans_refused += 1;
-            // A clock that was set back must not blind the robot for good.
-            self.last_scan_ns = reference_ns;
-            return;
-        }
-        self.last_scan_ns = reference_ns;
-        self.counters.scans += 1;
-        let room = self.points.capacity();
-        self.points.clear();
-        self.points
-            .extend(scan.hits().take(room).map(|point| since.transform(point)));
-        self.see_corridor();
-    }
-
-    fn see_corridor(&mut self) {
-        let schedule = &self.schedules[self.machine.state().index()];
-        let (mut seen, mut accepted) = (false, false);
-        if let Some(lane) = schedule.lane.filter(|_| schedule.features.corridor) {
-            let lane = &self.map.lanes()[lane];
-            let pose = self.pose.pose();
-            let along_m = lane.line.along_m(pose.position());
-            let walls = self
-                .corridor
-                .observe(&mut self.fitter, &self.points, lane, along_m);
-            if schedule.tracks.corridor {
-                for (wall, fit) in [(&lane.left, walls.left), (&lane.right, walls.right)] {
-                    if let (Some(wall), Some(fit)) = (wall, fit) {
-                        seen = true;
-                        accepted |= self.pose.correct(&wall.line, &fit);
-                    }
-                }
-            }
-            if self.corridor.is_lost() {
-                self.counters.corridor_restarts += 1;
-                let std_m = self.pose.position_std_m().max(RESTART_STD_M);
-                let std_rad = self.pose.heading_std_rad().max(RESTART_STD_RAD);
-                self.corridor.start(lane, self.pose.pose(), std_m, std_rad);
-            }
-        }
-        let end = end_wall(&self.map, schedule);
-        if let Some(wall) = end.filter(|_| schedule.features.lane_end) {
-            let pose = self.pose.pose();
-            let std_m = self.pose.std_along_m(wall.direction_rad + FRAC_PI_2);
-            let fit =
-                self.lane_end
-                    .observe(&mut self.fitter, &self.points, &wall.line, pose, std_m);
-            if let Some(fit) = fit.filter(|_| schedule.tracks.lane_end) {
-                seen = true;
-                accepted |= self.pose.correct(&wall.line, &fit);
-            }
-        }
-        if seen {
-            self.pose.scan_done(accepted);
-        }
-    }
-
     /// The motion that the present schedule's controller wants.
     fn control(&mut self, input: &NavigationInput) -> ControlOutput {
         let schedule = &self.schedules[self.machine.state().index()];
@@ -318,115 +245,6 @@ impl Navigator {
         end_wall(&self.map, schedule).map_or(0.0, |wall| {
             wall.line.lateral_m(self.pose.pose().position()).abs()
         })
-    }
-
-    fn watch(&mut self, control: &ControlOutput, events: &mut EventList) {
-        let schedule = &mut self.schedules[self.machine.state().index()];
-        let situation = Situation {
-            pose: self.pose.pose(),
-            corridor: self
-                .corridor
-                .estimate()
-                .filter(|_| schedule.features.corridor),
-            lane_end: self
-                .lane_end
-                .estimate()
-                .filter(|_| schedule.features.lane_end),
-            manoeuvre_done: control.done,
-            lateral_error_m: control.error.lateral_m,
-            deviation_limit_m: schedule.deviation_limit_m,
-        };
-        for monitor in &mut schedule.monitors {
-            if let Some(event) = monitor.step(&situation)
-                && !events.push(event)
-            {
-                self.counters.events_lost += 1;
-            }
-        }
-    }
-
-    /// Steps the machine with what was posted, then with what fired here.
-    fn coordinate(&mut self, fired: &EventList, outputs: &mut EventList) {
-        while let Some(event) = self.posted.pop_front() {
-            self.trigger(event, outputs);
-        }
-        let state = self.machine.state();
-        for &event in fired.as_slice() {
-            self.trigger(event, outputs);
-            if self.machine.state() != state {
-                // What else fired belongs to the schedule that has just ended.
-                break;
-            }
-        }
-    }
-
-    fn trigger(&mut self, event: EventId, outputs: &mut EventList) {
-        let step = self.machine.step(event);
-        let (from, to) = (step.from, step.to);
-        for &output in step.outputs {
-            if !outputs.push(output) {
-                self.counters.events_lost += 1;
-            }
-        }
-        if from != to {
-            self.activate(Some(from));
-        }
-    }
-
-    /// Exchanges the schedule for that of the machine's state.
-    fn activate(&mut self, from: Option<StateId>) {
-        let (std_m, std_rad) = (self.pose.position_std_m(), self.pose.heading_std_rad());
-        let pose = self.pose.pose();
-        let before = from.map(|state| &self.schedules[state.index()]);
-        let present = &self.schedules[self.machine.state().index()];
-        let keeps_corridor = before.is_some_and(|before| {
-            before.features.corridor
-                && before.lane == present.lane
-                && self.corridor.estimate().is_some()
-        });
-        let keeps_end = before.is_some_and(|before| {
-            before.features.lane_end
-                && end_wall(&self.map, before).map(|wall| wall.index)
-                    == end_wall(&self.map, present).map(|wall| wall.index)
-        });
-        if !keeps_end {
-            self.lane_end.clear();
-        }
-        match present.lane.filter(|_| present.features.corridor) {
-            None => self.corridor.clear(),
-            Some(_) if keeps_corridor => {}
-            Some(lane) => {
-                let lane = &self.map.lanes()[lane];
-                let across_m = self.pose.std_along_m(lane.direction_rad + FRAC_PI_2);
-                self.corridor
-                    .start(lane, pose, across_m.min(std_m), std_rad);
-            }
-        }
-        self.u_turn = match (present.controller, present.lane) {
-            (
-                Controller::UTurn {
-                    direction,
-                    radius_m,
-                },
-                Some(outgoing),
-            ) => {
-                let line = |lane: usize| self.map.lanes()[lane].line;
-                let incoming: Option<Segment> = present.end_lane.map(line);
-                let outgoing = line(outgoing);
-                Some(UTurn::start(
-                    direction,
-                    radius_m,
-                    incoming.as_ref(),
-                    &outgoing,
-                    pose,
-                ))
-            }
-            _ => None,
-        };
-        let state = self.machine.state().index();
-        for monitor in &mut self.schedules[state].monitors {
-            monitor.reset();
-        }
     }
 
     fn end_wall(&self) -> Option<LaneWall> {

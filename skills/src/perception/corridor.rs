@@ -12,6 +12,8 @@ use nalgebra::{Matrix2, Vector2};
 /// A wall is looked for at least this far, and at most that far, from where it is expected.
 const GATE_MIN_M: f64 = 0.12;
 const GATE_MAX_M: f64 = 0.60;
+/// Shorter pieces of wall do not tell a direction.
+const MIN_SPAN_M: f64 = 0.4;
 /// Refusing every wall so often in a row means that the estimate is wrong, not the walls.
 const REFUSALS_TO_RESTART: u32 = 5;
 /// Uncertainty that grows even at standstill, per second.
@@ -180,7 +182,7 @@ impl CorridorTracker {
         let quality = [self.walls.left, self.walls.right]
             .iter()
             .flatten()
-            .map(|wall| 0.5 * wall.share * (wall.span_m / 2.0).min(1.0))
+            .map(|wall| 0.5 * wall.share * (wall.covered_m / 2.0).min(1.0))
             .sum();
         Some(CorridorEstimate {
             lateral_m: self.state.x,
@@ -210,7 +212,7 @@ impl CorridorTracker {
         let std_rad = self.covariance[(1, 1)].max(0.0).sqrt();
         // Points lie up to 2 m along the wall, where a wrong heading shows most.
         let gate_m = (GATE_MIN_M + 3.0 * (std_m + 2.0 * std_rad)).min(GATE_MAX_M);
-        let fit = fitter.fit(points, &wall.line.seen_from(believed), gate_m)?;
+        let fit = fitter.fit(points, &wall.line.seen_from(believed), gate_m, MIN_SPAN_M)?;
         let lane_point = lane.line.a + lane.line.unit() * along_m;
         let seen = Vector2::new(
             fit.lateral_m - wall.line.lateral_m(lane_point),

@@ -11,6 +11,8 @@ use crate::geometry::{Point2, Pose2, Segment};
 const GATE_MIN_M: f64 = 0.12;
 const GATE_SEARCH_MIN_M: f64 = 0.30;
 const GATE_MAX_M: f64 = 0.80;
+/// What is shorter may be another robot's side.
+const MIN_SPAN_M: f64 = 0.8;
 /// So many scans without the wall end the row of consistent ones.
 const MISSES_ALLOWED: u32 = 3;
 /// So many scans with the wall elsewhere start a new search.
@@ -110,7 +112,7 @@ impl LaneEndTracker {
         let normal = Point2::new(-wall.unit().y_m, wall.unit().x_m) * side;
         let position = pose.position() + normal * (expected_m - mapped_m);
         let believed = Pose2::new(position.x_m, position.y_m, pose.theta_rad);
-        let Some(fit) = fitter.fit(points, &wall.seen_from(believed), gate_m) else {
+        let Some(fit) = fitter.fit(points, &wall.seen_from(believed), gate_m, MIN_SPAN_M) else {
             self.miss();
             return None;
         };

@@ -2,7 +2,7 @@
 //!
 //! The expected wall is a segment in `base_link`. Points inside its gate are taken into the segment's own coordinates
 //! (along, across), so that the line is a small correction of the expectation. The fit starts from the pair of points
-//! that most others agree with, and is refined by least squares with Tukey's weights: what stands in front of the wall
+//! that accounts for most of the wall's length (not for most points: what stands near is dense), and is refined by least squares with Tukey's weights: what stands in front of the wall
 //! does not pull it. Deterministic; no allocation after construction.
 
 use super::{PerceptionGains, WallFit};
@@ -13,14 +13,15 @@ use nalgebra::Matrix2;
 const PAIRS: usize = 48;
 /// Passes of the refinement.
 const PASSES: usize = 4;
-/// Shorter pieces of wall do not tell a direction, m.
-const MIN_SPAN_M: f64 = 0.4;
-/// Of the points in the gate, this share must lie on the line.
+/// Coverage is counted in pieces of this length.
+const PIECE_M: f64 = 0.1;
+const PIECES: usize = 128;
+/// Of the length where the gate holds points, this share must lie on the line.
 const MIN_SHARE: f64 = 0.35;
 /// The expected direction cannot be off by more than this slope.
 const MAX_SLOPE: f64 = 0.6;
-/// Points beyond the ends of the expected segment that still belong to it, m.
-const END_MARGIN_M: f64 = 0.05;
+/// Left out at both ends of the expected segment, where the next wall begins.
+const END_MARGIN_M: f64 = 0.10;
 /// What no number of points averages away: mounting, calibration, a wall that is not straight.
 const FLOOR_ACROSS_M: f64 = 0.004;
 const FLOOR_ANGLE_RAD: f64 = 0.002;
@@ -30,6 +31,8 @@ const FLOOR_ANGLE_RAD: f64 = 0.002;
 struct WallPoint {
     along_m: f64,
     across_m: f64,
+    /// One over the points on the same piece: what stands near is dense, and counts no more for that.
+    share: f64,
 }
 
 /// across = offset + slope · (along − centre)
@@ -63,14 +66,21 @@ impl LineFitter {
         }
     }
 
-    /// The wall near `expected` (in `base_link`), when enough `points` within `gate_m` agree on one.
-    pub fn fit(&mut self, points: &[Point2], expected: &Segment, gate_m: f64) -> Option<WallFit> {
+    /// The wall near `expected` (in `base_link`), when enough `points` within `gate_m` agree on one and cover at
+    /// least `min_span_m` of it.
+    pub fn fit(
+        &mut self,
+        points: &[Point2],
+        expected: &Segment,
+        gate_m: f64,
+        min_span_m: f64,
+    ) -> Option<WallFit> {
         self.collect(points, expected, gate_m);
         if self.near.len() < self.gains.min_points {
             return None;
         }
-        let line = self.refine(self.start()?)?;
-        self.describe(expected, &line)
+        let line = self.refine(self.start(min_span_m)?)?;
+        self.describe(expected, &line, min_span_m)
     }
 
     fn collect(&mut self, points: &[Point2], expected: &Segment, gate_m: f64) {
@@ -83,27 +93,38 @@ impl LineFitter {
                 continue;
             }
             let along_m = unit.dot(from_start);
-            if along_m < -END_MARGIN_M || along_m > length_m + END_MARGIN_M {
+            if along_m < END_MARGIN_M || along_m > length_m - END_MARGIN_M {
                 continue;
             }
             if self.near.len() == self.near.capacity() {
                 break;
             }
-            self.near.push(WallPoint { along_m, across_m });
+            self.near.push(WallPoint {
+                along_m,
+                across_m,
+                share: 0.0,
+            });
+        }
+        let mut counts = [0u32; PIECES];
+        for point in &self.near {
+            counts[piece(point)] += 1;
+        }
+        for point in &mut self.near {
+            point.share = 1.0 / f64::from(counts[piece(point)]);
         }
     }
 
-    /// The line through two points that has the most other points on it.
-    fn start(&self) -> Option<Line> {
+    /// The line through two points that accounts for the most length.
+    fn start(&self, min_span_m: f64) -> Option<Line> {
         let count = self.near.len();
-        let mut best: Option<(usize, Line)> = None;
+        let mut best: Option<(f64, Line)> = None;
         for pair in 0..PAIRS {
             // Spread evenly: first points over the whole view, partners at changing distances.
             let first = pair * count / PAIRS;
             let distance = count / 4 + (pair % 5) * count / 10;
             let (a, b) = (&self.near[first], &self.near[(first + distance) % count]);
             let along_m = b.along_m - a.along_m;
-            if along_m.abs() < MIN_SPAN_M / 2.0 {
+            if along_m.abs() < min_span_m / 2.0 {
                 continue;
             }
             let slope = (b.across_m - a.across_m) / along_m;
@@ -115,18 +136,22 @@ impl LineFitter {
                 offset_m: a.across_m,
                 slope,
             };
-            let votes = self.votes(&line);
-            if best.is_none_or(|(most, _)| votes > most) {
-                best = Some((votes, line));
+            let support = self.support(&line);
+            if best.is_none_or(|(most, _)| support > most) {
+                best = Some((support, line));
             }
         }
-        let (votes, line) = best?;
-        (votes >= self.gains.min_points).then_some(line)
+        best.map(|(_, line)| line)
     }
 
-    fn votes(&self, line: &Line) -> usize {
-        let near = |point: &&WallPoint| line.residual_m(point).abs() < self.gains.inlier_m;
-        self.near.iter().filter(near).count()
+    /// Pieces of wall that lie on the line; the closer, the more they count.
+    fn support(&self, line: &Line) -> f64 {
+        let reach_m2 = self.gains.inlier_m.powi(2);
+        let closeness = |point: &WallPoint| {
+            let off = line.residual_m(point).powi(2) / reach_m2;
+            point.share * (1.0 - off).max(0.0)
+        };
+        self.near.iter().map(closeness).sum()
     }
 
     fn refine(&self, start: Line) -> Option<Line> {
@@ -164,21 +189,22 @@ impl LineFitter {
     }
 
     /// Judges the line and states it as seen from `base_link`.
-    fn describe(&self, expected: &Segment, line: &Line) -> Option<WallFit> {
+    fn describe(&self, expected: &Segment, line: &Line, min_span_m: f64) -> Option<WallFit> {
         let (mut inliers, mut squares, mut spread) = (0usize, 0.0, 0.0);
-        let (mut low_m, mut high_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut covered, mut all) = (0u128, 0u128);
         for point in &self.near {
+            all |= 1 << piece(point);
             let residual_m = line.residual_m(point);
             if residual_m.abs() < self.gains.inlier_m {
                 inliers += 1;
+                covered |= 1 << piece(point);
                 squares += residual_m * residual_m;
                 spread += (point.along_m - line.centre_m).powi(2);
-                low_m = low_m.min(point.along_m);
-                high_m = high_m.max(point.along_m);
             }
         }
-        let share = inliers as f64 / self.near.len() as f64;
-        if inliers < self.gains.min_points || share < MIN_SHARE || high_m - low_m < MIN_SPAN_M {
+        let share = f64::from(covered.count_ones()) / f64::from(all.count_ones().max(1));
+        let covered_m = PIECE_M * f64::from(covered.count_ones());
+        if inliers < self.gains.min_points || share < MIN_SHARE || covered_m < min_span_m {
             return None;
         }
         let rms_m = (squares / inliers as f64).sqrt();
@@ -206,10 +232,16 @@ impl LineFitter {
             ),
             inliers: inliers as u32,
             share,
-            span_m: high_m - low_m,
+            covered_m,
             rms_m,
         })
     }
+}
+
+/// The piece of wall that a point lies on; a very long wall counts round.
+fn piece(point: &WallPoint) -> usize {
+    let index = (point.along_m / PIECE_M).floor() as i64;
+    index.rem_euclid(PIECES as i64) as usize
 }
 
 /// Tukey's weight of a residual in units of the reach.
@@ -248,7 +280,7 @@ mod tests {
         let truth = Pose2::new(1.0, -0.43, 0.07);
         let expected = wall.seen_from(Pose2::new(1.05, -0.5, 0.0));
         let points = wall_points(&wall, truth, 0.01);
-        let fit = fitter().fit(&points, &expected, 0.4).unwrap();
+        let fit = fitter().fit(&points, &expected, 0.4, 0.4).unwrap();
         assert!(
             (fit.lateral_m - wall.lateral_m(truth.position())).abs() < 0.01,
             "{fit:?}"
@@ -268,7 +300,7 @@ mod tests {
             }
         }
         let expected = wall.seen_from(truth);
-        let fit = fitter().fit(&points, &expected, 0.4).unwrap();
+        let fit = fitter().fit(&points, &expected, 0.4, 0.4).unwrap();
         assert!((fit.lateral_m + 2.1).abs() < 0.01, "{fit:?}");
         assert!(fit.share < 0.7);
     }
@@ -279,12 +311,12 @@ mod tests {
         let truth = Pose2::new(1.0, -0.5, 0.0);
         let points = wall_points(&wall, truth, 0.0);
         let expected = wall.seen_from(truth);
-        assert!(fitter().fit(&points[..6], &expected, 0.4).is_none());
+        assert!(fitter().fit(&points[..6], &expected, 0.4, 0.4).is_none());
         let short: Vec<_> = (0..40)
-            .map(|i| Point2::new(1.0 + f64::from(i) * 0.008, 2.1))
+            .map(|i| Point2::new(1.0 + f64::from(i) * 0.006, 2.1))
             .collect();
-        assert!(fitter().fit(&short, &expected, 0.4).is_none());
-        assert!(fitter().fit(&[], &expected, 0.4).is_none());
+        assert!(fitter().fit(&short, &expected, 0.4, 0.4).is_none());
+        assert!(fitter().fit(&[], &expected, 0.4, 0.4).is_none());
     }
 
     #[test]
@@ -296,7 +328,7 @@ mod tests {
                 Point2::new(i / 15.0, 2.0 + 0.4 * (i * 12.9898).sin())
             })
             .collect();
-        let fit = fitter().fit(&points, &expected, 0.4);
+        let fit = fitter().fit(&points, &expected, 0.4, 0.4);
         assert!(fit.is_none(), "{fit:?}");
     }
 }

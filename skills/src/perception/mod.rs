@@ -85,10 +85,10 @@ pub struct WallFit {
     pub covariance: Matrix2<f64>,
     /// Points on the line.
     pub inliers: u32,
-    /// Share of the points in the gate that lie on the line.
+    /// Share of the length with points in the gate whose points lie on the line.
     pub share: f64,
-    /// Length of wall that was seen.
-    pub span_m: f64,
+    /// Length of wall that was seen, gaps not counted.
+    pub covered_m: f64,
     /// Of the points from the line.
     pub rms_m: f64,
 }

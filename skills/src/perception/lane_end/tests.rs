@@ -1,1 +1,110 @@
+use super::*;
 
+const WALL: Segment = Segment::new(Point2::new(10.0, -1.6), Point2::new(10.0, 1.6));
+
+fn points(pose: Pose2, wall_x_m: f64) -> Vec<Point2> {
+    (-14..15)
+        .map(|i| {
+            let wobble_m = 0.01 * (f64::from(i) * 1.7).sin();
+            pose.inverse_transform(Point2::new(wall_x_m + wobble_m, 0.1 * f64::from(i)))
+        })
+        .collect()
+}
+
+struct Scene {
+    tracker: LaneEndTracker,
+    fitter: LineFitter,
+}
+
+impl Scene {
+    fn new() -> Self {
+        let gains = PerceptionGains::default();
+        Self {
+            tracker: LaneEndTracker::new(gains),
+            fitter: LineFitter::new(700, gains),
+        }
+    }
+
+    fn observe(&mut self, points: &[Point2], believed: Pose2) -> Option<LaneEndEstimate> {
+        self.tracker
+            .observe(&mut self.fitter, points, &WALL, believed, 0.1);
+        self.tracker.estimate()
+    }
+}
+
+#[test]
+fn measures_the_wall_and_not_the_map() {
+    let mut scene = Scene::new();
+    let (truth, believed) = (Pose2::new(7.0, -0.5, 0.0), Pose2::new(7.2, -0.5, 0.0));
+    for _ in 0..5 {
+        scene.observe(&points(truth, 10.0), believed);
+    }
+    let end = scene.tracker.estimate().unwrap();
+    assert!((end.distance_m - 3.0).abs() < 0.01, "{end:?}");
+    assert!(end.seen && end.std_m < 0.01 && end.consistent_scans == 5);
+}
+
+#[test]
+fn follows_the_robot_between_scans_from_either_side() {
+    for (pose, wall) in [
+        (Pose2::new(7.0, -0.5, 0.0), WALL),
+        (Pose2::new(7.0, -0.5, 0.0), Segment::new(WALL.b, WALL.a)),
+    ] {
+        let mut scene = Scene::new();
+        scene
+            .tracker
+            .observe(&mut scene.fitter, &points(pose, 10.0), &wall, pose, 0.1);
+        let before = scene.tracker.estimate().unwrap();
+        scene
+            .tracker
+            .predict(Pose2::new(0.3, 0.0, 0.0), pose, &wall, 0.5);
+        let after = scene.tracker.estimate().unwrap();
+        assert!((before.distance_m - after.distance_m - 0.3).abs() < 1e-9);
+        assert!(after.std_m > before.std_m);
+    }
+}
+
+#[test]
+fn a_row_of_scans_without_it_is_not_stable_any_more() {
+    let mut scene = Scene::new();
+    let pose = Pose2::new(7.0, -0.5, 0.0);
+    assert_eq!(scene.observe(&[], pose), None);
+    for _ in 0..6 {
+        scene.observe(&points(pose, 10.0), pose);
+    }
+    let once = scene.observe(&[], pose).unwrap();
+    assert!(!once.seen && once.consistent_scans == 6);
+    scene.observe(&[], pose);
+    assert_eq!(scene.observe(&[], pose).unwrap().consistent_scans, 0);
+}
+
+#[test]
+fn a_wall_that_leaps_is_searched_anew() {
+    let mut scene = Scene::new();
+    let pose = Pose2::new(7.0, -0.5, 0.0);
+    for _ in 0..6 {
+        scene.observe(&points(pose, 10.0), pose);
+    }
+    let leapt = points(pose, 9.9);
+    let contradicted = scene.observe(&leapt, pose).unwrap();
+    assert_eq!(contradicted.consistent_scans, 0);
+    assert!((contradicted.distance_m - 3.0).abs() < 0.01);
+    for _ in 0..4 {
+        scene.observe(&leapt, pose);
+    }
+    let end = scene.tracker.estimate().unwrap();
+    assert!(
+        (end.distance_m - 2.9).abs() < 0.01 && end.consistent_scans < 3,
+        "{end:?}"
+    );
+}
+
+#[test]
+fn a_robot_in_front_of_the_wall_is_not_it() {
+    let mut scene = Scene::new();
+    let pose = Pose2::new(6.0, -0.5, 0.0);
+    let robot: Vec<_> = (0..40)
+        .map(|i| Point2::new(3.6, -0.2 + 0.01 * f64::from(i)))
+        .collect();
+    assert_eq!(scene.observe(&robot, pose), None);
+}

@@ -1,0 +1,122 @@
+//! The navigator's discrete side: monitors, the machine, and the exchange of schedules.
+
+use super::{EventList, Navigator, end_wall};
+use crate::control::{ControlOutput, UTurn};
+use crate::geometry::Segment;
+use crate::monitors::Situation;
+use crate::schedule::Controller;
+use coordination::event::EventId;
+use coordination::fsm::StateId;
+use std::f64::consts::FRAC_PI_2;
+
+impl Navigator {
+    /// Steps the schedule's monitors.
+    pub(super) fn watch(&mut self, control: &ControlOutput, events: &mut EventList) {
+        let schedule = &mut self.schedules[self.machine.state().index()];
+        let situation = Situation {
+            pose: self.pose.pose(),
+            corridor: self
+                .corridor
+                .estimate()
+                .filter(|_| schedule.features.corridor),
+            lane_end: self
+                .lane_end
+                .estimate()
+                .filter(|_| schedule.features.lane_end),
+            manoeuvre_done: control.done,
+            lateral_error_m: control.error.lateral_m,
+            deviation_limit_m: schedule.deviation_limit_m,
+        };
+        for monitor in &mut schedule.monitors {
+            if let Some(event) = monitor.step(&situation)
+                && !events.push(event)
+            {
+                self.counters.events_lost += 1;
+            }
+        }
+    }
+
+    /// Steps the machine with what was posted, then with what fired here.
+    pub(super) fn coordinate(&mut self, fired: &EventList, outputs: &mut EventList) {
+        while let Some(event) = self.posted.pop_front() {
+            self.trigger(event, outputs);
+        }
+        let state = self.machine.state();
+        for &event in fired.as_slice() {
+            self.trigger(event, outputs);
+            if self.machine.state() != state {
+                // What else fired belongs to the schedule that has just ended.
+                break;
+            }
+        }
+    }
+
+    fn trigger(&mut self, event: EventId, outputs: &mut EventList) {
+        let step = self.machine.step(event);
+        let (from, to) = (step.from, step.to);
+        for &output in step.outputs {
+            if !outputs.push(output) {
+                self.counters.events_lost += 1;
+            }
+        }
+        if from != to {
+            self.activate(Some(from));
+        }
+    }
+
+    /// Exchanges the schedule for that of the machine's state.
+    pub(super) fn activate(&mut self, from: Option<StateId>) {
+        let (std_m, std_rad) = (self.pose.position_std_m(), self.pose.heading_std_rad());
+        let pose = self.pose.pose();
+        let before = from.map(|state| &self.schedules[state.index()]);
+        let present = &self.schedules[self.machine.state().index()];
+        let keeps_corridor = before.is_some_and(|before| {
+            before.features.corridor
+                && before.lane == present.lane
+                && self.corridor.estimate().is_some()
+        });
+        let keeps_end = before.is_some_and(|before| {
+            before.features.lane_end
+                && end_wall(&self.map, before).map(|wall| wall.index)
+                    == end_wall(&self.map, present).map(|wall| wall.index)
+        });
+        if !keeps_end {
+            self.lane_end.clear();
+        }
+        match present.lane.filter(|_| present.features.corridor) {
+            None => self.corridor.clear(),
+            Some(_) if keeps_corridor => {}
+            Some(lane) => {
+                let lane = &self.map.lanes()[lane];
+                let across_m = self.pose.std_along_m(lane.direction_rad + FRAC_PI_2);
+                self.corridor
+                    .start(lane, pose, across_m.min(std_m), std_rad);
+            }
+        }
+        self.u_turn = match (present.controller, present.lane) {
+            (
+                Controller::UTurn {
+                    direction,
+                    radius_m,
+                },
+                Some(outgoing),
+            ) => {
+                let line = |lane: usize| self.map.lanes()[lane].line;
+                let incoming: Option<Segment> = present.end_lane.map(line);
+                let outgoing = line(outgoing);
+                Some(UTurn::start(
+                    direction,
+                    radius_m,
+                    incoming.as_ref(),
+                    &outgoing,
+                    pose,
+                ))
+            }
+            _ => None,
+        };
+        let state = self.machine.state().index();
+        for monitor in &mut self.schedules[state].monitors {
+            monitor.reset();
+        }
+    }
+}

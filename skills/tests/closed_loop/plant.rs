@@ -1,0 +1,160 @@
+//! A tricycle with a caster in a rectangular hall, and the lidar on it: ideal ray casting plus noise.
+
+use skills::drive::WheelSetpoints;
+use skills::geometry::{Footprint, Point2, Pose2, Rect, wrap_angle};
+use skills::odometry::{EncoderSample, TricycleGeometry};
+use skills::scan::ScanGeometry;
+
+pub const STEP_NS: u64 = 1_000_000;
+const WHEEL_LAG_S: f64 = 0.015;
+
+/// SplitMix64; enough for noise.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5bd1_e995)
+    }
+
+    pub fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
+    pub fn normal(&mut self, std: f64) -> f64 {
+        let radius = (-2.0 * self.uniform().max(1e-12).ln()).sqrt();
+        std * radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+pub struct Plant {
+    pub hall: Rect,
+    pub obstacles: Vec<Rect>,
+    pub geometry: TricycleGeometry,
+    pub footprint: Footprint,
+    pub now_ns: u64,
+    pub pose: Pose2,
+    pub encoders: EncoderSample,
+    pub speeds: WheelSetpoints,
+    pub random: Random,
+    /// How much farther than their diameter says the wheels roll.
+    pub scale: [f64; 2],
+    pub driven_m: f64,
+}
+
+impl Plant {
+    pub fn new(seed: u64, hall: Rect, footprint: Footprint, pose: Pose2) -> Self {
+        let mut random = Random::new(seed);
+        let scale = [random.between(0.99, 1.01), random.between(0.99, 1.01)];
+        Self {
+            hall,
+            obstacles: Vec::new(),
+            geometry: TricycleGeometry::default(),
+            footprint,
+            now_ns: 1_000_000_000,
+            pose,
+            encoders: EncoderSample {
+                pivot_rad: random.between(-0.5, 0.5),
+                ..EncoderSample::default()
+            },
+            speeds: WheelSetpoints::default(),
+            random,
+            scale,
+            driven_m: 0.0,
+        }
+    }
+
+    pub fn step(&mut self, wanted: WheelSetpoints) {
+        let dt_s = STEP_NS as f64 * 1e-9;
+        let share = 1.0 - (-dt_s / WHEEL_LAG_S).exp();
+        self.speeds.left_rad_s += share * (wanted.left_rad_s - self.speeds.left_rad_s);
+        self.speeds.right_rad_s += share * (wanted.right_rad_s - self.speeds.right_rad_s);
+        let geometry = &self.geometry;
+        let radius_m = geometry.wheel_radius_m();
+        let left_m_s = self.speeds.left_rad_s * radius_m * self.scale[0];
+        let right_m_s = self.speeds.right_rad_s * radius_m * self.scale[1];
+        let unit_m_s = (left_m_s + right_m_s) / 2.0;
+        let turn_rad_s = (right_m_s - left_m_s) / geometry.wheel_separation_m;
+        let (sin, cos) = self.encoders.pivot_rad.sin_cos();
+        let caster_m = geometry.caster_offset_m;
+        let omega_rad_s = (unit_m_s * sin + caster_m * turn_rad_s * cos) / geometry.wheelbase_m;
+        let v_m_s = unit_m_s * cos - caster_m * turn_rad_s * sin;
+        self.pose = self
+            .pose
+            .advance(skills::geometry::Twist2::new(v_m_s, omega_rad_s), dt_s);
+        self.driven_m += v_m_s.abs() * dt_s;
+        self.encoders.left_rad += self.speeds.left_rad_s * dt_s;
+        self.encoders.right_rad += self.speeds.right_rad_s * dt_s;
+        self.encoders.pivot_rad =
+            wrap_angle(self.encoders.pivot_rad + (turn_rad_s - omega_rad_s) * dt_s);
+        self.now_ns += STEP_NS;
+        self.encoders.stamp_ns = self.now_ns;
+    }
+
+    /// Distance of the body from the nearest wall; negative outside the hall.
+    pub fn clearance_m(&self) -> f64 {
+        let corners = self
+            .footprint
+            .corners()
+            .map(|corner| self.pose.transform(corner));
+        let (min, max) = (self.hall.min, self.hall.max);
+        corners
+            .iter()
+            .flat_map(|c| {
+                [
+                    c.x_m - min.x_m,
+                    max.x_m - c.x_m,
+                    c.y_m - min.y_m,
+                    max.y_m - c.y_m,
+                ]
+            })
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// One beam, in millimetres or a code, as a URG reports it.
+    pub fn beam_mm(&mut self, scan: &ScanGeometry, beam: usize) -> u16 {
+        let sensor = self.pose.compose(scan.mount);
+        let direction_rad = sensor.theta_rad + scan.beam_angle_rad(beam);
+        let origin = sensor.position();
+        let mut range_m = exit_range_m(&self.hall, origin, direction_rad).1;
+        for obstacle in &self.obstacles {
+            let (enter_m, exit_m) = exit_range_m(obstacle, origin, direction_rad);
+            if enter_m >= 0.0 && enter_m <= exit_m {
+                range_m = range_m.min(enter_m);
+            }
+        }
+        // Ten millimetres, or one per cent from a metre on.
+        let std_m = 0.01 * range_m.max(1.0);
+        range_m += self.random.normal(std_m);
+        if self.random.uniform() < 0.002 {
+            return 1 + (self.random.uniform() * 18.0) as u16;
+        }
+        if range_m > scan.range_max_m {
+            0
+        } else {
+            (range_m * 1e3).max(20.0) as u16
+        }
+    }
+}
+
+/// Where a ray enters and leaves a rectangle; enters after it leaves when it misses.
+fn exit_range_m(rect: &Rect, origin: Point2, direction_rad: f64) -> (f64, f64) {
+    let (sin, cos) = direction_rad.sin_cos();
+    let mut span = (f64::NEG_INFINITY, f64::INFINITY);
+    for (low, high, at, slope) in [
+        (rect.min.x_m, rect.max.x_m, origin.x_m, cos),
+        (rect.min.y_m, rect.max.y_m, origin.y_m, sin),
+    ] {
+        let slope = if slope.abs() < 1e-12 { 1e-12 } else { slope };
+        let (one, other) = ((low - at) / slope, (high - at) / slope);
+        span = (span.0.max(one.min(other)), span.1.min(one.max(other)));
+    }
+    span
+}

@@ -1,0 +1,188 @@
+//! The robot's software around the plant, with the timing of the real one: control every 5 ms, ten scans a second that
+//! arrive late, navigation on each scan and at least every 50 ms.
+
+use crate::plant::{Plant, STEP_NS};
+use crate::site;
+use coordination::event::EventTable;
+use skills::drive::{DriveLimits, StopKind, WheelController, WheelSetpoints};
+use skills::geometry::{MotionCommand, Pose2};
+use skills::history::OdometryHistory;
+use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
+use skills::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
+use skills::scan::AlignedScan;
+
+const CONTROL_NS: u64 = 5_000_000;
+const SCAN_NS: u64 = 100_000_000;
+/// From the last beam until the scan has come over the serial line.
+const SCAN_DELAY_NS: u64 = 25_000_000;
+const NAVIGATION_NS: u64 = 50_000_000;
+
+/// What the world does to the sensors.
+#[derive(Clone, Copy, Default)]
+pub struct Trouble {
+    pub no_scans: bool,
+    pub frozen_scans: bool,
+    /// Codes from this to that instead of ranges.
+    pub codes: Option<(u16, u16)>,
+    pub left_encoder_jumps: bool,
+    pub pivot_encoder_jumps: bool,
+}
+
+pub struct Robot {
+    pub plant: Plant,
+    pub navigator: Navigator,
+    pub events: EventTable,
+    pub trouble: Trouble,
+    pub motion_allowed: bool,
+    pub dead_reckoning: DeadReckoning,
+    pub output: Option<NavigationOutput>,
+    /// Heap allocations counted inside the steps that must not allocate.
+    pub allocations: u64,
+    controller: WheelController,
+    history: OdometryHistory,
+    aligned: AlignedScan,
+    raw: Vec<u16>,
+    raw_stamp_ns: u64,
+    next_beam: usize,
+    scan_due_ns: Option<u64>,
+    next_scan_ns: u64,
+    last_navigation_ns: u64,
+    command: MotionCommand,
+    setpoints: WheelSetpoints,
+    encoder_offset_rad: f64,
+}
+
+impl Robot {
+    /// Starts near `believed`, off by what a person who puts it down misses.
+    pub fn new(seed: u64, believed: Pose2) -> Self {
+        let (setup, events) = site::setup(believed);
+        let mut plant = Plant::new(seed, site::hall(), site::FOOTPRINT, believed);
+        let random = &mut plant.random;
+        plant.pose = believed.compose(Pose2::new(
+            random.between(-0.05, 0.05),
+            random.between(-0.03, 0.03),
+            random.between(-0.03, 0.03),
+        ));
+        let geometry = TricycleGeometry::default();
+        let lidar = site::lidar();
+        let next_scan_ns = plant.now_ns + 50 * STEP_NS;
+        Self {
+            plant,
+            navigator: Navigator::new(setup).expect("a sound setup"),
+            events,
+            trouble: Trouble::default(),
+            motion_allowed: true,
+            dead_reckoning: DeadReckoning::new(geometry, 35.0).expect("sound geometry"),
+            output: None,
+            allocations: 0,
+            controller: WheelController::new(geometry, DriveLimits::default())
+                .expect("sound limits"),
+            history: OdometryHistory::default(),
+            aligned: AlignedScan::new(lidar).expect("sound lidar"),
+            raw: vec![0; lidar.beams],
+            raw_stamp_ns: 0,
+            next_beam: 0,
+            scan_due_ns: None,
+            next_scan_ns,
+            last_navigation_ns: 0,
+            command: MotionCommand::STOP,
+            setpoints: WheelSetpoints::default(),
+            encoder_offset_rad: 0.0,
+        }
+    }
+
+    /// One millisecond; says what navigation said when it ran.
+    pub fn step(&mut self) -> Option<NavigationOutput> {
+        self.plant.step(self.setpoints);
+        self.sweep();
+        let now_ns = self.plant.now_ns;
+        if now_ns.is_multiple_of(CONTROL_NS) {
+            self.control();
+        }
+        let arrived = self.scan_due_ns.is_some_and(|due_ns| now_ns >= due_ns);
+        if !arrived && now_ns - self.last_navigation_ns < NAVIGATION_NS {
+            return None;
+        }
+        if arrived {
+            self.scan_due_ns = None;
+            if !self.trouble.no_scans {
+                // A frozen scan is refused here; the one before stays and is not used again.
+                let _ = self
+                    .aligned
+                    .align(&self.raw, self.raw_stamp_ns, &self.history);
+            }
+        }
+        self.last_navigation_ns = now_ns;
+        let before = crate::allocations();
+        let output = self.navigator.step(&NavigationInput {
+            now_ns,
+            scan: Some(&self.aligned),
+            odometry: self.dead_reckoning.odometry(),
+            motion_allowed: self.motion_allowed,
+        });
+        self.allocations += crate::allocations() - before;
+        self.command = output.command;
+        self.output = Some(output);
+        self.output
+    }
+
+    fn control(&mut self) {
+        let mut sample: EncoderSample = self.plant.encoders;
+        if self.trouble.left_encoder_jumps && sample.stamp_ns.is_multiple_of(1_000_000_000) {
+            self.encoder_offset_rad += 2.5;
+        }
+        if self.trouble.pivot_encoder_jumps && sample.stamp_ns.is_multiple_of(700_000_000) {
+            sample.pivot_rad += 0.7;
+        }
+        sample.left_rad += self.encoder_offset_rad;
+        let before = crate::allocations();
+        let _ = self.dead_reckoning.update(&sample);
+        let odometry = *self.dead_reckoning.odometry();
+        let _ = self
+            .history
+            .push(odometry.stamp_ns, odometry.pose, odometry.twist);
+        self.setpoints = self.controller.step(
+            self.command,
+            StopKind::None,
+            odometry.steering_rad,
+            self.plant.speeds,
+            CONTROL_NS as f64 * 1e-9,
+        );
+        self.allocations += crate::allocations() - before;
+    }
+
+    /// Measures the beams whose time has come.
+    fn sweep(&mut self) {
+        let now_ns = self.plant.now_ns;
+        if now_ns < self.next_scan_ns {
+            return;
+        }
+        let lidar = site::lidar();
+        if self.next_beam == 0 {
+            self.raw_stamp_ns = now_ns;
+        }
+        let passed = (now_ns - self.next_scan_ns) as f64 / lidar.duration_ns() as f64;
+        let upto = ((passed * lidar.beams as f64) as usize + 1).min(lidar.beams);
+        while self.next_beam < upto {
+            let measured = self.plant.beam_mm(&lidar, self.next_beam);
+            if !self.trouble.frozen_scans {
+                self.raw[self.next_beam] = match self.trouble.codes {
+                    Some((low, high)) => {
+                        let code = self
+                            .plant
+                            .random
+                            .between(f64::from(low), f64::from(high) + 1.0);
+                        code as u16
+                    }
+                    None => measured,
+                };
+            }
+            self.next_beam += 1;
+        }
+        if self.next_beam == lidar.beams {
+            self.next_beam = 0;
+            self.scan_due_ns = Some(now_ns + SCAN_DELAY_NS);
+            self.next_scan_ns += SCAN_NS;
+        }
+    }
+}
