@@ -1,6 +1,6 @@
 //! What navigation sees in a scan: the walls beside a lane and the wall at its end.
 //!
-//! * [`line`]: a robust line fit near an expected wall;
+//! * [`mod@line`]: a robust line fit near an expected wall;
 //! * [`corridor`]: orientation and lateral offset in the corridor, tracked between scans with odometry;
 //! * [`lane_end`]: distance to the wall that closes the lane, with a count of consistent scans.
 //!
