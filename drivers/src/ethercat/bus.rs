@@ -1,11 +1,10 @@
 //! A SubDevice in OP, and the exchange of process data with it.
 
 use super::al::{AlState, AlStatus};
-use super::bring_up::{
-    BringUpOptions, Expectation, Identity, bring_up, read_status, request_state,
-};
+use super::bring_up::{bring_up, read_status, request_state};
 use super::channel::Channel;
 use super::error::{BringUpError, ExchangeError, ProcessData};
+use super::expectation::{BringUpOptions, Expectation, Identity};
 use super::link::Link;
 use super::pump::{Patience, Pump, Stopped};
 use ethercrab::error::Error;
