@@ -67,7 +67,7 @@ pub struct Adapted {
     pub reason: Reason,
     /// The tube that it is driven in.
     pub tube: Option<TubeId>,
-    /// Length of that tube; 0 without one.
+    /// How far ahead it is known to be free; 0 without a tube.
     pub length_m: f64,
     /// From the footprint to the nearest hit of the newest scan; infinite when there is none.
     pub clearance_m: f64,
@@ -287,21 +287,22 @@ impl MotionTubes {
         selection: Selection,
         now_ns: u64,
     ) -> Adapted {
-        let row = self.set.rows[selection.row];
+        let horizon = self.set.rows[selection.row].horizon;
+        let length_m = selection.length_m;
         let decel = self.policy.stop_deceleration_m_s2;
         let delay_s = self.age_ns(now_ns) as f64 * 1e-9 + self.policy.reaction_s;
         let stop_within = |speed_m_s: f64| {
-            speed_m_s * delay_s + speed_m_s * speed_m_s / (2.0 * decel) <= row.length_m
+            speed_m_s * delay_s + speed_m_s * speed_m_s / (2.0 * decel) <= length_m
         };
         if !stop_within(current.v_m_s.abs()) {
             self.driven = None;
             return self.stop(Reason::TooFast, Some(selection), now_ns, now_ns);
         }
         let lag_m_s = decel * delay_s;
-        let stoppable_m_s = (lag_m_s * lag_m_s + 2.0 * decel * row.length_m).sqrt() - lag_m_s;
+        let stoppable_m_s = (lag_m_s * lag_m_s + 2.0 * decel * length_m).sqrt() - lag_m_s;
         let speed_m_s = wanted
             .speed_m_s
-            .min(row.horizon.speed_m_s)
+            .min(horizon.speed_m_s)
             .min(stoppable_m_s)
             .min(self.ceiling_m_s);
         self.ceiling_m_s = speed_m_s;
@@ -319,7 +320,7 @@ impl MotionTubes {
             verdict,
             reason,
             tube: Some(selection.tube),
-            length_m: row.length_m,
+            length_m,
             clearance_m: self.clearance_m,
             scan_age_ns: self.age_ns(now_ns),
             stopped_since_ns: 0,
@@ -403,7 +404,7 @@ impl MotionTubes {
             verdict: Verdict::Stopped,
             reason,
             tube: selection.map(|selection| selection.tube),
-            length_m: selection.map_or(0.0, |selection| self.set.rows[selection.row].length_m),
+            length_m: selection.map_or(0.0, |selection| selection.length_m),
             clearance_m: self.clearance_m,
             scan_age_ns: self.age_ns(now_ns),
             stopped_since_ns: since_ns,

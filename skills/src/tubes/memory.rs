@@ -126,26 +126,27 @@ impl Memory {
     /// Takes the hits of a scan that are near enough to matter, thinned to half a cell, and lays all that is
     /// remembered on the grid around where the robot was at the scan's reference time.
     pub fn observe(&mut self, scan: &AlignedScan) {
-        self.advance(scan.reference_ns(), scan.odom_pose());
-        self.remember(scan);
+        let drives = self.advance(scan.reference_ns(), scan.odom_pose());
+        self.remember(scan, drives);
         self.project(scan);
     }
 
-    fn advance(&mut self, reference_ns: u64, pose: Pose2) {
+    /// Runs the clock; says whether the robot drives.
+    fn advance(&mut self, reference_ns: u64, pose: Pose2) -> bool {
         let Some((before_ns, from)) = self.newest else {
             self.newest = Some((reference_ns, pose));
-            return;
+            return true;
         };
         let moved = from.between(pose);
-        if moved.position().norm_m() > STANDS_M || moved.theta_rad.abs() > STANDS_RAD {
+        let drives = moved.position().norm_m() > STANDS_M || moved.theta_rad.abs() > STANDS_RAD;
+        if drives {
             self.driven_ns += reference_ns.saturating_sub(before_ns);
-            self.newest = Some((reference_ns, pose));
-        } else {
-            self.newest = Some((reference_ns, from));
         }
+        self.newest = Some((reference_ns, if drives { pose } else { from }));
+        drives
     }
 
-    fn remember(&mut self, scan: &AlignedScan) {
+    fn remember(&mut self, scan: &AlignedScan, drives: bool) {
         let pose = scan.odom_pose();
         let mut previous: Option<Point2> = None;
         for hit in scan.hits() {
@@ -155,6 +156,10 @@ impl Memory {
                 continue;
             }
             previous = Some(hit);
+            // The same view over and over would push out what is beside the robot.
+            if !drives && !self.is_news(hit) {
+                continue;
+            }
             if self.len == self.ring.len() && self.is_kept(&self.ring[self.next]) {
                 self.overwritten += 1;
             }
@@ -165,6 +170,13 @@ impl Memory {
             self.next = (self.next + 1) % self.ring.len();
             self.len = (self.len + 1).min(self.ring.len());
         }
+    }
+
+    /// Near, where nothing was on the newest scan.
+    fn is_news(&self, hit: Point2) -> bool {
+        self.grid
+            .cell(hit)
+            .is_some_and(|cell| self.occupied[cell / 64] & (1 << (cell % 64)) == 0)
     }
 
     fn is_kept(&self, remembered: &Remembered) -> bool {

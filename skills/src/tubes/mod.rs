@@ -18,8 +18,8 @@
 //! # What is guaranteed
 //! A disc, or a box, whose every side is longer than `d_sample_m`, that stands still, that the sensor measures without
 //! error, and that the robot does not touch already, does not reach into a tube that is declared free. It holds for
-//! every tube of the set, and for every path between two neighbouring ones that are both free. Beside the robot,
-//! where the sensor does not look, it holds for what was in view within the memory's time.
+//! every tube of the set, and for every path between two neighbouring ones that are both free, as far as
+//! [`TubeSet::length_between_m`]. Beside the robot, where the sensor does not look, it holds for what was in view within the memory's time.
 //!
 //! Needed for it: `d_aug_m` of at least half of `d_sample_m`, *plus* the sensor's error and the motion that alignment
 //! leaves. A thin wedge can reach further in, and what moves can come in from the side.

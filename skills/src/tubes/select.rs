@@ -1,7 +1,7 @@
 //! Which tube serves a wanted command best.
 //!
-//! A wanted curvature between two tubes of a row is served when both are free: they overlap along their whole length,
-//! so every path between them stays inside both. Otherwise the nearest free tube of the row within the allowed band
+//! A wanted curvature between two tubes of a row is served when both are free: a path between them stays inside the
+//! two until they part near their ends. Otherwise the nearest free tube of the row within the allowed band
 //! serves, shifted, if it is at least two rows longer. Rows compete by cost: the shift of the curvature, and the speed
 //! lost; of equals the longest wins.
 
@@ -20,6 +20,8 @@ pub(super) struct Selection {
     pub curvature_1_m: f64,
     /// From the wanted curvature.
     pub shift_1_m: f64,
+    /// How far it is known to be free.
+    pub length_m: f64,
 }
 
 /// What a search found.
@@ -105,6 +107,11 @@ impl Selector<'_> {
             row,
             curvature_1_m: wanted_1_m,
             shift_1_m: 0.0,
+            length_m: if low == high {
+                self.set.rows[row].length_m
+            } else {
+                self.set.length_between_m(self.set.id(row, low))
+            },
         })
     }
 
@@ -129,6 +136,7 @@ impl Selector<'_> {
                 row,
                 curvature_1_m,
                 shift_1_m: curvature_1_m - wanted_1_m,
+                length_m: self.set.rows[row].length_m,
             }
         };
         let is_free = |step: &usize| self.is_free(row, *step);

@@ -88,6 +88,32 @@ impl TubeSet {
         self.row_curvature_1_m(self.row_of(id), id.0 as usize % self.steps)
     }
 
+    /// How far a path between a tube and the next of its row stays inside the two.
+    ///
+    /// Towards their ends they part: the front edges must still overlap, and the sharper turn reaches farther around
+    /// than the other. The length of a tube itself is that of its horizon.
+    #[must_use]
+    pub fn length_between_m(&self, id: TubeId) -> f64 {
+        let row = self.row_of(id);
+        let step = id.0 as usize % self.steps;
+        let outer_1_m = self.row_curvature_1_m(row, step).abs().max(
+            self.row_curvature_1_m(row, (step + 1).min(self.steps - 1))
+                .abs(),
+        );
+        let Row {
+            length_m,
+            curvature_step_1_m: apart_1_m,
+            ..
+        } = self.rows[row];
+        let (front_m, width_m) = (self.footprint.front_m, self.footprint.width_m());
+        // apart · (s² / 2 + front · s): how far apart the front edges are after s.
+        let overlap_m = (front_m * front_m + 2.0 * width_m / apart_1_m).sqrt() - front_m;
+        let s_m = length_m.min(overlap_m);
+        let turn_rad = (outer_1_m * s_m).min(std::f64::consts::PI);
+        let slack_m = apart_1_m * s_m * (s_m * turn_rad / 12.0 + width_m / 4.0);
+        (s_m - slack_m).max(0.0)
+    }
+
     /// The twist that drives a tube at its horizon's speed.
     #[must_use]
     pub fn twist(&self, id: TubeId) -> Twist2 {

@@ -1,1 +1,492 @@
-//! Tests.
+//! How commands are adapted, one rule a test.
+
+use super::world::{MS, Random, Robot, SMALL, Thing, corridor, urg};
+use crate::geometry::{MotionCommand, Point2, Pose2, Segment, Twist2};
+use crate::scan::{AlignedScan, ScanGeometry};
+use crate::tubes::{
+    AdaptPolicy, Adapted, Horizon, MotionTubes, ObserveError, Reason, TubeError, TubeParameters,
+    TubeSet, Verdict,
+};
+
+const AHEAD: MotionCommand = MotionCommand::new(0.4, 0.0);
+
+/// A robot that stands in a world and looks at it.
+struct Stand {
+    robot: Robot,
+    tubes: MotionTubes,
+    twist: Twist2,
+}
+
+impl Stand {
+    fn new(policy: AdaptPolicy) -> Self {
+        let (set, _) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
+        Self {
+            robot: Robot::new(Pose2::new(3.0, -0.5, 0.0), urg()),
+            tubes: MotionTubes::new(set, policy).unwrap(),
+            twist: Twist2::default(),
+        }
+    }
+
+    /// Scans for a time, ten a second; gives the adaptation after each.
+    fn look(&mut self, things: &[Thing], wanted: MotionCommand, duration_s: f64) -> Vec<Adapted> {
+        (0..(duration_s * 10.0).round() as usize)
+            .map(|_| {
+                self.robot.drive(self.twist, 0.1);
+                self.robot.measure(things);
+                self.tubes
+                    .observe(&self.robot.scan, self.robot.now_ns)
+                    .unwrap();
+                self.ask(wanted, 0)
+            })
+            .collect()
+    }
+
+    fn ask(&mut self, wanted: MotionCommand, later_ms: u64) -> Adapted {
+        self.tubes
+            .adapt(wanted, self.twist, self.robot.now_ns + later_ms * MS)
+    }
+
+    /// In the open corridor, ready to drive.
+    fn ready() -> Self {
+        let mut stand = Self::new(AdaptPolicy::default());
+        stand.look(&corridor(), AHEAD, 2.5);
+        stand
+    }
+}
+
+fn with_disc(x_m: f64, y_m: f64, radius_m: f64) -> Vec<Thing> {
+    let mut things = corridor();
+    things.push(Thing::Disc {
+        centre: Point2::new(x_m, y_m),
+        radius_m,
+    });
+    things
+}
+
+#[test]
+fn it_begins_stopped_until_scans_have_been_good_for_two_seconds() {
+    let mut stand = Stand::new(AdaptPolicy::default());
+    let first = stand.ask(AHEAD, 0);
+    assert_eq!(
+        (first.verdict, first.reason),
+        (Verdict::Stopped, Reason::NoScan)
+    );
+    assert_eq!(first.scan_age_ns, u64::MAX);
+    let seen = stand.look(&corridor(), AHEAD, 2.5);
+    for (tick, adapted) in seen.iter().enumerate() {
+        if tick < 20 {
+            assert_eq!(adapted.reason, Reason::AwaitingScans, "tick {tick}");
+            assert_eq!(adapted.command.speed_m_s, 0.0);
+        } else {
+            assert_eq!(
+                (adapted.verdict, adapted.reason),
+                (Verdict::Free, Reason::None)
+            );
+            assert_eq!(adapted.command, AHEAD);
+            assert_eq!(adapted.stopped_since_ns, 0);
+        }
+    }
+}
+
+#[test]
+fn without_a_scan_for_250_ms_it_stops_and_resumes_after_two_good_seconds() {
+    let mut stand = Stand::ready();
+    assert_eq!(stand.ask(AHEAD, 240).verdict, Verdict::Free);
+    let blind = stand.ask(AHEAD, 260);
+    assert_eq!(
+        (blind.verdict, blind.reason),
+        (Verdict::Stopped, Reason::NoScan)
+    );
+    assert_eq!(blind.stopped_since_ns, stand.robot.now_ns + 260 * MS);
+    stand.robot.drive(Twist2::default(), 0.4);
+    let seen = stand.look(&corridor(), AHEAD, 2.3);
+    assert_eq!(seen[0].reason, Reason::AwaitingScans);
+    assert_eq!(seen[19].reason, Reason::AwaitingScans);
+    assert_eq!(seen[19].stopped_since_ns, blind.stopped_since_ns);
+    assert_eq!(seen[21].verdict, Verdict::Free);
+    // Once at the start, once now.
+    assert_eq!(stand.tubes.counters().blind_stops, 1);
+}
+
+#[test]
+fn the_times_are_configurable() {
+    let mut stand = Stand::new(AdaptPolicy {
+        good_scans_s: 0.5,
+        scan_timeout_s: 0.15,
+        ..AdaptPolicy::default()
+    });
+    let seen = stand.look(&corridor(), AHEAD, 0.8);
+    assert_eq!(seen[4].reason, Reason::AwaitingScans);
+    assert_eq!(seen[5].verdict, Verdict::Free);
+    assert_eq!(stand.ask(AHEAD, 160).reason, Reason::NoScan);
+}
+
+#[test]
+fn a_wall_at_hand_stops_and_two_free_seconds_resume() {
+    let mut stand = Stand::ready();
+    let mut walled = corridor();
+    walled.push(Thing::Wall(Segment::new(
+        Point2::new(3.5, -1.6),
+        Point2::new(3.5, 1.6),
+    )));
+    let stopped = stand.look(&walled, AHEAD, 1.0);
+    for adapted in &stopped {
+        assert_eq!(
+            (adapted.verdict, adapted.reason),
+            (Verdict::Stopped, Reason::Blocked)
+        );
+        assert!(
+            (adapted.clearance_m - 0.18).abs() < 0.005,
+            "{}",
+            adapted.clearance_m
+        );
+        assert_eq!(adapted.stopped_since_ns, stopped[0].stopped_since_ns);
+    }
+    let freed = stand.look(&corridor(), AHEAD, 3.0);
+    let resumed = freed
+        .iter()
+        .position(|adapted| adapted.verdict == Verdict::Free)
+        .unwrap();
+    // Three scans until a tube counts as free, then two seconds.
+    assert_eq!(resumed, 22);
+    assert_eq!(freed[10].reason, Reason::Resuming);
+    assert_eq!(stand.tubes.counters().blocked_stops, 1);
+}
+
+#[test]
+fn a_block_that_comes_back_starts_the_two_seconds_again() {
+    let mut stand = Stand::ready();
+    let walled = with_disc(3.6, -0.5, 0.2);
+    stand.look(&walled, AHEAD, 0.5);
+    stand.look(&corridor(), AHEAD, 1.8);
+    stand.look(&walled, AHEAD, 0.1);
+    let freed = stand.look(&corridor(), AHEAD, 2.1);
+    assert!(
+        freed
+            .iter()
+            .all(|adapted| adapted.verdict == Verdict::Stopped)
+    );
+}
+
+#[test]
+fn between_scans_it_only_slows_down() {
+    let mut stand = Stand::ready();
+    stand.twist = Twist2::new(0.2, 0.0);
+    let slow = stand.ask(MotionCommand::new(0.2, 0.0), 10);
+    assert_eq!(slow.command.speed_m_s, 0.2);
+    assert_eq!(stand.ask(AHEAD, 20).command.speed_m_s, 0.2);
+    let seen = stand.look(&corridor(), AHEAD, 0.1);
+    assert_eq!(seen[0].command.speed_m_s, 0.4);
+}
+
+#[test]
+fn an_ageing_scan_costs_speed_where_the_tube_is_short() {
+    let parameters = TubeParameters {
+        horizons: vec![Horizon {
+            duration_s: 0.25,
+            speed_m_s: 0.4,
+        }],
+        ..TubeParameters::default()
+    };
+    let (set, _) = TubeSet::generate(&parameters, &SMALL, &urg()).unwrap();
+    let mut stand = Stand::ready();
+    stand.tubes = MotionTubes::new(set, AdaptPolicy::default()).unwrap();
+    stand.look(&corridor(), AHEAD, 2.5);
+    let mut before = 0.4;
+    for age_ms in [0, 50, 100, 150, 200, 250] {
+        let speed_m_s = stand.ask(AHEAD, age_ms).command.speed_m_s;
+        // v·(age + reaction) + v²/2a stays within the 0.1 m of the tube.
+        let needed_m = speed_m_s * (age_ms as f64 * 1e-3 + 0.1) + speed_m_s.powi(2) / 4.0;
+        assert!(needed_m <= 0.1 + 1e-9, "{needed_m}");
+        assert!(speed_m_s <= before && speed_m_s > 0.2);
+        before = speed_m_s;
+    }
+    assert!(before < 0.28);
+    stand.look(&corridor(), AHEAD, 0.1);
+    stand.twist = Twist2::new(0.8, 0.0);
+    assert_eq!(stand.ask(AHEAD, 0).reason, Reason::TooFast);
+}
+
+#[test]
+fn a_thing_at_the_edge_of_the_lane_shifts_within_the_band() {
+    // 1.2 m ahead of the front, its rim 6 cm into the tube.
+    let things = with_disc(4.5, -0.5 - 0.15 - 0.04, 0.1);
+    let mut stand = Stand::ready();
+    let seen = stand.look(&things, AHEAD, 1.0);
+    let last = seen.last().unwrap();
+    assert_eq!(last.verdict, Verdict::Shifted, "{last:?}");
+    let shift_1_m = last.command.curvature_1_m;
+    assert!(
+        shift_1_m > 0.0 && shift_1_m <= 0.4,
+        "to the left, by {shift_1_m}"
+    );
+
+    // With no band it keeps the path, and slows.
+    let mut stand = Stand::new(AdaptPolicy {
+        curvature_band_1_m: 0.0,
+        ..AdaptPolicy::default()
+    });
+    let seen = stand.look(&things, AHEAD, 3.0);
+    let last = seen.last().unwrap();
+    assert_eq!(
+        (last.verdict, last.command.curvature_1_m),
+        (Verdict::Slowed, 0.0)
+    );
+    assert!(last.command.speed_m_s < 0.36);
+}
+
+#[test]
+fn a_thing_in_the_middle_does_not_make_it_flutter() {
+    let mut stand = Stand::ready();
+    let random = &mut Random(11);
+    let things = with_disc(5.05, -0.5, 0.05);
+    let mut changes = 0;
+    let mut before: Option<Adapted> = None;
+    for _ in 0..100 {
+        // The wanted curvature wavers about the middle, and ranges about the end of the longest tube.
+        let wanted = MotionCommand::new(0.4, random.between(-0.03, 0.03));
+        stand.robot.drive(Twist2::default(), 0.1);
+        stand.robot.noise_m = 0.01;
+        stand.robot.measure_with(&things, random);
+        stand
+            .tubes
+            .observe(&stand.robot.scan, stand.robot.now_ns)
+            .unwrap();
+        let adapted = stand.ask(wanted, 0);
+        if let Some(before) = before {
+            let sides = before.command.curvature_1_m * adapted.command.curvature_1_m;
+            changes += usize::from(adapted.verdict == Verdict::Shifted && sides < -0.01);
+            changes +=
+                usize::from((before.command.speed_m_s - adapted.command.speed_m_s).abs() > 0.04);
+        }
+        before = Some(adapted);
+    }
+    assert!(changes <= 6, "{changes} changes in 10 s");
+}
+
+#[test]
+fn what_it_cannot_judge_it_does_not_drive() {
+    let mut stand = Stand::ready();
+    let reason = |stand: &mut Stand, wanted| {
+        stand.look(&corridor(), AHEAD, 0.1);
+        let adapted = stand.ask(wanted, 0);
+        assert_eq!(
+            (adapted.verdict, adapted.command.speed_m_s),
+            (Verdict::Stopped, 0.0)
+        );
+        adapted.reason
+    };
+    assert_eq!(
+        reason(&mut stand, MotionCommand::new(-0.1, 0.0)),
+        Reason::Backwards
+    );
+    assert_eq!(
+        reason(&mut stand, MotionCommand::new(f64::NAN, 0.0)),
+        Reason::NotFinite
+    );
+    assert_eq!(
+        reason(&mut stand, MotionCommand::new(0.1, f64::INFINITY)),
+        Reason::NotFinite
+    );
+    assert_eq!(
+        reason(&mut stand, MotionCommand::new(0.1, 9.0)),
+        Reason::BeyondTubes
+    );
+    assert_eq!(
+        reason(&mut stand, MotionCommand::new(0.1, -1e300)),
+        Reason::BeyondTubes
+    );
+    stand.twist = Twist2::new(0.0, f64::NAN);
+    assert_eq!(stand.ask(AHEAD, 0).reason, Reason::NotFinite);
+}
+
+#[test]
+fn who_wants_to_stand_is_not_blocked() {
+    let mut stand = Stand::ready();
+    let walled = with_disc(3.6, -0.5, 0.2);
+    for adapted in stand.look(&walled, MotionCommand::STOP, 1.0) {
+        assert_eq!(
+            (adapted.verdict, adapted.reason),
+            (Verdict::Free, Reason::None)
+        );
+        assert_eq!(adapted.command.speed_m_s, 0.0);
+    }
+    assert_eq!(stand.tubes.counters().blocked_stops, 0);
+}
+
+#[test]
+fn unknown_directions_are_blocked_where_they_are_wide() {
+    let mut stand = Stand::ready();
+    let raw_with = |unknown: std::ops::Range<usize>| {
+        let mut raw = vec![0u16; 682];
+        for (code, beam) in (1..20u16).cycle().zip(unknown) {
+            raw[beam] = code;
+        }
+        raw
+    };
+    let mut verdict = |raw: &[u16]| {
+        let mut adapted = Adapted::default();
+        for _ in 0..30 {
+            stand.robot.drive(Twist2::default(), 0.1);
+            let stamp_ns = stand.robot.now_ns - urg().duration_ns();
+            stand
+                .robot
+                .scan
+                .align(raw, stamp_ns, &stand.robot.history)
+                .unwrap();
+            stand
+                .tubes
+                .observe(&stand.robot.scan, stand.robot.now_ns)
+                .unwrap();
+            adapted = stand.ask(AHEAD, 0);
+        }
+        adapted.verdict
+    };
+    assert_eq!(verdict(&raw_with(340..341)), Verdict::Free);
+    assert_eq!(verdict(&raw_with(330..350)), Verdict::Slowed);
+    assert_eq!(verdict(&raw_with(0..682)), Verdict::Stopped);
+    assert_eq!(verdict(&raw_with(0..0)), Verdict::Free);
+}
+
+#[test]
+fn scans_of_no_use_are_refused_and_counted() {
+    let mut stand = Stand::ready();
+    let again = stand.tubes.observe(&stand.robot.scan, stand.robot.now_ns);
+    assert!(matches!(again, Err(ObserveError::NotAfter { .. })));
+    let empty = AlignedScan::new(urg()).unwrap();
+    assert_eq!(
+        stand.tubes.observe(&empty, stand.robot.now_ns),
+        Err(ObserveError::Empty)
+    );
+    stand.robot.drive(Twist2::default(), 0.1);
+    stand.robot.measure(&corridor());
+    let late = stand
+        .tubes
+        .observe(&stand.robot.scan, stand.robot.now_ns + 400 * MS);
+    assert!(matches!(late, Err(ObserveError::NotOfNow { .. })));
+    let other = ScanGeometry {
+        turn_s: 0.05,
+        ..urg()
+    };
+    let mut stranger = Robot::new(Pose2::IDENTITY, other);
+    stranger.measure(&corridor());
+    assert_eq!(
+        stand.tubes.observe(&stranger.scan, stranger.now_ns),
+        Err(ObserveError::Geometry)
+    );
+    assert_eq!(stand.tubes.counters().refused, 4);
+    // A source that repeats itself keeps nothing alive.
+    assert_eq!(stand.ask(AHEAD, 300).reason, Reason::NoScan);
+}
+
+#[test]
+fn what_stood_beside_it_is_remembered_while_it_waits() {
+    let turn = MotionCommand::new(0.3, 2.0);
+    let arrive_and_wait = |things: &[Thing]| {
+        let mut stand = Stand::new(AdaptPolicy::default());
+        stand.robot = Robot::new(Pose2::new(2.2, -0.5, 0.0), urg());
+        stand.twist = Twist2::new(0.4, 0.0);
+        stand.look(things, AHEAD, 2.0);
+        stand.twist = Twist2::default();
+        *stand.look(things, turn, 60.0).last().unwrap()
+    };
+    // A post that comes to stand beside the left wheel, out of view.
+    let post = arrive_and_wait(&with_disc(3.08, -0.5 + 0.15 + 0.05, 0.03));
+    assert_eq!(
+        (post.verdict, post.reason),
+        (Verdict::Stopped, Reason::Blocked)
+    );
+    assert_eq!(arrive_and_wait(&corridor()).verdict, Verdict::Free);
+}
+
+#[test]
+fn what_it_left_two_seconds_behind_is_forgotten() {
+    let mut stand = Stand::ready();
+    stand.look(&with_disc(3.6, -0.1, 0.1), AHEAD, 0.5);
+    let remembered = stand.tubes.memory().len();
+    stand.twist = Twist2::new(0.4, 0.0);
+    stand.look(&[], AHEAD, 1.5);
+    assert!(stand.tubes.memory().len() >= remembered);
+    stand.look(&[], AHEAD, 1.0);
+    assert!(stand.tubes.memory().is_empty());
+}
+
+#[test]
+fn what_a_new_scan_looks_through_is_forgotten() {
+    let mut stand = Stand::ready();
+    // Someone beside the front, in view, who then leaves.
+    stand.look(&with_disc(3.35, -0.5 + 0.22, 0.05), AHEAD, 0.5);
+    let with_them = stand
+        .tubes
+        .memory()
+        .occupied()
+        .iter()
+        .map(|w| w.count_ones())
+        .sum::<u32>();
+    stand.look(&corridor(), AHEAD, 0.2);
+    let without = stand
+        .tubes
+        .memory()
+        .occupied()
+        .iter()
+        .map(|w| w.count_ones())
+        .sum::<u32>();
+    assert!(with_them > 0 && without == 0, "{with_them} {without}");
+}
+
+#[test]
+fn memory_is_bounded() {
+    let mut stand = Stand::new(AdaptPolicy::default());
+    let random = &mut Random(2);
+    stand.twist = Twist2::new(0.01, 0.0);
+    for _ in 0..200 {
+        stand.robot.drive(Twist2::new(0.06, 0.0), 0.1);
+        // Ranges all over the place, so that nothing thins them out.
+        let raw: Vec<u16> = (0..682)
+            .map(|_| random.between(200.0, 1400.0) as u16)
+            .collect();
+        let stamp_ns = stand.robot.now_ns - urg().duration_ns();
+        stand
+            .robot
+            .scan
+            .align(&raw, stamp_ns, &stand.robot.history)
+            .unwrap();
+        stand
+            .tubes
+            .observe(&stand.robot.scan, stand.robot.now_ns)
+            .unwrap();
+        assert!(stand.tubes.memory().len() <= crate::tubes::memory::CAPACITY);
+    }
+    assert!(stand.tubes.memory().overwritten() > 0);
+}
+
+#[test]
+fn a_nonsense_policy_is_refused() {
+    let (set, _) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
+    let good = AdaptPolicy::default();
+    for policy in [
+        AdaptPolicy {
+            stop_deceleration_m_s2: 0.0,
+            ..good
+        },
+        AdaptPolicy {
+            scan_timeout_s: f64::NAN,
+            ..good
+        },
+        AdaptPolicy {
+            curvature_band_1_m: -0.1,
+            ..good
+        },
+        AdaptPolicy {
+            free_scans: 0,
+            ..good
+        },
+        AdaptPolicy {
+            resume_after_s: -1.0,
+            ..good
+        },
+    ] {
+        let refused = MotionTubes::new(set.clone(), policy);
+        assert!(matches!(refused, Err(TubeError::OutOfRange { .. })));
+    }
+}

@@ -3,6 +3,7 @@
 use super::world::{Random, Robot, SMALL, Thing, urg};
 use crate::geometry::{Footprint, Point2, Pose2, Twist2};
 use crate::scan::ScanGeometry;
+use crate::tubes::set::TubeId;
 use crate::tubes::{AdaptPolicy, Horizon, MotionTubes, TubeParameters, TubeSet};
 use proptest::prelude::*;
 
@@ -13,9 +14,22 @@ struct Outcome {
 }
 
 /// The parts of a tube's path, 4 mm apart.
-fn path(set: &TubeSet, id: crate::tubes::set::TubeId) -> impl Iterator<Item = Pose2> {
-    let horizon = set.horizon(id);
-    let twist = set.twist(id);
+fn path(set: &TubeSet, id: TubeId) -> impl Iterator<Item = Pose2> + use<> {
+    parts(set.horizon(id), set.twist(id))
+}
+
+/// The parts of the path halfway between a tube and the next.
+fn path_between(set: &TubeSet, one: TubeId, next: TubeId) -> impl Iterator<Item = Pose2> + use<> {
+    let omega_rad_s = (set.twist(one).omega_rad_s + set.twist(next).omega_rad_s) / 2.0;
+    let speed_m_s = set.horizon(one).speed_m_s;
+    let horizon = Horizon {
+        duration_s: set.length_between_m(one) / speed_m_s,
+        speed_m_s,
+    };
+    parts(horizon, Twist2::new(speed_m_s, omega_rad_s))
+}
+
+fn parts(horizon: Horizon, twist: Twist2) -> impl Iterator<Item = Pose2> + use<> {
     let steps = (horizon.length_m() / 0.004).ceil() as usize;
     (0..=steps).map(move |step| twist.displacement(horizon.duration_s * step as f64 / steps as f64))
 }
@@ -100,6 +114,18 @@ fn try_world(set: &TubeSet, things: &[Thing]) -> Option<Outcome> {
                 set.geometry(),
                 set.parameters(),
             ),
+        }
+    }
+    for one in set.ids() {
+        let next = TubeId(one.0 + 1);
+        let neighbours = (next.0 as usize) < set.len() && set.horizon(one) == set.horizon(next);
+        if neighbours && tubes.is_free(one) && tubes.is_free(next) {
+            let entered =
+                path_between(set, one, next).any(|pose| touches(robot.pose.compose(pose)));
+            assert!(
+                !entered,
+                "both neighbours of a path are free, and it enters one of {things:#?}: {one:?}, {footprint:?}"
+            );
         }
     }
     Some(outcome)
