@@ -209,16 +209,38 @@ impl Border<'_> {
     }
 }
 
-/// Whether the robot covers `point` anywhere on its path; asked in steps small against `resolution_m`.
-pub(crate) fn sweeps(footprint: &Footprint, path: Path, point: Point2, resolution_m: f64) -> bool {
-    let reach_m = footprint.radius_m();
-    let per_metre = 1.0 + reach_m * path.curvature_1_m.abs();
-    let step_m = resolution_m / per_metre;
-    let count = sample_count(path.length_m, step_m);
-    (0..count).any(|index| {
-        let travelled_m = path.length_m * index as f64 / (count - 1).max(1) as f64;
-        footprint.contains(path.pose_at(travelled_m).inverse_transform(point))
-    })
+/// The robot's places along a path, close together, for asking what it covers.
+pub(crate) struct Sweep {
+    /// Position, cosine and sine of every place.
+    places: Vec<(Point2, f64, f64)>,
+}
+
+impl Sweep {
+    /// Places in steps in which no part of the robot moves more than `resolution_m`.
+    pub fn new(footprint: &Footprint, path: Path, resolution_m: f64) -> Self {
+        let per_metre = 1.0 + footprint.radius_m() * path.curvature_1_m.abs();
+        let count = sample_count(path.length_m, resolution_m / per_metre);
+        let places = (0..count)
+            .map(|index| {
+                let fraction = index as f64 / (count - 1).max(1) as f64;
+                let pose = path.pose_at(path.length_m * fraction);
+                let (sin, cos) = pose.theta_rad.sin_cos();
+                (pose.position(), cos, sin)
+            })
+            .collect();
+        Self { places }
+    }
+
+    /// Whether the robot covers a point anywhere on its path.
+    pub fn covers(&self, footprint: &Footprint, point: Point2) -> bool {
+        self.places.iter().any(|&(position, cos, sin)| {
+            let delta = point - position;
+            footprint.contains(Point2::new(
+                cos * delta.x_m + sin * delta.y_m,
+                cos * delta.y_m - sin * delta.x_m,
+            ))
+        })
+    }
 }
 
 /// The largest turn of a tube: beyond, it comes back to where the robot stands.

@@ -6,7 +6,7 @@
 //! **Samples out of view** within one footprint of `base_link` become cells of the tube's mask on the near grid, with
 //! all cells out of view that the tube sweeps there; farther ones refuse the tube.
 
-use super::border::{MAX_TURN_RAD, Path, sample_border, sweeps};
+use super::border::{MAX_TURN_RAD, Path, Sweep, sample_border};
 use super::memory::NearGrid;
 use super::parameters::{Horizon, TubeError, TubeParameters};
 use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
@@ -290,9 +290,10 @@ impl Generator<'_> {
                 .min(2.0 * near_m(self.footprint) + 2.0 * self.footprint.radius_m()),
             ..path
         };
+        let sweep = Sweep::new(self.footprint, near, cell_m / 2.0);
         for &cell in &self.blind_cells {
             let is_set = mask[cell / 64] & (1 << (cell % 64)) != 0;
-            if !is_set && sweeps(self.footprint, near, self.grid.centre(cell), cell_m / 2.0) {
+            if !is_set && sweep.covers(self.footprint, self.grid.centre(cell)) {
                 mask[cell / 64] |= 1 << (cell % 64);
             }
         }

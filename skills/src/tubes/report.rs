@@ -3,6 +3,7 @@
 use super::parameters::Horizon;
 use crate::geometry::Point2;
 use std::fmt;
+use std::mem::discriminant;
 use thiserror::Error;
 
 /// Why a tube is refused: the sensor could not judge it.
@@ -104,14 +105,39 @@ impl fmt::Display for TubeReport {
             self.bytes.div_ceil(1024),
             self.refused.len()
         )?;
-        for refused in &self.refused {
+        let alike = |a: &RefusedTube, b: &RefusedTube| {
+            a.horizon == b.horizon
+                && a.curvature_1_m.is_sign_negative() == b.curvature_1_m.is_sign_negative()
+                && discriminant(&a.why) == discriminant(&b.why)
+        };
+        for refused in self.refused.chunk_by(alike) {
+            let (first, last) = (&refused[0], &refused[refused.len() - 1]);
             writeln!(
                 f,
-                "  refused: {} s at {} m/s, curvature {:+.3} 1/m: {}",
-                refused.horizon.duration_s,
-                refused.horizon.speed_m_s,
-                refused.curvature_1_m,
-                refused.why
+                "  refused: {} of {} s at {} m/s, curvature {:+.2} to {:+.2} 1/m; the first: {}",
+                refused.len(),
+                first.horizon.duration_s,
+                first.horizon.speed_m_s,
+                first.curvature_1_m,
+                last.curvature_1_m,
+                first.why
+            )?;
+        }
+        for unseen in self
+            .unseen
+            .chunk_by(|a, b| a.horizon == b.horizon && a.curvature_1_m == b.curvature_1_m)
+        {
+            let reach_m = unseen
+                .iter()
+                .map(|sample| sample.point.norm_m())
+                .fold(0.0, f64::max);
+            writeln!(
+                f,
+                "  by memory: {} samples of {} s at {} m/s, curvature {:+.2} 1/m, up to {reach_m:.2} m from base_link",
+                unseen.len(),
+                unseen[0].horizon.duration_s,
+                unseen[0].horizon.speed_m_s,
+                unseen[0].curvature_1_m,
             )?;
         }
         Ok(())

@@ -5,8 +5,12 @@ use crate::geometry::{MotionCommand, Pose2, wrap_angle};
 use crate::tubes::{AdaptPolicy, MotionTubes, Reason, TubeParameters, TubeSet, Verdict};
 use std::f64::consts::PI;
 
-fn tubes() -> MotionTubes {
-    let (set, _) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
+fn tubes(d_aug_m: f64) -> MotionTubes {
+    let parameters = TubeParameters {
+        d_aug_m,
+        ..TubeParameters::default()
+    };
+    let (set, _) = TubeSet::generate(&parameters, &SMALL, &urg()).unwrap();
     MotionTubes::new(set, AdaptPolicy::default()).unwrap()
 }
 
@@ -19,9 +23,12 @@ fn follow(pose: Pose2, lane_y_m: f64, heading_rad: f64) -> MotionCommand {
 }
 
 /// Drives two laps of the corridor; gives the verdicts while driving, by phase.
-fn laps(noise_m: f64) -> Vec<(bool, Verdict, Reason, f64)> {
+fn laps(noise_m: f64, d_aug_m: f64) -> Vec<(bool, Verdict, Reason, f64)> {
     let walls = corridor();
-    let mut drive = Drive::new(Robot::new(Pose2::new(2.0, -0.5, 0.0), urg()), tubes());
+    let mut drive = Drive::new(
+        Robot::new(Pose2::new(2.0, -0.5, 0.0), urg()),
+        tubes(d_aug_m),
+    );
     drive.noise_m = noise_m;
     drive.random = Random(5);
     for _ in 0..22 {
@@ -68,8 +75,8 @@ fn laps(noise_m: f64) -> Vec<(bool, Verdict, Reason, f64)> {
 
 #[test]
 fn lanes_and_u_turns_of_the_empty_corridor_are_free() {
-    for noise_m in [0.0, 0.01] {
-        for (in_u_turn, verdict, reason, wall_ahead_m) in laps(noise_m) {
+    for (noise_m, d_aug_m) in [(0.0, 0.045), (0.01, 0.045), (0.01, 0.06)] {
+        for (in_u_turn, verdict, reason, wall_ahead_m) in laps(noise_m, d_aug_m) {
             let needed = in_u_turn || wall_ahead_m > 2.4;
             if needed {
                 assert_eq!(
@@ -91,7 +98,7 @@ fn lanes_and_u_turns_of_the_empty_corridor_are_free() {
 #[test]
 fn towards_a_wall_it_slows_step_by_step_and_stops_before_it() {
     let walls = corridor();
-    let mut drive = Drive::new(Robot::new(Pose2::new(6.0, -0.5, 0.0), urg()), tubes());
+    let mut drive = Drive::new(Robot::new(Pose2::new(6.0, -0.5, 0.0), urg()), tubes(0.045));
     let mut speeds = Vec::new();
     for _ in 0..300 {
         let adapted = drive.tick(&walls, MotionCommand::new(0.4, 0.0));

@@ -1,188 +1,15 @@
-//! Range scans: their geometry, and their alignment to the robot's motion during the sensor's turn.
-//!
-//! A scan takes most of a turn to measure, in which the robot drives on; at 0.4 m/s and ten turns a second that is
-//! up to 40 mm. [`AlignedScan`] moves every beam to where it would lie had all been measured at one time, the
-//! *reference time*, which is the time of the last beam. It gives
-//! - points in `base_link` at the reference time, in the order of the beams, for perception, and
-//! - ranges on the sensor's own grid of beams, seen from where the sensor stood at the reference time, for tubes.
-//!
-//! Raw ranges are millimetres. Codes under 20 are no lengths: 0 says that nothing reflects within range, the others
-//! (1 to 19) say that the device does not know. `align` neither allocates nor blocks, and may run in a real-time
-//! thread.
+//! One scan, aligned to one instant.
 
-use crate::geometry::{Point2, Pose2, wrap_angle};
+use super::{FIRST_LENGTH_MM, ScanGeometry, ScanGeometryError, UNKNOWN_RANGE_M};
+use crate::geometry::{Point2, Pose2};
 use crate::history::OdometryHistory;
-use std::f64::consts::TAU;
 use thiserror::Error;
-
-/// Raw values under this are codes.
-pub const FIRST_LENGTH_MM: u16 = 20;
-/// The largest number of beams that a scan may have.
-pub const MAX_BEAMS: usize = 8192;
-/// In the ranges of [`AlignedScan::ranges_m`]: nothing is known of this direction.
-pub const UNKNOWN_RANGE_M: f32 = -1.0;
 
 /// Poses are looked up at this many instants of a turn, and interpolated between.
 const KNOTS: usize = 16;
 /// A source whose scans stay the same, value by value, while the robot drives this far, is frozen.
 const FROZEN_DISTANCE_M: f64 = 0.10;
 const FROZEN_ANGLE_RAD: f64 = 0.10;
-
-/// Where the beams of a sensor point, where it is mounted and how fast it turns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScanGeometry {
-    /// `laser` in `base_link`; x of `laser` along the angle 0.
-    pub mount: Pose2,
-    /// Direction of the first beam in `laser`.
-    pub angle_first_rad: f64,
-    /// From a beam to the next, counter-clockwise.
-    pub angle_step_rad: f64,
-    /// Beams in one scan.
-    pub beams: usize,
-    /// Shorter lengths are not trusted as lengths.
-    pub range_min_m: f64,
-    /// Longer lengths are not trusted; a longer one says: free to here.
-    pub range_max_m: f64,
-    /// Time of one whole turn of the sensor; 0 when all beams are measured at once.
-    pub turn_s: f64,
-}
-
-/// What is wrong with a scan geometry.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum ScanGeometryError {
-    /// A number is NaN or infinite.
-    #[error("a number of the scan geometry is not finite")]
-    NotFinite,
-    /// Too few or too many beams.
-    #[error("a scan of {found} beams; expected 2 to {MAX_BEAMS}")]
-    Beams {
-        /// Beams asked for.
-        found: usize,
-    },
-    /// The beams do not fit into one turn, or do not advance.
-    #[error("{beams} beams at {angle_step_rad} rad; expected steps over 0 and at most one turn")]
-    Angles {
-        /// Beams asked for.
-        beams: usize,
-        /// Step asked for.
-        angle_step_rad: f64,
-    },
-    /// The range is empty.
-    #[error("ranges from {range_min_m} m to {range_max_m} m; expected 0 <= min < max <= 65 m")]
-    Ranges {
-        /// Shortest.
-        range_min_m: f64,
-        /// Longest.
-        range_max_m: f64,
-    },
-    /// The turn takes a negative or an absurd time.
-    #[error("a turn of {turn_s} s; expected 0 to 1 s")]
-    Turn {
-        /// Time of one turn.
-        turn_s: f64,
-    },
-}
-
-impl ScanGeometry {
-    /// The geometry of a SCIP device, which counts `steps_per_turn` steps in a turn and looks ahead at `front_step`,
-    /// that reports steps `first_step` to `last_step` in clusters of `cluster`.
-    #[must_use]
-    pub fn from_steps(
-        mount: Pose2,
-        steps_per_turn: u32,
-        front_step: u32,
-        (first_step, last_step): (u32, u32),
-        cluster: u32,
-        (range_min_m, range_max_m): (f64, f64),
-        turn_s: f64,
-    ) -> Self {
-        let cluster = cluster.max(1);
-        let step_rad = TAU / f64::from(steps_per_turn.max(1));
-        let steps = (last_step + 1).saturating_sub(first_step);
-        // A cluster looks along the middle of its steps.
-        let first = f64::from(first_step) + f64::from(cluster - 1) / 2.0;
-        Self {
-            mount,
-            angle_first_rad: (first - f64::from(front_step)) * step_rad,
-            angle_step_rad: step_rad * f64::from(cluster),
-            beams: steps.div_ceil(cluster) as usize,
-            range_min_m,
-            range_max_m,
-            turn_s,
-        }
-    }
-
-    /// The geometry of a Hokuyo URG-04LX that reports all its steps: 682 beams, about 240°, ten turns a second.
-    #[must_use]
-    pub fn urg_04lx(mount: Pose2, range_max_m: f64) -> Self {
-        Self::from_steps(mount, 1024, 384, (44, 725), 1, (0.02, range_max_m), 0.1)
-    }
-
-    /// Checks every number.
-    pub fn validate(&self) -> Result<(), ScanGeometryError> {
-        let numbers = [
-            self.angle_first_rad,
-            self.angle_step_rad,
-            self.range_min_m,
-            self.range_max_m,
-            self.turn_s,
-        ];
-        if !self.mount.is_finite() || numbers.iter().any(|number| !number.is_finite()) {
-            return Err(ScanGeometryError::NotFinite);
-        }
-        if !(2..=MAX_BEAMS).contains(&self.beams) {
-            return Err(ScanGeometryError::Beams { found: self.beams });
-        }
-        let view_rad = self.angle_step_rad * (self.beams - 1) as f64;
-        if self.angle_step_rad <= 0.0 || view_rad > TAU {
-            return Err(ScanGeometryError::Angles {
-                beams: self.beams,
-                angle_step_rad: self.angle_step_rad,
-            });
-        }
-        if self.range_min_m < 0.0 || self.range_max_m <= self.range_min_m || self.range_max_m > 65.0
-        {
-            return Err(ScanGeometryError::Ranges {
-                range_min_m: self.range_min_m,
-                range_max_m: self.range_max_m,
-            });
-        }
-        if !(0.0..=1.0).contains(&self.turn_s) {
-            return Err(ScanGeometryError::Turn {
-                turn_s: self.turn_s,
-            });
-        }
-        Ok(())
-    }
-
-    /// Direction of a beam in `laser`.
-    #[must_use]
-    pub fn beam_angle_rad(&self, beam: usize) -> f64 {
-        self.angle_first_rad + self.angle_step_rad * beam as f64
-    }
-
-    /// Where a direction in `laser` lies on the grid of beams; below 0 or above the last beam when out of view.
-    #[must_use]
-    pub fn beam_position(&self, angle_rad: f64) -> f64 {
-        let half = (self.beams - 1) as f64 / 2.0;
-        let middle_rad = self.angle_first_rad + self.angle_step_rad * half;
-        wrap_angle(angle_rad - middle_rad) / self.angle_step_rad + half
-    }
-
-    /// The beam nearest to a direction in `laser`, if one looks there.
-    #[must_use]
-    pub fn nearest_beam(&self, angle_rad: f64) -> Option<usize> {
-        let position = self.beam_position(angle_rad).round();
-        (position >= 0.0 && position < self.beams as f64).then_some(position as usize)
-    }
-
-    /// From the first beam of a scan to the last.
-    #[must_use]
-    pub fn duration_ns(&self) -> u64 {
-        let turns = self.angle_step_rad * (self.beams - 1) as f64 / TAU;
-        (self.turn_s * turns * 1e9) as u64
-    }
-}
 
 /// What a beam found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -511,7 +338,3 @@ fn fingerprint(raw_mm: &[u16]) -> u64 {
         (hash ^ u64::from(raw)).wrapping_mul(0x0100_0000_01b3)
     })
 }
-
-#[cfg(test)]
-#[path = "scan_tests.rs"]
-mod tests;

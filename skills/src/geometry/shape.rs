@@ -1,0 +1,229 @@
+//! The robot's outline, segments and rectangles.
+
+use super::motion::{Point2, Pose2};
+
+/// The robot's outline: a rectangle given by its distances from `base_link`, all positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// From `base_link` to the front edge.
+    pub front_m: f64,
+    /// From `base_link` to the rear edge.
+    pub rear_m: f64,
+    /// From `base_link` to the left edge.
+    pub left_m: f64,
+    /// From `base_link` to the right edge.
+    pub right_m: f64,
+}
+
+impl Footprint {
+    /// The corners: front left, rear left, rear right, front right.
+    #[must_use]
+    pub fn corners(&self) -> [Point2; 4] {
+        [
+            Point2::new(self.front_m, self.left_m),
+            Point2::new(-self.rear_m, self.left_m),
+            Point2::new(-self.rear_m, -self.right_m),
+            Point2::new(self.front_m, -self.right_m),
+        ]
+    }
+
+    /// Front to rear.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.front_m + self.rear_m
+    }
+
+    /// Left to right.
+    #[must_use]
+    pub fn width_m(&self) -> f64 {
+        self.left_m + self.right_m
+    }
+
+    /// Distance from `base_link` to the farthest corner.
+    #[must_use]
+    pub fn radius_m(&self) -> f64 {
+        self.front_m
+            .max(self.rear_m)
+            .hypot(self.left_m.max(self.right_m))
+    }
+
+    /// The outline moved outwards by a margin.
+    #[must_use]
+    pub fn grown(&self, margin_m: f64) -> Self {
+        Self {
+            front_m: self.front_m + margin_m,
+            rear_m: self.rear_m + margin_m,
+            left_m: self.left_m + margin_m,
+            right_m: self.right_m + margin_m,
+        }
+    }
+
+    /// Whether a point, in `base_link`, lies inside or on the outline.
+    #[must_use]
+    pub fn contains(&self, point: Point2) -> bool {
+        point.x_m >= -self.rear_m
+            && point.x_m <= self.front_m
+            && point.y_m >= -self.right_m
+            && point.y_m <= self.left_m
+    }
+
+    /// Distance of a point, in `base_link`, from the outline; 0 inside.
+    #[must_use]
+    pub fn distance_m(&self, point: Point2) -> f64 {
+        self.as_rect().distance_m(point)
+    }
+
+    /// The outline as a rectangle of `base_link`.
+    #[must_use]
+    pub fn as_rect(&self) -> Rect {
+        Rect {
+            min: Point2::new(-self.rear_m, -self.right_m),
+            max: Point2::new(self.front_m, self.left_m),
+        }
+    }
+
+    /// All four distances are finite and positive.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        [self.front_m, self.rear_m, self.left_m, self.right_m]
+            .iter()
+            .all(|side_m| side_m.is_finite() && *side_m > 0.0)
+    }
+}
+
+/// A directed straight segment from `a` to `b`: a wall, or the centre line of a lane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Segment {
+    /// Where it starts.
+    pub a: Point2,
+    /// Where it ends.
+    pub b: Point2,
+}
+
+impl Segment {
+    /// The segment from `a` to `b`.
+    #[must_use]
+    pub const fn new(a: Point2, b: Point2) -> Self {
+        Self { a, b }
+    }
+
+    /// From start to end.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.a.distance_m(self.b)
+    }
+
+    /// The direction from start to end.
+    #[must_use]
+    pub fn direction_rad(&self) -> f64 {
+        (self.b - self.a).direction_rad()
+    }
+
+    /// The unit vector from start to end; zero when both coincide.
+    #[must_use]
+    pub fn unit(&self) -> Point2 {
+        let length_m = self.length_m();
+        if length_m > 0.0 {
+            (self.b - self.a) * (1.0 / length_m)
+        } else {
+            Point2::default()
+        }
+    }
+
+    /// Where the foot of the perpendicular from `point` lies along the line, from the start; may lie outside the segment.
+    #[must_use]
+    pub fn along_m(&self, point: Point2) -> f64 {
+        (point - self.a).dot(self.unit())
+    }
+
+    /// Distance of `point` from the infinite line, positive to the left of its direction.
+    #[must_use]
+    pub fn lateral_m(&self, point: Point2) -> f64 {
+        self.unit().cross(point - self.a)
+    }
+
+    /// The point of the segment closest to `point`.
+    #[must_use]
+    pub fn closest_point(&self, point: Point2) -> Point2 {
+        let along_m = self.along_m(point).clamp(0.0, self.length_m());
+        self.a + self.unit() * along_m
+    }
+
+    /// Distance of `point` from the segment.
+    #[must_use]
+    pub fn distance_m(&self, point: Point2) -> f64 {
+        self.closest_point(point).distance_m(point)
+    }
+
+    /// How far a ray from `origin` along `direction_rad` travels until it meets the segment.
+    #[must_use]
+    pub fn ray_range_m(&self, origin: Point2, direction_rad: f64) -> Option<f64> {
+        let (sin, cos) = direction_rad.sin_cos();
+        let ray = Point2::new(cos, sin);
+        let edge = self.b - self.a;
+        let determinant = ray.cross(edge);
+        if determinant.abs() < 1e-12 {
+            return None;
+        }
+        let offset = self.a - origin;
+        let range_m = offset.cross(edge) / determinant;
+        let fraction = offset.cross(ray) / determinant;
+        (range_m >= 0.0 && (0.0..=1.0).contains(&fraction)).then_some(range_m)
+    }
+
+    /// The same segment seen from the inner frame of `pose`.
+    #[must_use]
+    pub fn seen_from(&self, pose: Pose2) -> Self {
+        Self::new(
+            pose.inverse_transform(self.a),
+            pose.inverse_transform(self.b),
+        )
+    }
+}
+
+/// A rectangle with its sides along the axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rect {
+    /// The corner with the smaller coordinates.
+    pub min: Point2,
+    /// The corner with the larger coordinates.
+    pub max: Point2,
+}
+
+impl Rect {
+    /// The rectangle that two opposite corners span, in any order.
+    #[must_use]
+    pub fn new(one: Point2, other: Point2) -> Self {
+        Self {
+            min: Point2::new(one.x_m.min(other.x_m), one.y_m.min(other.y_m)),
+            max: Point2::new(one.x_m.max(other.x_m), one.y_m.max(other.y_m)),
+        }
+    }
+
+    /// Whether a point lies inside or on the border.
+    #[must_use]
+    pub fn contains(&self, point: Point2) -> bool {
+        point.x_m >= self.min.x_m
+            && point.x_m <= self.max.x_m
+            && point.y_m >= self.min.y_m
+            && point.y_m <= self.max.y_m
+    }
+
+    /// Distance of a point from the rectangle; 0 inside.
+    #[must_use]
+    pub fn distance_m(&self, point: Point2) -> f64 {
+        let dx_m = (self.min.x_m - point.x_m)
+            .max(point.x_m - self.max.x_m)
+            .max(0.0);
+        let dy_m = (self.min.y_m - point.y_m)
+            .max(point.y_m - self.max.y_m)
+            .max(0.0);
+        dx_m.hypot(dy_m)
+    }
+
+    /// The middle.
+    #[must_use]
+    pub fn centre(&self) -> Point2 {
+        (self.min + self.max) * 0.5
+    }
+}

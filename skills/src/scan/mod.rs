@@ -1,0 +1,27 @@
+//! Range scans: their geometry, and their alignment to the robot's motion during the sensor's turn.
+//!
+//! A scan takes most of a turn to measure, in which the robot drives on; at 0.4 m/s and ten turns a second that is
+//! up to 40 mm. [`AlignedScan`] moves every beam to where it would lie had all been measured at one time, the
+//! *reference time*, which is the time of the last beam. It gives
+//! - points in `base_link` at the reference time, in the order of the beams, for perception, and
+//! - ranges on the sensor's own grid of beams, seen from where the sensor stood at the reference time, for tubes.
+//!
+//! Raw ranges are millimetres. Codes under 20 are no lengths: 0 says that nothing reflects within range, the others
+//! (1 to 19) say that the device does not know. `align` neither allocates nor blocks, and may run in a real-time
+//! thread.
+
+mod aligned;
+mod geometry;
+
+pub use aligned::{AlignError, AlignedScan, BeamState, ScanPoint};
+pub use geometry::{ScanGeometry, ScanGeometryError};
+
+/// Raw values under this are codes.
+pub const FIRST_LENGTH_MM: u16 = 20;
+/// The largest number of beams that a scan may have.
+pub const MAX_BEAMS: usize = 8192;
+/// In the ranges of [`AlignedScan::ranges_m`]: nothing is known of this direction.
+pub const UNKNOWN_RANGE_M: f32 = -1.0;
+
+#[cfg(test)]
+mod tests;
