@@ -9,113 +9,12 @@
 
 use super::known::KnownRanges;
 use super::memory::Memory;
+use super::outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
 use super::parameters::{AdaptPolicy, TubeError};
 use super::select::{Search, Selection, Selector};
 use super::set::{TubeId, TubeSet};
 use crate::geometry::{MotionCommand, Twist2};
 use crate::scan::AlignedScan;
-use thiserror::Error;
-
-/// What became of a wanted command.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Verdict {
-    /// Driven as wanted.
-    Free,
-    /// At another curvature within the band; perhaps slower, too.
-    Shifted,
-    /// At the wanted curvature, slower.
-    Slowed,
-    /// Not driven.
-    #[default]
-    Stopped,
-}
-
-/// Why a command is not driven as wanted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Reason {
-    /// It is.
-    None,
-    /// Tubes of the wanted length, speed or curvature are not free.
-    Blocked,
-    /// No tube of the set has the wanted curvature.
-    BeyondTubes,
-    /// A tube is free, and not yet for long enough.
-    Resuming,
-    /// No valid scan for too long, or never.
-    #[default]
-    NoScan,
-    /// Scans are good, and not yet for long enough.
-    AwaitingScans,
-    /// The robot is too fast to stop inside what is free.
-    TooFast,
-    /// The sensor does not see what is behind.
-    Backwards,
-    /// A number of the command is NaN or infinite.
-    NotFinite,
-}
-
-/// The command to drive, and what led to it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Adapted {
-    /// What to drive. A stop keeps the curvature, so that the robot halts on its path.
-    pub command: MotionCommand,
-    /// What became of the wanted command.
-    pub verdict: Verdict,
-    /// Why.
-    pub reason: Reason,
-    /// The tube that it is driven in.
-    pub tube: Option<TubeId>,
-    /// How far ahead it is known to be free; 0 without a tube.
-    pub length_m: f64,
-    /// From the footprint to the nearest hit of the newest scan; infinite when there is none.
-    pub clearance_m: f64,
-    /// Age of that scan; the largest number when there is none.
-    pub scan_age_ns: u64,
-    /// Since when it has been stopped; 0 while it is not.
-    pub stopped_since_ns: u64,
-}
-
-/// Why a scan was not judged.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum ObserveError {
-    /// It holds no scan.
-    #[error("the scan is empty")]
-    Empty,
-    /// Another sensor than the tubes were made for.
-    #[error("the scan has another geometry than the tubes")]
-    Geometry,
-    /// Not newer than the one before.
-    #[error("scan of {reference_ns} ns is not after the one before, {previous_ns} ns")]
-    NotAfter {
-        /// Its reference time.
-        reference_ns: u64,
-        /// That of the scan before.
-        previous_ns: u64,
-    },
-    /// From too long ago, or from the future.
-    #[error("scan of {reference_ns} ns is not of now, {now_ns} ns")]
-    NotOfNow {
-        /// Its reference time.
-        reference_ns: u64,
-        /// Now.
-        now_ns: u64,
-    },
-}
-
-/// What has happened so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Scans judged.
-    pub scans: u64,
-    /// Scans refused.
-    pub refused: u64,
-    /// Stops because no tube was free.
-    pub blocked_stops: u64,
-    /// Stops for want of a scan.
-    pub blind_stops: u64,
-}
 
 /// A stop because no tube was free.
 #[derive(Clone, Copy, Debug)]

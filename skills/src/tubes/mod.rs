@@ -9,17 +9,20 @@
 //! |---|---|
 //! | [`parameters`] | what a set of tubes is made of, and what can be wrong with it |
 //! | `border` | the border of one tube as a list of points |
-//! | [`set`] | generation, sample to beam, the report, evaluation |
+//! | `generate` | the whole set: samples to beams, what memory must answer for, what is refused |
+//! | [`set`] | the flat arrays and their evaluation |
 //! | [`known`] | what one scan says per beam, with unknown beams settled |
-//! | [`memory`] | what was seen beside the robot in the last two seconds |
+//! | [`memory`] | what was seen beside the robot in the last two seconds of driving |
 //! | `select` | the tube for a wanted command |
 //! | [`adapt`] | the run-time object: scans in, safe commands out |
+//! | [`outcome`] | its verdicts and reasons |
 //!
 //! # What is guaranteed
 //! A disc, or a box, whose every side is longer than `d_sample_m`, that stands still, that the sensor measures without
 //! error, and that the robot does not touch already, does not reach into a tube that is declared free. It holds for
 //! every tube of the set, and for every path between two neighbouring ones that are both free, as far as
-//! [`TubeSet::length_between_m`]. Beside the robot, where the sensor does not look, it holds for what was in view within the memory's time.
+//! [`TubeSet::length_between_m`]. Beside the robot, where the sensor does not look, it holds for what was in view within
+//! the memory's time.
 //!
 //! Needed for it: `d_aug_m` of at least half of `d_sample_m`, *plus* the sensor's error and the motion that alignment
 //! leaves. A thin wedge can reach further in, and what moves can come in from the side.
@@ -32,15 +35,17 @@ mod border;
 mod generate;
 pub mod known;
 pub mod memory;
+pub mod outcome;
 pub mod parameters;
 mod report;
 mod select;
 pub mod set;
 
-pub use adapt::{Adapted, MotionTubes, ObserveError, Reason, Verdict};
+pub use adapt::MotionTubes;
 pub use known::KnownRanges;
+pub use outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
 pub use parameters::{AdaptPolicy, Horizon, TubeError, TubeParameters};
-pub use set::{Refusal, TubeReport, TubeSet};
+pub use set::{Refusal, TubeId, TubeReport, TubeSet};
 
 #[cfg(test)]
 mod tests;
