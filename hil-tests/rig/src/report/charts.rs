@@ -121,10 +121,19 @@ pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>, top_px: f64) -> f64 {
 }
 
 fn plot(run: &Run<'_>, chart: &Chart, top_px: f64) -> Plot {
-    let (mut low, mut high) = chart.shown;
-    for value in run.samples.iter().filter_map(chart.value) {
-        low = low.min(value - 0.05 * (high - low) * f64::from(u8::from(value < low)));
-        high = high.max(value + 0.05 * (high - low) * f64::from(u8::from(value > high)));
+    let values = || run.samples.iter().filter_map(chart.value);
+    let (least, most) = (
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let (mut low, mut high) = (least.min(chart.shown.0), most.max(chart.shown.1));
+    // What reaches beyond what is shown anyway gets some room.
+    let room = 0.07 * (high - low);
+    if least < chart.shown.0 {
+        low -= room;
+    }
+    if most > chart.shown.1 {
+        high += room;
     }
     Plot {
         top_px,

@@ -96,22 +96,29 @@ impl Labels {
         self.avoid((0..=steps).map(|step| between(from, to, f64::from(step) / f64::from(steps))));
     }
 
-    /// Takes the best free place near `anchor`; `None` when there is none.
-    pub(super) fn place(&mut self, anchor: Px2, size: Px2) -> Option<Field> {
+    /// Takes the best free place beside what is named; `None` when there is none.
+    pub(super) fn place(&mut self, named: &Field, size: Px2) -> Option<Field> {
         const DISTANCES_PX: [f64; 6] = [7.0, 18.0, 32.0, 48.0, 68.0, 92.0];
         const STEPS: [f64; 5] = [0.0, -0.5, 0.5, -1.0, 1.0];
         // Of the square around the anchor, from its middles to its corners.
         let directions = STEPS
             .iter()
             .flat_map(|&step| [[step, -1.0], [step, 1.0], [1.0, step], [-1.0, step]]);
+        let anchor = named.middle();
+        // What is off the map needs no name; it may even be at infinity.
+        if !self.frame.contains(anchor) {
+            return None;
+        }
         let mut best: Option<(f64, Field)> = None;
         for (distance_px, direction) in DISTANCES_PX.iter().flat_map(|distance_px| {
             directions
                 .clone()
                 .map(move |direction| (distance_px, direction))
         }) {
-            let centre = [0, 1]
-                .map(|axis| anchor[axis] + direction[axis] * (distance_px + size[axis] / 2.0));
+            let centre = [0, 1].map(|axis| {
+                let half_px = (size[axis] + named.max[axis] - named.min[axis]) / 2.0;
+                anchor[axis] + direction[axis] * (distance_px + half_px)
+            });
             let field = Field::around(centre, size);
             if best.is_some_and(|(cost, _)| cost <= *distance_px) || !self.is_free(anchor, &field) {
                 continue;
@@ -153,6 +160,11 @@ fn between(from: Px2, to: Px2, share: f64) -> Px2 {
 mod tests {
     use super::*;
 
+    const DOT: Field = Field {
+        min: [200.0, 150.0],
+        max: [200.0, 150.0],
+    };
+
     fn labels() -> Labels {
         Labels::new(Field {
             min: [0.0; 2],
@@ -164,7 +176,7 @@ mod tests {
     fn labels_at_one_place_do_not_overlap_and_end_when_it_is_full() {
         let mut labels = labels();
         let placed: Vec<Field> = (0..100)
-            .map_while(|_| labels.place([200.0, 150.0], [90.0, 20.0]))
+            .map_while(|_| labels.place(&DOT, [90.0, 20.0]))
             .collect();
         assert!(placed.len() >= 4 && placed.len() < 100, "{}", placed.len());
         for (index, field) in placed.iter().enumerate() {
@@ -174,10 +186,18 @@ mod tests {
     }
 
     #[test]
+    fn nothing_off_the_map_is_named() {
+        for value in [-1.0, 1e300, f64::INFINITY, f64::NAN] {
+            let place = labels().place(&Field::around([value, 9.0], [0.0; 2]), [90.0, 20.0]);
+            assert_eq!(place, None);
+        }
+    }
+
+    #[test]
     fn a_free_place_is_better_than_one_on_a_line() {
         let mut labels = labels();
         labels.avoid_line([0.0, 130.0], [400.0, 130.0]);
-        let field = labels.place([200.0, 150.0], [90.0, 20.0]);
+        let field = labels.place(&DOT, [90.0, 20.0]);
         assert!(field.is_some_and(|field| field.min[1] > 130.0), "{field:?}");
     }
 }

@@ -63,9 +63,7 @@ pub(super) fn draw_changes(
         labels.take(Field::around(*place, [12.0; 2]));
     }
     for (_, covered) in ends {
-        let ([left, top], [right, bottom]) = (covered.min, covered.max);
-        labels.avoid_line([left, top], [right, bottom]);
-        labels.avoid_line([left, bottom], [right, top]);
+        labels.take(*covered);
     }
     for (name, covered) in ends {
         draw_pill(canvas, labels, covered, "", name);
@@ -103,7 +101,7 @@ fn draw_pill(
     name: &str,
 ) -> bool {
     let width_px = text_width_px(number, LABEL_PX) + text_width_px(name, LABEL_PX) + 20.0;
-    let Some(field) = labels.place(named.middle(), [width_px, PILL_HEIGHT_PX]) else {
+    let Some(field) = labels.place(named, [width_px, PILL_HEIGHT_PX]) else {
         return false;
     };
     let from = named.nearest(field.middle());
