@@ -5,7 +5,9 @@
 
 /// Why a name cannot be part of a key.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{what} `{found}` cannot be part of a key: expected letters, digits, `-`, `_` or `.`, at least one")]
+#[error(
+    "{what} `{found}` cannot be part of a key: expected letters, digits, `-`, `_` or `.`, at least one"
+)]
 pub struct InvalidName {
     /// Which name it is, such as "robot id".
     pub what: &'static str,
@@ -41,7 +43,10 @@ pub fn all_states(prefix: &str) -> Result<String, InvalidName> {
 fn robot_key(prefix: &str, robot_id: &str, leaf: &str) -> Result<String, InvalidName> {
     check_prefix(prefix)?;
     if !is_name(robot_id) {
-        return Err(InvalidName { what: "robot id", found: robot_id.into() });
+        return Err(InvalidName {
+            what: "robot id",
+            found: robot_id.into(),
+        });
     }
     Ok(format!("{prefix}/robots/{robot_id}/{leaf}"))
 }
@@ -50,12 +55,18 @@ fn check_prefix(prefix: &str) -> Result<(), InvalidName> {
     if prefix.split('/').all(is_name) {
         Ok(())
     } else {
-        Err(InvalidName { what: "key prefix", found: prefix.into() })
+        Err(InvalidName {
+            what: "key prefix",
+            found: prefix.into(),
+        })
     }
 }
 
 fn is_name(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_' | b'.'))
+    !text.is_empty()
+        && text
+            .bytes()
+            .all(|b| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_' | b'.'))
 }
 
 #[cfg(test)]
@@ -64,8 +75,14 @@ mod tests {
 
     #[test]
     fn keys_are_built_from_plain_names() {
-        assert_eq!(state("hall/a", "amr-1").as_deref(), Ok("hall/a/robots/amr-1/state"));
-        assert_eq!(alive("fleet", "amr-1").as_deref(), Ok("fleet/robots/amr-1/alive"));
+        assert_eq!(
+            state("hall/a", "amr-1").as_deref(),
+            Ok("hall/a/robots/amr-1/state")
+        );
+        assert_eq!(
+            alive("fleet", "amr-1").as_deref(),
+            Ok("fleet/robots/amr-1/alive")
+        );
         assert_eq!(all_states("fleet").as_deref(), Ok("fleet/robots/*/state"));
     }
 

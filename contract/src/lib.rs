@@ -34,7 +34,10 @@ mod tests {
             robot_id: "amr-1".into(),
             boot_epoch: 7,
             sequence: 3,
-            pose: Some(Pose { x_m: 1.5, ..Pose::default() }),
+            pose: Some(Pose {
+                x_m: 1.5,
+                ..Pose::default()
+            }),
             ..RobotState::default()
         };
         let back: RobotState = decode(&state.encode_to_vec()).expect("decodes");

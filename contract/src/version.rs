@@ -16,7 +16,9 @@ pub const VERSION: Version = Version { major: 1, minor: 0 };
 
 /// A peer speaks another major version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("contract version {found} of the peer does not go with ours, {ours}: update the older of the two")]
+#[error(
+    "contract version {found} of the peer does not go with ours, {ours}: update the older of the two"
+)]
 pub struct VersionMismatch {
     /// What the peer said.
     pub found: Version,
@@ -30,7 +32,11 @@ impl Version {
     /// # Errors
     /// [`VersionMismatch`] when the major numbers differ.
     pub fn accept(self, found: Version) -> Result<(), VersionMismatch> {
-        if found.major == self.major { Ok(()) } else { Err(VersionMismatch { found, ours: self }) }
+        if found.major == self.major {
+            Ok(())
+        } else {
+            Err(VersionMismatch { found, ours: self })
+        }
     }
 }
 
@@ -46,8 +52,24 @@ mod tests {
 
     #[test]
     fn minor_differences_are_fine_and_major_ones_are_refused() {
-        assert!(VERSION.accept(Version { minor: VERSION.minor + 1, ..VERSION }).is_ok());
-        let other = Version { major: VERSION.major + 1, minor: 0 };
-        assert_eq!(VERSION.accept(other), Err(VersionMismatch { found: other, ours: VERSION }));
+        assert!(
+            VERSION
+                .accept(Version {
+                    minor: VERSION.minor + 1,
+                    ..VERSION
+                })
+                .is_ok()
+        );
+        let other = Version {
+            major: VERSION.major + 1,
+            minor: 0,
+        };
+        assert_eq!(
+            VERSION.accept(other),
+            Err(VersionMismatch {
+                found: other,
+                ours: VERSION
+            })
+        );
     }
 }

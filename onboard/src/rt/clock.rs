@@ -18,7 +18,10 @@ pub fn now_ns() -> u64 {
 /// `at_ns` as the kernel's time structure.
 #[must_use]
 pub fn timespec(at_ns: u64) -> Timespec {
-    Timespec { tv_sec: (at_ns / SECOND_NS) as _, tv_nsec: (at_ns % SECOND_NS) as _ }
+    Timespec {
+        tv_sec: (at_ns / SECOND_NS) as _,
+        tv_nsec: (at_ns % SECOND_NS) as _,
+    }
 }
 
 /// Sleeps until the absolute time `at_ns`; returns at once when it has passed.

@@ -53,7 +53,9 @@ impl Histogram {
     /// The duration that a share `quantile` (0 to 1) of all did not exceed, rounded up to its bucket's upper edge.
     #[must_use]
     pub fn quantile_ns(&self, quantile: f64) -> u64 {
-        let wanted = (self.count as f64 * quantile.clamp(0.0, 1.0)).ceil().max(1.0) as u64;
+        let wanted = (self.count as f64 * quantile.clamp(0.0, 1.0))
+            .ceil()
+            .max(1.0) as u64;
         let mut seen = 0;
         for (index, &count) in self.buckets.iter().enumerate() {
             seen += u64::from(count);
@@ -92,7 +94,10 @@ mod tests {
     #[test]
     fn an_empty_histogram_reads_zero() {
         let empty = Histogram::default();
-        assert_eq!((empty.count(), empty.max_ns(), empty.quantile_ns(0.99)), (0, 0, 0));
+        assert_eq!(
+            (empty.count(), empty.max_ns(), empty.quantile_ns(0.99)),
+            (0, 0, 0)
+        );
     }
 
     proptest! {

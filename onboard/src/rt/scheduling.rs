@@ -64,15 +64,19 @@ impl Granted {
     /// Numbers of the cores, such as `0,1`.
     #[must_use]
     pub fn cores_text(&self) -> String {
-        let numbers: Vec<String> =
-            (0..64).filter(|n| self.cores >> n & 1 == 1).map(|n: u32| n.to_string()).collect();
+        let numbers: Vec<String> = (0..64)
+            .filter(|n| self.cores >> n & 1 == 1)
+            .map(|n: u32| n.to_string())
+            .collect();
         numbers.join(",")
     }
 }
 
 /// A literal core number that this machine does not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("core {number} does not exist here: expected one of {available:?}, or `any`, `big`, `little`")]
+#[error(
+    "core {number} does not exist here: expected one of {available:?}, or `any`, `big`, `little`"
+)]
 pub struct NoSuchCore {
     /// What the configuration says.
     pub number: usize,
@@ -85,10 +89,19 @@ pub struct NoSuchCore {
 /// # Errors
 /// [`NoSuchCore`] when it does not exist.
 pub fn check_core(cores: CoreClass) -> Result<(), NoSuchCore> {
-    let CoreClass::Number(number) = cores else { return Ok(()) };
-    let available: Vec<usize> =
-        core_affinity::get_core_ids().unwrap_or_default().iter().map(|core| core.id).collect();
-    if available.contains(&number) { Ok(()) } else { Err(NoSuchCore { number, available }) }
+    let CoreClass::Number(number) = cores else {
+        return Ok(());
+    };
+    let available: Vec<usize> = core_affinity::get_core_ids()
+        .unwrap_or_default()
+        .iter()
+        .map(|core| core.id)
+        .collect();
+    if available.contains(&number) {
+        Ok(())
+    } else {
+        Err(NoSuchCore { number, available })
+    }
 }
 
 /// Gives the calling thread what it wants as far as that is permitted; warnings say what to grant for the rest.
@@ -115,7 +128,9 @@ pub fn granted() -> Granted {
         libc::sched_getscheduler(0)
     };
     let cores = sched_getaffinity(None).map_or(0, |set| {
-        (0..64).filter(|&core| set.is_set(core)).fold(0, |mask, core| mask | 1 << core)
+        (0..64)
+            .filter(|&core| set.is_set(core))
+            .fold(0, |mask, core| mask | 1 << core)
     });
     Granted {
         cores,
@@ -133,7 +148,8 @@ fn make_fifo(priority: u8) -> Result<(), String> {
              `@realtime - rtprio 99` in /etc/security/limits.conf"
         )
     };
-    let value = ThreadPriorityValue::try_from(priority).map_err(|error| advice(error.into()))?;
+    let value =
+        ThreadPriorityValue::try_from(priority).map_err(|error| advice(error.to_string()))?;
     set_thread_priority_and_policy(
         thread_native_id(),
         ThreadPriority::Crossplatform(value),
@@ -141,24 +157,40 @@ fn make_fifo(priority: u8) -> Result<(), String> {
     )
     .map_err(|error| advice(error.to_string()))?;
     // The library has no flag for this: a helper that a driver forks must not inherit the priority.
-    let parameters = libc::sched_param { sched_priority: i32::from(priority) };
+    let parameters = libc::sched_param {
+        sched_priority: i32::from(priority),
+    };
     // SAFETY: changes the calling thread's own policy; `parameters` outlives the call.
     let result = unsafe {
-        libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &raw const parameters)
+        libc::sched_setscheduler(
+            0,
+            libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK,
+            &raw const parameters,
+        )
     };
-    if result == 0 { Ok(()) } else { Err(advice(std::io::Error::last_os_error().to_string())) }
+    if result == 0 {
+        Ok(())
+    } else {
+        Err(advice(std::io::Error::last_os_error().to_string()))
+    }
 }
 
 fn pin(cores: CoreClass) -> Result<(), String> {
     let classes = capacities();
-    let (low, high) = classes.iter().fold((u64::MAX, 0), |(low, high), &(_, capacity)| {
-        (low.min(capacity), high.max(capacity))
-    });
+    let (low, high) = classes
+        .iter()
+        .fold((u64::MAX, 0), |(low, high), &(_, capacity)| {
+            (low.min(capacity), high.max(capacity))
+        });
     let wanted_capacity = match cores {
         CoreClass::Any => return Ok(()),
         CoreClass::Number(id) => {
             let pinned = core_affinity::set_for_current(core_affinity::CoreId { id });
-            return if pinned { Ok(()) } else { Err(format!("could not be pinned to core {id}")) };
+            return if pinned {
+                Ok(())
+            } else {
+                Err(format!("could not be pinned to core {id}"))
+            };
         }
         CoreClass::Big => high,
         CoreClass::Little => low,
@@ -167,20 +199,29 @@ fn pin(cores: CoreClass) -> Result<(), String> {
         return Ok(()); // all cores are alike
     }
     let mut set = CpuSet::new();
-    classes.iter().filter(|(_, capacity)| *capacity == wanted_capacity).for_each(|&(core, _)| set.set(core));
-    sched_setaffinity(None, &set).map_err(|error| format!("could not be pinned to the {cores:?} cores: {error}"))
+    classes
+        .iter()
+        .filter(|(_, capacity)| *capacity == wanted_capacity)
+        .for_each(|&(core, _)| set.set(core));
+    sched_setaffinity(None, &set)
+        .map_err(|error| format!("could not be pinned to the {cores:?} cores: {error}"))
 }
 
 /// Core numbers with a figure that tells fast from slow ones: the kernel's capacity, else the highest frequency.
 fn capacities() -> Vec<(usize, u64)> {
     let read = |core: usize, file: &str| -> Option<u64> {
-        fs::read_to_string(format!("/sys/devices/system/cpu/cpu{core}/{file}")).ok()?.trim().parse().ok()
+        fs::read_to_string(format!("/sys/devices/system/cpu/cpu{core}/{file}"))
+            .ok()?
+            .trim()
+            .parse()
+            .ok()
     };
     core_affinity::get_core_ids()
         .unwrap_or_default()
         .iter()
         .map(|core| {
-            let capacity = read(core.id, "cpu_capacity").or_else(|| read(core.id, "cpufreq/cpuinfo_max_freq"));
+            let capacity =
+                read(core.id, "cpu_capacity").or_else(|| read(core.id, "cpufreq/cpuinfo_max_freq"));
             (core.id, capacity.unwrap_or(0))
         })
         .collect()
@@ -193,7 +234,10 @@ mod tests {
     #[test]
     fn a_missing_core_is_an_error_and_classes_never_are() {
         let error = check_core(CoreClass::Number(4096)).expect_err("no machine of ours has it");
-        assert!(error.to_string().contains("core 4096 does not exist"), "{error}");
+        assert!(
+            error.to_string().contains("core 4096 does not exist"),
+            "{error}"
+        );
         for cores in [CoreClass::Any, CoreClass::Big, CoreClass::Little] {
             assert_eq!(check_core(cores), Ok(()));
         }
@@ -202,11 +246,21 @@ mod tests {
     #[test]
     fn what_was_granted_is_read_back() {
         std::thread::spawn(|| {
-            let warnings = promote(&Wanted { fifo_priority: Some(2), cores: CoreClass::Big });
+            let warnings = promote(&Wanted {
+                fifo_priority: Some(2),
+                cores: CoreClass::Big,
+            });
             let granted = granted();
             assert_ne!(granted.cores, 0);
             if warnings.is_empty() {
-                assert_eq!((granted.policy_name(), granted.priority, granted.reset_on_fork), ("fifo", 2, 1));
+                assert_eq!(
+                    (
+                        granted.policy_name(),
+                        granted.priority,
+                        granted.reset_on_fork
+                    ),
+                    ("fifo", 2, 1)
+                );
             } else {
                 assert_eq!(granted.policy_name(), "normal");
                 assert!(warnings[0].contains("CAP_SYS_NICE"), "{warnings:?}");

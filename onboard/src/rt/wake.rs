@@ -3,28 +3,41 @@
 //! The waker makes one system call that never blocks; the sleeper's wait is its own sleep, to an absolute time.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use rustix::thread::futex;
 
 use super::clock::{now_ns, timespec};
 
+#[derive(Debug, Default)]
+struct Shared {
+    count: AtomicU32,
+    at_ns: AtomicU64,
+}
+
 /// Shared word that counts wake-ups.
 #[derive(Clone, Debug, Default)]
-pub struct Wake(Arc<AtomicU32>);
+pub struct Wake(Arc<Shared>);
 
 impl Wake {
     /// How many wake-ups there were so far, to be handed to [`Wake::wait_beyond`].
     #[must_use]
     pub fn count(&self) -> u32 {
-        self.0.load(Ordering::Acquire)
+        self.0.count.load(Ordering::Acquire)
+    }
+
+    /// When the last wake-up was, 0 for never.
+    #[must_use]
+    pub fn woken_at_ns(&self) -> u64 {
+        self.0.at_ns.load(Ordering::Relaxed)
     }
 
     /// Wakes the sleeper.
     pub fn wake(&self) {
-        self.0.fetch_add(1, Ordering::Release);
+        self.0.at_ns.store(now_ns(), Ordering::Relaxed);
+        self.0.count.fetch_add(1, Ordering::Release);
         // Nobody sleeping is not an error.
-        let _ = futex::wake(&self.0, futex::Flags::PRIVATE, 1);
+        let _ = futex::wake(&self.0.count, futex::Flags::PRIVATE, 1);
     }
 
     /// Sleeps until there were more wake-ups than `seen`, or until `deadline_ns`. Returns the new count.
@@ -38,7 +51,7 @@ impl Wake {
             }
             // Errors are a changed word, a signal or the deadline: each is judged at the top of the loop.
             let _ = futex::wait_bitset(
-                &self.0,
+                &self.0.count,
                 futex::Flags::PRIVATE,
                 seen,
                 Some(&until),

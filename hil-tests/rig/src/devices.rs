@@ -1,0 +1,102 @@
+//! `rig devices`: the devices of one robot alone, for any program that speaks their protocols.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use config::Link;
+
+use crate::cli::{DevicesArgs, Failure};
+use crate::testbed::{BusPlace, Devices, start_pose, world};
+
+/// How often it says what is going on.
+const SAY: Duration = Duration::from_secs(1);
+
+/// Runs the devices until Ctrl-C.
+///
+/// # Errors
+/// [`Failure::Refused`] naming what is wrong or taken.
+pub fn devices(arguments: &DevicesArgs) -> Result<(), Failure> {
+    let asked_to_end = Arc::<AtomicBool>::default();
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&asked_to_end)).map_err(Failure::refused)?;
+    }
+    let report = |error| Failure::Refused(miette::Report::new(error));
+    let robot = config::load_robot(&arguments.robot, &[]).map_err(report)?;
+    let site = config::load_site(&arguments.site, &[]).map_err(report)?;
+    let start = start_pose(&site, &robot.identity.id)?;
+    let world = world(&site, &[(&robot, start)], arguments.seed)?;
+    let place = bus_place(arguments.ethercat.as_deref(), &robot.ethercat.link)?;
+    let devices = Devices::start(
+        &world,
+        &robot,
+        &place,
+        arguments.lidar.clone(),
+        arguments.seed,
+    )?;
+    match (&place, devices.bus.local_addr()) {
+        (BusPlace::Interface(name), _) => {
+            println!("EtherCAT: raw frames on the other end of interface {name}")
+        }
+        (_, Some(address)) => {
+            println!("EtherCAT: UDP to {address} (--set 'ethercat.udp=\"{address}\"')")
+        }
+        (_, None) => println!("EtherCAT: served"),
+    }
+    if let Some(path) = devices.lidar.path() {
+        println!("lidar: {0} (--set 'lidar.device=\"{0}\"')", path.display());
+    }
+    println!("Ctrl-C ends it");
+    let truth = world.robot(&robot.identity.id).map_err(Failure::refused)?;
+    let mut said = 0_u64;
+    while !asked_to_end.load(Ordering::Relaxed) {
+        std::thread::sleep(SAY / 10);
+        let now = truth.truth();
+        let setpoints = devices.drive.statistics().setpoints;
+        if now.time_ns / 1_000_000_000 != said && setpoints > 0 {
+            said = now.time_ns / 1_000_000_000;
+            println!(
+                "x {:6.3} m  y {:6.3} m  heading {:6.3} rad  speed {:6.3} m/s  pivot {:6.3} rad  setpoints {setpoints}",
+                now.pose.x_m, now.pose.y_m, now.pose.theta_rad, now.twist.v_m_s, now.pivot_rad
+            );
+        }
+    }
+    Ok(())
+}
+
+fn bus_place(wanted: Option<&str>, file: &Link) -> Result<BusPlace, Failure> {
+    match wanted {
+        None => Ok(match file {
+            Link::Interface(name) => BusPlace::Interface(name.clone()),
+            Link::Udp(address) => BusPlace::Udp(*address),
+        }),
+        Some(text) => match text.strip_prefix("udp:") {
+            None => Ok(BusPlace::Interface(text.to_owned())),
+            Some(address) => address.parse().map(BusPlace::Udp).map_err(|error| {
+                Failure::refused(format_args!(
+                    "--ethercat {text}: {error}; expected udp:ADDRESS:PORT"
+                ))
+            }),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bus_is_where_the_arguments_or_the_file_say() {
+        let file = Link::Interface("eth0".into());
+        assert!(
+            bus_place(None, &file).is_ok_and(|place| place == BusPlace::Interface("eth0".into()))
+        );
+        assert!(
+            bus_place(Some("veth1"), &file)
+                .is_ok_and(|place| place == BusPlace::Interface("veth1".into()))
+        );
+        let udp = BusPlace::Udp(([127, 0, 0, 1], 9).into());
+        assert!(bus_place(Some("udp:127.0.0.1:9"), &file).is_ok_and(|place| place == udp));
+        assert!(bus_place(Some("udp:here"), &file).is_err());
+    }
+}

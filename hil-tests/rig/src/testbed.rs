@@ -1,0 +1,171 @@
+//! A world and the devices of its robots, put together from the users' own files.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use config::{RobotConfig, SiteConfig};
+use sim::ethercat::{FaultHandle as BusFaults, ServeOptions, ServerHandle, serve_raw, serve_udp};
+use sim::kelo::{DriveHandle, KeloOptions, SimulatedDrive};
+use sim::lidar::{DeviceOptions, FaultHandle as LidarFaults, LidarOptions, LidarServer};
+use sim::world::{Footprint, Obstacle, Pose, RangeModel, RobotModel, SharedWorld, WorldConfig};
+
+use crate::cli::Failure;
+
+/// Priorities of the devices: above the robots', so that a starved simulator is not taken for a lost frame.
+const SEGMENT_PRIORITY: u8 = 90;
+const LIDAR_PRIORITY: u8 = 85;
+/// Largest relative error of a wheel's radius.
+const WHEEL_SCALE_ERROR: f64 = 0.01;
+/// Truth records that are kept: twenty minutes of four robots.
+const LOG_CAPACITY: usize = 240_000;
+const MAX_CATCH_UP: Duration = Duration::from_secs(1);
+
+/// Where a robot's bus is to be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BusPlace {
+    /// Raw frames on a network interface.
+    Interface(String),
+    /// Datagrams to this address; port 0 for any free one.
+    Udp(SocketAddr),
+}
+
+/// The devices of one robot, serving.
+#[derive(Debug)]
+pub struct Devices {
+    /// The bus.
+    pub bus: ServerHandle,
+    /// Injects faults into the bus.
+    pub bus_faults: BusFaults,
+    /// The drive on the bus: what it received, and its own faults.
+    pub drive: DriveHandle,
+    /// The lidar.
+    pub lidar: LidarServer,
+    /// Injects faults into the lidar.
+    pub lidar_faults: LidarFaults,
+}
+
+/// The world of a site with its robots.
+///
+/// # Errors
+/// [`Failure::Refused`] when the files describe no world.
+pub fn world(
+    site: &SiteConfig,
+    robots: &[(&RobotConfig, Pose)],
+    seed: u64,
+) -> Result<SharedWorld, Failure> {
+    let obstacles = site
+        .walls
+        .iter()
+        .map(|wall| Obstacle::wall(wall.from_m, wall.to_m))
+        .collect();
+    let robots = robots
+        .iter()
+        .map(|(robot, start)| robot_model(robot, *start))
+        .collect();
+    SharedWorld::new(WorldConfig {
+        seed,
+        obstacles,
+        robots,
+        log_capacity: LOG_CAPACITY,
+        max_catch_up: MAX_CATCH_UP,
+    })
+    .map_err(Failure::refused)
+}
+
+/// Where the site file lets a robot start.
+///
+/// # Errors
+/// [`Failure::Refused`] when the site does not know the robot.
+pub fn start_pose(site: &SiteConfig, robot_id: &str) -> Result<Pose, Failure> {
+    let robot = site.robots.get(robot_id).ok_or_else(|| {
+        Failure::refused(format_args!(
+            "site `{}` has no robot `{robot_id}`",
+            site.name
+        ))
+    })?;
+    Ok(Pose::new(
+        robot.start.x_m,
+        robot.start.y_m,
+        robot.start.theta_rad,
+    ))
+}
+
+fn robot_model(robot: &RobotConfig, start: Pose) -> RobotModel {
+    let footprint = &robot.footprint;
+    let mount = &robot.lidar.mount;
+    RobotModel {
+        footprint: Footprint {
+            front_m: footprint.front_m,
+            rear_m: footprint.rear_m,
+            left_m: footprint.left_m,
+            right_m: footprint.right_m,
+        },
+        wheelbase_m: robot.drive.wheelbase_m,
+        wheel_diameter_m: robot.drive.wheel_diameter_m,
+        wheel_separation_m: robot.drive.wheel_separation_m,
+        caster_offset_m: robot.drive.caster_offset_m,
+        pivot_zero_rad: robot.drive.pivot_zero_rad,
+        lidar: Pose::new(mount.x_m, mount.y_m, mount.theta_rad),
+        wheel_scale_error: WHEEL_SCALE_ERROR,
+        ..RobotModel::new(robot.identity.id.clone(), start)
+    }
+}
+
+impl Devices {
+    /// Starts the devices of one robot.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] naming the place that cannot be had.
+    pub fn start(
+        world: &SharedWorld,
+        robot: &RobotConfig,
+        place: &BusPlace,
+        lidar_link: Option<PathBuf>,
+        seed: u64,
+    ) -> Result<Self, Failure> {
+        let id = &robot.identity.id;
+        let plant = world.robot(id).map_err(Failure::refused)?;
+        let mut drive_options = KeloOptions::default();
+        if let Some(product_code) = robot.ethercat.product_codes.first() {
+            drive_options.identity.product_code = *product_code;
+        }
+        if robot.ethercat.vendor_id != 0 {
+            drive_options.identity.vendor_id = robot.ethercat.vendor_id;
+        }
+        let SimulatedDrive {
+            segment,
+            faults: bus_faults,
+            drive,
+            ..
+        } = SimulatedDrive::new(Box::new(plant), drive_options);
+        let options = ServeOptions {
+            priority: Some(SEGMENT_PRIORITY),
+        };
+        let bus = match place {
+            BusPlace::Interface(name) => serve_raw(name, segment, options),
+            BusPlace::Udp(address) => serve_udp(*address, segment, options),
+        }
+        .map_err(Failure::refused)?;
+        let lidar = LidarServer::start(
+            world,
+            id,
+            LidarOptions {
+                device: DeviceOptions::default(),
+                range: RangeModel::default(),
+                link: lidar_link,
+                priority: Some(LIDAR_PRIORITY),
+                seed,
+            },
+        )
+        .map_err(Failure::refused)?;
+        let lidar_faults = lidar.faults();
+        Ok(Self {
+            bus,
+            bus_faults,
+            drive,
+            lidar,
+            lidar_faults,
+        })
+    }
+}

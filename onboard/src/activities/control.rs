@@ -1,0 +1,148 @@
+//! Control: turns the safe motion command into wheel setpoints.
+
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
+use coordination::symbols::{Reader, Stamped, Writer};
+use skills::drive::{StopKind, WheelController, WheelSpeeds};
+
+use crate::faults::Fault;
+use crate::port::Port;
+use crate::rt::clock::{MILLISECOND_NS, SECOND_NS};
+use crate::runner::RobotActivity;
+use crate::values::{CommandValue, DriveStatus, Encoders, WheelSetpointsValue};
+
+/// Longest time that one step of the controller stands for.
+const LONGEST_STEP_NS: u64 = 50 * MILLISECOND_NS;
+
+/// The symbols it reads and owns.
+#[derive(Debug)]
+pub struct Symbols {
+    /// The command that the motion tubes let through.
+    pub command: Reader<CommandValue>,
+    /// Where wheels and pivot are.
+    pub encoders: Reader<Encoders>,
+    /// Whether the drive follows.
+    pub drive: Reader<DriveStatus>,
+    /// What the wheels are to do.
+    pub setpoints: Writer<WheelSetpointsValue>,
+}
+
+/// The activity.
+pub struct Control {
+    port: Port,
+    symbols: Symbols,
+    controller: WheelController,
+    command_timeout_ns: u64,
+    command: Stamped<CommandValue>,
+    encoders: Encoders,
+    drive_follows: bool,
+    setpoints: WheelSpeeds,
+    stepped_ns: u64,
+}
+
+impl Control {
+    /// An activity in state *created*. A command older than `command_timeout_ns` stops the robot.
+    #[must_use]
+    pub fn new(
+        port: Port,
+        symbols: Symbols,
+        controller: WheelController,
+        command_timeout_ns: u64,
+    ) -> Self {
+        Self {
+            port,
+            symbols,
+            controller,
+            command_timeout_ns,
+            command: Stamped::default(),
+            encoders: Encoders::default(),
+            drive_follows: false,
+            setpoints: WheelSpeeds::default(),
+            stepped_ns: 0,
+        }
+    }
+
+    fn step(&mut self, now_ns: u64, stop: StopKind) {
+        let elapsed_ns = now_ns.saturating_sub(self.stepped_ns).min(LONGEST_STEP_NS);
+        self.stepped_ns = now_ns;
+        if !self.drive_follows {
+            // A drive that does not follow stands, or rolls to a stand: begin from there.
+            self.controller.reset(WheelSpeeds::default());
+            self.setpoints = WheelSpeeds::default();
+            return;
+        }
+        let speeds = WheelSpeeds {
+            left_rad_s: self.encoders.left_rad_s,
+            right_rad_s: self.encoders.right_rad_s,
+        };
+        let elapsed_s = elapsed_ns as f64 / SECOND_NS as f64;
+        self.setpoints = self.controller.step(
+            self.command.value.command(),
+            stop,
+            self.encoders.pivot_rad,
+            speeds,
+            elapsed_s,
+        );
+    }
+}
+
+impl Activity for Control {
+    fn name(&self) -> &'static str {
+        "control"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, _now_ns: u64) {
+        self.command = self.symbols.command.read();
+        self.encoders = self.symbols.encoders.read().value;
+        self.drive_follows = self.symbols.drive.read().value.operational != 0;
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while self.port.next_command().is_some() {} // none but the life cycle's concerns it
+    }
+
+    fn configure(&mut self, _now_ns: u64) {
+        self.port.step(LifeCycleEvent::Configured); // nothing to acquire
+    }
+
+    fn compute(&mut self, now_ns: u64) {
+        let age_ns = now_ns.saturating_sub(self.command.stamp_ns);
+        let stale = age_ns > self.command_timeout_ns;
+        // Before the first command nothing is late.
+        self.port.set(
+            Fault::CommandStale,
+            stale && self.command.stamp_ns != 0,
+            age_ns as f64 / 1e6,
+        );
+        let stop = if stale || self.command.value.stop != 0 {
+            StopKind::Hard
+        } else {
+            StopKind::None
+        };
+        self.step(now_ns, stop);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        self.step(now_ns, StopKind::Gentle);
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        let WheelSpeeds {
+            left_rad_s,
+            right_rad_s,
+        } = self.setpoints;
+        self.symbols.setpoints.write(
+            now_ns,
+            &WheelSetpointsValue {
+                left_rad_s,
+                right_rad_s,
+            },
+        );
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for Control {}

@@ -1,0 +1,456 @@
+//! Drive: exchanges process data with the KELO drive every millisecond and guards what is sent.
+//!
+//! Owns the encoders and the drive's status. Whatever happens above it, it never sends a setpoint over the limit, and
+//! it ramps to zero when setpoints stop coming, when the drive reports a fault, or when anything panicked.
+
+use std::time::Duration;
+
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
+use coordination::symbols::{Reader, Writer};
+use drivers::ethercat::{BringUpOptions, Bus, Counters, ExchangeError, Expectation, Link};
+use drivers::kelo::{
+    self, Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch, VoltageLimits,
+};
+
+use super::ramp::WheelRamp;
+use crate::faults::Fault;
+use crate::log::LogSender;
+use crate::panic::has_panicked;
+use crate::port::{Command, Port};
+use crate::rt::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
+use crate::runner::RobotActivity;
+use crate::values::{DriveStatus, Encoders, WheelSetpointsValue};
+
+const BRING_UP: BringUpOptions = BringUpOptions {
+    timeout: Duration::from_secs(3),
+    frame_timeout: Duration::from_millis(20),
+    frame_attempts: 10,
+    cycle: Duration::from_millis(1),
+};
+/// Pause between two attempts to bring the bus up.
+const RETRY_NS: u64 = 500 * MILLISECOND_NS;
+/// How long a fault that the drive reports is taken for noise.
+const FAULT_NS: u64 = 50 * MILLISECOND_NS;
+/// A drive whose sensor time stands still for so long has failed.
+const STALL_NS: u64 = 200 * MILLISECOND_NS;
+/// How long a drive may take to leave OP when the program ends.
+const SHUT_DOWN_NS: u64 = 100 * MILLISECOND_NS;
+/// How long a robot whose fieldbus thread panicked may take to stand.
+const AFTER_PANIC_NS: u64 = 2 * SECOND_NS;
+/// Most bring-ups in a minute that can be configured.
+const MAX_BRING_UPS: usize = 16;
+
+/// What the drive activity needs to know.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// What the bus must look like.
+    pub expectation: Expectation,
+    /// Time that an answer may take, from the cycle's start.
+    pub deadline_ns: u64,
+    /// Age at which a setpoint is stale.
+    pub setpoint_timeout_ns: u64,
+    /// How long lost frames are borne.
+    pub hold_ns: u64,
+    /// Bring-ups in a minute before an operator is wanted.
+    pub bring_ups_per_minute: usize,
+    /// Fastest wheel speed that may ever be sent.
+    pub max_wheel_speed_rad_s: f64,
+    /// Wheel deceleration of a stop.
+    pub stop_deceleration_rad_s2: f64,
+    /// Current limit while driving.
+    pub drive_current_a: f32,
+    /// Current limit while standing.
+    pub stop_current_a: f32,
+    /// Within these the bus voltage is good.
+    pub voltage: VoltageLimits,
+    /// Pivot encoder when the unit points forward.
+    pub pivot_zero_rad: f64,
+}
+
+/// The symbols it reads and owns.
+#[derive(Debug)]
+pub struct Symbols {
+    /// What control wants.
+    pub setpoints: Reader<WheelSetpointsValue>,
+    /// What the encoders say.
+    pub encoders: Writer<Encoders>,
+    /// What the bus and the drive are doing.
+    pub status: Writer<DriveStatus>,
+}
+
+/// Opens the link to the bus; called again after each loss.
+pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
+
+/// The activity.
+pub struct Drive {
+    port: Port,
+    settings: Settings,
+    symbols: Symbols,
+    open_link: OpenLink,
+    log: LogSender,
+    bus: Option<Bus>,
+    ramp: WheelRamp,
+    wanted: Wanted,
+    inputs: Inputs,
+    status: DriveStatus,
+    answered_ns: u64,
+    limits: SetpointLimits,
+    counted: Counters,
+    stamps: StampWatch,
+    bad_since_ns: u64,
+    latched: bool,
+    bring_ups_ns: [u64; MAX_BRING_UPS],
+    retry_ns: u64,
+    last_complaint: String,
+    panicked_ns: u64,
+}
+
+/// The setpoint that was read in this cycle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wanted {
+    left_rad_s: f64,
+    right_rad_s: f64,
+    stamp_ns: u64,
+}
+
+impl Drive {
+    /// An activity in state *created*.
+    #[must_use]
+    pub fn new(
+        port: Port,
+        settings: Settings,
+        symbols: Symbols,
+        open_link: OpenLink,
+        log: LogSender,
+    ) -> Self {
+        let ramp = WheelRamp::new(settings.stop_deceleration_rad_s2);
+        let limits = SetpointLimits {
+            max_wheel_speed_rad_s: settings.max_wheel_speed_rad_s as f32,
+            max_current_a: settings.drive_current_a.max(settings.stop_current_a),
+        };
+        Self {
+            port,
+            settings,
+            symbols,
+            open_link,
+            log,
+            bus: None,
+            ramp,
+            wanted: Wanted::default(),
+            inputs: Inputs::default(),
+            status: DriveStatus::default(),
+            answered_ns: 0,
+            limits,
+            counted: Counters::default(),
+            stamps: StampWatch::new(),
+            bad_since_ns: 0,
+            latched: false,
+            bring_ups_ns: [0; MAX_BRING_UPS],
+            retry_ns: 0,
+            last_complaint: String::new(),
+            panicked_ns: 0,
+        }
+    }
+
+    /// Brings the bus up. The real-time rules are suspended: the activity is in state *configuring*.
+    fn bring_up(&mut self, now_ns: u64) {
+        if now_ns < self.retry_ns {
+            return;
+        }
+        // The old socket goes first, and what was counted on it is kept.
+        if let Some(bus) = self.bus.take() {
+            self.counted = self.total(bus.counters());
+        }
+        if self.too_many_bring_ups(now_ns) {
+            return;
+        }
+        let result = (self.open_link)().and_then(|link| {
+            Bus::bring_up(link, &self.settings.expectation, BRING_UP)
+                .map_err(|error| error.to_string())
+        });
+        match result {
+            Ok(bus) => {
+                let identity = bus.identity();
+                self.log.info(format!(
+                    "bus is up on {}: {}, serial {}",
+                    identity.link, identity.name, identity.serial
+                ));
+                self.bus = Some(bus);
+                self.ramp.reset();
+                self.answered_ns = self::now_ns();
+                self.stamps = StampWatch::new();
+                self.bad_since_ns = 0;
+                self.status.bring_ups += 1;
+                self.last_complaint.clear();
+                self.port.clear(Fault::BusLost);
+                self.port.step(LifeCycleEvent::Configured);
+            }
+            Err(complaint) => {
+                if complaint != self.last_complaint {
+                    self.log.warn(format!(
+                        "bus cannot be brought up: {complaint}; trying again"
+                    ));
+                    self.last_complaint = complaint;
+                }
+                self.port.raise(Fault::BusLost, 0.0);
+            }
+        }
+        self.retry_ns = self::now_ns() + RETRY_NS;
+    }
+
+    /// Notes the time of a bring-up after a loss; true when an operator is wanted first.
+    fn too_many_bring_ups(&mut self, now_ns: u64) -> bool {
+        if self.status.bring_ups == 0 || !self.last_complaint.is_empty() {
+            return false; // the first one, and further attempts at the same one, do not count
+        }
+        let limit = self.settings.bring_ups_per_minute.clamp(1, MAX_BRING_UPS);
+        let recent = &mut self.bring_ups_ns[..limit];
+        let oldest = recent.iter_mut().min();
+        match oldest {
+            Some(oldest) if *oldest != 0 && now_ns - *oldest < 60 * SECOND_NS => {
+                self.port.raise(Fault::BringUpLimit, limit as f64);
+                self.retry_ns = u64::MAX;
+                true
+            }
+            Some(oldest) => {
+                *oldest = now_ns;
+                false
+            }
+            None => false,
+        }
+    }
+
+    fn reset(&mut self) {
+        self.latched = false;
+        for fault in [Fault::BusVoltage, Fault::DriveFault, Fault::BringUpLimit] {
+            self.port.clear(fault);
+        }
+        self.bad_since_ns = 0;
+        self.bring_ups_ns = [0; MAX_BRING_UPS];
+        self.retry_ns = 0;
+    }
+
+    /// The wheel speeds to send in this cycle.
+    fn decide(&mut self, now_ns: u64) -> (f64, f64) {
+        let age_ns = now_ns.saturating_sub(self.wanted.stamp_ns);
+        let running = self.port.running();
+        let stale = running && age_ns > self.settings.setpoint_timeout_ns;
+        self.port.set(
+            Fault::SetpointStale,
+            stale,
+            age_ns as f64 / MILLISECOND_NS as f64,
+        );
+        if !running || stale || self.latched || has_panicked() {
+            self.ramp.step(now_ns)
+        } else {
+            let limit = self.settings.max_wheel_speed_rad_s;
+            self.ramp.follow(
+                now_ns,
+                self.wanted.left_rad_s,
+                self.wanted.right_rad_s,
+                limit,
+            )
+        }
+    }
+
+    /// One exchange with the drive.
+    fn exchange(
+        &mut self,
+        now_ns: u64,
+        (left_rad_s, right_rad_s): (f64, f64),
+    ) -> Result<(), ExchangeError> {
+        let Some(bus) = &mut self.bus else {
+            return Err(ExchangeError::Lost);
+        };
+        let enabled = matches!(
+            self.port.state(),
+            LifeCycleState::Running | LifeCycleState::Paused
+        );
+        let standing = left_rad_s == 0.0 && right_rad_s == 0.0;
+        let current_a = if standing {
+            self.settings.stop_current_a
+        } else {
+            self.settings.drive_current_a
+        };
+        let setpoint = if enabled {
+            Setpoint::Speeds {
+                left_rad_s: left_rad_s as f32,
+                right_rad_s: right_rad_s as f32,
+                current_a,
+            }
+        } else {
+            Setpoint::Off
+        };
+        let outputs = setpoint.to_outputs(&self.limits).to_bytes();
+        let mut bytes = [0; kelo::INPUTS_BYTES];
+        bus.exchange(&outputs, &mut bytes, now_ns + self.settings.deadline_ns)?;
+        self.inputs = Inputs::from_bytes(&bytes);
+        self.status.sent_left_rad_s = left_rad_s;
+        self.status.sent_right_rad_s = right_rad_s;
+        Ok(())
+    }
+
+    /// Judges what the drive says of itself.
+    fn judge_drive(&mut self, now_ns: u64) {
+        let stalled = self.stamps.stalled_ns(self.inputs.sensor_stamp_ns, now_ns) > STALL_NS;
+        let faults = Faults::of(&self.inputs, self.settings.voltage);
+        if faults.is_empty() && !stalled {
+            self.bad_since_ns = 0;
+            return;
+        }
+        if self.bad_since_ns == 0 {
+            self.bad_since_ns = now_ns;
+        }
+        if now_ns - self.bad_since_ns < FAULT_NS {
+            return;
+        }
+        // The voltage has a fault of its own, since what to do about it differs.
+        let outside = !(self.settings.voltage.min_v..=self.settings.voltage.max_v)
+            .contains(&self.inputs.bus_voltage_v);
+        if outside {
+            self.latch(Fault::BusVoltage, f64::from(self.inputs.bus_voltage_v));
+        } else {
+            self.latch(Fault::DriveFault, f64::from(faults.bits()));
+        }
+    }
+
+    /// Raises a fault after which the robot stands until an operator resets it.
+    fn latch(&mut self, fault: Fault, figure: f64) {
+        self.latched = true;
+        self.port.raise(fault, figure);
+    }
+
+    /// Decides and exchanges.
+    fn turn(&mut self, now_ns: u64) {
+        if self.bus.is_none() {
+            return;
+        }
+        // In the turn that brought the bus up, the turn's own time is long past.
+        let now_ns = now_ns.max(self.answered_ns);
+        let setpoint = self.decide(now_ns);
+        match self.exchange(now_ns, setpoint) {
+            Ok(()) => self.accept(now_ns),
+            Err(ExchangeError::NotOperational { .. } | ExchangeError::Io { .. }) => {
+                self.lose_bus(now_ns)
+            }
+            Err(_) if now_ns - self.answered_ns > self.settings.hold_ns => self.lose_bus(now_ns),
+            Err(_) => {} // hold: the drive keeps its last setpoint
+        }
+    }
+
+    /// Takes in what an exchange brought.
+    fn accept(&mut self, now_ns: u64) {
+        self.answered_ns = now_ns;
+        self.judge_drive(now_ns);
+        let feedback = Feedback::from(&self.inputs);
+        let encoders = Encoders {
+            left_rad: f64::from(feedback.left_rad),
+            right_rad: f64::from(feedback.right_rad),
+            pivot_rad: f64::from(feedback.pivot_rad) - self.settings.pivot_zero_rad,
+            left_rad_s: f64::from(feedback.left_rad_s),
+            right_rad_s: f64::from(feedback.right_rad_s),
+            pivot_rad_s: f64::from(feedback.pivot_rad_s),
+        };
+        self.symbols.encoders.write(now_ns, &encoders);
+    }
+
+    /// Counters of this bus and those before it.
+    fn total(&self, counters: Counters) -> Counters {
+        Counters {
+            cycles: self.counted.cycles + counters.cycles,
+            lost_frames: self.counted.lost_frames + counters.lost_frames,
+            wkc_errors: self.counted.wkc_errors + counters.wkc_errors,
+            ..counters
+        }
+    }
+
+    /// The bus is gone for longer than can be borne: outputs are off, and it is brought up again.
+    fn lose_bus(&mut self, now_ns: u64) {
+        self.port.raise(
+            Fault::BusLost,
+            now_ns.saturating_sub(self.answered_ns) as f64 / MILLISECOND_NS as f64,
+        );
+        self.port.step(LifeCycleEvent::Fault);
+        self.retry_ns = 0;
+    }
+}
+
+impl Activity for Drive {
+    fn name(&self) -> &'static str {
+        "drive"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, _now_ns: u64) {
+        let read = self.symbols.setpoints.read();
+        self.wanted = Wanted {
+            left_rad_s: read.value.left_rad_s,
+            right_rad_s: read.value.right_rad_s,
+            stamp_ns: read.stamp_ns,
+        };
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while let Some(command) = self.port.next_command() {
+            if command == Command::Reset {
+                self.reset();
+            }
+        }
+    }
+
+    fn configure(&mut self, now_ns: u64) {
+        self.bring_up(now_ns);
+    }
+
+    fn compute(&mut self, now_ns: u64) {
+        self.turn(now_ns);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        // The bus is kept in operation with motors off, but for a bus that is being brought up.
+        if !self.port.state().is_configuring() {
+            self.turn(now_ns);
+        }
+        if self.port.state() == LifeCycleState::Stopped
+            && let Some(mut bus) = self.bus.take()
+        {
+            // The motors are off already; a drive that does not answer any more has its watchdog.
+            let _ = bus.shut_down(now_ns + SHUT_DOWN_NS);
+        }
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        if let Some(bus) = &self.bus {
+            let counters = self.total(bus.counters());
+            self.status.cycles = counters.cycles;
+            self.status.lost_frames = counters.lost_frames;
+            self.status.wkc_errors = counters.wkc_errors;
+        }
+        let operational = self.bus.is_some() && self.port.state() != LifeCycleState::Configuring;
+        self.status.operational = u64::from(operational);
+        self.status.status =
+            u64::from(self.inputs.status1.0) | u64::from(self.inputs.status2) << 16;
+        self.status.bus_voltage_v = f64::from(self.inputs.bus_voltage_v);
+        self.status.input_current_a = f64::from(self.inputs.input_current_a);
+        self.symbols.status.write(now_ns, &self.status);
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for Drive {
+    fn after_panic(&mut self, now_ns: u64) -> bool {
+        if self.panicked_ns == 0 {
+            self.panicked_ns = now_ns;
+        }
+        let setpoint = self.ramp.step(now_ns);
+        // A lost frame is tried again in the next step; the time limit ends it.
+        let _ = self.exchange(now_ns, setpoint);
+        let standing = setpoint == (0.0, 0.0);
+        (standing && self.ramp.standing_for(now_ns) > 200 * MILLISECOND_NS)
+            || now_ns - self.panicked_ns > AFTER_PANIC_NS
+            || self.bus.is_none()
+    }
+}

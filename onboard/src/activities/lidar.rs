@@ -1,0 +1,232 @@
+//! Lidar: reads scans from the Hokuyo and publishes them; reconnects when it was lost.
+
+use std::path::PathBuf;
+
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
+use coordination::symbols::Writer;
+use drivers::hokuyo::{Hokuyo, Options, ReadError, Scan, ScanFormat};
+
+use crate::faults::Fault;
+use crate::log::LogSender;
+use crate::port::Port;
+use crate::rt::clock::{MILLISECOND_NS, now_ns, sleep_until};
+use crate::rt::wake::Wake;
+use crate::runner::RobotActivity;
+use crate::values::{LidarStatus, MAX_STEPS, RangeScan};
+
+/// Longest wait for the device in one event loop: bounds how late a command of the supervisor is heard.
+const WAIT_NS: u64 = 100 * MILLISECOND_NS;
+/// Pause between two attempts to connect.
+const RETRY_NS: u64 = 250 * MILLISECOND_NS;
+/// Broken scans are reported no more often than this; all are counted.
+const NOTE_NS: u64 = 200 * MILLISECOND_NS;
+
+/// What the lidar activity needs to know.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Serial device.
+    pub device: PathBuf,
+    /// How to connect.
+    pub options: Options,
+    /// The scan that the tubes and the perception were prepared for.
+    pub format: ScanFormat,
+    /// A device that sends no scan for so long is taken for lost.
+    pub silent_ns: u64,
+}
+
+/// The symbols it owns, and whom it wakes.
+#[derive(Debug)]
+pub struct Symbols {
+    /// The last scan.
+    pub scan: Writer<RangeScan>,
+    /// State of the device.
+    pub status: Writer<LidarStatus>,
+    /// Wakes the thread that waits for scans.
+    pub wake: Wake,
+}
+
+/// The activity.
+pub struct Lidar {
+    port: Port,
+    settings: Settings,
+    symbols: Symbols,
+    log: LogSender,
+    device: Option<Hokuyo>,
+    scan: Box<Scan>,
+    value: Box<RangeScan>,
+    status: LidarStatus,
+    // Counters of devices that were connected before this one.
+    before: LidarStatus,
+    fresh: bool,
+    heard_ns: u64,
+    waited_ns: u64,
+    retry_ns: u64,
+    noted_ns: u64,
+    last_complaint: String,
+}
+
+impl Lidar {
+    /// An activity in state *created*.
+    #[must_use]
+    pub fn new(port: Port, settings: Settings, symbols: Symbols, log: LogSender) -> Self {
+        Self {
+            port,
+            settings,
+            symbols,
+            log,
+            device: None,
+            scan: Box::new(Scan::new()),
+            value: Box::default(),
+            status: LidarStatus::default(),
+            before: LidarStatus::default(),
+            fresh: false,
+            heard_ns: 0,
+            waited_ns: 0,
+            retry_ns: 0,
+            noted_ns: 0,
+            last_complaint: String::new(),
+        }
+    }
+
+    fn connect(&mut self) {
+        self.device = None;
+        let result = Hokuyo::connect(&self.settings.device, &self.settings.options)
+            .map_err(|error| error.to_string())
+            .and_then(|device| self.check(device));
+        match result {
+            Ok(device) => {
+                let identity = device.identity();
+                self.log.info(format!(
+                    "lidar is connected: {} {}, serial {}",
+                    identity.vendor, identity.product, identity.serial
+                ));
+                self.device = Some(device);
+                self.before = self.status;
+                self.status.connections += 1;
+                self.heard_ns = now_ns();
+                self.last_complaint.clear();
+                self.port.clear(Fault::LidarLost);
+                self.port.step(LifeCycleEvent::Configured);
+            }
+            Err(complaint) => {
+                if complaint != self.last_complaint {
+                    self.log.warn(format!(
+                        "lidar cannot be connected: {complaint}; trying again"
+                    ));
+                    self.last_complaint = complaint;
+                }
+                self.port.raise(Fault::LidarLost, 0.0);
+                self.retry_ns = now_ns() + RETRY_NS;
+            }
+        }
+    }
+
+    /// Refuses a device whose scans are not the ones everything was prepared for.
+    fn check(&self, device: Hokuyo) -> Result<Hokuyo, String> {
+        if device.format() == &self.settings.format {
+            Ok(device)
+        } else {
+            Err(format!(
+                "the device gives other scans than configured: found {:?}, expected {:?}",
+                device.format(),
+                self.settings.format
+            ))
+        }
+    }
+
+    fn lose(&mut self, now_ns: u64) {
+        self.port.raise(
+            Fault::LidarLost,
+            (now_ns - self.heard_ns) as f64 / MILLISECOND_NS as f64,
+        );
+        self.port.step(LifeCycleEvent::Fault);
+        self.retry_ns = 0;
+    }
+
+    fn read(&mut self, now_ns: u64) {
+        let Some(device) = &mut self.device else {
+            return;
+        };
+        let result = device.read_scan(&mut self.scan, now_ns + WAIT_NS);
+        let after_ns = self::now_ns();
+        self.waited_ns = after_ns - now_ns;
+        match result {
+            Ok(_) => {
+                self.fresh = true;
+                self.heard_ns = after_ns;
+            }
+            Err(ReadError::Disconnected) => self.lose(after_ns),
+            Err(_) if after_ns - self.heard_ns > self.settings.silent_ns => self.lose(after_ns),
+            Err(ReadError::Timeout) => {}
+            Err(_) if after_ns >= self.noted_ns + NOTE_NS => {
+                self.noted_ns = after_ns;
+                self.port
+                    .note(Fault::ScanBroken, self.status.dropped as f64);
+            }
+            Err(_) => {} // counted by the driver
+        }
+    }
+}
+
+impl Activity for Lidar {
+    fn name(&self) -> &'static str {
+        "lidar"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while self.port.next_command().is_some() {} // none but the life cycle's concerns it
+    }
+
+    fn configure(&mut self, now_ns: u64) {
+        if now_ns >= self.retry_ns {
+            self.connect();
+        }
+    }
+
+    fn compute(&mut self, now_ns: u64) {
+        self.read(now_ns);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        match self.port.state() {
+            LifeCycleState::Ready | LifeCycleState::Paused => self.read(now_ns),
+            // Nothing to wait on: the loop needs a pace of its own.
+            state => {
+                if state == LifeCycleState::Stopped {
+                    self.device = None;
+                }
+                sleep_until(now_ns + RETRY_NS / 10);
+                self.waited_ns = self::now_ns() - now_ns;
+            }
+        }
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        if let Some(device) = &self.device {
+            let counters = device.counters();
+            self.status.scans = self.before.scans + counters.scans;
+            self.status.dropped = self.before.dropped + counters.checksum + counters.truncated;
+        }
+        self.status.streaming = u64::from(self.port.running());
+        self.symbols.status.write(now_ns, &self.status);
+        if std::mem::take(&mut self.fresh) && self.port.running() {
+            let count = self.scan.count.min(MAX_STEPS);
+            self.value.sequence += 1;
+            self.value.count = count as u64;
+            self.value.ranges_mm[..count].copy_from_slice(&self.scan.ranges_mm[..count]);
+            self.symbols.scan.write(self.scan.stamp_ns, &self.value);
+            self.symbols.wake.wake();
+        }
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for Lidar {
+    fn waited_ns(&self) -> u64 {
+        self.waited_ns
+    }
+}

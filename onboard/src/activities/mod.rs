@@ -1,0 +1,11 @@
+//! The seven activities: thin shells around drivers and skills, each with its port, its symbols and its 5C loop.
+
+pub mod communication;
+pub mod control;
+pub mod drive;
+pub mod lidar;
+pub mod motion_tube;
+pub mod navigation;
+pub mod proprioception;
+mod ramp;
+pub mod scans;

@@ -1,0 +1,194 @@
+//! Adaptive motion tube: lets a wanted motion through as far as the floor ahead is free.
+
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
+use coordination::symbols::{Reader, Stamped, Writer};
+use skills::tubes::{Adapted, MotionTubes, Reason, Verdict};
+
+use super::scans::{Intake, ScanIntake};
+use crate::faults::Fault;
+use crate::port::{Command, Port};
+use crate::reload::Exchange;
+use crate::rt::clock::now_ns;
+use crate::runner::RobotActivity;
+use crate::values::{CommandValue, OdometryTrace, OdometryValue, RangeScan, TubeState};
+
+/// The symbols it reads and owns.
+#[derive(Debug)]
+pub struct Symbols {
+    /// The lidar's scans.
+    pub scan: Reader<RangeScan>,
+    /// Dead reckoning.
+    pub odometry: Reader<OdometryValue>,
+    /// Dead reckoning of the last third of a second.
+    pub trace: Reader<OdometryTrace>,
+    /// What navigation wants.
+    pub wanted: Reader<CommandValue>,
+    /// What is safe.
+    pub safe: Writer<CommandValue>,
+    /// What was made of it, and why.
+    pub state: Writer<TubeState>,
+}
+
+/// The activity.
+pub struct MotionTube {
+    port: Port,
+    symbols: Symbols,
+    intake: ScanIntake,
+    exchange: Exchange<MotionTubes>,
+    tubes: Box<MotionTubes>,
+    command_timeout_ns: u64,
+    fresh_scan: bool,
+    wanted: Stamped<CommandValue>,
+    odometry: Stamped<OdometryValue>,
+    stopped_by_operator: bool,
+    safe: CommandValue,
+    state: TubeState,
+}
+
+impl MotionTube {
+    /// An activity in state *created*. A wanted command older than `command_timeout_ns` stops the robot.
+    #[must_use]
+    pub fn new(
+        port: Port,
+        symbols: Symbols,
+        intake: ScanIntake,
+        tubes: Box<MotionTubes>,
+        exchange: Exchange<MotionTubes>,
+        command_timeout_ns: u64,
+    ) -> Self {
+        Self {
+            port,
+            symbols,
+            intake,
+            exchange,
+            tubes,
+            command_timeout_ns,
+            fresh_scan: false,
+            wanted: Stamped::default(),
+            odometry: Stamped::default(),
+            stopped_by_operator: false,
+            safe: CommandValue::default(),
+            state: TubeState::default(),
+        }
+    }
+
+    fn observe(&mut self, now_ns: u64) {
+        if !self.fresh_scan {
+            return;
+        }
+        let begin_ns = self::now_ns();
+        // A refused scan is counted by the tubes; when they get no other, they stop.
+        if self.tubes.observe(self.intake.aligned(), now_ns).is_ok() {
+            self.state.evaluation_ns = self::now_ns() - begin_ns;
+            let set = self.tubes.set();
+            self.state.free_tubes =
+                set.ids().filter(|&tube| self.tubes.is_free(tube)).count() as u64;
+        }
+    }
+
+    fn adapt(&mut self, now_ns: u64) {
+        let adapted = self.tubes.adapt(
+            self.wanted.value.command(),
+            self.odometry.value.twist(),
+            now_ns,
+        );
+        self.report(&adapted);
+        let stale = now_ns.saturating_sub(self.wanted.stamp_ns) > self.command_timeout_ns;
+        let halt = stale || self.stopped_by_operator || self.wanted.value.stop != 0;
+        self.safe = if halt || must_stop_hard(&adapted) {
+            CommandValue::stop(adapted.command.curvature_1_m)
+        } else {
+            CommandValue::drive(adapted.command)
+        };
+    }
+
+    fn report(&mut self, adapted: &Adapted) {
+        let blind = matches!(adapted.reason, Reason::NoScan | Reason::AwaitingScans);
+        let blocked = matches!(
+            adapted.reason,
+            Reason::Blocked | Reason::Resuming | Reason::TooFast
+        ) && adapted.verdict == Verdict::Stopped;
+        self.port
+            .set(Fault::ScanSilent, blind, adapted.scan_age_ns as f64 / 1e6);
+        self.port
+            .set(Fault::NoFreeTube, blocked, adapted.clearance_m);
+        self.state.verdict = adapted.verdict as u64;
+        self.state.reason = adapted.reason as u64;
+        self.state.tube = adapted.tube.map_or(u64::MAX, |tube| u64::from(tube.0));
+        self.state.scan_age_ns = adapted.scan_age_ns;
+        self.state.clearance_m = adapted.clearance_m;
+    }
+}
+
+/// A stop for want of sight or of space is a hard one; one that was wanted is not.
+fn must_stop_hard(adapted: &Adapted) -> bool {
+    adapted.verdict == Verdict::Stopped && adapted.reason != Reason::None
+}
+
+impl Activity for MotionTube {
+    fn name(&self) -> &'static str {
+        "motion-tube"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, _now_ns: u64) {
+        self.wanted = self.symbols.wanted.read();
+        self.odometry = self.symbols.odometry.read();
+        let intake = self
+            .intake
+            .take(&mut self.symbols.scan, &mut self.symbols.trace);
+        self.fresh_scan = intake == Intake::Aligned;
+        if let Intake::Refused(_) = intake {
+            self.port
+                .note(Fault::ScanBroken, self.intake.sequence() as f64);
+        }
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while let Some(command) = self.port.next_command() {
+            match command {
+                Command::StopNow => self.stopped_by_operator = true,
+                Command::Reset => self.stopped_by_operator = false,
+                Command::LimitSpeed(_) | Command::LifeCycle(_) => {}
+            }
+        }
+    }
+
+    fn configure(&mut self, _now_ns: u64) {
+        if self.port.state() == LifeCycleState::Reconfiguring {
+            let Some(mut tubes) = self.exchange.take() else {
+                return;
+            };
+            std::mem::swap(&mut self.tubes, &mut tubes);
+            self.exchange.give_back(tubes);
+        }
+        self.port.step(LifeCycleEvent::Configured);
+    }
+
+    fn compute(&mut self, now_ns: u64) {
+        self.observe(now_ns);
+        self.adapt(now_ns);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        if matches!(
+            self.port.state(),
+            LifeCycleState::Ready | LifeCycleState::Paused
+        ) {
+            self.observe(now_ns);
+        }
+        self.safe = CommandValue::stop(self.safe.curvature_1_m);
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        self.symbols.safe.write(now_ns, &self.safe);
+        self.state.tubes = self.tubes.set().len() as u64;
+        self.symbols.state.write(now_ns, &self.state);
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for MotionTube {}

@@ -1,0 +1,278 @@
+//! Navigation: pose, perception, the robot's machine, and the motion that its present skill wants.
+
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
+use coordination::event::EventId;
+use coordination::symbols::{Reader, Stamped, Writer};
+use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
+use skills::odometry::Odometry;
+
+use super::scans::{Intake, ScanIntake};
+use crate::faults::Fault;
+use crate::port::{Command, Port, Report};
+use crate::reload::Exchange;
+use crate::runner::RobotActivity;
+use crate::values::{
+    CommandValue, Name, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan,
+};
+
+/// Event of the machine that an operator's reset raises, if the machine knows it.
+const RESET_EVENT: &str = "reset";
+/// Output of the machine that counts laps.
+const LAP_OUTPUT: &str = "lap";
+
+/// The symbols it reads and owns.
+#[derive(Debug)]
+pub struct Symbols {
+    /// The lidar's scans.
+    pub scan: Reader<RangeScan>,
+    /// Dead reckoning.
+    pub odometry: Reader<OdometryValue>,
+    /// Dead reckoning of the last third of a second.
+    pub trace: Reader<OdometryTrace>,
+    /// The motion that it wants.
+    pub command: Writer<CommandValue>,
+    /// Pose in `map`.
+    pub pose: Writer<PoseEstimate>,
+    /// State, area, skill.
+    pub state: Writer<NavigationState>,
+}
+
+/// The activity.
+pub struct Navigation {
+    port: Port,
+    symbols: Symbols,
+    intake: ScanIntake,
+    exchange: Exchange<Navigator>,
+    navigator: Box<Navigator>,
+    names: Names,
+    fresh_scan: bool,
+    odometry: Stamped<OdometryValue>,
+    output: Option<NavigationOutput>,
+    speed_share: f64,
+    schedule_changes: u64,
+    laps: u64,
+}
+
+/// Names for the symbol table, looked up once.
+struct Names {
+    states: Vec<Name>,
+    areas: Vec<Name>,
+    skills: Vec<Name>,
+    reset: Option<EventId>,
+    lap: Option<EventId>,
+}
+
+impl Names {
+    fn of(navigator: &Navigator) -> Self {
+        let machine = navigator.machine();
+        let skills = machine
+            .states()
+            .filter_map(|(state, _)| navigator.schedule(state))
+            .map(|schedule| schedule.skill)
+            .max()
+            .map_or(0, |last| last + 1);
+        Self {
+            states: machine.states().map(|(_, name)| Name::new(name)).collect(),
+            areas: navigator
+                .map()
+                .areas()
+                .iter()
+                .map(|area| Name::new(&area.id))
+                .collect(),
+            skills: (0..skills)
+                .map(|skill| Name::new(navigator.skill_name(skill)))
+                .collect(),
+            reset: machine.input(RESET_EVENT),
+            lap: machine.output(LAP_OUTPUT),
+        }
+    }
+}
+
+impl Navigation {
+    /// An activity in state *created*.
+    #[must_use]
+    pub fn new(
+        port: Port,
+        symbols: Symbols,
+        intake: ScanIntake,
+        navigator: Box<Navigator>,
+        exchange: Exchange<Navigator>,
+    ) -> Self {
+        Self {
+            port,
+            symbols,
+            intake,
+            exchange,
+            names: Names::of(&navigator),
+            navigator,
+            fresh_scan: false,
+            odometry: Stamped::default(),
+            output: None,
+            speed_share: 1.0,
+            schedule_changes: 0,
+            laps: 0,
+        }
+    }
+
+    /// One step of navigation; tracks in every state and moves only when `motion_allowed`.
+    fn step(&mut self, now_ns: u64, motion_allowed: bool) {
+        if self.odometry.stamp_ns == 0 {
+            return; // the drive has not spoken yet
+        }
+        let odometry = Odometry {
+            stamp_ns: self.odometry.stamp_ns,
+            pose: self.odometry.value.pose(),
+            twist: self.odometry.value.twist(),
+            steering_rad: self.odometry.value.steering_rad,
+            distance_m: self.odometry.value.distance_m,
+            turned_rad: self.odometry.value.turned_rad,
+        };
+        let scan = self.fresh_scan.then(|| self.intake.aligned());
+        let before = self.navigator.machine().state();
+        let input = NavigationInput {
+            now_ns,
+            scan,
+            odometry: &odometry,
+            motion_allowed,
+        };
+        let output = self.navigator.step(&input);
+        if output.state != before {
+            self.port.report(Report::Moved {
+                from: before.0,
+                to: output.state.0,
+            });
+        }
+        self.schedule_changes += u64::from(output.schedule_changed);
+        self.laps += output
+            .outputs
+            .as_slice()
+            .iter()
+            .filter(|&&event| Some(event) == self.names.lap)
+            .count() as u64;
+        self.port.set(
+            Fault::PoseUncertain,
+            output.pose_uncertain,
+            output.position_std_m,
+        );
+        self.port.set(
+            Fault::OffLane,
+            output.deviation_exceeded,
+            output.lateral_error_m,
+        );
+        self.output = Some(output);
+    }
+
+    fn publish_output(&mut self, now_ns: u64) {
+        let Some(output) = &self.output else { return };
+        let std_m = |variance: f64| variance.max(0.0).sqrt();
+        let pose = PoseEstimate {
+            x_m: output.pose.x_m,
+            y_m: output.pose.y_m,
+            theta_rad: output.pose.theta_rad,
+            std_x_m: std_m(output.covariance[0][0]),
+            std_y_m: std_m(output.covariance[1][1]),
+            std_theta_rad: std_m(output.covariance[2][2]),
+            uncertain: u64::from(output.pose_uncertain),
+        };
+        let name = |names: &[Name], index: Option<usize>| {
+            index
+                .and_then(|index| names.get(index).copied())
+                .unwrap_or_default()
+        };
+        let state = NavigationState {
+            state: name(&self.names.states, Some(output.state.index())),
+            area: name(&self.names.areas, output.area),
+            skill: name(&self.names.skills, Some(output.skill)),
+            lateral_error_m: output.lateral_error_m,
+            heading_error_rad: output.heading_error_rad,
+            lane_end_m: output.lane_end.map_or(f64::NAN, |end| end.distance_m),
+            schedule_changes: self.schedule_changes,
+            laps: self.laps,
+            ignored_events: self.navigator.machine().ignored(),
+        };
+        let mut command = output.command;
+        command.speed_m_s *= self.speed_share;
+        self.symbols.pose.write(now_ns, &pose);
+        self.symbols.state.write(now_ns, &state);
+        self.symbols
+            .command
+            .write(now_ns, &CommandValue::drive(command));
+    }
+}
+
+impl Activity for Navigation {
+    fn name(&self) -> &'static str {
+        "navigation"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, _now_ns: u64) {
+        self.odometry = self.symbols.odometry.read();
+        // What cannot be used is reported by the motion tube, which looks at the same scans.
+        self.fresh_scan = self
+            .intake
+            .take(&mut self.symbols.scan, &mut self.symbols.trace)
+            == Intake::Aligned;
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while let Some(command) = self.port.next_command() {
+            match command {
+                Command::LimitSpeed(thousandths) => {
+                    self.speed_share = f64::from(thousandths.min(1000)) / 1000.0
+                }
+                Command::Reset => {
+                    if let Some(event) = self.names.reset {
+                        self.navigator.post(event);
+                    }
+                }
+                Command::StopNow | Command::LifeCycle(_) => {}
+            }
+        }
+    }
+
+    fn configure(&mut self, _now_ns: u64) {
+        if self.port.state() == LifeCycleState::Reconfiguring {
+            let Some(mut navigator) = self.exchange.take() else {
+                return;
+            };
+            std::mem::swap(&mut self.navigator, &mut navigator);
+            if let Some(output) = &self.output {
+                // The robot is where it is: the pose goes over, the state as far as the new machine has it.
+                let std_rad = output.covariance[2][2].max(1e-6).sqrt();
+                self.navigator
+                    .relocate(output.pose, output.position_std_m.max(1e-3), std_rad);
+                let state = navigator.machine().state_name(output.state);
+                if let Some(state) = self.navigator.machine().state_id(state) {
+                    self.navigator.restart_in(state);
+                }
+            }
+            self.names = Names::of(&self.navigator);
+            self.exchange.give_back(navigator);
+        }
+        self.port.step(LifeCycleEvent::Configured);
+    }
+
+    fn compute(&mut self, now_ns: u64) {
+        self.step(now_ns, true);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        if matches!(
+            self.port.state(),
+            LifeCycleState::Ready | LifeCycleState::Paused
+        ) {
+            self.step(now_ns, false);
+        }
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        self.publish_output(now_ns);
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for Navigation {}

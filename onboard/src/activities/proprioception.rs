@@ -1,0 +1,119 @@
+//! Proprioception: dead reckoning from the drive's encoders.
+
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
+use coordination::symbols::{Reader, Stamped, Writer};
+use skills::odometry::{DeadReckoning, EncoderSample};
+
+use crate::faults::Fault;
+use crate::port::Port;
+use crate::runner::RobotActivity;
+use crate::values::{Encoders, OdometryTrace, OdometryValue, TraceSample};
+
+/// The symbols it reads and owns.
+#[derive(Debug)]
+pub struct Symbols {
+    /// Wheel and pivot encoders.
+    pub encoders: Reader<Encoders>,
+    /// Pose and twist in `odom`.
+    pub odometry: Writer<OdometryValue>,
+    /// The same, for the last third of a second.
+    pub trace: Writer<OdometryTrace>,
+}
+
+/// The activity.
+pub struct Proprioception {
+    port: Port,
+    symbols: Symbols,
+    reckoning: DeadReckoning,
+    sample: Stamped<Encoders>,
+    trace: Box<OdometryTrace>,
+}
+
+impl Proprioception {
+    /// An activity in state *created*.
+    #[must_use]
+    pub fn new(port: Port, symbols: Symbols, reckoning: DeadReckoning) -> Self {
+        Self {
+            port,
+            symbols,
+            reckoning,
+            sample: Stamped::default(),
+            trace: Box::default(),
+        }
+    }
+}
+
+impl Activity for Proprioception {
+    fn name(&self) -> &'static str {
+        "proprioception"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, _now_ns: u64) {
+        self.sample = self.symbols.encoders.read();
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while self.port.next_command().is_some() {} // none but the life cycle's concerns it
+    }
+
+    fn configure(&mut self, _now_ns: u64) {
+        self.port.step(LifeCycleEvent::Configured); // nothing to acquire
+    }
+
+    fn compute(&mut self, _now_ns: u64) {
+        if self.sample.stamp_ns == 0 || self.sample.stamp_ns == self.reckoning.odometry().stamp_ns {
+            return;
+        }
+        let Encoders {
+            left_rad,
+            right_rad,
+            pivot_rad,
+            ..
+        } = self.sample.value;
+        let sample = EncoderSample {
+            stamp_ns: self.sample.stamp_ns,
+            left_rad,
+            right_rad,
+            pivot_rad,
+        };
+        if self.reckoning.update(&sample).is_err() {
+            self.port.note(
+                Fault::EncoderImplausible,
+                self.reckoning.counters().rejected() as f64,
+            );
+            return;
+        }
+        let odometry = self.reckoning.odometry();
+        self.trace.push(TraceSample {
+            stamp_ns: odometry.stamp_ns,
+            x_m: odometry.pose.x_m,
+            y_m: odometry.pose.y_m,
+            theta_rad: odometry.pose.theta_rad,
+            v_m_s: odometry.twist.v_m_s,
+            omega_rad_s: odometry.twist.omega_rad_s,
+        });
+        let value = OdometryValue {
+            x_m: odometry.pose.x_m,
+            y_m: odometry.pose.y_m,
+            theta_rad: odometry.pose.theta_rad,
+            v_m_s: odometry.twist.v_m_s,
+            omega_rad_s: odometry.twist.omega_rad_s,
+            steering_rad: odometry.steering_rad,
+            distance_m: odometry.distance_m,
+            turned_rad: odometry.turned_rad,
+            refused: self.reckoning.counters().rejected(),
+        };
+        self.symbols.odometry.write(odometry.stamp_ns, &value);
+        self.symbols.trace.write(odometry.stamp_ns, &self.trace);
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for Proprioception {}

@@ -1,0 +1,155 @@
+//! `onboard check`: validates the files and prints the resolved plan, touching no device.
+
+use config::{ActivityKind, Core, Link, RobotConfig, Scheduling, SiteConfig, Trigger};
+use coordination::symbols::Place;
+
+use crate::cli::{Failure, Files};
+use crate::plan::{Plan, thread_names};
+use crate::wiring::Wiring;
+
+/// Validates and prints.
+///
+/// # Errors
+/// [`Failure::Refused`] with every problem of the files.
+pub fn check(files: &Files) -> Result<(), Failure> {
+    let plan = Plan::load(files)?;
+    print_robot(&plan.robot, &plan.site);
+    print_threads(&plan.robot);
+    print_symbols(&plan.robot)?;
+    print_machine(&plan);
+    println!("\n{}", plan.tube_report);
+    println!("\nok: nothing was started");
+    Ok(())
+}
+
+fn print_robot(robot: &RobotConfig, site: &SiteConfig) {
+    let role = site
+        .robots
+        .get(&robot.identity.id)
+        .map_or("?", |robot| robot.role.as_str());
+    println!(
+        "robot {} ({}), role {role}, site {}",
+        robot.identity.id, robot.identity.model, site.name
+    );
+    match &robot.ethercat.link {
+        Link::Interface(name) => println!("EtherCAT on interface {name}, raw frames"),
+        Link::Udp(address) => println!("EtherCAT over UDP to {address}"),
+    }
+    println!(
+        "lidar on {} at {} bit/s",
+        robot.lidar.device.display(),
+        robot.lidar.bit_rate
+    );
+}
+
+fn print_threads(robot: &RobotConfig) {
+    println!(
+        "\n{:<15} {:<16} {:<10} {:<8} activities",
+        "thread", "runs", "policy", "core"
+    );
+    for thread in &robot.threads {
+        let runs = match thread.trigger {
+            Trigger::Period(period) => format!("every {period:?}"),
+            Trigger::Lidar => "on data".to_owned(),
+            Trigger::Scan { at_least } => format!("scan or {at_least:?}"),
+            Trigger::Async => "asynchronous".to_owned(),
+        };
+        let policy = match thread.scheduling {
+            Scheduling::Fifo(priority) => format!("fifo {priority}"),
+            Scheduling::Normal => "normal".to_owned(),
+        };
+        let core = match thread.core {
+            Core::Any => "any".to_owned(),
+            Core::Big => "big".to_owned(),
+            Core::Little => "little".to_owned(),
+            Core::Number(number) => number.to_string(),
+        };
+        let activities: Vec<&str> = thread
+            .activities
+            .iter()
+            .map(|activity| activity.name())
+            .collect();
+        println!(
+            "{:<15} {runs:<16} {policy:<10} {core:<8} {}",
+            thread.name,
+            activities.join(", ")
+        );
+    }
+    debug_assert_eq!(
+        robot
+            .threads
+            .iter()
+            .map(|thread| thread.activities.len())
+            .sum::<usize>(),
+        ActivityKind::ALL.len()
+    );
+}
+
+/// Builds the real table in a folder of its own, and lists it: what is printed is what `run` does.
+fn print_symbols(robot: &RobotConfig) -> Result<(), Failure> {
+    let folder = std::env::temp_dir().join(format!("onboard-check-{}", std::process::id()));
+    let place = Place::new(&folder, format!("chk{:x}_", std::process::id()));
+    let wiring = Wiring::build(&robot.identity.id, &place, &thread_names(robot));
+    let listed = wiring.map(|wiring| wiring.table.directory());
+    // Empty by now; what is left of it is no reason to fail.
+    let _ = std::fs::remove_dir_all(&folder);
+    let symbols = listed.map_err(Failure::refused)?;
+    println!(
+        "\n{:<34} {:<22} readers",
+        "symbol (datatype/model)", "owner"
+    );
+    for symbol in symbols {
+        let id = format!("{}/{}", symbol.datatype, symbol.model);
+        println!(
+            "{id:<34} {:<22} {}",
+            symbol.owner,
+            symbol.readers.join(", ")
+        );
+    }
+    Ok(())
+}
+
+fn print_machine(plan: &Plan) {
+    println!(
+        "\nstate machine of role {} (initial {})",
+        plan.role, plan.fsm.initial
+    );
+    println!("{:<16} {:<8} {:<16} transitions", "state", "area", "skill");
+    for state in &plan.fsm.states {
+        let transitions: Vec<String> = plan
+            .fsm
+            .transitions
+            .iter()
+            .filter(|transition| transition.from == state.name)
+            .map(|transition| match transition.outputs.as_slice() {
+                [] => format!("{} -> {}", transition.on, transition.to),
+                outputs => format!(
+                    "{} / {} -> {}",
+                    transition.on,
+                    outputs.join(" "),
+                    transition.to
+                ),
+            })
+            .collect();
+        println!(
+            "{:<16} {:<8} {:<16} {}",
+            state.name,
+            state.area,
+            state.skill,
+            transitions.join(", ")
+        );
+    }
+    println!(
+        "\n{:<16} {:<14} {:<12} monitors",
+        "skill", "controller", "perception"
+    );
+    for skill in &plan.site.skills {
+        println!(
+            "{:<16} {:<14} {:<12} {}",
+            skill.id,
+            skill.controller.name(),
+            skill.perception,
+            skill.monitors.join(", ")
+        );
+    }
+}

@@ -1,0 +1,179 @@
+//! Composition: the plan's parts, the symbols' ends and the ports become activities.
+
+use config::{ActivityKind, Link};
+use coordination::symbols::SymbolTable;
+use drivers::ethercat::{Link as FrameLink, RawLink, UdpLink};
+
+use crate::activities::communication::Communication;
+use crate::activities::control::Control;
+use crate::activities::drive::{Drive, OpenLink};
+use crate::activities::lidar::Lidar;
+use crate::activities::motion_tube::MotionTube;
+use crate::activities::navigation::Navigation;
+use crate::activities::proprioception::Proprioception;
+use crate::activities::scans::ScanIntake;
+use crate::cli::Failure;
+use crate::log::LogSender;
+use crate::plan::{Plan, PlanError, ns_from_ms};
+use crate::port::Port;
+use crate::reload::ReloadEnds;
+use crate::runner::RobotActivity;
+use crate::supervisor;
+use crate::wiring::{ACTIVITIES, Wiring};
+
+/// All activities, until their threads take them.
+pub struct Activities(Vec<(&'static str, Box<dyn RobotActivity>)>);
+
+impl Activities {
+    /// Takes one out. The configuration has each of them on exactly one thread.
+    pub fn take(&mut self, kind: ActivityKind) -> Option<Box<dyn RobotActivity>> {
+        let index = self.0.iter().position(|(name, _)| *name == kind.name())?;
+        Some(self.0.swap_remove(index).1)
+    }
+}
+
+/// What composition yields.
+pub struct Composed {
+    /// The activities.
+    pub activities: Activities,
+    /// The supervisor's symbols.
+    pub supervisor: supervisor::Symbols,
+    /// Names of the machine's states, by number.
+    pub states: Vec<String>,
+    /// Keeps the shared memory.
+    pub table: SymbolTable,
+}
+
+/// Composes the robot. `ports` are in the order of [`ACTIVITIES`].
+///
+/// # Errors
+/// [`Failure::Refused`] when a part cannot be built.
+pub fn compose(
+    plan: &Plan,
+    wiring: Wiring,
+    ports: Vec<Port>,
+    reload: ReloadEnds,
+    boot_epoch: u64,
+    log: &LogSender,
+) -> Result<Composed, Failure> {
+    build(plan, wiring, ports, reload, boot_epoch, log).map_err(Failure::refused)
+}
+
+fn build(
+    plan: &Plan,
+    wiring: Wiring,
+    ports: Vec<Port>,
+    reload: ReloadEnds,
+    boot_epoch: u64,
+    log: &LogSender,
+) -> Result<Composed, PlanError> {
+    let mut ports: Vec<(&str, Port)> = ACTIVITIES.into_iter().zip(ports).collect();
+    let mut port = |kind: ActivityKind| {
+        let index = ports.iter().position(|(name, _)| *name == kind.name());
+        // Every kind is in `ACTIVITIES`; the test below holds them together.
+        ports
+            .swap_remove(index.expect("every activity has a port"))
+            .1
+    };
+    let intake = || {
+        ScanIntake::new(plan.scan_geometry()?).map_err(|error| PlanError::Lidar(error.to_string()))
+    };
+    let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
+    let navigator = Box::new(plan.navigator()?);
+    let states = navigator
+        .machine()
+        .states()
+        .map(|(_, name)| name.to_owned())
+        .collect();
+    let drive = Drive::new(
+        port(ActivityKind::Drive),
+        plan.drive_settings(),
+        wiring.drive,
+        open_link(&plan.robot.ethercat.link),
+        log.clone(),
+    );
+    let proprioception = Proprioception::new(
+        port(ActivityKind::Proprioception),
+        wiring.proprioception,
+        plan.dead_reckoning()?,
+    );
+    let lidar = Lidar::new(
+        port(ActivityKind::Lidar),
+        plan.lidar_settings()?,
+        wiring.lidar,
+        log.clone(),
+    );
+    let navigation = Navigation::new(
+        port(ActivityKind::Navigation),
+        wiring.navigation,
+        intake()?,
+        navigator,
+        reload.navigator,
+    );
+    let motion_tube = MotionTube::new(
+        port(ActivityKind::MotionTube),
+        wiring.motion_tube,
+        intake()?,
+        Box::new(plan.motion_tubes()?),
+        reload.tubes,
+        command_timeout_ns,
+    );
+    let control = Control::new(
+        port(ActivityKind::Control),
+        wiring.control,
+        plan.wheel_controller()?,
+        command_timeout_ns,
+    );
+    let communication = Communication::new(
+        port(ActivityKind::Communication),
+        plan.communication_settings(boot_epoch),
+        wiring.communication,
+        log.clone(),
+    );
+    let activities: Vec<Box<dyn RobotActivity>> = vec![
+        Box::new(drive),
+        Box::new(proprioception),
+        Box::new(lidar),
+        Box::new(navigation),
+        Box::new(motion_tube),
+        Box::new(control),
+        Box::new(communication),
+    ];
+    Ok(Composed {
+        activities: Activities(
+            activities
+                .into_iter()
+                .map(|activity| (activity.name(), activity))
+                .collect(),
+        ),
+        supervisor: wiring.supervisor,
+        states,
+        table: wiring.table,
+    })
+}
+
+/// How the drive activity opens its link, at first and after each loss.
+fn open_link(link: &Link) -> OpenLink {
+    let link = link.clone();
+    Box::new(move || {
+        let opened: Result<Box<dyn FrameLink>, _> = match &link {
+            Link::Interface(name) => RawLink::open(name).map(|link| Box::new(link) as _),
+            Link::Udp(address) => UdpLink::open(*address).map(|link| Box::new(link) as _),
+        };
+        opened.map_err(|error| error.to_string())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_activity_has_a_port() {
+        let mut kinds = ActivityKind::ALL.map(ActivityKind::name);
+        let mut names = ACTIVITIES;
+        kinds.sort_unstable();
+        names.sort_unstable();
+        assert_eq!(kinds, names);
+    }
+}

@@ -1,0 +1,231 @@
+//! `onboard ctl`: requests to a running robot over its control socket.
+//!
+//! One connection carries one line each way: the request's name, then `ok` or `refused: WHY`.
+
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::ValueEnum;
+
+use crate::cli::Failure;
+use crate::runtime::Runtime;
+
+/// How long either side waits for the other's line.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// The server's patience with a client that connects and says nothing: it delays one tick of the supervisor.
+const SERVER_PATIENCE: Duration = Duration::from_millis(50);
+
+/// What an operator can ask of a running robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Request {
+    /// Slow down and stand; `resume` goes on
+    Pause,
+    /// Go on after `pause`
+    Resume,
+    /// Stop hard and stay stopped until `reset`
+    Stop,
+    /// The causes of faults are seen to: forget them and go on
+    Reset,
+    /// Take gains, limits, tubes and map from the files anew
+    Reload,
+}
+
+impl Request {
+    /// Its name on the socket.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pause => "pause",
+            Self::Resume => "resume",
+            Self::Stop => "stop",
+            Self::Reset => "reset",
+            Self::Reload => "reload",
+        }
+    }
+
+    fn from_name(name: &str) -> Option<Self> {
+        Self::value_variants()
+            .iter()
+            .copied()
+            .find(|request| request.name() == name)
+    }
+}
+
+/// Sends one request and prints the answer.
+///
+/// # Errors
+/// [`Failure::Refused`] when there is no such robot, [`Failure::Failed`] when it refuses or does not answer.
+pub fn send(runtime: &Runtime, robot: Option<&str>, request: Request) -> Result<(), Failure> {
+    let robot = runtime.choose(robot)?;
+    let answer = exchange(runtime, &robot, request).map_err(|error| {
+        Failure::failed(format_args!("robot `{robot}` does not answer: {error}"))
+    })?;
+    match answer.strip_prefix("refused: ") {
+        None => {
+            println!("{robot}: {answer}");
+            Ok(())
+        }
+        Some(why) => Err(Failure::failed(format_args!(
+            "robot `{robot}` refuses to {}: {why}",
+            request.name()
+        ))),
+    }
+}
+
+fn exchange(runtime: &Runtime, robot: &str, request: Request) -> io::Result<String> {
+    let mut stream = UnixStream::connect(runtime.socket(robot))?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    writeln!(stream, "{}", request.name())?;
+    let mut answer = String::new();
+    BufReader::new(stream.take(64 * 1024)).read_to_string(&mut answer)?;
+    if answer.is_empty() {
+        Err(io::ErrorKind::UnexpectedEof.into())
+    } else {
+        Ok(answer.trim_end().to_owned())
+    }
+}
+
+/// The robot's side: polled by the supervisor.
+#[derive(Debug)]
+pub struct Server {
+    listener: UnixListener,
+    path: PathBuf,
+}
+
+/// A request that waits for its answer.
+#[derive(Debug)]
+pub struct Pending {
+    /// What is asked.
+    pub request: Request,
+    stream: UnixStream,
+}
+
+impl Server {
+    /// Opens the robot's socket. The caller holds the robot's name, so a socket that is already there is left over.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when the socket cannot be opened.
+    pub fn open(runtime: &Runtime, robot_id: &str) -> Result<Self, Failure> {
+        let path = runtime.socket(robot_id);
+        let refused = |error: io::Error| {
+            Failure::refused(format_args!(
+                "control socket {} cannot be opened: {error}",
+                path.display()
+            ))
+        };
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(refused(error)),
+            _ => {}
+        }
+        let listener = UnixListener::bind(&path).map_err(refused)?;
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).map_err(refused)?;
+        listener.set_nonblocking(true).map_err(refused)?;
+        Ok(Self { listener, path })
+    }
+
+    /// The next request, if one waits. Bad ones are answered here.
+    pub fn next(&self) -> Option<Pending> {
+        let (stream, _) = self.listener.accept().ok()?;
+        let ready = stream
+            .set_nonblocking(false)
+            .and_then(|()| stream.set_read_timeout(Some(SERVER_PATIENCE)))
+            .and_then(|()| stream.set_write_timeout(Some(SERVER_PATIENCE)));
+        ready.ok()?;
+        let mut line = String::new();
+        // A client that hangs up or says nothing gets no answer.
+        BufReader::new((&stream).take(64))
+            .read_line(&mut line)
+            .ok()?;
+        match Request::from_name(line.trim_end()) {
+            Some(request) => Some(Pending { request, stream }),
+            None => {
+                answer(stream, &Err(format!("unknown request {line:?}")));
+                None
+            }
+        }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // Gone already is as good.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+impl Pending {
+    /// Answers; a client that has left is not an error.
+    pub fn answer(self, result: &Result<String, String>) {
+        answer(self.stream, result);
+    }
+}
+
+fn answer(mut stream: UnixStream, result: &Result<String, String>) {
+    let _ = match result {
+        Ok(text) => writeln!(stream, "{text}"),
+        Err(why) => writeln!(stream, "refused: {why}"),
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn runtime() -> (tempfile::TempDir, Runtime) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let runtime = Runtime::new(Some(folder.path().join("run"))).expect("made");
+        (folder, runtime)
+    }
+
+    #[test]
+    fn a_request_is_answered_and_the_socket_goes_with_the_server() {
+        let (_folder, runtime) = runtime();
+        let server = Server::open(&runtime, "amr-1").expect("opens");
+        let client = {
+            let runtime = runtime.clone();
+            std::thread::spawn(move || exchange(&runtime, "amr-1", Request::Pause))
+        };
+        let pending = std::iter::repeat_with(|| server.next())
+            .flatten()
+            .next()
+            .expect("arrives");
+        assert_eq!(pending.request, Request::Pause);
+        pending.answer(&Err("not now".into()));
+        assert_eq!(
+            client.join().expect("ends").expect("answered"),
+            "refused: not now"
+        );
+        drop(server);
+        assert!(runtime.robots().is_empty());
+    }
+
+    #[test]
+    fn an_unknown_request_is_refused_and_a_silent_client_does_not_hang_the_server() {
+        let (_folder, runtime) = runtime();
+        let server = Server::open(&runtime, "amr-1").expect("opens");
+        let _silent = UnixStream::connect(runtime.socket("amr-1")).expect("connects");
+        assert!(server.next().is_none());
+        let mut stream = UnixStream::connect(runtime.socket("amr-1")).expect("connects");
+        writeln!(stream, "dance").expect("written");
+        assert!(server.next().is_none());
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("answered");
+        assert!(answer.starts_with("refused: unknown request"), "{answer}");
+    }
+
+    #[test]
+    fn a_robot_must_be_named_when_there_are_several() {
+        let (_folder, runtime) = runtime();
+        assert!(runtime.choose(None).is_err());
+        let _one = Server::open(&runtime, "a").expect("opens");
+        assert!(runtime.choose(None).is_ok_and(|id| id == "a"));
+        let _two = Server::open(&runtime, "b").expect("opens");
+        assert!(runtime.choose(None).is_err());
+        assert!(runtime.choose(Some("b")).is_ok());
+        assert!(runtime.choose(Some("c")).is_err());
+    }
+}

@@ -1,0 +1,186 @@
+//! The faults this process knows: who notices, what happens, how it resumes (DESIGN section 6, the safety chain).
+//!
+//! A fault is a level with a counter. Activities report edges through their queue; the supervisor owns the table.
+
+use bytemuck::{Pod, Zeroable};
+use serde::Serialize;
+
+/// How a robot that stopped for a fault resumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Resumes {
+    /// By itself, once the cause is gone.
+    ByItself,
+    /// After `onboard ctl reset`.
+    Operator,
+}
+
+macro_rules! faults {
+    ($($variant:ident = $number:literal, $name:literal, $resumes:ident, $sentence:literal;)*) => {
+        /// A kind of fault.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+        #[serde(rename_all = "kebab-case")]
+        #[repr(u8)]
+        pub enum Fault {
+            $(#[doc = $sentence] $variant = $number,)*
+        }
+
+        impl Fault {
+            /// Every fault, in order of its number.
+            pub const ALL: [Self; faults!(@count $($variant)*)] = [$(Self::$variant),*];
+
+            /// Stable kebab-case name.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),* }
+            }
+
+            /// How the robot resumes.
+            #[must_use]
+            pub const fn resumes(self) -> Resumes {
+                match self { $(Self::$variant => Resumes::$resumes),* }
+            }
+
+            /// What happened and what to do.
+            #[must_use]
+            pub const fn sentence(self) -> &'static str {
+                match self { $(Self::$variant => $sentence),* }
+            }
+        }
+    };
+    (@count $($variant:ident)*) => { <[()]>::len(&[$(faults!(@unit $variant)),*]) };
+    (@unit $variant:ident) => { () };
+}
+
+faults! {
+    SetpointStale = 0, "setpoint-stale", ByItself,
+        "the drive got no fresh wheel setpoint and ramps to a stop; the motion thread is late or has ended";
+    BusLost = 1, "bus-lost", ByItself,
+        "the EtherCAT bus is lost: outputs are off and the bus is brought up again; check cable and power of the drive";
+    BringUpLimit = 2, "bring-up-limit", Operator,
+        "the bus was lost too often in a minute; find the cause, then run `onboard ctl reset`";
+    BusVoltage = 3, "bus-voltage", Operator,
+        "the drive's bus voltage is outside its limits; charge or check the battery, then run `onboard ctl reset`";
+    DriveFault = 4, "drive-fault", Operator,
+        "the drive reports a motor fault; see its status in `onboard inspect`, then run `onboard ctl reset`";
+    LidarLost = 5, "lidar-lost", ByItself,
+        "the lidar is gone and is being reconnected; check its cable";
+    ScanSilent = 6, "scan-silent", ByItself,
+        "no valid scan arrives: the robot stops and drives on after a while of good scans";
+    ScanBroken = 7, "scan-broken", ByItself,
+        "a broken scan was dropped; if it recurs, check the lidar's cable and bit rate";
+    NoFreeTube = 8, "no-free-tube", ByItself,
+        "no free way ahead: the robot stands until the way has been free for a while";
+    PoseUncertain = 9, "pose-uncertain", Operator,
+        "the pose is too uncertain to drive on; drives on when walls are in view again, else move the robot and run `onboard ctl reset`";
+    OffLane = 10, "off-lane", ByItself,
+        "the robot is further from its lane than the area allows";
+    CommandStale = 11, "command-stale", ByItself,
+        "control got no fresh motion command and stops; the navigation thread is late or has ended";
+    EncoderImplausible = 12, "encoder-implausible", ByItself,
+        "an encoder reading was impossible and was left out; if it recurs, check the drive";
+    Overruns = 13, "overruns", Operator,
+        "a real-time thread overruns repeatedly: the robot slows, then stops; free the processor, then run `onboard ctl reset`";
+    QueueFull = 14, "queue-full", ByItself,
+        "an event queue was full and an event was refused; the receiving activity is too slow";
+    FleetNetwork = 15, "fleet-network", ByItself,
+        "the fleet network cannot be reached; check `fleet` in the robot file and the network";
+    OperatorStop = 16, "operator-stop", Operator,
+        "stopped by an operator; run `onboard ctl reset` to go on";
+    Panic = 17, "panic", Operator,
+        "a part of the program failed: the robot stops and the program ends; please report the message above it";
+}
+
+/// Number of kinds.
+pub const FAULTS: usize = Fault::ALL.len();
+
+/// State of one kind of fault.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FaultState {
+    /// Monotonic time it was last raised, 0 for never.
+    pub since_ns: u64,
+    /// How often it was raised.
+    pub count: u64,
+    /// 1 while it lasts.
+    pub active: u64,
+}
+
+/// State of every kind, indexed by its number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FaultTable {
+    states: [FaultState; FAULTS],
+}
+
+impl FaultTable {
+    /// Marks `fault` as present since `now_ns`. Returns whether that is news.
+    pub fn raise(&mut self, fault: Fault, now_ns: u64) -> bool {
+        let state = &mut self.states[fault as usize];
+        let news = state.active == 0;
+        state.count += 1;
+        if news {
+            *state = FaultState {
+                since_ns: now_ns,
+                active: 1,
+                ..*state
+            };
+        }
+        news
+    }
+
+    /// Marks `fault` as gone. Returns whether that is news.
+    pub fn clear(&mut self, fault: Fault) -> bool {
+        std::mem::take(&mut self.states[fault as usize].active) != 0
+    }
+
+    /// State of one kind.
+    #[must_use]
+    pub fn state(&self, fault: Fault) -> &FaultState {
+        &self.states[fault as usize]
+    }
+
+    /// Kinds that are present.
+    pub fn active(&self) -> impl Iterator<Item = Fault> + '_ {
+        Fault::ALL
+            .into_iter()
+            .filter(|&fault| self.state(fault).active != 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_index_the_table_and_names_are_unique() {
+        for (index, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!(fault as usize, index);
+            assert_eq!(
+                Fault::ALL
+                    .iter()
+                    .filter(|other| other.name() == fault.name())
+                    .count(),
+                1
+            );
+        }
+    }
+
+    #[test]
+    fn a_fault_is_a_level_with_a_counter() {
+        let mut table = FaultTable::default();
+        assert!(table.raise(Fault::ScanSilent, 5));
+        assert!(!table.raise(Fault::ScanSilent, 9), "still the same one");
+        assert_eq!(
+            table.state(Fault::ScanSilent),
+            &FaultState {
+                since_ns: 5,
+                count: 2,
+                active: 1
+            }
+        );
+        assert_eq!(table.active().collect::<Vec<_>>(), [Fault::ScanSilent]);
+        assert!(table.clear(Fault::ScanSilent));
+        assert!(!table.clear(Fault::ScanSilent));
+        assert_eq!(table.state(Fault::ScanSilent).count, 2);
+    }
+}

@@ -1,0 +1,242 @@
+//! `onboard inspect`: every symbol and every thread of a running robot, seen from another process.
+
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+
+use coordination::activity::LifeCycleState;
+use coordination::symbols::{Datatype, Inspector, SymbolError, SymbolInfo};
+use serde_json::{Value as Json, json};
+
+use crate::cli::Failure;
+use crate::faults::FaultTable;
+use crate::rt::clock::now_ns;
+use crate::runtime::Runtime;
+use crate::values::{
+    ActivityState, CommandValue, Describe, DriveStatus, Encoders, LidarStatus, NavigationState,
+    OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode, ThreadReport, TubeState,
+    WheelSetpointsValue,
+};
+
+const WATCH_PERIOD: Duration = Duration::from_secs(1);
+/// Longest value in the table for people; `--json` has all of it.
+const SHOWN_CHARACTERS: usize = 110;
+
+/// One symbol with its value.
+#[derive(Debug)]
+struct Seen {
+    info: SymbolInfo,
+    age_ms: Option<f64>,
+    value: Json,
+}
+
+/// Lists a running robot.
+///
+/// # Errors
+/// [`Failure::Refused`] when there is no such robot, [`Failure::Failed`] when it ends while watched.
+pub fn inspect(
+    runtime: &Runtime,
+    robot: Option<&str>,
+    watch: bool,
+    as_json: bool,
+) -> Result<(), Failure> {
+    let robot = runtime.choose(robot)?;
+    let inspector = Inspector::open(&robot, &runtime.place()).map_err(|error| {
+        Failure::refused(format_args!("robot `{robot}` cannot be inspected: {error}"))
+    })?;
+    loop {
+        let seen = look(&inspector).map_err(Failure::failed)?;
+        let text = if as_json {
+            format!("{}\n", as_json_object(&robot, &seen))
+        } else {
+            table(&robot, &seen)
+        };
+        let mut out = std::io::stdout().lock();
+        if watch && !as_json && out.is_terminal() {
+            let _ = write!(out, "\x1b[2J\x1b[H");
+        }
+        if out
+            .write_all(text.as_bytes())
+            .and_then(|()| out.flush())
+            .is_err()
+            || !watch
+        {
+            return Ok(()); // the reader of a pipe has left, or once was enough
+        }
+        drop(out);
+        std::thread::sleep(WATCH_PERIOD);
+        if !inspector.is_alive() {
+            return Err(Failure::failed(format_args!("robot `{robot}` has ended")));
+        }
+    }
+}
+
+/// The same as `--json` prints, for programs.
+///
+/// # Errors
+/// [`Failure::Refused`] when there is no such robot.
+pub fn snapshot(runtime: &Runtime, robot: &str) -> Result<Json, Failure> {
+    let inspector = Inspector::open(robot, &runtime.place()).map_err(Failure::refused)?;
+    Ok(as_json_object(
+        robot,
+        &look(&inspector).map_err(Failure::failed)?,
+    ))
+}
+
+fn look(inspector: &Inspector) -> Result<Vec<Seen>, SymbolError> {
+    inspector
+        .directory()
+        .into_iter()
+        .map(|info| see(inspector, info))
+        .collect()
+}
+
+fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
+    macro_rules! by_datatype {
+        ($($datatype:ident),* $(,)?) => {
+            match info.datatype.as_str() {
+                $(name if name == <$datatype as Datatype>::NAME => read::<$datatype>(inspector, info),)*
+                // A newer program may have symbols that this one does not know.
+                _ => Ok(Seen { info, age_ms: None, value: Json::Null }),
+            }
+        };
+    }
+    by_datatype!(
+        ActivityState,
+        CommandValue,
+        DriveStatus,
+        Encoders,
+        FaultTable,
+        LidarStatus,
+        NavigationState,
+        OdometryTrace,
+        OdometryValue,
+        PoseEstimate,
+        RangeScan,
+        RobotMode,
+        ThreadReport,
+        TubeState,
+        WheelSetpointsValue,
+    )
+}
+
+fn read<T: Datatype + Describe>(
+    inspector: &Inspector,
+    info: SymbolInfo,
+) -> Result<Seen, SymbolError> {
+    let read = inspector.reader::<T>(&info.model)?.read();
+    let age_ms = read.age_ns(now_ns()).map(|age_ns| age_ns as f64 / 1e6);
+    Ok(Seen {
+        info,
+        age_ms,
+        value: read.value.describe(),
+    })
+}
+
+fn as_json_object(robot: &str, seen: &[Seen]) -> Json {
+    let symbols: Vec<Json> = seen
+        .iter()
+        .map(|seen| {
+            json!({ "datatype": seen.info.datatype, "model": seen.info.model, "owner": seen.info.owner,
+                "readers": seen.info.readers, "size_bytes": seen.info.size_bytes, "age_ms": seen.age_ms,
+                "value": seen.value })
+        })
+        .collect();
+    json!({ "robot": robot, "symbols": symbols })
+}
+
+fn table(robot: &str, seen: &[Seen]) -> String {
+    let (threads, symbols): (Vec<&Seen>, Vec<&Seen>) = seen
+        .iter()
+        .partition(|seen| seen.info.datatype == ThreadReport::NAME);
+    let mut text = format!(
+        "robot {robot}\n\n{:<34} {:<15} {:>9}  {}\n",
+        "symbol (datatype/model)", "owner", "age ms", "value; readers"
+    );
+    for seen in symbols {
+        let age = seen
+            .age_ms
+            .map_or("never".to_owned(), |age_ms| format!("{age_ms:.1}"));
+        text += &format!(
+            "{:<34} {:<15} {age:>9}  {}; {}\n",
+            format!("{}/{}", seen.info.datatype, seen.info.model),
+            seen.info.owner,
+            shown(seen),
+            if seen.info.readers.is_empty() {
+                "-".to_owned()
+            } else {
+                seen.info.readers.join(" ")
+            }
+        );
+    }
+    text += &format!(
+        "\n{:<14} {:<9} {:<8} {:>9} {:>9} {:>26} {:>26}\n",
+        "thread",
+        "policy",
+        "cores",
+        "cycles",
+        "overruns",
+        "wake-up µs p50/p99/max",
+        "execution µs p50/p99/max"
+    );
+    for seen in threads {
+        let value = &seen.value;
+        let times = |name: &str| {
+            let of = |part: &str| value[name][part].as_f64().unwrap_or(0.0);
+            format!("{:.0}/{:.0}/{:.0}", of("p50"), of("p99"), of("max"))
+        };
+        text += &format!(
+            "{:<14} {:<9} {:<8} {:>9} {:>9} {:>26} {:>26}\n",
+            seen.info.model,
+            format!(
+                "{} {}",
+                value["granted"]["policy"].as_str().unwrap_or("?"),
+                value["granted"]["priority"]
+            ),
+            value["granted"]["cores"].as_str().unwrap_or("?"),
+            value["cycles"],
+            value["overruns"],
+            times("wakeup"),
+            times("exec")
+        );
+    }
+    text
+}
+
+/// The value on one line, without the bulk of scans.
+fn shown(seen: &Seen) -> String {
+    let mut value = seen.value.clone();
+    if let Some(ranges) = value.get_mut("ranges_mm") {
+        *ranges = json!("(see --json)");
+    }
+    if seen.info.datatype == ActivityState::NAME {
+        let state = value["state"]
+            .as_u64()
+            .and_then(|number| u8::try_from(number).ok());
+        value["state"] = json!(
+            state
+                .and_then(LifeCycleState::from_u8)
+                .map_or("?", LifeCycleState::name)
+        );
+    }
+    let fields = value.as_object().map(|object| {
+        object
+            .iter()
+            .map(|(key, value)| format!("{key}={}", plain(value)))
+            .collect::<Vec<_>>()
+            .join(" ")
+    });
+    let text = fields.unwrap_or_else(|| value.to_string());
+    match text.char_indices().nth(SHOWN_CHARACTERS) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
+fn plain(value: &Json) -> String {
+    match value {
+        Json::Number(number) if number.is_f64() => format!("{:.3}", number.as_f64().unwrap_or(0.0)),
+        Json::String(text) => text.clone(),
+        Json::Null => "-".to_owned(),
+        other => other.to_string(),
+    }
+}

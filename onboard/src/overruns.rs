@@ -1,0 +1,122 @@
+//! Watches the real-time threads' overruns, second by second.
+
+use coordination::symbols::Reader;
+
+use crate::rt::clock::SECOND_NS;
+use crate::values::ThreadReport;
+
+/// Share of cycles in a second from which the robot slows down.
+const DEGRADED_SHARE: f64 = 0.10;
+/// Share of cycles in a second that counts towards a stop.
+const OVERLOADED_SHARE: f64 = 0.30;
+/// Seconds in a row over that share that stop the robot.
+const OVERLOADED_SECONDS: u32 = 3;
+/// Fewer overruns in a second than this are never judged: a thread with few cycles has coarse shares.
+const LEAST_OVERRUNS: u64 = 3;
+
+/// How a thread copes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Load {
+    /// It keeps its time.
+    Fine,
+    /// It misses so often that the robot slows down.
+    Degraded,
+    /// It misses so often that the robot stops.
+    Overloaded,
+}
+
+#[derive(Debug)]
+struct Thread {
+    name: String,
+    report: Reader<ThreadReport>,
+    cycles: u64,
+    overruns: u64,
+    seconds_over: u32,
+    load: Load,
+}
+
+/// Watches the reports of all real-time threads.
+#[derive(Debug)]
+pub struct OverrunWatch {
+    threads: Vec<Thread>,
+    judged_ns: u64,
+}
+
+impl OverrunWatch {
+    /// Watches these threads.
+    #[must_use]
+    pub fn new(threads: Vec<(String, Reader<ThreadReport>)>) -> Self {
+        let threads = threads
+            .into_iter()
+            .map(|(name, report)| Thread {
+                name,
+                report,
+                cycles: 0,
+                overruns: 0,
+                seconds_over: 0,
+                load: Load::Fine,
+            })
+            .collect();
+        Self {
+            threads,
+            judged_ns: 0,
+        }
+    }
+
+    /// Once a second: a thread whose load changed, the worst first. `None` while nothing changes.
+    pub fn judge(&mut self, now_ns: u64) -> Option<(String, Load)> {
+        if now_ns < self.judged_ns + SECOND_NS {
+            return None;
+        }
+        self.judged_ns = now_ns;
+        let mut worst = None;
+        for thread in &mut self.threads {
+            let report = thread.report.read().value;
+            let (cycles, overruns) = (
+                report.cycles - thread.cycles,
+                report.overruns - thread.overruns,
+            );
+            (thread.cycles, thread.overruns) = (report.cycles, report.overruns);
+            let load = thread.load_after(cycles, overruns);
+            if load != thread.load {
+                thread.load = load;
+                if worst
+                    .as_ref()
+                    .is_none_or(|&(_, worst)| load as u8 > worst as u8)
+                {
+                    worst = Some((thread.name.clone(), load));
+                }
+            }
+        }
+        worst
+    }
+
+    /// Judges anew from here on.
+    pub fn forget(&mut self) {
+        for thread in &mut self.threads {
+            (thread.seconds_over, thread.load) = (0, Load::Fine);
+        }
+    }
+}
+
+impl Thread {
+    fn load_after(&mut self, cycles: u64, overruns: u64) -> Load {
+        let share = if overruns < LEAST_OVERRUNS {
+            0.0
+        } else {
+            overruns as f64 / cycles.max(1) as f64
+        };
+        self.seconds_over = if share > OVERLOADED_SHARE {
+            self.seconds_over + 1
+        } else {
+            0
+        };
+        if self.seconds_over >= OVERLOADED_SECONDS {
+            Load::Overloaded
+        } else if share > DEGRADED_SHARE {
+            Load::Degraded
+        } else {
+            Load::Fine
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! `onboard run`: composes the robot and runs it until it is told to end.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+
+use config::{ActivityKind, ThreadConfig, Trigger as ConfigTrigger};
+use coordination::activity::LifeCycleState;
+use coordination::event::queue;
+
+use crate::activities::communication;
+use crate::asynchronous::spawn_asynchronous;
+use crate::cli::{Failure, Files};
+use crate::compose::{Activities, compose};
+use crate::ctl::Server;
+use crate::log::{self, LogSender};
+use crate::overruns::OverrunWatch;
+use crate::plan::{Plan, thread_names, wanted_scheduling};
+use crate::port::{COMMANDS, Port, REPORTS};
+use crate::reload::Reload;
+use crate::rt::clock::{SECOND_NS, now_ns, sleep_until};
+use crate::rt::memory::{MemoryLock, lock_memory};
+use crate::rt::{guard, scheduling};
+use crate::runner::{RobotActivity, ThreadSetup, Trigger};
+use crate::runtime::Runtime;
+use crate::supervisor::{Ending, Handle, Supervisor, termination_flag};
+use crate::values::{Name, RobotMode};
+use crate::wiring::{ACTIVITIES, Wiring};
+
+/// How long threads may take to end.
+const JOIN_NS: u64 = 5 * SECOND_NS;
+
+/// Runs the robot.
+///
+/// # Errors
+/// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a part of it failed while running.
+pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
+    start_logging();
+    let plan = Plan::load(files)?;
+    for thread in &plan.robot.threads {
+        scheduling::check_core(wanted_scheduling(thread).cores).map_err(Failure::refused)?;
+    }
+    crate::panic::install_hook();
+    let asked_to_end = termination_flag().map_err(Failure::refused)?;
+    let wiring = Wiring::build(
+        &plan.robot.identity.id,
+        &runtime.place(),
+        &thread_names(&plan.robot),
+    )
+    .map_err(Failure::refused)?;
+    let server = Server::open(runtime, &plan.robot.identity.id)?;
+    let guarded = guard::arm_from_environment();
+    let (log, log_drain) = log::queue();
+    if let MemoryLock::NotLocked(why) = lock_memory() {
+        log.warn(why);
+    }
+    log.info(format!(
+        "robot {} in site {}{}; {}",
+        plan.robot.identity.id,
+        plan.site.name,
+        if guarded {
+            ", allocation guard armed"
+        } else {
+            ""
+        },
+        plan.tube_report
+    ));
+    let mut robot = Robot::start(files, plan, wiring, &log, log_drain)?;
+    // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
+    let ending = catch_unwind(AssertUnwindSafe(|| {
+        robot.supervisor.run(&asked_to_end, &server)
+    }));
+    if ending.is_err() {
+        sleep_until(now_ns() + 2 * SECOND_NS);
+    }
+    robot.end();
+    drop(server);
+    match ending {
+        Ok(Ending::Asked) => Ok(()),
+        Ok(Ending::Panicked) | Err(_) => Err(Failure::failed(
+            "a part of the program failed; the robot was stopped, see the message above",
+        )),
+    }
+}
+
+/// A robot whose threads run.
+struct Robot {
+    supervisor: Supervisor,
+    threads: Vec<JoinHandle<()>>,
+    stop: Arc<AtomicBool>,
+    // Kept until all threads have ended: it holds the shared memory.
+    _table: coordination::symbols::SymbolTable,
+}
+
+impl Robot {
+    fn start(
+        files: &Files,
+        plan: Plan,
+        mut wiring: Wiring,
+        log: &LogSender,
+        log_drain: log::LogDrain,
+    ) -> Result<Self, Failure> {
+        let boot_epoch = draw_epoch();
+        let (ports, handles) = ports(&mut wiring);
+        let threads = std::mem::take(&mut wiring.threads);
+        let (reports, watched): (Vec<_>, Vec<_>) = threads.into_iter().unzip();
+        let (reload, reload_ends) = Reload::new(files.clone(), &plan);
+        let scan_wake = wiring.scan_wake.clone();
+        let composed = compose(&plan, wiring, ports, reload_ends, boot_epoch, log)?;
+        let mode = RobotMode {
+            mode: 0,
+            boot_epoch,
+            pid: u64::from(std::process::id()),
+            robot: Name::new(&plan.robot.identity.id),
+        };
+        let names = plan.robot.threads.iter().map(|thread| thread.name.clone());
+        let watch = OverrunWatch::new(
+            names
+                .zip(watched)
+                .zip(&plan.robot.threads)
+                .filter(|(_, thread)| wanted_scheduling(thread).fifo_priority.is_some())
+                .map(|(watched, _)| watched)
+                .collect(),
+        );
+        let supervisor = Supervisor::new(
+            handles,
+            composed.supervisor,
+            mode,
+            watch,
+            composed.states,
+            log_drain,
+            reload,
+        );
+        let mut robot = Self {
+            supervisor,
+            threads: Vec::new(),
+            stop: Arc::default(),
+            _table: composed.table,
+        };
+        let mut activities = composed.activities;
+        for (thread, report) in plan.robot.threads.iter().zip(reports) {
+            let setup = ThreadSetup {
+                name: thread.name.clone(),
+                trigger: trigger(thread, &scan_wake),
+                wanted: wanted_scheduling(thread),
+                report,
+                stop: Arc::clone(&robot.stop),
+                log: log.clone(),
+            };
+            match robot.spawn(setup, thread, &mut activities) {
+                Ok(handle) => robot.threads.push(handle),
+                Err(error) => {
+                    robot.end();
+                    let name = &thread.name;
+                    return Err(Failure::failed(format_args!(
+                        "thread {name} cannot be started: {error}"
+                    )));
+                }
+            }
+        }
+        Ok(robot)
+    }
+
+    fn spawn(
+        &self,
+        setup: ThreadSetup,
+        thread: &ThreadConfig,
+        activities: &mut Activities,
+    ) -> std::io::Result<JoinHandle<()>> {
+        let own: Vec<Box<dyn RobotActivity>> = thread
+            .activities
+            .iter()
+            .filter_map(|kind| activities.take(*kind))
+            .collect();
+        if thread.trigger == ConfigTrigger::Async {
+            spawn_asynchronous(setup, own)
+        } else {
+            setup.spawn(own)
+        }
+    }
+
+    /// Ends all threads; one that hangs is left behind, and said so.
+    fn end(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let deadline_ns = now_ns() + JOIN_NS;
+        while now_ns() < deadline_ns && self.threads.iter().any(|thread| !thread.is_finished()) {
+            sleep_until(now_ns() + SECOND_NS / 100);
+        }
+        for thread in self.threads.drain(..) {
+            if thread.is_finished() {
+                // A panic in it was reported by the hook.
+                let _ = thread.join();
+            } else {
+                tracing::error!(
+                    "thread {} did not end",
+                    thread.thread().name().unwrap_or("?")
+                );
+            }
+        }
+    }
+}
+
+/// A port for each activity, and the supervisor's side of it.
+fn ports(wiring: &mut Wiring) -> (Vec<Port>, Vec<Handle>) {
+    let states = std::mem::take(&mut wiring.states);
+    ACTIVITIES
+        .into_iter()
+        .zip(states)
+        .map(|(name, state)| {
+            let (commands, command_receiver) = queue(COMMANDS);
+            let (report_sender, reports) = queue(REPORTS);
+            let port = Port::new(command_receiver, report_sender, state);
+            (
+                port,
+                Handle {
+                    name,
+                    commands,
+                    reports,
+                    state: LifeCycleState::Created,
+                },
+            )
+        })
+        .unzip()
+}
+
+fn trigger(thread: &ThreadConfig, scan_wake: &crate::rt::wake::Wake) -> Trigger {
+    let ns = |duration: std::time::Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
+    match thread.trigger {
+        ConfigTrigger::Period(period) => Trigger::Period(ns(period)),
+        ConfigTrigger::Lidar => Trigger::Device,
+        ConfigTrigger::Scan { at_least } => Trigger::Wake(scan_wake.clone(), ns(at_least)),
+        ConfigTrigger::Async => Trigger::Period(ns(communication::PERIOD)),
+    }
+}
+
+/// A number that two starts of the process do not share: wall-clock time is good enough to tell them apart, and
+/// decides nothing else.
+fn draw_epoch() -> u64 {
+    let since = std::time::SystemTime::now()
+        .duration_since(std::time::UNIX_EPOCH)
+        .unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+        ^ u64::from(std::process::id()).rotate_left(48)
+}
+
+fn start_logging() {
+    let filter = tracing_subscriber::EnvFilter::try_from_env("ONBOARD_LOG")
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info,zenoh=warn,ethercrab=warn"));
+    // A test that runs two robots in one process has one already.
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .try_init();
+}
+
+const _: () = assert!(ACTIVITIES.len() == ActivityKind::ALL.len());

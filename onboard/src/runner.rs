@@ -1,0 +1,227 @@
+//! Runs the event loops of one thread's activities: trigger, measurement, real-time rules, panics.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{Builder, JoinHandle};
+
+use bytemuck::Zeroable;
+use coordination::activity::{Activity, LifeCycleState, event_loop_once};
+use coordination::symbols::Writer;
+
+use crate::log::LogSender;
+use crate::rt::clock::{MILLISECOND_NS, now_ns, sleep_until};
+use crate::rt::guard;
+use crate::rt::memory::prefault_stack;
+use crate::rt::scheduling::{Wanted, granted, promote};
+use crate::rt::wake::Wake;
+use crate::values::ThreadReport;
+
+/// How often a thread publishes its report.
+const REPORT_PERIOD_NS: u64 = 100 * MILLISECOND_NS;
+/// Cadence of the loop that remains after a panic.
+const AFTER_PANIC_PERIOD_NS: u64 = MILLISECOND_NS;
+const STACK_BYTES: usize = 1 << 20;
+
+/// An activity as a thread runs it.
+pub trait RobotActivity: Activity {
+    /// Time that the last event loop spent waiting for its device, to be left out of the execution time.
+    fn waited_ns(&self) -> u64 {
+        0
+    }
+
+    /// One step of what must still be done after a panic in this thread; returns whether that is finished.
+    fn after_panic(&mut self, _now_ns: u64) -> bool {
+        true
+    }
+}
+
+/// What makes a thread's loop run.
+#[derive(Clone, Debug)]
+pub enum Trigger {
+    /// Absolute times, this far apart.
+    Period(u64),
+    /// The activity's own device, on which it waits itself for a bounded time.
+    Device,
+    /// A wake-up, and at least every so many nanoseconds.
+    Wake(Wake, u64),
+}
+
+/// One thread, ready to be started.
+#[derive(Debug)]
+pub struct ThreadSetup {
+    /// Its name.
+    pub name: String,
+    /// When it runs.
+    pub trigger: Trigger,
+    /// What it asks the scheduler for.
+    pub wanted: Wanted,
+    /// Where it publishes its timing.
+    pub report: Writer<ThreadReport>,
+    /// Ends the loop.
+    pub stop: Arc<AtomicBool>,
+    /// Takes its warnings.
+    pub log: LogSender,
+}
+
+impl ThreadSetup {
+    /// Starts the thread with its activities.
+    ///
+    /// # Errors
+    /// The operating system's, when it has no thread to give.
+    pub fn spawn(self, activities: Vec<Box<dyn RobotActivity>>) -> std::io::Result<JoinHandle<()>> {
+        let name = self.name.clone();
+        Builder::new()
+            .name(name)
+            .stack_size(STACK_BYTES)
+            .spawn(move || run(self, activities))
+    }
+}
+
+fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>) {
+    prefault_stack();
+    for warning in promote(&setup.wanted) {
+        setup.log.warn(format!("thread {}: {warning}", setup.name));
+    }
+    let mut timing = Timing::new(&setup.trigger);
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        while !setup.stop.load(Ordering::Relaxed) {
+            cycle(&setup.trigger, &mut activities, &mut timing);
+            timing.publish(&mut setup.report);
+        }
+    }));
+    if outcome.is_err() {
+        finish_after_panic(&mut activities, &setup.stop);
+    }
+    timing.publish_now(&mut setup.report);
+}
+
+fn cycle(trigger: &Trigger, activities: &mut [Box<dyn RobotActivity>], timing: &mut Timing) {
+    timing.wait(trigger);
+    let running = all_running(activities);
+    let begin_ns = now_ns();
+    let mut step = || {
+        for activity in activities.iter_mut() {
+            event_loop_once(activity.as_mut(), now_ns());
+        }
+    };
+    if running {
+        guard::real_time(step);
+    } else {
+        step();
+    }
+    let waited_ns: u64 = activities.iter().map(|activity| activity.waited_ns()).sum();
+    timing.executed(begin_ns, waited_ns, running && all_running(activities));
+}
+
+fn all_running(activities: &[Box<dyn RobotActivity>]) -> bool {
+    activities
+        .iter()
+        .all(|activity| activity.life_cycle().state() == LifeCycleState::Running)
+}
+
+/// What remains to be done when an event loop has panicked: the drive ramps to a stop.
+fn finish_after_panic(activities: &mut [Box<dyn RobotActivity>], stop: &AtomicBool) {
+    let mut next_ns = now_ns();
+    let mut finished = false;
+    while !finished && !stop.load(Ordering::Relaxed) {
+        next_ns += AFTER_PANIC_PERIOD_NS;
+        sleep_until(next_ns);
+        finished = activities.iter_mut().all(|activity| {
+            // A panic in here too leaves the stop to the drive's own watchdog.
+            catch_unwind(AssertUnwindSafe(|| activity.after_panic(now_ns()))).unwrap_or(true)
+        });
+    }
+}
+
+/// Plans and measures the cycles of one thread.
+#[derive(Debug)]
+pub struct Timing {
+    report: ThreadReport,
+    planned_ns: u64,
+    seen: u32,
+    wakeup_ns: u64,
+    published_ns: u64,
+}
+
+impl Timing {
+    /// Nothing was measured yet. To be made by the thread itself, once it is promoted.
+    #[must_use]
+    pub fn new(trigger: &Trigger) -> Self {
+        let mut report = ThreadReport::zeroed();
+        report.granted = granted();
+        report.period_ns = match trigger {
+            Trigger::Period(period_ns) | Trigger::Wake(_, period_ns) => *period_ns,
+            Trigger::Device => 0,
+        };
+        Self {
+            report,
+            planned_ns: now_ns(),
+            seen: 0,
+            wakeup_ns: 0,
+            published_ns: 0,
+        }
+    }
+
+    fn wait(&mut self, trigger: &Trigger) {
+        match trigger {
+            Trigger::Period(period_ns) => {
+                self.planned_ns += period_ns;
+                sleep_until(self.planned_ns);
+                self.wakeup_ns = now_ns() - self.planned_ns;
+            }
+            Trigger::Wake(wake, at_least_ns) => {
+                self.planned_ns = now_ns() + at_least_ns;
+                let seen = wake.wait_beyond(self.seen, self.planned_ns);
+                let since_ns = if seen == self.seen {
+                    self.planned_ns
+                } else {
+                    wake.woken_at_ns()
+                };
+                self.seen = seen;
+                self.wakeup_ns = now_ns().saturating_sub(since_ns);
+            }
+            Trigger::Device => self.wakeup_ns = 0,
+        }
+    }
+
+    /// A wake-up that was planned for `planned_ns` and came `late_ns` later.
+    pub fn woken(&mut self, planned_ns: u64, late_ns: u64) {
+        (self.planned_ns, self.wakeup_ns) = (planned_ns, late_ns);
+    }
+
+    /// A cycle that began at `begin_ns` has ended; it counts when `measured`.
+    pub fn executed(&mut self, begin_ns: u64, waited_ns: u64, measured: bool) {
+        let end_ns = now_ns();
+        let period_ns = self.report.period_ns;
+        let late_ns = end_ns.saturating_sub(self.planned_ns);
+        let late_cycles = late_ns.checked_div(period_ns).unwrap_or(0);
+        if late_cycles > 0 {
+            // What was missed is skipped, not made up for: stale cycles move nothing.
+            self.planned_ns += late_cycles * period_ns;
+        }
+        self.report.cycles += 1;
+        if measured {
+            self.report.overruns += u64::from(late_cycles > 0);
+            self.report
+                .exec
+                .record((end_ns - begin_ns).saturating_sub(waited_ns));
+            if period_ns > 0 {
+                self.report.wakeup.record(self.wakeup_ns);
+            }
+        }
+    }
+
+    /// Publishes the report when it is time to.
+    pub fn publish(&mut self, writer: &mut Writer<ThreadReport>) {
+        if now_ns() >= self.published_ns + REPORT_PERIOD_NS {
+            self.publish_now(writer);
+        }
+    }
+
+    /// Publishes the report.
+    pub fn publish_now(&mut self, writer: &mut Writer<ThreadReport>) {
+        self.published_ns = now_ns();
+        writer.write(self.published_ns, &self.report);
+    }
+}

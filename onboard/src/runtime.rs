@@ -1,0 +1,120 @@
+//! The folder in which running robots leave their names: control sockets and the root of their shared memory.
+
+use std::fs;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use coordination::symbols::Place;
+
+use crate::cli::Failure;
+
+/// Where running robots of this user are found.
+#[derive(Clone, Debug)]
+pub struct Runtime {
+    folder: PathBuf,
+}
+
+impl Runtime {
+    /// The folder given, else `$XDG_RUNTIME_DIR/onboard`, else `/tmp/onboard-UID`; made when it is missing.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when it cannot be made or belongs to another user.
+    pub fn new(folder: Option<PathBuf>) -> Result<Self, Failure> {
+        let uid = rustix::process::geteuid().as_raw();
+        let folder = folder.unwrap_or_else(|| match std::env::var_os("XDG_RUNTIME_DIR") {
+            Some(base) => Path::new(&base).join("onboard"),
+            None => PathBuf::from(format!("/tmp/onboard-{uid}")),
+        });
+        fs::DirBuilder::new()
+            .recursive(true)
+            .mode(0o700)
+            .create(&folder)
+            .map_err(|error| {
+                Failure::refused(format_args!(
+                    "runtime folder {} cannot be made: {error}",
+                    folder.display()
+                ))
+            })?;
+        let owner = fs::metadata(&folder).map(|meta| meta.uid()).ok();
+        if owner != Some(uid) {
+            return Err(Failure::refused(format_args!(
+                "runtime folder {} belongs to user {owner:?}, expected {uid}; choose another with --runtime",
+                folder.display()
+            )));
+        }
+        Ok(Self { folder })
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The robot's control socket.
+    #[must_use]
+    pub fn socket(&self, robot_id: &str) -> PathBuf {
+        self.folder.join(format!("{robot_id}.ctl"))
+    }
+
+    /// Where the shared memory of this folder's robots lives. The prefix is drawn from the folder's name, so that
+    /// robots in different folders never meet.
+    #[must_use]
+    pub fn place(&self) -> Place {
+        let hash = self
+            .folder
+            .as_os_str()
+            .as_encoded_bytes()
+            .iter()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+            });
+        Place {
+            root: self.folder.join("symbols"),
+            prefix: format!("ob{:08x}_", (hash >> 32) ^ (hash & 0xffff_ffff)),
+        }
+    }
+
+    /// Ids of the robots that have a control socket here.
+    #[must_use]
+    pub fn robots(&self) -> Vec<String> {
+        let mut robots: Vec<String> = fs::read_dir(&self.folder)
+            .into_iter()
+            .flatten()
+            .filter_map(|entry| {
+                entry
+                    .ok()?
+                    .file_name()
+                    .to_str()?
+                    .strip_suffix(".ctl")
+                    .map(str::to_owned)
+            })
+            .collect();
+        robots.sort();
+        robots
+    }
+
+    /// The robot that was asked for, or the only one there is.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when none runs, or when several do and none was named.
+    pub fn choose(&self, wanted: Option<&str>) -> Result<String, Failure> {
+        let robots = self.robots();
+        match (wanted, robots.as_slice()) {
+            (Some(id), found) if found.iter().any(|robot| robot == id) => Ok(id.to_owned()),
+            (None, [only]) => Ok(only.clone()),
+            (_, []) => Err(Failure::refused(format_args!(
+                "no robot runs in {}",
+                self.folder.display()
+            ))),
+            (None, found) => Err(Failure::refused(format_args!(
+                "several robots run: {}; name one with --robot",
+                found.join(", ")
+            ))),
+            (Some(id), found) => Err(Failure::refused(format_args!(
+                "robot `{id}` does not run here; running: {}",
+                found.join(", ")
+            ))),
+        }
+    }
+}

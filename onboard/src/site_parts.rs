@@ -1,0 +1,180 @@
+//! Translates the site file's terms into those of the skills, which know no files.
+
+use config::{
+    ControllerConfig, Feature as ConfigFeature, FsmConfig, MonitorKind as ConfigMonitor, SiteConfig,
+};
+use coordination::event::EventTable;
+use skills::control::TurnDirection;
+use skills::geometry::{Footprint, Point2, Rect, Segment};
+use skills::map::{AreaData, LaneData, MapData, WallData};
+use skills::monitors::MonitorKind;
+use skills::perception::{Feature, FeatureSet};
+use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup};
+
+use crate::plan::PlanError;
+
+/// The robot's outline.
+#[must_use]
+pub fn footprint(footprint: &config::Footprint) -> Footprint {
+    Footprint {
+        front_m: footprint.front_m,
+        rear_m: footprint.rear_m,
+        left_m: footprint.left_m,
+        right_m: footprint.right_m,
+    }
+}
+
+/// Walls, lanes and areas.
+#[must_use]
+pub fn map(site: &SiteConfig) -> MapData {
+    MapData {
+        walls: site
+            .walls
+            .iter()
+            .map(|wall| WallData {
+                id: wall.id.clone(),
+                line: segment(wall.from_m, wall.to_m),
+            })
+            .collect(),
+        lanes: site
+            .lanes
+            .iter()
+            .map(|lane| LaneData {
+                id: lane.id.clone(),
+                line: segment(lane.from_m, lane.to_m),
+                end_wall: lane.end_wall.clone(),
+            })
+            .collect(),
+        areas: site
+            .areas
+            .iter()
+            .map(|area| AreaData {
+                id: area.id.clone(),
+                region: rect(&area.region),
+                lane: area.lane.clone(),
+                speed_limit_m_s: area.control.speed_limit_m_s,
+                deviation_limit_m: area.control.deviation_limit_m,
+            })
+            .collect(),
+    }
+}
+
+/// What each state of a machine does.
+#[must_use]
+pub fn states(fsm: &FsmConfig) -> Vec<StateSetup> {
+    fsm.states
+        .iter()
+        .map(|state| StateSetup {
+            name: state.name.clone(),
+            area: Some(state.area.clone()),
+            skill: state.skill.clone(),
+        })
+        .collect()
+}
+
+/// Skills as schedules.
+#[must_use]
+pub fn skills(site: &SiteConfig) -> Vec<SkillSetup> {
+    site.skills
+        .iter()
+        .map(|skill| {
+            let kind = site
+                .perception_kinds
+                .get(&skill.perception)
+                .cloned()
+                .unwrap_or_default();
+            SkillSetup {
+                id: skill.id.clone(),
+                controller: controller(&skill.controller),
+                tracks: features(&kind.tracks),
+                searches: features(&kind.searches),
+                monitors: skill.monitors.clone(),
+            }
+        })
+        .collect()
+}
+
+/// Monitors with their events.
+///
+/// # Errors
+/// [`PlanError::Events`] when there are more events than a machine can tell apart.
+pub fn monitors(
+    site: &SiteConfig,
+    events: &mut EventTable,
+) -> Result<Vec<MonitorSetup>, PlanError> {
+    site.monitors
+        .iter()
+        .map(|monitor| {
+            let kind = match &monitor.kind {
+                ConfigMonitor::RegionReached { region, .. } => MonitorKind::RegionReached {
+                    region: rect(region),
+                },
+                ConfigMonitor::EstimateStable {
+                    feature,
+                    scans,
+                    max_std_m,
+                } => MonitorKind::EstimateStable {
+                    feature: self::feature(*feature),
+                    scans: *scans,
+                    max_std_m: *max_std_m,
+                },
+                ConfigMonitor::ManoeuvreDone => MonitorKind::ManoeuvreDone,
+                ConfigMonitor::Deviation { limit_m } => {
+                    MonitorKind::Deviation { limit_m: *limit_m }
+                }
+            };
+            let event = events
+                .intern(&monitor.event)
+                .map_err(|error| PlanError::Events(error.to_string()))?;
+            Ok(MonitorSetup {
+                id: monitor.event.clone(),
+                event,
+                kind,
+            })
+        })
+        .collect()
+}
+
+fn controller(controller: &ControllerConfig) -> ControllerSetup {
+    match *controller {
+        ControllerConfig::Corridor => ControllerSetup::Corridor,
+        ControllerConfig::EndOfLane { distance_m } => ControllerSetup::EndOfLane {
+            distance_m,
+            exit_speed_m_s: None,
+        },
+        ControllerConfig::UTurn {
+            direction,
+            radius_m,
+        } => ControllerSetup::UTurn {
+            direction: match direction {
+                config::TurnDirection::Left => TurnDirection::Left,
+                config::TurnDirection::Right => TurnDirection::Right,
+            },
+            radius_m,
+        },
+        ControllerConfig::Stop => ControllerSetup::Stop,
+    }
+}
+
+fn features(features: &[ConfigFeature]) -> FeatureSet {
+    features.iter().map(|&one| feature(one)).collect()
+}
+
+fn feature(feature: ConfigFeature) -> Feature {
+    match feature {
+        ConfigFeature::Corridor => Feature::Corridor,
+        ConfigFeature::LaneEnd => Feature::LaneEnd,
+    }
+}
+
+fn segment(from_m: [f64; 2], to_m: [f64; 2]) -> Segment {
+    Segment::new(point(from_m), point(to_m))
+}
+
+fn rect(rect: &config::Rect) -> Rect {
+    Rect::new(point(rect.min_m), point(rect.max_m))
+}
+
+fn point(point_m: [f64; 2]) -> Point2 {
+    Point2::new(point_m[0], point_m[1])
+}

@@ -1,0 +1,442 @@
+//! The supervisor: life cycles, faults, signals, requests and the log, ten times a second on the main thread.
+//!
+//! It runs no activity. It tells activities what to do by events and learns of them by reports; what they do meanwhile
+//! does not wait for it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use coordination::activity::{LifeCycleEvent, LifeCycleState};
+use coordination::event::{Receiver, Sender};
+use coordination::symbols::{Reader, Writer};
+
+use crate::ctl::{Pending, Request, Server};
+use crate::faults::{Fault, FaultTable, Resumes};
+use crate::log::LogDrain;
+use crate::overruns::{Load, OverrunWatch};
+use crate::panic::has_panicked;
+use crate::port::{Command, Report};
+use crate::reload::Reload;
+use crate::rt::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
+use crate::values::{DriveStatus, Encoders, RobotMode};
+
+/// Period of the supervisor.
+pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
+/// How long a robot may take to stand before the program ends all the same.
+const STANDSTILL_NS: u64 = 3 * SECOND_NS;
+/// How long activities may take to stop once the robot stands.
+const STOPPING_NS: u64 = SECOND_NS;
+/// Wheel speed below which the robot stands.
+const STANDING_RAD_S: f64 = 0.2;
+/// An encoder reading older than this says nothing.
+const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
+
+/// What the robot as a whole is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub enum Mode {
+    /// Activities acquire their resources.
+    Configuring = 0,
+    /// It drives, or would if nothing were in the way.
+    Running = 1,
+    /// An operator paused it.
+    Paused = 2,
+    /// A fault or an operator stopped it; it waits for a reset.
+    Stopped = 3,
+    /// It stops, then the program ends.
+    Ending = 4,
+}
+
+impl Mode {
+    /// Its name on the network and in `inspect`.
+    #[must_use]
+    pub fn name_of(number: u64) -> &'static str {
+        match number {
+            0 => "configuring",
+            1 => "running",
+            2 => "paused",
+            3 => "stopped",
+            _ => "ending",
+        }
+    }
+}
+
+/// The supervisor's side of one activity.
+#[derive(Debug)]
+pub struct Handle {
+    /// Its name.
+    pub name: &'static str,
+    /// Commands to it.
+    pub commands: Sender<Command>,
+    /// Reports from it.
+    pub reports: Receiver<Report>,
+    /// Its state, as last reported.
+    pub state: LifeCycleState,
+}
+
+/// Symbols that the supervisor reads and owns.
+#[derive(Debug)]
+pub struct Symbols {
+    /// Faults of the whole robot.
+    pub faults: Writer<FaultTable>,
+    /// What the robot is doing.
+    pub mode: Writer<RobotMode>,
+    /// To know when it stands.
+    pub encoders: Reader<Encoders>,
+    /// To know whether there is a bus to stop it with.
+    pub drive: Reader<DriveStatus>,
+}
+
+/// The supervisor.
+pub struct Supervisor {
+    handles: Vec<Handle>,
+    symbols: Symbols,
+    table: FaultTable,
+    mode_value: RobotMode,
+    operator_paused: bool,
+    ending_since_ns: u64,
+    watch: OverrunWatch,
+    states: Vec<String>,
+    log: LogDrain,
+    reload: Reload,
+}
+
+/// How the program ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// By a signal.
+    Asked,
+    /// A thread panicked.
+    Panicked,
+}
+
+impl Supervisor {
+    /// A supervisor of `handles`; `states` are the names of the robot machine's states.
+    #[must_use]
+    pub fn new(
+        handles: Vec<Handle>,
+        symbols: Symbols,
+        mode_value: RobotMode,
+        watch: OverrunWatch,
+        states: Vec<String>,
+        log: LogDrain,
+        reload: Reload,
+    ) -> Self {
+        Self {
+            handles,
+            symbols,
+            table: FaultTable::default(),
+            mode_value,
+            operator_paused: false,
+            ending_since_ns: 0,
+            watch,
+            states,
+            log,
+            reload,
+        }
+    }
+
+    /// Supervises until the robot has been asked to end and stands.
+    pub fn run(&mut self, asked_to_end: &AtomicBool, server: &Server) -> Ending {
+        self.tell_all(Command::LifeCycle(LifeCycleEvent::Configure));
+        let mut next_ns = now_ns();
+        loop {
+            next_ns = (next_ns + PERIOD_NS).max(now_ns());
+            sleep_until(next_ns);
+            let now_ns = now_ns();
+            self.hear(now_ns);
+            if asked_to_end.load(Ordering::Relaxed) || has_panicked() {
+                if self.end(now_ns) {
+                    break;
+                }
+            } else {
+                self.keep_running();
+                self.judge_load(now_ns);
+                while let Some(pending) = server.next() {
+                    self.serve(pending, now_ns);
+                }
+                self.go_on_reloading(now_ns);
+            }
+            self.publish(now_ns);
+        }
+        self.stop_activities();
+        self.publish(now_ns());
+        if has_panicked() {
+            Ending::Panicked
+        } else {
+            Ending::Asked
+        }
+    }
+
+    /// Takes in all reports.
+    fn hear(&mut self, now_ns: u64) {
+        for index in 0..self.handles.len() {
+            while let Some(report) = self.handles[index].reports.receive() {
+                self.take(index, report, now_ns);
+            }
+        }
+        self.log.drain();
+    }
+
+    fn take(&mut self, index: usize, report: Report, now_ns: u64) {
+        let name = self.handles[index].name;
+        match report {
+            Report::LifeCycle(state) => {
+                self.handles[index].state = state;
+                tracing::debug!("{name} is {state}");
+            }
+            Report::Raised(fault, figure) => self.raise(name, fault, figure, now_ns),
+            Report::Cleared(fault) => self.clear(name, fault, now_ns),
+            Report::Moved { from, to } => {
+                let state = |number: u16| {
+                    self.states
+                        .get(usize::from(number))
+                        .map_or("?", String::as_str)
+                };
+                tracing::info!("state {} -> {}", state(from), state(to));
+            }
+        }
+    }
+
+    fn raise(&mut self, who: &str, fault: Fault, figure: f64, now_ns: u64) {
+        if self.table.raise(fault, now_ns) {
+            tracing::warn!(
+                "{} ({who}, {figure:.3}): {}",
+                fault.name(),
+                fault.sentence()
+            );
+        }
+    }
+
+    fn clear(&mut self, who: &str, fault: Fault, now_ns: u64) {
+        let since_ns = self.table.state(fault).since_ns;
+        if self.table.clear(fault) {
+            let lasted_ms = now_ns.saturating_sub(since_ns) / MILLISECOND_NS;
+            tracing::info!("{} is gone ({who}, after {lasted_ms} ms)", fault.name());
+        }
+    }
+
+    /// Lets activities run that are ready to, unless an operator paused the robot.
+    fn keep_running(&mut self) {
+        let all_configured = self.mode_value.mode != Mode::Configuring as u64
+            || self
+                .handles
+                .iter()
+                .all(|handle| handle.state == LifeCycleState::Ready);
+        let hold = self.operator_paused || self.reload.in_progress();
+        for handle in &mut self.handles {
+            let held = hold && is_mover(handle.name);
+            let wakes =
+                handle.state == LifeCycleState::Ready || handle.state == LifeCycleState::Paused;
+            if all_configured && wakes && !held {
+                tell(handle, Command::LifeCycle(LifeCycleEvent::Run));
+            }
+        }
+        if all_configured {
+            self.mode_value.mode = self.mode() as u64;
+        }
+    }
+
+    fn mode(&self) -> Mode {
+        if self
+            .table
+            .active()
+            .any(|fault| fault.resumes() == Resumes::Operator)
+        {
+            Mode::Stopped
+        } else if self.operator_paused {
+            Mode::Paused
+        } else {
+            Mode::Running
+        }
+    }
+
+    /// Slows down, then stops a robot whose real-time threads overrun repeatedly.
+    fn judge_load(&mut self, now_ns: u64) {
+        match self.watch.judge(now_ns) {
+            None => {}
+            Some((thread, Load::Fine)) => {
+                tracing::info!("thread {thread} keeps its time again");
+                self.tell("navigation", Command::LimitSpeed(1000));
+            }
+            Some((thread, Load::Degraded)) => {
+                tracing::warn!("thread {thread} overruns: driving at half speed");
+                self.tell("navigation", Command::LimitSpeed(500));
+            }
+            Some((thread, Load::Overloaded)) => {
+                tracing::error!("thread {thread} overruns repeatedly: stopping");
+                self.raise("supervisor", Fault::Overruns, 0.0, now_ns);
+                self.tell("motion-tube", Command::StopNow);
+            }
+        }
+    }
+
+    fn serve(&mut self, pending: Pending, now_ns: u64) {
+        let result = match pending.request {
+            Request::Pause => {
+                self.operator_paused = true;
+                self.tell("navigation", Command::LifeCycle(LifeCycleEvent::Pause));
+                Ok("paused".into())
+            }
+            Request::Resume => {
+                self.operator_paused = false;
+                if self.mode() == Mode::Stopped {
+                    Err(
+                        "it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`"
+                            .into(),
+                    )
+                } else {
+                    Ok("running".into())
+                }
+            }
+            Request::Stop => {
+                self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
+                self.tell("motion-tube", Command::StopNow);
+                Ok("stopped; `onboard ctl reset` goes on".into())
+            }
+            Request::Reset => {
+                for fault in [Fault::OperatorStop, Fault::Overruns] {
+                    self.clear("operator", fault, now_ns);
+                }
+                self.watch.forget();
+                self.tell_all(Command::Reset);
+                self.tell("navigation", Command::LimitSpeed(1000));
+                Ok("reset".into())
+            }
+            Request::Reload => {
+                self.begin_reload(pending);
+                return;
+            }
+        };
+        tracing::info!("operator: {}: {result:?}", pending.request.name());
+        pending.answer(&result);
+    }
+
+    fn begin_reload(&mut self, pending: Pending) {
+        match self.reload.begin(pending) {
+            Ok(()) => {
+                self.tell("navigation", Command::LifeCycle(LifeCycleEvent::Pause));
+                tracing::info!("operator: reload: the files are good; pausing");
+            }
+            Err((pending, why)) => {
+                tracing::warn!("operator: reload refused, nothing changes: {why}");
+                pending.answer(&Err(why));
+            }
+        }
+    }
+
+    /// Steps a reload: once the robot stands, navigation and motion tube are reconfigured.
+    fn go_on_reloading(&mut self, now_ns: u64) {
+        if !self.reload.in_progress() {
+            return;
+        }
+        let ready = |handles: &[Handle], name: &str| {
+            handles
+                .iter()
+                .any(|handle| handle.name == name && handle.state == LifeCycleState::Ready)
+        };
+        if self.reload.handed_over() {
+            if ready(&self.handles, "navigation") && ready(&self.handles, "motion-tube") {
+                tracing::info!("operator: reload: done");
+                self.reload.finish();
+            }
+        } else if self.standing(now_ns) {
+            self.reload.hand_over();
+            self.tell(
+                "navigation",
+                Command::LifeCycle(LifeCycleEvent::Reconfigure),
+            );
+            self.tell(
+                "motion-tube",
+                Command::LifeCycle(LifeCycleEvent::Reconfigure),
+            );
+        }
+    }
+
+    /// Stops the robot; true when it stands, or when it has had its time.
+    fn end(&mut self, now_ns: u64) -> bool {
+        if self.ending_since_ns == 0 {
+            self.ending_since_ns = now_ns;
+            self.mode_value.mode = Mode::Ending as u64;
+            tracing::info!("stopping the robot, then the program");
+            if has_panicked() {
+                self.raise("supervisor", Fault::Panic, 0.0, now_ns);
+            }
+            self.tell("motion-tube", Command::StopNow);
+        }
+        self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
+    }
+
+    fn standing(&mut self, now_ns: u64) -> bool {
+        let encoders = self.symbols.encoders.read();
+        let fresh = now_ns.saturating_sub(encoders.stamp_ns) < ENCODER_AGE_NS;
+        let slow = encoders.value.left_rad_s.abs() < STANDING_RAD_S
+            && encoders.value.right_rad_s.abs() < STANDING_RAD_S;
+        let bus = self.symbols.drive.read().value.operational != 0;
+        (fresh && slow) || !bus
+    }
+
+    fn stop_activities(&mut self) {
+        self.tell_all(Command::LifeCycle(LifeCycleEvent::Stop));
+        let deadline_ns = now_ns() + STOPPING_NS;
+        while now_ns() < deadline_ns
+            && self
+                .handles
+                .iter()
+                .any(|handle| handle.state != LifeCycleState::Stopped)
+        {
+            sleep_until(now_ns() + 5 * MILLISECOND_NS);
+            self.hear(now_ns());
+        }
+        for handle in self
+            .handles
+            .iter()
+            .filter(|handle| handle.state != LifeCycleState::Stopped)
+        {
+            tracing::warn!("{} did not stop in time", handle.name);
+        }
+    }
+
+    fn publish(&mut self, now_ns: u64) {
+        self.symbols.faults.write(now_ns, &self.table);
+        self.symbols.mode.write(now_ns, &self.mode_value);
+    }
+
+    fn tell(&mut self, name: &str, command: Command) {
+        for handle in self.handles.iter_mut().filter(|handle| handle.name == name) {
+            tell(handle, command);
+        }
+    }
+
+    fn tell_all(&mut self, command: Command) {
+        self.handles
+            .iter_mut()
+            .for_each(|handle| tell(handle, command));
+    }
+}
+
+/// Activities that an operator's pause holds.
+fn is_mover(name: &str) -> bool {
+    name == "navigation"
+}
+
+fn tell(handle: &mut Handle, command: Command) {
+    if handle.commands.send(command).is_err() {
+        tracing::error!(
+            "{} does not take its commands: {command:?} is lost",
+            handle.name
+        );
+    }
+}
+
+/// A flag that SIGINT and SIGTERM raise.
+///
+/// # Errors
+/// The operating system's.
+pub fn termination_flag() -> std::io::Result<Arc<AtomicBool>> {
+    let flag = Arc::<AtomicBool>::default();
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&flag))?;
+    }
+    Ok(flag)
+}
