@@ -141,7 +141,7 @@ fn hear(shared: &mut Shared, payload: &[u8]) {
         heard.state.skill != state.skill || heard.state.fsm_state != state.fsm_state
     }) && !state.skill.is_empty()
     {
-        let pose = state.pose.clone().unwrap_or_default();
+        let pose = state.pose.unwrap_or_default();
         shared.changes.push(Change {
             robot_id: state.robot_id.clone(),
             fsm_state: state.fsm_state.clone(),

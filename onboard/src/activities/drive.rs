@@ -18,6 +18,7 @@ use crate::log::LogSender;
 use crate::panic::has_panicked;
 use crate::port::{Command, Port};
 use crate::rt::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
+use crate::rt::guard;
 use crate::runner::RobotActivity;
 use crate::values::{DriveStatus, Encoders, WheelSetpointsValue};
 
@@ -417,8 +418,11 @@ impl Activity for Drive {
         if self.port.state() == LifeCycleState::Stopped
             && let Some(mut bus) = self.bus.take()
         {
-            // The motors are off already; a drive that does not answer any more has its watchdog.
-            let _ = bus.shut_down(now_ns + SHUT_DOWN_NS);
+            // Stopped, so the real-time rules are over. The motors are off already; a drive that does not answer any
+            // more has its watchdog.
+            guard::relaxed(move || {
+                let _ = bus.shut_down(now_ns + SHUT_DOWN_NS);
+            });
         }
     }
 

@@ -10,6 +10,7 @@ use crate::faults::Fault;
 use crate::log::LogSender;
 use crate::port::Port;
 use crate::rt::clock::{MILLISECOND_NS, now_ns, sleep_until};
+use crate::rt::guard;
 use crate::rt::wake::Wake;
 use crate::runner::RobotActivity;
 use crate::values::{LidarStatus, MAX_STEPS, RangeScan};
@@ -197,7 +198,7 @@ impl Activity for Lidar {
             // Nothing to wait on: the loop needs a pace of its own.
             state => {
                 if state == LifeCycleState::Stopped {
-                    self.device = None;
+                    guard::relaxed(|| self.device = None); // the real-time rules are over
                 }
                 sleep_until(now_ns + RETRY_NS / 10);
                 self.waited_ns = self::now_ns() - now_ns;
