@@ -1,5 +1,6 @@
 //! `onboard run`: composes the robot and runs it until it is told to end.
 
+use std::io::IsTerminal;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -65,6 +66,10 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
             ""
         },
         plan.tube_report
+            .to_string()
+            .lines()
+            .next()
+            .unwrap_or_default()
     ));
     let mut robot = Robot::start(files, plan, wiring, &log, log_drain)?;
     // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
@@ -246,11 +251,13 @@ fn draw_epoch() -> u64 {
 
 fn start_logging() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("ONBOARD_LOG")
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info,zenoh=warn,ethercrab=warn"));
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info,zenoh=error,ethercrab=warn"));
     // A test that runs two robots in one process has one already.
     let _ = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_target(false)
         .try_init();
 }
 

@@ -95,6 +95,7 @@ pub struct Drive {
     inputs: Inputs,
     status: DriveStatus,
     answered_ns: u64,
+    lost_since_ns: u64,
     limits: SetpointLimits,
     counted: Counters,
     stamps: StampWatch,
@@ -141,6 +142,7 @@ impl Drive {
             inputs: Inputs::default(),
             status: DriveStatus::default(),
             answered_ns: 0,
+            lost_since_ns: 0,
             limits,
             counted: Counters::default(),
             stamps: StampWatch::new(),
@@ -179,6 +181,7 @@ impl Drive {
                 self.bus = Some(bus);
                 self.ramp.reset();
                 self.answered_ns = self::now_ns();
+                self.lost_since_ns = 0;
                 self.stamps = StampWatch::new();
                 self.bad_since_ns = 0;
                 self.status.bring_ups += 1;
@@ -334,7 +337,9 @@ impl Drive {
             Err(ExchangeError::NotOperational { .. } | ExchangeError::Io { .. }) => {
                 self.lose_bus(now_ns)
             }
-            Err(_) if now_ns - self.answered_ns > self.settings.hold_ns => self.lose_bus(now_ns),
+            // Counted from the first frame that was lost: a thread that was late has lost none.
+            Err(_) if self.lost_since_ns == 0 => self.lost_since_ns = now_ns,
+            Err(_) if now_ns - self.lost_since_ns > self.settings.hold_ns => self.lose_bus(now_ns),
             Err(_) => {} // hold: the drive keeps its last setpoint
         }
     }
@@ -342,6 +347,7 @@ impl Drive {
     /// Takes in what an exchange brought.
     fn accept(&mut self, now_ns: u64) {
         self.answered_ns = now_ns;
+        self.lost_since_ns = 0;
         self.judge_drive(now_ns);
         let feedback = Feedback::from(&self.inputs);
         let encoders = Encoders {

@@ -108,8 +108,13 @@ impl MotionTube {
             adapted.reason,
             Reason::Blocked | Reason::Resuming | Reason::TooFast
         ) && adapted.verdict == Verdict::Stopped;
-        self.port
-            .set(Fault::ScanSilent, blind, adapted.scan_age_ns as f64 / 1e6);
+        // Before the first scan there is no age to tell.
+        let age_ms = if adapted.scan_age_ns == u64::MAX {
+            0.0
+        } else {
+            adapted.scan_age_ns as f64 / 1e6
+        };
+        self.port.set(Fault::ScanSilent, blind, age_ms);
         self.port
             .set(Fault::NoFreeTube, blocked, adapted.clearance_m);
         self.state.verdict = adapted.verdict as u64;
