@@ -140,7 +140,9 @@ impl Failure {
         Self::Failed(miette::miette!("{sentence}"))
     }
 
-    fn print(self) -> ExitCode {
+    /// Prints it and gives the exit code that goes with it.
+    #[must_use]
+    pub fn print(self) -> ExitCode {
         let (code, report) = match self {
             Self::Refused(report) => (EXIT_REFUSED, report),
             Self::Failed(report) => (EXIT_FAILED, report),

@@ -182,7 +182,13 @@ fn table(robot: &str, seen: &[Seen]) -> String {
         let value = &seen.value;
         let times = |name: &str| {
             let of = |part: &str| value[name][part].as_f64().unwrap_or(0.0);
-            format!("{:.0}/{:.0}/{:.0}", of("p50"), of("p99"), of("max"))
+            // A thread that waits on its device has no time at which it should have woken.
+            let unplanned = name == "wakeup" && value["period_ns"] == 0;
+            if unplanned {
+                "-".to_owned()
+            } else {
+                format!("{:.0}/{:.0}/{:.0}", of("p50"), of("p99"), of("max"))
+            }
         };
         text += &format!(
             "{:<14} {:<9} {:<8} {:>9} {:>9} {:>26} {:>26}\n",

@@ -75,6 +75,33 @@ impl LogSender {
     }
 }
 
+/// Says why an attempt failed, once for each different reason until it succeeds.
+#[derive(Debug, Default)]
+pub struct Complaints {
+    last: String,
+}
+
+impl Complaints {
+    /// Logs `what` and `why`, unless that was the last complaint.
+    pub fn say(&mut self, log: &LogSender, what: &str, why: String) {
+        if why != self.last {
+            log.warn(format!("{what}: {why}; trying again"));
+            self.last = why;
+        }
+    }
+
+    /// The attempt succeeded.
+    pub fn forget(&mut self) {
+        self.last.clear();
+    }
+
+    /// Whether nothing failed since it last succeeded.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.last.is_empty()
+    }
+}
+
 impl LogDrain {
     /// Writes out all that waits.
     pub fn drain(&self) {

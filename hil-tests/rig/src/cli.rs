@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use onboard::cli::EXIT_REFUSED;
+pub use onboard::cli::Failure;
 
 use crate::{devices, lap};
-
-/// Exit code when the arguments or files are wrong: nothing was started.
-const EXIT_REFUSED: u8 = 2;
 
 #[derive(Debug, Parser)]
 #[command(
@@ -81,27 +80,6 @@ pub struct DevicesArgs {
     pub seed: u64,
 }
 
-/// Why the rig ends with an error.
-#[derive(Debug)]
-pub enum Failure {
-    /// Nothing was started.
-    Refused(miette::Report),
-    /// It ran, and the outcome is not what was wanted.
-    Failed(miette::Report),
-}
-
-impl Failure {
-    /// A refusal with one sentence.
-    pub fn refused(sentence: impl std::fmt::Display) -> Self {
-        Self::Refused(miette::miette!("{sentence}"))
-    }
-
-    /// A failure with one sentence.
-    pub fn failed(sentence: impl std::fmt::Display) -> Self {
-        Self::Failed(miette::miette!("{sentence}"))
-    }
-}
-
 /// Runs the program with these arguments, the first being its name.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(arguments) {
@@ -116,11 +94,8 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Lap(arguments) => lap::lap(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
     };
-    let (code, report) = match result {
-        Ok(()) => return ExitCode::SUCCESS,
-        Err(Failure::Refused(report)) => (EXIT_REFUSED, report),
-        Err(Failure::Failed(report)) => (1, report),
-    };
-    eprintln!("{report:?}");
-    ExitCode::from(code)
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.print(),
+    }
 }

@@ -14,7 +14,7 @@ use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
 
 use crate::faults::{Fault, FaultTable};
-use crate::log::LogSender;
+use crate::log::{Complaints, LogSender};
 use crate::port::Port;
 use crate::rt::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::runner::RobotActivity;
@@ -94,7 +94,7 @@ pub struct Communication {
     sent: Option<RobotState>,
     sent_ns: u64,
     retry_ns: u64,
-    last_complaint: String,
+    complaints: Complaints,
 }
 
 impl Communication {
@@ -112,7 +112,7 @@ impl Communication {
             sent: None,
             sent_ns: 0,
             retry_ns: 0,
-            last_complaint: String::new(),
+            complaints: Complaints::default(),
         }
     }
 
@@ -244,12 +244,8 @@ impl Activity for Communication {
             }
             // A robot without its fleet still drives where nothing needs granting.
             Err(complaint) => {
-                if complaint != self.last_complaint {
-                    self.log.warn(format!(
-                        "fleet network cannot be opened: {complaint}; trying again"
-                    ));
-                    self.last_complaint = complaint;
-                }
+                self.complaints
+                    .say(&self.log, "fleet network cannot be opened", complaint);
                 self.port.raise(Fault::FleetNetwork, 0.0);
             }
         }

@@ -14,7 +14,7 @@ use drivers::kelo::{
 
 use super::ramp::WheelRamp;
 use crate::faults::Fault;
-use crate::log::LogSender;
+use crate::log::{Complaints, LogSender};
 use crate::panic::has_panicked;
 use crate::port::{Command, Port};
 use crate::rt::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
@@ -103,7 +103,7 @@ pub struct Drive {
     latched: bool,
     bring_ups_ns: [u64; MAX_BRING_UPS],
     retry_ns: u64,
-    last_complaint: String,
+    complaints: Complaints,
     panicked_ns: u64,
 }
 
@@ -150,7 +150,7 @@ impl Drive {
             latched: false,
             bring_ups_ns: [0; MAX_BRING_UPS],
             retry_ns: 0,
-            last_complaint: String::new(),
+            complaints: Complaints::default(),
             panicked_ns: 0,
         }
     }
@@ -185,17 +185,13 @@ impl Drive {
                 self.stamps = StampWatch::new();
                 self.bad_since_ns = 0;
                 self.status.bring_ups += 1;
-                self.last_complaint.clear();
+                self.complaints.forget();
                 self.port.clear(Fault::BusLost);
                 self.port.step(LifeCycleEvent::Configured);
             }
             Err(complaint) => {
-                if complaint != self.last_complaint {
-                    self.log.warn(format!(
-                        "bus cannot be brought up: {complaint}; trying again"
-                    ));
-                    self.last_complaint = complaint;
-                }
+                self.complaints
+                    .say(&self.log, "bus cannot be brought up", complaint);
                 self.port.raise(Fault::BusLost, 0.0);
             }
         }
@@ -204,7 +200,7 @@ impl Drive {
 
     /// Notes the time of a bring-up after a loss; true when an operator is wanted first.
     fn too_many_bring_ups(&mut self, now_ns: u64) -> bool {
-        if self.status.bring_ups == 0 || !self.last_complaint.is_empty() {
+        if self.status.bring_ups == 0 || !self.complaints.is_empty() {
             return false; // the first one, and further attempts at the same one, do not count
         }
         let limit = self.settings.bring_ups_per_minute.clamp(1, MAX_BRING_UPS);

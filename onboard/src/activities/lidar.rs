@@ -7,7 +7,7 @@ use coordination::symbols::Writer;
 use drivers::hokuyo::{Hokuyo, Options, ReadError, Scan, ScanFormat};
 
 use crate::faults::Fault;
-use crate::log::LogSender;
+use crate::log::{Complaints, LogSender};
 use crate::port::Port;
 use crate::rt::clock::{MILLISECOND_NS, now_ns, sleep_until};
 use crate::rt::guard;
@@ -63,7 +63,7 @@ pub struct Lidar {
     waited_ns: u64,
     retry_ns: u64,
     noted_ns: u64,
-    last_complaint: String,
+    complaints: Complaints,
 }
 
 impl Lidar {
@@ -85,7 +85,7 @@ impl Lidar {
             waited_ns: 0,
             retry_ns: 0,
             noted_ns: 0,
-            last_complaint: String::new(),
+            complaints: Complaints::default(),
         }
     }
 
@@ -105,17 +105,13 @@ impl Lidar {
                 self.before = self.status;
                 self.status.connections += 1;
                 self.heard_ns = now_ns();
-                self.last_complaint.clear();
+                self.complaints.forget();
                 self.port.clear(Fault::LidarLost);
                 self.port.step(LifeCycleEvent::Configured);
             }
             Err(complaint) => {
-                if complaint != self.last_complaint {
-                    self.log.warn(format!(
-                        "lidar cannot be connected: {complaint}; trying again"
-                    ));
-                    self.last_complaint = complaint;
-                }
+                self.complaints
+                    .say(&self.log, "lidar cannot be connected", complaint);
                 self.port.raise(Fault::LidarLost, 0.0);
                 self.retry_ns = now_ns() + RETRY_NS;
             }
