@@ -120,3 +120,47 @@ impl Thread {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use coordination::symbols::{Place, TableBuilder};
+
+    use super::*;
+
+    #[test]
+    fn repeated_overruns_degrade_then_overload_and_a_reset_forgives() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut builder = TableBuilder::new("overruns", &Place::new(folder.path(), "ov_"));
+        builder
+            .declare::<ThreadReport>("thread", "motion")
+            .expect("declared");
+        let table = builder.build().expect("built");
+        let mut writer = table
+            .writer::<ThreadReport>("thread", "motion")
+            .expect("writer");
+        let reader = table.reader("supervisor", "motion").expect("reader");
+        let mut watch = OverrunWatch::new(vec![("motion".to_owned(), reader)]);
+        let mut report = ThreadReport::zeroed();
+        // Overruns in each second of 200 cycles, and what is to be said of it.
+        let seconds = [
+            (0, None),
+            (2, None),
+            (30, Some(Load::Degraded)),
+            (100, None),
+            (100, None),
+            (100, Some(Load::Overloaded)),
+            (0, Some(Load::Fine)),
+        ];
+        for (second, (overruns, expected)) in seconds.into_iter().enumerate() {
+            report.cycles += 200;
+            report.overruns += overruns;
+            writer.write(1, &report);
+            let judged = watch
+                .judge((second as u64 + 1) * SECOND_NS)
+                .map(|(_, load)| load);
+            assert_eq!(judged, expected, "second {second}");
+        }
+        assert_eq!(watch.judge(7 * SECOND_NS + 1), None, "once a second");
+    }
+}

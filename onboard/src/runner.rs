@@ -225,3 +225,144 @@ impl Timing {
         writer.write(self.published_ns, &self.report);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicU64;
+    use std::time::{Duration, Instant};
+
+    use coordination::activity::{LifeCycle, LifeCycleEvent};
+    use coordination::symbols::{Place, Reader, SymbolTable, TableBuilder};
+
+    use super::*;
+    use crate::rt::scheduling::CoreClass;
+
+    /// Counts its turns, panics when told to, and then needs three steps to come to rest.
+    struct Fragile {
+        life_cycle: LifeCycle,
+        turns: Arc<AtomicU64>,
+        panics_at: u64,
+        steps_after: Arc<AtomicU64>,
+    }
+
+    impl Activity for Fragile {
+        fn name(&self) -> &'static str {
+            "fragile"
+        }
+
+        fn life_cycle(&self) -> &LifeCycle {
+            &self.life_cycle
+        }
+
+        fn compute(&mut self, _now_ns: u64) {
+            let turns = self.turns.fetch_add(1, Ordering::Relaxed) + 1;
+            assert!(turns < self.panics_at, "told to panic");
+        }
+    }
+
+    impl RobotActivity for Fragile {
+        fn after_panic(&mut self, _now_ns: u64) -> bool {
+            self.steps_after.fetch_add(1, Ordering::Relaxed) + 1 == 3
+        }
+    }
+
+    struct Bench {
+        setup: Option<ThreadSetup>,
+        report: Reader<ThreadReport>,
+        stop: Arc<AtomicBool>,
+        turns: Arc<AtomicU64>,
+        steps_after: Arc<AtomicU64>,
+        _table: SymbolTable,
+        _folder: tempfile::TempDir,
+    }
+
+    fn bench() -> Bench {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut builder = TableBuilder::new("runner", &Place::new(folder.path(), "run_"));
+        builder
+            .declare::<ThreadReport>("thread", "test")
+            .expect("declared");
+        let table = builder.build().expect("built");
+        let report = table.writer("thread", "test").expect("writer");
+        let reader = table.reader("test", "test").expect("reader");
+        let stop = Arc::<AtomicBool>::default();
+        let setup = ThreadSetup {
+            name: "test".to_owned(),
+            trigger: Trigger::Period(MILLISECOND_NS),
+            wanted: Wanted {
+                fifo_priority: None,
+                cores: CoreClass::Any,
+            },
+            report,
+            stop: Arc::clone(&stop),
+            log: crate::log::queue().0,
+        };
+        Bench {
+            setup: Some(setup),
+            report: reader,
+            stop,
+            turns: Arc::default(),
+            steps_after: Arc::default(),
+            _table: table,
+            _folder: folder,
+        }
+    }
+
+    impl Bench {
+        fn start(&mut self, panics_at: u64) -> JoinHandle<()> {
+            let mut life_cycle = LifeCycle::new();
+            for event in [
+                LifeCycleEvent::Configure,
+                LifeCycleEvent::Configured,
+                LifeCycleEvent::Run,
+            ] {
+                life_cycle.step(event);
+            }
+            let activity = Fragile {
+                life_cycle,
+                turns: Arc::clone(&self.turns),
+                panics_at,
+                steps_after: Arc::clone(&self.steps_after),
+            };
+            let setup = self.setup.take().expect("started once");
+            setup.spawn(vec![Box::new(activity)]).expect("a thread")
+        }
+    }
+
+    fn wait_for(condition: impl Fn() -> bool) {
+        let began = Instant::now();
+        while !condition() {
+            assert!(began.elapsed() < Duration::from_secs(20), "nothing happens");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn a_loop_runs_until_it_is_stopped_and_reports_its_timing() {
+        let mut bench = bench();
+        let thread = bench.start(u64::MAX);
+        wait_for(|| bench.turns.load(Ordering::Relaxed) > 20);
+        bench.stop.store(true, Ordering::Relaxed);
+        thread.join().expect("ends");
+        let report = bench.report.read().value;
+        assert_eq!(report.cycles, bench.turns.load(Ordering::Relaxed));
+        assert_eq!(
+            (report.period_ns, report.exec.count()),
+            (MILLISECOND_NS, report.cycles)
+        );
+        assert_eq!(bench.steps_after.load(Ordering::Relaxed), 0);
+    }
+
+    #[test]
+    fn after_a_panic_the_activity_is_brought_to_rest_and_the_thread_ends() {
+        let mut bench = bench();
+        let thread = bench.start(3);
+        thread.join().expect("the panic is caught");
+        assert_eq!(bench.turns.load(Ordering::Relaxed), 3);
+        assert_eq!(
+            bench.steps_after.load(Ordering::Relaxed),
+            3,
+            "until it said that it is at rest"
+        );
+    }
+}
