@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
-use config::{ActivityKind, ThreadConfig, Trigger as ConfigTrigger};
+use config::{ActivityKind, ProblemKind, ThreadConfig, Trigger as ConfigTrigger};
 use coordination::activity::LifeCycleState;
 use coordination::event::queue;
 
@@ -39,9 +39,7 @@ const JOIN_NS: u64 = 5 * SECOND_NS;
 pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     start_logging();
     let plan = Plan::load(files)?;
-    for thread in &plan.robot.threads {
-        scheduling::check_core(wanted_scheduling(thread).cores).map_err(Failure::refused)?;
-    }
+    check_cores(&plan)?;
     crate::panic::install_hook();
     let asked_to_end = termination_flag().map_err(Failure::refused)?;
     let wiring = Wiring::build(
@@ -87,6 +85,26 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
             "a part of the program failed; the robot was stopped, see the message above",
         )),
     }
+}
+
+/// A literal core number that does not exist is an error, and only where the robot runs.
+fn check_cores(plan: &Plan) -> Result<(), Failure> {
+    for thread in &plan.robot.threads {
+        if let Err(error) = scheduling::check_core(wanted_scheduling(thread).cores) {
+            let key = format!("threads.{}.core", thread.name);
+            let found = error.number.to_string();
+            let expected = format!(
+                "a core of this machine, one of {:?}, or any, big or little",
+                error.available
+            );
+            let problem = plan
+                .robot
+                .origin
+                .problem(ProblemKind::OutOfRange, &key, found, expected);
+            return Err(Failure::Refused(miette::Report::new(problem)));
+        }
+    }
+    Ok(())
 }
 
 /// A robot whose threads run.

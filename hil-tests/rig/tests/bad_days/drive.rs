@@ -1,0 +1,45 @@
+//! The drive reports that something is wrong with it.
+
+use std::time::Duration;
+
+use sim::kelo::DriveHandle;
+use sim::rt::monotonic_ns;
+
+use crate::bench::Bench;
+use crate::watch::SURELY_STANDS;
+
+/// A fault is believed after 50 ms, so that noise stops nobody.
+const BELIEVED: Duration = Duration::from_millis(50);
+const OVERTEMPERATURE_1: u16 = 0x0200;
+
+#[test]
+fn low_voltage_and_motor_faults_stop_it_until_an_operator_agrees() {
+    type Inject = fn(&DriveHandle);
+    let cases: [(&str, Inject); 3] = [
+        // Still enough for the motors, which the stop needs.
+        ("bus-voltage", |drive| drive.set_bus_voltage(Some(18.0))),
+        ("drive-fault", |drive| {
+            drive.set_status1_bits(OVERTEMPERATURE_1, 0)
+        }),
+        ("drive-fault", |drive| drive.set_emergency_stop(true)),
+    ];
+    let mut bench = Bench::driving();
+    for (fault, inject) in cases {
+        let injected_ns = monotonic_ns();
+        inject(&bench.devices.drive);
+        bench.until_standing(SURELY_STANDS);
+        bench.stopped_in_time(injected_ns, BELIEVED);
+        bench.until("the fault is published", Duration::from_secs(1), |bench| {
+            bench.publishes(fault)
+        });
+        // That the cause is gone is not enough.
+        bench.devices.drive.clear_faults();
+        bench.stands_for(Duration::from_secs(2));
+        assert!(!bench.ctl("resume").status.success(), "resume is no reset");
+        bench.stands_for(Duration::from_millis(500));
+        bench.ask("reset");
+        bench.until_driving();
+        assert!(!bench.publishes(fault));
+    }
+    bench.finish();
+}

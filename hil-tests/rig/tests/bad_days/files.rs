@@ -1,0 +1,89 @@
+//! The robot's files are wrong.
+
+use std::fs;
+
+use crate::bench::{Bench, onboard, said};
+
+#[test]
+fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
+    let bench = Bench::new();
+    let good = fs::read_to_string(bench.robot_file()).expect("readable");
+    // What is changed, and words that must be in the message.
+    let cases: [(&str, &str, &[&str]); 5] = [
+        ("wheelbase_m = 0.25", "wheel_base = 0.25", &["wheel_base"]),
+        (
+            "wheelbase_m = 0.25",
+            "wheelbase_m = \"short\"",
+            &["wheelbase_m", "short"],
+        ),
+        (
+            "wheelbase_m = 0.25",
+            "wheelbase_m = nan",
+            &["wheelbase_m", "nan"],
+        ),
+        (
+            "wheelbase_m = 0.25",
+            "wheelbase_m = -0.25",
+            &["wheelbase_m", "-0.25"],
+        ),
+        ("priority = 80", "priority = 100", &["priority", "100"]),
+    ];
+    for (from, to, words) in cases {
+        let text = good.replacen(from, to, 1);
+        assert_ne!(text, good, "{from}");
+        let file = bench.path("bad.toml");
+        fs::write(&file, &text).expect("written");
+        let line = text
+            .lines()
+            .position(|line| line.contains(to))
+            .expect("there")
+            + 1;
+        let output = run(&bench, &file.display().to_string());
+        let message = said(&output);
+        assert_eq!(output.status.code(), Some(2), "{to}: {message}");
+        let place = format!("bad.toml:{line}");
+        assert!(
+            message.replace(' ', "").contains(&place),
+            "{place}: {message}"
+        );
+        for word in words {
+            assert!(message.contains(word), "{word}: {message}");
+        }
+        assert_eq!(bench.left_behind(), Vec::<String>::new(), "{to}");
+    }
+    let output = run(&bench, "no-such-file.toml");
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(
+        said(&output).contains("no-such-file.toml"),
+        "{}",
+        said(&output)
+    );
+    assert_eq!(
+        bench.devices.drive.statistics().setpoints,
+        0,
+        "nothing spoke to the drive"
+    );
+    assert!(
+        !bench.devices.lidar.counters().streaming,
+        "nor to the lidar"
+    );
+}
+
+fn run(bench: &Bench, robot: &str) -> std::process::Output {
+    let (site, runtime) = (bench.site_file(), bench.runtime_folder());
+    let (site, runtime) = (site.display().to_string(), runtime.display().to_string());
+    let mut arguments = vec![
+        "run",
+        "--robot",
+        robot,
+        "--site",
+        &site,
+        "--runtime",
+        &runtime,
+    ];
+    let set = bench.set();
+    for value in &set {
+        arguments.extend(["--set", value]);
+    }
+    onboard(&arguments)
+}

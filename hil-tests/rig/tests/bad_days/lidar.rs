@@ -1,0 +1,70 @@
+//! The lidar is unplugged, or its bytes are broken.
+
+use std::time::Duration;
+
+use sim::rt::monotonic_ns;
+
+use crate::bench::Bench;
+use crate::watch::SURELY_STANDS;
+
+const SCAN_TIMEOUT: Duration = Duration::from_millis(250);
+const REACTION: Duration = Duration::from_millis(50);
+
+#[test]
+fn without_a_lidar_it_stops_and_with_it_drives_on() {
+    let mut bench = Bench::driving();
+    let unplugged_ns = monotonic_ns();
+    bench.devices.lidar_faults.unplug();
+    bench.until_standing(SURELY_STANDS);
+    bench.stopped_in_time(unplugged_ns, SCAN_TIMEOUT + REACTION);
+    bench.until("the fault is published", Duration::from_secs(1), |bench| {
+        bench.publishes("lidar-lost") && bench.publishes("scan-silent")
+    });
+    bench.stands_for(Duration::from_secs(1));
+
+    bench.devices.lidar_faults.replug();
+    // 2 s of good scans come first.
+    bench.stands_for(Duration::from_millis(1500));
+    bench.until_driving();
+    assert!(!bench.publishes("lidar-lost") && !bench.publishes("scan-silent"));
+    bench.finish();
+}
+
+#[test]
+fn a_lidar_that_hangs_stops_it() {
+    let mut bench = Bench::driving();
+    let frozen_ns = monotonic_ns();
+    bench.devices.lidar_faults.freeze();
+    bench.until_standing(SURELY_STANDS);
+    bench.stopped_in_time(frozen_ns, SCAN_TIMEOUT + REACTION);
+    bench.devices.lidar_faults.thaw();
+    bench.until_driving();
+    bench.finish();
+}
+
+#[test]
+fn broken_scans_are_dropped_and_it_goes_on() {
+    let mut bench = Bench::driving();
+    let faults = bench.devices.lidar_faults.clone();
+    // Every second or third scan is broken, in one way after the other.
+    for round in 0..12 {
+        match round % 3 {
+            0 => faults.garbage(700),
+            1 => faults.truncate_scans(1),
+            _ => faults.corrupt_checksums(1),
+        }
+        std::thread::sleep(Duration::from_millis(250));
+        let truth = bench.truth();
+        assert_eq!(truth.collisions, 0, "{truth:?}");
+    }
+    bench.until_driving();
+
+    // Nothing but broken scans: as good as none.
+    let broken_ns = monotonic_ns();
+    faults.corrupt_checksums(10);
+    bench.until_standing(SURELY_STANDS);
+    bench.stopped_in_time(broken_ns, SCAN_TIMEOUT + REACTION);
+    bench.until_driving();
+    assert!(bench.raised("scan-broken") > 0, "{:?}", bench.published());
+    bench.finish();
+}

@@ -1,0 +1,82 @@
+//! What the programs need is taken.
+
+use std::fs;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use crate::bench::{Bench, RIG, onboard, said, shipped};
+
+#[test]
+fn a_second_robot_of_the_same_name_is_refused_and_the_first_drives_on() {
+    let mut bench = Bench::driving();
+    let (robot, site) = (bench.robot_file(), bench.site_file());
+    let runtime = bench.runtime_folder();
+    let text = |path: &std::path::Path| path.display().to_string();
+    let (robot, site, runtime) = (text(&robot), text(&site), text(&runtime));
+    let mut arguments = vec![
+        "run",
+        "--robot",
+        &robot,
+        "--site",
+        &site,
+        "--runtime",
+        &runtime,
+    ];
+    let set = bench.set();
+    for value in &set {
+        arguments.extend(["--set", value]);
+    }
+    let output = onboard(&arguments);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    let pid = bench.process().id().to_string();
+    assert!(
+        said(&output).contains(&pid),
+        "expected pid {pid}: {}",
+        said(&output)
+    );
+    assert!(said(&output).contains("amr-1"), "{}", said(&output));
+    bench.drives_for(Duration::from_secs(1));
+    bench.ask("pause");
+    bench.finish();
+}
+
+#[test]
+fn devices_refuse_places_that_are_taken() {
+    let bench = Bench::new();
+    let address = bench.bus_address();
+    let output = devices(&format!("udp:{address}"), "unused");
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    let port = address.rsplit(':').next().expect("an address has a port");
+    assert!(said(&output).contains(port), "{}", said(&output));
+
+    let file = bench.path("ordinary");
+    fs::write(&file, "mine").expect("written");
+    let path = file.display().to_string();
+    let output = devices("udp:127.0.0.1:0", &path);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    let message = said(&output).replace(' ', "");
+    assert!(message.contains(&path), "{}", said(&output));
+    assert_eq!(fs::read_to_string(&file).expect("still there"), "mine");
+
+    let output = devices("no-such-interface", "unused");
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(
+        said(&output).contains("no-such-interface"),
+        "{}",
+        said(&output)
+    );
+}
+
+fn devices(ethercat: &str, lidar: &str) -> Output {
+    Command::new(RIG)
+        .arg("devices")
+        .arg("--robot")
+        .arg(shipped("robots/amr-1.toml"))
+        .arg("--site")
+        .arg(shipped("sites/corridor.toml"))
+        .args(["--ethercat", ethercat, "--lidar", lidar])
+        .current_dir(std::env::temp_dir())
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program starts")
+}

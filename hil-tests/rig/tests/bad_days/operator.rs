@@ -1,0 +1,141 @@
+//! An operator talks to the robot while it drives.
+
+use std::fs;
+use std::time::Duration;
+
+use serde_json::Value as Json;
+use sim::rt::monotonic_ns;
+
+use crate::bench::{Bench, ROBOT, onboard, said};
+use crate::watch::SURELY_STANDS;
+
+/// A request is served by the supervisor, ten times a second.
+const SERVED: Duration = Duration::from_millis(250);
+
+#[test]
+fn pause_resume_stop_and_reset_do_what_they_say() {
+    let mut bench = Bench::driving();
+    bench.ask("pause");
+    bench.until_standing(Duration::from_secs(3));
+    bench.stands_for(Duration::from_secs(1));
+    assert_eq!(bench.published().mode, "paused");
+    bench.ask("resume");
+    bench.until_driving();
+    assert_eq!(bench.published().mode, "running");
+
+    let asked_ns = monotonic_ns();
+    bench.ask("stop");
+    bench.until_standing(SURELY_STANDS);
+    bench.stopped_in_time(asked_ns, SERVED);
+    bench.until("the fault is published", Duration::from_secs(1), |bench| {
+        bench.publishes("operator-stop")
+    });
+    let resume = bench.ctl("resume");
+    assert_eq!(resume.status.code(), Some(1), "{}", said(&resume));
+    bench.stands_for(Duration::from_secs(3));
+    bench.ask("reset");
+    bench.until_driving();
+    assert!(!bench.publishes("operator-stop"));
+
+    inspect(&bench);
+    bench.finish();
+}
+
+fn inspect(bench: &Bench) {
+    let runtime = bench.runtime_folder();
+    let runtime = runtime.to_str().expect("a plain path");
+    let output = onboard(&["inspect", "--json", "--robot", ROBOT, "--runtime", runtime]);
+    assert!(output.status.success(), "{}", said(&output));
+    let seen: Json = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(seen["robot"], ROBOT);
+    let symbols = seen["symbols"].as_array().expect("a list");
+    let of = |datatype: &str| -> Vec<&Json> {
+        let listed = symbols.iter();
+        listed
+            .filter(|symbol| symbol["datatype"] == datatype)
+            .collect()
+    };
+    let mut threads: Vec<&str> = of("thread_report")
+        .iter()
+        .filter_map(|thread| thread["model"].as_str())
+        .collect();
+    threads.sort_unstable();
+    let expected = ["communication", "fieldbus", "lidar", "motion", "navigation"];
+    assert_eq!(threads, expected);
+    for thread in of("thread_report") {
+        let value = &thread["value"];
+        assert!(value["cycles"].as_u64() > Some(0), "{thread}");
+        assert!(value["granted"]["policy"].is_string(), "{thread}");
+        assert!(
+            value["wakeup"]["p50"].is_number() && value["exec"]["max"].is_number(),
+            "{thread}"
+        );
+    }
+    assert_eq!(of("activity_state").len(), 7);
+    let encoders = of("encoders");
+    assert_eq!(encoders.len(), 1);
+    assert_eq!(encoders[0]["owner"], "drive");
+    assert!(
+        encoders[0]["age_ms"]
+            .as_f64()
+            .is_some_and(|age| age < 500.0),
+        "{}",
+        encoders[0]
+    );
+    // Its wheels turn as the world says that they do.
+    let speed_m_s = encoders[0]["value"]["left_rad_s"]
+        .as_f64()
+        .expect("a number")
+        * bench.config.drive.wheel_diameter_m
+        / 2.0;
+    let true_m_s = bench.truth().twist.v_m_s;
+    assert!(
+        (speed_m_s - true_m_s).abs() < 0.15,
+        "{speed_m_s:.3} m/s, truly {true_m_s:.3}"
+    );
+}
+
+#[test]
+fn a_reload_is_all_or_nothing() {
+    let mut bench = Bench::driving();
+    let site = fs::read_to_string(bench.site_file()).expect("readable");
+    let robot = fs::read_to_string(bench.robot_file()).expect("readable");
+    let slow = site.replace("speed_limit_m_s = 0.40", "speed_limit_m_s = 0.20");
+    assert_ne!(slow, site);
+    bench.until("full speed", Duration::from_secs(5), |bench| {
+        bench.truth().twist.v_m_s > 0.33
+    });
+
+    // A bad site file changes nothing.
+    fs::write(bench.site_file(), format!("{slow}\nnonsense = 1\n")).expect("written");
+    let reload = bench.ctl("reload");
+    assert_eq!(reload.status.code(), Some(1), "{}", said(&reload));
+    assert!(said(&reload).contains("nonsense"), "{}", said(&reload));
+    bench.drives_for(Duration::from_secs(1));
+    assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
+
+    // Nor does a good one beside a robot file with a change that takes a restart.
+    fs::write(bench.site_file(), &slow).expect("written");
+    let other = robot.replace("wheelbase_m = 0.25", "wheelbase_m = 0.26");
+    assert_ne!(other, robot);
+    fs::write(bench.robot_file(), other).expect("written");
+    let reload = bench.ctl("reload");
+    assert_eq!(reload.status.code(), Some(1), "{}", said(&reload));
+    assert!(said(&reload).contains("drive"), "{}", said(&reload));
+    bench.drives_for(Duration::from_secs(1));
+    assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
+
+    // Good ones take effect, and it drives on by itself.
+    fs::write(bench.robot_file(), robot).expect("written");
+    bench.ask("reload");
+    bench.until_driving();
+    let reloaded_ns = monotonic_ns();
+    bench.drives_for(Duration::from_secs(2));
+    let fastest = bench
+        .since(reloaded_ns)
+        .into_iter()
+        .map(|truth| truth.twist.v_m_s)
+        .fold(0.0, f64::max);
+    assert!(fastest < 0.25, "{fastest:.3} m/s, expected about 0.20 m/s");
+    bench.finish();
+}
