@@ -88,6 +88,8 @@ faults! {
         "stopped by an operator; run `onboard ctl reset` to go on";
     Panic = 17, "panic", Operator,
         "a part of the program failed: the robot stops and the program ends; please report the message above it";
+    MotorsOff = 18, "motors-off", Operator,
+        "the drive keeps its motors without power, as its emergency stop does; release it, then run `onboard ctl reset`";
 }
 
 /// Number of kinds.

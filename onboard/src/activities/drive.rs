@@ -34,6 +34,8 @@ const RETRY_NS: u64 = 500 * MILLISECOND_NS;
 const FAULT_NS: u64 = 50 * MILLISECOND_NS;
 /// A drive whose sensor time stands still for so long has failed.
 const STALL_NS: u64 = 200 * MILLISECOND_NS;
+/// How long a drive may take to give its motors the power it is told to; longer, and an emergency stop holds them.
+const POWER_NS: u64 = 200 * MILLISECOND_NS;
 /// How long a drive may take to leave OP when the program ends.
 const SHUT_DOWN_NS: u64 = 100 * MILLISECOND_NS;
 /// How long a robot whose fieldbus thread panicked may take to stand.
@@ -100,6 +102,8 @@ pub struct Drive {
     counted: Counters,
     stamps: StampWatch,
     bad_since_ns: u64,
+    told_to_power: bool,
+    unpowered_since_ns: u64,
     latched: bool,
     bring_ups_ns: [u64; MAX_BRING_UPS],
     retry_ns: u64,
@@ -147,6 +151,8 @@ impl Drive {
             counted: Counters::default(),
             stamps: StampWatch::new(),
             bad_since_ns: 0,
+            told_to_power: false,
+            unpowered_since_ns: 0,
             latched: false,
             bring_ups_ns: [0; MAX_BRING_UPS],
             retry_ns: 0,
@@ -184,6 +190,7 @@ impl Drive {
                 self.lost_since_ns = 0;
                 self.stamps = StampWatch::new();
                 self.bad_since_ns = 0;
+                self.unpowered_since_ns = 0;
                 self.status.bring_ups += 1;
                 self.complaints.forget();
                 self.port.clear(Fault::BusLost);
@@ -222,10 +229,16 @@ impl Drive {
 
     fn reset(&mut self) {
         self.latched = false;
-        for fault in [Fault::BusVoltage, Fault::DriveFault, Fault::BringUpLimit] {
+        for fault in [
+            Fault::BusVoltage,
+            Fault::DriveFault,
+            Fault::MotorsOff,
+            Fault::BringUpLimit,
+        ] {
             self.port.clear(fault);
         }
         self.bad_since_ns = 0;
+        self.unpowered_since_ns = 0;
         self.bring_ups_ns = [0; MAX_BRING_UPS];
         self.retry_ns = 0;
     }
@@ -285,6 +298,7 @@ impl Drive {
         let mut bytes = [0; kelo::INPUTS_BYTES];
         bus.exchange(&outputs, &mut bytes, now_ns + self.settings.deadline_ns)?;
         self.inputs = Inputs::from_bytes(&bytes);
+        self.told_to_power = enabled;
         self.status.sent_left_rad_s = left_rad_s;
         self.status.sent_right_rad_s = right_rad_s;
         Ok(())
@@ -296,8 +310,10 @@ impl Drive {
         let faults = Faults::of(&self.inputs, self.settings.voltage);
         if faults.is_empty() && !stalled {
             self.bad_since_ns = 0;
+            self.judge_power(now_ns);
             return;
         }
+        self.unpowered_since_ns = 0;
         if self.bad_since_ns == 0 {
             self.bad_since_ns = now_ns;
         }
@@ -311,6 +327,19 @@ impl Drive {
             self.latch(Fault::BusVoltage, f64::from(self.inputs.bus_voltage_v));
         } else {
             self.latch(Fault::DriveFault, f64::from(faults.bits()));
+        }
+    }
+
+    /// An emergency stop takes the motors' power and no other bit tells: without a latch, its release would set the
+    /// robot in motion.
+    fn judge_power(&mut self, now_ns: u64) {
+        if !self.told_to_power || self.inputs.status1.all(kelo::Status::ENABLED_BOTH) {
+            self.unpowered_since_ns = 0;
+        } else if self.unpowered_since_ns == 0 {
+            self.unpowered_since_ns = now_ns;
+        } else if now_ns - self.unpowered_since_ns > POWER_NS {
+            let lasted_ms = (now_ns - self.unpowered_since_ns) / MILLISECOND_NS;
+            self.latch(Fault::MotorsOff, lasted_ms as f64);
         }
     }
 
