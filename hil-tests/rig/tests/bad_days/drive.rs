@@ -13,7 +13,7 @@ const BELIEVED: Duration = Duration::from_millis(50);
 const OVERTEMPERATURE_1: u16 = 0x0200;
 
 #[test]
-fn low_voltage_and_motor_faults_stop_it_until_an_operator_agrees() {
+fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agrees() {
     type Inject = fn(&DriveHandle);
     let cases: [(&str, Inject); 3] = [
         // Still enough for the motors, which the stop needs.
@@ -21,7 +21,7 @@ fn low_voltage_and_motor_faults_stop_it_until_an_operator_agrees() {
         ("drive-fault", |drive| {
             drive.set_status1_bits(OVERTEMPERATURE_1, 0)
         }),
-        ("drive-fault", |drive| drive.set_emergency_stop(true)),
+        ("motors-off", |drive| drive.set_emergency_stop(true)),
     ];
     let mut bench = Bench::driving();
     for (fault, inject) in cases {
