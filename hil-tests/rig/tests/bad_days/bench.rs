@@ -61,6 +61,8 @@ pub struct Bench {
     listener: Listener,
     key_prefix: String,
     starts: u32,
+    /// More `--set` arguments for the next robot.
+    pub more: Vec<String>,
     folder: TempDir,
     _turn: Turn,
 }
@@ -99,6 +101,7 @@ impl Bench {
             listener: Listener::open(&key_prefix).expect("the network opens"),
             key_prefix,
             starts: 0,
+            more: Vec::new(),
             folder,
             _turn: turn,
         }
@@ -131,7 +134,7 @@ impl Bench {
 
     /// What leads the robot to its devices and to the listener.
     pub fn set(&self) -> Vec<String> {
-        vec![
+        let mut set = vec![
             format!("ethercat.udp={:?}", self.bus_address()),
             format!(
                 "lidar.device={:?}",
@@ -140,7 +143,9 @@ impl Bench {
             format!("fleet.connect=[{:?}]", self.listener.endpoint()),
             "fleet.scouting=false".to_owned(),
             format!("fleet.key_prefix={:?}", self.key_prefix),
-        ]
+        ];
+        set.extend(self.more.iter().cloned());
+        set
     }
 
     /// Address of the bus.
@@ -251,6 +256,11 @@ impl Bench {
         let truth = self.truth();
         assert_eq!(truth.collisions, 0, "{truth:?}");
         assert!(truth.twist.v_m_s.abs() < 0.02, "{truth:?}");
+        assert!(
+            self.log().contains("allocation guard armed"),
+            "{}",
+            self.log()
+        );
     }
 }
 

@@ -61,6 +61,32 @@ fn a_drive_that_leaves_op_is_brought_up_again_until_it_is_too_often() {
     bench.finish();
 }
 
+#[test]
+fn a_cable_that_is_pulled_and_a_drive_without_power_stop_it_until_they_are_back() {
+    let mut bench = Bench::driving();
+    let faults = bench.devices.bus_faults.clone();
+    let pulled_ns = monotonic_ns();
+    faults.disappear(0);
+    bench.until_standing(SURELY_STANDS);
+    bench.stopped_in_time(pulled_ns, WATCHDOG);
+    bench.until("the fault is published", Duration::from_secs(1), |bench| {
+        bench.publishes("bus-lost")
+    });
+    bench.stands_for(Duration::from_secs(1));
+    faults.reappear(0);
+    bench.until_driving();
+
+    let off_ns = monotonic_ns();
+    faults.power_off(0);
+    bench.until_standing(SURELY_STANDS);
+    bench.stopped_in_time(off_ns, WATCHDOG);
+    bench.stands_for(Duration::from_secs(1));
+    faults.power_on(0);
+    bench.until_driving();
+    assert!(!bench.publishes("bus-lost"));
+    bench.finish();
+}
+
 /// Motors are off until the bus is up again, which may be sooner than wheels come to rest; then it speeds up from
 /// standing, and never jumps to the speed it had.
 fn stops_and_drives_on(bench: &mut Bench, start_ns: u64) {

@@ -5,13 +5,15 @@
 //!   run at a time;
 //! - [`lidar`], [`bus`], [`drive`], [`obstacle`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
-//! - [`operator`]: requests while it drives.
+//! - [`operator`]: requests while it drives;
+//! - [`laps`]: the rig itself is interrupted or killed.
 
 mod bench;
 mod bus;
 mod death;
 mod drive;
 mod files;
+mod laps;
 mod lidar;
 mod names;
 mod obstacle;

@@ -41,6 +41,34 @@ fn a_second_robot_of_the_same_name_is_refused_and_the_first_drives_on() {
 }
 
 #[test]
+fn it_waits_for_devices_that_come_late() {
+    let mut bench = Bench::new();
+    bench.devices.lidar_faults.unplug();
+    bench.devices.bus_faults.disappear(0);
+    bench.start();
+    bench.until("it says what is missing", Duration::from_secs(5), |bench| {
+        bench.publishes("lidar-lost") && bench.publishes("bus-lost")
+    });
+    bench.stands_for(Duration::from_secs(1));
+    bench.devices.bus_faults.reappear(0);
+    bench.devices.lidar_faults.replug();
+    bench.until_driving();
+    bench.finish();
+}
+
+#[test]
+fn a_fleet_port_that_is_taken_is_named_and_keeps_no_robot_from_driving() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = taken.local_addr().expect("bound").to_string();
+    let mut bench = Bench::new();
+    bench.more = vec![format!("fleet.listen=[\"tcp/{address}\"]")];
+    bench.start();
+    bench.until_driving();
+    assert!(bench.log().contains("fleet-network"), "{}", bench.log());
+    bench.finish();
+}
+
+#[test]
 fn devices_refuse_places_that_are_taken() {
     let bench = Bench::new();
     let address = bench.bus_address();

@@ -1,7 +1,9 @@
 //! Waits for what becomes true, and judges it by the world's log.
 
+use std::os::unix::process::ExitStatusExt;
 use std::time::{Duration, Instant};
 
+use rustix::process::Signal;
 use sim::rt::monotonic_ns;
 use sim::world::Truth;
 
@@ -50,10 +52,8 @@ impl Bench {
             );
             if let Some(status) = self.robot.as_mut().and_then(|robot| robot.poll()) {
                 // One that was killed on purpose is watched until it stands.
-                assert!(
-                    status.code().is_none(),
-                    "{what}: the robot ended with {status}"
-                );
+                let killed = status.signal() == Some(Signal::KILL.as_raw());
+                assert!(killed, "{what}: the robot ended with {status}");
             }
             std::thread::sleep(LOOK);
         }
