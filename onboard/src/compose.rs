@@ -80,6 +80,7 @@ fn build(
     };
     let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
     let navigator = Box::new(plan.navigator()?);
+    let start = plan.start(navigator.machine().state());
     let states = navigator
         .machine()
         .states()
@@ -109,6 +110,7 @@ fn build(
         intake()?,
         navigator,
         reload.navigator,
+        start,
     );
     let motion_tube = MotionTube::new(
         port(ActivityKind::MotionTube),

@@ -127,27 +127,31 @@ impl Server {
         Ok(Self { listener, path })
     }
 
-    /// The next request, if one waits. Bad ones are answered here.
+    /// The next request, if one waits. Bad ones are answered here, and clients that say nothing are left.
     pub fn next(&self) -> Option<Pending> {
-        let (stream, _) = self.listener.accept().ok()?;
-        let ready = stream
-            .set_nonblocking(false)
-            .and_then(|()| stream.set_read_timeout(Some(SERVER_PATIENCE)))
-            .and_then(|()| stream.set_write_timeout(Some(SERVER_PATIENCE)));
-        ready.ok()?;
-        let mut line = String::new();
-        // A client that hangs up or says nothing gets no answer.
-        BufReader::new((&stream).take(64))
-            .read_line(&mut line)
-            .ok()?;
-        match Request::from_name(line.trim_end()) {
-            Some(request) => Some(Pending { request, stream }),
-            None => {
-                answer(stream, &Err(format!("unknown request {line:?}")));
-                None
+        while let Ok((stream, _)) = self.listener.accept() {
+            let Some(line) = first_line(&stream) else {
+                continue;
+            };
+            match Request::from_name(line.trim_end()) {
+                Some(request) => return Some(Pending { request, stream }),
+                None => answer(stream, &Err(format!("unknown request {line:?}"))),
             }
         }
+        None
     }
+}
+
+/// What a client says first; `None` when it says nothing in time.
+fn first_line(stream: &UnixStream) -> Option<String> {
+    stream
+        .set_nonblocking(false)
+        .and_then(|()| stream.set_read_timeout(Some(SERVER_PATIENCE)))
+        .and_then(|()| stream.set_write_timeout(Some(SERVER_PATIENCE)))
+        .ok()?;
+    let mut line = String::new();
+    BufReader::new(stream.take(64)).read_line(&mut line).ok()?;
+    Some(line)
 }
 
 impl Drop for Server {

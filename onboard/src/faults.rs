@@ -71,7 +71,7 @@ faults! {
     NoFreeTube = 8, "no-free-tube", ByItself,
         "no free way ahead: the robot stands until the way has been free for a while";
     PoseUncertain = 9, "pose-uncertain", Operator,
-        "the pose is too uncertain to drive on; drives on when walls are in view again, else move the robot and run `onboard ctl reset`";
+        "the pose is too uncertain to drive on; drives on when walls are in view again, else put the robot at its start and run `onboard ctl reset`";
     OffLane = 10, "off-lane", ByItself,
         "the robot is further from its lane than the area allows";
     CommandStale = 11, "command-stale", ByItself,

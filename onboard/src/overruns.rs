@@ -40,6 +40,7 @@ struct Thread {
 pub struct OverrunWatch {
     threads: Vec<Thread>,
     judged_ns: u64,
+    worst: Load,
 }
 
 impl OverrunWatch {
@@ -60,16 +61,16 @@ impl OverrunWatch {
         Self {
             threads,
             judged_ns: 0,
+            worst: Load::Fine,
         }
     }
 
-    /// Once a second: a thread whose load changed, the worst first. `None` while nothing changes.
+    /// Once a second: the thread that copes worst, when how it copes has changed.
     pub fn judge(&mut self, now_ns: u64) -> Option<(String, Load)> {
         if now_ns < self.judged_ns + SECOND_NS {
             return None;
         }
         self.judged_ns = now_ns;
-        let mut worst = None;
         for thread in &mut self.threads {
             let report = thread.report.read().value;
             let (cycles, overruns) = (
@@ -77,22 +78,16 @@ impl OverrunWatch {
                 report.overruns - thread.overruns,
             );
             (thread.cycles, thread.overruns) = (report.cycles, report.overruns);
-            let load = thread.load_after(cycles, overruns);
-            if load != thread.load {
-                thread.load = load;
-                if worst
-                    .as_ref()
-                    .is_none_or(|&(_, worst)| load as u8 > worst as u8)
-                {
-                    worst = Some((thread.name.clone(), load));
-                }
-            }
+            thread.load = thread.load_after(cycles, overruns);
         }
-        worst
+        let worst = self.threads.iter().max_by_key(|thread| thread.load as u8)?;
+        let news = std::mem::replace(&mut self.worst, worst.load) != worst.load;
+        news.then(|| (worst.name.clone(), worst.load))
     }
 
     /// Judges anew from here on.
     pub fn forget(&mut self) {
+        self.worst = Load::Fine;
         for thread in &mut self.threads {
             (thread.seconds_over, thread.load) = (0, Load::Fine);
         }

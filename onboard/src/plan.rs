@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use config::{
-    Core, FsmConfig, RobotConfig, Scheduling, SiteConfig, SiteRobot, ThreadConfig, check_together,
-    load_robot, load_site,
+    Core, FsmConfig, ProblemKind, RobotConfig, Scheduling, SiteConfig, SiteRobot, ThreadConfig,
+    check_together, load_robot, load_site,
 };
 use coordination::event::EventTable;
-use coordination::fsm::{MachineModel, ModelError};
+use coordination::fsm::{MachineModel, ModelError, StateId};
 use drivers::ethercat::Expectation;
 use drivers::hokuyo::{self, ScanFormat};
 use drivers::kelo::{self, VoltageLimits};
@@ -20,7 +20,7 @@ use skills::tubes::{
     AdaptPolicy, Horizon, MotionTubes, TubeError, TubeParameters, TubeReport, TubeSet,
 };
 
-use crate::activities::{communication, drive, lidar};
+use crate::activities::{communication, drive, lidar, navigation};
 use crate::cli::{Failure, Files, overrides};
 use crate::rt::scheduling::{CoreClass, Wanted};
 use crate::site_parts;
@@ -79,6 +79,13 @@ impl Plan {
         let robot = load_robot(&files.robot, &overrides).map_err(report)?;
         let site = load_site(&files.site, &overrides).map_err(report)?;
         check_together(&robot, &site).map_err(report)?;
+        if site.areas_managed {
+            let expected = "false: this version asks no mediator for areas";
+            let problem =
+                site.origin
+                    .problem(ProblemKind::OutOfRange, "areas.managed", "true", expected);
+            return Err(Failure::Refused(miette::Report::new(problem)));
+        }
         let id = &robot.identity.id;
         let start = site.robots.get(id).cloned().ok_or_else(|| {
             Failure::refused(format_args!(
@@ -315,6 +322,18 @@ impl Plan {
             start: Pose2::new(start.x_m, start.y_m, start.theta_rad),
             start_state: self.start.start_state.clone(),
         })?)
+    }
+
+    /// Where the robot starts, in `state` of its machine.
+    #[must_use]
+    pub fn start(&self, state: StateId) -> navigation::Start {
+        let (start, gains) = (&self.start.start, &self.robot.navigation);
+        navigation::Start {
+            pose: Pose2::new(start.x_m, start.y_m, start.theta_rad),
+            std_m: gains.start_std_m,
+            std_rad: gains.start_std_rad,
+            state,
+        }
     }
 
     /// What the drive activity needs to know.

@@ -148,22 +148,32 @@ impl Port {
         }
     }
 
+    /// Some report was refused: once there is room, says so, and says all levels again, since any may be the lost one.
+    fn repair_reports(&mut self) {
+        if self.reports.free() < FAULTS + 4 {
+            return;
+        }
+        self.queue_was_full = false;
+        self.note(Fault::QueueFull, self.reports.refused() as f64);
+        for fault in Fault::ALL
+            .into_iter()
+            .filter(|&fault| fault != Fault::QueueFull)
+        {
+            let present = self.present[fault as usize];
+            self.report(if present {
+                Report::Raised(fault, 0.0)
+            } else {
+                Report::Cleared(fault)
+            });
+        }
+        self.report(Report::LifeCycle(self.life_cycle.state()));
+    }
+
     /// Publishes the state at the end of an event loop.
     pub fn publish(&mut self, now_ns: u64) {
         self.cycles += 1;
-        if self.queue_was_full
-            && self
-                .reports
-                .send(Report::Raised(
-                    Fault::QueueFull,
-                    self.reports.refused() as f64,
-                ))
-                .is_ok()
-        {
-            self.queue_was_full = self
-                .reports
-                .send(Report::Cleared(Fault::QueueFull))
-                .is_err();
+        if self.queue_was_full {
+            self.repair_reports();
         }
         let state = ActivityState {
             state: self.life_cycle.state() as u64,

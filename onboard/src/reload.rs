@@ -138,6 +138,18 @@ impl Reload {
                 "`{section}` has changed, which takes a restart; only [navigation], [tubes] and the site can be reloaded"
             ));
         }
+        if let Some(gone) = self
+            .plan
+            .fsm
+            .states
+            .iter()
+            .find(|state| plan.fsm.state(&state.name).is_none())
+        {
+            return Err(format!(
+                "the robot may be in state `{}`, which the new state machine does not have",
+                gone.name
+            ));
+        }
         let navigator = plan.navigator().map_err(|error| error.to_string())?;
         let tubes = plan.motion_tubes().map_err(|error| error.to_string())?;
         Ok((plan, Box::new(navigator), Box::new(tubes)))
@@ -169,13 +181,26 @@ impl Reload {
         }
     }
 
-    /// Both activities have taken their parts.
-    pub fn finish(&mut self) {
+    /// Whether both activities have taken their parts: the old ones are back.
+    #[must_use]
+    pub fn taken(&self) -> bool {
+        !self.navigator.old.is_empty() && !self.tubes.old.is_empty()
+    }
+
+    /// Ends the reload; gives the names of the new machine's states.
+    pub fn finish(&mut self) -> Option<Vec<String>> {
         self.navigator.release_old();
         self.tubes.release_old();
-        if let Some(prepared) = self.prepared.take() {
-            self.plan = prepared.plan;
-            prepared.pending.answer(&Ok("reloaded".into()));
-        }
+        let prepared = self.prepared.take()?;
+        self.plan = prepared.plan;
+        prepared.pending.answer(&Ok("reloaded".into()));
+        Some(
+            self.plan
+                .fsm
+                .states
+                .iter()
+                .map(|state| state.name.clone())
+                .collect(),
+        )
     }
 }

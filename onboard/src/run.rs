@@ -276,6 +276,8 @@ fn start_logging() {
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
+        // A closed pipe must not stop a robot.
+        .log_internal_errors(false)
         .try_init();
 }
 

@@ -180,6 +180,8 @@ impl Timing {
                 };
                 self.seen = seen;
                 self.wakeup_ns = now_ns().saturating_sub(since_ns);
+                // Woken early or not, from here on it has one period.
+                self.planned_ns = now_ns();
             }
             Trigger::Device => self.wakeup_ns = 0,
         }

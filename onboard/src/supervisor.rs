@@ -216,21 +216,29 @@ impl Supervisor {
         }
     }
 
-    /// Lets activities run that are ready to, unless an operator paused the robot.
+    /// Tells activities what holds now. A level, told again each time: a command that was lost is repaired by the next.
     fn keep_running(&mut self) {
+        // A fleet network that cannot be reached keeps no robot from starting.
         let all_configured = self.mode_value.mode != Mode::Configuring as u64
-            || self
-                .handles
-                .iter()
-                .all(|handle| handle.state == LifeCycleState::Ready);
+            || self.handles.iter().all(|handle| {
+                handle.state == LifeCycleState::Ready || handle.name == "communication"
+            });
         let hold = self.operator_paused || self.reload.in_progress();
         for handle in &mut self.handles {
             let held = hold && is_mover(handle.name);
             let wakes =
                 handle.state == LifeCycleState::Ready || handle.state == LifeCycleState::Paused;
-            if all_configured && wakes && !held {
+            if held && handle.state == LifeCycleState::Running {
+                tell(handle, Command::LifeCycle(LifeCycleEvent::Pause));
+            } else if all_configured && wakes && !held {
                 tell(handle, Command::LifeCycle(LifeCycleEvent::Run));
             }
+        }
+        if [Fault::OperatorStop, Fault::Overruns]
+            .iter()
+            .any(|&fault| self.table.state(fault).active != 0)
+        {
+            self.tell("motion-tube", Command::StopNow);
         }
         if all_configured {
             self.mode_value.mode = self.mode() as u64;
@@ -278,16 +286,12 @@ impl Supervisor {
                 self.tell("navigation", Command::LifeCycle(LifeCycleEvent::Pause));
                 Ok("paused".into())
             }
+            Request::Resume if self.mode() == Mode::Stopped => Err(
+                "it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`".into(),
+            ),
             Request::Resume => {
                 self.operator_paused = false;
-                if self.mode() == Mode::Stopped {
-                    Err(
-                        "it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`"
-                            .into(),
-                    )
-                } else {
-                    Ok("running".into())
-                }
+                Ok("running".into())
             }
             Request::Stop => {
                 self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
@@ -313,6 +317,12 @@ impl Supervisor {
     }
 
     fn begin_reload(&mut self, pending: Pending) {
+        if self.table.state(Fault::PoseUncertain).active != 0 {
+            pending.answer(&Err(
+                "the pose is uncertain, and new parts would take it for good".into(),
+            ));
+            return;
+        }
         match self.reload.begin(pending) {
             Ok(()) => {
                 self.tell("navigation", Command::LifeCycle(LifeCycleEvent::Pause));
@@ -330,15 +340,12 @@ impl Supervisor {
         if !self.reload.in_progress() {
             return;
         }
-        let ready = |handles: &[Handle], name: &str| {
-            handles
-                .iter()
-                .any(|handle| handle.name == name && handle.state == LifeCycleState::Ready)
-        };
         if self.reload.handed_over() {
-            if ready(&self.handles, "navigation") && ready(&self.handles, "motion-tube") {
+            if self.reload.taken() {
                 tracing::info!("operator: reload: done");
-                self.reload.finish();
+                if let Some(states) = self.reload.finish() {
+                    self.states = states;
+                }
             }
         } else if self.standing(now_ns) {
             self.reload.hand_over();
@@ -362,8 +369,8 @@ impl Supervisor {
             if has_panicked() {
                 self.raise("supervisor", Fault::Panic, 0.0, now_ns);
             }
-            self.tell("motion-tube", Command::StopNow);
         }
+        self.tell("motion-tube", Command::StopNow);
         self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
     }
 
@@ -372,7 +379,9 @@ impl Supervisor {
         let fresh = now_ns.saturating_sub(encoders.stamp_ns) < ENCODER_AGE_NS;
         let slow = encoders.value.left_rad_s.abs() < STANDING_RAD_S
             && encoders.value.right_rad_s.abs() < STANDING_RAD_S;
-        let bus = self.symbols.drive.read().value.operational != 0;
+        let drive = self.symbols.drive.read();
+        let bus =
+            drive.value.operational != 0 && now_ns.saturating_sub(drive.stamp_ns) < ENCODER_AGE_NS;
         (fresh && slow) || !bus
     }
 
@@ -429,13 +438,14 @@ fn tell(handle: &mut Handle, command: Command) {
     }
 }
 
-/// A flag that SIGINT and SIGTERM raise.
+/// A flag that SIGINT, SIGTERM, SIGQUIT and the closing of the terminal raise.
 ///
 /// # Errors
 /// The operating system's.
 pub fn termination_flag() -> std::io::Result<Arc<AtomicBool>> {
     let flag = Arc::<AtomicBool>::default();
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+    for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
         signal_hook::flag::register(signal, Arc::clone(&flag))?;
     }
     Ok(flag)

@@ -78,6 +78,8 @@ value! {
         right_rad_s: f64,
         /// Pivot speed.
         pivot_rad_s: f64,
+        /// How often the bus was brought up: with each time the drive may have begun to count anew.
+        epoch: u64,
     }
 }
 
@@ -86,6 +88,8 @@ value! {
     DriveStatus, "drive_status" {
         /// 1 while process data is exchanged in OP.
         operational: u64,
+        /// 1 while the drive does what the wheel setpoints say.
+        follows: u64,
         /// Exchanges since start.
         cycles: u64,
         /// Frames that were not answered in time.

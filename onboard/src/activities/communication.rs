@@ -146,6 +146,12 @@ impl Communication {
         })
     }
 
+    fn retry_network(&mut self, now_ns: u64) {
+        if self.network.is_none() && now_ns >= self.retry_ns {
+            self.port.step(LifeCycleEvent::Fault); // back to configuring, for the next attempt
+        }
+    }
+
     fn state_message(&self) -> RobotState {
         let Snapshot {
             pose,
@@ -253,8 +259,12 @@ impl Activity for Communication {
     }
 
     fn compute(&mut self, now_ns: u64) {
-        if self.network.is_none() && now_ns >= self.retry_ns {
-            self.port.step(LifeCycleEvent::Fault); // back to configuring, for the next attempt
+        self.retry_network(now_ns);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        if self.port.state() == LifeCycleState::Ready {
+            self.retry_network(now_ns);
         }
     }
 

@@ -13,6 +13,9 @@ use crate::values::{CommandValue, DriveStatus, Encoders, WheelSetpointsValue};
 /// Longest time that one step of the controller stands for.
 const LONGEST_STEP_NS: u64 = 50 * MILLISECOND_NS;
 
+/// Wheels slower than this stand.
+const STANDING_RAD_S: f64 = 0.2;
+
 /// The symbols it reads and owns.
 #[derive(Debug)]
 pub struct Symbols {
@@ -37,6 +40,7 @@ pub struct Control {
     drive_follows: bool,
     setpoints: WheelSpeeds,
     stepped_ns: u64,
+    stopping: bool,
 }
 
 impl Control {
@@ -58,22 +62,28 @@ impl Control {
             drive_follows: false,
             setpoints: WheelSpeeds::default(),
             stepped_ns: 0,
+            stopping: true,
         }
     }
 
     fn step(&mut self, now_ns: u64, stop: StopKind) {
         let elapsed_ns = now_ns.saturating_sub(self.stepped_ns).min(LONGEST_STEP_NS);
         self.stepped_ns = now_ns;
-        if !self.drive_follows {
-            // A drive that does not follow stands, or rolls to a stand: begin from there.
-            self.controller.reset(WheelSpeeds::default());
-            self.setpoints = WheelSpeeds::default();
-            return;
-        }
         let speeds = WheelSpeeds {
             left_rad_s: self.encoders.left_rad_s,
             right_rad_s: self.encoders.right_rad_s,
         };
+        if !self.drive_follows {
+            // The wheels roll to a stand, or a fault stops them. When the drive follows again, that stop is carried
+            // on from the speed they have then, before anything is driven.
+            self.controller.reset(speeds);
+            self.setpoints = WheelSpeeds::default();
+            self.stopping = true;
+            return;
+        }
+        let fastest_rad_s = speeds.left_rad_s.abs().max(speeds.right_rad_s.abs());
+        self.stopping &= fastest_rad_s > STANDING_RAD_S;
+        let stop = if self.stopping { StopKind::Hard } else { stop };
         let elapsed_s = elapsed_ns as f64 / SECOND_NS as f64;
         self.setpoints = self.controller.step(
             self.command.value.command(),
@@ -97,7 +107,7 @@ impl Activity for Control {
     fn communicate_in(&mut self, _now_ns: u64) {
         self.command = self.symbols.command.read();
         self.encoders = self.symbols.encoders.read().value;
-        self.drive_follows = self.symbols.drive.read().value.operational != 0;
+        self.drive_follows = self.symbols.drive.read().value.follows != 0;
     }
 
     fn coordinate(&mut self, _now_ns: u64) {

@@ -227,18 +227,17 @@ impl Drive {
         }
     }
 
+    /// The operator has seen to the faults. One whose cause is still there stays.
     fn reset(&mut self) {
-        self.latched = false;
-        for fault in [
-            Fault::BusVoltage,
-            Fault::DriveFault,
-            Fault::MotorsOff,
-            Fault::BringUpLimit,
-        ] {
-            self.port.clear(fault);
+        let present =
+            self.bus.is_some() && (self.bad_since_ns != 0 || self.unpowered_since_ns != 0);
+        if !present {
+            self.latched = false;
+            for fault in [Fault::BusVoltage, Fault::DriveFault, Fault::MotorsOff] {
+                self.port.clear(fault);
+            }
         }
-        self.bad_since_ns = 0;
-        self.unpowered_since_ns = 0;
+        self.port.clear(Fault::BringUpLimit);
         self.bring_ups_ns = [0; MAX_BRING_UPS];
         self.retry_ns = 0;
     }
@@ -382,6 +381,7 @@ impl Drive {
             left_rad_s: f64::from(feedback.left_rad_s),
             right_rad_s: f64::from(feedback.right_rad_s),
             pivot_rad_s: f64::from(feedback.pivot_rad_s),
+            epoch: self.status.bring_ups,
         };
         self.symbols.encoders.write(now_ns, &encoders);
     }
@@ -402,6 +402,7 @@ impl Drive {
             Fault::BusLost,
             now_ns.saturating_sub(self.answered_ns) as f64 / MILLISECOND_NS as f64,
         );
+        self.port.clear(Fault::SetpointStale); // nothing is sent any more
         self.port.step(LifeCycleEvent::Fault);
         self.retry_ns = 0;
     }
@@ -466,6 +467,8 @@ impl Activity for Drive {
         }
         let operational = self.bus.is_some() && self.port.state() != LifeCycleState::Configuring;
         self.status.operational = u64::from(operational);
+        let follows = operational && self.port.running() && !self.latched && !has_panicked();
+        self.status.follows = u64::from(follows);
         self.status.status =
             u64::from(self.inputs.status1.0) | u64::from(self.inputs.status2) << 16;
         self.status.bus_voltage_v = f64::from(self.inputs.bus_voltage_v);

@@ -2,6 +2,7 @@
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::{Reader, Stamped, Writer};
+use skills::scan::AlignError;
 use skills::tubes::{Adapted, MotionTubes, Reason, Verdict};
 
 use super::scans::{Intake, ScanIntake};
@@ -93,7 +94,8 @@ impl MotionTube {
             now_ns,
         );
         self.report(&adapted);
-        let stale = now_ns.saturating_sub(self.wanted.stamp_ns) > self.command_timeout_ns;
+        let old = |stamp_ns: u64| now_ns.saturating_sub(stamp_ns) > self.command_timeout_ns;
+        let stale = old(self.wanted.stamp_ns) || old(self.odometry.stamp_ns);
         let halt = stale || self.stopped_by_operator || self.wanted.value.stop != 0;
         self.safe = if halt || must_stop_hard(&adapted) {
             CommandValue::stop(adapted.command.curvature_1_m)
@@ -104,10 +106,8 @@ impl MotionTube {
 
     fn report(&mut self, adapted: &Adapted) {
         let blind = matches!(adapted.reason, Reason::NoScan | Reason::AwaitingScans);
-        let blocked = matches!(
-            adapted.reason,
-            Reason::Blocked | Reason::Resuming | Reason::TooFast
-        ) && adapted.verdict == Verdict::Stopped;
+        let blocked =
+            adapted.verdict == Verdict::Stopped && !blind && adapted.reason != Reason::None;
         // Before the first scan there is no age to tell.
         let age_ms = if adapted.scan_age_ns == u64::MAX {
             0.0
@@ -146,7 +146,10 @@ impl Activity for MotionTube {
             .intake
             .take(&mut self.symbols.scan, &mut self.symbols.trace);
         self.fresh_scan = intake == Intake::Aligned;
-        if let Intake::Refused(_) = intake {
+        // Without odometry no scan can be aligned: that is not the lidar's fault.
+        if let Intake::Refused(error) = intake
+            && !matches!(error, AlignError::NoOdometry { .. })
+        {
             self.port
                 .note(Fault::ScanBroken, self.intake.sequence() as f64);
         }

@@ -2,7 +2,9 @@
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::event::EventId;
+use coordination::fsm::StateId;
 use coordination::symbols::{Reader, Stamped, Writer};
+use skills::geometry::Pose2;
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
 
@@ -10,6 +12,7 @@ use super::scans::{Intake, ScanIntake};
 use crate::faults::Fault;
 use crate::port::{Command, Port, Report};
 use crate::reload::Exchange;
+use crate::rt::guard;
 use crate::runner::RobotActivity;
 use crate::values::{
     CommandValue, Name, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan,
@@ -45,12 +48,26 @@ pub struct Navigation {
     exchange: Exchange<Navigator>,
     navigator: Box<Navigator>,
     names: Names,
+    start: Start,
     fresh_scan: bool,
     odometry: Stamped<OdometryValue>,
     output: Option<NavigationOutput>,
     speed_share: f64,
     schedule_changes: u64,
     laps: u64,
+}
+
+/// Where the robot starts, and where an operator puts it when it is lost.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// In `map`.
+    pub pose: Pose2,
+    /// Standard deviation of its position.
+    pub std_m: f64,
+    /// Standard deviation of its heading.
+    pub std_rad: f64,
+    /// State of the machine.
+    pub state: StateId,
 }
 
 /// Names for the symbol table, looked up once.
@@ -97,6 +114,7 @@ impl Navigation {
         intake: ScanIntake,
         navigator: Box<Navigator>,
         exchange: Exchange<Navigator>,
+        start: Start,
     ) -> Self {
         Self {
             port,
@@ -104,6 +122,7 @@ impl Navigation {
             intake,
             exchange,
             names: Names::of(&navigator),
+            start,
             navigator,
             fresh_scan: false,
             odometry: Stamped::default(),
@@ -160,6 +179,15 @@ impl Navigation {
             output.lateral_error_m,
         );
         self.output = Some(output);
+    }
+
+    /// A robot that does not know where it is has been put to its start by the operator who resets it.
+    fn return_to_start_if_lost(&mut self) {
+        if self.output.is_some_and(|output| output.pose_uncertain) {
+            self.navigator
+                .relocate(self.start.pose, self.start.std_m, self.start.std_rad);
+            self.navigator.restart_in(self.start.state);
+        }
     }
 
     fn publish_output(&mut self, now_ns: u64) {
@@ -225,6 +253,7 @@ impl Activity for Navigation {
                     self.speed_share = f64::from(thousandths.min(1000)) / 1000.0
                 }
                 Command::Reset => {
+                    self.return_to_start_if_lost();
                     if let Some(event) = self.names.reset {
                         self.navigator.post(event);
                     }
@@ -250,7 +279,8 @@ impl Activity for Navigation {
                     self.navigator.restart_in(state);
                 }
             }
-            self.names = Names::of(&self.navigator);
+            // Reconfiguring, so the real-time rules are suspended.
+            guard::relaxed(|| self.names = Names::of(&self.navigator));
             self.exchange.give_back(navigator);
         }
         self.port.step(LifeCycleEvent::Configured);
@@ -266,6 +296,9 @@ impl Activity for Navigation {
             LifeCycleState::Ready | LifeCycleState::Paused
         ) {
             self.step(now_ns, false);
+        } else if let Some(output) = &mut self.output {
+            // No step, no wish to move: an old command must not look like a new one.
+            output.command = output.command.with_speed(0.0);
         }
     }
 

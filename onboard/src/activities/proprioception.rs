@@ -6,8 +6,12 @@ use skills::odometry::{DeadReckoning, EncoderSample};
 
 use crate::faults::Fault;
 use crate::port::Port;
+use crate::rt::clock::MILLISECOND_NS;
 use crate::runner::RobotActivity;
 use crate::values::{Encoders, OdometryTrace, OdometryValue, TraceSample};
+
+/// Refused readings are reported no more often than this; all are counted.
+const NOTE_NS: u64 = 200 * MILLISECOND_NS;
 
 /// The symbols it reads and owns.
 #[derive(Debug)]
@@ -27,6 +31,8 @@ pub struct Proprioception {
     reckoning: DeadReckoning,
     sample: Stamped<Encoders>,
     trace: Box<OdometryTrace>,
+    epoch: u64,
+    noted_ns: u64,
 }
 
 impl Proprioception {
@@ -39,6 +45,8 @@ impl Proprioception {
             reckoning,
             sample: Stamped::default(),
             trace: Box::default(),
+            epoch: 0,
+            noted_ns: 0,
         }
     }
 }
@@ -64,9 +72,14 @@ impl Activity for Proprioception {
         self.port.step(LifeCycleEvent::Configured); // nothing to acquire
     }
 
-    fn compute(&mut self, _now_ns: u64) {
+    fn compute(&mut self, now_ns: u64) {
         if self.sample.stamp_ns == 0 || self.sample.stamp_ns == self.reckoning.odometry().stamp_ns {
             return;
+        }
+        if self.sample.value.epoch != self.epoch {
+            // A drive that was without power counts from zero: what it says is a new beginning, not motion.
+            self.epoch = self.sample.value.epoch;
+            self.reckoning.rebase();
         }
         let Encoders {
             left_rad,
@@ -81,10 +94,11 @@ impl Activity for Proprioception {
             pivot_rad,
         };
         if self.reckoning.update(&sample).is_err() {
-            self.port.note(
-                Fault::EncoderImplausible,
-                self.reckoning.counters().rejected() as f64,
-            );
+            if now_ns >= self.noted_ns + NOTE_NS {
+                self.noted_ns = now_ns;
+                let rejected = self.reckoning.counters().rejected();
+                self.port.note(Fault::EncoderImplausible, rejected as f64);
+            }
             return;
         }
         let odometry = self.reckoning.odometry();
