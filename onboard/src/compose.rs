@@ -17,6 +17,7 @@ use crate::log::LogSender;
 use crate::plan::{Plan, PlanError, ns_from_ms};
 use crate::port::Port;
 use crate::reload::ReloadEnds;
+use crate::rt::clock::now_ns;
 use crate::runner::RobotActivity;
 use crate::supervisor;
 use crate::wiring::{ACTIVITIES, Wiring};
@@ -126,12 +127,13 @@ fn build(
         plan.wheel_controller()?,
         command_timeout_ns,
     );
-    let communication = Communication::new(
+    let mut communication = Communication::new(
         port(ActivityKind::Communication),
         plan.communication_settings(boot_epoch),
         wiring.communication,
         log.clone(),
     );
+    communication.open_network(now_ns());
     let activities: Vec<Box<dyn RobotActivity>> = vec![
         Box::new(drive),
         Box::new(proprioception),

@@ -146,6 +146,28 @@ impl Communication {
         })
     }
 
+    /// One attempt to open the network. Called once before any thread is promoted, so that zenoh's threads inherit no
+    /// real-time priority, and again after failures.
+    pub fn open_network(&mut self, now_ns: u64) {
+        self.retry_ns = now_ns + RETRY_NS;
+        match self.open() {
+            Ok(network) => {
+                self.log.info(format!(
+                    "fleet network is open, session {}",
+                    network.session.zid()
+                ));
+                self.network = Some(network);
+                self.complaints.forget();
+                self.port.clear(Fault::FleetNetwork);
+            }
+            Err(complaint) => {
+                self.complaints
+                    .say(&self.log, "fleet network cannot be opened", complaint);
+                self.port.raise(Fault::FleetNetwork, 0.0);
+            }
+        }
+    }
+
     fn retry_network(&mut self, now_ns: u64) {
         if self.network.is_none() && now_ns >= self.retry_ns {
             self.port.step(LifeCycleEvent::Fault); // back to configuring, for the next attempt
@@ -235,26 +257,13 @@ impl Activity for Communication {
     }
 
     fn configure(&mut self, now_ns: u64) {
-        if now_ns < self.retry_ns {
-            return;
-        }
-        self.retry_ns = now_ns + RETRY_NS;
-        match self.open() {
-            Ok(network) => {
-                self.log.info(format!(
-                    "fleet network is open, session {}",
-                    network.session.zid()
-                ));
-                self.network = Some(network);
-                self.port.clear(Fault::FleetNetwork);
+        if self.network.is_none() {
+            if now_ns < self.retry_ns {
+                return;
             }
-            // A robot without its fleet still drives where nothing needs granting.
-            Err(complaint) => {
-                self.complaints
-                    .say(&self.log, "fleet network cannot be opened", complaint);
-                self.port.raise(Fault::FleetNetwork, 0.0);
-            }
+            self.open_network(now_ns);
         }
+        // A robot without its fleet still drives where nothing needs granting.
         self.port.step(LifeCycleEvent::Configured);
     }
 
