@@ -108,6 +108,8 @@ impl Monitor {
                     Feature::LaneEnd => situation
                         .lane_end
                         .map(|end| (end.consistent_scans, end.std_m)),
+                    // They correct the pose and have no estimate of their own.
+                    Feature::Walls => None,
                 };
                 known.is_some_and(|(seen, std_m)| seen >= scans && std_m <= max_std_m)
             }

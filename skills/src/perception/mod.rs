@@ -20,6 +20,8 @@ pub enum Feature {
     Corridor,
     /// The wall that closes the lane ahead.
     LaneEnd,
+    /// Every wall of the map that is in view; they correct the pose and nothing else.
+    Walls,
 }
 
 /// A set of features.
@@ -29,6 +31,20 @@ pub struct FeatureSet {
     pub corridor: bool,
     /// Has [`Feature::LaneEnd`].
     pub lane_end: bool,
+    /// Has [`Feature::Walls`].
+    pub walls: bool,
+}
+
+impl FeatureSet {
+    /// What either set has.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            corridor: self.corridor || other.corridor,
+            lane_end: self.lane_end || other.lane_end,
+            walls: self.walls || other.walls,
+        }
+    }
 }
 
 impl FromIterator<Feature> for FeatureSet {
@@ -38,6 +54,7 @@ impl FromIterator<Feature> for FeatureSet {
             match feature {
                 Feature::Corridor => set.corridor = true,
                 Feature::LaneEnd => set.lane_end = true,
+                Feature::Walls => set.walls = true,
             }
         }
         set

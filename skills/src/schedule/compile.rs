@@ -6,7 +6,6 @@ use super::{
 use crate::control::{EndOfLane, TurnDirection};
 use crate::map::SemanticMap;
 use crate::monitors::Monitor;
-use crate::perception::FeatureSet;
 use coordination::fsm::{Machine, StateId};
 use std::collections::VecDeque;
 
@@ -98,10 +97,7 @@ impl Compiler<'_> {
         let skill = &self.skills[bound.skill];
         let area = bound.area.map(|area| &self.map.areas()[area]);
         let (controller, lane, end_lane) = self.controller(state, name, skill)?;
-        let features = FeatureSet {
-            corridor: skill.tracks.corridor || skill.searches.corridor,
-            lane_end: skill.tracks.lane_end || skill.searches.lane_end,
-        };
+        let features = skill.tracks.union(skill.searches);
         Ok(Schedule {
             skill: bound.skill,
             area: bound.area,

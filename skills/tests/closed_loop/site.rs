@@ -77,6 +77,7 @@ fn skills() -> Vec<SkillSetup> {
     let both = FeatureSet {
         corridor: true,
         lane_end: true,
+        walls: false,
     };
     let corridor: FeatureSet = [Feature::Corridor].into_iter().collect();
     let lane_end: FeatureSet = [Feature::LaneEnd].into_iter().collect();
