@@ -78,6 +78,7 @@ impl Judge {
             entered: 0,
             last: Vec::new(),
             collisions: 0,
+            run_into: 0,
             max_lateral_error_m: 0.0,
             max_speed_m_s: 0.0,
             violations: Vec::new(),
@@ -243,6 +244,7 @@ mod tests {
             min_clearance_m: 0.5,
             distance_m: 0.0,
             collisions: 0,
+            run_into: 0,
             in_contact: false,
         }
     }

@@ -23,6 +23,7 @@ fn summary(duration_s: f64) -> Summary {
         laps: 3,
         distance_m: 55.25,
         collisions: 0,
+        run_into: 0,
         min_clearance_m: 0.4321,
         max_lateral_error_m: 0.0456,
         max_speed_m_s: 0.4,
@@ -61,6 +62,7 @@ fn truth(index: usize, x_m: f64, y_m: f64, theta_rad: f64) -> Truth {
         min_clearance_m: 0.5,
         distance_m: 0.0,
         collisions: 0,
+        run_into: 0,
         in_contact: false,
     }
 }

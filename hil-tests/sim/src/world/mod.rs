@@ -1,4 +1,4 @@
-//! The world: walls, obstacles, robots that see and can hit each other, and the truth about them.
+//! The world: walls, obstacles, people who walk about, robots that see and can hit each other, and the truth about them.
 //!
 //! A [`World`] is a pure value. It advances in steps of 1 ms on a fixed grid, so looking at it never changes what
 //! happens, and the same seed with the same commands at the same times gives the same bits. [`SharedWorld`] lets the
@@ -21,6 +21,7 @@
 //! # Ok::<(), sim::world::WorldError>(())
 //! ```
 
+mod collision;
 mod geometry;
 mod random;
 mod range_finder;
@@ -31,7 +32,9 @@ mod simulation;
 #[cfg(test)]
 mod tests;
 mod truth;
+mod walker;
 
+pub use collision::{Cause, Collision, STANDING_M_S};
 pub use geometry::{Footprint, Point, Pose, Rectangle, Segment, Twist};
 pub use random::Random;
 pub use range_finder::{RANGE_STEPS, RangeFinder, RangeModel, STEPS_PER_TURN};
@@ -40,6 +43,7 @@ pub use scene::{MAX_OBSTACLES, Obstacle, ObstacleId, Shape};
 pub use shared::{RobotHandle, SharedWorld, WorldRangeSource};
 pub use simulation::{COMMAND_TIMEOUT, STEP, World, WorldConfig};
 pub use truth::{Truth, TruthLog, TruthRecord};
+pub use walker::{Body, Route, Walker};
 
 /// Why a world cannot be built or changed as asked.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -55,6 +59,9 @@ pub enum WorldError {
     /// An obstacle makes no sense.
     #[error("obstacle: {0}")]
     Obstacle(String),
+    /// A walker makes no sense.
+    #[error("walker: {0}")]
+    Walker(String),
     /// There is no robot of that name.
     #[error("no robot \"{id}\" in this world; it has: {known}")]
     UnknownRobot {

@@ -202,10 +202,7 @@ impl RangeFinder {
         let age_s = (slice as f64 + 0.5) * self.slice_s;
         self.visible.clear();
         self.visible.extend(self.targets.iter().map(|target| {
-            let by_m = [
-                target.velocity_m_s[0] * age_s,
-                target.velocity_m_s[1] * age_s,
-            ];
+            let by_m = target.course.way_m(age_s);
             match target.outline {
                 Outline::Segment(segment) => Outline::Segment(segment.moved(by_m)),
                 Outline::Disc { centre_m, radius_m } => Outline::Disc {

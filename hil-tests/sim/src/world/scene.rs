@@ -89,22 +89,62 @@ struct Placed {
     id: ObstacleId,
     obstacle: Obstacle,
     placed_ns: u64,
+    /// Its velocity until then.
+    before_m_s: Point,
 }
 
 impl Placed {
-    /// How far it has moved by `at_ns`, also before it was added.
+    /// How far it has moved by `at_ns`, also before it was placed.
     fn displacement_m(&self, at_ns: u64) -> Point {
-        let [vx, vy] = self.obstacle.velocity_m_s;
+        let [vx, vy] = if at_ns < self.placed_ns {
+            self.before_m_s
+        } else {
+            self.obstacle.velocity_m_s
+        };
         let age_s = at_ns as f64 * 1e-9 - self.placed_ns as f64 * 1e-9;
         [vx * age_s, vy * age_s]
     }
+
+    /// How it moves from `at_ns` on.
+    fn course(&self, at_ns: u64) -> Course {
+        let velocity_m_s = self.obstacle.velocity_m_s;
+        if at_ns >= self.placed_ns || self.before_m_s == velocity_m_s {
+            return Course {
+                until_s: f64::INFINITY,
+                first_m_s: velocity_m_s,
+                then_m_s: velocity_m_s,
+            };
+        }
+        Course {
+            until_s: (self.placed_ns - at_ns) as f64 * 1e-9,
+            first_m_s: self.before_m_s,
+            then_m_s: velocity_m_s,
+        }
+    }
 }
 
-/// A piece of outline as a ray sees it, with the velocity it moves at.
+/// Straight on, with at most one change of velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Course {
+    until_s: f64,
+    first_m_s: Point,
+    then_m_s: Point,
+}
+
+impl Course {
+    /// The way made in so much time.
+    pub(super) fn way_m(&self, age_s: f64) -> Point {
+        let first_s = age_s.min(self.until_s);
+        let then_s = age_s - first_s;
+        [0, 1].map(|axis| self.first_m_s[axis] * first_s + self.then_m_s[axis] * then_s)
+    }
+}
+
+/// A piece of outline as a ray sees it, and how it moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Target {
     pub(super) outline: Outline,
-    pub(super) velocity_m_s: Point,
+    pub(super) course: Course,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,8 +177,61 @@ impl Scene {
             id,
             obstacle,
             placed_ns: now_ns,
+            before_m_s: obstacle.velocity_m_s,
         });
         Ok(id)
+    }
+
+    /// Where the middle of a disc or box is.
+    pub(super) fn position_m(&self, id: ObstacleId, at_ns: u64) -> Option<Point> {
+        let placed = self.obstacles.iter().find(|placed| placed.id == id)?;
+        match moved(&placed.obstacle.shape, placed.displacement_m(at_ns)) {
+            Shape::Disc { centre_m, .. } => Some(centre_m),
+            Shape::Box { pose, .. } => Some([pose.x_m, pose.y_m]),
+            Shape::Wall(_) => None,
+        }
+    }
+
+    /// Sends a disc or box another way from `now_ns` and `at_m` on.
+    pub(super) fn redirect(
+        &mut self,
+        id: ObstacleId,
+        now_ns: u64,
+        at_m: Point,
+        heading_rad: Option<f64>,
+        velocity_m_s: Point,
+    ) {
+        let Some(placed) = self.obstacles.iter_mut().find(|placed| placed.id == id) else {
+            return;
+        };
+        match &mut placed.obstacle.shape {
+            Shape::Disc { centre_m, .. } => *centre_m = at_m,
+            Shape::Box { pose, .. } => {
+                *pose = Pose::new(at_m[0], at_m[1], heading_rad.unwrap_or(pose.theta_rad));
+            }
+            Shape::Wall(_) => return,
+        }
+        placed.before_m_s = placed.obstacle.velocity_m_s;
+        placed.obstacle.velocity_m_s = velocity_m_s;
+        placed.placed_ns = now_ns;
+    }
+
+    /// Speed of the fastest obstacle that a footprint touches.
+    pub(super) fn touching_m_s(
+        &self,
+        footprint: &Footprint,
+        pose: &Pose,
+        at_ns: u64,
+    ) -> Option<f64> {
+        let rectangle = footprint.at(pose);
+        self.obstacles
+            .iter()
+            .filter(|placed| {
+                let shape = moved(&placed.obstacle.shape, placed.displacement_m(at_ns));
+                distance_m(&rectangle, &shape) <= 0.0
+            })
+            .map(|placed| norm(placed.obstacle.velocity_m_s))
+            .reduce(f64::max)
     }
 
     pub(super) fn remove(&mut self, id: ObstacleId) -> bool {
@@ -188,18 +281,7 @@ impl Scene {
             if from_middle_m - reach_m >= best_m {
                 continue;
             }
-            best_m = best_m.min(match &shape {
-                Shape::Wall(wall) => rectangle.distance_to_segment_m(wall),
-                Shape::Disc { centre_m, radius_m } => {
-                    rectangle.distance_to_disc_m(*centre_m, *radius_m)
-                }
-                Shape::Box {
-                    pose,
-                    length_m,
-                    width_m,
-                } => rectangle
-                    .distance_to_rectangle_m(&Rectangle::centred(pose, *length_m, *width_m)),
-            });
+            best_m = best_m.min(distance_m(&rectangle, &shape));
         }
         best_m
     }
@@ -213,17 +295,14 @@ impl Scene {
         targets: &mut Vec<Target>,
     ) {
         for placed in &self.obstacles {
-            let velocity_m_s = placed.obstacle.velocity_m_s;
+            let course = placed.course(at_ns);
             let mut push = |outline: Outline| {
                 let distance_m = match &outline {
                     Outline::Segment(segment) => segment.distance_to_point_m(from_m),
                     Outline::Disc { centre_m, radius_m } => norm(sub(*centre_m, from_m)) - radius_m,
                 };
                 if distance_m <= reach_m {
-                    targets.push(Target {
-                        outline,
-                        velocity_m_s,
-                    });
+                    targets.push(Target { outline, course });
                 }
             };
             match moved(&placed.obstacle.shape, placed.displacement_m(at_ns)) {
@@ -239,6 +318,18 @@ impl Scene {
                     .for_each(|edge| push(Outline::Segment(edge))),
             }
         }
+    }
+}
+
+fn distance_m(rectangle: &Rectangle, shape: &Shape) -> f64 {
+    match shape {
+        Shape::Wall(wall) => rectangle.distance_to_segment_m(wall),
+        Shape::Disc { centre_m, radius_m } => rectangle.distance_to_disc_m(*centre_m, *radius_m),
+        Shape::Box {
+            pose,
+            length_m,
+            width_m,
+        } => rectangle.distance_to_rectangle_m(&Rectangle::centred(pose, *length_m, *width_m)),
     }
 }
 

@@ -3,11 +3,13 @@
 use std::time::Duration;
 
 use super::WorldError;
-use super::geometry::{Pose, norm, sub};
+use super::collision::{Cause, Collision, MOST_COLLISIONS};
+use super::geometry::{Footprint, Pose, norm, sub};
 use super::random::Random;
 use super::robot::{Motion, RobotModel};
 use super::scene::{Obstacle, ObstacleId, Scene, Shape, Target};
 use super::truth::{Truth, TruthLog};
+use super::walker::{Walk, Walker};
 use crate::plant::{DriveCommand, DriveFeedback};
 
 /// Length of a step.
@@ -60,6 +62,8 @@ struct Robot {
     min_clearance_m: f64,
     distance_m: f64,
     collisions: u64,
+    run_into: u64,
+    first_collisions: Vec<Collision>,
     last_contact_ns: Option<u64>,
     in_contact: bool,
 }
@@ -70,6 +74,8 @@ pub struct World {
     seed: u64,
     max_catch_up_ns: u64,
     scene: Scene,
+    walks: Vec<Walk>,
+    walkers_added: u64,
     robots: Vec<Robot>,
     log: TruthLog,
     /// Time of the last whole step; `None` before the first call of `advance_to`.
@@ -103,6 +109,8 @@ impl World {
                 min_clearance_m: f64::INFINITY,
                 distance_m: 0.0,
                 collisions: 0,
+                run_into: 0,
+                first_collisions: Vec::new(),
                 last_contact_ns: None,
                 in_contact: false,
                 model,
@@ -114,6 +122,8 @@ impl World {
                 .unwrap_or(u64::MAX)
                 .max(STEP_NS),
             scene,
+            walks: Vec::new(),
+            walkers_added: 0,
             robots,
             log: TruthLog::new(config.log_capacity),
             stepped_ns: None,
@@ -137,7 +147,7 @@ impl World {
     /// Steps up to `now_ns`, in which every robot holds its last command. A time in the past changes nothing.
     pub fn advance_to(&mut self, now_ns: u64) {
         let Some(mut stepped_ns) = self.stepped_ns else {
-            self.scene.skip(0, now_ns);
+            self.skip(0, now_ns);
             for robot in &mut self.robots {
                 robot.commanded_ns = now_ns;
             }
@@ -149,7 +159,7 @@ impl World {
         let behind_ns = self.now_ns - stepped_ns;
         if behind_ns > self.max_catch_up_ns {
             let skipped_ns = (behind_ns - self.max_catch_up_ns).div_ceil(STEP_NS) * STEP_NS;
-            self.scene.skip(stepped_ns, stepped_ns + skipped_ns);
+            self.skip(stepped_ns, stepped_ns + skipped_ns);
             stepped_ns += skipped_ns;
             self.skipped_ns += skipped_ns;
         }
@@ -179,8 +189,19 @@ impl World {
         self.scene.add(obstacle, self.now_ns)
     }
 
-    /// Removes an obstacle; false if it was not there.
+    /// Adds somebody who sets out now.
+    pub fn add_walker(&mut self, walker: Walker) -> Result<ObstacleId, WorldError> {
+        let number = self.walkers_added;
+        let walk = Walk::new(walker, self.seed, number, &mut self.scene, self.now_ns)?;
+        let id = walk.obstacle();
+        self.walkers_added += 1;
+        self.walks.push(walk);
+        Ok(id)
+    }
+
+    /// Removes an obstacle, or a walker; false if it was not there.
     pub fn remove_obstacle(&mut self, id: ObstacleId) -> bool {
+        self.walks.retain(|walk| walk.obstacle() != id);
         self.scene.remove(id)
     }
 
@@ -224,8 +245,16 @@ impl World {
             min_clearance_m: state.min_clearance_m,
             distance_m: state.distance_m,
             collisions: state.collisions,
+            run_into: state.run_into,
             in_contact: state.in_contact,
         })
+    }
+
+    /// The collisions of a robot, in order of time; of very many the first ones.
+    pub fn collisions(&self, robot: usize) -> &[Collision] {
+        self.robots
+            .get(robot)
+            .map_or(&[], |robot| robot.first_collisions.as_slice())
     }
 
     /// True radii of a robot's left and right wheel, which its own configuration only knows nominally.
@@ -281,8 +310,23 @@ impl World {
         ahead_ns.min(STEP_NS) as f64 * 1e-9
     }
 
+    /// The clock jumps without anything moving.
+    fn skip(&mut self, from_ns: u64, to_ns: u64) {
+        self.scene.skip(from_ns, to_ns);
+        for walk in &mut self.walks {
+            walk.skip(to_ns.saturating_sub(from_ns));
+        }
+    }
+
     fn step(&mut self, to_ns: u64) {
         self.steps += 1;
+        let floors = self
+            .robots
+            .iter()
+            .map(|robot| robot.model.footprint.at(&robot.motion.pose));
+        for walk in &mut self.walks {
+            walk.step(to_ns, self.steps, &mut self.scene, floors.clone());
+        }
         for index in 0..self.robots.len() {
             self.move_robot(index, to_ns);
         }
@@ -310,17 +354,46 @@ impl World {
         robot.min_clearance_m = robot.min_clearance_m.min(clearance_m);
         robot.in_contact = clearance_m <= 0.0;
         if robot.in_contact {
+            let touched = robot.motion.pose;
             robot.motion = robot.motion.blocked(&before, &robot.model, STEP_S);
             let last_ns = robot.last_contact_ns.replace(to_ns);
             if last_ns.is_none_or(|last_ns| to_ns - last_ns > SAME_COLLISION_NS) {
-                robot.collisions += 1;
+                self.note_collision(index, &before, &touched, to_ns);
             }
         } else {
             let (from, to) = (before.pose, robot.motion.pose);
             robot.distance_m += norm(sub([to.x_m, to.y_m], [from.x_m, from.y_m]));
         }
         let slot = (self.steps % HISTORY_STEPS as u64) as usize;
+        let robot = &mut self.robots[index];
         robot.history[slot] = robot.motion.pose;
+    }
+
+    /// A contact begins: of the robot as it was `before`, with what touches it at `touched`.
+    fn note_collision(&mut self, index: usize, before: &Motion, touched: &Pose, at_ns: u64) {
+        let footprint = self.robots[index].model.footprint;
+        let outline_m_s = |footprint: &Footprint, motion: &Motion| {
+            motion.twist.v_m_s.abs() + motion.twist.omega_rad_s.abs() * footprint.reach_m()
+        };
+        let mut object_m_s = self
+            .scene
+            .touching_m_s(&footprint, touched, at_ns)
+            .unwrap_or(0.0);
+        let floor = footprint.at(touched);
+        for (other_index, other) in self.robots.iter().enumerate() {
+            let theirs = other.model.footprint.at(&other.motion.pose);
+            if other_index != index && floor.distance_to_rectangle_m(&theirs) <= 0.0 {
+                let other_m_s = outline_m_s(&other.model.footprint, &other.motion);
+                object_m_s = object_m_s.max(other_m_s);
+            }
+        }
+        let collision = Collision::new(at_ns, outline_m_s(&footprint, before), object_m_s);
+        let robot = &mut self.robots[index];
+        robot.collisions += 1;
+        robot.run_into += u64::from(collision.cause == Cause::RunInto);
+        if robot.first_collisions.len() < MOST_COLLISIONS {
+            robot.first_collisions.push(collision);
+        }
     }
 
     /// Clearance of a robot to everything else, or `limit_m` if nothing is nearer.

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::geometry::{Pose, Twist};
 
 /// The truth about one robot at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Truth {
     /// Monotonic time.
     pub time_ns: u64,
@@ -23,6 +23,8 @@ pub struct Truth {
     pub distance_m: f64,
     /// Collisions so far; contacts less than half a second apart are one.
     pub collisions: u64,
+    /// Those of them in which something ran into the standing robot.
+    pub run_into: u64,
     /// It is touching something.
     pub in_contact: bool,
 }

@@ -4,6 +4,7 @@ mod collision;
 mod kinematics;
 mod ranges;
 mod repeatability;
+mod walkers;
 
 use std::time::Duration;
 

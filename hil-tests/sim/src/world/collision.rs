@@ -1,0 +1,47 @@
+//! What a collision was: who moved, and who was hit.
+
+/// A robot slower than this stands, whatever its wheels do about it.
+pub const STANDING_M_S: f64 = 0.02;
+/// Most collisions kept for each robot; the counters go on.
+pub(super) const MOST_COLLISIONS: usize = 256;
+
+/// Who is to blame for a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The robot moved, and what it touched stood.
+    DroveInto,
+    /// Both moved.
+    Met,
+    /// The robot stood, and what it touched moved.
+    RunInto,
+}
+
+/// The beginning of a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Collision {
+    /// Monotonic time.
+    pub time_ns: u64,
+    /// Who moved.
+    pub cause: Cause,
+    /// Fastest speed of the robot's outline just before.
+    pub robot_m_s: f64,
+    /// Fastest speed of what it touched.
+    pub object_m_s: f64,
+}
+
+impl Collision {
+    pub(super) fn new(time_ns: u64, robot_m_s: f64, object_m_s: f64) -> Collision {
+        let cause = match (robot_m_s < STANDING_M_S, object_m_s < STANDING_M_S) {
+            (true, false) => Cause::RunInto,
+            (false, false) => Cause::Met,
+            // Whoever creeps into a wall has driven into it, however slowly.
+            (_, true) => Cause::DroveInto,
+        };
+        Collision {
+            time_ns,
+            cause,
+            robot_m_s,
+            object_m_s,
+        }
+    }
+}
