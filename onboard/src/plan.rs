@@ -304,6 +304,7 @@ impl Plan {
                 heading_gain_1_m: gains.heading_gain_1_m,
                 lookahead_m: gains.lookahead_m,
                 max_curvature_1_m: gains.max_curvature_1_m,
+                acceleration_m_s2: self.robot.drive.acceleration_m_s2,
                 deceleration_m_s2: gains.deceleration_m_s2,
                 steering_lag_s: gains.steering_lag_s,
                 range_std_m: gains.range_std_m,
@@ -316,7 +317,9 @@ impl Plan {
                 start_std_rad: gains.start_std_rad,
                 max_std_m: gains.max_std_m,
                 max_std_rad: gains.max_std_rad,
+                ..NavigationGains::default()
             },
+            footprint: site_parts::footprint(&self.robot.footprint),
             max_speed_m_s: self.robot.drive.max_speed_m_s,
             beams: self.scan_geometry()?.beams,
             start: Pose2::new(start.x_m, start.y_m, start.theta_rad),

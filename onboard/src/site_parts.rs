@@ -86,6 +86,7 @@ pub fn skills(site: &SiteConfig) -> Vec<SkillSetup> {
             SkillSetup {
                 id: skill.id.clone(),
                 controller: controller(&skill.controller),
+                speed_m_s: None,
                 tracks: features(&kind.tracks),
                 searches: features(&kind.searches),
                 monitors: skill.monitors.clone(),
@@ -137,7 +138,7 @@ pub fn monitors(
 
 fn controller(controller: &ControllerConfig) -> ControllerSetup {
     match *controller {
-        ControllerConfig::Corridor => ControllerSetup::Corridor,
+        ControllerConfig::Corridor => ControllerSetup::Corridor { offset_m: 0.0 },
         ControllerConfig::EndOfLane { distance_m } => ControllerSetup::EndOfLane {
             distance_m,
             exit_speed_m_s: None,

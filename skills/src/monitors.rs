@@ -28,6 +28,11 @@ pub enum MonitorKind {
     },
     /// The controller is done.
     ManoeuvreDone,
+    /// The state was entered so long ago.
+    After {
+        /// How long.
+        seconds: f64,
+    },
     /// `base_link` is too far from the controller's path.
     Deviation {
         /// How far; without a number the limit of the state's area.
@@ -50,6 +55,8 @@ pub struct Situation {
     pub lateral_error_m: f64,
     /// Of the state's area.
     pub deviation_limit_m: f64,
+    /// Since the state was entered.
+    pub in_state_s: f64,
 }
 
 /// A condition with its event.
@@ -114,6 +121,7 @@ impl Monitor {
                 known.is_some_and(|(seen, std_m)| seen >= scans && std_m <= max_std_m)
             }
             MonitorKind::ManoeuvreDone => situation.manoeuvre_done,
+            MonitorKind::After { seconds } => situation.in_state_s >= seconds,
             MonitorKind::Deviation { limit_m } => {
                 situation.lateral_error_m.abs() > limit_m.unwrap_or(situation.deviation_limit_m)
             }
@@ -169,6 +177,18 @@ mod tests {
         end.consistent_scans = 5;
         situation.lane_end = Some(end);
         assert!(monitor.step(&situation).is_some());
+    }
+
+    #[test]
+    fn a_time_fires_once_when_it_has_passed() {
+        let mut monitor = monitor(MonitorKind::After { seconds: 3.0 });
+        let mut situation = Situation::default();
+        let mut fired = |in_state_s| {
+            situation.in_state_s = in_state_s;
+            monitor.step(&situation).is_some()
+        };
+        assert!(!fired(0.0) && !fired(2.99) && !fired(f64::NAN));
+        assert!(fired(3.01) && !fired(3.05));
     }
 
     #[test]

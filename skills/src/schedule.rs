@@ -6,73 +6,14 @@
 //! transitions. Changing the state changes the schedule, at run time, without allocation.
 
 mod compile;
+mod setup;
 
 pub use compile::compile;
+pub use setup::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 
 use crate::control::{EndOfLane, TurnDirection};
-use crate::monitors::{Monitor, MonitorKind};
+use crate::monitors::Monitor;
 use crate::perception::FeatureSet;
-use coordination::event::EventId;
-
-/// A controller by its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ControllerSetup {
-    /// Keeps on the lane of the state's area.
-    Corridor,
-    /// The same, up to a distance from the wall at its end.
-    EndOfLane {
-        /// From `base_link` to the wall.
-        distance_m: f64,
-        /// Speed to have there. By default what the following states allow, 0 when all of them stand still.
-        exit_speed_m_s: Option<f64>,
-    },
-    /// Half a circle onto another lane.
-    UTurn {
-        /// To which side.
-        direction: TurnDirection,
-        /// Of `base_link`'s path.
-        radius_m: f64,
-    },
-    /// Stands still.
-    Stop,
-}
-
-/// A monitor by its name.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MonitorSetup {
-    /// Unique among monitors.
-    pub id: String,
-    /// Raised when the condition becomes true.
-    pub event: EventId,
-    /// The condition.
-    pub kind: MonitorKind,
-}
-
-/// What runs together.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SkillSetup {
-    /// Unique among skills.
-    pub id: String,
-    /// What moves the robot.
-    pub controller: ControllerSetup,
-    /// Features that correct the pose.
-    pub tracks: FeatureSet,
-    /// Features that are looked for, without correcting the pose.
-    pub searches: FeatureSet,
-    /// Monitors by name.
-    pub monitors: Vec<String>,
-}
-
-/// What a state of the machine means.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StateSetup {
-    /// A state of the machine.
-    pub name: String,
-    /// The area that it is about.
-    pub area: Option<String>,
-    /// The skill that runs.
-    pub skill: String,
-}
 
 /// What does not fit together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -116,6 +57,14 @@ pub enum ScheduleError {
         expected: &'static str,
         /// Found.
         found: f64,
+    },
+    /// A manoeuvre that cannot be driven.
+    #[error("state `{state}` cannot be driven: {reason}")]
+    Manoeuvre {
+        /// The state.
+        state: String,
+        /// Why.
+        reason: String,
     },
     /// A U-turn leads away from its outgoing lane.
     #[error(

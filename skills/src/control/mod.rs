@@ -32,7 +32,9 @@ pub struct ControlGains {
     pub lookahead_m: f64,
     /// Tightest curve that is asked for.
     pub max_curvature_1_m: f64,
-    /// Deceleration towards a lane's end.
+    /// Speeding up.
+    pub acceleration_m_s2: f64,
+    /// Slowing down where it can be foreseen.
     pub deceleration_m_s2: f64,
     /// From asking for a curve until the pivot has turned: manoeuvres begin and end so much earlier.
     pub steering_lag_s: f64,
@@ -45,6 +47,7 @@ impl Default for ControlGains {
             heading_gain_1_m: 4.0,
             lookahead_m: 0.6,
             max_curvature_1_m: 2.5,
+            acceleration_m_s2: 0.5,
             deceleration_m_s2: 0.4,
             steering_lag_s: 0.2,
         }

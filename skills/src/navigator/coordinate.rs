@@ -1,11 +1,10 @@
 //! The navigator's discrete side: monitors, the machine, and the exchange of schedules.
 
-use super::{EventList, Navigator, end_wall};
+use super::{EventList, Instruction, Navigator, Parameters, end_wall};
 use crate::control::{ControlOutput, UTurn};
 use crate::geometry::Segment;
 use crate::monitors::Situation;
 use crate::schedule::Controller;
-use coordination::event::EventId;
 use coordination::fsm::StateId;
 use std::f64::consts::FRAC_PI_2;
 
@@ -26,6 +25,7 @@ impl Navigator {
             manoeuvre_done: control.done,
             lateral_error_m: control.error.lateral_m,
             deviation_limit_m: schedule.deviation_limit_m,
+            in_state_s: self.in_state_s,
         };
         for monitor in &mut schedule.monitors {
             if let Some(event) = monitor.step(&situation)
@@ -38,12 +38,12 @@ impl Navigator {
 
     /// Steps the machine with what was posted, then with what fired here.
     pub(super) fn coordinate(&mut self, fired: &EventList, outputs: &mut EventList) {
-        while let Some(event) = self.posted.pop_front() {
-            self.trigger(event, outputs);
+        while let Some(instruction) = self.inbox.pop_front() {
+            self.trigger(instruction, outputs);
         }
         let state = self.machine.state();
         for &event in fired.as_slice() {
-            self.trigger(event, outputs);
+            self.trigger(Instruction::plain(event), outputs);
             if self.machine.state() != state {
                 // What else fired belongs to the schedule that has just ended.
                 break;
@@ -51,13 +51,17 @@ impl Navigator {
         }
     }
 
-    fn trigger(&mut self, event: EventId, outputs: &mut EventList) {
-        let step = self.machine.step(event);
-        let (from, to) = (step.from, step.to);
+    fn trigger(&mut self, instruction: Instruction, outputs: &mut EventList) {
+        let step = self.machine.step(instruction.event);
+        let (from, to, ignored) = (step.from, step.to, step.ignored);
         for &output in step.outputs {
             if !outputs.push(output) {
                 self.counters.events_lost += 1;
             }
+        }
+        let parameters = instruction.parameters();
+        if from != to || (!ignored && parameters != Parameters::default()) {
+            self.parameters = parameters;
         }
         if from != to {
             self.activate(Some(from));
@@ -66,6 +70,7 @@ impl Navigator {
 
     /// Exchanges the schedule for that of the machine's state.
     pub(super) fn activate(&mut self, from: Option<StateId>) {
+        self.in_state_s = 0.0;
         let (std_m, std_rad) = (self.pose.position_std_m(), self.pose.heading_std_rad());
         let pose = self.pose.pose();
         let before = from.map(|state| &self.schedules[state.index()]);

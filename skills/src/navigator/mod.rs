@@ -11,12 +11,18 @@
 //! allocate.
 
 mod coordinate;
+mod instruction;
 mod look;
 mod output;
 mod setup;
 
-pub use output::{EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput};
+pub use instruction::{Instruction, InstructionError};
+pub use output::{
+    EventList, Hold, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput,
+};
 pub use setup::{NavigationGains, NavigatorSetup, SetupError};
+
+use instruction::{Inbox, Parameters};
 
 use crate::control::{ControlGains, ControlOutput, Corridor, PathError, UTurn};
 use crate::geometry::{MotionCommand, Point2, Pose2, wrap_angle};
@@ -46,7 +52,9 @@ pub struct Navigator {
     corridor: CorridorTracker,
     lane_end: LaneEndTracker,
     u_turn: Option<UTurn>,
-    posted: EventList,
+    inbox: Inbox,
+    parameters: Parameters,
+    in_state_s: f64,
     last_step_ns: u64,
     last_scan_ns: u64,
     counters: NavigationCounters,
@@ -61,6 +69,9 @@ impl Navigator {
             let what = "maximum speed";
             let found = max_speed_m_s;
             return Err(SetupError::NotPositive { what, found });
+        }
+        if !setup.footprint.is_valid() {
+            return Err(SetupError::Footprint);
         }
         if !setup.start.is_finite() {
             return Err(SetupError::Start);
@@ -99,7 +110,9 @@ impl Navigator {
             corridor: CorridorTracker::new(gains.perception()),
             lane_end: LaneEndTracker::new(gains.perception()),
             u_turn: None,
-            posted: EventList::default(),
+            inbox: Inbox::default(),
+            parameters: Parameters::default(),
+            in_state_s: 0.0,
             last_step_ns: 0,
             last_scan_ns: 0,
             counters: NavigationCounters::default(),
@@ -134,9 +147,17 @@ impl Navigator {
 
     /// Gives the machine an event from elsewhere with the next step; `false`: too many wait, the event is counted as lost.
     pub fn post(&mut self, event: EventId) -> bool {
-        let taken = self.posted.push(event);
-        self.counters.events_lost += u64::from(!taken);
-        taken
+        self.instruct(Instruction::plain(event)).is_ok()
+    }
+
+    /// The same with parameters for the state that the event enters. What is refused changes nothing.
+    pub fn instruct(&mut self, instruction: Instruction) -> Result<(), InstructionError> {
+        instruction.validate()?;
+        if self.inbox.push(instruction) {
+            return Ok(());
+        }
+        self.counters.events_lost += 1;
+        Err(InstructionError::Full)
     }
 
     /// Puts the robot somewhere else in the map, as an operator does. A pose that is not finite is refused.
@@ -184,6 +205,7 @@ impl Navigator {
             last_ns => input.now_ns.saturating_sub(last_ns) as f64 * 1e-9,
         };
         self.last_step_ns = input.now_ns;
+        self.in_state_s += dt_s;
         let before = self.pose.pose();
         let moved = self.pose.predict(input.odometry);
         self.corridor.predict(moved, dt_s);
@@ -198,7 +220,9 @@ impl Navigator {
         let pose = self.pose.pose();
         let error = self.lane_error(schedule);
         let speed_m_s = input.odometry.twist.v_m_s;
-        let limit_m_s = schedule.speed_limit_m_s;
+        let limit_m_s = schedule
+            .speed_limit_m_s
+            .min(self.parameters.speed_limit_m_s.unwrap_or(f64::INFINITY));
         let output = match schedule.controller {
             Controller::Stop => ControlOutput {
                 command: MotionCommand::STOP,
@@ -297,6 +321,13 @@ impl Navigator {
             manoeuvre_done: control.done,
             pose_uncertain,
             deviation_exceeded: control.error.lateral_m.abs() > schedule.deviation_limit_m,
+            hold: match (pose_uncertain, input.motion_allowed) {
+                (true, _) => Some(Hold::PoseUncertain),
+                (_, false) => Some(Hold::Forbidden),
+                _ => None,
+            },
+            waiting_for: None,
+            border_distance_m: None,
             counters,
         }
     }

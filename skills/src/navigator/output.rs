@@ -25,6 +25,25 @@ pub struct NavigationInput<'a> {
     pub motion_allowed: bool,
 }
 
+/// Why a robot that has something to do stands still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Hold {
+    /// Motion is not allowed, as in pause.
+    Forbidden,
+    /// It does not know well enough where it is.
+    PoseUncertain,
+    /// An area ahead, or under it, is not allowed.
+    Border,
+    /// The instruction allows no speed.
+    SpeedLimit,
+    /// The state waits for a stop pose that no instruction brought.
+    NoStopPose,
+    /// The stop pose cannot be reached from here: behind the robot, or too far beside its path.
+    StopPose,
+    /// The wall to dock at is not seen.
+    WallUnseen,
+}
+
 /// A short list of events, without allocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EventList {
@@ -56,14 +75,6 @@ impl EventList {
         *place = event;
         self.len += 1;
         true
-    }
-
-    /// Takes the first one out.
-    pub(super) fn pop_front(&mut self) -> Option<EventId> {
-        let first = *self.as_slice().first()?;
-        self.events.copy_within(1..self.len, 0);
-        self.len -= 1;
-        Some(first)
     }
 }
 
@@ -123,6 +134,12 @@ pub struct NavigationOutput {
     pub pose_uncertain: bool,
     /// Farther from the path than the area allows.
     pub deviation_exceeded: bool,
+    /// Why the command is to stand although the skill wants to move, or cannot do what it should.
+    pub hold: Option<Hold>,
+    /// Index of the area that the robot waits before, because it is not allowed.
+    pub waiting_for: Option<usize>,
+    /// From the footprint along the planned path to the border of an area that is not allowed.
+    pub border_distance_m: Option<f64>,
     /// Counts since the start.
     pub counters: NavigationCounters,
 }

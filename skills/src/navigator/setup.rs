@@ -1,7 +1,7 @@
 //! What a navigator is made of, as plain data, and the checks.
 
 use crate::control::ControlGains;
-use crate::geometry::Pose2;
+use crate::geometry::{Footprint, Pose2};
 use crate::localisation::PoseGains;
 use crate::map::{MapData, MapError};
 use crate::perception::PerceptionGains;
@@ -25,6 +25,8 @@ pub struct NavigatorSetup {
     pub gains: NavigationGains,
     /// The robot's own speed limit.
     pub max_speed_m_s: f64,
+    /// The robot's outline.
+    pub footprint: Footprint,
     /// Beams of a scan, at most.
     pub beams: usize,
     /// Where the robot starts, in `map`.
@@ -44,7 +46,9 @@ pub struct NavigationGains {
     pub lookahead_m: f64,
     /// Tightest curve that is asked for.
     pub max_curvature_1_m: f64,
-    /// Deceleration towards a lane's end.
+    /// Speeding up.
+    pub acceleration_m_s2: f64,
+    /// Slowing down where it can be foreseen: before a lane's end, a stop, a border.
     pub deceleration_m_s2: f64,
     /// Manoeuvres begin and end so much earlier, for the pivot to turn.
     pub steering_lag_s: f64,
@@ -68,6 +72,8 @@ pub struct NavigationGains {
     pub max_std_m: f64,
     /// With a less certain heading the robot stops.
     pub max_std_rad: f64,
+    /// Borders and stops before them keep a margin of so many standard deviations of the pose.
+    pub border_sigma: f64,
 }
 
 impl Default for NavigationGains {
@@ -82,6 +88,7 @@ impl Default for NavigationGains {
             heading_gain_1_m: control.heading_gain_1_m,
             lookahead_m: control.lookahead_m,
             max_curvature_1_m: control.max_curvature_1_m,
+            acceleration_m_s2: control.acceleration_m_s2,
             deceleration_m_s2: control.deceleration_m_s2,
             steering_lag_s: control.steering_lag_s,
             wall_inlier_m: perception.inlier_m,
@@ -94,6 +101,7 @@ impl Default for NavigationGains {
             start_std_rad: 0.10,
             max_std_m: pose.max_std_m,
             max_std_rad: pose.max_std_rad,
+            border_sigma: 3.0,
         }
     }
 }
@@ -107,6 +115,7 @@ impl NavigationGains {
             heading_gain_1_m: self.heading_gain_1_m,
             lookahead_m: self.lookahead_m,
             max_curvature_1_m: self.max_curvature_1_m,
+            acceleration_m_s2: self.acceleration_m_s2,
             deceleration_m_s2: self.deceleration_m_s2,
             steering_lag_s: self.steering_lag_s,
         }
@@ -144,6 +153,7 @@ impl NavigationGains {
             ("heading gain", self.heading_gain_1_m),
             ("lookahead", self.lookahead_m),
             ("maximum curvature", self.max_curvature_1_m),
+            ("acceleration", self.acceleration_m_s2),
             ("deceleration", self.deceleration_m_s2),
             ("wall inlier distance", self.wall_inlier_m),
             ("points of a wall", f64::from(self.wall_min_points)),
@@ -155,6 +165,7 @@ impl NavigationGains {
             ("start heading uncertainty", self.start_std_rad),
             ("position uncertainty limit", self.max_std_m),
             ("heading uncertainty limit", self.max_std_rad),
+            ("border margin", self.border_sigma),
         ];
         for (what, found) in positive {
             if !(found.is_finite() && found > 0.0) {
@@ -189,6 +200,9 @@ pub enum SetupError {
     /// The steering lag.
     #[error("steering lag must lie between 0 and 2 s, found {0} s")]
     SteeringLag(f64),
+    /// The robot's outline.
+    #[error("all four distances of the footprint from base_link must be positive")]
+    Footprint,
     /// The start pose.
     #[error("start pose is not finite")]
     Start,

@@ -140,13 +140,13 @@ impl Compiler<'_> {
             state: name.to_owned(),
             wanted,
         };
-        match skill.controller {
+        match &skill.controller {
             ControllerSetup::Stop => Ok((Controller::Stop, lane, lane)),
-            ControllerSetup::Corridor => {
+            ControllerSetup::Corridor { .. } => {
                 let lane = lane.ok_or_else(|| no_lane("a lane"))?;
                 Ok((Controller::Corridor, Some(lane), Some(lane)))
             }
-            ControllerSetup::EndOfLane {
+            &ControllerSetup::EndOfLane {
                 distance_m,
                 exit_speed_m_s,
             } => {
@@ -170,7 +170,7 @@ impl Compiler<'_> {
                 });
                 Ok((controller, Some(lane), Some(lane)))
             }
-            ControllerSetup::UTurn {
+            &ControllerSetup::UTurn {
                 direction,
                 radius_m,
             } => {
@@ -187,6 +187,14 @@ impl Compiler<'_> {
                 };
                 Ok((controller, Some(outgoing), incoming))
             }
+            ControllerSetup::Shift { .. }
+            | ControllerSetup::Turn { .. }
+            | ControllerSetup::StopAt { .. }
+            | ControllerSetup::Dock { .. }
+            | ControllerSetup::Creep { .. } => Err(ScheduleError::Manoeuvre {
+                state: name.to_owned(),
+                reason: "its controller is declared, but not available yet".to_owned(),
+            }),
         }
     }
 

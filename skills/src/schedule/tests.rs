@@ -1,6 +1,7 @@
 use super::*;
 use crate::geometry::{Point2, Rect, Segment};
 use crate::map::{AreaData, LaneData, MapData, SemanticMap, WallData};
+use crate::monitors::MonitorKind;
 use crate::perception::Feature;
 use coordination::event::EventTable;
 use coordination::fsm::{Machine, MachineModel};
@@ -61,6 +62,7 @@ fn plan() -> Plan {
     let skill = |id: &str, controller, monitors: &[&str]| SkillSetup {
         id: id.into(),
         controller,
+        speed_m_s: None,
         tracks: [Feature::Corridor].into_iter().collect(),
         searches: [Feature::LaneEnd].into_iter().collect(),
         monitors: monitors.iter().map(|&name| name.into()).collect(),
@@ -89,7 +91,7 @@ fn plan() -> Plan {
             state("halt", "a", "stop"),
         ],
         skills: vec![
-            skill("corridor", ControllerSetup::Corridor, &[]),
+            skill("corridor", ControllerSetup::Corridor { offset_m: 0.0 }, &[]),
             skill("end", end, &["done"]),
             skill("turn", turn, &["done"]),
             skill("stop", ControllerSetup::Stop, &[]),

@@ -84,6 +84,7 @@ fn skills() -> Vec<SkillSetup> {
     let skill = |id: &str, controller, tracks, searches, monitors: &[&str]| SkillSetup {
         id: id.into(),
         controller,
+        speed_m_s: None,
         tracks,
         searches,
         monitors: monitors.iter().map(|&name| name.into()).collect(),
@@ -100,14 +101,14 @@ fn skills() -> Vec<SkillSetup> {
     vec![
         skill(
             "follow-lane",
-            ControllerSetup::Corridor,
+            ControllerSetup::Corridor { offset_m: 0.0 },
             corridor,
             none,
             &["in-2", "in-6", "strayed"],
         ),
         skill(
             "search-end",
-            ControllerSetup::Corridor,
+            ControllerSetup::Corridor { offset_m: 0.0 },
             corridor,
             lane_end,
             &["end-stable", "in-3", "strayed"],
@@ -198,6 +199,7 @@ pub fn setup(start: Pose2) -> (NavigatorSetup, EventTable) {
         monitors,
         gains: NavigationGains::default(),
         max_speed_m_s: 0.4,
+        footprint: FOOTPRINT,
         beams: lidar().beams,
         start,
         start_state: None,
