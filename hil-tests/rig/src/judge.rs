@@ -78,7 +78,6 @@ impl Judge {
             entered: 0,
             last: Vec::new(),
             collisions: 0,
-            run_into: 0,
             max_lateral_error_m: 0.0,
             max_speed_m_s: 0.0,
             violations: Vec::new(),

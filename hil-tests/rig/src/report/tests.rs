@@ -23,7 +23,6 @@ fn summary(duration_s: f64) -> Summary {
         laps: 3,
         distance_m: 55.25,
         collisions: 0,
-        run_into: 0,
         min_clearance_m: 0.4321,
         max_lateral_error_m: 0.0456,
         max_speed_m_s: 0.4,
