@@ -2,6 +2,7 @@
 //!
 //! * [`event`]: dense event ids and bounded, wait-free queues of events;
 //! * [`fsm`]: Mealy machines, from a symbolic model to dense tables;
+//! * [`petri`]: Petri nets, from a symbolic model to dense tables that an executor runs;
 //! * [`protocol`]: flag arrays, the order in which two parties set the flags that they share;
 //! * [`activity`]: the life cycle of an activity and the 5C event loop;
 //! * `symbols` (feature `symbols`): the symbol table in shared memory.
@@ -13,6 +14,7 @@
 pub mod activity;
 pub mod event;
 pub mod fsm;
+pub mod petri;
 pub mod protocol;
 #[cfg(feature = "symbols")]
 pub mod symbols;

@@ -1,0 +1,61 @@
+//! Petri nets: the decisions that coordinate several activities.
+//!
+//! A [`NetModel`] names places, transitions and arcs, and what each source and sink is bound to;
+//! [`NetModel::compile`] checks it and makes a [`Net`] of dense tables; an [`Executor`] runs it.
+//! Many executors may share one net.
+//!
+//! **Semantics.** A place holds at most one token (Murata's capacity one). A transition is enabled
+//! when all its inputs are marked and all its outputs, other than its own inputs, are empty. So a
+//! full place delays who would fill it, and a full sink waits for its consumer. An event for a full
+//! source waits, counted, and fills the source at the beginning of a later evaluation.
+//!
+//! **Choice.** Of the enabled transitions the first in the order of declaration fires, starting
+//! behind the one that fired last and wrapping around, across evaluations: none starves, and the
+//! same offers give the same firings.
+//!
+//! **Budget.** An evaluation fires at most [`Budget::firings`] times and lasts at most
+//! [`Budget::rounds`] rounds. In one round each transition fires at most once; the next round
+//! begins when no enabled transition is left that has not fired in this one. What is left waits
+//! for the next evaluation.
+//!
+//! **Real time:** everything that an [`Executor`] does after it was made is bounded by what it
+//! touches, not by the size of the net, and does not allocate; its documentation names the
+//! exceptions. Building and compiling a model allocate.
+//!
+//! ```
+//! use coordination::event::EventTable;
+//! use coordination::petri::{Binding, Budget, NetModel};
+//!
+//! let mut model = NetModel::new("gate");
+//! model.source("asked", Binding::event("ask")).sink("granted", Binding::event("grant"));
+//! model.place("free").mark("free").place("taken");
+//! model.source("left", Binding::event("leave"));
+//! model.transition("enter", &["asked", "free"], &["taken", "granted"]);
+//! model.transition("leave", &["left", "taken"], &["free"]);
+//!
+//! let mut events = EventTable::new();
+//! let net = model.compile(&mut events).expect("the model is sound");
+//! let mut gate = net.executor();
+//! gate.offer(events.id("ask").expect("the net uses it")).expect("nothing waits yet");
+//! let evaluation = gate.evaluate(Budget::default());
+//! assert_eq!((evaluation.fired, evaluation.remaining), (1, false));
+//! let mut granted = Vec::new();
+//! gate.drain_sinks(|event| {
+//!     granted.push(event);
+//!     true
+//! });
+//! assert_eq!(granted, [events.id("grant").expect("the net uses it")]);
+//! ```
+
+mod error;
+mod executor;
+mod model;
+mod net;
+mod structure;
+mod symbols;
+
+pub use error::ModelError;
+pub use executor::{Budget, Evaluation, Executor, OfferError, WrongMarking};
+pub use model::{Binding, NetModel, Place, PlaceKind, PlaceSet, Transition};
+pub use net::{Net, PlaceId, TransitionId};
+pub use structure::Structure;

@@ -1,0 +1,186 @@
+//! The compiled net.
+
+use std::sync::Arc;
+
+use super::error::ModelError;
+use super::executor::Executor;
+use super::model::{ModelData, NetModel, PlaceKind};
+use super::structure::Structure;
+use super::symbols::Element;
+use crate::event::{EventId, EventTable};
+
+/// A dense place id, valid in the [`Net`] that gave it; ids count in the model's order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PlaceId(pub u16);
+
+impl PlaceId {
+    /// The id as an index into an array with one entry per place.
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
+    pub(super) fn from_index(index: usize) -> Self {
+        Self(index as u16)
+    }
+}
+
+/// A dense transition id, valid in the [`Net`] that gave it; ids count in the model's order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TransitionId(pub u16);
+
+impl TransitionId {
+    /// The id as an index into an array with one entry per transition.
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
+    pub(super) fn from_index(index: usize) -> Self {
+        Self(index as u16)
+    }
+}
+
+/// A net ready to run; see [the module](super). A clone is another handle to the same net.
+#[derive(Clone, Debug)]
+pub struct Net {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    data: Arc<ModelData>,
+    structure: Structure,
+    /// In the model's order.
+    sources: Box<[(PlaceId, EventId)]>,
+    /// In the model's order.
+    sinks: Box<[(PlaceId, EventId)]>,
+    /// Indices into `sources`, by event.
+    sources_by_event: Box<[(EventId, u16)]>,
+}
+
+impl Net {
+    pub(super) fn new(
+        structure: Structure,
+        data: Arc<ModelData>,
+        events: &mut EventTable,
+    ) -> Result<Self, ModelError> {
+        let mut sources = Vec::new();
+        let mut sinks = Vec::new();
+        for (index, place) in data.places.iter().enumerate() {
+            let Some(binding) = &place.binding else {
+                continue;
+            };
+            let event =
+                events
+                    .intern(&binding.event_name())
+                    .map_err(|reason| ModelError::Events {
+                        net: data.name.clone(),
+                        reason,
+                    })?;
+            let bound = (PlaceId::from_index(index), event);
+            match place.kind {
+                PlaceKind::Source => sources.push(bound),
+                PlaceKind::Sink => sinks.push(bound),
+                PlaceKind::Internal => {}
+            }
+        }
+        let mut sources_by_event: Vec<_> = sources
+            .iter()
+            .enumerate()
+            .map(|(index, &(_, event))| (event, index as u16))
+            .collect();
+        sources_by_event.sort_unstable();
+        Ok(Self {
+            inner: Arc::new(Inner {
+                data,
+                structure,
+                sources: sources.into(),
+                sinks: sinks.into(),
+                sources_by_event: sources_by_event.into(),
+            }),
+        })
+    }
+
+    /// The net's name.
+    pub fn name(&self) -> &str {
+        &self.inner.data.name
+    }
+
+    /// The model that this net was made from; shared, not copied.
+    pub fn model(&self) -> NetModel {
+        NetModel::from_data(Arc::clone(&self.inner.data))
+    }
+
+    /// The inputs, outputs, kinds and initial marks in numbers.
+    pub fn structure(&self) -> &Structure {
+        &self.inner.structure
+    }
+
+    /// The place called `name`.
+    pub fn place_id(&self, name: &str) -> Option<PlaceId> {
+        match self.inner.data.symbols.find(name) {
+            Element::Place(number) => Some(PlaceId::from_index(number as usize)),
+            _ => None,
+        }
+    }
+
+    /// The name of a place, or `?` for an id of another net.
+    pub fn place_name(&self, place: PlaceId) -> &str {
+        let data = &self.inner.data;
+        let place = data.places.get(place.index());
+        place.map_or("?", |place| data.name_of(place.name))
+    }
+
+    /// The transition called `name`.
+    pub fn transition_id(&self, name: &str) -> Option<TransitionId> {
+        match self.inner.data.symbols.find(name) {
+            Element::Transition(number) => Some(TransitionId::from_index(number as usize)),
+            _ => None,
+        }
+    }
+
+    /// The name of a transition, or `?` for an id of another net.
+    pub fn transition_name(&self, transition: TransitionId) -> &str {
+        let data = &self.inner.data;
+        let transition = data.transitions.get(transition.index());
+        transition.map_or("?", |&name| data.name_of(name))
+    }
+
+    /// All places, in the model's order.
+    pub fn places(&self) -> impl ExactSizeIterator<Item = PlaceId> + use<> {
+        self.inner.structure.places()
+    }
+
+    /// All transitions, in the model's order.
+    pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + use<> {
+        self.inner.structure.transitions()
+    }
+
+    /// The sources and the events that fill them, in the model's order.
+    pub fn sources(&self) -> &[(PlaceId, EventId)] {
+        &self.inner.sources
+    }
+
+    /// The sinks and the events that they produce, in the model's order.
+    pub fn sinks(&self) -> &[(PlaceId, EventId)] {
+        &self.inner.sinks
+    }
+
+    /// The places that are marked initially, in the model's order.
+    pub fn initial_marking(&self) -> impl Iterator<Item = PlaceId> {
+        self.places()
+            .filter(|&place| self.inner.structure.marked(place))
+    }
+
+    /// An executor in the initial marking. Not for real-time threads.
+    pub fn executor(&self) -> Executor {
+        Executor::new(self.clone())
+    }
+
+    /// The sources, as indices into [`sources`](Self::sources), that `event` fills.
+    pub(super) fn filled_by(&self, event: EventId) -> &[(EventId, u16)] {
+        let all = &*self.inner.sources_by_event;
+        let from = all.partition_point(|&(other, _)| other < event);
+        let to = from + all[from..].partition_point(|&(other, _)| other == event);
+        &all[from..to]
+    }
+}
