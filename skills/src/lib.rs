@@ -7,12 +7,14 @@
 //! * [`perception`]: corridor and lane end, found and tracked in scans;
 //! * [`localisation`]: the pose in `map`;
 //! * [`control`], [`monitors`]: controllers and the conditions that raise events;
+//! * [`borders`]: how far the robot may go until its footprint enters an area that it has no leave for;
 //! * [`map`], [`schedule`]: the semantic map, and what runs in each state of the robot's machine;
 //! * [`navigator`]: all of this as one step.
 //!
 //! **Real time.** What is built once may allocate while it is built; every step afterwards does not allocate, lock, log,
 //! wait or make a system call.
 
+pub mod borders;
 pub mod control;
 pub mod drive;
 pub mod geometry;

@@ -3,29 +3,47 @@
 //! Odometry moves the pose and lets its covariance grow; every wall that perception found pulls it back in the two
 //! numbers that a wall tells, distance and heading. A correction that is improbable (chi-square of two degrees of freedom)
 //! is refused and counted. The pose is *uncertain* when the covariance passes its limits (with hysteresis), when walls are
-//! refused scan after scan, or when scan after scan shows none of the walls that should be there.
+//! refused scan after scan, when scan after scan shows none of the walls that should be there, or when beams keep passing
+//! through walls; a few good scans in a row end it.
+//!
+//! [`PoseFilter::see_walls`] does all of this with every mapped wall in view. Whoever corrects by single walls instead
+//! ([`PoseFilter::correct`], then [`PoseFilter::scan_done`]) must not do so with a scan that `see_walls` has used: the
+//! same points would count twice.
 //!
 //! Real time: no allocation, no lock, no panic.
+
+mod doubt;
+mod walls;
+
+pub use doubt::ScanVerdict;
+pub use walls::WallsOutcome;
+
+use doubt::Doubt;
 
 use crate::geometry::{Pose2, Segment, wrap_angle};
 use crate::odometry::Odometry;
 use crate::perception::WallFit;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
-/// So many refused scans in a row make the pose uncertain whatever the covariance says.
-const REFUSED_SCANS: u32 = 10;
-/// So many scans in a row that show none of the expected walls do the same.
-const BLIND_SCANS: u32 = 15;
-/// An uncertain pose is certain again below this share of the limits.
-const RECOVERED: f64 = 0.8;
 /// Uncertainty that grows even at standstill: (1 mm)² and (1 mrad)² per second.
 const IDLE_VARIANCE_1_S: f64 = 1e-6;
 /// A turn counts like the way of a point half a metre out.
 const TURN_WAY_M_PER_RAD: f64 = 0.5;
 /// No standard deviation grows beyond this, so that the filter stays well conditioned.
 const LARGEST_STD: f64 = 10.0;
-/// Odometry that leaps farther than this in one step is not believed.
+/// Odometry that leaps farther than this in one step is not believed, whatever the time it took;
 const LEAP_M: f64 = 2.0;
+/// nor faster than this, on top of what the stamps leave open.
+const FASTEST_M_S: f64 = 3.0;
+const FASTEST_RAD_S: f64 = 6.0;
+const LEAP_SLACK_M: f64 = 0.05;
+const LEAP_SLACK_RAD: f64 = 0.10;
+/// After a leap the robot is where it was, to this.
+const LEAP_STD_M: f64 = 0.10;
+const LEAP_STD_RAD: f64 = 0.10;
+
+/// Growth of the covariance with each scan that insists on another pose.
+const INSISTENCE: f64 = 1.5;
 
 /// How the pose is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,17 +83,6 @@ pub struct PoseCounters {
     pub odometry_leaps: u64,
 }
 
-/// What a scan did for the pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ScanVerdict {
-    /// A wall corrected it.
-    Corrected,
-    /// Walls were seen, all of them too improbable.
-    Refused,
-    /// None of the expected walls was seen.
-    Blind,
-}
-
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct PoseFilter {
@@ -83,9 +90,7 @@ pub struct PoseFilter {
     pose: Pose2,
     covariance: Matrix3<f64>,
     last: Option<Odometry>,
-    refused_scans: u32,
-    blind_scans: u32,
-    uncertain: bool,
+    doubt: Doubt,
     counters: PoseCounters,
 }
 
@@ -98,9 +103,7 @@ impl PoseFilter {
             pose: start,
             covariance: Matrix3::identity(),
             last: None,
-            refused_scans: 0,
-            blind_scans: 0,
-            uncertain: false,
+            doubt: Doubt::default(),
             counters: PoseCounters::default(),
         };
         filter.relocate(start, std_m, std_rad);
@@ -112,9 +115,7 @@ impl PoseFilter {
         self.pose = pose;
         let (position, heading) = (std_m * std_m, std_rad * std_rad);
         self.covariance = Matrix3::from_diagonal(&Vector3::new(position, position, heading));
-        self.refused_scans = 0;
-        self.blind_scans = 0;
-        self.uncertain = false;
+        self.doubt = Doubt::default();
         self.judge();
     }
 
@@ -124,11 +125,21 @@ impl PoseFilter {
             return Pose2::IDENTITY;
         };
         let moved = last.pose.between(odometry.pose);
-        if !moved.is_finite() || moved.position().norm_m() > LEAP_M {
+        let dt_s = odometry.stamp_ns.saturating_sub(last.stamp_ns) as f64 * 1e-9;
+        if !moved.is_finite() {
             self.counters.odometry_leaps += 1;
-            if !moved.is_finite() {
-                self.last = Some(last);
-            }
+            self.last = Some(last);
+            return Pose2::IDENTITY;
+        }
+        let furthest_m = (LEAP_SLACK_M + FASTEST_M_S * dt_s).min(LEAP_M);
+        let widest_rad = LEAP_SLACK_RAD + FASTEST_RAD_S * dt_s;
+        if moved.position().norm_m() > furthest_m || moved.theta_rad.abs() > widest_rad {
+            // Goes on from there without moving. What it hides is not known.
+            self.counters.odometry_leaps += 1;
+            let (position, heading) = (LEAP_STD_M * LEAP_STD_M, LEAP_STD_RAD * LEAP_STD_RAD);
+            self.covariance += Matrix3::from_diagonal(&Vector3::new(position, position, heading));
+            self.bound();
+            self.judge();
             return Pose2::IDENTITY;
         }
         let displacement = self.pose.rotate(moved.position());
@@ -145,7 +156,6 @@ impl PoseFilter {
         );
         let way_m = growth(last.distance_m, odometry.distance_m);
         let turned_rad = growth(last.turned_rad, odometry.turned_rad);
-        let dt_s = odometry.stamp_ns.saturating_sub(last.stamp_ns) as f64 * 1e-9;
         let effective_m = way_m + TURN_WAY_M_PER_RAD * turned_rad;
         let idle = IDLE_VARIANCE_1_S * dt_s.min(10.0);
         let position = self.gains.odometry_std_m_per_m.powi(2) * effective_m + idle;
@@ -195,21 +205,10 @@ impl PoseFilter {
 
     /// Told once for each scan in which walls were looked for.
     pub fn scan_done(&mut self, verdict: ScanVerdict) {
-        match verdict {
-            ScanVerdict::Corrected => {
-                self.refused_scans = 0;
-                self.blind_scans = 0;
-            }
-            ScanVerdict::Refused => {
-                self.blind_scans = 0;
-                self.refused_scans = self.refused_scans.saturating_add(1);
-                if self.refused_scans >= REFUSED_SCANS {
-                    // The walls insist: admit that the pose may be wrong, until they agree again.
-                    self.covariance *= 1.5;
-                    self.bound();
-                }
-            }
-            ScanVerdict::Blind => self.blind_scans = self.blind_scans.saturating_add(1),
+        if self.doubt.scan(verdict) {
+            // The walls insist: admit that the pose may be wrong, until they agree again.
+            self.covariance *= INSISTENCE;
+            self.bound();
         }
         self.judge();
     }
@@ -258,7 +257,7 @@ impl PoseFilter {
     /// The pose is not good enough to drive by.
     #[must_use]
     pub fn is_uncertain(&self) -> bool {
-        self.uncertain
+        self.doubt.is_uncertain()
     }
 
     /// What became of the corrections so far.
@@ -268,11 +267,9 @@ impl PoseFilter {
     }
 
     fn judge(&mut self) {
-        let share = if self.uncertain { RECOVERED } else { 1.0 };
-        self.uncertain = self.position_std_m() > share * self.gains.max_std_m
-            || self.heading_std_rad() > share * self.gains.max_std_rad
-            || self.refused_scans >= REFUSED_SCANS
-            || self.blind_scans >= BLIND_SCANS;
+        let worst = (self.position_std_m() / self.gains.max_std_m)
+            .max(self.heading_std_rad() / self.gains.max_std_rad);
+        self.doubt.judge(worst);
     }
 
     fn bound(&mut self) {

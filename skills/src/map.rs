@@ -23,19 +23,11 @@
 //! # Ok::<(), skills::map::MapError>(())
 //! ```
 
-use crate::geometry::{Point2, Pose2, Rect, Segment, wrap_angle};
-use std::f64::consts::FRAC_PI_2;
+mod lane;
 
-/// Walls beside a lane are parallel to it within this.
-const PARALLEL_RAD: f64 = 0.06;
-/// The wall that ends a lane crosses it at this angle or more.
-const CROSSING_RAD: f64 = 0.8;
-/// Farther from the lane a wall is not part of its corridor.
-const BESIDE_M: f64 = 4.0;
-/// A wall must run beside the lane for this length.
-const OVERLAP_M: f64 = 1.0;
-/// A lane's end wall lies at most this far behind its end.
-const AHEAD_M: f64 = 5.0;
+use crate::borders::MAX_AREAS;
+use crate::geometry::{Point2, Pose2, Rect, Segment, wrap_angle};
+use lane::lane_geometry;
 
 /// A straight wall.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,10 +95,14 @@ pub struct LaneGeometry {
     pub line: Segment,
     /// Direction of driving.
     pub direction_rad: f64,
-    /// The nearest wall to the left.
+    /// The nearest wall to the left that runs along a good part of the lane.
     pub left: Option<LaneWall>,
-    /// The nearest wall to the right.
+    /// The same to the right.
     pub right: Option<LaneWall>,
+    /// All pieces of wall that face the lane from the left, from its start to its end; between them it is open.
+    pub left_walls: Vec<LaneWall>,
+    /// The same from the right.
+    pub right_walls: Vec<LaneWall>,
     /// The wall that closes the lane.
     pub end: Option<LaneWall>,
 }
@@ -182,6 +178,18 @@ pub enum MapError {
         /// The wall.
         wall: String,
     },
+    /// An area's corners are in the wrong order, or a number is not finite.
+    #[error("area `{id}` must have finite corners, the smaller coordinates first")]
+    Region {
+        /// The area.
+        id: String,
+    },
+    /// More areas than a set of areas holds.
+    #[error("{found} areas; expected at most {MAX_AREAS}")]
+    TooManyAreas {
+        /// Found.
+        found: usize,
+    },
     /// A limit of an area is not a positive number.
     #[error("{what} of area `{id}` must be positive, found {found}")]
     Limit {
@@ -194,9 +202,21 @@ pub enum MapError {
     },
 }
 
+/// A straight wall as navigation uses it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wall {
+    /// Name.
+    pub id: String,
+    /// Where it is.
+    pub line: Segment,
+    /// Direction of `line`.
+    pub direction_rad: f64,
+}
+
 /// The map, checked, with everything resolved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SemanticMap {
+    walls: Vec<Wall>,
     lanes: Vec<LaneGeometry>,
     areas: Vec<Area>,
 }
@@ -207,6 +227,10 @@ impl SemanticMap {
         unique("wall", data.walls.iter().map(|wall| &wall.id))?;
         unique("lane", data.lanes.iter().map(|lane| &lane.id))?;
         unique("area", data.areas.iter().map(|area| &area.id))?;
+        if data.areas.len() > MAX_AREAS {
+            let found = data.areas.len();
+            return Err(MapError::TooManyAreas { found });
+        }
         for wall in &data.walls {
             check_length("wall", &wall.id, &wall.line)?;
         }
@@ -220,7 +244,22 @@ impl SemanticMap {
             .iter()
             .map(|area| resolve_area(area, &lanes))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { lanes, areas })
+        let walls = data.walls.iter().map(|wall| Wall {
+            id: wall.id.clone(),
+            line: wall.line,
+            direction_rad: wall.line.direction_rad(),
+        });
+        Ok(Self {
+            walls: walls.collect(),
+            lanes,
+            areas,
+        })
+    }
+
+    /// All walls, in the order of the data.
+    #[must_use]
+    pub fn walls(&self) -> &[Wall] {
+        &self.walls
     }
 
     /// All lanes, in the order of the data.
@@ -272,6 +311,11 @@ fn check_length(kind: &'static str, id: &str, line: &Segment) -> Result<(), MapE
 }
 
 fn resolve_area(area: &AreaData, lanes: &[LaneGeometry]) -> Result<Area, MapError> {
+    let size = area.region.max - area.region.min;
+    if !(size.is_finite() && size.x_m >= 0.0 && size.y_m >= 0.0) {
+        let id = area.id.clone();
+        return Err(MapError::Region { id });
+    }
     for (what, found) in [
         ("speed limit", area.speed_limit_m_s),
         ("deviation limit", area.deviation_limit_m),
@@ -300,95 +344,6 @@ fn resolve_area(area: &AreaData, lanes: &[LaneGeometry]) -> Result<Area, MapErro
         speed_limit_m_s: area.speed_limit_m_s,
         deviation_limit_m: area.deviation_limit_m,
     })
-}
-
-fn lane_geometry(lane: &LaneData, walls: &[WallData]) -> Result<LaneGeometry, MapError> {
-    check_length("lane", &lane.id, &lane.line)?;
-    let end = match &lane.end_wall {
-        None => nearest_end(&lane.line, walls),
-        Some(name) => {
-            let index = walls
-                .iter()
-                .position(|wall| wall.id == *name)
-                .ok_or_else(|| MapError::Unknown {
-                    kind: "lane",
-                    id: lane.id.clone(),
-                    wanted: "wall",
-                    name: name.clone(),
-                })?;
-            if distance_ahead_m(&lane.line, &walls[index].line).is_none() {
-                return Err(MapError::NotAcross {
-                    lane: lane.id.clone(),
-                    wall: name.clone(),
-                });
-            }
-            Some(index)
-        }
-    };
-    Ok(LaneGeometry {
-        id: lane.id.clone(),
-        line: lane.line,
-        direction_rad: lane.line.direction_rad(),
-        left: nearest_beside(&lane.line, walls, 1.0),
-        right: nearest_beside(&lane.line, walls, -1.0),
-        end: end.map(|index| lane_wall(index, walls[index].line)),
-    })
-}
-
-fn lane_wall(index: usize, line: Segment) -> LaneWall {
-    LaneWall {
-        index,
-        line,
-        direction_rad: line.direction_rad(),
-    }
-}
-
-/// The nearest parallel wall to the left (`side` 1) or right (−1) that runs along the lane.
-fn nearest_beside(lane: &Segment, walls: &[WallData], side: f64) -> Option<LaneWall> {
-    let beside = |(index, wall): (usize, &WallData)| {
-        let turned_rad = wrap_angle(wall.line.direction_rad() - lane.direction_rad()).abs();
-        let line = if turned_rad > FRAC_PI_2 {
-            Segment::new(wall.line.b, wall.line.a)
-        } else {
-            wall.line
-        };
-        let off_rad = wrap_angle(line.direction_rad() - lane.direction_rad()).abs();
-        let middle = (line.a + line.b) * 0.5;
-        let lateral_m = side * lane.lateral_m(middle);
-        let from_m = lane.along_m(line.a).max(0.0);
-        let to_m = lane.along_m(line.b).min(lane.length_m());
-        let enough_m = OVERLAP_M.min(lane.length_m() / 2.0);
-        (off_rad < PARALLEL_RAD
-            && lateral_m > 0.0
-            && lateral_m < BESIDE_M
-            && to_m - from_m >= enough_m)
-            .then(|| (lateral_m, lane_wall(index, line)))
-    };
-    walls
-        .iter()
-        .enumerate()
-        .filter_map(beside)
-        .min_by(|(one, _), (other, _)| one.total_cmp(other))
-        .map(|(_, wall)| wall)
-}
-
-/// How far after the lane's start its line meets the wall.
-fn distance_ahead_m(lane: &Segment, wall: &Segment) -> Option<f64> {
-    let crossing_rad = wrap_angle(wall.direction_rad() - lane.direction_rad());
-    if crossing_rad.sin().abs() < CROSSING_RAD.sin() {
-        return None;
-    }
-    wall.ray_range_m(lane.a, lane.direction_rad())
-}
-
-fn nearest_end(lane: &Segment, walls: &[WallData]) -> Option<usize> {
-    walls
-        .iter()
-        .enumerate()
-        .filter_map(|(index, wall)| Some((distance_ahead_m(lane, &wall.line)?, index)))
-        .filter(|&(ahead_m, _)| ahead_m <= lane.length_m() + AHEAD_M)
-        .min_by(|(one, _), (other, _)| one.total_cmp(other))
-        .map(|(_, index)| index)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Tracks how the robot lies in its corridor: lateral offset from the lane and heading relative to it.
 //!
 //! Between scans the estimate moves with odometry. Each scan is searched for the walls that the map puts on both sides of
-//! the lane, near where the estimate expects them; one wall is enough, none lets the uncertainty grow.
+//! the lane, near where the estimate expects them; one wall is enough, none lets the uncertainty grow. A side may consist
+//! of several pieces with openings between them: nothing is expected in an opening.
 
 use super::line::LineFitter;
 use super::{PerceptionGains, WallFit};
@@ -12,8 +13,13 @@ use nalgebra::{Matrix2, Vector2};
 /// A wall is looked for at least this far, and at most that far, from where it is expected.
 const GATE_MIN_M: f64 = 0.12;
 const GATE_MAX_M: f64 = 0.60;
-/// Shorter pieces of wall do not tell a direction.
+/// Less of a wall does not tell a direction; of a short piece this share must be seen.
 const MIN_SPAN_M: f64 = 0.4;
+const MIN_SPAN_SHARE: f64 = 0.6;
+/// Pieces of wall farther along the lane than this are left alone: they are seen too flat.
+const REACH_M: f64 = 4.0;
+/// Pieces of wall that one scan may show beside a lane.
+pub const MAX_PIECES: usize = 8;
 /// Refusing every wall so often in a row means that the estimate is wrong, not the walls.
 const REFUSALS_TO_RESTART: u32 = 5;
 /// Uncertainty that grows even at standstill, per second.
@@ -45,13 +51,36 @@ pub struct CorridorEstimate {
     pub usable: bool,
 }
 
-/// What one scan showed of the two walls.
+/// What one scan showed of the walls beside the lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CorridorWalls {
-    /// The wall to the left of the lane.
+    /// The lane's nearest wall to the left.
     pub left: Option<WallFit>,
-    /// The wall to the right of the lane.
+    /// The lane's nearest wall to the right.
     pub right: Option<WallFit>,
+    pieces: [Option<(LaneWall, WallFit)>; MAX_PIECES],
+}
+
+impl CorridorWalls {
+    /// Every piece of wall that was seen, on both sides, with its line in the map.
+    pub fn fits(&self) -> impl Iterator<Item = (&LaneWall, &WallFit)> {
+        self.pieces.iter().flatten().map(|(wall, fit)| (wall, fit))
+    }
+
+    fn add(&mut self, wall: &LaneWall, fit: WallFit) {
+        if let Some(place) = self.pieces.iter_mut().find(|place| place.is_none()) {
+            *place = Some((*wall, fit));
+        }
+    }
+}
+
+/// How well a side of the lane was seen.
+#[derive(Clone, Copy, Debug, Default)]
+struct Side {
+    /// Length of wall on the lines.
+    covered_m: f64,
+    /// The same, weighed by how clean it was.
+    clean_m: f64,
 }
 
 /// The tracker of one lane's corridor.
@@ -61,6 +90,8 @@ pub struct CorridorTracker {
     state: Vector2<f64>,
     covariance: Matrix2<f64>,
     walls: CorridorWalls,
+    left: Side,
+    right: Side,
     consistent_scans: u32,
     refusals: u32,
     started: bool,
@@ -75,6 +106,8 @@ impl CorridorTracker {
             state: Vector2::zeros(),
             covariance: Matrix2::identity(),
             walls: CorridorWalls::default(),
+            left: Side::default(),
+            right: Side::default(),
             consistent_scans: 0,
             refusals: 0,
             started: false,
@@ -88,7 +121,7 @@ impl CorridorTracker {
             wrap_angle(pose.theta_rad - lane.direction_rad),
         );
         self.covariance = Matrix2::new(std_m * std_m, 0.0, 0.0, std_rad * std_rad);
-        self.walls = CorridorWalls::default();
+        self.forget_scan();
         self.consistent_scans = 0;
         self.refusals = 0;
         self.started = true;
@@ -98,7 +131,12 @@ impl CorridorTracker {
     pub fn clear(&mut self) {
         self.started = false;
         self.consistent_scans = 0;
+        self.forget_scan();
+    }
+
+    fn forget_scan(&mut self) {
         self.walls = CorridorWalls::default();
+        (self.left, self.right) = (Side::default(), Side::default());
     }
 
     /// Moves the estimate: `moved` is the new `base_link` in the old one.
@@ -132,28 +170,44 @@ impl CorridorTracker {
         lane: &LaneGeometry,
         along_m: f64,
     ) -> CorridorWalls {
-        self.walls = CorridorWalls::default();
-        if !self.started {
+        self.forget_scan();
+        if !self.started || !along_m.is_finite() {
             return self.walls;
         }
         let mut refused = false;
-        self.walls.left = self.wall(
-            fitter,
-            points,
-            lane,
-            lane.left.as_ref(),
-            along_m,
-            &mut refused,
-        );
-        self.walls.right = self.wall(
-            fitter,
-            points,
-            lane,
-            lane.right.as_ref(),
-            along_m,
-            &mut refused,
-        );
-        if self.walls.left.is_some() || self.walls.right.is_some() {
+        for (pieces, main) in [
+            (&lane.left_walls, &lane.left),
+            (&lane.right_walls, &lane.right),
+        ] {
+            for piece in pieces {
+                let (from_m, to_m) = (
+                    lane.line.along_m(piece.line.a),
+                    lane.line.along_m(piece.line.b),
+                );
+                if from_m > along_m + REACH_M || to_m < along_m - REACH_M {
+                    continue;
+                }
+                let Some(fit) = self.wall(fitter, points, lane, piece, along_m, &mut refused)
+                else {
+                    continue;
+                };
+                self.walls.add(piece, fit);
+                let is_main = main.is_some_and(|main| main.index == piece.index);
+                let left = std::ptr::eq(pieces, &lane.left_walls);
+                let (wall, side) = if left {
+                    (&mut self.walls.left, &mut self.left)
+                } else {
+                    (&mut self.walls.right, &mut self.right)
+                };
+                side.covered_m += fit.covered_m;
+                side.clean_m += fit.share * fit.covered_m;
+                let longest = wall.is_none_or(|seen| seen.covered_m < fit.covered_m);
+                if is_main && longest {
+                    *wall = Some(fit);
+                }
+            }
+        }
+        if self.left.covered_m + self.right.covered_m > 0.0 {
             self.consistent_scans = self.consistent_scans.saturating_add(1);
             self.refusals = 0;
         } else {
@@ -179,18 +233,20 @@ impl CorridorTracker {
         }
         let lateral_std_m = self.covariance[(0, 0)].max(0.0).sqrt();
         let heading_std_rad = self.covariance[(1, 1)].max(0.0).sqrt();
-        let quality = [self.walls.left, self.walls.right]
+        let quality = [self.left, self.right]
             .iter()
-            .flatten()
-            .map(|wall| 0.5 * wall.share * (wall.covered_m / 2.0).min(1.0))
+            .map(|side| {
+                let share = side.clean_m / side.covered_m.max(1e-9);
+                0.5 * share * (side.covered_m / 2.0).min(1.0)
+            })
             .sum();
         Some(CorridorEstimate {
             lateral_m: self.state.x,
             heading_rad: self.state.y,
             lateral_std_m,
             heading_std_rad,
-            left_seen: self.walls.left.is_some(),
-            right_seen: self.walls.right.is_some(),
+            left_seen: self.left.covered_m > 0.0,
+            right_seen: self.right.covered_m > 0.0,
             quality,
             consistent_scans: self.consistent_scans,
             usable: lateral_std_m < USABLE_STD_M && heading_std_rad < USABLE_STD_RAD,
@@ -202,17 +258,17 @@ impl CorridorTracker {
         fitter: &mut LineFitter,
         points: &[Point2],
         lane: &LaneGeometry,
-        wall: Option<&LaneWall>,
+        wall: &LaneWall,
         along_m: f64,
         refused: &mut bool,
     ) -> Option<WallFit> {
-        let wall = wall?;
         let believed = lane.pose_at(along_m, self.state.x, self.state.y);
         let std_m = self.covariance[(0, 0)].max(0.0).sqrt();
         let std_rad = self.covariance[(1, 1)].max(0.0).sqrt();
         // Points lie up to 2 m along the wall, where a wrong heading shows most.
         let gate_m = (GATE_MIN_M + 3.0 * (std_m + 2.0 * std_rad)).min(GATE_MAX_M);
-        let fit = fitter.fit(points, &wall.line.seen_from(believed), gate_m, MIN_SPAN_M)?;
+        let span_m = MIN_SPAN_M.min(MIN_SPAN_SHARE * wall.line.length_m());
+        let fit = fitter.fit(points, &wall.line.seen_from(believed), gate_m, span_m)?;
         let lane_point = lane.line.a + lane.line.unit() * along_m;
         let seen = Vector2::new(
             fit.lateral_m - wall.line.lateral_m(lane_point),

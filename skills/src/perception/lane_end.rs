@@ -5,7 +5,7 @@
 
 use super::line::LineFitter;
 use super::{PerceptionGains, WallFit};
-use crate::geometry::{Point2, Pose2, Segment};
+use crate::geometry::{Point2, Pose2, Segment, wrap_angle};
 
 /// Gate around the expected wall.
 const GATE_MIN_M: f64 = 0.12;
@@ -15,6 +15,10 @@ const GATE_MAX_M: f64 = 0.80;
 const MIN_SPAN_M: f64 = 0.8;
 /// So many scans without the wall end the row of consistent ones.
 const MISSES_ALLOWED: u32 = 3;
+/// So many scans without it, and what was found there is forgotten: perhaps it was no wall.
+const MISSES_TO_SEARCH: u32 = 10;
+/// A line turned farther than this against the map is not the wall.
+const TURNED_RAD: f64 = 0.15;
 /// So many scans with the wall elsewhere start a new search.
 const CONTRADICTIONS_ALLOWED: u32 = 3;
 /// A deviation from the prediction that is never called a contradiction, m.
@@ -112,7 +116,11 @@ impl LaneEndTracker {
         let normal = Point2::new(-wall.unit().y_m, wall.unit().x_m) * side;
         let position = pose.position() + normal * (expected_m - mapped_m);
         let believed = Pose2::new(position.x_m, position.y_m, pose.theta_rad);
-        let Some(fit) = fitter.fit(points, &wall.seen_from(believed), gate_m, MIN_SPAN_M) else {
+        let heading_rad = wrap_angle(pose.theta_rad - wall.direction_rad());
+        let Some(fit) = fitter
+            .fit(points, &wall.seen_from(believed), gate_m, MIN_SPAN_M)
+            .filter(|fit| wrap_angle(fit.heading_rad - heading_rad).abs() < TURNED_RAD)
+        else {
             self.miss();
             return None;
         };
@@ -163,6 +171,9 @@ impl LaneEndTracker {
         self.misses = self.misses.saturating_add(1);
         if self.misses >= MISSES_ALLOWED {
             self.consistent_scans = 0;
+        }
+        if self.misses >= MISSES_TO_SEARCH {
+            self.clear();
         }
     }
 

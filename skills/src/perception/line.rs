@@ -2,10 +2,12 @@
 //!
 //! The expected wall is a segment in `base_link`. Points inside its gate are taken into the segment's own coordinates
 //! (along, across), so that the line is a small correction of the expectation. The fit starts from the pair of points
-//! that accounts for most of the wall's length (not for most points: what stands near is dense), and is refined by least squares with Tukey's weights: what stands in front of the wall
-//! does not pull it. Deterministic; no allocation after construction.
+//! that accounts for most of the wall's length (not for most points: what stands near is dense) and beyond which least is
+//! seen, since nothing is seen through a wall; it is refined by weighted least squares with Tukey's weights. What stands
+//! in front of the wall does not pull it. A point weighs by its noise across the wall: that of the range, times the sine
+//! of the angle under which it is seen. Deterministic; no allocation after construction.
 
-use super::{PerceptionGains, WallFit};
+use super::{PerceptionGains, RANGE_STD_SHARE, WallFit};
 use crate::geometry::{Point2, Segment, wrap_angle};
 use nalgebra::Matrix2;
 
@@ -20,8 +22,13 @@ const PIECES: usize = 128;
 const MIN_SHARE: f64 = 0.35;
 /// The expected direction cannot be off by more than this slope.
 const MAX_SLOPE: f64 = 0.6;
-/// Left out at both ends of the expected segment, where the next wall begins.
+/// Left out at both ends of the expected segment, where the next wall begins; of a short one this share.
 const END_MARGIN_M: f64 = 0.10;
+const END_MARGIN_SHARE: f64 = 0.15;
+/// Farther from the line than this many standard deviations a point is not on it, whatever the least distance says.
+const INLIER_SIGMA: f64 = 2.5;
+/// Directions of beams are not exact either.
+const BEARING_STD_RAD: f64 = 0.002;
 /// What no number of points averages away: mounting, calibration, a wall that is not straight.
 const FLOOR_ACROSS_M: f64 = 0.004;
 const FLOOR_ANGLE_RAD: f64 = 0.002;
@@ -31,6 +38,10 @@ const FLOOR_ANGLE_RAD: f64 = 0.002;
 struct WallPoint {
     along_m: f64,
     across_m: f64,
+    /// Noise across the wall.
+    std_m: f64,
+    /// This near to the line it lies on it.
+    reach_m: f64,
     /// One over the points on the same piece: what stands near is dense, and counts no more for that.
     share: f64,
 }
@@ -53,6 +64,11 @@ impl Line {
 #[derive(Clone, Debug)]
 pub struct LineFitter {
     near: Vec<WallPoint>,
+    expected: Segment,
+    unit: Point2,
+    length_m: f64,
+    /// Of the sensor, in the coordinates of the expected wall.
+    eye: Point2,
     gains: PerceptionGains,
 }
 
@@ -62,6 +78,10 @@ impl LineFitter {
     pub fn new(capacity: usize, gains: PerceptionGains) -> Self {
         Self {
             near: Vec::with_capacity(capacity),
+            expected: Segment::default(),
+            unit: Point2::default(),
+            length_m: 0.0,
+            eye: Point2::default(),
             gains,
         }
     }
@@ -75,35 +95,49 @@ impl LineFitter {
         gate_m: f64,
         min_span_m: f64,
     ) -> Option<WallFit> {
-        self.collect(points, expected, gate_m);
-        if self.near.len() < self.gains.min_points {
-            return None;
+        // The sensor is somewhere on the robot: near enough to tell before the wall from behind it.
+        self.begin(expected, Point2::default());
+        for &point in points {
+            self.offer(point, gate_m);
         }
-        let line = self.refine(self.start(min_span_m)?)?;
-        self.describe(expected, &line, min_span_m)
+        self.solve(min_span_m)
     }
 
-    fn collect(&mut self, points: &[Point2], expected: &Segment, gate_m: f64) {
+    /// Starts over with an expected wall, seen by a sensor at `eye`; both in `base_link`.
+    pub(super) fn begin(&mut self, expected: &Segment, eye: Point2) {
         self.near.clear();
-        let (unit, length_m) = (expected.unit(), expected.length_m());
-        for &point in points {
-            let from_start = point - expected.a;
-            let across_m = unit.cross(from_start);
-            if across_m.abs() > gate_m {
-                continue;
-            }
-            let along_m = unit.dot(from_start);
-            if along_m < END_MARGIN_M || along_m > length_m - END_MARGIN_M {
-                continue;
-            }
-            if self.near.len() == self.near.capacity() {
-                break;
-            }
-            self.near.push(WallPoint {
-                along_m,
-                across_m,
-                share: 0.0,
-            });
+        self.expected = *expected;
+        self.unit = expected.unit();
+        self.length_m = expected.length_m();
+        self.eye = self.place(eye);
+    }
+
+    /// Takes a point when it lies beside the wall and within the gate.
+    pub(super) fn offer(&mut self, point: Point2, gate_m: f64) {
+        let place = self.place(point);
+        let margin_m = END_MARGIN_M.min(END_MARGIN_SHARE * self.length_m);
+        let beside = place.x_m >= margin_m && place.x_m <= self.length_m - margin_m;
+        // Also leaves out what is not a number.
+        if !(beside && place.y_m.abs() <= gate_m) || self.near.len() == self.near.capacity() {
+            return;
+        }
+        let range_m = place.distance_m(self.eye).max(1e-3);
+        let sine = (place.y_m - self.eye.y_m).abs() / range_m;
+        let range_std_m = self.gains.range_std_m.max(RANGE_STD_SHARE * range_m);
+        let std_m = (range_std_m * sine).hypot(BEARING_STD_RAD * range_m);
+        self.near.push(WallPoint {
+            along_m: place.x_m,
+            across_m: place.y_m,
+            std_m,
+            reach_m: self.gains.inlier_m.max(INLIER_SIGMA * std_m),
+            share: 0.0,
+        });
+    }
+
+    /// The wall that the points taken agree on.
+    pub(super) fn solve(&mut self, min_span_m: f64) -> Option<WallFit> {
+        if self.near.len() < self.gains.min_points {
+            return None;
         }
         let mut counts = [0u32; PIECES];
         for point in &self.near {
@@ -112,6 +146,14 @@ impl LineFitter {
         for point in &mut self.near {
             point.share = 1.0 / f64::from(counts[piece(point)]);
         }
+        let line = self.refine(self.start(min_span_m)?)?;
+        self.describe(&line, min_span_m)
+    }
+
+    /// A point of `base_link` in the coordinates of the expected wall.
+    fn place(&self, point: Point2) -> Point2 {
+        let from_start = point - self.expected.a;
+        Point2::new(self.unit.dot(from_start), self.unit.cross(from_start))
     }
 
     /// The line through two points that accounts for the most length.
@@ -144,26 +186,33 @@ impl LineFitter {
         best.map(|(_, line)| line)
     }
 
-    /// Pieces of wall that lie on the line; the closer, the more they count.
+    /// Pieces of wall that lie on the line, the closer the more they count, less those that are seen beyond it.
     fn support(&self, line: &Line) -> f64 {
-        let reach_m2 = self.gains.inlier_m.powi(2);
-        let closeness = |point: &WallPoint| {
-            let off = line.residual_m(point).powi(2) / reach_m2;
-            point.share * (1.0 - off).max(0.0)
+        let beyond = if self.eye.y_m > 0.0 { -1.0 } else { 1.0 };
+        let count = |point: &WallPoint| {
+            let off = line.residual_m(point) / point.reach_m;
+            if off.abs() < 1.0 {
+                point.share * (1.0 - off * off)
+            } else if off * beyond > 0.0 {
+                -point.share
+            } else {
+                0.0
+            }
         };
-        self.near.iter().map(closeness).sum()
+        self.near.iter().map(count).sum()
     }
 
     fn refine(&self, start: Line) -> Option<Line> {
         let mut line = start;
-        let reach_m = 1.5 * self.gains.inlier_m;
         for _ in 0..PASSES {
             let (mut sum, mut along, mut across) = (0.0, 0.0, 0.0);
-            let (mut square, mut product) = (0.0, 0.0);
+            let (mut square, mut product, mut counted) = (0.0, 0.0, 0.0);
             for point in &self.near {
-                let weight = tukey(line.residual_m(point) / reach_m);
-                if weight > 0.0 {
+                let tukey = tukey(line.residual_m(point) / (1.5 * point.reach_m));
+                if tukey > 0.0 {
+                    let weight = tukey / (point.std_m * point.std_m);
                     let from_centre_m = point.along_m - line.centre_m;
+                    counted += tukey;
                     sum += weight;
                     along += weight * from_centre_m;
                     across += weight * point.across_m;
@@ -171,12 +220,12 @@ impl LineFitter {
                     product += weight * from_centre_m * point.across_m;
                 }
             }
-            if sum < 2.0 {
+            if counted < 2.0 {
                 return None;
             }
             let (mean, mean_across) = (along / sum, across / sum);
             let spread = square - along * mean;
-            if spread < 1e-6 {
+            if spread < 1e-6 * sum {
                 return None;
             }
             line = Line {
@@ -189,17 +238,21 @@ impl LineFitter {
     }
 
     /// Judges the line and states it as seen from `base_link`.
-    fn describe(&self, expected: &Segment, line: &Line, min_span_m: f64) -> Option<WallFit> {
-        let (mut inliers, mut squares, mut spread) = (0usize, 0.0, 0.0);
+    fn describe(&self, line: &Line, min_span_m: f64) -> Option<WallFit> {
+        let (mut inliers, mut squares, mut misfit) = (0usize, 0.0, 0.0);
+        let (mut weights, mut spread) = (0.0, 0.0);
         let (mut covered, mut all) = (0u128, 0u128);
         for point in &self.near {
             all |= 1 << piece(point);
             let residual_m = line.residual_m(point);
-            if residual_m.abs() < self.gains.inlier_m {
+            if residual_m.abs() < point.reach_m {
                 inliers += 1;
                 covered |= 1 << piece(point);
+                let weight = 1.0 / (point.std_m * point.std_m);
                 squares += residual_m * residual_m;
-                spread += (point.along_m - line.centre_m).powi(2);
+                misfit += weight * residual_m * residual_m;
+                weights += weight;
+                spread += weight * (point.along_m - line.centre_m).powi(2);
             }
         }
         let share = f64::from(covered.count_ones()) / f64::from(all.count_ones().max(1));
@@ -207,18 +260,17 @@ impl LineFitter {
         if inliers < self.gains.min_points || share < MIN_SHARE || covered_m < min_span_m {
             return None;
         }
-        let rms_m = (squares / inliers as f64).sqrt();
-        let noise = rms_m.max(self.gains.range_std_m).powi(2);
-        let across_variance = noise / inliers as f64 + FLOOR_ACROSS_M.powi(2);
-        let angle_variance = noise / spread + FLOOR_ANGLE_RAD.powi(2);
+        // Points that scatter more than their noise explains make the line less certain.
+        let inflation = (misfit / inliers as f64).max(1.0);
+        let across_variance = inflation / weights + FLOOR_ACROSS_M.powi(2);
+        let angle_variance = inflation / spread + FLOOR_ANGLE_RAD.powi(2);
 
         let turned_rad = line.slope.atan();
-        let direction_rad = expected.direction_rad() + turned_rad;
+        let direction_rad = self.expected.direction_rad() + turned_rad;
         let (sin, cos) = direction_rad.sin_cos();
         let unit = Point2::new(cos, sin);
-        let along = expected.unit();
-        let normal = Point2::new(-along.y_m, along.x_m);
-        let centre = expected.a + along * line.centre_m + normal * line.offset_m;
+        let normal = Point2::new(-self.unit.y_m, self.unit.x_m);
+        let centre = self.expected.a + self.unit * line.centre_m + normal * line.offset_m;
         // Lever from the points' centre to `base_link`: a wall seen far ahead tells its offset here less well.
         let lever_m = -unit.dot(centre);
         Some(WallFit {
@@ -233,7 +285,7 @@ impl LineFitter {
             inliers: inliers as u32,
             share,
             covered_m,
-            rms_m,
+            rms_m: (squares / inliers as f64).sqrt(),
         })
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! * [`mod@line`]: a robust line fit near an expected wall;
 //! * [`corridor`]: orientation and lateral offset in the corridor, tracked between scans with odometry;
-//! * [`lane_end`]: distance to the wall that closes the lane, with a count of consistent scans.
+//! * [`lane_end`]: distance to the wall that closes the lane, with a count of consistent scans;
+//! * [`walls`]: all walls of the map that are in view, for the pose.
 //!
 //! The trackers look only where the semantic map expects a wall, and each keeps an estimate of its own, so that a wrong
 //! pose in `map` does not spoil the feature. All points are in `base_link`. Nothing allocates after construction.
@@ -10,8 +11,12 @@
 pub mod corridor;
 pub mod lane_end;
 pub mod line;
+pub mod walls;
 
 use nalgebra::Matrix2;
+
+/// Noise of a range as a share of it, where that is more than the least noise.
+pub const RANGE_STD_SHARE: f64 = 0.01;
 
 /// A kind of feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

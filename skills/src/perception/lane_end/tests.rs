@@ -108,3 +108,23 @@ fn a_robot_in_front_of_the_wall_is_not_it() {
         .collect();
     assert_eq!(scene.observe(&robot, pose), None);
 }
+
+#[test]
+fn what_is_not_seen_for_long_is_searched_anew_and_what_lies_askew_is_no_end() {
+    let mut scene = Scene::new();
+    let pose = Pose2::new(7.0, -0.5, 0.0);
+    for _ in 0..6 {
+        scene.observe(&points(pose, 9.4), pose);
+    }
+    // It was a truck: it drives away, and the wall behind it is out of the gate.
+    for _ in 0..MISSES_TO_SEARCH {
+        assert!(scene.tracker.estimate().is_some());
+        scene.observe(&points(pose, 10.0), pose);
+    }
+    let end = scene.observe(&points(pose, 10.0), pose).unwrap();
+    assert!((end.distance_m - 3.0).abs() < 0.01, "{end:?}");
+
+    let mut scene = Scene::new();
+    let askew = points(Pose2::new(7.0, -0.5, 0.2), 10.0);
+    assert_eq!(scene.observe(&askew, pose), None);
+}

@@ -1,0 +1,94 @@
+//! Corrections by every mapped wall in view.
+
+use super::{PoseFilter, ScanVerdict};
+use crate::geometry::{Pose2, wrap_angle};
+use crate::perception::walls::{BeamCounts, SeenWall, WallMatcher};
+use crate::scan::AlignedScan;
+
+/// A scan is matched again from the corrected pose, at most so often,
+const PASSES: usize = 3;
+/// when the correction was larger than this.
+const AGAIN_M: f64 = 0.05;
+const AGAIN_RAD: f64 = 0.03;
+
+/// What ends a long contradiction covers so much wall, and so much of what lies in the gate.
+const SUBSTANTIAL_M: f64 = 1.0;
+const SUBSTANTIAL_SHARE: f64 = 0.6;
+
+/// What a scan did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallsOutcome {
+    /// For the pose.
+    pub verdict: ScanVerdict,
+    /// Walls that corrected it.
+    pub corrected: u32,
+    /// Walls that were recognised, but too improbable.
+    pub refused: u32,
+    /// How the beams agree with the map.
+    pub beams: BeamCounts,
+}
+
+impl PoseFilter {
+    /// Corrects the pose by every mapped wall that the scan shows, and counts the scan: [`scan_done`](Self::scan_done)
+    /// is not to be called for it. `since` is where the scan has `base_link`, seen from `base_link` now.
+    pub fn see_walls(
+        &mut self,
+        matcher: &mut WallMatcher,
+        scan: &AlignedScan,
+        since: Pose2,
+    ) -> WallsOutcome {
+        let mut view = self.clone();
+        let mut pass = 0;
+        loop {
+            pass += 1;
+            // Matched as seen from the best pose so far, but what is corrected is always the pose before the scan:
+            // no point counts twice.
+            let seen = matcher.observe(scan, since, view.pose, &view.covariance);
+            let (beams, expected) = (seen.beams, seen.expected);
+            let mut trial = self.clone();
+            let (corrected, refused) = trial.correct_by(seen.seen);
+            let moved = view.pose.between(trial.pose);
+            let far = moved.position().norm_m() > AGAIN_M
+                || wrap_angle(moved.theta_rad).abs() > AGAIN_RAD;
+            if far && corrected > 0 && pass < PASSES {
+                view = trial;
+                continue;
+            }
+            let verdict = if beams.contradict() {
+                ScanVerdict::Contradicted
+            } else if corrected > 0 {
+                ScanVerdict::Corrected
+            } else if refused > 0 {
+                ScanVerdict::Refused
+            } else if expected {
+                ScanVerdict::Blind
+            } else {
+                ScanVerdict::Nothing
+            };
+            *self = trial;
+            self.scan_done(verdict);
+            return WallsOutcome {
+                verdict,
+                corrected,
+                refused,
+                beams,
+            };
+        }
+    }
+
+    fn correct_by(&mut self, seen: &[SeenWall]) -> (u32, u32) {
+        let (mut corrected, mut refused) = (0, 0);
+        // After long contradiction the gates are wide: a robot's side must not pass for a wall then.
+        let insisted = self.doubt.insisted();
+        for wall in seen {
+            let substantial =
+                wall.fit.covered_m >= SUBSTANTIAL_M && wall.fit.share >= SUBSTANTIAL_SHARE;
+            if (substantial || !insisted) && self.correct(&wall.line, &wall.fit) {
+                corrected += 1;
+            } else {
+                refused += 1;
+            }
+        }
+        (corrected, refused)
+    }
+}

@@ -1,0 +1,131 @@
+//! Which wall is to be seen in which direction from a place in the map.
+
+use crate::geometry::{Point2, Pose2, Segment, wrap_angle};
+use std::f64::consts::TAU;
+
+/// Directions that are told apart: half a degree.
+const BINS: usize = 720;
+const BIN_RAD: f64 = TAU / BINS as f64;
+/// Directions to either side of a beam that are asked, at most: 15°.
+const MAX_SPREAD_BINS: usize = 30;
+
+/// The nearest wall in a direction.
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    wall: u32,
+    range_m: f32,
+}
+
+const NOTHING: Bin = Bin {
+    wall: u32::MAX,
+    range_m: f32::INFINITY,
+};
+
+/// What a beam should hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    candidates: [Bin; 5],
+    /// The wall in just that direction, and how far off.
+    pub(super) nearest: Option<(usize, f64)>,
+    /// How far the farthest of the candidates is; none when a direction close by is open.
+    pub(super) farthest_m: Option<f64>,
+}
+
+impl Expected {
+    /// The walls that the beam may have hit; one may come twice.
+    pub(super) fn walls(&self) -> impl Iterator<Item = usize> + '_ {
+        self.candidates
+            .iter()
+            .filter(|bin| bin.wall != u32::MAX)
+            .map(|bin| bin.wall as usize)
+    }
+}
+
+/// The nearest wall in every direction.
+#[derive(Clone, Debug)]
+pub(super) struct View {
+    bins: Box<[Bin]>,
+    rays: Box<[Point2]>,
+}
+
+impl View {
+    /// A view of nothing. Allocates, once.
+    pub(super) fn new() -> Self {
+        let ray = |bin: usize| {
+            let (sin, cos) = ((bin as f64 + 0.5) * BIN_RAD).sin_cos();
+            Point2::new(cos, sin)
+        };
+        Self {
+            bins: vec![NOTHING; BINS].into_boxed_slice(),
+            rays: (0..BINS).map(ray).collect(),
+        }
+    }
+
+    /// Looks around from `eye` (in `map`) as far as `reach_m`.
+    pub(super) fn look(&mut self, walls: &[Segment], eye: Pose2, reach_m: f64) {
+        self.bins.fill(NOTHING);
+        for (index, wall) in walls.iter().enumerate() {
+            if wall.distance_m(eye.position()) < reach_m {
+                self.draw(index as u32, wall, eye.position(), reach_m as f32);
+            }
+        }
+    }
+
+    fn draw(&mut self, index: u32, wall: &Segment, eye: Point2, reach_m: f32) {
+        let (mut a, mut b) = (wall.a - eye, wall.b - eye);
+        if a.cross(b) < 0.0 {
+            (a, b) = (b, a);
+        }
+        let start = a.direction_rad().rem_euclid(TAU) / BIN_RAD;
+        let span = wrap_angle(b.direction_rad() - a.direction_rad()).max(0.0) / BIN_RAD;
+        // Bins whose middle lies within the wall.
+        let first = (start - 0.5).ceil();
+        let count = (start + span - 0.5 - first).floor() + 1.0;
+        if !(1.0..=BINS as f64).contains(&count) {
+            return;
+        }
+        let edge = b - a;
+        let area = a.cross(edge);
+        let mut bin = first as usize % BINS;
+        for _ in 0..count as usize {
+            let range_m = (area / self.rays[bin].cross(edge)) as f32;
+            if range_m > 0.0 && range_m < self.bins[bin].range_m && range_m < reach_m {
+                self.bins[bin] = Bin {
+                    wall: index,
+                    range_m,
+                };
+            }
+            bin = if bin + 1 == BINS { 0 } else { bin + 1 };
+        }
+    }
+
+    /// What a beam along `ray` (of length one) should hit when its direction is known to `spread_rad`.
+    pub(super) fn expected(&self, ray: Point2, spread_rad: f64) -> Expected {
+        let turned = ray.direction_rad().rem_euclid(TAU) / BIN_RAD;
+        let middle = turned as usize % BINS;
+        let spread = ((spread_rad / BIN_RAD).ceil().max(1.0) as usize).min(MAX_SPREAD_BINS);
+        let at = |offset: usize| self.bins[(middle + offset) % BINS];
+        let half = spread.div_ceil(2);
+        let candidates = [
+            at(0),
+            at(half),
+            at(BINS - half),
+            at(spread),
+            at(BINS - spread),
+        ];
+        let farthest = candidates
+            .iter()
+            .map(|bin| f64::from(bin.range_m))
+            .fold(0.0, f64::max);
+        Expected {
+            candidates,
+            nearest: (candidates[0].wall != u32::MAX).then(|| {
+                (
+                    candidates[0].wall as usize,
+                    f64::from(candidates[0].range_m),
+                )
+            }),
+            farthest_m: farthest.is_finite().then_some(farthest),
+        }
+    }
+}
