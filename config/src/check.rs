@@ -7,6 +7,7 @@ mod fsm;
 mod map;
 mod robot;
 mod skills;
+mod states;
 mod threads;
 mod together;
 
@@ -43,7 +44,7 @@ pub(crate) fn site(site: &SiteConfig, report: &Report) {
         "skills",
         "fsm",
     ]) {
-        fsm::meaning(site, report);
+        states::meaning(site, report);
         if !report.touched(&["robots"]) {
             map::starts(site, report);
         }

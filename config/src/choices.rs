@@ -7,11 +7,15 @@ pub(crate) const MANOEUVRES: &[(&str, Manoeuvre)] = &[
     (Manoeuvre::Forward.name(), Manoeuvre::Forward),
     (Manoeuvre::UTurn.name(), Manoeuvre::UTurn),
     (Manoeuvre::Stop.name(), Manoeuvre::Stop),
+    (Manoeuvre::Turn.name(), Manoeuvre::Turn),
+    (Manoeuvre::Dock.name(), Manoeuvre::Dock),
+    (Manoeuvre::Any.name(), Manoeuvre::Any),
 ];
 
 pub(crate) const FEATURES: &[(&str, Feature)] = &[
     (Feature::Corridor.name(), Feature::Corridor),
     (Feature::LaneEnd.name(), Feature::LaneEnd),
+    (Feature::Walls.name(), Feature::Walls),
 ];
 
 pub(crate) const DIRECTIONS: &[(&str, TurnDirection)] = &[

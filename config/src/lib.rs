@@ -43,6 +43,6 @@ pub use robot::{
 pub use site::{
     Area, ControlLayer, ControllerConfig, Feature, FsmConfig, FsmState, FsmTransition, Lane,
     Manoeuvre, Monitor, MonitorKind, PerceptionKind, PerceptionZone, RegionRef, SiteConfig,
-    SiteRobot, SkillConfig, TurnDirection, Wall,
+    SiteRobot, SkillConfig, StopPlace, TurnDirection, Wall,
 };
 pub use threads::{ActivityKind, Core, Scheduling, ThreadConfig, Trigger};

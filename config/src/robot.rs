@@ -194,6 +194,8 @@ pub struct NavigationGains {
     pub max_std_m: f64,
     /// Above this standard deviation of the heading the robot stops.
     pub max_std_rad: f64,
+    /// Borders are kept away from by this many standard deviations of the pose.
+    pub border_sigma: f64,
 }
 
 /// One length of tubes.

@@ -1,10 +1,18 @@
 //! What a site file holds, once it is read and valid: the semantic map, the
 //! skills, the state machines, and which robots drive there.
 
+mod fsm;
+mod skills;
+
 use std::collections::BTreeMap;
 
-use crate::geometry::{PoseConfig, Rect};
+use crate::geometry::Rect;
 use crate::origin::Origin;
+
+pub use fsm::{FsmConfig, FsmState, FsmTransition, SiteRobot};
+pub use skills::{
+    ControllerConfig, Monitor, MonitorKind, RegionRef, SkillConfig, StopPlace, TurnDirection,
+};
 
 /// A site. All lengths are metres in the `map` frame, x east, y north.
 #[derive(Clone, Debug)]
@@ -94,6 +102,12 @@ pub enum Manoeuvre {
     UTurn,
     /// Drives in, stops, drives out.
     Stop,
+    /// Crosses a junction: turns from one lane onto another, or goes straight on.
+    Turn,
+    /// Drives up to a wall, and back from it.
+    Dock,
+    /// What each state says: an area for several manoeuvres.
+    Any,
 }
 
 impl Manoeuvre {
@@ -103,6 +117,9 @@ impl Manoeuvre {
             Manoeuvre::Forward => "forward",
             Manoeuvre::UTurn => "u-turn",
             Manoeuvre::Stop => "stop",
+            Manoeuvre::Turn => "turn",
+            Manoeuvre::Dock => "dock",
+            Manoeuvre::Any => "any",
         }
     }
 }
@@ -134,6 +151,8 @@ pub enum Feature {
     Corridor,
     /// The wall that closes a lane: distance ahead.
     LaneEnd,
+    /// Every wall of the map that is in view: they correct the pose.
+    Walls,
 }
 
 impl Feature {
@@ -142,159 +161,9 @@ impl Feature {
         match self {
             Feature::Corridor => "corridor",
             Feature::LaneEnd => "lane-end",
+            Feature::Walls => "walls",
         }
     }
-}
-
-/// `[monitors.<event>]`: a condition, and the event raised when it becomes true.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Monitor {
-    /// The event.
-    pub event: String,
-    /// The condition.
-    pub kind: MonitorKind,
-}
-
-/// A monitor's condition.
-#[derive(Clone, Debug, PartialEq)]
-pub enum MonitorKind {
-    /// `base_link` has come into a region.
-    RegionReached {
-        /// Where the region is.
-        region: Rect,
-        /// What the file called it.
-        of: RegionRef,
-    },
-    /// A feature's estimate has stayed good.
-    EstimateStable {
-        /// Which feature.
-        feature: Feature,
-        /// For this many scans in a row.
-        scans: u32,
-        /// Standard deviation at most this.
-        max_std_m: f64,
-    },
-    /// The skill's controller has finished.
-    ManoeuvreDone,
-    /// `base_link` is too far from the lane's centre.
-    Deviation {
-        /// How far; without a number, the area's own limit.
-        limit_m: Option<f64>,
-    },
-}
-
-/// What a region is taken from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RegionRef {
-    /// This area.
-    Area(String),
-    /// This perception zone.
-    Zone(String),
-    /// A rectangle of its own.
-    Own,
-}
-
-/// `[skills.<id>]`: what runs together.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SkillConfig {
-    /// Unique among skills.
-    pub id: String,
-    /// What moves the robot.
-    pub controller: ControllerConfig,
-    /// The perception kind that runs.
-    pub perception: String,
-    /// The monitors that run, by event.
-    pub monitors: Vec<String>,
-}
-
-/// A controller with its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ControllerConfig {
-    /// Keeps on the area's lane, by the corridor's walls.
-    Corridor,
-    /// The same, and is done at this distance from `base_link` to the lane's end wall.
-    EndOfLane {
-        /// The distance.
-        distance_m: f64,
-    },
-    /// Half a circle.
-    UTurn {
-        /// To which side.
-        direction: TurnDirection,
-        /// Of `base_link`'s path.
-        radius_m: f64,
-    },
-    /// Stands still.
-    Stop,
-}
-
-impl ControllerConfig {
-    /// The name in files.
-    pub const fn name(&self) -> &'static str {
-        match self {
-            ControllerConfig::Corridor => "corridor",
-            ControllerConfig::EndOfLane { .. } => "end-of-lane",
-            ControllerConfig::UTurn { .. } => "u-turn",
-            ControllerConfig::Stop => "stop",
-        }
-    }
-}
-
-/// To which side a robot turns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TurnDirection {
-    /// Counter-clockwise.
-    Left,
-    /// Clockwise.
-    Right,
-}
-
-/// `[fsm.<role>]`: a Mealy machine.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FsmConfig {
-    /// The first state, unless a robot's entry names another.
-    pub initial: String,
-    /// Events that no monitor raises: they come from an operator or the network.
-    pub external: Vec<String>,
-    /// Its states.
-    pub states: Vec<FsmState>,
-    /// Its transitions; at most one for a state and an event.
-    pub transitions: Vec<FsmTransition>,
-}
-
-/// `[fsm.<role>.states.<name>]`
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FsmState {
-    /// Unique in the machine.
-    pub name: String,
-    /// The area that the state is about.
-    pub area: String,
-    /// The skill that runs in it.
-    pub skill: String,
-}
-
-/// One entry of `transitions`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FsmTransition {
-    /// In this state,
-    pub from: String,
-    /// on this event,
-    pub on: String,
-    /// go to this state
-    pub to: String,
-    /// and raise these events.
-    pub outputs: Vec<String>,
-}
-
-/// `[robots.<id>]`
-#[derive(Clone, Debug, PartialEq)]
-pub struct SiteRobot {
-    /// Which state machine it runs.
-    pub role: String,
-    /// Where it starts.
-    pub start: PoseConfig,
-    /// In which state; by default the machine's initial one.
-    pub start_state: Option<String>,
 }
 
 impl SiteConfig {
@@ -326,12 +195,5 @@ impl SiteConfig {
     /// The skill with this id.
     pub fn skill(&self, id: &str) -> Option<&SkillConfig> {
         self.skills.iter().find(|skill| skill.id == id)
-    }
-}
-
-impl FsmConfig {
-    /// The state with this name.
-    pub fn state(&self, name: &str) -> Option<&FsmState> {
-        self.states.iter().find(|state| state.name == name)
     }
 }

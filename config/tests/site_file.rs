@@ -254,7 +254,7 @@ fn map() {
             key: "perception.kinds.B.searches[0]",
             line: "laneend",
             found: "text \"laneend\"",
-            expected: "`corridor` or `lane-end`",
+            expected: "`corridor`, `lane-end` or `walls`",
             hint: "did you mean `lane-end`?",
         },
         Mistake {
@@ -371,7 +371,7 @@ fn monitors_and_skills() {
             key: "skills.stop.monitors[0]",
             line: "monitors = [\"turned\"]\n\n# ---",
             found: "monitor `turned` for the end of the controller `stop`, which never ends",
-            expected: "it with `end-of-lane` or `u-turn` only",
+            expected: "it with a controller that ends",
             hint: "",
         },
         Mistake {
@@ -679,4 +679,14 @@ fn an_empty_file_lacks_its_sections_and_says_no_more() {
         "robots",
     ];
     assert_eq!(keys, sections, "{}", lines(&error));
+}
+
+#[test]
+fn every_shipped_site_is_good() {
+    for name in ["corridor", "docking", "t-junction", "course"] {
+        let site = load_site(format!("sites/{name}.toml"), &[])
+            .unwrap_or_else(|error| panic!("{name}: {}", lines(&error)));
+        assert_eq!(site.name, name);
+        assert!(!site.areas_managed, "no mediator grants its areas yet");
+    }
 }

@@ -317,7 +317,7 @@ impl Plan {
                 start_std_rad: gains.start_std_rad,
                 max_std_m: gains.max_std_m,
                 max_std_rad: gains.max_std_rad,
-                ..NavigationGains::default()
+                border_sigma: gains.border_sigma,
             },
             footprint: site_parts::footprint(&self.robot.footprint),
             max_speed_m_s: self.robot.drive.max_speed_m_s,

@@ -1,15 +1,16 @@
 //! Translates the site file's terms into those of the skills, which know no files.
 
 use config::{
-    ControllerConfig, Feature as ConfigFeature, FsmConfig, MonitorKind as ConfigMonitor, SiteConfig,
+    ControllerConfig, Feature as ConfigFeature, FsmConfig, MonitorKind as ConfigMonitor,
+    PoseConfig, SiteConfig, StopPlace,
 };
 use coordination::event::EventTable;
 use skills::control::TurnDirection;
-use skills::geometry::{Footprint, Point2, Rect, Segment};
+use skills::geometry::{Footprint, Point2, Pose2, Rect, Segment};
 use skills::map::{AreaData, LaneData, MapData, WallData};
 use skills::monitors::MonitorKind;
 use skills::perception::{Feature, FeatureSet};
-use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup};
+use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 
 use crate::plan::PlanError;
 
@@ -86,7 +87,7 @@ pub fn skills(site: &SiteConfig) -> Vec<SkillSetup> {
             SkillSetup {
                 id: skill.id.clone(),
                 controller: controller(&skill.controller),
-                speed_m_s: None,
+                speed_m_s: skill.speed_m_s,
                 tracks: features(&kind.tracks),
                 searches: features(&kind.searches),
                 monitors: skill.monitors.clone(),
@@ -123,6 +124,7 @@ pub fn monitors(
                 ConfigMonitor::Deviation { limit_m } => {
                     MonitorKind::Deviation { limit_m: *limit_m }
                 }
+                ConfigMonitor::After { after_s } => MonitorKind::After { seconds: *after_s },
             };
             let event = events
                 .intern(&monitor.event)
@@ -138,7 +140,7 @@ pub fn monitors(
 
 fn controller(controller: &ControllerConfig) -> ControllerSetup {
     match *controller {
-        ControllerConfig::Corridor => ControllerSetup::Corridor { offset_m: 0.0 },
+        ControllerConfig::Corridor { offset_m } => ControllerSetup::Corridor { offset_m },
         ControllerConfig::EndOfLane { distance_m } => ControllerSetup::EndOfLane {
             distance_m,
             exit_speed_m_s: None,
@@ -154,7 +156,33 @@ fn controller(controller: &ControllerConfig) -> ControllerSetup {
             radius_m,
         },
         ControllerConfig::Stop => ControllerSetup::Stop,
+        ControllerConfig::Shift { offset_m, within_m } => {
+            ControllerSetup::Shift { offset_m, within_m }
+        }
+        ControllerConfig::Turn { radius_m } => ControllerSetup::Turn { radius_m },
+        ControllerConfig::StopAt { ref place } => ControllerSetup::StopAt {
+            target: stop_target(place),
+        },
+        ControllerConfig::Dock { distance_m } => ControllerSetup::Dock { distance_m },
+        ControllerConfig::Creep { distance_m } => ControllerSetup::Creep { distance_m },
     }
+}
+
+fn stop_target(place: &StopPlace) -> StopTarget {
+    match place {
+        StopPlace::BeforeArea { area, margin_m } => StopTarget::BeforeArea {
+            area: area.clone(),
+            margin_m: *margin_m,
+        },
+        StopPlace::Pose(at) => StopTarget::Pose(pose(at)),
+        StopPlace::Instructed => StopTarget::Instructed,
+    }
+}
+
+/// A pose in the frame that the file means.
+#[must_use]
+pub fn pose(at: &PoseConfig) -> Pose2 {
+    Pose2::new(at.x_m, at.y_m, at.theta_rad)
 }
 
 fn features(features: &[ConfigFeature]) -> FeatureSet {
@@ -165,6 +193,7 @@ fn feature(feature: ConfigFeature) -> Feature {
     match feature {
         ConfigFeature::Corridor => Feature::Corridor,
         ConfigFeature::LaneEnd => Feature::LaneEnd,
+        ConfigFeature::Walls => Feature::Walls,
     }
 }
 

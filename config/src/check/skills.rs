@@ -4,7 +4,7 @@ use crate::check::reference;
 use crate::diagnostic::ProblemKind;
 use crate::report::Report;
 use crate::site::{
-    ControllerConfig, Feature, MonitorKind, PerceptionKind, SiteConfig, SkillConfig,
+    ControllerConfig, Feature, MonitorKind, PerceptionKind, SiteConfig, SkillConfig, StopPlace,
 };
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
@@ -14,8 +14,15 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
         .iter()
         .map(|monitor| monitor.event.as_str())
         .collect();
+    let areas: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();
     for skill in &site.skills {
         let key = format!("skills.{}", skill.id);
+        if let ControllerConfig::StopAt {
+            place: StopPlace::BeforeArea { area, .. },
+        } = &skill.controller
+        {
+            reference(report, &format!("{key}.before_area"), area, "area", &areas);
+        }
         let perception = format!("{key}.perception");
         reference(
             report,
@@ -49,6 +56,28 @@ pub(super) fn meaning(site: &SiteConfig, report: &Report) {
                 "features to look for, other than those in `tracks`",
             );
         }
+        if kind.searches.contains(&Feature::Walls) {
+            report.wrong(
+                ProblemKind::Inconsistent,
+                &format!("perception.kinds.{id}.searches"),
+                "`walls`, whose places the map says",
+                "`walls` in `tracks`: they correct the pose",
+            );
+        }
+    }
+    for monitor in &site.monitors {
+        if let MonitorKind::EstimateStable {
+            feature: Feature::Walls,
+            ..
+        } = monitor.kind
+        {
+            report.wrong(
+                ProblemKind::Inconsistent,
+                &format!("monitors.{}.feature", monitor.event),
+                "`walls`, of which there is no estimate",
+                "`corridor` or `lane-end`",
+            );
+        }
     }
     for skill in &site.skills {
         if let Some(kind) = site.perception_kinds.get(&skill.perception) {
@@ -61,9 +90,16 @@ pub(super) fn meaning(site: &SiteConfig, report: &Report) {
 /// A controller needs its features.
 fn perception(skill: &SkillConfig, kind: &PerceptionKind, report: &Report) {
     let needed: &[Feature] = match skill.controller {
-        ControllerConfig::Corridor => &[Feature::Corridor],
+        ControllerConfig::Corridor { .. } => &[Feature::Corridor],
         ControllerConfig::EndOfLane { .. } => &[Feature::Corridor, Feature::LaneEnd],
-        ControllerConfig::UTurn { .. } | ControllerConfig::Stop => &[],
+        ControllerConfig::Dock { .. } => &[Feature::LaneEnd],
+        // These go by the pose, which any feature corrects.
+        ControllerConfig::Shift { .. }
+        | ControllerConfig::Turn { .. }
+        | ControllerConfig::StopAt { .. }
+        | ControllerConfig::Creep { .. }
+        | ControllerConfig::UTurn { .. }
+        | ControllerConfig::Stop => &[],
     };
     for feature in needed
         .iter()
@@ -104,17 +140,12 @@ fn monitors(site: &SiteConfig, skill: &SkillConfig, kind: &PerceptionKind, repor
                     "a monitor of something that the skill perceives",
                 );
             }
-            Some(MonitorKind::ManoeuvreDone)
-                if matches!(
-                    skill.controller,
-                    ControllerConfig::Corridor | ControllerConfig::Stop
-                ) =>
-            {
+            Some(MonitorKind::ManoeuvreDone) if !skill.controller.ends() => {
                 let found = format!(
                     "monitor `{event}` for the end of the controller `{}`, which never ends",
                     skill.controller.name()
                 );
-                let expected = "it with `end-of-lane` or `u-turn` only";
+                let expected = "it with a controller that ends, any but `corridor` and `stop`";
                 report.wrong(ProblemKind::Inconsistent, &key, found, expected);
             }
             _ => {}

@@ -109,7 +109,15 @@ fn skills(robot: &RobotConfig, site: &SiteConfig, fsm: &FsmConfig, problems: &mu
                 }
                 room_to_turn(robot, site, fsm, &skill.id, distance_m, problems);
             }
-            ControllerConfig::Corridor | ControllerConfig::Stop => {}
+            ControllerConfig::Turn { radius_m } => {
+                turn_is_possible(robot, site, &skill.id, radius_m, problems);
+            }
+            ControllerConfig::Corridor { .. }
+            | ControllerConfig::Shift { .. }
+            | ControllerConfig::StopAt { .. }
+            | ControllerConfig::Dock { .. }
+            | ControllerConfig::Creep { .. }
+            | ControllerConfig::Stop => {}
         }
     }
 }

@@ -316,6 +316,7 @@ fn navigation(s: &Section<'_>) -> NavigationGains {
         start_std_rad: s.number_or("start_std_rad", start_rad, 0.10),
         max_std_m: s.number_or("max_std_m", STD_M, 0.30),
         max_std_rad: s.number_or("max_std_rad", STD_RAD, 0.30),
+        border_sigma: s.number_or("border_sigma", gate, 3.0),
     }
 }
 
