@@ -763,3 +763,29 @@ fn a_thousand_mistakes_are_cut_off() {
         "1000 problems in the configuration, the first 100 are shown"
     );
 }
+
+#[test]
+fn every_shipped_robot_fits_the_sites_that_name_it() {
+    let site = |name: &str| {
+        config::load_site(format!("sites/{name}.toml"), &[])
+            .unwrap_or_else(|error| panic!("{name}: {}", lines(&error)))
+    };
+    for (file, id, sites) in [
+        (
+            "amr-1",
+            "amr-1",
+            &["corridor", "docking", "t-junction", "course"][..],
+        ),
+        ("amr-1", "amr-2", &["docking", "t-junction"]),
+        ("amr-1", "amr-3", &["t-junction"]),
+        ("amr-big", "amr-big", &["docking"]),
+    ] {
+        let other_id = common::sets(&[&format!("identity.id={id}")]);
+        let robot = config::load_robot(format!("robots/{file}.toml"), &other_id)
+            .unwrap_or_else(|error| panic!("{file}: {}", lines(&error)));
+        for name in sites {
+            config::check_together(&robot, &site(name))
+                .unwrap_or_else(|error| panic!("{id} in {name}: {}", lines(&error)));
+        }
+    }
+}
