@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::cursor::{AbortError, Change, SetError, Side, look, may_set, next_run};
+use super::cursor::{AbortError, Change, SetError, Side, in_present_run, look, may_set, next_run};
 use super::level::{Level, State};
 use super::sync::{AtomicU64, Ordering};
 use super::tree::{FlagId, Party, Position, Protocol};
@@ -45,14 +45,14 @@ pub struct End {
 }
 
 impl End {
-    /// The run that this party last read or wrote in.
+    /// The run that this party is in: it stays in the old one until it has read an abort.
     pub fn run(&self) -> u32 {
-        self.read.run
+        self.stand().run
     }
 
-    /// How far this party knows the run to be.
+    /// How far this party has read or written its run.
     pub fn position(&self) -> Position {
-        self.read.position
+        self.stand().position
     }
 
     /// How far the protocol is, read or not. `id` is the protocol's number between the sides.
@@ -63,6 +63,10 @@ impl End {
     /// Whether the other end is gone, so that nobody will read or set.
     pub fn is_abandoned(&self) -> bool {
         Arc::strong_count(&self.word) == 1
+    }
+
+    fn stand(&self) -> State {
+        in_present_run(self.read, self.now()).unwrap_or(self.read)
     }
 
     fn now(&self) -> State {

@@ -20,7 +20,10 @@ pub enum Problem {
     /// The model has no array.
     #[error(" has no arrays")]
     NoArrays,
-    /// Something has an empty name.
+    /// The protocol's name is empty.
+    #[error(" has no name")]
+    NoName,
+    /// Something in it has an empty name.
     #[error(" has {what} without a name")]
     EmptyName {
         /// Which kind of thing.

@@ -179,7 +179,7 @@ impl ProtocolModel {
 
     fn check_parties(&self, problems: &mut Vec<Problem>) {
         if self.name.is_empty() {
-            problems.push(Problem::EmptyName { what: "itself" });
+            problems.push(Problem::NoName);
         }
         if self.parties.iter().any(String::is_empty) {
             problems.push(Problem::EmptyName { what: "a party" });
