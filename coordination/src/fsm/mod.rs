@@ -32,6 +32,7 @@
 
 mod machine;
 mod model;
+mod net;
 
 pub use machine::{Machine, OutputId, StateId, Step, Transition};
 pub use model::{MachineModel, ModelError};

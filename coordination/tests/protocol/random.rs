@@ -38,6 +38,13 @@ fn any_step(aborts: bool) -> impl Strategy<Value = Step> {
 /// What one party set, or read of the other, by run.
 type Log = Vec<(u32, FlagId)>;
 
+/// What a side answers: to a poll, to a flag set, to an abort.
+type Answer = (
+    Option<Change>,
+    Result<(), SetError>,
+    Result<Position, AbortError>,
+);
+
 struct Network {
     protocol: Arc<Protocol>,
     sides: [Replica; 2],
@@ -242,7 +249,7 @@ proptest! {
             | Step::Send(side)
             | Step::Deliver(side, _)
             | Step::Abort(side)) = step;
-            let answers: [(Option<Change>, Result<(), SetError>, Result<Position, AbortError>); 2] = {
+            let answers: [Answer; 2] = {
                 let flag = matches!(step, Step::SetNext(..) | Step::SetAny(..))
                     .then(|| network.choose(side, step));
                 let sides: [&mut dyn Side; 2] = [&mut ends[side], &mut network.sides[side]];
