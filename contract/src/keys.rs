@@ -1,7 +1,10 @@
 //! Key expressions on the fleet's network.
 //!
 //! `PREFIX/robots/ID/state` carries [`crate::wire::RobotState`], on change and at 5 Hz;
-//! `PREFIX/robots/ID/alive` is the robot's liveliness token, gone when the robot is.
+//! `PREFIX/robots/ID/alive` is the robot's liveliness token, gone when the robot is;
+//! `PREFIX/robots/ID/report` carries [`crate::wire::RobotReport`] to the mediator;
+//! `PREFIX/mediator/to/ID` carries [`crate::wire::MediatorReport`] to one robot;
+//! `PREFIX/mediator/alive` is the mediator's liveliness token.
 
 /// Why a name cannot be part of a key.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,6 +34,51 @@ pub fn alive(prefix: &str, robot_id: &str) -> Result<String, InvalidName> {
     robot_key(prefix, robot_id, "alive")
 }
 
+/// Key of a robot's report to the mediator.
+///
+/// # Errors
+/// [`InvalidName`] when prefix or id are not plain names.
+pub fn report(prefix: &str, robot_id: &str) -> Result<String, InvalidName> {
+    robot_key(prefix, robot_id, "report")
+}
+
+/// Key of the mediator's report to a robot.
+///
+/// # Errors
+/// [`InvalidName`] when prefix or id are not plain names.
+pub fn to_robot(prefix: &str, robot_id: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    check_robot_id(robot_id)?;
+    Ok(format!("{prefix}/mediator/to/{robot_id}"))
+}
+
+/// Key of the mediator's liveliness token.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn mediator_alive(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/mediator/alive"))
+}
+
+/// Expression that matches the reports of every robot under `prefix`.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn all_reports(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/robots/*/report"))
+}
+
+/// Expression that matches what the mediator says to every robot under `prefix`.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn to_all_robots(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/mediator/to/*"))
+}
+
 /// Expression that matches the state of every robot under `prefix`.
 ///
 /// # Errors
@@ -42,13 +90,18 @@ pub fn all_states(prefix: &str) -> Result<String, InvalidName> {
 
 fn robot_key(prefix: &str, robot_id: &str, leaf: &str) -> Result<String, InvalidName> {
     check_prefix(prefix)?;
-    if !is_name(robot_id) {
-        return Err(InvalidName {
-            what: "robot id",
-            found: robot_id.into(),
-        });
-    }
+    check_robot_id(robot_id)?;
     Ok(format!("{prefix}/robots/{robot_id}/{leaf}"))
+}
+
+fn check_robot_id(robot_id: &str) -> Result<(), InvalidName> {
+    if is_name(robot_id) {
+        return Ok(());
+    }
+    Err(InvalidName {
+        what: "robot id",
+        found: robot_id.into(),
+    })
 }
 
 fn check_prefix(prefix: &str) -> Result<(), InvalidName> {
@@ -84,6 +137,20 @@ mod tests {
             Ok("fleet/robots/amr-1/alive")
         );
         assert_eq!(all_states("fleet").as_deref(), Ok("fleet/robots/*/state"));
+        assert_eq!(
+            report("fleet", "amr-1").as_deref(),
+            Ok("fleet/robots/amr-1/report")
+        );
+        assert_eq!(
+            to_robot("fleet", "amr-1").as_deref(),
+            Ok("fleet/mediator/to/amr-1")
+        );
+        assert_eq!(
+            mediator_alive("fleet").as_deref(),
+            Ok("fleet/mediator/alive")
+        );
+        assert_eq!(all_reports("fleet").as_deref(), Ok("fleet/robots/*/report"));
+        assert_eq!(to_all_robots("fleet").as_deref(), Ok("fleet/mediator/to/*"));
     }
 
     #[test]

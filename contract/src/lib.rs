@@ -1,12 +1,14 @@
-//! What robots and mediator say to each other: messages, key expressions, versions.
+//! What robots and mediator say to each other: messages, protocols, key expressions, versions.
 //!
-//! The public contract is `proto/robot.proto` with `PROTOCOL.md`; this crate is its Rust side. It opens no network:
+//! The public contract is `proto/fleet.proto` with `PROTOCOL.md`; this crate is its Rust side. It opens no network:
 //! whoever holds a zenoh session uses the keys of [`keys`] and the messages of [`wire`].
 
 pub mod keys;
+pub mod level;
+pub mod protocols;
 mod version;
 
-/// The messages, generated from `proto/robot.proto`.
+/// The messages, generated from `proto/fleet.proto`.
 #[allow(missing_docs, clippy::all)]
 pub mod wire {
     include!(concat!(env!("OUT_DIR"), "/kelo.fleet.v1.rs"));

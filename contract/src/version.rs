@@ -1,5 +1,6 @@
 //! The contract's version and the rule by which peers agree.
 
+use crate::wire;
 use core::fmt;
 
 /// A version of the contract. Peers with the same major number understand each other.
@@ -12,7 +13,7 @@ pub struct Version {
 }
 
 /// The version this crate speaks.
-pub const VERSION: Version = Version { major: 1, minor: 0 };
+pub const VERSION: Version = Version { major: 1, minor: 1 };
 
 /// A peer speaks another major version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -37,6 +38,21 @@ impl Version {
         } else {
             Err(VersionMismatch { found, ours: self })
         }
+    }
+}
+
+impl From<Version> for wire::Version {
+    fn from(version: Version) -> Self {
+        let Version { major, minor } = version;
+        Self { major, minor }
+    }
+}
+
+/// A message without a version says 0.0, which nobody accepts.
+impl From<Option<wire::Version>> for Version {
+    fn from(version: Option<wire::Version>) -> Self {
+        let wire::Version { major, minor } = version.unwrap_or_default();
+        Self { major, minor }
     }
 }
 
@@ -71,5 +87,12 @@ mod tests {
                 ours: VERSION
             })
         );
+    }
+
+    #[test]
+    fn a_message_without_a_version_is_refused() {
+        assert!(VERSION.accept(None.into()).is_err());
+        let said = wire::Version::from(VERSION);
+        assert!(VERSION.accept(Some(said).into()).is_ok());
     }
 }
