@@ -2,100 +2,90 @@
 //!
 //! A *skill* joins perception, one controller and monitors. A *schedule* is a skill bound to one state: its area's limits,
 //! the lane it drives on, the walls it expects. [`compile`] makes one schedule for each state and finds what the data do
-//! not say: the lanes a U-turn leads from and to, and the speed to have at a lane's end, follow from the machine's
-//! transitions. Changing the state changes the schedule, at run time, without allocation.
+//! not say: the lanes that a turn leads from and to, and the speed to have at a lane's end, follow from the machine's
+//! transitions. It checks that each manoeuvre can be driven by the robot in the map: curves that fit between their lanes,
+//! walls that are there to dock at, borders that lie ahead. Changing the state changes the schedule, at run time, without
+//! allocation.
 
 mod compile;
+mod error;
+mod graph;
+mod manoeuvres;
+mod room;
 mod setup;
 
-pub use compile::compile;
+pub use compile::{RobotLimits, compile};
+pub use error::ScheduleError;
 pub use setup::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 
 use crate::control::{EndOfLane, TurnDirection};
 use crate::monitors::Monitor;
 use crate::perception::FeatureSet;
 
-/// What does not fit together.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ScheduleError {
-    /// A state of the machine has no meaning, or two.
-    #[error("state `{state}` of the machine is described {found} times, expected once")]
-    State {
-        /// The state.
-        state: String,
-        /// How often it is described.
-        found: usize,
-    },
-    /// A name that nothing has.
-    #[error("{kind} `{id}` names the {wanted} `{name}`, which does not exist")]
-    Unknown {
-        /// What names it.
-        kind: &'static str,
-        /// Its name.
-        id: String,
-        /// What is named.
-        wanted: &'static str,
-        /// The name that nothing has.
-        name: String,
-    },
-    /// The controller needs a lane.
-    #[error("state `{state}` needs {wanted}, and neither its area nor its neighbours give one")]
-    NoLane {
-        /// The state.
-        state: String,
-        /// Which lane.
-        wanted: &'static str,
-    },
-    /// A parameter is not a positive number.
-    #[error("{what} of skill `{skill}` must be {expected}, found {found}")]
-    Parameter {
-        /// The skill.
-        skill: String,
-        /// Which parameter.
-        what: &'static str,
-        /// What is expected.
-        expected: &'static str,
-        /// Found.
-        found: f64,
-    },
-    /// A manoeuvre that cannot be driven.
-    #[error("state `{state}` cannot be driven: {reason}")]
-    Manoeuvre {
-        /// The state.
-        state: String,
-        /// Why.
-        reason: String,
-    },
-    /// A U-turn leads away from its outgoing lane.
-    #[error(
-        "the U-turn in state `{state}` turns away from lane `{outgoing}`, which lies on the other side of `{incoming}`"
-    )]
-    TurnSide {
-        /// The state.
-        state: String,
-        /// Where it comes from.
-        incoming: String,
-        /// Where it should lead.
-        outgoing: String,
-    },
-}
-
 /// A controller bound to a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Controller {
-    /// Keeps on [`Schedule::lane`].
-    Corridor,
+    /// Keeps on [`Schedule::lane`], or beside it.
+    Corridor {
+        /// Of the path from the lane's centre, positive to the left.
+        offset_m: f64,
+    },
     /// Up to the end of [`Schedule::lane`].
     EndOfLane(EndOfLane),
-    /// From [`Schedule::end_lane`] onto [`Schedule::lane`].
+    /// From [`Schedule::from_lane`] onto [`Schedule::lane`], which runs the other way.
     UTurn {
         /// To which side.
         direction: TurnDirection,
         /// Of `base_link`'s path.
         radius_m: f64,
     },
+    /// From beside [`Schedule::lane`] onto it.
+    Shift {
+        /// Of the path on the lane from its centre, positive to the left.
+        offset_m: f64,
+        /// Length of the change.
+        within_m: f64,
+    },
+    /// From [`Schedule::from_lane`] onto [`Schedule::lane`], at a junction.
+    Turn {
+        /// Of the curve between them.
+        radius_m: f64,
+    },
+    /// Along [`Schedule::lane`] to a place on it.
+    StopAt(StopPlace),
+    /// Up to the wall that closes [`Schedule::lane`].
+    Dock {
+        /// From the front of the footprint to the wall.
+        distance_m: f64,
+    },
+    /// Straight forward or backward.
+    Creep {
+        /// How far; negative: backward.
+        distance_m: f64,
+    },
     /// Stands still.
     Stop,
+}
+
+/// A place on a lane to stop at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StopPlace {
+    /// The footprint, and the uncertainty of the pose, before a border.
+    Border {
+        /// Along the lane, of the border.
+        along_m: f64,
+        /// From the footprint to it.
+        margin_m: f64,
+    },
+    /// `base_link` there.
+    Pose {
+        /// Along the lane.
+        along_m: f64,
+        /// Of the path from the lane's centre, positive to the left.
+        offset_m: f64,
+    },
+    /// Where the instruction says.
+    Instructed,
 }
 
 /// What runs in one state.
@@ -107,7 +97,9 @@ pub struct Schedule {
     pub area: Option<usize>,
     /// Index of the lane that the robot drives on, or onto.
     pub lane: Option<usize>,
-    /// Index of the lane whose end is looked for: the same, or the one that a U-turn leaves.
+    /// Index of the lane that a turn leaves.
+    pub from_lane: Option<usize>,
+    /// Index of the lane whose end is looked for: that of the state, or the one that a U-turn leaves.
     pub end_lane: Option<usize>,
     /// Features that correct the pose.
     pub tracks: FeatureSet,
@@ -117,7 +109,7 @@ pub struct Schedule {
     pub controller: Controller,
     /// What raises events.
     pub monitors: Vec<Monitor>,
-    /// Of the area.
+    /// Of the area and the skill.
     pub speed_limit_m_s: f64,
     /// Of the area.
     pub deviation_limit_m: f64,

@@ -4,6 +4,7 @@ use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState
 use coordination::event::EventId;
 use coordination::fsm::StateId;
 use coordination::symbols::{Reader, Stamped, Writer};
+use skills::borders::AreaSet;
 use skills::geometry::Pose2;
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
@@ -153,6 +154,7 @@ impl Navigation {
             scan,
             odometry: &odometry,
             motion_allowed,
+            allowed: AreaSet::ALL,
         };
         let output = self.navigator.step(&input);
         if output.state != before {

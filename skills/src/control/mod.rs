@@ -1,24 +1,37 @@
-//! Controllers: from where the robot is to the motion it should make.
+//! Controllers: from where the robot is to the motion it should make. Steering and speed are told apart.
 //!
-//! * [`path_curvature`]: the law that all of them steer by;
-//! * [`Corridor`]: keeps on a lane;
-//! * [`EndOfLane`]: the same, slows down, and is done at a distance from the wall at the end;
-//! * [`UTurn`]: half a circle onto the other lane.
+//! Steering:
+//! * [`path_curvature`] and [`reverse_curvature`]: the laws that all of them steer by;
+//! * [`keep_lane`]: on a lane, or beside it;
+//! * [`Track`] and [`Follower`]: along the path of a manoeuvre onto a lane; [`manoeuvre`] makes the paths of U-turns,
+//!   junction turns and shifts, and says why there is none;
+//! * [`Creep`]: a short way forward or backward.
 //!
-//! Each gives a [`MotionCommand`] within the speed limit it is told, and says whether it is done. Pure and real time.
+//! Speed:
+//! * [`approach_speed_m_s`]: slow enough for what comes;
+//! * [`EndOfLane`], [`Stopping`]: done at a place, with a speed or at rest;
+//! * [`SpeedRamp`]: no jumps.
+//!
+//! Pure and real time: nothing allocates, locks or panics.
 
+mod approach;
+mod creep;
 mod end_of_lane;
-mod u_turn;
+mod follow;
+mod law;
+pub mod manoeuvre;
+mod ramp;
+mod track;
 
+pub(crate) use approach::REACTION_S;
+pub use approach::{Stopping, approach_speed_m_s};
+pub use creep::{CREEP_SPEED_M_S, Creep, MAX_BACKWARD_M_S};
 pub use end_of_lane::EndOfLane;
-pub use u_turn::{TurnDirection, UTurn};
-
-use crate::geometry::MotionCommand;
-
-/// Steepest angle at which a lane is approached from the side, rad.
-const APPROACH_RAD: f64 = 0.7;
-/// However far off, the robot creeps at this share of the speed limit.
-const SLOWEST_SHARE: f64 = 0.3;
+pub use follow::{Arrival, Follower};
+pub use law::{path_curvature, reverse_curvature, speed_share};
+pub use manoeuvre::TrackError;
+pub use ramp::SpeedRamp;
+pub use track::{Track, TrackPlace};
 
 /// How the controllers steer. The defaults suit a wheelbase of 0.25 m at up to 0.5 m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +67,26 @@ impl Default for ControlGains {
     }
 }
 
+/// To which side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TurnDirection {
+    /// Counter-clockwise.
+    Left,
+    /// Clockwise.
+    Right,
+}
+
+impl TurnDirection {
+    /// +1 to the left, −1 to the right.
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Left => 1.0,
+            Self::Right => -1.0,
+        }
+    }
+}
+
 /// Where the robot is relative to the path it should be on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathError {
@@ -63,59 +96,27 @@ pub struct PathError {
     pub heading_rad: f64,
 }
 
-/// What a controller says.
+/// How to steer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ControlOutput {
-    /// The motion to make.
-    pub command: MotionCommand,
-    /// Errors relative to the controller's path.
+pub struct Steer {
+    /// Relative to the path.
     pub error: PathError,
-    /// The manoeuvre is finished.
-    pub done: bool,
+    /// Turning per metre driven forward, positive to the left.
+    pub curvature_1_m: f64,
+    /// +1 forward, −1 backward.
+    pub direction: f64,
+    /// Of the speed limit, what is sensible with this error.
+    pub speed_share: f64,
 }
 
-/// The curvature that leads back to a path of the given curvature.
-///
-/// Near the path it is linear in both errors; far away the lateral error asks for no more than a bounded approach angle.
+/// Keeps on a straight path: `error` relative to it.
 #[must_use]
-pub fn path_curvature(error: PathError, path_curvature_1_m: f64, gains: &ControlGains) -> f64 {
-    let approach_rad = (error.lateral_m.abs() / gains.lookahead_m)
-        .atan()
-        .min(APPROACH_RAD);
-    let wanted_rad = gains.lateral_gain_1_m2 / gains.heading_gain_1_m * error.lateral_m;
-    let off_rad = error.heading_rad + wanted_rad.clamp(-approach_rad, approach_rad);
-    let curvature = path_curvature_1_m - gains.heading_gain_1_m * off_rad;
-    curvature.clamp(-gains.max_curvature_1_m, gains.max_curvature_1_m)
-}
-
-/// Share of the speed limit that is sensible this far off the path.
-fn speed_share(error: PathError) -> f64 {
-    let turned = error.heading_rad.cos().max(0.0);
-    let aside = 1.0 / (1.0 + (2.0 * error.lateral_m).powi(2));
-    (turned * aside).max(SLOWEST_SHARE)
-}
-
-/// Keeps on a lane.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Corridor;
-
-impl Corridor {
-    /// One step: `error` relative to the lane.
-    #[must_use]
-    pub fn step(
-        self,
-        error: PathError,
-        speed_limit_m_s: f64,
-        gains: &ControlGains,
-    ) -> ControlOutput {
-        ControlOutput {
-            command: MotionCommand::new(
-                speed_limit_m_s * speed_share(error),
-                path_curvature(error, 0.0, gains),
-            ),
-            error,
-            done: false,
-        }
+pub fn keep_lane(error: PathError, gains: &ControlGains) -> Steer {
+    Steer {
+        error,
+        curvature_1_m: path_curvature(error, 0.0, gains),
+        direction: 1.0,
+        speed_share: speed_share(error),
     }
 }
 

@@ -1,12 +1,22 @@
+use super::manoeuvre::{self, Fillet};
 use super::*;
-use crate::geometry::{Point2, Pose2, Segment};
+use crate::geometry::{MotionCommand, Point2, Pose2, Segment, wrap_angle};
 use std::f64::consts::PI;
 
 const LANE: Segment = Segment::new(Point2::new(0.0, 0.0), Point2::new(10.0, 0.0));
+const DT_S: f64 = 0.02;
 
 /// Drives a point that follows its command at once.
-fn drive(pose: &mut Pose2, command: MotionCommand, dt_s: f64) {
-    *pose = pose.advance(command.twist(), dt_s);
+fn drive(pose: &mut Pose2, curvature_1_m: f64, speed_m_s: f64) {
+    let command = MotionCommand::new(speed_m_s, curvature_1_m);
+    *pose = pose.advance(command.twist(), DT_S);
+}
+
+fn on_lane(pose: Pose2) -> PathError {
+    PathError {
+        lateral_m: pose.y_m,
+        heading_rad: pose.theta_rad,
+    }
 }
 
 #[test]
@@ -15,16 +25,12 @@ fn the_law_leads_back_from_everywhere_without_overshoot() {
     for lateral_m in [-2.0, -0.3, 0.05, 0.8] {
         for heading_rad in [-1.2, 0.0, 0.9] {
             let mut pose = Pose2::new(0.0, lateral_m, heading_rad);
-            // Far off the lane it creeps.
-            for _ in 0..5000 {
-                let error = PathError {
-                    lateral_m: pose.y_m,
-                    heading_rad: pose.theta_rad,
-                };
-                let output = Corridor.step(error, 0.4, &gains);
-                assert!(output.command.curvature_1_m.abs() <= gains.max_curvature_1_m);
-                assert!(output.command.speed_m_s > 0.1 && output.command.speed_m_s <= 0.4);
-                drive(&mut pose, output.command, 0.01);
+            for _ in 0..3000 {
+                let steer = keep_lane(on_lane(pose), &gains);
+                assert!(steer.curvature_1_m.abs() <= gains.max_curvature_1_m);
+                assert!(steer.speed_share > 0.25 && steer.speed_share <= 1.0);
+                // Far off the lane it creeps.
+                drive(&mut pose, steer.curvature_1_m, 0.4 * steer.speed_share);
                 if heading_rad == 0.0 {
                     assert!(pose.y_m * lateral_m.signum() > -0.01, "{pose:?}");
                 }
@@ -38,20 +44,66 @@ fn the_law_leads_back_from_everywhere_without_overshoot() {
 }
 
 #[test]
+fn backward_the_same_gains_need_the_other_law() {
+    let gains = ControlGains::default();
+    for lateral_m in [-0.2, 0.0, 0.1] {
+        for heading_rad in [-0.2, 0.0, 0.3] {
+            let mut pose = Pose2::new(0.0, lateral_m, heading_rad);
+            let mut worst_m: f64 = 0.0;
+            for _ in 0..2000 {
+                let curvature_1_m = reverse_curvature(on_lane(pose), &gains);
+                drive(&mut pose, curvature_1_m, -0.1);
+                worst_m = worst_m.max(pose.y_m.abs());
+            }
+            assert!(
+                pose.y_m.abs() < 0.005 && pose.theta_rad.abs() < 0.01,
+                "{pose:?}"
+            );
+            assert!(worst_m < lateral_m.abs() + 0.1, "{worst_m}");
+        }
+    }
+    // The law of forward motion lets the smallest error grow.
+    let mut pose = Pose2::new(0.0, 0.01, 0.0);
+    for _ in 0..2000 {
+        let curvature_1_m = path_curvature(on_lane(pose), 0.0, &gains);
+        drive(&mut pose, curvature_1_m, -0.1);
+    }
+    assert!(pose.y_m.abs() > 0.1, "{pose:?}");
+}
+
+#[test]
+fn a_creep_measures_its_way_in_both_directions() {
+    let gains = ControlGains::default();
+    for distance_m in [-0.4, 0.3] {
+        let start = Pose2::new(1.0, 2.0, 0.52);
+        let creep = Creep::start(start, 0.5, distance_m);
+        let mut pose = start;
+        assert!((creep.left_m(pose) - distance_m.abs()).abs() < 1e-9);
+        while creep.left_m(pose) > 0.0 {
+            let steer = creep.step(pose, &gains);
+            assert_eq!(steer.direction, distance_m.signum());
+            drive(&mut pose, steer.curvature_1_m, 0.1 * steer.direction);
+        }
+        let moved = Pose2::new(1.0, 2.0, 0.5).between(pose);
+        assert!((moved.x_m - distance_m).abs() < 0.003, "{moved:?}");
+        assert!(moved.y_m.abs() < 0.01 && moved.theta_rad.abs() < 0.02);
+    }
+}
+
+#[test]
 fn at_the_lanes_end_it_has_the_exit_speed() {
     let gains = ControlGains::default();
     let end = EndOfLane {
         distance_m: 1.2,
         exit_speed_m_s: 0.3,
     };
-    let (mut wall_m, mut speed_m_s) = (4.0, 0.4);
+    let (mut wall_m, mut speed_m_s) = (4.0, 0.4f64);
     for _ in 0..2000 {
-        let output = end.step(PathError::default(), wall_m, 0.4, speed_m_s, &gains);
-        if output.done {
+        let (allowed_m_s, done) = end.step(wall_m, 0.4, speed_m_s, &gains);
+        if done {
             break;
         }
-        assert!(output.command.speed_m_s <= 0.4);
-        speed_m_s = output.command.speed_m_s;
+        speed_m_s = allowed_m_s.min(0.4);
         wall_m -= speed_m_s * 0.01;
     }
     assert!((1.2..1.25).contains(&wall_m), "{wall_m}");
@@ -68,62 +120,184 @@ fn told_to_stop_at_the_end_it_stops_there() {
     let mut wall_m = 2.0;
     let mut steps = 0;
     loop {
-        let output = end.step(PathError::default(), wall_m, 0.4, 0.2, &gains);
-        if output.done {
-            assert_eq!(output.command.speed_m_s, 0.0);
+        let (allowed_m_s, done) = end.step(wall_m, 0.4, 0.2, &gains);
+        if done {
+            assert_eq!(allowed_m_s, 0.0);
             break;
         }
-        wall_m -= output.command.speed_m_s * 0.01;
+        wall_m -= allowed_m_s.min(0.4) * 0.01;
         steps += 1;
         assert!(steps < 5000);
     }
     assert!((wall_m - 0.3).abs() <= 0.011, "{wall_m}");
-    let beyond = end.step(PathError::default(), 0.1, 0.4, 0.0, &gains);
-    assert!(beyond.done && beyond.command.speed_m_s == 0.0);
+    assert_eq!(end.step(0.1, 0.4, 0.0, &gains), (0.0, true));
 }
 
 #[test]
-fn a_u_turn_ends_on_the_other_lane() {
+fn stopping_ends_at_the_place_and_tries_again_while_the_place_moves() {
+    let mut stopping = Stopping::default();
+    let (mut left_m, mut speed_m_s) = (1.0, 0.4f64);
+    let mut moved = false;
+    for step in 0..4000 {
+        let wanted_m_s = stopping.speed_m_s(left_m, speed_m_s, 0.4, 0.01).min(0.4);
+        // The wheels follow with a lag.
+        speed_m_s += (wanted_m_s - speed_m_s).clamp(-0.008, 0.005);
+        left_m -= speed_m_s * 0.01;
+        if !moved && speed_m_s < 1e-3 && step > 100 {
+            moved = true;
+            left_m += 0.02;
+        }
+        if stopping.arrived() {
+            break;
+        }
+    }
+    assert!(
+        moved && stopping.arrived() && left_m.abs() < 0.008,
+        "{left_m}"
+    );
+    assert_eq!(stopping.speed_m_s(0.5, 0.0, 0.4, 0.01), 0.0);
+    let mut hostile = Stopping::default();
+    assert_eq!(hostile.speed_m_s(f64::NAN, f64::NAN, 0.4, 0.01), 0.0);
+}
+
+/// Follows a track from `pose`; the pose at the end, and the largest error on the way.
+fn follow(mut follower: Follower, pose: &mut Pose2, speed_m_s: f64) -> f64 {
     let gains = ControlGains::default();
+    let mut worst_m: f64 = 0.0;
+    for _ in 0..2000 {
+        let steer = follower.step(*pose, 0.0, &gains);
+        if follower.done() {
+            return worst_m;
+        }
+        drive(pose, steer.curvature_1_m, speed_m_s);
+        worst_m = worst_m.max(steer.error.lateral_m.abs());
+    }
+    panic!("never done, at {pose:?}");
+}
+
+#[test]
+fn u_turns_end_on_the_other_lane() {
     for (direction, side) in [(TurnDirection::Left, 1.0), (TurnDirection::Right, -1.0)] {
-        for offset_m in [-0.08, 0.0, 0.08] {
-            let outgoing = Segment::new(Point2::new(8.0, side), Point2::new(0.0, side));
+        // As wide as the circle, a little closer, and farther.
+        for (apart_m, offset_m) in [(1.0, -0.08), (0.99, 0.0), (1.0, 0.08), (1.4, 0.0)] {
+            let lateral_m: f64 = side * apart_m;
+            let outgoing = Segment::new(Point2::new(8.0, lateral_m), Point2::new(0.0, lateral_m));
             let mut pose = Pose2::new(8.0, offset_m, 0.05);
-            let mut turn = UTurn::start(direction, 0.5, Some(&LANE), &outgoing, pose);
-            let mut farthest_m: f64 = 0.0;
-            let mut done = false;
-            for _ in 0..1000 {
-                let output = turn.step(pose, 0.3, 0.3, &gains);
-                assert_eq!(output.command.speed_m_s, 0.3);
-                if output.done {
-                    done = true;
-                    break;
-                }
-                drive(&mut pose, output.command, 0.02);
-                farthest_m = farthest_m.max(pose.x_m);
-            }
-            assert!(done, "{pose:?}");
-            assert!((farthest_m - 8.5).abs() < 0.1, "{farthest_m}");
-            assert!((pose.y_m - side).abs() < 0.1, "{pose:?}");
-            assert!(wrap(pose.theta_rad - PI) < 0.16, "{pose:?}");
+            let track =
+                manoeuvre::u_turn(direction, 0.5, &LANE, &outgoing, pose.position()).unwrap();
+            assert!((track.max_curvature_1_m() - 2.0).abs() < 0.05);
+            let worst_m = follow(Follower::new(track, Arrival::TURN), &mut pose, 0.3);
+            assert!(worst_m < 0.11, "{worst_m}");
+            assert!((pose.y_m - lateral_m).abs() < 0.1, "{pose:?}");
+            assert!(wrap_angle(pose.theta_rad - PI).abs() < 0.16, "{pose:?}");
         }
     }
 }
 
-fn wrap(angle_rad: f64) -> f64 {
-    crate::geometry::wrap_angle(angle_rad).abs()
+#[test]
+fn a_junction_turn_joins_the_lanes_left_and_right() {
+    for (end_y_m, turn_rad) in [(5.0, PI / 2.0), (-5.0, -PI / 2.0)] {
+        let outgoing = Segment::new(Point2::new(5.0, 0.0), Point2::new(5.0, end_y_m));
+        for (radius_m, start_m) in [(0.5, 2.0), (0.9, 4.5), (0.9, 4.2)] {
+            let mut pose = Pose2::new(start_m, 0.02, 0.0);
+            let track = manoeuvre::turn(radius_m, 2.5, &LANE, &outgoing, pose).unwrap();
+            let along_m = track.length_m() - 0.3;
+            assert!(track.curvature_1_m(along_m) * turn_rad > 0.0);
+            let end = track.pose_at(track.length_m());
+            assert!((end.x_m - 5.0).abs() < 1e-9, "{end:?}");
+            assert!(wrap_angle(end.theta_rad - turn_rad).abs() < 1e-9);
+            follow(Follower::new(track, Arrival::TURN), &mut pose, 0.3);
+            assert!((pose.x_m - 5.0).abs() < 0.1, "{pose:?}");
+        }
+        let fillet = Fillet::between(&LANE, &outgoing, 0.7).unwrap().unwrap();
+        assert!((fillet.tangent_m - 0.7).abs() < 1e-9 && (fillet.crossing_in_m - 5.0).abs() < 1e-9);
+        assert!(fillet.check(&outgoing, 0.7).is_ok());
+        let wide = Fillet::between(&LANE, &outgoing, 6.0).unwrap().unwrap();
+        assert!(matches!(
+            wide.check(&outgoing, 6.0),
+            Err(TrackError::DoesNotFit {
+                which: "before",
+                ..
+            })
+        ));
+    }
 }
 
 #[test]
-fn a_u_turn_onto_a_lane_farther_off_drives_on_until_it_is_there() {
+fn straight_on_at_a_junction_is_a_shift() {
+    let outgoing = Segment::new(Point2::new(6.0, 0.1), Point2::new(12.0, 0.1));
+    let mut pose = Pose2::new(4.0, 0.0, 0.0);
+    let track = manoeuvre::turn(0.5, 2.5, &LANE, &outgoing, pose).unwrap();
+    follow(Follower::new(track, Arrival::TURN), &mut pose, 0.4);
+    assert!(
+        (pose.y_m - 0.1).abs() < 0.03 && pose.theta_rad.abs() < 0.1,
+        "{pose:?}"
+    );
+}
+
+#[test]
+fn a_shift_reaches_the_lane_beside_within_its_length() {
+    for (offset_m, heading_rad) in [(0.0, 0.0), (0.0, 0.15), (0.1, -0.15)] {
+        for lateral_m in [-0.7, 0.7] {
+            let mut pose = Pose2::new(1.0, lateral_m, heading_rad);
+            let track = manoeuvre::shift(&LANE, offset_m, 1.6, 2.5, pose).unwrap();
+            assert!((track.length_m() - 1.6).abs() < 1e-9);
+            assert!(
+                track.max_curvature_1_m() < 2.5,
+                "{}",
+                track.max_curvature_1_m()
+            );
+            let start = track.pose_at(0.0);
+            assert!(start.between(pose).position().norm_m() < 1e-9);
+            assert!((start.theta_rad - heading_rad).abs() < 1e-9);
+            let worst_m = follow(Follower::new(track, Arrival::SHIFT), &mut pose, 0.3);
+            assert!(worst_m < 0.02, "{worst_m}");
+            assert!((pose.y_m - offset_m).abs() < 0.03, "{pose:?}");
+            assert!((pose.x_m - 2.6).abs() < 0.1, "{pose:?}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_driven_is_refused() {
+    let back =
+        |lateral_m: f64| Segment::new(Point2::new(8.0, lateral_m), Point2::new(0.0, lateral_m));
+    let from = Point2::new(8.0, 0.0);
+    let u_turn = |outgoing| manoeuvre::u_turn(TurnDirection::Left, 0.5, &LANE, &outgoing, from);
+    assert!(matches!(
+        u_turn(back(0.9)),
+        Err(TrackError::TooClose { .. })
+    ));
+    assert!(matches!(
+        u_turn(back(-1.0)),
+        Err(TrackError::TooClose { .. })
+    ));
+    assert!(matches!(u_turn(LANE), Err(TrackError::NotBack { .. })));
+    assert!(manoeuvre::check_radius(0.4, 2.5).is_ok());
+    assert!(manoeuvre::check_radius(0.39, 2.5).is_err());
+    assert!(manoeuvre::check_shift(0.7, 1.0, 2.5).is_err());
+    assert!(manoeuvre::check_shift(0.7, 1.45, 2.5).is_ok());
+    let pose = Pose2::new(1.0, 0.0, 2.0);
+    assert!(manoeuvre::shift(&LANE, 0.0, 1.0, 2.5, pose).is_err());
+    assert!(manoeuvre::turn(0.5, 2.5, &LANE, &back(1.0), pose).is_err());
+}
+
+#[test]
+fn a_track_that_is_left_leads_back() {
     let gains = ControlGains::default();
-    let outgoing = Segment::new(Point2::new(8.0, 1.4), Point2::new(0.0, 1.4));
-    let mut pose = Pose2::new(8.0, 0.0, 0.0);
-    let mut turn = UTurn::start(TurnDirection::Left, 0.5, Some(&LANE), &outgoing, pose);
-    let steps = (0..2000).find(|_| {
-        let output = turn.step(pose, 0.3, 0.3, &gains);
-        drive(&mut pose, output.command, 0.02);
-        output.done
-    });
-    assert!(steps.is_some() && (pose.y_m - 1.4).abs() < 0.26, "{pose:?}");
+    let outgoing = Segment::new(Point2::new(5.0, 0.0), Point2::new(5.0, 5.0));
+    let mut pose = Pose2::new(3.0, 0.0, 0.0);
+    let track = manoeuvre::turn(0.6, 2.5, &LANE, &outgoing, pose).unwrap();
+    let mut follower = Follower::new(track, Arrival::TURN);
+    for step in 0..2000 {
+        let steer = follower.step(pose, 0.3, &gains);
+        drive(&mut pose, steer.curvature_1_m, 0.3);
+        if step % 60 == 59 && step < 240 {
+            pose = pose.compose(Pose2::new(0.0, 0.1, 0.1));
+        }
+        if follower.done() {
+            return;
+        }
+    }
+    panic!("never done, at {pose:?}");
 }

@@ -1,16 +1,13 @@
 //! The navigator's discrete side: monitors, the machine, and the exchange of schedules.
 
+use super::control::Control;
 use super::{EventList, Instruction, Navigator, Parameters, end_wall};
-use crate::control::{ControlOutput, UTurn};
-use crate::geometry::Segment;
 use crate::monitors::Situation;
-use crate::schedule::Controller;
 use coordination::fsm::StateId;
-use std::f64::consts::FRAC_PI_2;
 
 impl Navigator {
     /// Steps the schedule's monitors.
-    pub(super) fn watch(&mut self, control: &ControlOutput, events: &mut EventList) {
+    pub(super) fn watch(&mut self, control: &Control, events: &mut EventList) {
         let schedule = &mut self.schedules[self.machine.state().index()];
         let situation = Situation {
             pose: self.pose.pose(),
@@ -23,7 +20,7 @@ impl Navigator {
                 .estimate()
                 .filter(|_| schedule.features.lane_end),
             manoeuvre_done: control.done,
-            lateral_error_m: control.error.lateral_m,
+            lateral_error_m: control.steer.error.lateral_m,
             deviation_limit_m: schedule.deviation_limit_m,
             in_state_s: self.in_state_s,
         };
@@ -60,11 +57,13 @@ impl Navigator {
             }
         }
         let parameters = instruction.parameters();
-        if from != to || (!ignored && parameters != Parameters::default()) {
-            self.parameters = parameters;
-        }
         if from != to {
+            self.parameters = parameters;
             self.activate(Some(from));
+        } else if !ignored && parameters != Parameters::default() {
+            // The state goes on, its path as well.
+            self.parameters = parameters;
+            self.begin_parameters();
         }
     }
 
@@ -93,32 +92,12 @@ impl Navigator {
             Some(_) if keeps_corridor => {}
             Some(lane) => {
                 let lane = &self.map.lanes()[lane];
-                let across_m = self.pose.std_along_m(lane.direction_rad + FRAC_PI_2);
+                let across_m = self.std_across_m(lane.direction_rad);
                 self.corridor
                     .start(lane, pose, across_m.min(std_m), std_rad);
             }
         }
-        self.u_turn = match (present.controller, present.lane) {
-            (
-                Controller::UTurn {
-                    direction,
-                    radius_m,
-                },
-                Some(outgoing),
-            ) => {
-                let line = |lane: usize| self.map.lanes()[lane].line;
-                let incoming: Option<Segment> = present.end_lane.map(line);
-                let outgoing = line(outgoing);
-                Some(UTurn::start(
-                    direction,
-                    radius_m,
-                    incoming.as_ref(),
-                    &outgoing,
-                    pose,
-                ))
-            }
-            _ => None,
-        };
+        self.begin_motion();
         let state = self.machine.state().index();
         for monitor in &mut self.schedules[state].monitors {
             monitor.reset();

@@ -1,9 +1,10 @@
 //! The navigator's eyes: from a new scan to trackers and pose.
 
 use super::{NavigationInput, Navigator, end_wall};
-use crate::geometry::Segment;
+use crate::geometry::{Pose2, Segment};
 use crate::localisation::{PoseFilter, ScanVerdict};
 use crate::perception::WallFit;
+use crate::scan::AlignedScan;
 use std::f64::consts::FRAC_PI_2;
 
 /// A scan taken farther away than this from where odometry is now is of no use.
@@ -36,21 +37,25 @@ impl Navigator {
         self.points.clear();
         self.points
             .extend(scan.hits().take(room).map(|point| since.transform(point)));
-        self.see();
+        self.see(scan, since);
     }
 
-    /// Looks for the schedule's features and corrects the pose by those that it tracks.
-    fn see(&mut self) {
+    /// Looks for the schedule's features and corrects the pose by those that it tracks: by all walls in view, or else by
+    /// those of corridor and lane end. The same points never correct twice.
+    fn see(&mut self, scan: &AlignedScan, since: Pose2) {
+        let tracks = self.schedule_now().tracks;
+        if tracks.walls {
+            self.pose.see_walls(&mut self.matcher, scan, since);
+        }
         let mut best = ScanVerdict::Blind;
-        self.see_corridor(&mut best);
-        self.see_lane_end(&mut best);
-        let tracks = self.schedules[self.machine.state().index()].tracks;
-        if tracks.corridor || tracks.lane_end {
+        self.see_corridor(&mut best, tracks.corridor && !tracks.walls);
+        self.see_lane_end(&mut best, tracks.lane_end && !tracks.walls);
+        if !tracks.walls && (tracks.corridor || tracks.lane_end) {
             self.pose.scan_done(best);
         }
     }
 
-    fn see_corridor(&mut self, best: &mut ScanVerdict) {
+    fn see_corridor(&mut self, best: &mut ScanVerdict, corrects: bool) {
         let schedule = &self.schedules[self.machine.state().index()];
         let Some(lane) = schedule.lane.filter(|_| schedule.features.corridor) else {
             return;
@@ -60,11 +65,9 @@ impl Navigator {
         let walls = self
             .corridor
             .observe(&mut self.fitter, &self.points, lane, along_m);
-        if schedule.tracks.corridor {
-            for (wall, fit) in [(&lane.left, walls.left), (&lane.right, walls.right)] {
-                if let (Some(wall), Some(fit)) = (wall, fit) {
-                    correct(&mut self.pose, &wall.line, &fit, best);
-                }
+        if corrects {
+            for (wall, fit) in walls.fits() {
+                correct(&mut self.pose, &wall.line, fit, best);
             }
         }
         if self.corridor.is_lost() {
@@ -75,7 +78,7 @@ impl Navigator {
         }
     }
 
-    fn see_lane_end(&mut self, best: &mut ScanVerdict) {
+    fn see_lane_end(&mut self, best: &mut ScanVerdict, corrects: bool) {
         let schedule = &self.schedules[self.machine.state().index()];
         let end = end_wall(&self.map, schedule);
         let Some(wall) = end.filter(|_| schedule.features.lane_end) else {
@@ -89,7 +92,7 @@ impl Navigator {
             self.pose.pose(),
             std_m,
         );
-        if let Some(fit) = fit.filter(|_| schedule.tracks.lane_end) {
+        if let Some(fit) = fit.filter(|_| corrects) {
             correct(&mut self.pose, &wall.line, &fit, best);
         }
     }

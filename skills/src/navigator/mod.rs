@@ -2,17 +2,23 @@
 //!
 //! [`Navigator::step`] does, in this order: moves the pose and all estimates with odometry; looks at a new scan, with what
 //! the present schedule perceives; evaluates the controller and the monitors; steps the machine with what was posted and
-//! what fired, which may exchange the schedule; and commands a motion under the schedule in force then.
+//! what fired, which may exchange the schedule; plans the path ahead; and commands a motion under the schedule in force
+//! then, within the limits of speed, borders and instruction.
 //!
-//! Without a scan it goes on by odometry, and the covariance grows until the pose is uncertain. Then, and when motion is
-//! not allowed, the command keeps its curve with speed 0.
+//! Without a scan it goes on by odometry, and the covariance grows until the pose is uncertain. Then, when motion is not
+//! allowed, and before an area that is not allowed, the command keeps its curve with speed 0. It goes on by itself when
+//! the reason is over.
 //!
-//! Real time: [`Navigator::step`] and [`Navigator::post`] do not allocate, lock or panic; [`Navigator::new`] does
-//! allocate.
+//! Real time: [`Navigator::step`], [`Navigator::post`] and [`Navigator::instruct`] do not allocate, lock or panic;
+//! [`Navigator::new`] does allocate.
 
+mod command;
+mod control;
 mod coordinate;
+mod goal;
 mod instruction;
 mod look;
+mod motion;
 mod output;
 mod setup;
 
@@ -22,21 +28,30 @@ pub use output::{
 };
 pub use setup::{NavigationGains, NavigatorSetup, SetupError};
 
-use instruction::{Inbox, Parameters};
-
-use crate::control::{ControlGains, ControlOutput, Corridor, PathError, UTurn};
-use crate::geometry::{MotionCommand, Point2, Pose2, wrap_angle};
+use crate::borders::{BorderGains, BorderGuard};
+use crate::control::{ControlGains, SpeedRamp, Stopping};
+use crate::geometry::{Footprint, Point2, Pose2};
 use crate::localisation::PoseFilter;
-use crate::map::{LaneGeometry, LaneWall, SemanticMap};
+use crate::map::{LaneWall, SemanticMap};
 use crate::perception::corridor::CorridorTracker;
 use crate::perception::lane_end::LaneEndTracker;
 use crate::perception::line::LineFitter;
-use crate::schedule::{Controller, Schedule, compile};
+use crate::perception::walls::WallMatcher;
+use crate::schedule::{RobotLimits, Schedule, compile};
+use command::Commanded;
+use control::Control;
 use coordination::event::EventId;
 use coordination::fsm::{Machine, StateId};
+use goal::Goal;
+use instruction::{Inbox, Parameters};
+use motion::{Motion, PATH_POSES};
 
-/// A lane end known worse than this is taken from the map instead.
-const LANE_END_STD_M: f64 = 0.15;
+/// Poses of the planned path lie at least so far apart.
+const PATH_STEP_M: f64 = 0.05;
+/// No step is longer than this, whatever the clock says.
+const LONGEST_STEP_S: f64 = 1.0;
+/// Between the footprint and a border, beside the uncertainty of the pose.
+const BORDER_MARGIN_M: f64 = 0.01;
 
 /// The navigation of one robot.
 #[derive(Clone, Debug)]
@@ -51,7 +66,21 @@ pub struct Navigator {
     points: Vec<Point2>,
     corridor: CorridorTracker,
     lane_end: LaneEndTracker,
-    u_turn: Option<UTurn>,
+    matcher: WallMatcher,
+    guard: BorderGuard,
+    footprint: Footprint,
+    border_sigma: f64,
+    max_speed_m_s: f64,
+    motion: Motion,
+    goal: Goal,
+    stopping: Stopping,
+    /// Where the instruction says to stop.
+    instructed: Option<Goal>,
+    halting: Stopping,
+    ramp: SpeedRamp,
+    last_curvature_1_m: f64,
+    path: Vec<Pose2>,
+    path_step_m: f64,
     inbox: Inbox,
     parameters: Parameters,
     in_state_s: f64,
@@ -84,7 +113,11 @@ impl Navigator {
             &setup.states,
             &setup.skills,
             &setup.monitors,
-            max_speed_m_s,
+            &RobotLimits {
+                max_speed_m_s,
+                max_curvature_1_m: setup.gains.max_curvature_1_m,
+                footprint: setup.footprint,
+            },
         )?;
         if let Some(name) = &setup.start_state {
             let state = machine
@@ -93,6 +126,15 @@ impl Navigator {
             machine.restart_in(state);
         }
         let gains = setup.gains;
+        let matcher = WallMatcher::new(&map, setup.beams, gains.perception());
+        let guard = BorderGuard::new(
+            map.areas().iter().map(|area| area.region),
+            setup.footprint,
+            BorderGains {
+                sigmas: gains.border_sigma,
+                margin_m: BORDER_MARGIN_M,
+            },
+        );
         let mut navigator = Self {
             map,
             machine,
@@ -109,7 +151,20 @@ impl Navigator {
             points: Vec::with_capacity(setup.beams),
             corridor: CorridorTracker::new(gains.perception()),
             lane_end: LaneEndTracker::new(gains.perception()),
-            u_turn: None,
+            matcher,
+            guard,
+            footprint: setup.footprint,
+            border_sigma: gains.border_sigma,
+            max_speed_m_s,
+            motion: Motion::Still,
+            goal: Goal::None,
+            stopping: Stopping::default(),
+            instructed: None,
+            halting: Stopping::default(),
+            ramp: SpeedRamp::new(gains.acceleration_m_s2, gains.deceleration_m_s2),
+            last_curvature_1_m: 0.0,
+            path: Vec::with_capacity(PATH_POSES),
+            path_step_m: path_step_m(max_speed_m_s, gains.deceleration_m_s2),
             inbox: Inbox::default(),
             parameters: Parameters::default(),
             in_state_s: 0.0,
@@ -174,18 +229,26 @@ impl Navigator {
     pub fn restart_in(&mut self, state: StateId) -> bool {
         let known = self.machine.restart_in(state);
         if known {
+            self.parameters = Parameters::default();
             self.activate(None);
         }
         known
     }
 
+    /// Where the present controller is going to lead `base_link`, in `map`: poses at equal distances ahead (behind, when
+    /// it creeps backward), up to where it stops. As of the last step.
+    #[must_use]
+    pub fn planned_path(&self) -> &[Pose2] {
+        &self.path
+    }
+
     /// One step.
     pub fn step(&mut self, input: &NavigationInput) -> NavigationOutput {
         self.counters.steps += 1;
-        self.predict(input);
+        let dt_s = self.predict(input);
         self.look(input);
         let before = self.machine.state();
-        let mut control = self.control(input);
+        let mut control = self.control(input, dt_s);
         let (mut events, mut outputs) = (EventList::default(), EventList::default());
         self.watch(&control, &mut events);
         self.coordinate(&events, &mut outputs);
@@ -193,16 +256,22 @@ impl Navigator {
         if state != before {
             // The manoeuvre that is done is the one before; its successor already commands.
             let done = control.done;
-            control = self.control(input);
+            control = self.control(input, dt_s);
             control.done = done;
         }
-        self.report(input, before, &control, events, outputs)
+        let commanded = self.command(input, &control, dt_s);
+        let mut output = self.report(input, &control, &commanded);
+        output.events = events;
+        output.outputs = outputs;
+        output.schedule_changed = state != before;
+        output
     }
 
-    fn predict(&mut self, input: &NavigationInput) {
+    /// Moves everything with odometry; the time since the step before.
+    fn predict(&mut self, input: &NavigationInput) -> f64 {
         let dt_s = match self.last_step_ns {
             0 => 0.0,
-            last_ns => input.now_ns.saturating_sub(last_ns) as f64 * 1e-9,
+            last_ns => (input.now_ns.saturating_sub(last_ns) as f64 * 1e-9).min(LONGEST_STEP_S),
         };
         self.last_step_ns = input.now_ns;
         self.in_state_s += dt_s;
@@ -212,101 +281,37 @@ impl Navigator {
         if let Some(wall) = self.end_wall() {
             self.lane_end.predict(moved, before, &wall.line, dt_s);
         }
-    }
-
-    /// The motion that the present schedule's controller wants.
-    fn control(&mut self, input: &NavigationInput) -> ControlOutput {
-        let schedule = &self.schedules[self.machine.state().index()];
-        let pose = self.pose.pose();
-        let error = self.lane_error(schedule);
-        let speed_m_s = input.odometry.twist.v_m_s;
-        let limit_m_s = schedule
-            .speed_limit_m_s
-            .min(self.parameters.speed_limit_m_s.unwrap_or(f64::INFINITY));
-        let output = match schedule.controller {
-            Controller::Stop => ControlOutput {
-                command: MotionCommand::STOP,
-                error,
-                done: true,
-            },
-            Controller::Corridor => Corridor.step(error, limit_m_s, &self.control),
-            Controller::EndOfLane(end) => {
-                let wall_m = self.end_distance_m(schedule);
-                end.step(error, wall_m, limit_m_s, speed_m_s, &self.control)
-            }
-            Controller::UTurn { .. } => match &mut self.u_turn {
-                Some(turn) => turn.step(pose, limit_m_s, speed_m_s, &self.control),
-                None => ControlOutput::default(),
-            },
-        };
-        if output.command.is_finite() {
-            output
-        } else {
-            ControlOutput::default()
-        }
-    }
-
-    /// Relative to the schedule's lane: by the corridor while it is known well, by the pose otherwise.
-    fn lane_error(&self, schedule: &Schedule) -> PathError {
-        let Some(lane) = schedule.lane.map(|lane| &self.map.lanes()[lane]) else {
-            return PathError::default();
-        };
-        let corridor = self.corridor.estimate();
-        match corridor.filter(|estimate| schedule.features.corridor && estimate.usable) {
-            Some(estimate) => PathError {
-                lateral_m: estimate.lateral_m,
-                heading_rad: estimate.heading_rad,
-            },
-            None => pose_error(lane, self.pose.pose()),
-        }
-    }
-
-    fn end_distance_m(&self, schedule: &Schedule) -> f64 {
-        let tracked = self.lane_end.estimate();
-        if let Some(end) = tracked.filter(|end| end.std_m < LANE_END_STD_M) {
-            return end.distance_m;
-        }
-        end_wall(&self.map, schedule).map_or(0.0, |wall| {
-            wall.line.lateral_m(self.pose.pose().position()).abs()
-        })
+        dt_s
     }
 
     fn end_wall(&self) -> Option<LaneWall> {
-        end_wall(&self.map, &self.schedules[self.machine.state().index()]).copied()
+        end_wall(&self.map, self.schedule_now()).copied()
     }
 
     fn report(
         &self,
         input: &NavigationInput,
-        before: StateId,
-        control: &ControlOutput,
-        events: EventList,
-        outputs: EventList,
+        control: &Control,
+        commanded: &Commanded,
     ) -> NavigationOutput {
-        let state = self.machine.state();
-        let schedule = &self.schedules[state.index()];
-        let pose_uncertain = self.pose.is_uncertain();
-        let stand = pose_uncertain || !input.motion_allowed;
+        let schedule = self.schedule_now();
         let covariance = self.pose.covariance();
         let mut counters = self.counters;
         counters.pose = self.pose.counters();
+        let error = control.steer.error;
         NavigationOutput {
             now_ns: input.now_ns,
-            command: if stand {
-                control.command.with_speed(0.0)
-            } else {
-                control.command
-            },
+            command: commanded.command,
             pose: self.pose.pose(),
             covariance: std::array::from_fn(|row| {
                 std::array::from_fn(|column| covariance[(row, column)])
             }),
             position_std_m: self.pose.position_std_m(),
-            state,
+            state: self.machine.state(),
             area: schedule.area,
             skill: schedule.skill,
-            lateral_error_m: control.error.lateral_m,
-            heading_error_rad: control.error.heading_rad,
+            lateral_error_m: error.lateral_m,
+            heading_error_rad: error.heading_rad,
             corridor: self
                 .corridor
                 .estimate()
@@ -315,22 +320,24 @@ impl Navigator {
                 .lane_end
                 .estimate()
                 .filter(|_| schedule.features.lane_end),
-            events,
-            outputs,
-            schedule_changed: state != before,
+            events: EventList::default(),
+            outputs: EventList::default(),
+            schedule_changed: false,
             manoeuvre_done: control.done,
-            pose_uncertain,
-            deviation_exceeded: control.error.lateral_m.abs() > schedule.deviation_limit_m,
-            hold: match (pose_uncertain, input.motion_allowed) {
-                (true, _) => Some(Hold::PoseUncertain),
-                (_, false) => Some(Hold::Forbidden),
-                _ => None,
-            },
-            waiting_for: None,
-            border_distance_m: None,
+            pose_uncertain: self.pose.is_uncertain(),
+            deviation_exceeded: error.lateral_m.abs() > schedule.deviation_limit_m,
+            hold: commanded.hold,
+            waiting_for: commanded.border.area.filter(|_| commanded.at_border),
+            border_distance_m: commanded.border.area.map(|_| commanded.border.distance_m),
             counters,
         }
     }
+}
+
+/// Spacing with which the planned path is long enough to stop on, from the fastest speed.
+fn path_step_m(max_speed_m_s: f64, deceleration_m_s2: f64) -> f64 {
+    let stop_m = max_speed_m_s * max_speed_m_s / (2.0 * deceleration_m_s2) + max_speed_m_s;
+    PATH_STEP_M.max(1.2 * stop_m / PATH_POSES as f64)
 }
 
 /// The wall that closes the schedule's lane, or the lane that its U-turn leaves.
@@ -338,11 +345,4 @@ fn end_wall<'a>(map: &'a SemanticMap, schedule: &Schedule) -> Option<&'a LaneWal
     schedule
         .end_lane
         .and_then(|lane| map.lanes()[lane].end.as_ref())
-}
-
-fn pose_error(lane: &LaneGeometry, pose: Pose2) -> PathError {
-    PathError {
-        lateral_m: lane.line.lateral_m(pose.position()),
-        heading_rad: wrap_angle(pose.theta_rad - lane.direction_rad),
-    }
 }

@@ -1,5 +1,6 @@
 //! What goes into a navigation step and what comes out of it.
 
+use crate::borders::AreaSet;
 use crate::geometry::{MotionCommand, Pose2};
 use crate::localisation::PoseCounters;
 use crate::odometry::Odometry;
@@ -23,6 +24,8 @@ pub struct NavigationInput<'a> {
     pub odometry: &'a Odometry,
     /// `false`: everything goes on, but the command is to stand.
     pub motion_allowed: bool,
+    /// Areas that the robot may be in, by their index in the map; [`AreaSet::ALL`] where nobody manages them.
+    pub allowed: AreaSet,
 }
 
 /// Why a robot that has something to do stands still.
@@ -136,9 +139,10 @@ pub struct NavigationOutput {
     pub deviation_exceeded: bool,
     /// Why the command is to stand although the skill wants to move, or cannot do what it should.
     pub hold: Option<Hold>,
-    /// Index of the area that the robot waits before, because it is not allowed.
+    /// Index of the area that is not allowed and that the robot slows down or waits for, or stands in.
     pub waiting_for: Option<usize>,
-    /// From the footprint along the planned path to the border of an area that is not allowed.
+    /// Way left before the footprint (with its margins) would enter an area that is not allowed, when that is within
+    /// the stopping distance on the planned path.
     pub border_distance_m: Option<f64>,
     /// Counts since the start.
     pub counters: NavigationCounters,

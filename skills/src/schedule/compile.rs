@@ -1,13 +1,23 @@
 //! Binds skills to the states of a machine.
 
-use super::{
-    Controller, ControllerSetup, MonitorSetup, Schedule, ScheduleError, SkillSetup, StateSetup,
-};
-use crate::control::{EndOfLane, TurnDirection};
+use super::graph::{Bound, Graph};
+use super::manoeuvres::Manoeuvres;
+use super::{MonitorSetup, Schedule, ScheduleError, SkillSetup, StateSetup};
+use crate::geometry::Footprint;
 use crate::map::SemanticMap;
-use crate::monitors::Monitor;
+use crate::monitors::{Monitor, MonitorKind};
 use coordination::fsm::{Machine, StateId};
-use std::collections::VecDeque;
+
+/// What the robot can do, as far as plans depend on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotLimits {
+    /// Fastest.
+    pub max_speed_m_s: f64,
+    /// Tightest curve.
+    pub max_curvature_1_m: f64,
+    /// Outline.
+    pub footprint: Footprint,
+}
 
 /// One schedule for each state of the machine, by [`StateId::index`].
 pub fn compile(
@@ -16,37 +26,34 @@ pub fn compile(
     states: &[StateSetup],
     skills: &[SkillSetup],
     monitors: &[MonitorSetup],
-    max_speed_m_s: f64,
+    robot: &RobotLimits,
 ) -> Result<Vec<Schedule>, ScheduleError> {
-    let compiler = Compiler {
+    let graph = Graph {
         map,
         machine,
         skills,
-        monitors,
-        max_speed_m_s,
+        max_speed_m_s: robot.max_speed_m_s,
         bound: bind(map, machine, states, skills)?,
+    };
+    for skill in skills {
+        if let Some(speed_m_s) = skill.speed_m_s {
+            super::manoeuvres::positive(skill, "speed", speed_m_s)?;
+        }
+    }
+    let compiler = Compiler { graph, monitors };
+    let manoeuvres = Manoeuvres {
+        graph: &compiler.graph,
+        robot,
     };
     machine
         .states()
-        .map(|(state, name)| compiler.schedule(state, name))
+        .map(|(state, name)| compiler.schedule(&manoeuvres, state, name))
         .collect()
 }
 
-/// Skill and area of a state.
-#[derive(Clone, Copy)]
-struct Bound {
-    skill: usize,
-    area: Option<usize>,
-    lane: Option<usize>,
-}
-
 struct Compiler<'a> {
-    map: &'a SemanticMap,
-    machine: &'a Machine,
-    skills: &'a [SkillSetup],
+    graph: Graph<'a>,
     monitors: &'a [MonitorSetup],
-    max_speed_m_s: f64,
-    bound: Vec<Bound>,
 }
 
 fn bind(
@@ -92,24 +99,27 @@ fn bind(
 }
 
 impl Compiler<'_> {
-    fn schedule(&self, state: StateId, name: &str) -> Result<Schedule, ScheduleError> {
-        let bound = self.bound[state.index()];
-        let skill = &self.skills[bound.skill];
-        let area = bound.area.map(|area| &self.map.areas()[area]);
-        let (controller, lane, end_lane) = self.controller(state, name, skill)?;
-        let features = skill.tracks.union(skill.searches);
+    fn schedule(
+        &self,
+        manoeuvres: &Manoeuvres,
+        state: StateId,
+        name: &str,
+    ) -> Result<Schedule, ScheduleError> {
+        let bound = self.graph.of(state);
+        let skill = self.graph.skill(state);
+        let area = bound.area.map(|area| &self.graph.map.areas()[area]);
+        let plan = manoeuvres.plan(state, name)?;
         Ok(Schedule {
             skill: bound.skill,
             area: bound.area,
-            lane,
-            end_lane,
+            lane: plan.lane,
+            from_lane: plan.from_lane,
+            end_lane: plan.end_lane,
             tracks: skill.tracks,
-            features,
-            controller,
+            features: skill.tracks.union(skill.searches),
+            controller: plan.controller,
             monitors: self.monitors_of(skill)?,
-            speed_limit_m_s: area.map_or(self.max_speed_m_s, |area| {
-                area.speed_limit_m_s.min(self.max_speed_m_s)
-            }),
+            speed_limit_m_s: plan.speed_limit_m_s,
             deviation_limit_m: area.map_or(f64::INFINITY, |area| area.deviation_limit_m),
         })
     }
@@ -123,165 +133,16 @@ impl Compiler<'_> {
                 wanted: "monitor",
                 name: name.clone(),
             })?;
+            if let MonitorKind::After { seconds } = monitor.kind
+                && !(seconds.is_finite() && seconds > 0.0)
+            {
+                return Err(ScheduleError::Monitor {
+                    monitor: monitor.id.clone(),
+                    found_s: seconds,
+                });
+            }
             Ok(Monitor::new(monitor.event, monitor.kind))
         };
         skill.monitors.iter().map(find).collect()
     }
-
-    /// The controller with the lane it drives on and the lane whose end it looks for.
-    fn controller(
-        &self,
-        state: StateId,
-        name: &str,
-        skill: &SkillSetup,
-    ) -> Result<(Controller, Option<usize>, Option<usize>), ScheduleError> {
-        let lane = self.bound[state.index()].lane;
-        let no_lane = |wanted| ScheduleError::NoLane {
-            state: name.to_owned(),
-            wanted,
-        };
-        match &skill.controller {
-            ControllerSetup::Stop => Ok((Controller::Stop, lane, lane)),
-            ControllerSetup::Corridor { .. } => {
-                let lane = lane.ok_or_else(|| no_lane("a lane"))?;
-                Ok((Controller::Corridor, Some(lane), Some(lane)))
-            }
-            &ControllerSetup::EndOfLane {
-                distance_m,
-                exit_speed_m_s,
-            } => {
-                positive(skill, "distance", distance_m)?;
-                let lane = lane.ok_or_else(|| no_lane("a lane"))?;
-                if self.map.lanes()[lane].end.is_none() {
-                    return Err(no_lane("a lane that a wall closes"));
-                }
-                let exit_speed_m_s = exit_speed_m_s.unwrap_or_else(|| self.exit_speed(state));
-                if !(exit_speed_m_s.is_finite() && exit_speed_m_s >= 0.0) {
-                    return Err(ScheduleError::Parameter {
-                        skill: skill.id.clone(),
-                        what: "exit speed",
-                        expected: "zero or more",
-                        found: exit_speed_m_s,
-                    });
-                }
-                let controller = Controller::EndOfLane(EndOfLane {
-                    distance_m,
-                    exit_speed_m_s,
-                });
-                Ok((controller, Some(lane), Some(lane)))
-            }
-            &ControllerSetup::UTurn {
-                direction,
-                radius_m,
-            } => {
-                positive(skill, "radius", radius_m)?;
-                let incoming = self.nearest_lane(state, Towards::Before, None);
-                let outgoing = lane
-                    .filter(|lane| Some(*lane) != incoming)
-                    .or_else(|| self.nearest_lane(state, Towards::After, incoming))
-                    .ok_or_else(|| no_lane("a lane to turn onto"))?;
-                self.check_side(name, direction, incoming, outgoing)?;
-                let controller = Controller::UTurn {
-                    direction,
-                    radius_m,
-                };
-                Ok((controller, Some(outgoing), incoming))
-            }
-            ControllerSetup::Shift { .. }
-            | ControllerSetup::Turn { .. }
-            | ControllerSetup::StopAt { .. }
-            | ControllerSetup::Dock { .. }
-            | ControllerSetup::Creep { .. } => Err(ScheduleError::Manoeuvre {
-                state: name.to_owned(),
-                reason: "its controller is declared, but not available yet".to_owned(),
-            }),
-        }
-    }
-
-    fn check_side(
-        &self,
-        name: &str,
-        direction: TurnDirection,
-        incoming: Option<usize>,
-        outgoing: usize,
-    ) -> Result<(), ScheduleError> {
-        let Some(incoming) = incoming.map(|lane| &self.map.lanes()[lane]) else {
-            return Ok(());
-        };
-        let outgoing = &self.map.lanes()[outgoing];
-        if incoming.line.lateral_m(outgoing.line.a) * direction.sign() > 0.0 {
-            return Ok(());
-        }
-        Err(ScheduleError::TurnSide {
-            state: name.to_owned(),
-            incoming: incoming.id.clone(),
-            outgoing: outgoing.id.clone(),
-        })
-    }
-
-    /// The lowest speed limit of the states that follow and move; 0 when none moves.
-    fn exit_speed(&self, state: StateId) -> f64 {
-        let limits = self
-            .machine
-            .transitions()
-            .filter(|transition| transition.from == state && transition.to != state)
-            .map(|transition| self.bound[transition.to.index()])
-            .filter(|bound| self.skills[bound.skill].controller != ControllerSetup::Stop)
-            .map(|bound| match bound.area {
-                Some(area) => self.map.areas()[area].speed_limit_m_s,
-                None => self.max_speed_m_s,
-            });
-        limits
-            .min_by(f64::total_cmp)
-            .map_or(0.0, |limit_m_s| limit_m_s.min(self.max_speed_m_s))
-    }
-
-    /// The lane of the nearest state with one (other than `except`), along the transitions; those before moving states
-    /// first.
-    fn nearest_lane(
-        &self,
-        state: StateId,
-        towards: Towards,
-        except: Option<usize>,
-    ) -> Option<usize> {
-        let mut waiting = VecDeque::from([state]);
-        let mut seen = vec![false; self.bound.len()];
-        seen[state.index()] = true;
-        while let Some(at) = waiting.pop_front() {
-            for transition in self.machine.transitions() {
-                let (here, next) = match towards {
-                    Towards::Before => (transition.to, transition.from),
-                    Towards::After => (transition.from, transition.to),
-                };
-                if here != at || seen[next.index()] {
-                    continue;
-                }
-                seen[next.index()] = true;
-                let bound = self.bound[next.index()];
-                if let Some(lane) = bound.lane.filter(|lane| Some(*lane) != except) {
-                    return Some(lane);
-                }
-                waiting.push_back(next);
-            }
-        }
-        None
-    }
-}
-
-#[derive(Clone, Copy)]
-enum Towards {
-    Before,
-    After,
-}
-
-fn positive(skill: &SkillSetup, what: &'static str, found: f64) -> Result<(), ScheduleError> {
-    if found.is_finite() && found > 0.0 {
-        return Ok(());
-    }
-    Err(ScheduleError::Parameter {
-        skill: skill.id.clone(),
-        what,
-        expected: "positive",
-        found,
-    })
 }

@@ -1,5 +1,6 @@
 use super::*;
-use crate::geometry::{Point2, Rect, Segment};
+use crate::control::TurnDirection;
+use crate::geometry::{Footprint, Point2, Rect, Segment};
 use crate::map::{AreaData, LaneData, MapData, SemanticMap, WallData};
 use crate::monitors::MonitorKind;
 use crate::perception::Feature;
@@ -7,6 +8,13 @@ use coordination::event::EventTable;
 use coordination::fsm::{Machine, MachineModel};
 
 type Spoil = fn(&mut Plan);
+
+const FOOTPRINT: Footprint = Footprint {
+    front_m: 0.32,
+    rear_m: 0.08,
+    left_m: 0.15,
+    right_m: 0.15,
+};
 
 struct Plan {
     map: SemanticMap,
@@ -25,7 +33,7 @@ fn plan() -> Plan {
     };
     let area = |id: &str, lane: Option<&str>, speed_limit_m_s| AreaData {
         id: id.into(),
-        region: Rect::default(),
+        region: Rect::new(Point2::new(0.0, -1.0), Point2::new(9.0, 1.0)),
         lane: lane.map(Into::into),
         speed_limit_m_s,
         deviation_limit_m: 0.3,
@@ -112,7 +120,11 @@ impl Plan {
             &self.states,
             &self.skills,
             &self.monitors,
-            0.5,
+            &RobotLimits {
+                max_speed_m_s: 0.5,
+                max_curvature_1_m: 2.5,
+                footprint: FOOTPRINT,
+            },
         )
     }
 }

@@ -4,6 +4,7 @@
 use crate::plant::{Plant, STEP_NS};
 use crate::site;
 use coordination::event::EventTable;
+use skills::borders::AreaSet;
 use skills::drive::{DriveLimits, StopKind, WheelController, WheelSetpoints};
 use skills::geometry::{MotionCommand, Pose2};
 use skills::history::OdometryHistory;
@@ -34,6 +35,7 @@ pub struct Robot {
     pub events: EventTable,
     pub trouble: Trouble,
     pub motion_allowed: bool,
+    pub allowed: AreaSet,
     pub dead_reckoning: DeadReckoning,
     pub output: Option<NavigationOutput>,
     /// Heap allocations counted inside the steps that must not allocate.
@@ -72,6 +74,7 @@ impl Robot {
             events,
             trouble: Trouble::default(),
             motion_allowed: true,
+            allowed: AreaSet::ALL,
             dead_reckoning: DeadReckoning::new(geometry, 35.0).expect("sound geometry"),
             output: None,
             allocations: 0,
@@ -119,6 +122,7 @@ impl Robot {
             scan: Some(&self.aligned),
             odometry: self.dead_reckoning.odometry(),
             motion_allowed: self.motion_allowed,
+            allowed: self.allowed,
         });
         self.allocations += crate::allocations() - before;
         self.command = output.command;

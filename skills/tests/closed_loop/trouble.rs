@@ -1,6 +1,7 @@
 use crate::plant::Random;
 use crate::robot::{Robot, Trouble};
 use crate::site;
+use skills::borders::AreaSet;
 use skills::geometry::{Point2, Pose2, Rect, Twist2};
 use skills::history::OdometryHistory;
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
@@ -257,6 +258,7 @@ fn whatever_comes_in_the_command_is_a_sane_number() {
             scan: Some(&scan),
             odometry: &odometry,
             motion_allowed: true,
+            allowed: AreaSet::ALL,
         });
         assert!(
             output.command.is_finite() && output.pose.is_finite(),

@@ -1,0 +1,98 @@
+//! Drives along a track and says when the robot is on the lane at its end.
+
+use super::law::{path_curvature, speed_share};
+use super::{ControlGains, Steer, Track};
+use crate::geometry::Pose2;
+
+/// How close to the lane a manoeuvre is done, and when it stops being choosy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// This close to the lane.
+    pub near_m: f64,
+    /// And turned away from it by no more.
+    pub near_rad: f64,
+    /// After this way along the lane twice as much will do.
+    pub settle_m: f64,
+}
+
+impl Arrival {
+    /// After a turn.
+    pub const TURN: Self = Self {
+        near_m: 0.10,
+        near_rad: 0.15,
+        settle_m: 1.0,
+    };
+    /// After a shift.
+    pub const SHIFT: Self = Self {
+        near_m: 0.03,
+        near_rad: 0.05,
+        settle_m: 2.0,
+    };
+}
+
+/// A manoeuvre under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Follower {
+    track: Track,
+    arrival: Arrival,
+    along_m: f64,
+    done: bool,
+}
+
+impl Follower {
+    /// At the start of a track.
+    #[must_use]
+    pub fn new(track: Track, arrival: Arrival) -> Self {
+        Self {
+            track,
+            arrival,
+            along_m: 0.0,
+            done: false,
+        }
+    }
+
+    /// The track.
+    #[must_use]
+    pub fn track(&self) -> &Track {
+        &self.track
+    }
+
+    /// Way along the track so far.
+    #[must_use]
+    pub fn along_m(&self) -> f64 {
+        self.along_m
+    }
+
+    /// It has been on the lane.
+    #[must_use]
+    pub fn done(&self) -> bool {
+        self.done
+    }
+
+    /// One step at `pose` in `map`.
+    pub fn step(&mut self, pose: Pose2, speed_m_s: f64, gains: &ControlGains) -> Steer {
+        let place = self.track.place(pose, self.along_m);
+        // The pivot takes its time, so the curve is asked for before it begins, and given up before it ends.
+        let early_m = gains.steering_lag_s * speed_m_s.max(0.0);
+        if place.along_m.is_finite() {
+            self.along_m = place.along_m;
+        }
+        let curvature_1_m = self.track.curvature_1_m(self.along_m + early_m);
+        let on_lane_m = self.along_m + early_m - self.track.length_m();
+        let loose = if on_lane_m > self.arrival.settle_m {
+            2.0
+        } else {
+            1.0
+        };
+        let error = place.error;
+        self.done |= on_lane_m >= 0.0
+            && error.lateral_m.abs() < loose * self.arrival.near_m
+            && error.heading_rad.abs() < loose * self.arrival.near_rad;
+        Steer {
+            error,
+            curvature_1_m: path_curvature(error, curvature_1_m, gains),
+            direction: 1.0,
+            speed_share: speed_share(error),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! From what the controller wants to what the robot may do.
+
+use super::control::Control;
+use super::motion::PATH_POSES;
+use super::{Hold, NavigationInput, Navigator};
+use crate::borders::BorderVerdict;
+use crate::control::REACTION_S;
+use crate::geometry::MotionCommand;
+
+/// The border guard looks at least this far.
+const LOOK_M: f64 = 0.15;
+/// Slower than this is standing: the wheels do not turn evenly.
+const SLOWEST_M_S: f64 = 0.008;
+
+/// What is commanded, and why not more.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Commanded {
+    pub(super) command: MotionCommand,
+    pub(super) hold: Option<Hold>,
+    pub(super) border: BorderVerdict,
+    pub(super) at_border: bool,
+}
+
+impl Navigator {
+    /// Plans the path ahead and brings the controller's wish within all limits.
+    pub(super) fn command(
+        &mut self,
+        input: &NavigationInput,
+        control: &Control,
+        dt_s: f64,
+    ) -> Commanded {
+        let speed_m_s = self.speed_m_s(input);
+        self.plan_ahead(control, speed_m_s);
+        let border = self.look_ahead(input, speed_m_s);
+        let border_m_s = border.speed_limit_m_s(self.control.deceleration_m_s2, REACTION_S);
+        let stand = if self.pose.is_uncertain() {
+            Some(Hold::PoseUncertain)
+        } else if !input.motion_allowed {
+            Some(Hold::Forbidden)
+        } else {
+            None
+        };
+        let safe_m_s = if stand.is_some() {
+            0.0
+        } else {
+            control.safe_m_s.min(border_m_s)
+        };
+        let mut commanded_m_s = self.ramp.step(control.wish_m_s, safe_m_s, speed_m_s, dt_s);
+        // The ramp starts out slower than that; what ends there stands.
+        if safe_m_s < SLOWEST_M_S {
+            commanded_m_s = 0.0;
+        }
+        let moving = control.steer.direction != 0.0;
+        let curvature_1_m = if moving && control.steer.curvature_1_m.is_finite() {
+            control.steer.curvature_1_m
+        } else {
+            // Coming to rest, it stays on the curve that it was on.
+            self.last_curvature_1_m
+        };
+        self.last_curvature_1_m = curvature_1_m;
+        let at_border = border.area.is_some()
+            && (border.inside || border_m_s < control.safe_m_s.min(control.wish_m_s.abs()));
+        let hold = stand
+            .or(control.hold)
+            .or((at_border && border_m_s < SLOWEST_M_S).then_some(Hold::Border));
+        Commanded {
+            command: MotionCommand::new(commanded_m_s, curvature_1_m),
+            hold,
+            border,
+            at_border,
+        }
+    }
+
+    fn plan_ahead(&mut self, control: &Control, speed_m_s: f64) {
+        let lane = self.schedule_now().lane;
+        let lane = lane.map(|lane| &self.map.lanes()[lane]);
+        let length_m = self.path_step_m * PATH_POSES as f64;
+        self.motion.plan(
+            &mut self.path,
+            self.pose.pose(),
+            lane,
+            speed_m_s,
+            self.path_step_m,
+            length_m.min(control.left_m),
+            &self.control,
+        );
+    }
+
+    /// Looks along the planned path as far as the robot needs to stop.
+    fn look_ahead(&self, input: &NavigationInput, speed_m_s: f64) -> BorderVerdict {
+        let speed_m_s = speed_m_s.abs().max(self.ramp.speed_m_s().abs());
+        let reach_m = speed_m_s * speed_m_s / (2.0 * self.control.deceleration_m_s2)
+            + 2.0 * REACTION_S * speed_m_s
+            + LOOK_M;
+        let poses = (reach_m / self.path_step_m).ceil() as usize;
+        self.guard.along_poses(
+            &input.allowed,
+            self.pose.pose(),
+            self.pose.covariance(),
+            self.path.iter().take(poses).copied(),
+        )
+    }
+}

@@ -1,0 +1,162 @@
+//! The present schedule's controller: steering, speed and end.
+
+use super::goal::{Goal, Pace, Situation};
+use super::motion::{Motion, pose_error};
+use super::{Hold, NavigationInput, Navigator, end_wall};
+use crate::control::{PathError, Steer, Stopping};
+use crate::schedule::Schedule;
+use std::f64::consts::FRAC_PI_2;
+
+/// A lane end known worse than this is taken from the map instead.
+const LANE_END_STD_M: f64 = 0.15;
+/// To dock, it must be known better, by so many scans in a row.
+const DOCK_STD_M: f64 = 0.03;
+const DOCK_SCANS: u32 = 3;
+/// No measured speed is believed beyond this multiple of the robot's limit.
+const BELIEVED_SPEED: f64 = 2.0;
+
+/// What a controller says.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Control {
+    pub(super) steer: Steer,
+    /// Wanted speed, negative backward; approached at the ramp's slopes.
+    pub(super) wish_m_s: f64,
+    /// No faster than this, at once.
+    pub(super) safe_m_s: f64,
+    /// Way that remains.
+    pub(super) left_m: f64,
+    pub(super) done: bool,
+    pub(super) hold: Option<Hold>,
+}
+
+impl Navigator {
+    /// Measured, if it is a number.
+    pub(super) fn speed_m_s(&self, input: &NavigationInput) -> f64 {
+        let most_m_s = BELIEVED_SPEED * self.max_speed_m_s;
+        let speed_m_s = input.odometry.twist.v_m_s;
+        if speed_m_s.is_finite() {
+            speed_m_s.clamp(-most_m_s, most_m_s)
+        } else {
+            0.0
+        }
+    }
+
+    pub(super) fn schedule_now(&self) -> &Schedule {
+        &self.schedules[self.machine.state().index()]
+    }
+
+    /// The motion that the present schedule's controller wants.
+    pub(super) fn control(&mut self, input: &NavigationInput, dt_s: f64) -> Control {
+        let pose = self.pose.pose();
+        let speed_m_s = self.speed_m_s(input);
+        let schedule = &self.schedules[self.machine.state().index()];
+        let error = self.lane_error(schedule);
+        let limit_m_s = schedule
+            .speed_limit_m_s
+            .min(self.parameters.speed_limit_m_s.unwrap_or(f64::INFINITY));
+        let (end_m, end_measured) = self.end_distance_m(schedule);
+        let lane = schedule.lane.map(|lane| &self.map.lanes()[lane]);
+        let along_std_m = lane.map_or(0.0, |lane| self.pose.std_along_m(lane.direction_rad));
+        let steer = self
+            .motion
+            .steer(pose, error, speed_m_s.abs(), &self.control);
+        let now = Situation {
+            pose,
+            lane,
+            end_wall: end_wall(&self.map, schedule),
+            end_m,
+            end_measured,
+            margin_m: self.border_sigma * along_std_m,
+            speed_m_s,
+            limit_m_s,
+            dt_s,
+            footprint: &self.footprint,
+            gains: &self.control,
+        };
+        let mut pace = self.goal.pace(&self.motion, &mut self.stopping, &now);
+        if let Some(stop) = self.instructed {
+            pace = pace.and(stop.pace(&self.motion, &mut self.halting, &now));
+        }
+        if self.parameters.speed_limit_m_s == Some(0.0) {
+            pace = pace.and(Pace::standing(Hold::SpeedLimit));
+        }
+        let wish_m_s = steer.direction * limit_m_s * steer.speed_share;
+        if !(steer.curvature_1_m.is_finite() && wish_m_s.is_finite()) {
+            return Control {
+                hold: Some(Hold::PoseUncertain),
+                ..Control::default()
+            };
+        }
+        Control {
+            steer,
+            wish_m_s,
+            safe_m_s: pace.speed_m_s,
+            left_m: pace.left_m,
+            done: pace.done || matches!(self.motion, Motion::Still),
+            hold: pace.hold,
+        }
+    }
+
+    /// The path of the machine's state begins at the present pose.
+    pub(super) fn begin_motion(&mut self) {
+        let schedule = &self.schedules[self.machine.state().index()];
+        let curvature_1_m = self.control.max_curvature_1_m;
+        self.motion = Motion::begin(&self.map, schedule, self.pose.pose(), curvature_1_m);
+        self.stopping = Stopping::default();
+        self.begin_parameters();
+    }
+
+    /// The parameters of the state were exchanged.
+    pub(super) fn begin_parameters(&mut self) {
+        let schedule = &self.schedules[self.machine.state().index()];
+        self.goal = Goal::of(schedule, self.parameters.stop_at.is_some());
+        self.halting = Stopping::default();
+        self.instructed = None;
+        self.motion.keep_beside(Motion::own_offset_m(schedule));
+        if let Some(stop) = self.parameters.stop_at {
+            let lane = schedule.lane.map(|lane| &self.map.lanes()[lane]);
+            let (goal, aside_m) = Goal::instructed(&self.motion, lane, stop);
+            if let Goal::Place { .. } = goal {
+                self.motion.keep_beside(aside_m);
+            }
+            self.instructed = Some(goal);
+        }
+    }
+
+    /// Relative to the schedule's lane: by the corridor while it is known well, by the pose otherwise.
+    fn lane_error(&self, schedule: &Schedule) -> PathError {
+        let Some(lane) = schedule.lane.map(|lane| &self.map.lanes()[lane]) else {
+            return PathError::default();
+        };
+        let corridor = self.corridor.estimate();
+        match corridor.filter(|estimate| schedule.features.corridor && estimate.usable) {
+            Some(estimate) => PathError {
+                lateral_m: estimate.lateral_m,
+                heading_rad: estimate.heading_rad,
+            },
+            None => pose_error(lane, self.pose.pose()),
+        }
+    }
+
+    /// From `base_link` to the lane's end wall, and whether the lidar has measured it well.
+    fn end_distance_m(&self, schedule: &Schedule) -> (f64, bool) {
+        let tracked = self
+            .lane_end
+            .estimate()
+            .filter(|_| schedule.features.lane_end);
+        let measured =
+            tracked.is_some_and(|end| end.std_m < DOCK_STD_M && end.consistent_scans >= DOCK_SCANS);
+        if let Some(end) = tracked.filter(|end| end.std_m < LANE_END_STD_M) {
+            return (end.distance_m, measured);
+        }
+        let mapped_m = end_wall(&self.map, schedule).map_or(0.0, |wall| {
+            wall.line.lateral_m(self.pose.pose().position()).abs()
+        });
+        (mapped_m, false)
+    }
+
+    /// Uncertainty of the pose across a direction of `map`.
+    pub(super) fn std_across_m(&self, direction_rad: f64) -> f64 {
+        self.pose.std_along_m(direction_rad + FRAC_PI_2)
+    }
+}
