@@ -2,8 +2,10 @@
 
 use thiserror::Error;
 
-use super::model::PlaceKind;
+use super::layout::BLOCK;
 use super::net::{Net, PlaceId, TransitionId};
+use super::ports::Ports;
+use super::state::{State, above};
 use crate::event::EventId;
 
 /// How much one evaluation may do.
@@ -67,13 +69,14 @@ pub struct WrongMarking {
 }
 
 /// Runs one net; see [the module](super).
+///
+/// **Real time:** nothing here allocates but [`Net::executor`] and cloning. What looks at the whole
+/// net says so; everything else costs what it touches.
 #[derive(Clone, Debug)]
 pub struct Executor {
     net: Net,
-    marked: Box<[bool]>,
-    /// By source.
-    waiting: Box<[u32]>,
-    fired: Box<[bool]>,
+    state: State,
+    ports: Ports,
     last: usize,
     firings: u64,
     refused: u64,
@@ -84,17 +87,16 @@ impl Executor {
     pub const MAX_WAITING: u32 = u16::MAX as u32;
 
     pub(super) fn new(net: Net) -> Self {
-        let structure = net.structure();
-        let transitions = structure.transition_count();
-        Self {
-            marked: structure.places().map(|p| structure.marked(p)).collect(),
-            waiting: vec![0; net.sources().len()].into(),
-            fired: vec![false; transitions].into(),
-            last: transitions - 1,
+        let mut executor = Self {
+            state: net.initial().clone(),
+            ports: Ports::new(net.sources().len(), net.sinks().len()),
+            last: net.layout().transitions - 1,
             firings: 0,
             refused: 0,
             net,
-        }
+        };
+        executor.restart_ports();
+        executor
     }
 
     /// The net that runs.
@@ -103,33 +105,35 @@ impl Executor {
     }
 
     /// Lets an event wait for every source bound to it; the next evaluation fills those that are
-    /// empty. Real time.
+    /// empty.
     pub fn offer(&mut self, event: EventId) -> Result<(), OfferError> {
-        let sources = self.net.filled_by(event);
-        let full = sources
+        let filled = self.net.filled_by(event);
+        let full = filled
             .iter()
-            .find(|&&(_, source)| self.waiting[usize::from(source)] >= Self::MAX_WAITING);
+            .find(|&&(_, source)| self.ports.waiting(source.into()) >= Self::MAX_WAITING);
         let error = match full {
-            None if sources.is_empty() => OfferError::UnknownEvent(event),
+            Some(&(_, source)) => OfferError::Full(self.net.sources()[usize::from(source)].0),
+            None if filled.is_empty() => OfferError::UnknownEvent(event),
             None => {
-                for &(_, source) in sources {
-                    self.waiting[usize::from(source)] += 1;
+                for &(_, source) in filled {
+                    let (place, _) = self.net.sources()[usize::from(source)];
+                    let is_empty = !self.state.is_marked(self.net.layout(), place);
+                    self.ports.wait(source.into(), is_empty);
                 }
                 return Ok(());
             }
-            Some(&(_, source)) => OfferError::Full(self.net.sources()[usize::from(source)].0),
         };
         self.refused += 1;
         Err(error)
     }
 
-    /// Fills sources and fires transitions as far as `budget` allows. Real time.
+    /// Fills sources and fires transitions as far as `budget` allows.
     pub fn evaluate(&mut self, budget: Budget) -> Evaluation {
         self.run(budget, |_| {})
     }
 
     /// As [`evaluate`](Self::evaluate), and writes down what fired, in order. Fires no more than
-    /// `trace` holds. Real time.
+    /// `trace` holds.
     pub fn evaluate_traced(&mut self, budget: Budget, trace: &mut [TransitionId]) -> Evaluation {
         let firings = u32::try_from(trace.len()).unwrap_or(u32::MAX);
         let budget = Budget {
@@ -139,104 +143,96 @@ impl Executor {
         let mut entries = trace.iter_mut();
         self.run(budget, |transition| {
             if let Some(entry) = entries.next() {
-                *entry = transition;
+                *entry = TransitionId::from_index(transition);
             }
         })
     }
 
-    fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(TransitionId)) -> Evaluation {
-        for (source, &(place, _)) in self.net.sources().iter().enumerate() {
-            if self.waiting[source] > 0 && !self.marked[place.index()] {
-                self.waiting[source] -= 1;
-                self.marked[place.index()] = true;
+    fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
+        let Self {
+            net, state, ports, ..
+        } = self;
+        let layout = net.layout();
+        while let Some(source) = ports.next_to_fill() {
+            state.flip(layout, net.sources()[source].0);
+        }
+        let mut left = budget.firings;
+        let mut rounds = budget.rounds;
+        let mut remaining = None;
+        while left > 0 && rounds > 0 {
+            // Behind the last one in its block; then block by block; its own block again comes
+            // last.
+            let mut block = self.last / BLOCK;
+            let mut among = above(self.last % BLOCK);
+            loop {
+                let run = state.run_block(layout, ports, block, among, left, &mut on_fire);
+                if run.fired > 0 {
+                    left -= run.fired;
+                    self.last = run.last;
+                }
+                if left == 0 {
+                    break;
+                }
+                match state.next_ready(block) {
+                    Some(next) => block = next,
+                    None => break,
+                }
+                among = !0;
+            }
+            state.begin_round();
+            rounds -= 1;
+            let ready = state.next_ready(self.last / BLOCK).is_some();
+            remaining = Some(ready);
+            if !ready {
+                break;
             }
         }
-        let mut fired = 0;
-        self.fired.fill(false);
-        let mut round = 1;
-        while fired < budget.firings && round <= budget.rounds {
-            match self.next(|this, t| this.enabled(t) && !this.fired[t]) {
-                Some(t) => {
-                    self.fire(t);
-                    on_fire(TransitionId::from_index(t));
-                    fired += 1;
-                }
-                None if self.next(Self::enabled).is_none() => break,
-                None => {
-                    round += 1;
-                    self.fired.fill(false);
-                }
-            }
-        }
-        let sources = self.net.sources().iter().zip(&self.waiting);
-        let fillable =
-            { sources }.any(|(&(place, _), &waiting)| waiting > 0 && !self.marked[place.index()]);
+        let fired = budget.firings - left;
+        self.firings += u64::from(fired);
+        let enabled = remaining.unwrap_or_else(|| state.next_ready(self.last / BLOCK).is_some());
         Evaluation {
             fired,
-            remaining: fillable || self.next(Self::enabled).is_some(),
+            remaining: enabled || ports.can_fill(),
         }
     }
 
-    fn next(&self, wanted: impl Fn(&Self, usize) -> bool) -> Option<usize> {
-        let count = self.fired.len();
-        (1..=count)
-            .map(|step| (self.last + step) % count)
-            .find(|&t| wanted(self, t))
-    }
-
-    fn enabled(&self, t: usize) -> bool {
-        let structure = self.net.structure();
-        let t = TransitionId::from_index(t);
-        let inputs = structure.inputs(t);
-        inputs.iter().all(|p| self.marked[p.index()])
-            && (structure.outputs(t).iter()).all(|p| !self.marked[p.index()] || inputs.contains(p))
-    }
-
-    fn fire(&mut self, t: usize) {
-        let id = TransitionId::from_index(t);
-        for p in self.net.structure().inputs(id) {
-            self.marked[p.index()] = false;
-        }
-        for p in self.net.structure().outputs(id) {
-            self.marked[p.index()] = true;
-        }
-        self.fired[t] = true;
-        self.last = t;
-        self.firings += 1;
-    }
-
-    /// The full sinks with the events that they produce. Real time.
-    pub fn marked_sinks(&self) -> impl Iterator<Item = (PlaceId, EventId)> {
-        let sinks = self.net.sinks().iter().copied();
-        sinks.filter(|&(place, _)| self.is_marked(place))
+    /// The full sinks with the events that they produce, in the order in which they filled.
+    pub fn marked_sinks(&self) -> impl ExactSizeIterator<Item = (PlaceId, EventId)> {
+        let full = self.ports.full().iter();
+        full.map(|&sink| self.net.sinks()[usize::from(sink)])
     }
 
     /// Empties a sink, as its consumer does; `false`, and no change, if `sink` is empty or no sink.
-    /// Real time.
+    /// Looks at every full sink.
     pub fn take(&mut self, sink: PlaceId) -> bool {
-        let full = self.is_marked(sink) && self.net.structure().kind(sink) == PlaceKind::Sink;
-        if full {
-            self.marked[sink.index()] = false;
-        }
-        full
+        self.empty_sinks(|place, _| place == sink) > 0
     }
 
-    /// Shows the event of each full sink to `accept` and empties the sink if that returns `true`;
-    /// otherwise the sink stays full. Returns how many were emptied. Real time if `accept` is.
+    /// Shows the event of each full sink, in the order in which they filled, to `accept`, and
+    /// empties the sink if that returns `true`; otherwise it stays full. Returns how many were
+    /// emptied.
     pub fn drain_sinks(&mut self, mut accept: impl FnMut(EventId) -> bool) -> usize {
-        let mut taken = 0;
-        for &(place, event) in self.net.sinks() {
-            if self.marked[place.index()] && accept(event) {
-                self.marked[place.index()] = false;
-                taken += 1;
-            }
-        }
-        taken
+        self.empty_sinks(|_, event| accept(event))
     }
 
-    /// Whether `place` is marked; `false` for a place of another net. Real time.
+    fn empty_sinks(&mut self, mut accept: impl FnMut(PlaceId, EventId) -> bool) -> usize {
+        let Self {
+            net, state, ports, ..
+        } = self;
+        ports.empty_sinks(|sink| {
+            let (place, event) = net.sinks()[sink];
+            let accepted = accept(place, event);
+            if accepted {
+                state.flip(net.layout(), place);
+            }
+            !accepted
+        })
+    }
+
+    /// Whether `place` is marked; `false` for a place that the net does not have.
     pub fn is_marked(&self, place: PlaceId) -> bool {
-        self.marked.get(place.index()).is_some_and(|&marked| marked)
+        let known = place.index() < self.net.places().len();
+        known && self.state.is_marked(self.net.layout(), place)
     }
 
     /// The marked places, in the model's order. Looks at every place.
@@ -247,36 +243,53 @@ impl Executor {
     /// Marks exactly `places`. Waiting events stay, and so does where the next choice begins. After
     /// an error nothing has changed. Looks at every place.
     pub fn set_marking(&mut self, places: &[PlaceId]) -> Result<(), WrongMarking> {
-        let count = self.marked.len();
+        let count = self.net.places().len();
         if let Some(&place) = places.iter().find(|place| place.index() >= count) {
             return Err(WrongMarking {
                 place,
                 places: count,
             });
         }
-        self.marked.fill(false);
-        for place in places {
-            self.marked[place.index()] = true;
+        let layout = self.net.layout();
+        for place in self.net.places() {
+            if self.state.is_marked(layout, place) {
+                self.state.flip(layout, place);
+            }
         }
+        for &place in places {
+            if !self.state.is_marked(layout, place) {
+                self.state.flip(layout, place);
+            }
+        }
+        self.restart_ports();
         Ok(())
     }
 
     /// Back to the initial marking, with nothing waiting; the counters keep counting. Looks at
     /// every place.
     pub fn reset(&mut self) {
-        let structure = self.net.structure();
-        for place in structure.places() {
-            self.marked[place.index()] = structure.marked(place);
-        }
-        self.waiting.fill(0);
-        self.last = self.fired.len() - 1;
+        self.state.copy_from(self.net.initial());
+        self.ports.forget();
+        self.last = self.net.layout().transitions - 1;
+        self.restart_ports();
     }
 
-    /// How many events wait for `source`; 0 if it is no source. Real time.
+    fn restart_ports(&mut self) {
+        let Self {
+            net, state, ports, ..
+        } = self;
+        let is_marked = |place| state.is_marked(net.layout(), place);
+        ports.restart(
+            |source| !is_marked(net.sources()[source].0),
+            |sink| is_marked(net.sinks()[sink].0),
+        );
+    }
+
+    /// How many events wait for `source`; 0 if it is no source.
     pub fn waiting(&self, source: PlaceId) -> u32 {
         let sources = self.net.sources();
         let found = sources.binary_search_by_key(&source, |&(place, _)| place);
-        found.map_or(0, |index| self.waiting[index])
+        found.map_or(0, |index| self.ports.waiting(index))
     }
 
     /// How many transitions have fired since the executor was made.

@@ -47,10 +47,14 @@
 //! assert_eq!(granted, [events.id("grant").expect("the net uses it")]);
 //! ```
 
+mod compile;
 mod error;
 mod executor;
+mod layout;
 mod model;
 mod net;
+mod ports;
+mod state;
 mod structure;
 mod symbols;
 

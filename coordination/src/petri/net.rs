@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use super::compile::compile;
 use super::error::ModelError;
 use super::executor::Executor;
+use super::layout::Layout;
 use super::model::{ModelData, NetModel, PlaceKind};
+use super::state::State;
 use super::structure::Structure;
 use super::symbols::Element;
 use crate::event::{EventId, EventTable};
@@ -49,6 +52,8 @@ pub struct Net {
 struct Inner {
     data: Arc<ModelData>,
     structure: Structure,
+    layout: Layout,
+    initial: State,
     /// In the model's order.
     sources: Box<[(PlaceId, EventId)]>,
     /// In the model's order.
@@ -89,10 +94,17 @@ impl Net {
             .map(|(index, &(_, event))| (event, index as u16))
             .collect();
         sources_by_event.sort_unstable();
+        let layout = compile(&structure, &sources, &sinks);
+        let mut initial = State::new(&layout);
+        for place in structure.places().filter(|&place| structure.marked(place)) {
+            initial.flip(&layout, place);
+        }
         Ok(Self {
             inner: Arc::new(Inner {
                 data,
                 structure,
+                layout,
+                initial,
                 sources: sources.into(),
                 sinks: sinks.into(),
                 sources_by_event: sources_by_event.into(),
@@ -174,6 +186,14 @@ impl Net {
     /// An executor in the initial marking. Not for real-time threads.
     pub fn executor(&self) -> Executor {
         Executor::new(self.clone())
+    }
+
+    pub(super) fn layout(&self) -> &Layout {
+        &self.inner.layout
+    }
+
+    pub(super) fn initial(&self) -> &State {
+        &self.inner.initial
     }
 
     /// The sources, as indices into [`sources`](Self::sources), that `event` fills.

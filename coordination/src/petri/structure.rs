@@ -43,6 +43,11 @@ impl Structure {
         self.inputs.starts.len() - 1
     }
 
+    /// How many arcs there are.
+    pub fn arc_count(&self) -> usize {
+        self.inputs.places.len() + self.outputs.places.len()
+    }
+
     /// All transitions.
     pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + use<> {
         (0..self.transition_count()).map(TransitionId::from_index)

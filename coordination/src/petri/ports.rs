@@ -1,0 +1,128 @@
+//! The sources and sinks of a running net, as indices into the net's lists of them.
+
+/// What waits at the sources, and which sinks are full.
+#[derive(Clone, Debug)]
+pub(super) struct Ports {
+    /// By source: how many events wait.
+    waiting: Box<[u32]>,
+    /// Sources that are empty and have an event waiting; each once.
+    to_fill: Stack,
+    /// Full sinks, in the order in which they filled.
+    full: Stack,
+}
+
+impl Ports {
+    pub(super) fn new(sources: usize, sinks: usize) -> Self {
+        Self {
+            waiting: vec![0; sources].into(),
+            to_fill: Stack::with_capacity(sources),
+            full: Stack::with_capacity(sinks),
+        }
+    }
+
+    pub(super) fn waiting(&self, source: usize) -> u32 {
+        self.waiting[source]
+    }
+
+    /// One more event waits for `source`.
+    pub(super) fn wait(&mut self, source: usize, is_empty: bool) {
+        self.waiting[source] += 1;
+        if is_empty && self.waiting[source] == 1 {
+            self.to_fill.push(source);
+        }
+    }
+
+    pub(super) fn emptied(&mut self, source: usize) {
+        if self.waiting[source] > 0 {
+            self.to_fill.push(source);
+        }
+    }
+
+    /// A source that is empty and has an event waiting, which is used up.
+    pub(super) fn next_to_fill(&mut self) -> Option<usize> {
+        let source = self.to_fill.pop()?;
+        self.waiting[source] -= 1;
+        Some(source)
+    }
+
+    pub(super) fn can_fill(&self) -> bool {
+        self.to_fill.len > 0
+    }
+
+    pub(super) fn filled(&mut self, sink: usize) {
+        self.full.push(sink);
+    }
+
+    pub(super) fn full(&self) -> &[u16] {
+        &self.full.items[..self.full.len]
+    }
+
+    /// Empties the full sinks that `keep` refuses, asking in order; how many.
+    pub(super) fn empty_sinks(&mut self, keep: impl FnMut(usize) -> bool) -> usize {
+        self.full.retain(keep)
+    }
+
+    /// Nothing waits any more.
+    pub(super) fn forget(&mut self) {
+        self.waiting.fill(0);
+    }
+
+    /// Takes note of a new marking.
+    pub(super) fn restart(
+        &mut self,
+        source_is_empty: impl Fn(usize) -> bool,
+        sink_is_full: impl Fn(usize) -> bool,
+    ) {
+        self.to_fill.len = 0;
+        for (source, &waiting) in self.waiting.iter().enumerate() {
+            if waiting > 0 && source_is_empty(source) {
+                self.to_fill.push(source);
+            }
+        }
+        self.full.len = 0;
+        for sink in 0..self.full.items.len() {
+            if sink_is_full(sink) {
+                self.full.push(sink);
+            }
+        }
+    }
+}
+
+/// Small numbers in a memory of fixed size.
+#[derive(Clone, Debug)]
+struct Stack {
+    items: Box<[u16]>,
+    len: usize,
+}
+
+impl Stack {
+    fn with_capacity(capacity: usize) -> Self {
+        Self {
+            items: vec![0; capacity].into(),
+            len: 0,
+        }
+    }
+
+    fn push(&mut self, item: usize) {
+        self.items[self.len] = item as u16;
+        self.len += 1;
+    }
+
+    fn pop(&mut self) -> Option<usize> {
+        self.len = self.len.checked_sub(1)?;
+        Some(usize::from(self.items[self.len]))
+    }
+
+    /// Drops the items that `keep` refuses, asking in order; how many.
+    fn retain(&mut self, mut keep: impl FnMut(usize) -> bool) -> usize {
+        let before = self.len;
+        self.len = 0;
+        for index in 0..before {
+            let item = usize::from(self.items[index]);
+            if keep(item) {
+                self.push(item);
+            }
+        }
+        before - self.len
+    }
+}

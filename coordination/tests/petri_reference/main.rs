@@ -1,0 +1,268 @@
+//! The executor against an independent, deliberately simple one: on random nets, with random
+//! events, budgets, consumers and markings, both fire the same transitions in the same order.
+
+mod nets;
+mod reference;
+
+use std::collections::BTreeSet;
+
+use coordination::event::EventTable;
+use coordination::petri::{Budget, Executor, NetModel, OfferError, PlaceId, TransitionId};
+use nets::{EVENTS, Random, Recipe};
+use proptest::prelude::*;
+use reference::{Outcome, Reference};
+
+/// Both executors of one net.
+struct Pair {
+    model: NetModel,
+    events: EventTable,
+    ours: Executor,
+    simple: Reference,
+}
+
+impl Pair {
+    fn new(recipe: &Recipe) -> Self {
+        let model = nets::net(recipe);
+        let mut events = EventTable::new();
+        for event in 0..EVENTS {
+            events.intern(&format!("i{event}")).unwrap();
+        }
+        let net = match model.compile(&mut events) {
+            Ok(net) => net,
+            Err(errors) => panic!("{recipe:?}: {errors:?}"),
+        };
+        Self {
+            ours: net.executor(),
+            simple: Reference::new(&model),
+            model,
+            events,
+        }
+    }
+
+    fn places(&self) -> usize {
+        self.model.places().len()
+    }
+
+    fn offer(&mut self, event: usize) {
+        let name = format!("i{event}");
+        let id = self.events.id(&name).unwrap();
+        let known = self.simple.offer(&name);
+        let expected = known.then_some(()).ok_or(OfferError::UnknownEvent(id));
+        assert_eq!(self.ours.offer(id), expected);
+    }
+
+    /// Returns how many fired.
+    fn evaluate(&mut self, budget: Budget, trace: usize) -> usize {
+        let firings = trace.min(budget.firings as usize);
+        let expected = self.simple.evaluate(firings, budget.rounds);
+        let mut fired = vec![TransitionId(0); trace];
+        let evaluation = self.ours.evaluate_traced(budget, &mut fired);
+        fired.truncate(evaluation.fired as usize);
+        let found = Outcome {
+            fired: fired.iter().map(|transition| transition.index()).collect(),
+            remaining: evaluation.remaining,
+        };
+        assert_eq!(found, expected);
+        found.fired.len()
+    }
+
+    /// Consumes the sinks that `mask` has a bit for, by their order of filling.
+    fn drain(&mut self, mask: u64) {
+        let mut expected = Vec::new();
+        self.simple.drain(|_, event| {
+            expected.push(event.to_owned());
+            mask >> (expected.len() % 64) & 1 == 1
+        });
+        let mut found = Vec::new();
+        let events = &self.events;
+        self.ours.drain_sinks(|event| {
+            found.push(events.name(event).unwrap().to_owned());
+            mask >> (found.len() % 64) & 1 == 1
+        });
+        assert_eq!(found, expected);
+    }
+
+    /// Consumes the sink that filled as the `index`-th.
+    fn take(&mut self, index: usize) {
+        if self.simple.full.is_empty() {
+            return;
+        }
+        let sink = self.simple.full[index % self.simple.full.len()];
+        self.simple.drain(|place, _| place == sink);
+        let sink = PlaceId(sink as u16);
+        assert!(self.ours.take(sink));
+        assert!(!self.ours.take(sink));
+    }
+
+    fn set_marking(&mut self, random: &mut Random, percent: usize) {
+        let places = 0..self.places();
+        let marking: BTreeSet<_> = places.filter(|_| random.chance(percent)).collect();
+        let ids: Vec<_> = marking.iter().map(|&place| PlaceId(place as u16)).collect();
+        self.simple.set_marking(marking);
+        self.ours.set_marking(&ids).unwrap();
+    }
+
+    fn compare(&self) {
+        let marking: BTreeSet<_> = self.ours.marking().map(PlaceId::index).collect();
+        assert_eq!(marking, self.simple.marking);
+        for (&source, &waiting) in &self.simple.waiting {
+            assert_eq!(self.ours.waiting(PlaceId(source as u16)), waiting);
+        }
+        let full: Vec<_> = self.ours.marked_sinks().map(|(p, _)| p.index()).collect();
+        assert_eq!(full, self.simple.full);
+    }
+}
+
+/// One thing that happens to a net.
+#[derive(Clone, Debug)]
+enum Happening {
+    Offer(usize),
+    Evaluate {
+        firings: u32,
+        rounds: u32,
+        trace: usize,
+    },
+    Round,
+    Drain(u64),
+    Take(usize),
+    Perturb {
+        seed: u64,
+        percent: usize,
+    },
+}
+
+fn happening() -> impl Strategy<Value = Happening> {
+    let bounded = (0..40_u32, 0..5_u32, 0..60_usize);
+    prop_oneof![
+        4 => (0..EVENTS).prop_map(Happening::Offer),
+        6 => bounded.prop_map(|(firings, rounds, trace)| Happening::Evaluate {
+            firings,
+            rounds,
+            trace,
+        }),
+        2 => Just(Happening::Round),
+        3 => any::<u64>().prop_map(Happening::Drain),
+        1 => any::<usize>().prop_map(Happening::Take),
+        1 => (1..u64::MAX, 0..100_usize)
+            .prop_map(|(seed, percent)| Happening::Perturb { seed, percent }),
+    ]
+}
+
+/// Returns how many fired.
+fn play(recipe: &Recipe, happenings: &[Happening]) -> usize {
+    let mut pair = Pair::new(recipe);
+    let mut fired = 0;
+    pair.compare();
+    for happening in happenings {
+        match *happening {
+            Happening::Offer(event) => pair.offer(event),
+            Happening::Evaluate {
+                firings,
+                rounds,
+                trace,
+            } => fired += pair.evaluate(Budget { firings, rounds }, trace),
+            Happening::Round => {
+                let transitions = pair.model.transitions().len();
+                fired += pair.evaluate(Budget::ROUND, transitions);
+            }
+            Happening::Drain(mask) => pair.drain(mask),
+            Happening::Take(index) => pair.take(index),
+            Happening::Perturb { seed, percent } => {
+                pair.set_marking(&mut Random(seed), percent);
+            }
+        }
+        pair.compare();
+    }
+    assert_eq!(pair.ours.firings(), fired as u64);
+    fired
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn small_nets_fire_alike(
+        recipe in nets::recipe(8),
+        happenings in proptest::collection::vec(happening(), 1..40),
+    ) {
+        play(&recipe, &happenings);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn nets_of_several_words_fire_alike(
+        recipe in nets::recipe(60),
+        happenings in proptest::collection::vec(happening(), 1..30),
+    ) {
+        play(&recipe, &happenings);
+    }
+}
+
+/// The random tests are worth nothing if the random nets are small or stand still.
+#[test]
+fn random_nets_are_large_and_alive() {
+    let mut random = Random(7);
+    let (mut most, mut alive) = (0, 0);
+    for seed in 1..=20 {
+        let recipe = Recipe {
+            seed,
+            processes: 60,
+            resources: random.below(8),
+            wild: random.below(60),
+            sources: 10,
+            sinks: 10,
+            self_loops: 5,
+            conflicts: 20,
+            shuffled: seed % 2 == 0,
+        };
+        let model = nets::net(&recipe);
+        most = most
+            .max(model.places().len())
+            .max(model.transitions().len());
+        let happenings: Vec<_> = (0..20)
+            .flat_map(|step| {
+                [
+                    Happening::Offer(step % EVENTS),
+                    Happening::Round,
+                    Happening::Drain(!0),
+                ]
+            })
+            .collect();
+        alive += usize::from(play(&recipe, &happenings) > 500);
+    }
+    assert!(most > 256, "the largest net has only {most} places");
+    assert!(alive > 10, "only {alive} of 20 nets are alive");
+}
+
+/// More blocks of 64 than one word has bits.
+#[test]
+fn a_very_large_net_fires_alike() {
+    let recipe = Recipe {
+        seed: 11,
+        processes: 1_600,
+        resources: 3,
+        wild: 0,
+        sources: 2,
+        sinks: 2,
+        self_loops: 1,
+        conflicts: 10,
+        shuffled: true,
+    };
+    let mut pair = Pair::new(&recipe);
+    assert!(pair.model.transitions().len() > 64 * 64);
+    let mut fired = 0;
+    for step in 0..60 {
+        pair.offer(step % EVENTS);
+        let rounds = 1 + step as u32 % 3;
+        fired += pair.evaluate(Budget { firings: 9, rounds }, 9);
+        if step % 10 == 9 {
+            pair.drain(!0);
+            pair.set_marking(&mut Random(step as u64), 40);
+        }
+        pair.compare();
+    }
+    assert!(fired > 300, "only {fired} fired");
+}
