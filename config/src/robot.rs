@@ -212,6 +212,8 @@ pub struct TubeHorizon {
 pub struct TubeConfig {
     /// Lengths and speeds, shortest first.
     pub horizons: Vec<TubeHorizon>,
+    /// The same, driven backwards; none: the robot never drives backwards.
+    pub backward_horizons: Vec<TubeHorizon>,
     /// Turn rates reach from minus to plus this.
     pub omega_max_rad_s: f64,
     /// Turn rates per horizon, evenly spaced; odd, so that straight is one of them.
@@ -234,6 +236,20 @@ pub struct TubeConfig {
     pub resume_after_s: f64,
     /// How long points out of view are remembered.
     pub memory_s: f64,
+    /// Floor behind that was seen free counts as free for so long a way.
+    pub floor_memory_m: f64,
+    /// Tightest curve (1/m) of a way around a standing thing; 0: it stops before it.
+    pub detour_curvature_1_m: f64,
+    /// How far such a way may turn from the direction in which it was hindered.
+    pub detour_heading_rad: f64,
+    /// The highest speed on such a way.
+    pub detour_speed_m_s: f64,
+    /// Hindered for so long before such a way begins.
+    pub detour_after_s: f64,
+    /// Things that are seen to move may come this fast; 0: takes no notice of motion.
+    pub moving_speed_m_s: f64,
+    /// What remains between a moving thing and the robot when it stands.
+    pub moving_margin_m: f64,
 }
 
 /// `[fleet]`: zenoh, between this robot and everybody else.

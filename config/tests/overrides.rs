@@ -103,7 +103,7 @@ fn a_bad_override_is_named() {
             "tubes.horizons.x=1",
             BadOverride,
             "tubes.horizons",
-            "an array of 4 values",
+            "an array of 5 values",
             "a table",
         ),
         ("threads.extra.core=any", MissingKey, "", "", ""),
@@ -278,7 +278,7 @@ fn files_that_do_not_fit_together() {
         (
             (
                 "omega_max_rad_s = 1.5707963267948966",
-                "omega_max_rad_s = 0.4",
+                "omega_max_rad_s = 0.16",
             ),
             same_site,
             [

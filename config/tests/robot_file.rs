@@ -44,7 +44,7 @@ fn the_shipped_robot_is_the_one_of_the_scenarios() {
     assert_eq!(robot.lidar.mount.x_m, 0.28);
     assert_eq!(
         robot.tubes.horizons.len() * robot.tubes.omega_steps as usize,
-        164
+        205
     );
     assert_eq!(robot.tubes.omega_max_rad_s, std::f64::consts::FRAC_PI_2);
 }
@@ -616,10 +616,10 @@ fn devices_and_network() {
             from: "{ horizon_s = 3.0,",
             to: "{ horizon_s = 1.5,",
             kind: Inconsistent,
-            key: "tubes.horizons[2].horizon_s",
+            key: "tubes.horizons[3].horizon_s",
             line: "{ horizon_s = 1.5,",
             found: "1.5",
-            expected: "above the one before it, 2 s",
+            expected: "a longer way than the one before it, 2 s at 0.3 m/s",
             hint: "",
         },
         Mistake {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use config::{
     Core, FsmConfig, ProblemKind, RobotConfig, Scheduling, SiteConfig, SiteRobot, ThreadConfig,
-    check_together, load_robot, load_site,
+    TubeHorizon, check_together, load_robot, load_site,
 };
 use coordination::event::EventTable;
 use coordination::fsm::{MachineModel, ModelError, StateId};
@@ -17,7 +17,8 @@ use skills::navigator::{NavigationGains, Navigator, NavigatorSetup, SetupError};
 use skills::odometry::{DeadReckoning, GeometryError, TricycleGeometry};
 use skills::scan::ScanGeometry;
 use skills::tubes::{
-    AdaptPolicy, Horizon, MotionTubes, TubeError, TubeParameters, TubeReport, TubeSet,
+    AdaptPolicy, DetourPolicy, Horizon, MotionTubes, MovingPolicy, TubeError, TubeParameters,
+    TubeReport, TubeSet,
 };
 
 use crate::activities::{communication, drive, lidar, navigation};
@@ -231,20 +232,22 @@ impl Plan {
 
     fn tube_set(&self) -> Result<(TubeSet, TubeReport), PlanError> {
         let tubes = &self.robot.tubes;
+        let rows = |rows: &[TubeHorizon]| {
+            let row = |row: &TubeHorizon| Horizon {
+                duration_s: row.horizon_s,
+                speed_m_s: row.speed_m_s,
+            };
+            rows.iter().map(row).collect()
+        };
         let parameters = TubeParameters {
-            horizons: tubes
-                .horizons
-                .iter()
-                .map(|horizon| Horizon {
-                    duration_s: horizon.horizon_s,
-                    speed_m_s: horizon.speed_m_s,
-                })
-                .collect(),
+            horizons: rows(&tubes.horizons),
+            backward: rows(&tubes.backward_horizons),
             omega_max_rad_s: tubes.omega_max_rad_s,
             omega_steps: tubes.omega_steps as usize,
             d_sample_m: tubes.sample_step_m,
             d_aug_m: tubes.augment_m,
             memory_s: tubes.memory_s,
+            floor_memory_m: tubes.floor_memory_m,
         };
         let footprint = site_parts::footprint(&self.robot.footprint);
         Ok(TubeSet::generate(
@@ -271,6 +274,16 @@ impl Plan {
             resume_after_s: tubes.resume_after_s,
             scan_timeout_s: f64::from(self.robot.lidar.scan_timeout_ms) / 1000.0,
             good_scans_s: self.robot.lidar.good_scans_s,
+            detour: DetourPolicy {
+                curvature_1_m: tubes.detour_curvature_1_m,
+                heading_rad: tubes.detour_heading_rad,
+                speed_m_s: tubes.detour_speed_m_s,
+                after_s: tubes.detour_after_s,
+            },
+            moving: MovingPolicy {
+                speed_m_s: tubes.moving_speed_m_s,
+                margin_m: tubes.moving_margin_m,
+            },
         };
         Ok(MotionTubes::new(set, policy)?)
     }

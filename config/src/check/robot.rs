@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::diagnostic::ProblemKind;
 use crate::report::Report;
-use crate::robot::{Link, RobotConfig};
+use crate::robot::{Link, RobotConfig, TubeHorizon};
 use crate::threads::{ActivityKind, Trigger};
 
 pub(super) fn check(robot: &RobotConfig, report: &Report) {
@@ -27,16 +27,6 @@ fn refuse(bad: bool, report: &Report, key: &str, found: String, expected: String
 /// What the motion tubes need of the body.
 fn footprint(robot: &RobotConfig, report: &Report) {
     let (f, mount) = (&robot.footprint, &robot.lidar.mount);
-    refuse(
-        f.rear_m > f.front_m,
-        report,
-        "footprint.rear_m",
-        format!("{:?}", f.rear_m),
-        format!(
-            "at most `front_m`, {} m: motion tubes look ahead",
-            f.front_m
-        ),
-    );
     let outside = mount.x_m > f.front_m
         || mount.x_m < -f.rear_m
         || mount.y_m > f.left_m
@@ -221,26 +211,11 @@ fn tubes(robot: &RobotConfig, report: &Report) {
             crate::hint::rounded(t.sample_step_m / 2.0)
         ),
     );
-    for (index, pair) in t.horizons.windows(2).enumerate() {
-        refuse(
-            pair[1].horizon_s <= pair[0].horizon_s,
-            report,
-            &format!("tubes.horizons[{}].horizon_s", index + 1),
-            format!("{:?}", pair[1].horizon_s),
-            format!("above the one before it, {} s", pair[0].horizon_s),
-        );
-    }
+    horizons_grow("tubes.horizons", &t.horizons, report);
+    horizons_grow("tubes.backward_horizons", &t.backward_horizons, report);
     if t.horizons.is_empty() || report.touched(&["tubes.horizons"]) {
         return;
     }
-    const MOST_HORIZONS: usize = 16;
-    refuse(
-        t.horizons.len() > MOST_HORIZONS,
-        report,
-        "tubes.horizons",
-        format!("{} horizons", t.horizons.len()),
-        format!("at most {MOST_HORIZONS}"),
-    );
     tubes_lie_close(robot, report);
     let fastest_m_s = t.horizons.iter().map(|h| h.speed_m_s).fold(0.0, f64::max);
     refuse(
@@ -252,6 +227,42 @@ fn tubes(robot: &RobotConfig, report: &Report) {
     );
 }
 
+/// Longer ones are not slower, and there are not too many of them.
+fn horizons_grow(key: &str, horizons: &[TubeHorizon], report: &Report) {
+    const MOST_HORIZONS: usize = 16;
+    for (index, pair) in horizons.windows(2).enumerate() {
+        let (before, this) = (pair[0], pair[1]);
+        let shorter = this.horizon_s * this.speed_m_s <= before.horizon_s * before.speed_m_s;
+        refuse(
+            shorter,
+            report,
+            &format!("{key}[{}].horizon_s", index + 1),
+            format!("{:?}", this.horizon_s),
+            format!(
+                "a longer way than the one before it, {} s at {} m/s",
+                before.horizon_s, before.speed_m_s
+            ),
+        );
+        refuse(
+            this.speed_m_s < before.speed_m_s,
+            report,
+            &format!("{key}[{}].speed_m_s", index + 1),
+            format!("{:?}", this.speed_m_s),
+            format!(
+                "at least that of the one before it, {} m/s",
+                before.speed_m_s
+            ),
+        );
+    }
+    refuse(
+        horizons.len() > MOST_HORIZONS,
+        report,
+        key,
+        format!("{} horizons", horizons.len()),
+        format!("at most {MOST_HORIZONS}"),
+    );
+}
+
 /// Between the ends of two neighbouring tubes no path may fit that leaves both.
 fn tubes_lie_close(robot: &RobotConfig, report: &Report) {
     let (t, f) = (&robot.tubes, &robot.footprint);
@@ -260,6 +271,7 @@ fn tubes_lie_close(robot: &RobotConfig, report: &Report) {
     let needed = t
         .horizons
         .iter()
+        .chain(&t.backward_horizons)
         .map(|h| 1.0 + t.omega_max_rad_s * h.speed_m_s * h.horizon_s * h.horizon_s / width_m)
         .fold(0.0, f64::max);
     refuse(

@@ -330,15 +330,27 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
         .at_least(0.0)
         .at_most(20.0);
     let reaction = Quantity::new("a duration", "s").at_least(0.0).at_most(1.0);
-    TubeConfig {
-        horizons: s.list(
-            "horizons",
-            "tables { horizon_s = …, speed_m_s = … }",
-            |s| TubeHorizon {
+    let way = Quantity::new("a length", "m").at_least(0.0).at_most(20.0);
+    let heading = Quantity::new("an angle", "rad")
+        .at_least(0.0)
+        .at_most(FRAC_PI_2);
+    let moving = Quantity::new("a speed", "m/s").at_least(0.0).at_most(5.0);
+    let margin = Quantity::new("a length", "m").at_least(0.0).at_most(2.0);
+    let rows = |key: &'static str| {
+        s.list(key, "tables { horizon_s = …, speed_m_s = … }", |s| {
+            TubeHorizon {
                 horizon_s: s.number("horizon_s", horizon),
                 speed_m_s: s.number("speed_m_s", SPEED),
-            },
-        ),
+            }
+        })
+    };
+    TubeConfig {
+        horizons: rows("horizons"),
+        backward_horizons: if s.has("backward_horizons") {
+            rows("backward_horizons")
+        } else {
+            Vec::new()
+        },
         omega_max_rad_s: s.number_or("omega_max_rad_s", omega, FRAC_PI_2),
         omega_steps: s.integer_or("omega_steps", Count::new("an odd count", 3, 501), 41),
         sample_step_m: s.number_or("sample_step_m", step, 0.05),
@@ -350,6 +362,13 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
         reaction_s: s.number_or("reaction_s", reaction, 0.1),
         resume_after_s: s.number_or("resume_after_s", DURATION, 2.0),
         memory_s: s.number_or("memory_s", DURATION, 2.0),
+        floor_memory_m: s.number_or("floor_memory_m", way, 2.0),
+        detour_curvature_1_m: s.number_or("detour_curvature_1_m", curvature, 2.5),
+        detour_heading_rad: s.number_or("detour_heading_rad", heading, 1.2),
+        detour_speed_m_s: s.number_or("detour_speed_m_s", SPEED, 0.25),
+        detour_after_s: s.number_or("detour_after_s", DURATION, 0.3),
+        moving_speed_m_s: s.number_or("moving_speed_m_s", moving, 1.0),
+        moving_margin_m: s.number_or("moving_margin_m", margin, 0.05),
     }
 }
 

@@ -2,19 +2,41 @@
 //!
 //! [`MotionTubes::observe`] judges all tubes on a scan. [`MotionTubes::adapt`] may be asked as often as one likes; between
 //! two scans the speed it allows only falls. A command it returns can always be stopped inside a free tube:
-//! v·(scan age + reaction) + v² / (2·a) stays within the tube's length. Neither allocates, locks or fails.
+//! v·(scan age + reaction) + v² / (2·a) stays within the tube's length; and before something that moves arrives, see
+//! `moving`. Neither allocates, locks or fails.
 //!
 //! It stops for one of the reasons in [`Reason`], says which and since when, and drives on by itself when the
 //! reason has been gone for the time that the policy names.
 
+use super::detour::{Detour, Moment};
+use super::error::TubeError;
+use super::floor::Floor;
 use super::known::KnownRanges;
 use super::memory::Memory;
+use super::moving::{Moving, highest_speed_m_s};
 use super::outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
-use super::parameters::{AdaptPolicy, TubeError};
+use super::parameters::AdaptPolicy;
 use super::select::{Search, Selection, Selector};
-use super::set::{TubeId, TubeSet};
-use crate::geometry::{MotionCommand, Twist2};
+use super::set::{Surroundings, TubeId, TubeSet};
+use crate::geometry::{MotionCommand, Pose2, Twist2};
 use crate::scan::AlignedScan;
+
+use super::sight::Sight;
+
+/// No detour begins while something moves this near.
+const CROWDED_M: f64 = 1.5;
+/// Below this the robot may turn back.
+const AT_REST_M_S: f64 = 0.02;
+/// Slower than this a curvature cannot be told from the twist.
+const STEERED_M_S: f64 = 0.1;
+/// A curvature this far from the selected one is judged by itself until it is steered away.
+const STEERED_AWAY_1_M: f64 = 0.5;
+/// Odometry that moves farther between two scans, beyond what is possible, has jumped.
+const JUMP_M: f64 = 0.3;
+/// Towards something that moves it slows down at this share of the deceleration that it could have.
+const GENTLE_SHARE: f64 = 0.5;
+/// This much above the speed that something that moves allows is a reason to stop.
+const OVERSPEED_M_S: f64 = 0.03;
 
 /// A stop because no tube was free.
 #[derive(Clone, Copy, Debug)]
@@ -30,18 +52,20 @@ pub struct MotionTubes {
     policy: AdaptPolicy,
     known: KnownRanges,
     memory: Memory,
+    floor: Floor,
+    moving: Moving,
     streaks: Box<[u8]>,
     clearance_m: f64,
-    /// Reference and arrival of the newest scan.
-    newest: Option<(u64, u64)>,
-    /// Since when scans have come without a gap.
-    good_since_ns: Option<u64>,
-    blind_since_ns: Option<u64>,
+    sight: Sight,
+    /// `base_link` in `odom` on the newest scan.
+    odom_pose: Pose2,
     block: Option<Block>,
+    detour: Detour,
     driven: Option<Selection>,
     /// The highest speed allowed until the next scan.
     ceiling_m_s: f64,
     last_curvature_1_m: f64,
+    moving_since_ns: Option<u64>,
     counters: Counters,
 }
 
@@ -53,52 +77,68 @@ impl MotionTubes {
     /// Takes a set of tubes into operation. It begins stopped, until scans have been good for long enough.
     pub fn new(set: TubeSet, policy: AdaptPolicy) -> Result<Self, TubeError> {
         policy.validate()?;
-        let fastest_m_s = set
-            .parameters()
-            .horizons
-            .iter()
-            .map(|horizon| horizon.speed_m_s)
-            .fold(0.0, f64::max);
+        let fastest_m_s = set.parameters().fastest_m_s();
         let memory_s = set.parameters().memory_s;
+        let floor = Floor::new(
+            set.grid(),
+            *set.footprint(),
+            *set.geometry(),
+            &set.backward_mask(),
+            set.parameters().floor_memory_m,
+        );
         let near_m = set.footprint().length_m().max(set.footprint().width_m());
         Ok(Self {
             known: KnownRanges::new(set.geometry(), set.parameters().d_sample_m),
-            memory: Memory::new(set.grid(), memory_s, 2.0 * near_m + fastest_m_s * memory_s),
+            memory: Memory::new(
+                set.grid(),
+                memory_s,
+                2.0 * near_m + fastest_m_s * memory_s,
+                fastest_m_s,
+            ),
+            floor,
+            moving: Moving::new(set.geometry(), &policy.moving),
             streaks: vec![0; set.len()].into_boxed_slice(),
             set,
-            policy,
             clearance_m: f64::INFINITY,
-            newest: None,
-            good_since_ns: None,
-            blind_since_ns: None,
+            sight: Sight::new(&policy),
+            policy,
+            odom_pose: Pose2::IDENTITY,
             block: None,
+            detour: Detour::default(),
             driven: None,
             ceiling_m_s: f64::INFINITY,
             last_curvature_1_m: 0.0,
+            moving_since_ns: None,
             counters: Counters::default(),
         })
     }
 
     /// Judges all tubes on a scan that arrived at `now_ns`.
     pub fn observe(&mut self, scan: &AlignedScan, now_ns: u64) -> Result<(), ObserveError> {
+        if self.sight.clock_ran_back(now_ns) {
+            self.counters.jumps += 1;
+            self.reset();
+        }
         let checked = self.check(scan, now_ns);
         if checked.is_err() {
             self.counters.refused += 1;
             return checked;
         }
-        let timeout_ns = ns(self.policy.scan_timeout_s);
-        let gap = self
-            .newest
-            .is_none_or(|(_, arrival_ns)| now_ns.saturating_sub(arrival_ns) > timeout_ns);
-        if gap || self.good_since_ns.is_none() {
-            self.good_since_ns = Some(now_ns);
+        self.look_for_jump(scan);
+        if self.sight.take(scan.reference_ns(), now_ns) {
             self.streaks.fill(0);
         }
-        self.newest = Some((scan.reference_ns(), now_ns));
+        self.odom_pose = scan.odom_pose();
         self.memory.observe(scan);
         self.known.load(scan.ranges_m());
+        self.floor.observe(scan, &self.known);
+        self.moving.observe(scan, &self.known, self.set.footprint());
+        let near = Surroundings {
+            occupied: self.memory.occupied(),
+            unknown: self.floor.unknown(),
+        };
         for (id, streak) in self.set.ids().zip(self.streaks.iter_mut()) {
-            let free = self.set.is_free(id, &self.known, self.memory.occupied());
+            let free = self.set.is_free(id, &self.known, near);
             *streak = if free { streak.saturating_add(1) } else { 0 };
         }
         let footprint = *self.set.footprint();
@@ -118,23 +158,27 @@ impl MotionTubes {
         if scan.geometry() != self.set.geometry() {
             return Err(ObserveError::Geometry);
         }
-        let reference_ns = scan.reference_ns();
-        if let Some((previous_ns, _)) = self.newest
-            && reference_ns <= previous_ns
-        {
-            return Err(ObserveError::NotAfter {
-                reference_ns,
-                previous_ns,
-            });
+        self.sight.check(scan.reference_ns(), now_ns)
+    }
+
+    /// What is remembered in the odometry frame is of no use when that frame has jumped.
+    fn look_for_jump(&mut self, scan: &AlignedScan) {
+        let Some(before_ns) = self.sight.newest_ns() else {
+            return;
+        };
+        let passed_s = scan.reference_ns().saturating_sub(before_ns) as f64 * 1e-9;
+        let possible_m = 2.0 * self.set.parameters().fastest_m_s() * passed_s + JUMP_M;
+        let moved_m = self
+            .odom_pose
+            .position()
+            .distance_m(scan.odom_pose().position());
+        if moved_m > possible_m {
+            self.counters.jumps += 1;
+            self.memory.clear();
+            self.floor.clear();
+            self.moving.clear();
+            self.detour.reset();
         }
-        let timeout_ns = ns(self.policy.scan_timeout_s);
-        if reference_ns.abs_diff(now_ns) > timeout_ns {
-            return Err(ObserveError::NotOfNow {
-                reference_ns,
-                now_ns,
-            });
-        }
-        Ok(())
     }
 
     /// What to drive instead of `wanted`, while the robot moves at `current`.
@@ -142,22 +186,17 @@ impl MotionTubes {
         if !wanted.is_finite() || !current.is_finite() {
             return self.stop(Reason::NotFinite, None, now_ns, now_ns);
         }
-        if let Some((reason, since_ns)) = self.look_for_sight(now_ns) {
+        if let Some((reason, since_ns)) = self.sight.look(now_ns) {
+            self.driven = None;
             return self.stop(reason, None, since_ns, now_ns);
         }
-        if wanted.speed_m_s < 0.0 {
+        let backward = wanted.speed_m_s < 0.0;
+        if backward && !self.set.has_backward() {
             return self.stop(Reason::Backwards, None, now_ns, now_ns);
         }
-        let selector = Selector {
-            set: &self.set,
-            policy: &self.policy,
-            streaks: &self.streaks,
-        };
-        let search = selector.search(wanted, self.driven);
-        let selection = match (
-            search,
-            self.settle_block(search, wanted.speed_m_s > 0.0, now_ns),
-        ) {
+        let search = self.search(wanted, now_ns);
+        let blocked_ns = self.settle_block(search, wanted.speed_m_s != 0.0, now_ns);
+        let selection = match (search, blocked_ns) {
             (Search::Found(selection), None) => selection,
             // Who does not want to move is not stopped.
             (_, _) if wanted.speed_m_s == 0.0 => return self.rest(wanted, now_ns),
@@ -165,18 +204,54 @@ impl MotionTubes {
                 return self.stop(Reason::Resuming, None, since_ns, now_ns);
             }
             (Search::Blocked, since_ns) => {
-                return self.stop(Reason::Blocked, None, since_ns.unwrap_or(now_ns), now_ns);
+                let since_ns = since_ns.unwrap_or(now_ns);
+                let reason = if backward && self.lacks_floor(wanted) {
+                    Reason::UnknownFloor
+                } else {
+                    Reason::Blocked
+                };
+                return self.stop(reason, None, since_ns, now_ns);
             }
             (Search::BeyondTubes, since_ns) => {
-                return self.stop(
-                    Reason::BeyondTubes,
-                    None,
-                    since_ns.unwrap_or(now_ns),
-                    now_ns,
-                );
+                let since_ns = since_ns.unwrap_or(now_ns);
+                return self.stop(Reason::BeyondTubes, None, since_ns, now_ns);
             }
         };
         self.drive(wanted, current, selection, now_ns)
+    }
+
+    fn selector(&self) -> Selector<'_> {
+        Selector {
+            set: &self.set,
+            policy: &self.policy,
+            streaks: &self.streaks,
+        }
+    }
+
+    fn search(&mut self, wanted: MotionCommand, now_ns: u64) -> Search {
+        let selector = Selector {
+            set: &self.set,
+            policy: &self.policy,
+            streaks: &self.streaks,
+        };
+        let moment = Moment {
+            now_ns,
+            heading_rad: self.odom_pose.theta_rad,
+            crowded: self.moving.nearest_m() < CROWDED_M,
+        };
+        let nominal = selector.search(wanted, self.driven);
+        self.detour.search(&selector, nominal, wanted, moment)
+    }
+
+    /// Only the want of knowledge of the floor keeps the tube nearest to a wanted command from being free.
+    fn lacks_floor(&self, wanted: MotionCommand) -> bool {
+        let near = Surroundings {
+            occupied: self.memory.occupied(),
+            unknown: self.floor.unknown(),
+        };
+        self.selector()
+            .nearest_behind(wanted.curvature_1_m)
+            .is_some_and(|id| self.set.lacks_floor(id, &self.known, near))
     }
 
     fn drive(
@@ -186,71 +261,91 @@ impl MotionTubes {
         selection: Selection,
         now_ns: u64,
     ) -> Adapted {
-        let horizon = self.set.rows[selection.row].horizon;
-        let length_m = selection.length_m;
+        let delay_s = self.sight.age_ns(now_ns) as f64 * 1e-9 + self.policy.reaction_s;
+        if current.v_m_s.abs() > AT_REST_M_S && current.v_m_s * wanted.speed_m_s < 0.0 {
+            self.driven = None;
+            return self.stop(Reason::Reversing, None, now_ns, now_ns);
+        }
+        let length_m = self.length_m(&selection, current);
         let decel = self.policy.stop_deceleration_m_s2;
-        let delay_s = self.age_ns(now_ns) as f64 * 1e-9 + self.policy.reaction_s;
-        let stop_within = |speed_m_s: f64| {
-            speed_m_s * delay_s + speed_m_s * speed_m_s / (2.0 * decel) <= length_m
-        };
-        if !stop_within(current.v_m_s.abs()) {
+        let speed_m_s = current.v_m_s.abs();
+        if speed_m_s * delay_s + speed_m_s * speed_m_s / (2.0 * decel) > length_m {
             self.driven = None;
             return self.stop(Reason::TooFast, Some(selection), now_ns, now_ns);
         }
         let lag_m_s = decel * delay_s;
         let stoppable_m_s = (lag_m_s * lag_m_s + 2.0 * decel * length_m).sqrt() - lag_m_s;
-        let speed_m_s = wanted
-            .speed_m_s
-            .min(horizon.speed_m_s)
+        let Some(unmet_m_s) = self.unmet_m_s(speed_m_s, delay_s) else {
+            let since_ns = *self.moving_since_ns.get_or_insert_with(|| {
+                self.counters.moving_stops += 1;
+                now_ns
+            });
+            return self.stop(Reason::Moving, Some(selection), since_ns, now_ns);
+        };
+        self.moving_since_ns = None;
+        let mut allowed_m_s = self.set.rows[selection.row].horizon.speed_m_s;
+        if self.detour.is_active() {
+            allowed_m_s = allowed_m_s.min(self.policy.detour.speed_m_s);
+        }
+        let wanted_m_s = wanted.speed_m_s.abs();
+        let speed_m_s = wanted_m_s
+            .min(allowed_m_s)
             .min(stoppable_m_s)
+            .min(unmet_m_s)
             .min(self.ceiling_m_s);
         self.ceiling_m_s = speed_m_s;
         self.driven = Some(selection);
         self.last_curvature_1_m = selection.curvature_1_m;
+        let slowed = speed_m_s < wanted_m_s;
         let (verdict, reason) = if selection.shift_1_m != 0.0 {
             (Verdict::Shifted, Reason::Blocked)
-        } else if speed_m_s < wanted.speed_m_s {
+        } else if slowed && unmet_m_s <= speed_m_s {
+            (Verdict::Slowed, Reason::Moving)
+        } else if slowed {
             (Verdict::Slowed, Reason::Blocked)
         } else {
             (Verdict::Free, Reason::None)
         };
+        let sign = if wanted.speed_m_s < 0.0 { -1.0 } else { 1.0 };
         Adapted {
-            command: MotionCommand::new(speed_m_s, selection.curvature_1_m),
+            command: MotionCommand::new(sign * speed_m_s, selection.curvature_1_m),
             verdict,
             reason,
             tube: Some(selection.tube),
             length_m,
             clearance_m: self.clearance_m,
-            scan_age_ns: self.age_ns(now_ns),
+            moving_m: self.moving.nearest_m(),
+            scan_age_ns: self.sight.age_ns(now_ns),
             stopped_since_ns: 0,
         }
     }
 
-    /// A reason to stop for want of sight, and since when.
-    fn look_for_sight(&mut self, now_ns: u64) -> Option<(Reason, u64)> {
-        let timeout_ns = ns(self.policy.scan_timeout_s);
-        let fresh = self
-            .newest
-            .is_some_and(|(_, arrival_ns)| now_ns.saturating_sub(arrival_ns) <= timeout_ns);
-        if !fresh {
-            if self.blind_since_ns.is_none() {
-                self.counters.blind_stops += 1;
-            }
-            self.good_since_ns = None;
-            self.driven = None;
-            let since_ns = *self.blind_since_ns.get_or_insert(now_ns);
-            return Some((Reason::NoScan, since_ns));
+    /// How far it is free: along the selected tube and, while the robot still turns otherwise, along that curve, too.
+    fn length_m(&self, selection: &Selection, current: Twist2) -> f64 {
+        if current.v_m_s.abs() < STEERED_M_S {
+            return selection.length_m;
         }
-        let good_ns = self
-            .good_since_ns
-            .map_or(0, |since_ns| now_ns.saturating_sub(since_ns));
-        if good_ns < ns(self.policy.good_scans_s) {
-            self.driven = None;
-            let since_ns = *self.blind_since_ns.get_or_insert(now_ns);
-            return Some((Reason::AwaitingScans, since_ns));
+        let curvature_1_m = current.omega_rad_s / current.v_m_s;
+        if (curvature_1_m - selection.curvature_1_m).abs() < STEERED_AWAY_1_M {
+            return selection.length_m;
         }
-        self.blind_since_ns = None;
-        None
+        self.selector()
+            .free_length_m(curvature_1_m, current.v_m_s < 0.0)
+            .map_or(selection.length_m, |free_m| free_m.min(selection.length_m))
+    }
+
+    /// The highest speed that lets the robot stand before something that moves arrives; `None` when it must stop.
+    fn unmet_m_s(&self, speed_m_s: f64, delay_s: f64) -> Option<f64> {
+        let decel = self.policy.stop_deceleration_m_s2;
+        let away_m = self.moving.nearest_m();
+        let highest =
+            |decel_m_s2| highest_speed_m_s(&self.policy.moving, away_m, delay_s, decel_m_s2);
+        let hardly_m_s = highest(decel);
+        let too_fast = speed_m_s > hardly_m_s.max(0.0) + OVERSPEED_M_S;
+        if hardly_m_s <= 0.0 || too_fast {
+            return None;
+        }
+        Some(highest(GENTLE_SHARE * decel).max(0.0))
     }
 
     /// Follows the search into and out of a block; gives since when it has been blocked, while it is.
@@ -305,15 +400,10 @@ impl MotionTubes {
             tube: selection.map(|selection| selection.tube),
             length_m: selection.map_or(0.0, |selection| selection.length_m),
             clearance_m: self.clearance_m,
-            scan_age_ns: self.age_ns(now_ns),
+            moving_m: self.moving.nearest_m(),
+            scan_age_ns: self.sight.age_ns(now_ns),
             stopped_since_ns: since_ns,
         }
-    }
-
-    fn age_ns(&self, now_ns: u64) -> u64 {
-        self.newest.map_or(u64::MAX, |(reference_ns, _)| {
-            now_ns.saturating_sub(reference_ns)
-        })
     }
 
     /// Whether a tube was free on the newest scan.
@@ -339,18 +429,25 @@ impl MotionTubes {
     /// What has happened so far.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        self.counters
+        Counters {
+            blind_stops: self.sight.blind_stops,
+            detours: self.detour.begun,
+            detour_side_changes: self.detour.changed_sides,
+            ..self.counters
+        }
     }
 
     /// Forgets scans and memory, as when the odometry frame jumps; counters stay. It begins stopped.
     pub fn reset(&mut self) {
         self.memory.clear();
+        self.floor.clear();
+        self.moving.clear();
+        self.detour.reset();
+        self.sight.reset();
         self.streaks.fill(0);
-        self.newest = None;
-        self.good_since_ns = None;
-        self.blind_since_ns = None;
         self.block = None;
         self.driven = None;
+        self.moving_since_ns = None;
         self.ceiling_m_s = f64::INFINITY;
         self.clearance_m = f64::INFINITY;
     }

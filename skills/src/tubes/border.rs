@@ -1,9 +1,10 @@
 //! The border of one tube, as points at a distance outside it.
 //!
-//! All in `base_link` at t0. A turning tube is written once, for the left; a right turn is the left turn of the
-//! mirrored robot, mirrored. The border has four parts:
-//! - the arc of the outer front corner, which reaches out farthest;
-//! - the short arc of the outer rear corner, which swings out at the beginning;
+//! All in `base_link` at t0. A turning tube is written once, for the left and forward; a right turn is the left turn of
+//! the mirrored robot, mirrored, and so is driving backwards. The border has four parts:
+//! - the arc of the outer front corner;
+//! - the arc of the outer rear corner, which swings out at the beginning, or all along when the tail is longer than the
+//!   nose, as of every robot that drives backwards;
 //! - the leading edge at the end: front edge and inner side, with the corners between rounded;
 //! - the arc of the inner end of the axle, which no other point of the robot passes inside of.
 //!
@@ -12,7 +13,7 @@
 use crate::geometry::{Footprint, Point2, Pose2, Twist2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A path of `base_link`: so long, at this curvature.
+/// A path of `base_link`: so long, negative when driven backwards, at this curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Path {
     pub curvature_1_m: f64,
@@ -25,7 +26,7 @@ impl Path {
         self.curvature_1_m * self.length_m
     }
 
-    /// Where `base_link` is after a part of the path.
+    /// Where `base_link` is after a part of the path, signed as its length.
     pub fn pose_at(&self, travelled_m: f64) -> Pose2 {
         Twist2::new(1.0, self.curvature_1_m).displacement(travelled_m)
     }
@@ -52,41 +53,44 @@ pub(crate) fn sample_border(
     step_m: f64,
     points: &mut Vec<Point2>,
 ) {
+    let mut body = *footprint;
+    let mut turn = Path {
+        curvature_1_m: path.curvature_1_m.abs(),
+        length_m: path.length_m.abs(),
+    };
     let mut border = Border {
         points,
         step_m,
-        mirror: 1.0,
+        mirror: Point2::new(1.0, 1.0),
     };
-    if path.is_straight() {
-        border.straight(footprint, path.length_m, offset_m);
-    } else if path.curvature_1_m > 0.0 {
-        border.left(footprint, path, offset_m);
-    } else {
-        border.mirror = -1.0;
-        let mirrored = Footprint {
-            left_m: footprint.right_m,
-            right_m: footprint.left_m,
-            ..*footprint
-        };
-        let path = Path {
-            curvature_1_m: -path.curvature_1_m,
-            ..path
-        };
-        border.left(&mirrored, path, offset_m);
+    if path.length_m < 0.0 {
+        border.mirror.x_m = -1.0;
+        std::mem::swap(&mut body.front_m, &mut body.rear_m);
     }
+    if path.is_straight() {
+        turn.curvature_1_m = 0.0;
+        border.straight(&body, turn.length_m, offset_m);
+        return;
+    }
+    if path.curvature_1_m < 0.0 {
+        border.mirror.y_m = -1.0;
+        std::mem::swap(&mut body.left_m, &mut body.right_m);
+    }
+    border.left(&body, turn, offset_m);
 }
 
 struct Border<'a> {
     points: &'a mut Vec<Point2>,
     step_m: f64,
-    /// −1 mirrors all points at the x axis.
-    mirror: f64,
+    /// −1 mirrors that coordinate of all points.
+    mirror: Point2,
 }
 
 impl Border<'_> {
     fn add(&mut self, point: Point2) {
+        let Point2 { x_m, y_m } = self.mirror;
         self.points
-            .push(Point2::new(point.x_m, self.mirror * point.y_m));
+            .push(Point2::new(x_m * point.x_m, y_m * point.y_m));
     }
 
     fn line(&mut self, from: Point2, to: Point2) {
@@ -130,17 +134,23 @@ impl Border<'_> {
         let end = path.pose_at(path.length_m);
         let front_right = Point2::new(body.front_m, -body.right_m);
         let front_left = Point2::new(body.front_m, body.left_m);
-        let rear_right = Point2::new(-body.rear_m, -body.right_m);
+        let arm_m = centre.y_m + body.right_m;
+        let front_rad = (body.front_m / arm_m).atan();
 
-        self.tail(body, centre, rear_right, turn_rad, end, offset_m);
+        self.tail(body, centre, turn_rad, end, offset_m);
 
         let from_centre = front_right - centre;
         let (radius_m, phase_rad) = (from_centre.norm_m(), from_centre.direction_rad());
-        let outer_m = radius_m + offset_m;
+        // A tail longer than the nose has swept what the nose came through before.
+        let within_tail_rad = if body.rear_m > body.front_m {
+            (turn_rad - 2.0 * front_rad).max(0.0)
+        } else {
+            0.0
+        };
         self.arc(
             centre,
-            outer_m,
-            phase_rad,
+            radius_m + offset_m,
+            phase_rad + within_tail_rad,
             phase_rad + turn_rad,
             self.step_m,
         );
@@ -159,51 +169,47 @@ impl Border<'_> {
             end.transform(Point2::new(0.0, side_m)),
         );
 
-        // Nothing larger than the offset fits inside a smaller circle.
-        let inner_m = centre.y_m - body.left_m - offset_m;
-        if inner_m > 0.0 {
-            let phase_rad = -FRAC_PI_2;
-            self.arc(
-                centre,
-                inner_m,
-                phase_rad + turn_rad,
-                phase_rad,
-                self.step_m,
-            );
-        }
+        // A hole that is smaller than the offset still has its middle looked at.
+        let inner_m = (centre.y_m - body.left_m - offset_m).max(0.0);
+        let phase_rad = -FRAC_PI_2;
+        self.arc(
+            centre,
+            inner_m,
+            phase_rad + turn_rad,
+            phase_rad,
+            self.step_m,
+        );
     }
 
-    /// The swing of the outer rear corner, until it comes to where the robot's side was at t0.
-    fn tail(
-        &mut self,
-        body: &Footprint,
-        centre: Point2,
-        rear_right: Point2,
-        turn_rad: f64,
-        end: Pose2,
-        offset_m: f64,
-    ) {
+    /// The swing of the outer rear corner, until it comes to where the robot's side was at t0; of a long tail to the end.
+    fn tail(&mut self, body: &Footprint, centre: Point2, turn_rad: f64, end: Pose2, offset_m: f64) {
+        let rear_right = Point2::new(-body.rear_m, -body.right_m);
         let from_centre = rear_right - centre;
         let (radius_m, phase_rad) = (from_centre.norm_m(), from_centre.direction_rad());
         let arm_m = centre.y_m + body.right_m;
+        let long = body.rear_m > body.front_m;
         let whole_rad = 2.0 * (body.rear_m / arm_m).atan();
-        let swing_rad = turn_rad.min(whole_rad);
-        let outer_m = radius_m + offset_m;
+        let swing_rad = if long {
+            turn_rad
+        } else {
+            turn_rad.min(whole_rad)
+        };
         self.arc(
             centre,
-            outer_m,
+            radius_m + offset_m,
             phase_rad,
             phase_rad + swing_rad,
             self.step_m,
         );
-        if turn_rad < whole_rad {
-            // The swing is not over at the end: the side stands out behind where the old side crosses it.
+        if turn_rad < whole_rad || long {
+            // At the end the side stands out, from the tail to where the old side crosses it or the nose has passed.
             let side_m = -body.right_m - offset_m;
             let corner = end.transform(rear_right);
             self.corner(corner, offset_m, phase_rad + turn_rad, turn_rad - FRAC_PI_2);
+            let crossing_m = arm_m * (turn_rad.min(PI - 1e-6) / 2.0).tan();
             self.line(
                 end.transform(Point2::new(-body.rear_m, side_m)),
-                end.transform(Point2::new(-arm_m * (turn_rad / 2.0).tan(), side_m)),
+                end.transform(Point2::new(-crossing_m.min(body.front_m), side_m)),
             );
         }
     }
@@ -219,7 +225,7 @@ impl Sweep {
     /// Places in steps in which no part of the robot moves more than `resolution_m`.
     pub fn new(footprint: &Footprint, path: Path, resolution_m: f64) -> Self {
         let per_metre = 1.0 + footprint.radius_m() * path.curvature_1_m.abs();
-        let count = sample_count(path.length_m, resolution_m / per_metre);
+        let count = sample_count(path.length_m.abs(), resolution_m / per_metre);
         let places = (0..count)
             .map(|index| {
                 let fraction = index as f64 / (count - 1).max(1) as f64;
@@ -297,9 +303,15 @@ mod tests {
             left_m: 0.2,
             right_m: 0.3,
         };
-        for body in [BODY, long_tail] {
+        let longer_tail = Footprint {
+            front_m: 0.1,
+            rear_m: 0.5,
+            left_m: 0.2,
+            right_m: 0.25,
+        };
+        for body in [BODY, long_tail, longer_tail] {
             for curvature_1_m in [0.0, 0.02, 0.3, -0.3, 1.0, 2.0, -2.0, 2.9] {
-                for length_m in [0.1, 0.25, 0.6, 1.0] {
+                for length_m in [0.1, 0.25, 0.6, 1.0, -0.1, -0.25, -0.6, -1.0] {
                     let path = Path {
                         curvature_1_m,
                         length_m,

@@ -7,8 +7,9 @@
 //! all cells out of view that the tube sweeps there; farther ones refuse the tube.
 
 use super::border::{MAX_TURN_RAD, Path, Sweep, sample_border};
+use super::error::TubeError;
 use super::memory::NearGrid;
-use super::parameters::{Horizon, TubeError, TubeParameters};
+use super::parameters::{Horizon, TubeParameters};
 use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
 use super::set::{Row, Tube, TubeSet};
 use crate::geometry::{Footprint, Point2};
@@ -50,19 +51,13 @@ fn check(
     if !footprint.is_valid() {
         return Err(TubeError::Footprint);
     }
-    if footprint.rear_m > footprint.front_m {
-        return Err(TubeError::LongTail {
-            rear_m: footprint.rear_m,
-            front_m: footprint.front_m,
-        });
-    }
     if !footprint.contains(geometry.mount.position()) {
         return Err(TubeError::SensorOutside {
             x_m: geometry.mount.x_m,
             y_m: geometry.mount.y_m,
         });
     }
-    for horizon in &parameters.horizons {
+    for horizon in parameters.horizons.iter().chain(&parameters.backward) {
         let length_m = horizon.length_m();
         let step_1_m = parameters.omega_step_rad_s() / horizon.speed_m_s;
         let gap_m = step_1_m * length_m * length_m / 2.0;
@@ -99,19 +94,23 @@ pub(super) fn generate(
     };
     generator.find_blind_cells();
     let mut rows = Vec::new();
-    for horizon in parameters.sorted_horizons() {
+    let ahead = parameters.sorted_horizons();
+    let behind = parameters.sorted_backward();
+    let directed = ahead.iter().map(|horizon| (*horizon, false));
+    for (horizon, backward) in directed.chain(behind.iter().map(|horizon| (*horizon, true))) {
         let row = Row {
             horizon,
+            backward,
             length_m: horizon.length_m(),
             curvature_step_1_m: parameters.omega_step_rad_s() / horizon.speed_m_s,
         };
         rows.push(row);
         for step in 0..parameters.omega_steps {
             let from_middle = step as f64 - (parameters.omega_steps / 2) as f64;
-            generator.tube(horizon, from_middle * row.curvature_step_1_m)?;
+            generator.tube(row, from_middle * row.curvature_step_1_m)?;
         }
     }
-    generator.finish(rows)
+    generator.finish(rows, ahead.len())
 }
 
 struct Generator<'a> {
@@ -146,10 +145,17 @@ impl Generator<'_> {
         }
     }
 
-    fn tube(&mut self, horizon: Horizon, curvature_1_m: f64) -> Result<(), TubeError> {
+    fn tube(&mut self, row: Row, curvature_1_m: f64) -> Result<(), TubeError> {
+        let Row {
+            horizon, backward, ..
+        } = row;
         let path = Path {
             curvature_1_m,
-            length_m: horizon.length_m(),
+            length_m: if backward {
+                -row.length_m
+            } else {
+                row.length_m
+            },
         };
         let first_sample = self.sample_beams.len();
         let first_word = self.mask_words.len();
@@ -160,6 +166,7 @@ impl Generator<'_> {
             words: 0,
             grid_word: 0,
             refused: false,
+            backward,
         };
         match self.samples_of(horizon, path) {
             Ok(mask) => {
@@ -167,11 +174,13 @@ impl Generator<'_> {
                 tube.grid_word = self.add_mask(&mask) as u32;
                 tube.words = (self.mask_words.len() - first_word) as u32;
                 self.report.tubes += 1;
+                self.report.backward += usize::from(backward);
             }
             Err(why) => {
                 tube.refused = true;
                 self.report.refused.push(RefusedTube {
                     horizon,
+                    backward,
                     curvature_1_m,
                     why,
                 });
@@ -253,6 +262,7 @@ impl Generator<'_> {
         let unseen = unseen.into_iter().map(|point| UnseenSample {
             curvature_1_m: path.curvature_1_m,
             horizon,
+            backward: path.length_m < 0.0,
             point,
         });
         self.report.unseen.extend(unseen);
@@ -272,7 +282,9 @@ impl Generator<'_> {
             !matches!(look(self.geometry, point), Sight::Beam { .. })
                 && point.norm_m() <= near_m(self.footprint)
         });
-        let margin_m = self.parameters.d_aug_m + cell_m / 2.0;
+        // Floor that must be known free is known on a grid of the same cells, turned anyhow.
+        let margin_cells = if path.length_m < 0.0 { 1.5 } else { 0.5 };
+        let margin_m = self.parameters.d_aug_m + margin_cells * cell_m;
         for cell in 0..self.grid.cells() {
             let centre = self.grid.centre(cell);
             if !self.footprint.contains(centre)
@@ -284,10 +296,9 @@ impl Generator<'_> {
             }
         }
         // Of the path only the beginning comes near.
+        let longest_m = 2.0 * (near_m(self.footprint) + self.footprint.radius_m());
         let near = Path {
-            length_m: path
-                .length_m
-                .min(2.0 * near_m(self.footprint) + 2.0 * self.footprint.radius_m()),
+            length_m: path.length_m.clamp(-longest_m, longest_m),
             ..path
         };
         let sweep = Sweep::new(self.footprint, near, cell_m / 2.0);
@@ -310,7 +321,7 @@ impl Generator<'_> {
         first
     }
 
-    fn finish(mut self, rows: Vec<Row>) -> Result<(TubeSet, TubeReport), TubeError> {
+    fn finish(mut self, rows: Vec<Row>, ahead: usize) -> Result<(TubeSet, TubeReport), TubeError> {
         if self.report.tubes == 0
             && let Some(first) = self.report.refused.first()
         {
@@ -333,6 +344,7 @@ impl Generator<'_> {
             geometry: *self.geometry,
             grid: self.grid,
             rows: rows.into_boxed_slice(),
+            ahead,
             steps: self.parameters.omega_steps,
             tubes: self.tubes.into_boxed_slice(),
             sample_beams: self.sample_beams.into_boxed_slice(),

@@ -4,7 +4,8 @@
 //! stands there was ahead before: hits are kept for two seconds in the odometry frame, and laid on a small grid around
 //! `base_link` when tubes are judged. A tube has a mask on the same grid, of its cells that the sensor does not see.
 //!
-//! The two seconds are seconds of driving: what stood beside a robot when it halted is not forgotten because it waits.
+//! The two seconds are seconds of driving at the highest speed: what stood beside a robot when it halted is not forgotten
+//! because it waits, nor because it creeps.
 //! What a newer scan looks through is forgotten at once.
 //!
 //! Bounded: a ring of fixed capacity; when more comes in within the memory's time, the oldest goes and is counted.
@@ -69,6 +70,12 @@ impl NearGrid {
         inside.then(|| row as usize * self.side + column as usize)
     }
 
+    /// How far it reaches to each side.
+    #[must_use]
+    pub fn half_m(&self) -> f64 {
+        self.half_m
+    }
+
     /// The middle of a cell.
     #[must_use]
     pub fn centre(&self, cell: usize) -> Point2 {
@@ -98,16 +105,18 @@ pub struct Memory {
     overwritten: u64,
     grid: NearGrid,
     occupied: Box<[u64]>,
-    /// Runs while the robot drives.
+    /// Runs while the robot drives, no faster than the highest speed.
     driven_ns: u64,
-    /// Reference time of the newest scan, and the pose that driving is measured from.
+    fastest_m_s: f64,
+    /// The pose that driving is measured from, and its time.
     newest: Option<(u64, Pose2)>,
 }
 
 impl Memory {
-    /// An empty memory on a grid. Allocates, once.
+    /// An empty memory on a grid. At `fastest_m_s` its clock runs as any other, when slower the same for the same way.
+    /// Allocates, once.
     #[must_use]
-    pub fn new(grid: NearGrid, keep_s: f64, reach_m: f64) -> Self {
+    pub fn new(grid: NearGrid, keep_s: f64, reach_m: f64, fastest_m_s: f64) -> Self {
         Self {
             ring: vec![Remembered::default(); CAPACITY].into_boxed_slice(),
             next: 0,
@@ -119,6 +128,7 @@ impl Memory {
             grid,
             occupied: vec![0; grid.words()].into_boxed_slice(),
             driven_ns: 0,
+            fastest_m_s,
             newest: None,
         }
     }
@@ -138,11 +148,14 @@ impl Memory {
             return true;
         };
         let moved = from.between(pose);
-        let drives = moved.position().norm_m() > STANDS_M || moved.theta_rad.abs() > STANDS_RAD;
+        let moved_m = moved.position().norm_m();
+        let drives = moved_m > STANDS_M || moved.theta_rad.abs() > STANDS_RAD;
         if drives {
-            self.driven_ns += reference_ns.saturating_sub(before_ns);
+            let at_most_ns = reference_ns.saturating_sub(before_ns);
+            let driven_ns = moved_m / self.fastest_m_s * 1e9;
+            self.driven_ns += (driven_ns as u64).min(at_most_ns);
+            self.newest = Some((reference_ns, pose));
         }
-        self.newest = Some((reference_ns, if drives { pose } else { from }));
         drives
     }
 

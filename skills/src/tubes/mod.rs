@@ -32,20 +32,26 @@
 
 pub mod adapt;
 mod border;
+mod detour;
+pub mod error;
+pub mod floor;
 mod generate;
 pub mod known;
 pub mod memory;
+pub mod moving;
 pub mod outcome;
 pub mod parameters;
 mod report;
 mod select;
 pub mod set;
+mod sight;
 
 pub use adapt::MotionTubes;
+pub use error::TubeError;
 pub use known::KnownRanges;
 pub use outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
-pub use parameters::{AdaptPolicy, Horizon, TubeError, TubeParameters};
-pub use set::{Refusal, TubeId, TubeReport, TubeSet};
+pub use parameters::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, TubeParameters};
+pub use set::{Refusal, Surroundings, TubeId, TubeReport, TubeSet};
 
 #[cfg(test)]
 mod tests;

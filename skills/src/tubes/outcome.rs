@@ -38,10 +38,16 @@ pub enum Reason {
     AwaitingScans,
     /// The robot is too fast to stop inside what is free.
     TooFast,
-    /// The sensor does not see what is behind.
+    /// The set has no tube that is driven backwards.
     Backwards,
     /// A number of the command is NaN or infinite.
     NotFinite,
+    /// Something moves, and would arrive before the robot stands.
+    Moving,
+    /// Neither was the floor behind seen free, nor has the robot come over it.
+    UnknownFloor,
+    /// It comes to rest before it drives the other way.
+    Reversing,
 }
 
 /// The command to drive, and what led to it.
@@ -59,6 +65,8 @@ pub struct Adapted {
     pub length_m: f64,
     /// From the footprint to the nearest hit of the newest scan; infinite when there is none.
     pub clearance_m: f64,
+    /// The same, of what moves.
+    pub moving_m: f64,
     /// Age of that scan; the largest number when there is none.
     pub scan_age_ns: u64,
     /// Since when it has been stopped; 0 while it is not.
@@ -103,4 +111,12 @@ pub struct Counters {
     pub blocked_stops: u64,
     /// Stops for want of a scan.
     pub blind_stops: u64,
+    /// Stops because something moved nearby.
+    pub moving_stops: u64,
+    /// Ways begun around standing things.
+    pub detours: u64,
+    /// How often such a way was given up for the other side.
+    pub detour_side_changes: u64,
+    /// Jumps of the odometry, or of the clock, after which everything remembered was forgotten.
+    pub jumps: u64,
 }

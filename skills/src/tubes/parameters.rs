@@ -1,7 +1,6 @@
-//! What a set of tubes is made of, how commands are adapted to it, and what can be wrong with either.
+//! What a set of tubes is made of, and how commands are adapted to it.
 
-use crate::scan::ScanGeometryError;
-use thiserror::Error;
+use super::error::{TubeError, positive, within};
 
 /// One row of tubes: how long ahead, at which speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +22,10 @@ impl Horizon {
 /// What a set of tubes is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TubeParameters {
-    /// The rows, in any order.
+    /// The rows of tubes ahead, in any order.
     pub horizons: Vec<Horizon>,
+    /// The rows of tubes behind, driven backwards; none when empty.
+    pub backward: Vec<Horizon>,
     /// Turning speeds are spread evenly over ± this.
     pub omega_max_rad_s: f64,
     /// How many turning speeds; odd, so that straight ahead is among them.
@@ -33,12 +34,15 @@ pub struct TubeParameters {
     pub d_sample_m: f64,
     /// How far outside the border the samples lie: half of `d_sample_m` plus the sensor's error.
     pub d_aug_m: f64,
-    /// How long points beside the robot are remembered.
+    /// How long points beside the robot are remembered, in seconds of driving at the highest speed: slower driving
+    /// forgets no more than the same way.
     pub memory_s: f64,
+    /// Floor out of view that was seen free, or driven over, counts as free for so long a way.
+    pub floor_memory_m: f64,
 }
 
 impl Default for TubeParameters {
-    /// Horizons of one to four seconds at 0.25 to 0.40 m/s, for a small robot in a building.
+    /// Horizons of one to four seconds at 0.10 to 0.40 m/s, for a small robot in a building.
     fn default() -> Self {
         let horizon = |duration_s, speed_m_s| Horizon {
             duration_s,
@@ -46,16 +50,19 @@ impl Default for TubeParameters {
         };
         Self {
             horizons: vec![
+                horizon(1.0, 0.10),
                 horizon(1.0, 0.25),
                 horizon(2.0, 0.30),
                 horizon(3.0, 0.35),
                 horizon(4.0, 0.40),
             ],
+            backward: vec![horizon(1.5, 0.10)],
             omega_max_rad_s: std::f64::consts::FRAC_PI_2,
             omega_steps: 41,
             d_sample_m: 0.05,
             d_aug_m: 0.045,
             memory_s: 2.0,
+            floor_memory_m: 2.0,
         }
     }
 }
@@ -81,6 +88,54 @@ pub struct AdaptPolicy {
     pub scan_timeout_s: f64,
     /// After that, and at start, it drives on when scans have been good for so long.
     pub good_scans_s: f64,
+    /// The way around things that stand.
+    pub detour: DetourPolicy,
+    /// Caution about things that move.
+    pub moving: MovingPolicy,
+}
+
+/// How the way around a standing thing is found when what is wanted leads into it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetourPolicy {
+    /// Tightest curve of a detour; 0 makes none: the robot slows down and stops.
+    pub curvature_1_m: f64,
+    /// A detour leads no farther away from the direction in which the robot was hindered.
+    pub heading_rad: f64,
+    /// The highest speed on a detour.
+    pub speed_m_s: f64,
+    /// Hindered for so long before a detour begins.
+    pub after_s: f64,
+}
+
+impl Default for DetourPolicy {
+    fn default() -> Self {
+        Self {
+            curvature_1_m: 2.5,
+            heading_rad: 1.2,
+            speed_m_s: 0.25,
+            after_s: 0.3,
+        }
+    }
+}
+
+/// How fast things that were seen to move may come nearer.
+///
+/// The robot drives no faster than lets it stand before such a thing, coming straight at it, arrives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovingPolicy {
+    /// The speed that is reckoned with; 0 takes no notice of motion.
+    pub speed_m_s: f64,
+    /// What remains between when the robot stands.
+    pub margin_m: f64,
+}
+
+impl Default for MovingPolicy {
+    fn default() -> Self {
+        Self {
+            speed_m_s: 1.0,
+            margin_m: 0.05,
+        }
+    }
 }
 
 impl Default for AdaptPolicy {
@@ -95,114 +150,10 @@ impl Default for AdaptPolicy {
             resume_after_s: 2.0,
             scan_timeout_s: 0.25,
             good_scans_s: 2.0,
+            detour: DetourPolicy::default(),
+            moving: MovingPolicy::default(),
         }
     }
-}
-
-/// Why no set of tubes could be made, or no adaptation be set up.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum TubeError {
-    /// A number that must be finite and positive.
-    #[error("{name} is {found}; expected a number over 0")]
-    NotPositive {
-        /// Which.
-        name: &'static str,
-        /// Its value.
-        found: f64,
-    },
-    /// A number outside its range.
-    #[error("{name} is {found}; expected {min} to {max}")]
-    OutOfRange {
-        /// Which.
-        name: &'static str,
-        /// Its value.
-        found: f64,
-        /// Smallest allowed.
-        min: f64,
-        /// Largest allowed.
-        max: f64,
-    },
-    /// No horizon at all.
-    #[error("no horizon; expected at least one")]
-    NoHorizon,
-    /// Two horizons of the same length.
-    #[error("two horizons are {length_m} m long; expected different lengths")]
-    SameLength {
-        /// That length.
-        length_m: f64,
-    },
-    /// A faster horizon is shorter than a slower one.
-    #[error(
-        "the horizon of {speed_m_s} m/s is shorter than a slower one; expected longer horizons to be faster"
-    )]
-    FasterButShorter {
-        /// Its speed.
-        speed_m_s: f64,
-    },
-    /// An even number of turning speeds has no straight ahead.
-    #[error("{found} turning speeds; expected an odd number")]
-    EvenSteps {
-        /// How many.
-        found: usize,
-    },
-    /// Paths between two neighbouring tubes would leave both.
-    #[error(
-        "neighbouring tubes of {length_m} m end {gap_m} m apart; expected under the robot's width, {width_m} m: use more turning speeds"
-    )]
-    TubesApart {
-        /// Length of the tubes.
-        length_m: f64,
-        /// How far apart their ends lie.
-        gap_m: f64,
-        /// The width of the robot.
-        width_m: f64,
-    },
-    /// The samples lie too close to the tube.
-    #[error("d_aug_m is {d_aug_m}; expected at least half of d_sample_m, {d_sample_m}")]
-    AugmentedTooLittle {
-        /// Found.
-        d_aug_m: f64,
-        /// The sample step.
-        d_sample_m: f64,
-    },
-    /// The footprint has a side that is not positive.
-    #[error("a side of the footprint is not over 0")]
-    Footprint,
-    /// A tail longer than the nose needs other templates.
-    #[error(
-        "the footprint reaches {rear_m} m back and {front_m} m forward; expected no more back than forward"
-    )]
-    LongTail {
-        /// Back.
-        rear_m: f64,
-        /// Forward.
-        front_m: f64,
-    },
-    /// The sensor must see the robot's surroundings from within.
-    #[error("the sensor at ({x_m}, {y_m}) m is outside the footprint; expected inside")]
-    SensorOutside {
-        /// Forward.
-        x_m: f64,
-        /// Left.
-        y_m: f64,
-    },
-    /// The scan geometry is unusable.
-    #[error("scan geometry: {0}")]
-    Scan(#[from] ScanGeometryError),
-    /// Too many samples for their index.
-    #[error("{samples} samples are too many")]
-    TooLarge {
-        /// How many.
-        samples: usize,
-    },
-    /// The sensor can judge none of the tubes.
-    #[error("all {tubes} tubes are refused, the first because {first}")]
-    NothingLeft {
-        /// How many were tried.
-        tubes: usize,
-        /// Why the first was refused.
-        first: super::set::Refusal,
-    },
 }
 
 /// The most turning speeds in a row.
@@ -210,55 +161,14 @@ pub const MAX_STEPS: usize = 1001;
 /// The most rows.
 pub const MAX_HORIZONS: usize = 32;
 
-pub(crate) fn positive(name: &'static str, found: f64) -> Result<(), TubeError> {
-    if found.is_finite() && found > 0.0 {
-        Ok(())
-    } else {
-        Err(TubeError::NotPositive { name, found })
-    }
-}
-
-fn within(name: &'static str, found: f64, min: f64, max: f64) -> Result<(), TubeError> {
-    if (min..=max).contains(&found) {
-        Ok(())
-    } else {
-        Err(TubeError::OutOfRange {
-            name,
-            found,
-            min,
-            max,
-        })
-    }
-}
-
 impl TubeParameters {
     /// Checks what can be checked without a robot.
     pub fn validate(&self) -> Result<(), TubeError> {
         if self.horizons.is_empty() {
             return Err(TubeError::NoHorizon);
         }
-        within(
-            "the number of horizons",
-            self.horizons.len() as f64,
-            1.0,
-            MAX_HORIZONS as f64,
-        )?;
-        for horizon in &self.horizons {
-            within("horizon duration_s", horizon.duration_s, 0.05, 60.0)?;
-            within("horizon speed_m_s", horizon.speed_m_s, 0.01, 10.0)?;
-        }
-        for pair in self.sorted_horizons().windows(2) {
-            let (longer, shorter) = (pair[0], pair[1]);
-            if longer.length_m() - shorter.length_m() < 1e-6 {
-                return Err(TubeError::SameLength {
-                    length_m: longer.length_m(),
-                });
-            }
-            if longer.speed_m_s < shorter.speed_m_s {
-                return Err(TubeError::FasterButShorter {
-                    speed_m_s: shorter.speed_m_s,
-                });
-            }
+        for rows in [&self.horizons, &self.backward] {
+            validate_rows(rows)?;
         }
         positive("omega_max_rad_s", self.omega_max_rad_s)?;
         if self.omega_steps.is_multiple_of(2) {
@@ -280,15 +190,27 @@ impl TubeParameters {
                 d_sample_m: self.d_sample_m,
             });
         }
-        within("memory_s", self.memory_s, 0.0, 10.0)
+        within("memory_s", self.memory_s, 0.0, 10.0)?;
+        within("floor_memory_m", self.floor_memory_m, 0.0, 100.0)
     }
 
-    /// The horizons, the longest first.
+    /// The horizons ahead, the longest first.
     #[must_use]
     pub fn sorted_horizons(&self) -> Vec<Horizon> {
-        let mut horizons = self.horizons.clone();
-        horizons.sort_by(|a, b| b.length_m().total_cmp(&a.length_m()));
-        horizons
+        longest_first(&self.horizons)
+    }
+
+    /// The horizons behind, the longest first.
+    #[must_use]
+    pub fn sorted_backward(&self) -> Vec<Horizon> {
+        longest_first(&self.backward)
+    }
+
+    /// The highest speed ahead.
+    #[must_use]
+    pub fn fastest_m_s(&self) -> f64 {
+        let speeds = self.horizons.iter().map(|horizon| horizon.speed_m_s);
+        speeds.fold(0.0, f64::max)
     }
 
     /// From a turning speed to the next.
@@ -296,6 +218,39 @@ impl TubeParameters {
     pub fn omega_step_rad_s(&self) -> f64 {
         2.0 * self.omega_max_rad_s / (self.omega_steps - 1) as f64
     }
+}
+
+fn longest_first(rows: &[Horizon]) -> Vec<Horizon> {
+    let mut rows = rows.to_vec();
+    rows.sort_by(|a, b| b.length_m().total_cmp(&a.length_m()));
+    rows
+}
+
+fn validate_rows(rows: &[Horizon]) -> Result<(), TubeError> {
+    within(
+        "the number of horizons",
+        rows.len() as f64,
+        0.0,
+        MAX_HORIZONS as f64,
+    )?;
+    for row in rows {
+        within("horizon duration_s", row.duration_s, 0.05, 60.0)?;
+        within("horizon speed_m_s", row.speed_m_s, 0.01, 10.0)?;
+    }
+    for pair in longest_first(rows).windows(2) {
+        let (longer, shorter) = (pair[0], pair[1]);
+        if longer.length_m() - shorter.length_m() < 1e-6 {
+            return Err(TubeError::SameLength {
+                length_m: longer.length_m(),
+            });
+        }
+        if longer.speed_m_s < shorter.speed_m_s {
+            return Err(TubeError::FasterButShorter {
+                speed_m_s: shorter.speed_m_s,
+            });
+        }
+    }
+    Ok(())
 }
 
 impl AdaptPolicy {
@@ -314,6 +269,19 @@ impl AdaptPolicy {
         within("reaction_s", self.reaction_s, 0.0, 2.0)?;
         within("resume_after_s", self.resume_after_s, 0.0, 60.0)?;
         within("scan_timeout_s", self.scan_timeout_s, 0.02, 5.0)?;
-        within("good_scans_s", self.good_scans_s, 0.0, 60.0)
+        within("good_scans_s", self.good_scans_s, 0.0, 60.0)?;
+        let DetourPolicy {
+            curvature_1_m,
+            heading_rad,
+            speed_m_s,
+            after_s,
+        } = self.detour;
+        within("detour curvature_1_m", curvature_1_m, 0.0, 20.0)?;
+        let most_rad = std::f64::consts::FRAC_PI_2;
+        within("detour heading_rad", heading_rad, 0.0, most_rad)?;
+        within("detour speed_m_s", speed_m_s, 0.01, 10.0)?;
+        within("detour after_s", after_s, 0.0, 60.0)?;
+        within("moving speed_m_s", self.moving.speed_m_s, 0.0, 10.0)?;
+        within("moving margin_m", self.moving.margin_m, 0.0, 2.0)
     }
 }

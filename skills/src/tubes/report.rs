@@ -51,11 +51,35 @@ pub enum Refusal {
     },
 }
 
+impl Refusal {
+    const KINDS: [&'static str; 5] = [
+        "turn about a point inside the robot's width",
+        "turn too far",
+        "have samples that neither sensor nor memory sees",
+        "reach beyond the sensor's range",
+        "end where beams are too far apart",
+    ];
+
+    /// The reason, in a few words for many tubes.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::TurnsOnTheSpot { .. } => Self::KINDS[0],
+            Self::TurnsTooFar { .. } => Self::KINDS[1],
+            Self::Unseen { .. } => Self::KINDS[2],
+            Self::BeyondRange { .. } => Self::KINDS[3],
+            Self::BeamsTooCoarse { .. } => Self::KINDS[4],
+        }
+    }
+}
+
 /// A tube that is never free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefusedTube {
     /// Its horizon.
     pub horizon: Horizon,
+    /// It is driven backwards.
+    pub backward: bool,
     /// Its curvature.
     pub curvature_1_m: f64,
     /// Why.
@@ -69,6 +93,8 @@ pub struct UnseenSample {
     pub curvature_1_m: f64,
     /// Horizon of its tube.
     pub horizon: Horizon,
+    /// Its tube is driven backwards.
+    pub backward: bool,
     /// In `base_link` at the beginning of the tube.
     pub point: Point2,
 }
@@ -78,6 +104,8 @@ pub struct UnseenSample {
 pub struct TubeReport {
     /// Usable tubes.
     pub tubes: usize,
+    /// Of these, driven backwards.
+    pub backward: usize,
     /// Samples on their borders.
     pub samples: usize,
     /// Samples compared at run time, after those on one beam of a tube are merged.
@@ -92,12 +120,33 @@ pub struct TubeReport {
     pub bytes: usize,
 }
 
+fn backwards(backward: bool) -> &'static str {
+    if backward { " backwards" } else { "" }
+}
+
+impl TubeReport {
+    /// How many tubes are refused for which reason, and the end of the line.
+    fn write_reasons(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = ": ";
+        for kind in Refusal::KINDS {
+            let of_kind = |refused: &&RefusedTube| refused.why.kind() == kind;
+            let count = self.refused.iter().filter(of_kind).count();
+            if count > 0 {
+                write!(f, "{separator}{count} {kind}")?;
+                separator = ", ";
+            }
+        }
+        writeln!(f)
+    }
+}
+
 impl fmt::Display for TubeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
+        write!(
             f,
-            "{} motion tubes, {} samples ({} compared) on {} beams, {} samples out of view judged by memory, {} KiB; {} tubes refused",
+            "{} motion tubes, {} of them backwards, {} samples ({} compared) on {} beams, {} samples out of view judged by memory, {} KiB; {} tubes refused",
             self.tubes,
+            self.backward,
             self.samples,
             self.compared,
             self.beams,
@@ -105,8 +154,10 @@ impl fmt::Display for TubeReport {
             self.bytes.div_ceil(1024),
             self.refused.len()
         )?;
+        self.write_reasons(f)?;
         let alike = |a: &RefusedTube, b: &RefusedTube| {
             a.horizon == b.horizon
+                && a.backward == b.backward
                 && a.curvature_1_m.is_sign_negative() == b.curvature_1_m.is_sign_negative()
                 && discriminant(&a.why) == discriminant(&b.why)
         };
@@ -114,29 +165,30 @@ impl fmt::Display for TubeReport {
             let (first, last) = (&refused[0], &refused[refused.len() - 1]);
             writeln!(
                 f,
-                "  refused: {} of {} s at {} m/s, curvature {:+.2} to {:+.2} 1/m; the first: {}",
+                "  refused: {} of {} s at {} m/s{}, curvature {:+.2} to {:+.2} 1/m; the first: {}",
                 refused.len(),
                 first.horizon.duration_s,
                 first.horizon.speed_m_s,
+                backwards(first.backward),
                 first.curvature_1_m,
                 last.curvature_1_m,
                 first.why
             )?;
         }
-        for unseen in self
-            .unseen
-            .chunk_by(|a, b| a.horizon == b.horizon && a.curvature_1_m == b.curvature_1_m)
-        {
+        for unseen in self.unseen.chunk_by(|a, b| {
+            a.horizon == b.horizon && a.backward == b.backward && a.curvature_1_m == b.curvature_1_m
+        }) {
             let reach_m = unseen
                 .iter()
                 .map(|sample| sample.point.norm_m())
                 .fold(0.0, f64::max);
             writeln!(
                 f,
-                "  by memory: {} samples of {} s at {} m/s, curvature {:+.2} 1/m, up to {reach_m:.2} m from base_link",
+                "  by memory: {} samples of {} s at {} m/s{}, curvature {:+.2} 1/m, up to {reach_m:.2} m from base_link",
                 unseen.len(),
                 unseen[0].horizon.duration_s,
                 unseen[0].horizon.speed_m_s,
+                backwards(unseen[0].backward),
                 unseen[0].curvature_1_m,
             )?;
         }

@@ -1,8 +1,9 @@
 //! A set of tubes, flat in memory, and its evaluation.
 
+use super::error::TubeError;
 use super::known::KnownRanges;
 use super::memory::NearGrid;
-use super::parameters::{Horizon, TubeError, TubeParameters};
+use super::parameters::{Horizon, TubeParameters};
 use crate::geometry::{Footprint, Twist2};
 use crate::scan::{MAX_BEAMS, ScanGeometry};
 
@@ -16,6 +17,7 @@ pub struct TubeId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Row {
     pub horizon: Horizon,
+    pub backward: bool,
     pub length_m: f64,
     pub curvature_step_1_m: f64,
 }
@@ -30,6 +32,17 @@ pub(super) struct Tube {
     /// The grid's word that the mask begins with.
     pub grid_word: u32,
     pub refused: bool,
+    /// Floor out of view must be known free; ahead it is enough that nothing was seen there.
+    pub backward: bool,
+}
+
+/// What is held of the floor about the robot that the sensor does not see, as bits of [`TubeSet::grid`].
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'a> {
+    /// Something was seen there.
+    pub occupied: &'a [u64],
+    /// It was neither seen free nor driven over.
+    pub unknown: &'a [u64],
 }
 
 /// All tubes of a robot. Made once; evaluation reads it only.
@@ -39,8 +52,10 @@ pub struct TubeSet {
     pub(super) footprint: Footprint,
     pub(super) geometry: ScanGeometry,
     pub(super) grid: NearGrid,
-    /// Rows, the longest first; `steps` tubes each.
+    /// Rows ahead, the longest first, then rows behind, the longest first; `steps` tubes each.
     pub(super) rows: Box<[Row]>,
+    /// Rows ahead.
+    pub(super) ahead: usize,
     pub(super) steps: usize,
     pub(super) tubes: Box<[Tube]>,
     pub(super) sample_beams: Box<[u16]>,
@@ -105,7 +120,12 @@ impl TubeSet {
             curvature_step_1_m: apart_1_m,
             ..
         } = self.rows[row];
-        let (front_m, width_m) = (self.footprint.front_m, self.footprint.width_m());
+        let width_m = self.footprint.width_m();
+        let front_m = if self.rows[row].backward {
+            self.footprint.rear_m
+        } else {
+            self.footprint.front_m
+        };
         // apart · (s² / 2 + front · s): how far apart the front edges are after s.
         let overlap_m = (front_m * front_m + 2.0 * width_m / apart_1_m).sqrt() - front_m;
         let s_m = length_m.min(overlap_m);
@@ -117,8 +137,21 @@ impl TubeSet {
     /// The twist that drives a tube at its horizon's speed.
     #[must_use]
     pub fn twist(&self, id: TubeId) -> Twist2 {
-        let speed_m_s = self.horizon(id).speed_m_s;
+        let sign = if self.is_backward(id) { -1.0 } else { 1.0 };
+        let speed_m_s = sign * self.horizon(id).speed_m_s;
         Twist2::new(speed_m_s, speed_m_s * self.curvature_1_m(id))
+    }
+
+    /// The tube is driven backwards.
+    #[must_use]
+    pub fn is_backward(&self, id: TubeId) -> bool {
+        self.tubes[id.0 as usize].backward
+    }
+
+    /// Some tube that is driven backwards is not refused.
+    #[must_use]
+    pub fn has_backward(&self) -> bool {
+        self.tubes.iter().any(|tube| tube.backward && !tube.refused)
     }
 
     /// The sensor cannot judge this tube; it is never free.
@@ -157,12 +190,48 @@ impl TubeSet {
         self.grid
     }
 
-    /// Whether a tube is free: every sample's beam is known to be free beyond the sample, and nothing is remembered
-    /// where the sensor does not look. `occupied` are the words of [`TubeSet::grid`].
+    /// The cells of the grid, as bits, whose floor must be known before some tube backwards is free.
     #[must_use]
-    pub fn is_free(&self, id: TubeId, known: &KnownRanges, occupied: &[u64]) -> bool {
+    pub fn backward_mask(&self) -> Vec<u64> {
+        let mut all = vec![0; self.grid.words()];
+        for tube in self
+            .tubes
+            .iter()
+            .filter(|tube| tube.backward && !tube.refused)
+        {
+            let first = tube.first_word as usize;
+            let mask = &self.mask_words[first..first + tube.words as usize];
+            for (all, word) in all[tube.grid_word as usize..].iter_mut().zip(mask) {
+                *all |= word;
+            }
+        }
+        all
+    }
+
+    /// Whether a tube is free: every sample's beam is known to be free beyond the sample, and where the sensor does not
+    /// look nothing is remembered and, behind the robot, the floor is known.
+    #[must_use]
+    pub fn is_free(&self, id: TubeId, known: &KnownRanges, near: Surroundings<'_>) -> bool {
         let tube = &self.tubes[id.0 as usize];
-        !tube.refused && self.samples_free(tube, known.as_array()) && self.mask_free(tube, occupied)
+        !tube.refused
+            && self.samples_free(tube, known.as_array())
+            && self.mask_free(tube, near.occupied)
+            && (!tube.backward || self.mask_free(tube, near.unknown))
+    }
+
+    /// A tube that would be free if the floor out of view were known.
+    pub(super) fn lacks_floor(
+        &self,
+        id: TubeId,
+        known: &KnownRanges,
+        near: Surroundings<'_>,
+    ) -> bool {
+        let tube = &self.tubes[id.0 as usize];
+        tube.backward
+            && !tube.refused
+            && self.samples_free(tube, known.as_array())
+            && self.mask_free(tube, near.occupied)
+            && !self.mask_free(tube, near.unknown)
     }
 
     #[inline]

@@ -2,7 +2,9 @@
 
 use super::world::{Drive, MS, Random, Robot, SMALL, corridor, urg};
 use crate::geometry::{MotionCommand, Pose2, wrap_angle};
-use crate::tubes::{AdaptPolicy, MotionTubes, Reason, TubeParameters, TubeSet, Verdict};
+use crate::tubes::{
+    AdaptPolicy, DetourPolicy, MotionTubes, Reason, TubeParameters, TubeSet, Verdict,
+};
 use std::f64::consts::PI;
 
 fn tubes(d_aug_m: f64) -> MotionTubes {
@@ -98,7 +100,15 @@ fn lanes_and_u_turns_of_the_empty_corridor_are_free() {
 #[test]
 fn towards_a_wall_it_slows_step_by_step_and_stops_before_it() {
     let walls = corridor();
-    let mut drive = Drive::new(Robot::new(Pose2::new(6.0, -0.5, 0.0), urg()), tubes(0.045));
+    let policy = AdaptPolicy {
+        detour: DetourPolicy {
+            curvature_1_m: 0.0,
+            ..DetourPolicy::default()
+        },
+        ..AdaptPolicy::default()
+    };
+    let tubes = MotionTubes::new(tubes(0.045).set().clone(), policy).unwrap();
+    let mut drive = Drive::new(Robot::new(Pose2::new(6.0, -0.5, 0.0), urg()), tubes);
     let mut speeds = Vec::new();
     for _ in 0..300 {
         let adapted = drive.tick(&walls, MotionCommand::new(0.4, 0.0));

@@ -150,7 +150,8 @@ fn rows(
         d_sample_m,
         // Ideal ranges, but for their rounding to millimetres.
         d_aug_m: d_sample_m / 2.0 + 0.0006,
-        memory_s: 2.0,
+        backward: Vec::new(),
+        ..TubeParameters::default()
     }
 }
 

@@ -1,0 +1,200 @@
+//! The way around a thing that stands where the robot wants to go.
+//!
+//! The nearest free tube within the narrow band of `select` keeps the lane; a box on the lane needs more. When what is
+//! wanted stays hindered, a detour begins: of the longest row that has any, the free tube nearest to the wanted
+//! curvature is driven, slowly. As long as navigation wants back onto its lane that is the tube that hugs the thing, and
+//! behind it the lane again.
+//!
+//! A detour keeps to the side that it began on, and turns no farther than a limit away from the direction in which the
+//! robot last drove freely: before a wall across the corridor it does not turn back. It ends when the wanted curvature
+//! is free for a good way. It neither begins while something moves nearby, nor backwards.
+
+use super::parameters::DetourPolicy;
+use super::select::{Search, Selection, Selector};
+use crate::geometry::{MotionCommand, wrap_angle};
+
+/// The wanted way must be free for so long before a detour ends.
+const FREE_NS: u64 = 250_000_000;
+/// So soon after a detour it goes on when the way is short again, however slow the wanted motion.
+const RECENT_NS: u64 = 4_000_000_000;
+/// Without a way on its side for so long, the other side is tried.
+const STUCK_NS: u64 = 2_000_000_000;
+/// A free speed this much below the wanted one hinders.
+const HINDERED_M_S: f64 = 0.05;
+
+#[derive(Clone, Copy, Debug)]
+struct Active {
+    /// +1: to the left of what is wanted; −1: to the right; 0: not chosen yet.
+    side: f64,
+    free_since_ns: Option<u64>,
+    stuck_since_ns: Option<u64>,
+}
+
+/// The state of going around things.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Detour {
+    active: Option<Active>,
+    hindered_since_ns: Option<u64>,
+    ended_ns: Option<u64>,
+    /// In `odom`, when it last drove as wanted.
+    heading_rad: Option<f64>,
+    /// Detours begun, and how often one changed sides.
+    pub begun: u64,
+    pub changed_sides: u64,
+}
+
+/// What a detour has to know of the moment.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    pub now_ns: u64,
+    /// Of `base_link` in `odom` on the newest scan.
+    pub heading_rad: f64,
+    /// Something moves nearby.
+    pub crowded: bool,
+}
+
+impl Detour {
+    pub fn is_active(&self) -> bool {
+        self.active.is_some()
+    }
+
+    /// Forgets the way, not the counts.
+    pub fn reset(&mut self) {
+        *self = Self {
+            begun: self.begun,
+            changed_sides: self.changed_sides,
+            ..Self::default()
+        };
+    }
+
+    /// What to drive, given what was found near to the wanted command.
+    pub fn search(
+        &mut self,
+        selector: &Selector<'_>,
+        nominal: Search,
+        wanted: MotionCommand,
+        moment: Moment,
+    ) -> Search {
+        let policy = &selector.policy.detour;
+        let beyond = matches!(nominal, Search::BeyondTubes);
+        if policy.curvature_1_m <= 0.0 || wanted.speed_m_s <= 0.0 || beyond {
+            self.active = None;
+            self.hindered_since_ns = None;
+            return nominal;
+        }
+        let is_clear = selector.is_clear(wanted.curvature_1_m);
+        let Some(active) = &mut self.active else {
+            let recent = self
+                .ended_ns
+                .is_some_and(|ended_ns| moment.now_ns.saturating_sub(ended_ns) < RECENT_NS);
+            let hindered = is_hindered(selector, nominal, wanted) || (recent && !is_clear);
+            if !hindered {
+                self.hindered_since_ns = None;
+                let unshifted =
+                    matches!(nominal, Search::Found(selection) if selection.shift_1_m == 0.0);
+                if self.heading_rad.is_none() || (unshifted && is_clear) {
+                    self.heading_rad = Some(moment.heading_rad);
+                }
+                return nominal;
+            }
+            let since_ns = *self.hindered_since_ns.get_or_insert(moment.now_ns);
+            let hindered_ns = moment.now_ns.saturating_sub(since_ns);
+            let waits = hindered_ns < (policy.after_s * 1e9) as u64 && !recent;
+            if waits || moment.crowded {
+                return nominal;
+            }
+            self.begun += 1;
+            self.active = Some(Active {
+                side: 0.0,
+                free_since_ns: None,
+                stuck_since_ns: None,
+            });
+            return self.go_on(selector, wanted, moment);
+        };
+        if !is_clear {
+            active.free_since_ns = None;
+        } else {
+            let since_ns = *active.free_since_ns.get_or_insert(moment.now_ns);
+            if moment.now_ns.saturating_sub(since_ns) >= FREE_NS {
+                self.active = None;
+                self.hindered_since_ns = None;
+                self.ended_ns = Some(moment.now_ns);
+                return nominal;
+            }
+        }
+        self.go_on(selector, wanted, moment)
+    }
+
+    fn go_on(&mut self, selector: &Selector<'_>, wanted: MotionCommand, moment: Moment) -> Search {
+        let Some(active) = &mut self.active else {
+            return Search::Blocked;
+        };
+        let off_rad =
+            wrap_angle(moment.heading_rad - self.heading_rad.unwrap_or(moment.heading_rad));
+        let left = longest(selector, wanted, off_rad, 1.0);
+        let right = longest(selector, wanted, off_rad, -1.0);
+        let found = match active.side {
+            side if side > 0.0 => left,
+            side if side < 0.0 => right,
+            _ => better(left, right),
+        };
+        if let Some(selection) = found {
+            active.stuck_since_ns = None;
+            if active.side == 0.0 && selection.shift_1_m != 0.0 {
+                active.side = selection.shift_1_m.signum();
+            }
+            return Search::Found(selection);
+        }
+        let since_ns = *active.stuck_since_ns.get_or_insert(moment.now_ns);
+        if active.side != 0.0 && moment.now_ns.saturating_sub(since_ns) >= STUCK_NS {
+            active.side = 0.0;
+            active.stuck_since_ns = None;
+            self.changed_sides += 1;
+        }
+        Search::Blocked
+    }
+}
+
+/// Slower than wanted by far, or not at all.
+fn is_hindered(selector: &Selector<'_>, nominal: Search, wanted: MotionCommand) -> bool {
+    match nominal {
+        Search::Found(selection) => {
+            let free_m_s = selector.speed_m_s(&selection);
+            free_m_s <= selector.policy.detour.speed_m_s
+                && free_m_s + HINDERED_M_S < wanted.speed_m_s
+        }
+        Search::Blocked => true,
+        Search::BeyondTubes => false,
+    }
+}
+
+/// Of the longest row that has one: the free tube nearest to what is wanted, on one side of it.
+fn longest(
+    selector: &Selector<'_>,
+    wanted: MotionCommand,
+    off_rad: f64,
+    side: f64,
+) -> Option<Selection> {
+    let policy: &DetourPolicy = &selector.policy.detour;
+    let allowed = |selection: &Selection| {
+        let end_rad = off_rad + selection.curvature_1_m * selection.length_m;
+        let turns_back = off_rad.abs() > policy.heading_rad && end_rad.abs() < off_rad.abs();
+        selection.curvature_1_m.abs() <= policy.curvature_1_m
+            && (end_rad.abs() <= policy.heading_rad || turns_back)
+    };
+    selector
+        .ahead()
+        .find_map(|row| selector.nearest_on_side(row, wanted.curvature_1_m, side, allowed))
+}
+
+/// The one in the longer row; of equals the one with the smaller shift.
+fn better(left: Option<Selection>, right: Option<Selection>) -> Option<Selection> {
+    match (left, right) {
+        (Some(left), Some(right)) => {
+            let prefers_left = left.row < right.row
+                || (left.row == right.row && left.shift_1_m.abs() <= right.shift_1_m.abs());
+            Some(if prefers_left { left } else { right })
+        }
+        (one, other) => one.or(other),
+    }
+}

@@ -1,0 +1,271 @@
+//! Which floor out of view is known to be free, so that the robot may drive backwards over it.
+//!
+//! That nothing is remembered behind the robot does not say that nothing is there: perhaps it never looked. So floor
+//! counts as known only where a scan saw it free, or the robot's own body has stood, within the last few metres of
+//! driving. It is kept on a grid in the odometry frame; what a newer scan sees occupied is unknown again, and so is
+//! everything after a jump of the odometry.
+//!
+//! Not known is what has come in behind the robot since: the way that is kept should be short where others drive.
+//!
+//! All memory is taken at construction; [`Floor::observe`] takes a time that does not depend on what is seen.
+
+use super::known::KnownRanges;
+use super::memory::NearGrid;
+use crate::geometry::{Footprint, Point2, Pose2};
+use crate::scan::{AlignedScan, ScanGeometry};
+
+/// Cells of one side of the grid; a power of two.
+const SIDE: usize = 128;
+/// Beyond this the odometry frame is nonsense.
+const FARTHEST_M: f64 = 1e6;
+
+/// A cell of the grid, which wraps around: which cell of the plane it stands for, and when that was known.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cell {
+    column: i16,
+    row: i16,
+    /// Millimetres driven then; 0 for never.
+    at_mm: u32,
+}
+
+/// Floor that was seen free.
+#[derive(Clone, Debug)]
+pub struct Floor {
+    cells: Box<[Cell]>,
+    grid: NearGrid,
+    footprint: Footprint,
+    geometry: ScanGeometry,
+    /// The smallest free range of three neighbouring beams.
+    narrowed_m: Box<[f32]>,
+    /// Cells of the near grid that some tube asks about.
+    asked: Box<[u32]>,
+    /// Words of the near grid; set where the floor is not known.
+    unknown: Box<[u64]>,
+    kept_mm: u32,
+    driven_m: f64,
+    pose: Option<Pose2>,
+}
+
+impl Floor {
+    /// Nothing known. `mask` has the cells of the grid that are asked about; without any it does nothing.
+    #[must_use]
+    pub fn new(
+        grid: NearGrid,
+        footprint: Footprint,
+        geometry: ScanGeometry,
+        mask: &[u64],
+        kept_m: f64,
+    ) -> Self {
+        let is_set = |cell: &usize| {
+            mask.get(cell / 64)
+                .is_some_and(|w| w >> (cell % 64) & 1 != 0)
+        };
+        let asked: Box<[u32]> = (0..grid.cells())
+            .filter(is_set)
+            .map(|cell| cell as u32)
+            .collect();
+        let (cells, beams) = if asked.is_empty() {
+            (0, 0)
+        } else {
+            (SIDE * SIDE, geometry.beams)
+        };
+        Self {
+            cells: vec![Cell::default(); cells].into_boxed_slice(),
+            grid,
+            footprint,
+            geometry,
+            narrowed_m: vec![0.0; beams].into_boxed_slice(),
+            asked,
+            unknown: vec![u64::MAX; grid.words()].into_boxed_slice(),
+            kept_mm: (kept_m.max(0.0) * 1e3) as u32,
+            driven_m: 0.0,
+            pose: None,
+        }
+    }
+
+    /// Bits of the near grid about the robot at the newest scan: the floor there is not known to be free.
+    #[must_use]
+    pub fn unknown(&self) -> &[u64] {
+        &self.unknown
+    }
+
+    /// Forgets everything, as when the odometry frame jumps.
+    pub fn clear(&mut self) {
+        self.cells.fill(Cell::default());
+        self.unknown.fill(u64::MAX);
+        self.pose = None;
+    }
+
+    /// Takes what a scan says of the floor about the robot.
+    pub fn observe(&mut self, scan: &AlignedScan, known: &KnownRanges) {
+        let pose = scan.odom_pose();
+        if self.asked.is_empty() {
+            return;
+        }
+        if !(pose.x_m.abs() < FARTHEST_M && pose.y_m.abs() < FARTHEST_M) {
+            self.clear();
+            return;
+        }
+        if let Some(before) = self.pose {
+            self.driven_m += before.position().distance_m(pose.position());
+        }
+        self.pose = Some(pose);
+        self.narrow(known);
+        self.look(pose);
+        self.ask(pose);
+    }
+
+    /// Of neighbouring beams the shortest: a thing between two of them hides from neither.
+    fn narrow(&mut self, known: &KnownRanges) {
+        let ranges_m = &known.as_array()[..self.geometry.beams];
+        for (narrow_m, three) in self.narrowed_m[1..].iter_mut().zip(ranges_m.windows(3)) {
+            *narrow_m = three[0].min(three[1]).min(three[2]);
+        }
+    }
+
+    /// Marks the cells about the robot that are seen free or stood upon, and unmarks those that are seen occupied.
+    fn look(&mut self, pose: Pose2) {
+        let cell_m = self.grid.cell_m();
+        let now_mm = self.now_mm();
+        let count = (2.0 * self.grid.half_m() / cell_m) as i64 + 1;
+        let corner = |at_m: f64| ((at_m - self.grid.half_m()) / cell_m).floor() as i64;
+        let (column_0, row_0) = (corner(pose.x_m), corner(pose.y_m));
+        let (sin, cos) = pose.theta_rad.sin_cos();
+        let (mount_sin, mount_cos) = self.geometry.mount.theta_rad.sin_cos();
+        let mount = self.geometry.mount.position();
+        let half = (self.geometry.beams - 1) as f32 / 2.0;
+        let middle_rad =
+            self.geometry.angle_first_rad as f32 + self.geometry.angle_step_rad as f32 * half;
+        let per_rad = 1.0 / self.geometry.angle_step_rad as f32;
+        let last = self.geometry.beams as f32 - 2.0;
+        let margin_m = cell_m as f32 / 2.0;
+        for row in row_0..row_0 + count {
+            let y_m = (row as f64 + 0.5) * cell_m - pose.y_m;
+            for column in column_0..column_0 + count {
+                let x_m = (column as f64 + 0.5) * cell_m - pose.x_m;
+                let in_base = Point2::new(cos * x_m + sin * y_m, cos * y_m - sin * x_m);
+                let cell = &mut self.cells[place(column, row)];
+                if self.footprint.contains(in_base) {
+                    *cell = Cell::new(column, row, now_mm);
+                    continue;
+                }
+                let off = in_base - mount;
+                let ahead_m = (mount_cos * off.x_m + mount_sin * off.y_m) as f32;
+                let aside_m = (mount_cos * off.y_m - mount_sin * off.x_m) as f32;
+                let range_m = (ahead_m * ahead_m + aside_m * aside_m).sqrt();
+                let beam = wrapped(direction_rad(aside_m, ahead_m) - middle_rad) * per_rad + half;
+                if !(beam >= 1.0 && beam < last) || f64::from(range_m) < self.geometry.range_min_m {
+                    continue;
+                }
+                let free_m = self.narrowed_m[(beam + 0.5) as usize];
+                if free_m > range_m + margin_m {
+                    *cell = Cell::new(column, row, now_mm);
+                } else if free_m > range_m - 2.0 * margin_m && cell.stands_for(column, row) {
+                    cell.at_mm = 0;
+                }
+            }
+        }
+    }
+
+    /// Brings what is known to where the robot is.
+    fn ask(&mut self, pose: Pose2) {
+        let cell_m = self.grid.cell_m();
+        let now_mm = self.now_mm();
+        let (sin, cos) = pose.theta_rad.sin_cos();
+        for &asked in &self.asked {
+            let centre = self.grid.centre(asked as usize);
+            // Between the middles of four cells: all of them must be known.
+            let column = (pose.x_m + cos * centre.x_m - sin * centre.y_m) / cell_m - 0.5;
+            let row = (pose.y_m + sin * centre.x_m + cos * centre.y_m) / cell_m - 0.5;
+            let (column, row) = (column.floor() as i64, row.floor() as i64);
+            let is_known = |column: i64, row: i64| {
+                let cell = &self.cells[place(column, row)];
+                cell.at_mm > 0
+                    && cell.stands_for(column, row)
+                    && now_mm - cell.at_mm <= self.kept_mm
+            };
+            let known = is_known(column, row)
+                && is_known(column + 1, row)
+                && is_known(column, row + 1)
+                && is_known(column + 1, row + 1);
+            let bit = 1 << (asked % 64);
+            let word = &mut self.unknown[asked as usize / 64];
+            *word = if known { *word & !bit } else { *word | bit };
+        }
+    }
+
+    /// Never 0.
+    fn now_mm(&self) -> u32 {
+        1 + (self.driven_m * 1e3) as u32
+    }
+}
+
+impl Cell {
+    fn new(column: i64, row: i64, at_mm: u32) -> Self {
+        Self {
+            column: column as i16,
+            row: row as i16,
+            at_mm,
+        }
+    }
+
+    /// Cells with the same numbers are hundreds of metres apart, farther than anything is kept.
+    fn stands_for(&self, column: i64, row: i64) -> bool {
+        self.column == column as i16 && self.row == row as i16
+    }
+}
+
+fn place(column: i64, row: i64) -> usize {
+    let side = SIDE as i64;
+    (row.rem_euclid(side) * side + column.rem_euclid(side)) as usize
+}
+
+fn wrapped(angle_rad: f32) -> f32 {
+    use std::f32::consts::{PI, TAU};
+    if angle_rad > PI {
+        angle_rad - TAU
+    } else if angle_rad <= -PI {
+        angle_rad + TAU
+    } else {
+        angle_rad
+    }
+}
+
+/// Arc tangent of `y / x` in all quadrants to 0.00002 rad, a small part of a beam, without a call.
+fn direction_rad(y: f32, x: f32) -> f32 {
+    use std::f32::consts::{FRAC_PI_2, PI};
+    let (large, small) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
+    let slope = if large > 0.0 { small / large } else { 0.0 };
+    let square = slope * slope;
+    let series = [
+        -0.011_721_2,
+        0.052_653_32,
+        -0.116_432_87,
+        0.193_543_46,
+        -0.332_623_47,
+        0.999_977_26,
+    ];
+    let angle = slope * series.iter().fold(0.0, |sum, term| sum * square + term);
+    let angle = if y.abs() > x.abs() {
+        FRAC_PI_2 - angle
+    } else {
+        angle
+    };
+    let angle = if x < 0.0 { PI - angle } else { angle };
+    if y < 0.0 { -angle } else { angle }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_as_good_as_the_libraries() {
+        for i in 0..10_000 {
+            let angle_rad = -3.14 + 6.28e-4 * i as f32;
+            let found_rad = direction_rad(angle_rad.sin(), angle_rad.cos());
+            assert!((found_rad - angle_rad).abs() < 3e-5, "{angle_rad}");
+        }
+        assert_eq!(direction_rad(0.0, 0.0), 0.0);
+    }
+}
