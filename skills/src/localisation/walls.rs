@@ -1,15 +1,23 @@
 //! Corrections by every mapped wall in view.
 
 use super::{PoseFilter, ScanVerdict};
-use crate::geometry::{Pose2, wrap_angle};
+use crate::geometry::{Pose2, Twist2, wrap_angle};
+use crate::perception::WallFit;
 use crate::perception::walls::{BeamCounts, SeenWall, WallMatcher};
 use crate::scan::AlignedScan;
+use nalgebra::{Matrix2, Matrix3, Vector3};
 
 /// A scan is matched again from the corrected pose, at most so often,
 const PASSES: usize = 3;
 /// when the correction was larger than this.
 const AGAIN_M: f64 = 0.05;
 const AGAIN_RAD: f64 = 0.03;
+
+/// Beams, encoders and clocks agree about time to this.
+const TIMING_STD_S: f64 = 0.003;
+/// What no number of scans averages away: the map's own errors, the mounting.
+const FLOOR_STD_M: f64 = 0.003;
+const FLOOR_STD_RAD: f64 = 0.001;
 
 /// What ends a long contradiction covers so much wall, and so much of what lies in the gate.
 const SUBSTANTIAL_M: f64 = 1.0;
@@ -54,7 +62,7 @@ impl PoseFilter {
                 view = trial;
                 continue;
             }
-            let verdict = if beams.contradict() {
+            let verdict = if beams.walls_through > 0 {
                 ScanVerdict::Contradicted
             } else if corrected > 0 {
                 ScanVerdict::Corrected
@@ -80,14 +88,28 @@ impl PoseFilter {
         let (mut corrected, mut refused) = (0, 0);
         // After long contradiction the gates are wide: a robot's side must not pass for a wall then.
         let insisted = self.doubt.insisted();
+        let twist = self.last.map_or(Twist2::default(), |last| last.twist);
+        let late_m2 = (TIMING_STD_S * twist.v_m_s).powi(2);
+        let late_rad2 = (TIMING_STD_S * twist.omega_rad_s).powi(2);
+        let timing = Matrix2::new(late_m2, 0.0, 0.0, late_rad2);
         for wall in seen {
             let substantial =
                 wall.fit.covered_m >= SUBSTANTIAL_M && wall.fit.share >= SUBSTANTIAL_SHARE;
-            if (substantial || !insisted) && self.correct(&wall.line, &wall.fit) {
+            let fit = WallFit {
+                covariance: wall.fit.covariance + timing,
+                ..wall.fit
+            };
+            if (substantial || !insisted) && self.correct(&wall.line, &fit) {
                 corrected += 1;
             } else {
                 refused += 1;
             }
+        }
+        if corrected > 0 {
+            let position = FLOOR_STD_M.powi(2) + late_m2;
+            let least = Vector3::new(position, position, FLOOR_STD_RAD.powi(2) + late_rad2);
+            let lacking = (least - self.covariance.diagonal()).map(|lack| lack.max(0.0));
+            self.covariance += Matrix3::from_diagonal(&lacking);
         }
         (corrected, refused)
     }

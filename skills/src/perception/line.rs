@@ -29,6 +29,8 @@ const END_MARGIN_SHARE: f64 = 0.15;
 const INLIER_SIGMA: f64 = 2.5;
 /// Directions of beams are not exact either.
 const BEARING_STD_RAD: f64 = 0.002;
+/// With so many points a line is only half as certain as their noise says.
+const FEW_POINTS: f64 = 30.0;
 /// What no number of points averages away: mounting, calibration, a wall that is not straight.
 const FLOOR_ACROSS_M: f64 = 0.004;
 const FLOOR_ANGLE_RAD: f64 = 0.002;
@@ -69,6 +71,8 @@ pub struct LineFitter {
     length_m: f64,
     /// Of the sensor, in the coordinates of the expected wall.
     eye: Point2,
+    /// As far as the sensor sees.
+    sight_m: f64,
     gains: PerceptionGains,
 }
 
@@ -82,6 +86,7 @@ impl LineFitter {
             unit: Point2::default(),
             length_m: 0.0,
             eye: Point2::default(),
+            sight_m: f64::INFINITY,
             gains,
         }
     }
@@ -96,16 +101,17 @@ impl LineFitter {
         min_span_m: f64,
     ) -> Option<WallFit> {
         // The sensor is somewhere on the robot: near enough to tell before the wall from behind it.
-        self.begin(expected, Point2::default());
+        self.begin(expected, Point2::default(), f64::INFINITY);
         for &point in points {
             self.offer(point, gate_m);
         }
         self.solve(min_span_m)
     }
 
-    /// Starts over with an expected wall, seen by a sensor at `eye`; both in `base_link`.
-    pub(super) fn begin(&mut self, expected: &Segment, eye: Point2) {
+    /// Starts over with an expected wall, seen by a sensor at `eye` as far as `sight_m`; both in `base_link`.
+    pub(super) fn begin(&mut self, expected: &Segment, eye: Point2, sight_m: f64) {
         self.near.clear();
+        self.sight_m = sight_m;
         self.expected = *expected;
         self.unit = expected.unit();
         self.length_m = expected.length_m();
@@ -146,8 +152,25 @@ impl LineFitter {
         for point in &mut self.near {
             point.share = 1.0 / f64::from(counts[piece(point)]);
         }
-        let line = self.refine(self.start(min_span_m)?)?;
+        let mut line = self.refine(self.start(min_span_m)?)?;
+        if self.leave_out_of_sight(&line) {
+            line = self.refine(line)?;
+        }
         self.describe(&line, min_span_m)
+    }
+
+    /// Where the wall passes out of sight, noise lets only those points through that came out short. Takes them all out;
+    /// `false`: there were none.
+    fn leave_out_of_sight(&mut self, line: &Line) -> bool {
+        let (before, eye, sight_m) = (self.near.len(), self.eye, self.sight_m);
+        let least_std_m = self.gains.range_std_m;
+        self.near.retain(|point| {
+            let on_line_m = point.across_m - line.residual_m(point);
+            let range_m = Point2::new(point.along_m, on_line_m).distance_m(eye);
+            let std_m = least_std_m.max(RANGE_STD_SHARE * range_m);
+            range_m + INLIER_SIGMA * std_m < sight_m
+        });
+        self.near.len() < before
     }
 
     /// A point of `base_link` in the coordinates of the expected wall.
@@ -260,8 +283,9 @@ impl LineFitter {
         if inliers < self.gains.min_points || share < MIN_SHARE || covered_m < min_span_m {
             return None;
         }
-        // Points that scatter more than their noise explains make the line less certain.
-        let inflation = (misfit / inliers as f64).max(1.0);
+        // Points that scatter more than their noise explains make the line less certain,
+        // and few points leave open which of them belong to it.
+        let inflation = (misfit / inliers as f64).max(1.0) * (1.0 + FEW_POINTS / inliers as f64);
         let across_variance = inflation / weights + FLOOR_ACROSS_M.powi(2);
         let angle_variance = inflation / spread + FLOOR_ANGLE_RAD.powi(2);
 

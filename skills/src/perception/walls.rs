@@ -6,8 +6,9 @@
 //! wall's points then go to the robust fit of [`line`](super::line): boxes, people and robots standing before a wall are
 //! left out there, and a fit that covers too little is no wall.
 //!
-//! The matcher also judges the scan as a whole: beams that end *before* the wall are obstacles, which there always are,
-//! but beams that pass *through* walls say that the pose, or the map, is wrong.
+//! Nothing is seen through a wall. A line beyond which much is seen, where the wall should still be, is the side of
+//! something that stands before it, and no wall. And where beams pass through a wall itself, the pose or the map is
+//! wrong; beams that end before it only say that something stands there.
 //!
 //! Real time: [`WallMatcher::observe`] neither allocates nor locks nor panics. Its time grows with walls times the
 //! directions they span, plus beams times [`PAIRS`](super::line); it is bounded for a map and a sensor.
@@ -33,6 +34,18 @@ const MIN_SPAN_SHARE: f64 = 0.5;
 const LEAST_SPAN_M: f64 = 0.15;
 /// Of the beams that should hit a wall, this share must.
 const MIN_BEAM_SHARE: f64 = 0.15;
+/// Coverage is counted in pieces of this length.
+const PIECE_M: f64 = 0.1;
+/// A beam passes through a line when it ends this far beyond it, and so many standard deviations of its noise.
+const BEYOND_M: f64 = 0.03;
+const BEYOND_SIGMA: f64 = 2.0;
+/// Near the ends of a wall nobody knows whether a beam passes through or beside it.
+const END_SLACK_M: f64 = 0.10;
+/// A wall may look open for this share of what is seen of it: dark paint, a door.
+const MAX_THROUGH_SHARE: f64 = 0.35;
+/// A wall of which this much, and this share of what should be in view, is looked through is not there.
+const MISSING_M: f64 = 0.6;
+const MISSING_SHARE: f64 = 0.5;
 /// So much wall in view is enough to expect that the scan shows some of it.
 const EXPECTED_M: f64 = 0.6;
 /// Walls that one scan can report.
@@ -49,25 +62,15 @@ pub struct SeenWall {
     pub fit: WallFit,
 }
 
-/// How the beams of a scan agree with the map, as far as they point at walls within range.
+/// How the beams of a scan agree with the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BeamCounts {
-    /// Should hit a wall.
+    /// Should hit a wall within range.
     pub expected: u32,
     /// End at a wall.
     pub agreeing: u32,
-    /// End before it: something stands there.
-    pub short: u32,
-    /// Pass through it: impossible when pose and map are right.
-    pub through: u32,
-}
-
-impl BeamCounts {
-    /// So much passes through walls that pose and map cannot both be right.
-    #[must_use]
-    pub fn contradict(&self) -> bool {
-        self.through >= 20 && 2 * self.through > self.agreeing + self.short
-    }
+    /// Walls that should be in view, but that most beams pass through: impossible when pose and map are right.
+    pub walls_through: u32,
 }
 
 /// What one scan showed of the map's walls.
@@ -91,12 +94,14 @@ struct Tally {
     to_m: f64,
 }
 
-/// A beam's end that was given to a wall.
+/// A beam, placed in `base_link` now.
 #[derive(Clone, Copy, Debug)]
-struct Given {
-    wall: u32,
+struct Beam {
+    end: Point2,
+    range_std_m: f64,
+    /// The wall that it was given to, and how far from it that wall is looked for.
+    wall: Option<u32>,
     gate_m: f64,
-    point: Point2,
 }
 
 /// Matches scans with the walls of one map; holds the memory that this needs.
@@ -105,7 +110,7 @@ pub struct WallMatcher {
     walls: Box<[Segment]>,
     tallies: Box<[Tally]>,
     view: View,
-    given: Vec<Given>,
+    beams: Vec<Beam>,
     fitter: LineFitter,
     gains: PerceptionGains,
     seen: Vec<SeenWall>,
@@ -120,7 +125,7 @@ impl WallMatcher {
             tallies: vec![Tally::default(); walls.len()].into_boxed_slice(),
             walls,
             view: View::new(),
-            given: Vec::with_capacity(beams),
+            beams: Vec::with_capacity(beams),
             fitter: LineFitter::new(beams, gains),
             gains,
             seen: Vec::with_capacity(MAX_SEEN_WALLS),
@@ -139,7 +144,7 @@ impl WallMatcher {
         covariance: &Matrix3<f64>,
     ) -> WallScan<'_> {
         self.seen.clear();
-        self.given.clear();
+        self.beams.clear();
         let mut beams = BeamCounts::default();
         let mut expected = false;
         let sound = since.is_finite()
@@ -150,7 +155,8 @@ impl WallMatcher {
             self.view
                 .look(&self.walls, pose.compose(eye), scan.geometry().range_max_m);
             beams = self.give(scan, since, eye, pose, covariance);
-            expected = self.fit_all(eye.position(), pose);
+            let eye = eye.position();
+            expected = self.fit_all(scan, eye, pose, covariance, &mut beams);
         }
         WallScan {
             seen: &self.seen,
@@ -176,16 +182,15 @@ impl WallMatcher {
     ) -> BeamCounts {
         self.tallies.fill(Tally::default());
         let mut counts = BeamCounts::default();
-        let range_max_m = scan.geometry().range_max_m;
         let eye_in_map = pose.transform(eye.position());
         let turn_std_rad = covariance[(2, 2)].max(0.0).sqrt();
         let shift_std_m = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt();
         for beam in scan.points() {
-            if beam.state == BeamState::Unknown {
+            if beam.state == BeamState::Unknown || self.beams.len() == self.beams.capacity() {
                 continue;
             }
-            let point = since.transform(beam.point);
-            let in_map = pose.transform(point);
+            let end = since.transform(beam.point);
+            let in_map = pose.transform(end);
             let ray = in_map - eye_in_map;
             let range_m = ray.norm_m();
             if !(range_m > 1e-3 && range_m.is_finite()) {
@@ -200,33 +205,19 @@ impl WallMatcher {
             }
             let arm = in_map - pose.position();
             let range_std_m = self.gains.range_std_m.max(RANGE_STD_SHARE * range_m);
-            if beam.state == BeamState::Hit
-                && let Some((wall, gate_m)) =
-                    self.choose(&expected, in_map, arm, ray, range_std_m, covariance)
-            {
+            let chosen = (beam.state == BeamState::Hit)
+                .then(|| self.choose(&expected, in_map, arm, ray, range_std_m, covariance))
+                .flatten();
+            if let Some((wall, _)) = chosen {
                 counts.agreeing += 1;
                 self.tallies[wall].given += 1;
-                if self.given.len() < self.given.capacity() {
-                    let wall = wall as u32;
-                    self.given.push(Given {
-                        wall,
-                        gate_m,
-                        point,
-                    });
-                }
-            } else if expected.nearest.is_some() {
-                let slack_m = GATE_MIN_M + GATE_SIGMA * (shift_std_m + range_std_m);
-                match expected.farthest_m {
-                    Some(farthest_m)
-                        if range_m > farthest_m + slack_m + GATE_SIGMA * range_std_m
-                            && farthest_m + slack_m < range_max_m =>
-                    {
-                        counts.through += 1;
-                    }
-                    _ if beam.state == BeamState::Hit => counts.short += 1,
-                    _ => {}
-                }
             }
+            self.beams.push(Beam {
+                end,
+                range_std_m,
+                wall: chosen.map(|(wall, _)| wall as u32),
+                gate_m: chosen.map_or(0.0, |(_, gate_m)| gate_m),
+            });
         }
         counts
     }
@@ -276,37 +267,118 @@ impl WallMatcher {
     }
 
     /// Fits every wall that was given points; says whether enough wall should be in view.
-    fn fit_all(&mut self, eye: Point2, pose: Pose2) -> bool {
+    fn fit_all(
+        &mut self,
+        scan: &AlignedScan,
+        eye: Point2,
+        pose: Pose2,
+        covariance: &Matrix3<f64>,
+        counts: &mut BeamCounts,
+    ) -> bool {
+        let sight_m = scan.geometry().range_max_m;
         let mut expected_m = 0.0;
         for wall in 0..self.walls.len() {
             let tally = self.tallies[wall];
-            let visible_m = tally.to_m - tally.from_m;
-            expected_m += visible_m;
-            let enough = tally.given as usize >= self.gains.min_points
-                && f64::from(tally.given) >= MIN_BEAM_SHARE * f64::from(tally.expected);
-            if !enough {
+            if tally.expected == 0 && tally.given == 0 {
                 continue;
             }
+            let visible_m = tally.to_m - tally.from_m;
+            expected_m += visible_m;
             let line = self.walls[wall];
-            self.fitter.begin(&line.seen_from(pose), eye);
-            for given in self
-                .given
-                .iter()
-                .filter(|given| given.wall as usize == wall)
-            {
-                self.fitter.offer(given.point, given.gate_m);
+            let in_base = line.seen_from(pose);
+            let ends_m = END_SLACK_M + GATE_SIGMA * std_along_m(covariance, line.unit());
+            let enough = tally.given as usize >= self.gains.min_points
+                && f64::from(tally.given) >= MIN_BEAM_SHARE * f64::from(tally.expected);
+            let fit = if enough {
+                self.fit(wall, &in_base, eye, sight_m, visible_m)
+            } else {
+                None
+            };
+            if let Some(fit) = fit {
+                let found = found_line(&in_base, &fit);
+                let through_m = self.seen_through_m(&found, eye, ends_m, 0.0);
+                if through_m <= MAX_THROUGH_SHARE * fit.covered_m
+                    && self.seen.len() < self.seen.capacity()
+                {
+                    self.seen.push(SeenWall { wall, line, fit });
+                    continue;
+                }
             }
-            let span_m = MIN_SPAN_M.min(MIN_SPAN_SHARE * visible_m).max(LEAST_SPAN_M);
-            if let Some(fit) = self.fitter.solve(span_m)
-                && self.seen.len() < self.seen.capacity()
-            {
-                self.seen.push(SeenWall { wall, line, fit });
+            // Nothing there that could be the wall. Is it hidden, or is it not there?
+            let unit = line.unit();
+            let across_m = GATE_SIGMA * std_along_m(covariance, Point2::new(-unit.y_m, unit.x_m));
+            let through_m = self.seen_through_m(&in_base, eye, ends_m, across_m);
+            if through_m >= MISSING_M.max(MISSING_SHARE * visible_m) {
+                counts.walls_through += 1;
             }
         }
         self.seen
             .sort_unstable_by(|one, other| other.fit.covered_m.total_cmp(&one.fit.covered_m));
         expected_m >= EXPECTED_M
     }
+
+    fn fit(
+        &mut self,
+        wall: usize,
+        in_base: &Segment,
+        eye: Point2,
+        sight_m: f64,
+        visible_m: f64,
+    ) -> Option<WallFit> {
+        self.fitter.begin(in_base, eye, sight_m);
+        for beam in &self.beams {
+            if beam.wall == Some(wall as u32) {
+                self.fitter.offer(beam.end, beam.gate_m);
+            }
+        }
+        let span_m = MIN_SPAN_M.min(MIN_SPAN_SHARE * visible_m).max(LEAST_SPAN_M);
+        self.fitter.solve(span_m)
+    }
+
+    /// How much of a segment (in `base_link`) beams pass through, its ends left out; `slack_m` beyond it still count as
+    /// on it.
+    fn seen_through_m(&self, segment: &Segment, eye: Point2, ends_m: f64, slack_m: f64) -> f64 {
+        let (unit, length_m) = (segment.unit(), segment.length_m());
+        let eye_m = unit.cross(eye - segment.a);
+        let eye_along_m = unit.dot(eye - segment.a);
+        let mut pieces = 0u128;
+        for beam in &self.beams {
+            let from_start = beam.end - segment.a;
+            let beyond_m = -unit.cross(from_start) * eye_m.signum();
+            let depth_m = beyond_m + eye_m.abs();
+            if beyond_m <= 0.0 || depth_m <= 1e-3 {
+                continue;
+            }
+            let share = eye_m.abs() / depth_m;
+            let along_m = eye_along_m + share * (unit.dot(from_start) - eye_along_m);
+            let range_m = beam.end.distance_m(eye);
+            let noise_m = beam.range_std_m * depth_m / range_m.max(1e-3);
+            if beyond_m > slack_m + BEYOND_M + BEYOND_SIGMA * noise_m
+                && along_m > ends_m
+                && along_m < length_m - ends_m
+            {
+                let piece = ((along_m - eye_along_m) / PIECE_M).floor() + 64.0;
+                pieces |= 1 << (piece.clamp(0.0, 127.0) as u32);
+            }
+        }
+        PIECE_M * f64::from(pieces.count_ones())
+    }
+}
+
+/// Standard deviation of the position along a direction of `map`.
+fn std_along_m(covariance: &Matrix3<f64>, unit: Point2) -> f64 {
+    let model = Vector3::new(unit.x_m, unit.y_m, 0.0);
+    model.dot(&(covariance * model)).max(0.0).sqrt()
+}
+
+/// The expected wall (in `base_link`) where the fit has it.
+fn found_line(expected: &Segment, fit: &WallFit) -> Segment {
+    let (sin, cos) = (-fit.heading_rad).sin_cos();
+    let unit = Point2::new(cos, sin);
+    let normal = Point2::new(-sin, cos);
+    // `base_link` lies `lateral_m` to the left of the line.
+    let place = |point: Point2| unit * unit.dot(point) - normal * fit.lateral_m;
+    Segment::new(place(expected.a), place(expected.b))
 }
 
 #[cfg(test)]

@@ -27,8 +27,6 @@ pub(super) struct Expected {
     candidates: [Bin; 5],
     /// The wall in just that direction, and how far off.
     pub(super) nearest: Option<(usize, f64)>,
-    /// How far the farthest of the candidates is; none when a direction close by is open.
-    pub(super) farthest_m: Option<f64>,
 }
 
 impl Expected {
@@ -113,10 +111,6 @@ impl View {
             at(spread),
             at(BINS - spread),
         ];
-        let farthest = candidates
-            .iter()
-            .map(|bin| f64::from(bin.range_m))
-            .fold(0.0, f64::max);
         Expected {
             candidates,
             nearest: (candidates[0].wall != u32::MAX).then(|| {
@@ -125,7 +119,6 @@ impl View {
                     f64::from(candidates[0].range_m),
                 )
             }),
-            farthest_m: farthest.is_finite().then_some(farthest),
         }
     }
 }
