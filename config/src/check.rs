@@ -3,9 +3,11 @@
 //! References are always checked. What computes with numbers runs only when the
 //! numbers were readable; a placeholder (NaN) compares as false and stays silent.
 
+mod floor;
 mod fsm;
 mod map;
 mod robot;
+mod room;
 mod skills;
 mod states;
 mod threads;
@@ -31,6 +33,9 @@ pub(crate) fn site(site: &SiteConfig, report: &Report) {
     // Geometry and meaning need every name and number of the sections they look at.
     if !report.touched(&["walls", "lanes", "areas", "perception"]) {
         map::geometry(site, report);
+        if !report.touched(&["walls", "lanes", "areas", "robots"]) {
+            floor::check(site, report);
+        }
     }
     if !report.touched(&["perception", "monitors", "skills"]) {
         skills::meaning(site, report);

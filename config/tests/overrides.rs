@@ -312,13 +312,13 @@ fn files_that_do_not_fit_together() {
             Inconsistent,
         ),
         (
-            ("right_m = 0.15", "right_m = 0.55"),
+            ("right_m = 0.15", "right_m = 1.15"),
             same_site,
             [
                 "site.toml",
-                "lanes.shoulder",
-                "a lane 0.400 m from wall `south`",
-                "more than 0.55 m",
+                "lanes.east",
+                "a lane 1.100 m from wall `south`",
+                "more than 1.15 m",
             ],
             Inconsistent,
         ),

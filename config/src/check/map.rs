@@ -233,7 +233,11 @@ pub(super) fn starts(site: &SiteConfig, report: &Report) {
                 format!("at most its capacity, {}", area.capacity),
             );
         }
-        let Some(lane) = area.lane.as_deref().and_then(|lane| site.lane(lane)) else {
+        let own = first.and_then(|state| state.lane.as_deref());
+        let Some(lane) = own
+            .or(area.lane.as_deref())
+            .and_then(|lane| site.lane(lane))
+        else {
             continue;
         };
         let off_m = distance_to_segment(at_m, lane.from_m, lane.to_m);

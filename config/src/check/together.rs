@@ -1,7 +1,8 @@
 //! What only the robot's and the site's file together can tell.
 
+use crate::check::room;
 use crate::diagnostic::{ConfigError, Problem, ProblemKind};
-use crate::geometry::{distance_to_segment, segments_meet};
+use crate::geometry::segments_meet;
 use crate::hint;
 use crate::robot::RobotConfig;
 use crate::site::{ControllerConfig, FsmConfig, SiteConfig, SiteRobot};
@@ -20,10 +21,10 @@ pub fn check_together(robot: &RobotConfig, site: &SiteConfig) -> Result<(), Conf
             start_is_free(robot, site, entry, &mut problems);
             if let Some(fsm) = site.fsm.get(&entry.role) {
                 skills(robot, site, fsm, &mut problems);
+                room::check(robot, site, &entry.role, fsm, &mut problems);
             }
         }
     }
-    lanes_are_wide_enough(robot, site, &mut problems);
     if problems.is_empty() {
         Ok(())
     } else {
@@ -180,30 +181,5 @@ fn room_to_turn(
             format!("{distance_m:?}"),
             format!("above {reach_m:.3} m, which the body takes to turn before the wall"),
         ));
-    }
-}
-
-fn lanes_are_wide_enough(robot: &RobotConfig, site: &SiteConfig, problems: &mut Vec<Problem>) {
-    let half_width_m = robot.footprint.left_m.max(robot.footprint.right_m);
-    for lane in &site.lanes {
-        for wall in &site.walls {
-            let distance_m = [wall.from_m, wall.to_m]
-                .iter()
-                .map(|&end| distance_to_segment(end, lane.from_m, lane.to_m))
-                .chain(
-                    [lane.from_m, lane.to_m]
-                        .iter()
-                        .map(|&end| distance_to_segment(end, wall.from_m, wall.to_m)),
-                )
-                .fold(f64::INFINITY, f64::min);
-            if distance_m <= half_width_m {
-                problems.push(site.origin.problem(
-                    ProblemKind::Inconsistent,
-                    &format!("lanes.{}", lane.id),
-                    format!("a lane {distance_m:.3} m from wall `{}`", wall.id),
-                    format!("more than {half_width_m} m, half of the robot's width"),
-                ));
-            }
-        }
     }
 }

@@ -1,0 +1,289 @@
+//! The floor: lanes without gaps, areas on one piece of floor, areas that can be reached.
+
+use std::collections::BTreeSet;
+
+use crate::diagnostic::ProblemKind;
+use crate::geometry::{Rect, segments_meet};
+use crate::hint;
+use crate::report::Report;
+use crate::site::{Area, Lane, SiteConfig};
+
+/// Narrower holes and strips are rounding, metres.
+const SLIVER_M: f64 = 0.02;
+/// Resolution of the floor, metres, as long as an area has no more cells to a side.
+const CELL_M: f64 = 0.05;
+const MOST_CELLS: usize = 300;
+/// Where in its cell a point stands: not on round numbers, where walls are.
+const MIDDLE: f64 = 0.4873;
+/// Less floor behind a wall than this share of the area is rounding.
+const CUT_SHARE: f64 = 0.01;
+/// Two areas are neighbours when so much of their border is open, metres.
+const OPENING_M: f64 = 0.20;
+
+pub(super) fn check(site: &SiteConfig, report: &Report) {
+    for lane in &site.lanes {
+        no_gap(site, lane, report);
+    }
+    for area in &site.areas {
+        on_one_floor(site, area, report);
+    }
+    // What sticks through a wall is not reached through it.
+    if !report.touched(&["areas"]) {
+        reachable(site, report);
+    }
+}
+
+/// Everywhere along a lane there must be an area.
+fn no_gap(site: &SiteConfig, lane: &Lane, report: &Report) {
+    let key = format!("lanes.{}", lane.id);
+    let length_m = (lane.to_m[0] - lane.from_m[0]).hypot(lane.to_m[1] - lane.from_m[1]);
+    if report.touched(&[&key]) || length_m < SLIVER_M {
+        return;
+    }
+    let mut covered: Vec<(f64, f64, &str)> = site
+        .areas
+        .iter()
+        .filter_map(|area| {
+            let (enter, leave) = area.region.clip(lane.from_m, lane.to_m)?;
+            Some((enter * length_m, leave * length_m, area.id.as_str()))
+        })
+        .collect();
+    covered.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let (mut reached_m, mut last) = (0.0, "");
+    for (enter_m, leave_m, area) in covered {
+        if enter_m > reached_m + SLIVER_M {
+            let at = |along_m: f64| {
+                let share = along_m / length_m;
+                let axis = |i: usize| lane.from_m[i] + share * (lane.to_m[i] - lane.from_m[i]);
+                format!("({}, {})", hint::rounded(axis(0)), hint::rounded(axis(1)))
+            };
+            report.wrong(
+                ProblemKind::Inconsistent,
+                &key,
+                format!(
+                    "a gap of {:.3} m between areas `{last}` and `{area}`, from {} to {}",
+                    enter_m - reached_m,
+                    at(reached_m),
+                    at(enter_m)
+                ),
+                "areas all along the lane, each beginning where the one before ends",
+            );
+            return;
+        }
+        if leave_m > reached_m {
+            (reached_m, last) = (leave_m, area);
+        }
+    }
+}
+
+/// No wall may cut off a part of an area: its border would lie outside the floor.
+fn on_one_floor(site: &SiteConfig, area: &Area, report: &Report) {
+    let key = format!("areas.{}.region", area.id);
+    if report.touched(&[&key]) {
+        return;
+    }
+    let walls: Vec<(&str, [f64; 2], [f64; 2])> = site
+        .walls
+        .iter()
+        .filter(|wall| area.region.clip(wall.from_m, wall.to_m).is_some())
+        .map(|wall| (wall.id.as_str(), wall.from_m, wall.to_m))
+        .collect();
+    let cells = Cells::new(&area.region);
+    let blocked = |one: [f64; 2], other: [f64; 2]| {
+        walls
+            .iter()
+            .find(|(_, from_m, to_m)| segments_meet((one, other), (*from_m, *to_m)))
+            .map(|(id, ..)| *id)
+    };
+    let (reached, by) = cells.flood(cells.near(seed(site, area)), blocked);
+    let missing = cells.len() - reached;
+    let Some(wall) = by.filter(|_| missing as f64 > CUT_SHARE * cells.len() as f64) else {
+        return;
+    };
+    let problem = report.problem(
+        ProblemKind::Inconsistent,
+        &key,
+        format!(
+            "a region of which wall `{wall}` cuts off {:.2} m²",
+            missing as f64 * cells.size_m2()
+        ),
+        "a region on one piece of floor, with its border inside the walls",
+    );
+    report.push(
+        report
+            .origin
+            .also(problem, &format!("walls.{wall}"), "the wall"),
+    );
+}
+
+/// A place in the area that is floor: where a lane passes, else its middle.
+fn seed(site: &SiteConfig, area: &Area) -> [f64; 2] {
+    let own = area.lane.as_deref().and_then(|lane| site.lane(lane));
+    let on_lane = own.into_iter().chain(&site.lanes).find_map(|lane| {
+        let (enter, leave) = area.region.clip(lane.from_m, lane.to_m)?;
+        let share = (enter + leave) / 2.0;
+        Some([0, 1].map(|i| lane.from_m[i] + share * (lane.to_m[i] - lane.from_m[i])))
+    });
+    let Rect { min_m, max_m } = area.region;
+    on_lane.unwrap_or([0, 1].map(|i| (min_m[i] + max_m[i]) / 2.0))
+}
+
+/// A rectangle in cells.
+struct Cells {
+    region: Rect,
+    count: [usize; 2],
+}
+
+impl Cells {
+    fn new(region: &Rect) -> Self {
+        let count = [0, 1].map(|axis| {
+            let side_m = region.max_m[axis] - region.min_m[axis];
+            ((side_m / CELL_M).ceil() as usize).clamp(1, MOST_CELLS)
+        });
+        Self {
+            region: *region,
+            count,
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.count[0] * self.count[1]
+    }
+
+    fn side_m(&self, axis: usize) -> f64 {
+        (self.region.max_m[axis] - self.region.min_m[axis]) / self.count[axis] as f64
+    }
+
+    fn size_m2(&self) -> f64 {
+        self.side_m(0) * self.side_m(1)
+    }
+
+    /// The cell that is nearest to a point.
+    fn near(&self, point_m: [f64; 2]) -> [usize; 2] {
+        [0, 1].map(|axis| {
+            let cell = (point_m[axis] - self.region.min_m[axis]) / self.side_m(axis);
+            // What is negative or no number becomes 0.
+            (cell as usize).min(self.count[axis] - 1)
+        })
+    }
+
+    fn centre_m(&self, cell: [usize; 2]) -> [f64; 2] {
+        [0, 1]
+            .map(|axis| self.region.min_m[axis] + (cell[axis] as f64 + MIDDLE) * self.side_m(axis))
+    }
+
+    /// How many cells are reached from one, and a wall that was in the way.
+    fn flood<'w>(
+        &self,
+        from: [usize; 2],
+        blocked: impl Fn([f64; 2], [f64; 2]) -> Option<&'w str>,
+    ) -> (usize, Option<&'w str>) {
+        let index = |cell: [usize; 2]| cell[1] * self.count[0] + cell[0];
+        let mut seen = vec![false; self.len()];
+        seen[index(from)] = true;
+        let (mut reached, mut wall, mut waiting) = (1, None, vec![from]);
+        while let Some(cell) = waiting.pop() {
+            let [x, y] = cell;
+            let neighbours = [
+                (x > 0).then(|| [x - 1, y]),
+                (y > 0).then(|| [x, y - 1]),
+                (x + 1 < self.count[0]).then_some([x + 1, y]),
+                (y + 1 < self.count[1]).then_some([x, y + 1]),
+            ];
+            for next in neighbours.into_iter().flatten() {
+                if seen[index(next)] {
+                    continue;
+                }
+                match blocked(self.centre_m(cell), self.centre_m(next)) {
+                    Some(id) => wall = Some(id),
+                    None => {
+                        seen[index(next)] = true;
+                        reached += 1;
+                        waiting.push(next);
+                    }
+                }
+            }
+        }
+        (reached, wall)
+    }
+}
+
+/// Every area must be connected, over open borders, with the areas where robots start.
+fn reachable(site: &SiteConfig, report: &Report) {
+    let starts: BTreeSet<usize> = (0..site.areas.len())
+        .filter(|&index| {
+            let area = &site.areas[index];
+            site.robots
+                .values()
+                .any(|robot| area.region.contains([robot.start.x_m, robot.start.y_m]))
+        })
+        .collect();
+    // Without a robot, what is connected with the first area counts.
+    let mut reached = if starts.is_empty() {
+        BTreeSet::from([0])
+    } else {
+        starts
+    };
+    let mut waiting: Vec<usize> = reached.iter().copied().collect();
+    while let Some(at) = waiting.pop() {
+        for next in 0..site.areas.len() {
+            if !reached.contains(&next) && neighbours(site, &site.areas[at], &site.areas[next]) {
+                reached.insert(next);
+                waiting.push(next);
+            }
+        }
+    }
+    for (index, area) in site.areas.iter().enumerate() {
+        if !reached.contains(&index) {
+            report.wrong(
+                ProblemKind::Inconsistent,
+                &format!("areas.{}.region", area.id),
+                format!(
+                    "area `{}`, which no robot can reach: no open border joins it to the areas where they start",
+                    area.id
+                ),
+                format!(
+                    "areas that are joined, with at least {OPENING_M} m of border and no wall between"
+                ),
+            );
+        }
+    }
+}
+
+/// Whether a robot can go from one area to the other across a border that they share.
+fn neighbours(site: &SiteConfig, one: &Area, other: &Area) -> bool {
+    (0..2).any(|across| {
+        let along = 1 - across;
+        let (a, b) = (&one.region, &other.region);
+        let border_m = if (a.max_m[across] - b.min_m[across]).abs() < SLIVER_M {
+            a.max_m[across]
+        } else if (b.max_m[across] - a.min_m[across]).abs() < SLIVER_M {
+            a.min_m[across]
+        } else {
+            return false;
+        };
+        let from_m = a.min_m[along].max(b.min_m[along]);
+        let to_m = a.max_m[along].min(b.max_m[along]);
+        let places = ((to_m - from_m) / CELL_M).floor().max(0.0) as usize;
+        let places = places.min(MOST_CELLS);
+        let step_m = (to_m - from_m) / places.max(1) as f64;
+        let open = |place: usize| {
+            let at_m = from_m + (place as f64 + 0.5) * step_m;
+            let point = |across_m: f64| {
+                let mut point_m = [0.0; 2];
+                (point_m[across], point_m[along]) = (across_m, at_m);
+                point_m
+            };
+            let step = (point(border_m - CELL_M), point(border_m + CELL_M));
+            !site
+                .walls
+                .iter()
+                .any(|wall| segments_meet(step, (wall.from_m, wall.to_m)))
+        };
+        let mut run = 0;
+        (0..places).any(|place| {
+            run = if open(place) { run + 1 } else { 0 };
+            run as f64 * step_m >= OPENING_M
+        })
+    })
+}

@@ -1,0 +1,138 @@
+//! Whether the robot's width fits the lanes and areas of its state machine.
+
+use std::collections::BTreeSet;
+
+use crate::check::map::direction;
+use crate::check::states::{Resolved, resolve};
+use crate::diagnostic::{Problem, ProblemKind};
+use crate::geometry::distance_to_segment;
+use crate::hint;
+use crate::robot::RobotConfig;
+use crate::site::{ControllerConfig, FsmConfig, Lane, SiteConfig};
+
+/// Way between the places that are looked at, metres.
+const STEP_M: f64 = 0.1;
+const MOST_STEPS: f64 = 1000.0;
+
+pub(super) fn check(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    role: &str,
+    fsm: &FsmConfig,
+    problems: &mut Vec<Problem>,
+) {
+    let (mut lanes, mut places) = (BTreeSet::new(), BTreeSet::new());
+    for state in &fsm.states {
+        let Some(state) = resolve(site, fsm, &state.name) else {
+            continue;
+        };
+        let Some(lane) = state.lane else { continue };
+        if lanes.insert(lane.id.as_str()) {
+            lane_is_wide_enough(robot, site, lane, problems);
+        }
+        // One mistake shows in every state there; once is enough.
+        let place = (lane.id.as_str(), state.area.id.as_str());
+        if state.skill.controller.follows_lane() && !places.contains(&place) {
+            let before = problems.len();
+            areas_hold_the_width(robot, site, role, state, lane, problems);
+            if problems.len() > before {
+                places.insert(place);
+            }
+        }
+    }
+}
+
+/// The body must pass between the walls beside the lane.
+fn lane_is_wide_enough(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    lane: &Lane,
+    problems: &mut Vec<Problem>,
+) {
+    let half_width_m = robot.footprint.left_m.max(robot.footprint.right_m);
+    for wall in &site.walls {
+        let distance_m = [wall.from_m, wall.to_m]
+            .iter()
+            .map(|&end| distance_to_segment(end, lane.from_m, lane.to_m))
+            .chain(
+                [lane.from_m, lane.to_m]
+                    .iter()
+                    .map(|&end| distance_to_segment(end, wall.from_m, wall.to_m)),
+            )
+            .fold(f64::INFINITY, f64::min);
+        if distance_m <= half_width_m {
+            problems.push(site.origin.problem(
+                ProblemKind::Inconsistent,
+                &format!("lanes.{}", lane.id),
+                format!("a lane {distance_m:.3} m from wall `{}`", wall.id),
+                format!("more than {half_width_m} m, half of the robot's width"),
+            ));
+        }
+    }
+}
+
+/// Along its lane, both sides of the body must stay on the floor of the state's areas.
+fn areas_hold_the_width(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    role: &str,
+    state: Resolved<'_>,
+    lane: &Lane,
+    problems: &mut Vec<Problem>,
+) {
+    let Some((enter, leave)) = state.area.region.clip(lane.from_m, lane.to_m) else {
+        return;
+    };
+    let offset_m = match state.skill.controller {
+        ControllerConfig::Corridor { offset_m } | ControllerConfig::Shift { offset_m, .. } => {
+            offset_m
+        }
+        _ => 0.0,
+    };
+    let (dx, dy) = direction(lane);
+    let length_m = (lane.to_m[0] - lane.from_m[0]).hypot(lane.to_m[1] - lane.from_m[1]);
+    let steps = ((leave - enter) * length_m / STEP_M)
+        .ceil()
+        .clamp(1.0, MOST_STEPS);
+    let sides = [
+        ("left", robot.footprint.left_m),
+        ("right", -robot.footprint.right_m),
+    ];
+    for step in 0..=steps as usize {
+        let along_m = (enter + (leave - enter) * step as f64 / steps) * length_m;
+        for (side, aside_m) in sides {
+            let left_m = aside_m + offset_m;
+            let point_m = [
+                lane.from_m[0] + along_m * dx - left_m * dy,
+                lane.from_m[1] + along_m * dy + left_m * dx,
+            ];
+            let held = state.state.areas().any(|area| {
+                site.area(area)
+                    .is_some_and(|area| area.region.contains(point_m))
+            });
+            if held {
+                continue;
+            }
+            let areas: Vec<&str> = state.state.areas().collect();
+            let problem = site.origin.problem(
+                ProblemKind::Inconsistent,
+                &format!("fsm.{role}.states.{}", state.state.name),
+                format!(
+                    "a body whose {side} side leaves {} on lane `{}`, at ({}, {})",
+                    hint::list(&areas, "and"),
+                    lane.id,
+                    hint::rounded(point_m[0]),
+                    hint::rounded(point_m[1])
+                ),
+                format!(
+                    "areas as wide as the robot, {} m, along the lane",
+                    hint::rounded(robot.footprint.left_m + robot.footprint.right_m)
+                ),
+            );
+            problems.push(problem.with_hint(
+                "widen the area, move the lane, or name the neighbour in the state's `also`",
+            ));
+            return;
+        }
+    }
+}
