@@ -1,5 +1,6 @@
 //! The paper's coordination mechanisms, with no robot, device or network in them.
 //!
+//! * [`analysis`]: what is proved of a net before it may run;
 //! * [`event`]: dense event ids and bounded, wait-free queues of events;
 //! * [`fsm`]: Mealy machines, from a symbolic model to dense tables;
 //! * [`petri`]: Petri nets, from a symbolic model to dense tables that an executor runs;
@@ -12,6 +13,7 @@
 //! is not for a real-time thread, its documentation says so.
 
 pub mod activity;
+pub mod analysis;
 pub mod event;
 pub mod fsm;
 pub mod petri;

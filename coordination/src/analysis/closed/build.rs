@@ -1,0 +1,234 @@
+//! From a model and its protocols to a closed net.
+
+use std::collections::HashMap;
+
+use super::super::refusal::Reason;
+use super::super::state::Layout;
+use super::super::usage::{Limits, Use};
+use super::{Arcs, Bound, Closed, Outside, Set};
+use crate::petri::{Binding, NetModel, PlaceKind};
+use crate::protocol::ABORTED;
+
+impl<'a> Closed<'a> {
+    pub(in crate::analysis) fn new(
+        model: &NetModel,
+        uses: &'a [Use],
+        limits: &Limits,
+    ) -> Result<Self, Box<Reason>> {
+        let errors = model.check();
+        if !errors.is_empty() {
+            return Err(Box::new(Reason::Model(errors)));
+        }
+        let numbers = protocol_numbers(uses)?;
+        let mut closed = Self {
+            uses,
+            places: Vec::new(),
+            event_names: Vec::new(),
+            kinds: Vec::new(),
+            outside: Vec::new(),
+            counters: Vec::new(),
+            transitions: Vec::new(),
+            first_input: vec![Vec::new(); model.places().len()],
+            bound: uses.iter().map(Bound::new).collect(),
+            event_sources: Vec::new(),
+            event_sinks: Vec::new(),
+            exclusions: Vec::new(),
+            ends: Vec::new(),
+            at_end: vec![0; model.places().len().div_ceil(64)],
+            initial: Vec::new(),
+            max_waiting: limits.waiting,
+            layout: Layout::new(0, 0, 0),
+        };
+        let mut marked = Vec::new();
+        let mut counted = 0;
+        for place in model.places() {
+            let number = closed.places.len() as u32;
+            let outside = resolve(uses, &numbers, place.name, place.kind, place.binding)?;
+            closed.bind(number, place.kind, outside, &mut counted);
+            closed.places.push(place.name.to_owned());
+            closed.event_names.push(
+                place
+                    .binding
+                    .map_or_else(String::new, |binding| binding.event_name()),
+            );
+            if place.marked {
+                marked.push(number);
+            }
+        }
+        let names: HashMap<&str, u32> = closed.places.iter().map(String::as_str).zip(0..).collect();
+        let find = |places: &[&str]| -> Vec<u32> {
+            places
+                .iter()
+                .filter_map(|place| names.get(place).copied())
+                .collect()
+        };
+        for transition in model.transitions() {
+            let (inputs, outputs) = (find(&transition.inputs), find(&transition.outputs));
+            let arcs = Arcs::new(inputs, outputs, &closed.kinds);
+            if let Some(&first) = arcs.inputs.first() {
+                closed.first_input[first as usize].push(closed.transitions.len() as u32);
+            }
+            closed.transitions.push((transition.name.to_owned(), arcs));
+        }
+        closed.layout = Layout::new(closed.places.len(), uses.len(), counted);
+        closed.initial = vec![0; closed.layout.words];
+        for place in marked {
+            closed.layout.mark(&mut closed.initial, place);
+        }
+        let words = closed.at_end.len();
+        let set = |(name, places): (&str, Vec<&str>)| Set {
+            name: name.to_owned(),
+            words: words_of(&find(&places), words),
+        };
+        closed.exclusions = model
+            .exclusions()
+            .map(|e| set((e.name, e.places)))
+            .collect();
+        closed.ends = model.ends().map(|e| set((e.name, e.places))).collect();
+        Ok(closed)
+    }
+
+    fn bind(&mut self, place: u32, kind: PlaceKind, outside: Outside, counted: &mut usize) {
+        let mut counter = None;
+        match (kind, outside) {
+            (PlaceKind::Source, Outside::Flag(protocol, flag)) => {
+                counter = Some(*counted);
+                let sources = &mut self.bound[usize::from(protocol)].sources;
+                sources[flag.index()].push((place, *counted));
+            }
+            (PlaceKind::Source, Outside::Abort(protocol)) => {
+                counter = Some(*counted);
+                self.bound[usize::from(protocol)]
+                    .aborts
+                    .push((place, *counted));
+            }
+            (PlaceKind::Source, _) => self.event_sources.push(place),
+            (PlaceKind::Sink, Outside::Flag(protocol, flag)) => {
+                self.bound[usize::from(protocol)].sinks.push((place, flag));
+            }
+            (PlaceKind::Sink, _) => self.event_sinks.push(place),
+            (PlaceKind::Internal, _) => {}
+        }
+        *counted += usize::from(counter.is_some());
+        if (kind, outside) != (PlaceKind::Source, Outside::Event) {
+            self.at_end[place as usize / 64] |= 1 << (place % 64);
+        }
+        self.kinds.push(kind);
+        self.outside.push(outside);
+        self.counters.push(counter);
+    }
+}
+
+impl Bound {
+    fn new(used: &Use) -> Self {
+        Self {
+            positions: used.protocol.positions().collect(),
+            sources: vec![Vec::new(); used.protocol.flags().count()],
+            aborts: Vec::new(),
+            sinks: Vec::new(),
+        }
+    }
+}
+
+impl Arcs {
+    fn new(inputs: Vec<u32>, outputs: Vec<u32>, kinds: &[PlaceKind]) -> Self {
+        let mut sorted = (inputs.clone(), outputs.clone());
+        sorted.0.sort_unstable();
+        sorted.1.sort_unstable();
+        let is_new = |place: &u32| sorted.0.binary_search(place).is_err();
+        let stays = |place: &u32| sorted.1.binary_search(place).is_ok();
+        let (sinks, internal) = outputs
+            .into_iter()
+            .filter(is_new)
+            .partition(|&place| kinds[place as usize] == PlaceKind::Sink);
+        Self {
+            taken: inputs
+                .iter()
+                .copied()
+                .filter(|place| !stays(place))
+                .collect(),
+            inputs,
+            internal,
+            sinks,
+        }
+    }
+}
+
+fn words_of(places: &[u32], words: usize) -> Vec<u64> {
+    let mut set = vec![0; words];
+    for place in places {
+        set[*place as usize / 64] |= 1 << (place % 64);
+    }
+    set
+}
+
+fn protocol_numbers(uses: &[Use]) -> Result<HashMap<&str, u16>, Box<Reason>> {
+    let mut numbers = HashMap::new();
+    if uses.len() > usize::from(u16::MAX) {
+        return Err(Box::new(Reason::TooLarge {
+            what: "protocols",
+            limit: u16::MAX.into(),
+        }));
+    }
+    for (used, number) in uses.iter().zip(0..) {
+        if numbers.insert(used.name.as_str(), number).is_some() {
+            let protocol = used.name.clone();
+            return Err(Box::new(Reason::TwoProtocols { protocol }));
+        }
+    }
+    Ok(numbers)
+}
+
+fn resolve(
+    uses: &[Use],
+    numbers: &HashMap<&str, u16>,
+    place: &str,
+    kind: PlaceKind,
+    binding: Option<&Binding>,
+) -> Result<Outside, Box<Reason>> {
+    let (name, flag) = match binding {
+        None => return Ok(Outside::Nothing),
+        Some(Binding::Event(_)) => return Ok(Outside::Event),
+        Some(Binding::Flag { protocol, flag }) => (protocol, flag),
+    };
+    let place = || place.to_owned();
+    let Some(&number) = numbers.get(name.as_str()) else {
+        let known: Vec<&str> = uses.iter().map(|used| used.name.as_str()).collect();
+        return Err(Box::new(Reason::UnknownProtocol {
+            place: place(),
+            protocol: name.clone(),
+            known: known.join(", "),
+        }));
+    };
+    let used = &uses[usize::from(number)];
+    let (expected, kind_name) = match kind {
+        PlaceKind::Sink => (used.net_party, "sink"),
+        _ => (used.net_party.other(), "source"),
+    };
+    let id = used.protocol.flag(flag);
+    let owner = match id {
+        Some(id) => used.protocol.owner(id),
+        None if flag == ABORTED => used.protocol.keeper(),
+        None => None,
+    };
+    let Some(owner) = owner else {
+        let known: Vec<&str> = used.protocol.flags().map(|(_, name, _)| name).collect();
+        return Err(Box::new(Reason::UnknownFlag {
+            place: place(),
+            protocol: name.clone(),
+            flag: flag.clone(),
+            known: known.join(", "),
+        }));
+    };
+    if owner != expected || (id.is_none() && kind == PlaceKind::Sink) {
+        return Err(Box::new(Reason::WrongOwner {
+            kind: kind_name,
+            place: place(),
+            protocol: name.clone(),
+            flag: flag.clone(),
+            owner: used.protocol.party_name(owner).to_owned(),
+            expected: used.protocol.party_name(expected).to_owned(),
+        }));
+    }
+    Ok(id.map_or(Outside::Abort(number), |id| Outside::Flag(number, id)))
+}

@@ -1,0 +1,350 @@
+//! The search through all states, and what it proves.
+
+use std::collections::{HashMap, HashSet};
+
+use super::closed::{Closed, Move};
+use super::graph;
+use super::refusal::{Dead, Reason, Refusal, Trace};
+use super::report::{Report, Warning};
+use super::store::Store;
+use super::usage::{Limits, Situation, Use};
+use crate::petri::NetModel;
+
+/// How many transitions that do not fire are explained, in each situation.
+const EXPLAINED: usize = 32;
+
+/// Analyses a net from its initial marking; see [the module](super) for what is proved.
+///
+/// # Errors
+/// The first fault found, with the shortest way there.
+pub fn check(model: &NetModel, uses: &[Use], limits: &Limits) -> Result<Report, Refusal> {
+    let reports = run(&[(None, model)], uses, limits)?;
+    let only = reports.into_iter().next();
+    only.ok_or_else(|| refuse(model.name(), None, Box::new(Reason::NoSituation), None))
+}
+
+/// Analyses a net from each of several initial markings. A transition must fire, and an end be
+/// reached, in one situation at least; everything else must hold in each. The situations are meant
+/// to be one net, differing in nothing but marks.
+///
+/// # Errors
+/// The first fault found, with the shortest way there.
+pub fn check_situations(
+    situations: &[Situation<'_>],
+    uses: &[Use],
+    limits: &Limits,
+) -> Result<Vec<Report>, Refusal> {
+    let named: Vec<_> = situations.iter().map(|s| (Some(s.name), s.model)).collect();
+    run(&named, uses, limits)
+}
+
+fn run(
+    situations: &[(Option<&str>, &NetModel)],
+    uses: &[Use],
+    limits: &Limits,
+) -> Result<Vec<Report>, Refusal> {
+    let Some(&(first_name, first)) = situations.first() else {
+        return Err(refuse("?", None, Box::new(Reason::NoSituation), None));
+    };
+    let mut reports: Vec<Report> = Vec::with_capacity(situations.len());
+    let mut never = Never::default();
+    for &(name, model) in situations {
+        let fails = |(reason, trace): Fault| refuse(model.name(), name, reason, trace);
+        let closed = Closed::new(model, uses, limits).map_err(|reason| fails((reason, None)))?;
+        let found = Explored::new(closed, limits).map_err(fails)?;
+        let (ends, warnings) = found.prove().map_err(fails)?;
+        never.add(&found);
+        reports.push(Report {
+            net: model.name().to_owned(),
+            situation: name.map(str::to_owned),
+            states: found.store.len(),
+            steps: found.edges.len(),
+            ends,
+            warnings,
+        });
+    }
+    match never.reason(&reports) {
+        Some(reason) => Err(refuse(first.name(), first_name, Box::new(reason), None)),
+        None => Ok(reports),
+    }
+}
+
+type Fault = (Box<Reason>, Option<Trace>);
+
+fn refuse(
+    net: &str,
+    situation: Option<&str>,
+    reason: Box<Reason>,
+    trace: Option<Trace>,
+) -> Refusal {
+    Refusal {
+        net: net.to_owned(),
+        situation: situation.map(str::to_owned),
+        reason,
+        trace,
+    }
+}
+
+/// All states, and the steps between them.
+struct Explored<'a> {
+    closed: Closed<'a>,
+    store: Store,
+    /// By state: the one it was first reached from, and how.
+    parents: Vec<(u32, Option<Move>)>,
+    edges: Vec<(u32, u32)>,
+    /// The steps that the net takes without news from outside.
+    own: Vec<(u32, u32)>,
+    /// By transition.
+    fired: Vec<bool>,
+}
+
+impl<'a> Explored<'a> {
+    /// Breadth first, so that the way found to each state is a shortest one.
+    fn new(closed: Closed<'a>, limits: &Limits) -> Result<Self, Fault> {
+        let mut explored = Self {
+            store: Store::new(closed.layout.words),
+            parents: vec![(0, None)],
+            edges: Vec::new(),
+            own: Vec::new(),
+            fired: vec![false; closed.transitions()],
+            closed,
+        };
+        explored.store.add(explored.closed.initial());
+        explored.examine(0, explored.closed.initial())?;
+        let (mut state, mut scratch) = (Vec::new(), Vec::new());
+        let (mut next, mut looks) = (0, 0_u64);
+        while (next as usize) < explored.store.len() {
+            state.clear();
+            state.extend_from_slice(explored.store.get(next));
+            looks += explored.expand(next, &state, &mut scratch, limits)?;
+            let too_many = |what, limit| (Box::new(Reason::TooLarge { what, limit }), None);
+            if explored.store.len() > limits.states {
+                return Err(too_many("states", limits.states as u64));
+            }
+            if looks > limits.looks {
+                return Err(too_many("transitions to look at", limits.looks));
+            }
+            next += 1;
+        }
+        Ok(explored)
+    }
+
+    fn expand(
+        &mut self,
+        from: u32,
+        state: &[u64],
+        scratch: &mut Vec<u64>,
+        limits: &Limits,
+    ) -> Result<u64, Fault> {
+        let Self {
+            closed,
+            store,
+            parents,
+            edges,
+            own,
+            fired,
+        } = self;
+        let before = edges.len();
+        let mut fault_at = from;
+        let outcome = closed.steps(state, scratch, |step, to| {
+            if edges.len() >= limits.steps {
+                let (what, limit) = ("steps", limits.steps as u64);
+                return Err(Box::new(Reason::TooLarge { what, limit }));
+            }
+            if let Move::Fire(transition) = step {
+                fired[transition as usize] = true;
+            }
+            let number = match store.find(to) {
+                Some(number) => number,
+                None if store.len() > limits.states => {
+                    let (what, limit) = ("states", limits.states as u64);
+                    return Err(Box::new(Reason::TooLarge { what, limit }));
+                }
+                None => {
+                    let number = store.add(to);
+                    parents.push((from, Some(step)));
+                    if let Some(reason) = closed.fault(to) {
+                        fault_at = number;
+                        return Err(reason);
+                    }
+                    number
+                }
+            };
+            edges.push((from, number));
+            if step.is_own() {
+                own.push((from, number));
+            }
+            Ok(())
+        });
+        let looks = outcome.map_err(|reason| {
+            let trace = match *reason {
+                Reason::TooLarge { .. } => None,
+                _ => Some(self.trace(fault_at)),
+            };
+            (reason, trace)
+        })?;
+        if self.edges.len() == before && self.closed.end(state).is_none() {
+            let reason = Reason::Deadlock {
+                marked: self.closed.marked(state),
+                missed: self.closed.missed(state),
+            };
+            return Err((Box::new(reason), Some(self.trace(from))));
+        }
+        Ok(looks)
+    }
+
+    fn examine(&self, number: u32, state: &[u64]) -> Result<(), Fault> {
+        match self.closed.fault(state) {
+            Some(reason) => Err((reason, Some(self.trace(number)))),
+            None => Ok(()),
+        }
+    }
+
+    /// What only the whole graph tells: the ends reached, and warnings.
+    fn prove(&self) -> Result<(Vec<String>, Vec<Warning>), Fault> {
+        let mut ends = vec![false; self.closed.end_names().count()];
+        let mut targets = Vec::new();
+        for number in self.numbers() {
+            if let Some(end) = self.closed.end(self.store.get(number)) {
+                ends[end] = true;
+                targets.push(number);
+            }
+        }
+        let mut warnings = Vec::new();
+        if ends.is_empty() {
+            warnings.push(Warning::NoEnds);
+            self.prove_runs_complete()?;
+        } else if let Some(lost) = self.first_that_cannot_reach(targets.into_iter()) {
+            let marked = self.closed.marked(self.store.get(lost));
+            return Err((
+                Box::new(Reason::Livelock { marked }),
+                Some(self.trace(lost)),
+            ));
+        }
+        for (protocol, flag) in self.closed.unread() {
+            let (protocol, flag) = (protocol.to_owned(), flag.to_owned());
+            warnings.push(Warning::Unread { protocol, flag });
+        }
+        if let Some(state) = graph::first_endless(self.store.len(), &self.own) {
+            let trace = self.trace(state);
+            warnings.push(Warning::NeverRests { trace });
+        }
+        let names = self.closed.end_names().zip(ends);
+        let reached = names.filter(|(_, reached)| *reached);
+        Ok((reached.map(|(name, _)| name.to_owned()).collect(), warnings))
+    }
+
+    fn prove_runs_complete(&self) -> Result<(), Fault> {
+        for (number, used) in self.closed.protocols().iter().enumerate() {
+            let between = self
+                .numbers()
+                .filter(|&state| self.closed.is_between_runs(self.store.get(state), number));
+            if let Some(lost) = self.first_that_cannot_reach(between) {
+                let state = self.store.get(lost);
+                let reason = Reason::Unfinished {
+                    protocol: used.name.clone(),
+                    missed: self.closed.missing(state, number),
+                    marked: self.closed.marked(state),
+                };
+                return Err((Box::new(reason), Some(self.trace(lost))));
+            }
+        }
+        Ok(())
+    }
+
+    /// States are numbered by their distance, so the first is a nearest.
+    fn first_that_cannot_reach(&self, targets: impl Iterator<Item = u32>) -> Option<u32> {
+        let can = graph::can_reach(self.store.len(), &self.edges, targets);
+        self.numbers().find(|&state| !can[state as usize])
+    }
+
+    /// A transition that did not fire, with the first of the states in which it comes nearest.
+    fn explain(&self, transition: usize) -> Dead {
+        let lacks = |state: u32| self.closed.lacking(self.store.get(state), transition);
+        let nearest = self.numbers().min_by_key(|&state| lacks(state).count());
+        let nearest = nearest.unwrap_or(0);
+        Dead {
+            transition: self.closed.transition_name(transition).to_owned(),
+            lacks: lacks(nearest).map(str::to_owned).collect(),
+            nearest: self.trace(nearest),
+        }
+    }
+
+    fn numbers(&self) -> std::ops::Range<u32> {
+        0..self.store.len() as u32
+    }
+
+    /// The steps that led to a state when it was first found.
+    fn trace(&self, mut state: u32) -> Trace {
+        let mut steps = Vec::new();
+        while let (parent, Some(step)) = self.parents[state as usize] {
+            steps.push(self.closed.name(step));
+            state = parent;
+        }
+        steps.reverse();
+        Trace { steps }
+    }
+}
+
+/// What never happens in any situation. Situations may differ in what they leave out, so all goes
+/// by names.
+#[derive(Default)]
+struct Never {
+    /// All transitions, sinks and ends, perhaps repeatedly.
+    transitions: Vec<String>,
+    sinks: Vec<String>,
+    ends: Vec<String>,
+    /// Transitions that fired, and sinks that were marked.
+    fired: HashSet<String>,
+    marked: HashSet<String>,
+    /// Why transitions did not fire in the first situation that has them.
+    explained: HashMap<String, Dead>,
+}
+
+impl Never {
+    fn add(&mut self, found: &Explored<'_>) {
+        let closed = &found.closed;
+        let mut left = EXPLAINED;
+        for (transition, &fired) in found.fired.iter().enumerate() {
+            let name = closed.transition_name(transition);
+            let sinks = closed.sinks_of(transition).map(str::to_owned);
+            if fired {
+                self.fired.insert(name.to_owned());
+                self.marked.extend(sinks);
+            } else {
+                self.transitions.push(name.to_owned());
+                self.sinks.extend(sinks);
+                if left > 0 && !self.fired.contains(name) && !self.explained.contains_key(name) {
+                    left -= 1;
+                    self.explained
+                        .insert(name.to_owned(), found.explain(transition));
+                }
+            }
+        }
+        self.ends.extend(closed.end_names().map(str::to_owned));
+    }
+
+    fn reason(mut self, reports: &[Report]) -> Option<Reason> {
+        let mut dead = Vec::new();
+        for transition in self.transitions {
+            // Each name once.
+            if self.fired.insert(transition.clone()) {
+                dead.push(self.explained.remove(&transition).unwrap_or(Dead {
+                    transition,
+                    lacks: Vec::new(),
+                    nearest: Trace::default(),
+                }));
+            }
+        }
+        if !dead.is_empty() {
+            self.sinks.retain(|sink| self.marked.insert(sink.clone()));
+            return Some(Reason::DeadTransitions {
+                transitions: dead,
+                sinks: self.sinks,
+            });
+        }
+        let reached = |end: &String| reports.iter().any(|report| report.ends.contains(end));
+        let end = self.ends.into_iter().find(|end| !reached(end))?;
+        Some(Reason::EndUnreached { end })
+    }
+}

@@ -1,0 +1,78 @@
+//! Analysis of a net before it may run: every state that it can reach is looked at.
+//!
+//! A net alone is always dead or blocked: somebody must fill its sources and empty its sinks. So the
+//! net is *closed* with the protocols it is bound to ([`Use`]): the other party of each protocol may
+//! set any flag that is next, at any time, and in the end does; a sink bound to a flag is emptied
+//! when the protocol lets its flag be set; a sink bound to an event is emptied at any time; a source
+//! bound to an event may be filled whenever it is empty. Protocols begin between two runs, and a
+//! complete run makes room for the next. A source bound to [`ABORTED`](crate::protocol::ABORTED)
+//! is filled when the other party, if it is the protocol's keeper, gives up a run; aborts that no
+//! source reads are left out, because they end the coordination.
+//!
+//! [`check`] refuses a net, with the shortest sequence of steps that leads to the fault
+//! ([`Refusal`]), unless
+//! 1. every binding names a flag of a protocol in use, owned by the right party;
+//! 2. it is **safe**: no firing would put a second token into an internal place. The executor would
+//!    not fire then, so nothing breaks; but a net that relies on full places to hold a transition
+//!    back hides a condition that belongs into a place of its own. Full sinks may hold transitions
+//!    back: that is how a net waits for its consumer;
+//! 3. **exclusions** hold: never two of their places are marked;
+//! 4. flags come **in order**: whenever a sink is marked, its flag is next, or only flags come before
+//!    it whose sinks are marked too;
+//! 5. it never **overflows**: no more than [`Limits::waiting`] events wait for a source;
+//! 6. it never **stops** but in a declared end: the end's internal places are marked and no others,
+//!    sinks and sources of flags are empty, and every protocol is between two runs. An event without
+//!    protocol may have come after the end;
+//! 7. **an end can be reached** from every state (no livelock), if the net declares ends; if it
+//!    declares none, every run of every protocol that began can be completed;
+//! 8. every transition fires in some state, so every sink is reached, and so is every end.
+//!
+//! What point 7 calls "can be reached" will be reached if choices are fair; the executor's choice is
+//! round-robin and robots answer in the end. How long one party waits while others go on is not
+//! judged.
+//!
+//! Not for real-time threads. Time and memory are bounded by [`Limits`]; a net that exceeds them is
+//! refused, never passed.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use coordination::analysis::{Limits, Use, check};
+//! use coordination::petri::{Binding, NetModel};
+//! use coordination::protocol::{Party, ProtocolModel};
+//!
+//! let mut ask = ProtocolModel::new("ask", "robot", "mediator");
+//! ask.array("all", &[("request", "robot"), ("granted", "mediator"), ("left", "robot")]);
+//! let uses = [Use::new("robot", Arc::new(ask.compile()?), Party::Second)];
+//!
+//! let mut gate = NetModel::new("gate");
+//! gate.source("asked", Binding::flag("robot", "request"));
+//! gate.sink("granted", Binding::flag("robot", "granted"));
+//! gate.source("left", Binding::flag("robot", "left"));
+//! gate.place("free").mark("free").place("taken").end("idle", &["free"]);
+//! gate.transition("enter", &["asked", "free"], &["taken", "granted"]);
+//! gate.transition("leave", &["left", "taken"], &[]);
+//!
+//! // "leave" does not give the token back.
+//! let refusal = check(&gate, &uses, &Limits::default()).unwrap_err();
+//! let way = refusal.trace.expect("it goes wrong on the way").to_string();
+//! assert_eq!(
+//!     way,
+//!     "robot sets request; enter; mediator raises robot.granted; robot sets left; leave; \
+//!      robot sets request"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod closed;
+mod explore;
+mod graph;
+mod refusal;
+mod report;
+mod state;
+mod store;
+mod usage;
+
+pub use explore::{check, check_situations};
+pub use refusal::{Dead, Reason, Refusal, Step, Trace};
+pub use report::{Report, Warning};
+pub use usage::{Limits, Situation, Use};

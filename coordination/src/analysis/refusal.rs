@@ -1,0 +1,355 @@
+//! Why a net may not run, and how it gets there.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::petri::ModelError;
+
+/// One step of a closed net, in names.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Step {
+    /// A transition fires.
+    Fires {
+        /// The transition.
+        transition: String,
+    },
+    /// The other party of a protocol sets a flag.
+    Sets {
+        /// The party.
+        party: String,
+        /// The protocol, as the net's bindings call it.
+        protocol: String,
+        /// The flag.
+        flag: String,
+    },
+    /// A sink is emptied and its flag set.
+    Raises {
+        /// The party that the net is.
+        party: String,
+        /// The protocol, as the net's bindings call it.
+        protocol: String,
+        /// The flag.
+        flag: String,
+    },
+    /// The other party of a protocol gives up the run.
+    Aborts {
+        /// The party.
+        party: String,
+        /// The protocol, as the net's bindings call it.
+        protocol: String,
+    },
+    /// An event fills its sources.
+    Arrives {
+        /// The event.
+        event: String,
+    },
+    /// A sink is emptied and its event sent.
+    Sends {
+        /// The event.
+        event: String,
+    },
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fires { transition } => formatter.write_str(transition),
+            Self::Sets {
+                party,
+                protocol,
+                flag,
+            } if party == protocol => write!(formatter, "{party} sets {flag}"),
+            Self::Sets {
+                party,
+                protocol,
+                flag,
+            } => write!(formatter, "{party} sets {protocol}.{flag}"),
+            Self::Raises {
+                party,
+                protocol,
+                flag,
+            } => write!(formatter, "{party} raises {protocol}.{flag}"),
+            Self::Aborts { party, protocol } if party == protocol => {
+                write!(formatter, "{party} gives up")
+            }
+            Self::Aborts { party, protocol } => write!(formatter, "{party} gives up {protocol}"),
+            Self::Arrives { event } => write!(formatter, "event {event} arrives"),
+            Self::Sends { event } => write!(formatter, "event {event} is sent"),
+        }
+    }
+}
+
+/// The steps from the initial state to another; printed as `robot sets request; t1; t2`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Trace {
+    /// The steps, in their order.
+    pub steps: Vec<Step>,
+}
+
+impl fmt::Display for Trace {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.steps.is_empty() {
+            return formatter.write_str("nothing");
+        }
+        for (index, step) in self.steps.iter().enumerate() {
+            let separator = if index == 0 { "" } else { "; " };
+            write!(formatter, "{separator}{step}")?;
+        }
+        Ok(())
+    }
+}
+
+/// A transition that never fires.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Dead {
+    /// The transition.
+    pub transition: String,
+    /// What it lacks where it comes nearest to firing: empty inputs, or full sinks. Empty if there
+    /// are too many such transitions to explain each.
+    pub lacks: Vec<String>,
+    /// How the net gets there.
+    pub nearest: Trace,
+}
+
+impl fmt::Display for Dead {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.lacks.is_empty() {
+            return write!(formatter, "transition `{}` never fires", self.transition);
+        }
+        write!(
+            formatter,
+            "transition `{}` never fires: it comes nearest after `{}`, and then lacks {}",
+            self.transition,
+            self.nearest,
+            quoted(&self.lacks)
+        )
+    }
+}
+
+/// What is wrong with a net.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum Reason {
+    /// The model does not compile.
+    #[error("{}", joined(.0))]
+    Model(Vec<ModelError>),
+    /// There is nothing to analyse.
+    #[error("it has no situation, so it never starts")]
+    NoSituation,
+    /// Two protocols in use have the same name.
+    #[error("two protocols are called `{protocol}`")]
+    TwoProtocols {
+        /// The name.
+        protocol: String,
+    },
+    /// A place is bound to a protocol that is not in use.
+    #[error("place `{place}` is bound to the unknown protocol `{protocol}`; known: {known}")]
+    UnknownProtocol {
+        /// The place.
+        place: String,
+        /// The unknown name.
+        protocol: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// A place is bound to a flag that its protocol does not have.
+    #[error(
+        "place `{place}` is bound to the unknown flag `{flag}` of protocol `{protocol}`; known: {known}"
+    )]
+    UnknownFlag {
+        /// The place.
+        place: String,
+        /// The protocol.
+        protocol: String,
+        /// The unknown flag.
+        flag: String,
+        /// The flags that exist.
+        known: String,
+    },
+    /// A source waits for a flag of the net's own party, or a sink sets the other party's.
+    #[error(
+        "{kind} `{place}` is bound to flag `{flag}` of protocol `{protocol}`, which belongs to `{owner}`; expected a flag of `{expected}`"
+    )]
+    WrongOwner {
+        /// `source` or `sink`.
+        kind: &'static str,
+        /// The place.
+        place: String,
+        /// The protocol.
+        protocol: String,
+        /// The flag.
+        flag: String,
+        /// Who owns it.
+        owner: String,
+        /// Who should.
+        expected: String,
+    },
+    /// The analysis was not finished.
+    #[error(
+        "it is too large to analyse: more than {limit} {what}; nothing is known about the rest"
+    )]
+    TooLarge {
+        /// What there are too many of.
+        what: &'static str,
+        /// How many are allowed.
+        limit: u64,
+    },
+    /// A firing would put a second token into a place.
+    #[error(
+        "it is not safe: transition `{transition}` would put a second token into place `{place}`"
+    )]
+    Unsafe {
+        /// The transition.
+        transition: String,
+        /// The place.
+        place: String,
+    },
+    /// Two places of an exclusion are marked.
+    #[error("exclusion `{exclusion}` is broken: {} are marked together", quoted(.places))]
+    Exclusion {
+        /// The exclusion.
+        exclusion: String,
+        /// Its marked places.
+        places: Vec<String>,
+    },
+    /// A sink is marked whose flag is not next.
+    #[error(
+        "flag `{flag}` of protocol `{protocol}` is out of order: sink `{sink}` is marked, but after {} comes {next}", if .done.is_empty() { "the beginning of a run" } else { .done.as_str() }
+    )]
+    OutOfOrder {
+        /// The sink.
+        sink: String,
+        /// The protocol.
+        protocol: String,
+        /// Its flag.
+        flag: String,
+        /// The flags that are set.
+        done: String,
+        /// The flags that could be next, and whose they are.
+        next: String,
+    },
+    /// More events wait for a source than may.
+    #[error(
+        "source `{place}` overflows: `{event}` comes again while {waiting} of them wait already"
+    )]
+    Overflow {
+        /// The source.
+        place: String,
+        /// Its event.
+        event: String,
+        /// How many wait.
+        waiting: u8,
+    },
+    /// Nothing can happen any more, and this is no declared end.
+    #[error("it stops for ever{}", stopped(.marked, .missed))]
+    Deadlock {
+        /// The marked places.
+        marked: Vec<String>,
+        /// What each protocol in the middle of a run waits for.
+        missed: Vec<String>,
+    },
+    /// From here no end can be reached, though the net goes on.
+    #[error("it can go on for ever without any way to an end; marked are {}", quoted(.marked))]
+    Livelock {
+        /// The marked places.
+        marked: Vec<String>,
+    },
+    /// From here a run of a protocol can never be completed, though the net goes on.
+    #[error(
+        "a run of protocol `{protocol}` can never be completed: {missed}; marked are {}",
+        quoted(.marked)
+    )]
+    Unfinished {
+        /// The protocol.
+        protocol: String,
+        /// What it waits for.
+        missed: String,
+        /// The marked places.
+        marked: Vec<String>,
+    },
+    /// Transitions that never fire, and what follows from that.
+    #[error("{}{}", joined(.transitions), unreached(.sinks))]
+    DeadTransitions {
+        /// The transitions.
+        transitions: Vec<Dead>,
+        /// The sinks that are therefore never marked.
+        sinks: Vec<String>,
+    },
+    /// A declared end that never comes.
+    #[error("end `{end}` is never reached")]
+    EndUnreached {
+        /// The end.
+        end: String,
+    },
+}
+
+/// A net that may not run: what is wrong, and the shortest way there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// The net.
+    pub net: String,
+    /// In which situation it was started, if it has several.
+    pub situation: Option<String>,
+    /// What is wrong.
+    pub reason: Box<Reason>,
+    /// The steps that lead there; none if it is wrong before the first step, or never comes.
+    pub trace: Option<Trace>,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "net `{}`", self.net)?;
+        if let Some(situation) = &self.situation {
+            write!(formatter, " in situation `{situation}`")?;
+        }
+        write!(formatter, ": {}", self.reason)?;
+        match &self.trace {
+            Some(trace) if trace.steps.is_empty() => formatter.write_str(", from the beginning"),
+            Some(trace) => write!(formatter, ", after `{trace}`"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+/// How many names a message shows.
+const SHOWN: usize = 12;
+
+/// "`a`, `b` and 3 more", or "nothing".
+pub(super) fn quoted(names: &[String]) -> String {
+    if names.is_empty() {
+        return "nothing".to_owned();
+    }
+    let shown: Vec<String> = names.iter().take(SHOWN).map(|n| format!("`{n}`")).collect();
+    let more = names.len().saturating_sub(SHOWN);
+    match more {
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
+
+fn joined<T: fmt::Display>(parts: &[T]) -> String {
+    let shown: Vec<String> = parts.iter().take(SHOWN).map(T::to_string).collect();
+    match parts.len().saturating_sub(SHOWN) {
+        0 => shown.join("; "),
+        more => format!("{}; and {more} more", shown.join("; ")),
+    }
+}
+
+fn stopped(marked: &[String], missed: &[String]) -> String {
+    let waits = if missed.is_empty() {
+        String::new()
+    } else {
+        format!(" and {}", missed.join(" and "))
+    };
+    format!(": marked are {}{waits}", quoted(marked))
+}
+
+fn unreached(sinks: &[String]) -> String {
+    match sinks {
+        [] => String::new(),
+        sinks => format!("; so these sinks are never marked: {}", quoted(sinks)),
+    }
+}

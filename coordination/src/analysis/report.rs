@@ -1,0 +1,61 @@
+//! What an analysis found out about a net that may run.
+
+use std::fmt;
+
+use super::refusal::Trace;
+
+/// What is worth knowing, but no reason to refuse a net.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The net declares no end, so only single runs of protocols were shown to complete.
+    NoEnds,
+    /// No source reads a flag that the other party sets.
+    Unread {
+        /// The protocol.
+        protocol: String,
+        /// The flag.
+        flag: String,
+    },
+    /// The net's transitions can fire for ever without any flag or event from outside, so that an
+    /// evaluation always uses up its budget.
+    NeverRests {
+        /// How it gets to where that begins.
+        trace: Trace,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoEnds => formatter.write_str("no end is declared"),
+            Self::Unread { protocol, flag } => {
+                write!(
+                    formatter,
+                    "no source reads flag `{flag}` of protocol `{protocol}`"
+                )
+            }
+            Self::NeverRests { trace } => write!(
+                formatter,
+                "after `{trace}` it can fire for ever without any flag or event from outside"
+            ),
+        }
+    }
+}
+
+/// What an analysis looked at. That there is a report means that the net may run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// The net.
+    pub net: String,
+    /// In which situation it was started, if it has several.
+    pub situation: Option<String>,
+    /// How many states it can reach.
+    pub states: usize,
+    /// How many steps there are between them.
+    pub steps: usize,
+    /// The ends that it can reach from this situation.
+    pub ends: Vec<String>,
+    /// What is worth knowing.
+    pub warnings: Vec<Warning>,
+}

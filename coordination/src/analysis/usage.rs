@@ -1,0 +1,71 @@
+//! What a net is analysed with: protocols, situations, limits.
+
+use std::sync::Arc;
+
+use crate::petri::NetModel;
+use crate::protocol::{Party, Protocol};
+
+/// A protocol that the net takes part in, under the name that the net's bindings call it.
+#[derive(Clone, Debug)]
+pub struct Use {
+    /// The name in [`Binding::Flag`](crate::petri::Binding::Flag).
+    pub name: String,
+    /// The protocol.
+    pub protocol: Arc<Protocol>,
+    /// Which of its parties the net is.
+    pub net_party: Party,
+}
+
+impl Use {
+    /// Protocol `protocol` under the name `name`.
+    pub fn new(name: impl Into<String>, protocol: Arc<Protocol>, net_party: Party) -> Self {
+        Self {
+            name: name.into(),
+            protocol,
+            net_party,
+        }
+    }
+
+    /// The name of the party that the net is.
+    pub fn net_party_name(&self) -> &str {
+        self.protocol.party_name(self.net_party)
+    }
+
+    /// The name of the other party.
+    pub fn other_party_name(&self) -> &str {
+        self.protocol.party_name(self.net_party.other())
+    }
+}
+
+/// One of several initial markings of a net.
+#[derive(Clone, Copy, Debug)]
+pub struct Situation<'a> {
+    /// Its name, for reports.
+    pub name: &'a str,
+    /// The net with that marking.
+    pub model: &'a NetModel,
+}
+
+/// How far an analysis goes before it gives up and refuses the net.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// States. Each takes some tens of bytes.
+    pub states: usize,
+    /// Steps from one state to another, over all states. Each takes eight bytes.
+    pub steps: usize,
+    /// Transitions, sinks and protocols looked at, over all states: what bounds the time.
+    pub looks: u64,
+    /// Events that may wait for one full source. A net with flags in a good order needs none.
+    pub waiting: u8,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            states: 200_000,
+            steps: 4_000_000,
+            looks: 200_000_000,
+            waiting: 4,
+        }
+    }
+}
