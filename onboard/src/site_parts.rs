@@ -68,6 +68,7 @@ pub fn states(fsm: &FsmConfig) -> Vec<StateSetup> {
         .map(|state| StateSetup {
             name: state.name.clone(),
             area: Some(state.area.clone()),
+            lane: state.lane.clone(),
             skill: state.skill.clone(),
         })
         .collect()

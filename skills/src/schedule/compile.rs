@@ -92,7 +92,15 @@ fn bind(
                     .ok_or_else(|| unknown(state, "area", id))?,
             ),
         };
-        let lane = area.and_then(|area| map.areas()[area].lane);
+        let lane = match &state.lane {
+            None => area.and_then(|area| map.areas()[area].lane),
+            Some(id) => Some(
+                map.lanes()
+                    .iter()
+                    .position(|lane| lane.id == *id)
+                    .ok_or_else(|| unknown(state, "lane", id))?,
+            ),
+        };
         Ok(Bound { skill, area, lane })
     };
     machine.states().map(|(_, name)| bind_one(name)).collect()

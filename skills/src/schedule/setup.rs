@@ -111,6 +111,8 @@ pub struct StateSetup {
     pub name: String,
     /// The area that it is about.
     pub area: Option<String>,
+    /// The lane to drive on, or onto, when it is not the area's.
+    pub lane: Option<String>,
     /// The skill that runs.
     pub skill: String,
 }

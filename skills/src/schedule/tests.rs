@@ -86,6 +86,7 @@ fn plan() -> Plan {
     let state = |name: &str, area: &str, skill: &str| StateSetup {
         name: name.into(),
         area: Some(area.into()),
+        lane: None,
         skill: skill.into(),
     };
     Plan {
@@ -149,8 +150,17 @@ fn what_the_data_do_not_say_follows_from_the_machine() {
 }
 
 #[test]
+fn a_lane_of_the_states_own_goes_before_the_areas() {
+    let mut plan = plan();
+    plan.states[3].area = Some("a".into());
+    plan.states[3].lane = Some("back".into());
+    let schedules = plan.compile().unwrap();
+    assert_eq!((schedules[3].area, schedules[3].lane), (Some(0), Some(1)));
+}
+
+#[test]
 fn what_does_not_fit_is_refused_with_names() {
-    let cases: [(Spoil, &str); 8] = [
+    let cases: [(Spoil, &str); 9] = [
         (
             |plan| drop(plan.states.pop()),
             "state `halt` of the machine is described 0 times",
@@ -170,6 +180,10 @@ fn what_does_not_fit_is_refused_with_names() {
         (
             |plan| plan.states[0].area = Some("z".into()),
             "state `drive` names the area `z`",
+        ),
+        (
+            |plan| plan.states[0].lane = Some("z".into()),
+            "state `drive` names the lane `z`",
         ),
         (
             |plan| plan.states[0].area = None,

@@ -3,35 +3,16 @@
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
 use skills::control::TurnDirection;
-use skills::geometry::{Footprint, Point2, Pose2, Rect, Segment};
+use crate::floor::{FOOTPRINT, lidar, line, rect};
+use skills::geometry::{Pose2, Segment};
 use skills::map::{AreaData, LaneData, MapData, WallData};
 use skills::monitors::MonitorKind;
 use skills::navigator::{NavigationGains, NavigatorSetup};
 use skills::perception::{Feature, FeatureSet};
-use skills::scan::ScanGeometry;
 use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup};
 
-pub const FOOTPRINT: Footprint = Footprint {
-    front_m: 0.32,
-    rear_m: 0.08,
-    left_m: 0.15,
-    right_m: 0.15,
-};
-
-pub fn hall() -> Rect {
-    rect([0.0, -1.6], [10.0, 1.6])
-}
-
-pub fn lidar() -> ScanGeometry {
-    ScanGeometry::urg_04lx(Pose2::new(0.28, 0.0, 0.0), 4.0)
-}
-
-fn rect(min: [f64; 2], max: [f64; 2]) -> Rect {
-    Rect::new(min.into(), max.into())
-}
-
-fn line(from: [f64; 2], to: [f64; 2]) -> Segment {
-    Segment::new(Point2::from(from), Point2::from(to))
+pub fn walls() -> Vec<Segment> {
+    map().walls.into_iter().map(|wall| wall.line).collect()
 }
 
 fn map() -> MapData {
@@ -188,6 +169,7 @@ pub fn setup(start: Pose2) -> (NavigatorSetup, EventTable) {
         .map(|(name, area, skill)| StateSetup {
             name: name.into(),
             area: Some(area.into()),
+            lane: None,
             skill: skill.into(),
         })
         .into();
