@@ -1,6 +1,7 @@
 //! The command line.
 
 use std::ffi::OsString;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -8,7 +9,7 @@ use clap::{Args, Parser, Subcommand};
 use onboard::cli::EXIT_REFUSED;
 pub use onboard::cli::Failure;
 
-use crate::{devices, lap};
+use crate::{devices, lap, map, trials};
 
 #[derive(Debug, Parser)]
 #[command(
@@ -25,6 +26,12 @@ struct Cli {
 enum Command {
     /// One robot drives laps of a corridor
     Lap(LapArgs),
+    /// One robot over a course that uses every skill
+    Course(TrialArgs),
+    /// One robot through a corridor with boxes, people and another robot
+    Clutter(TrialArgs),
+    /// Draw a site file: walls, lanes, areas, zones, starts
+    Map(MapArgs),
     /// Run the devices of one robot alone until Ctrl-C
     Devices(DevicesArgs),
 }
@@ -54,6 +61,49 @@ pub struct LapArgs {
     /// Folder for summary.json and report.svg
     #[arg(long, value_name = "DIR", default_value = "target/rig/lap")]
     pub out: PathBuf,
+}
+
+/// Arguments of `rig course` and `rig clutter`.
+#[derive(Clone, Debug, Args)]
+pub struct TrialArgs {
+    /// Run on a simulated clock, without threads and devices
+    #[arg(long)]
+    pub stepped: bool,
+    /// Runs, with this seed and the following ones
+    #[arg(long, default_value_t = 1, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1_000_000))]
+    pub runs: usize,
+    /// Decides wheel errors, start offset, noise, and what stands in the way
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Threads for stepped runs [default: one for each core]
+    #[arg(long)]
+    pub jobs: Option<NonZeroUsize>,
+    /// Show no progress line
+    #[arg(long)]
+    pub headless: bool,
+    /// Robot file
+    #[arg(long, value_name = "FILE", default_value = "config/robots/amr-1.toml")]
+    pub robot: PathBuf,
+    /// Site file [default: the scenario's own]
+    #[arg(long, value_name = "FILE")]
+    pub site: Option<PathBuf>,
+    /// Change one value of either file, such as drive.max_speed_m_s=0.3
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Folder for what the runs leave [default: target/rig/SCENARIO]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// Arguments of `rig map`.
+#[derive(Clone, Debug, Args)]
+pub struct MapArgs {
+    /// Site file, or the name of one in config/sites
+    #[arg(value_name = "SITE")]
+    pub site: PathBuf,
+    /// Drawing to write [default: target/rig/map/NAME.svg]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `rig devices`.
@@ -92,6 +142,9 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     let result = match cli.command {
         Command::Lap(arguments) => lap::lap(&arguments),
+        Command::Course(arguments) => trials::course(&arguments),
+        Command::Clutter(arguments) => trials::clutter(&arguments),
+        Command::Map(arguments) => map::map(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
     };
     match result {

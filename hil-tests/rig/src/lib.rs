@@ -4,17 +4,28 @@
 //! - [`robot`] starts a robot, this program with a hidden subcommand, as a process of its own;
 //! - [`listener`] hears the robots on the network, as any third party could;
 //! - [`judge`] finds laps and violations in the world's truth;
-//! - [`lap`] is the scenario; [`summary`], [`report`] and [`progress`] are what it leaves and shows;
+//! - [`stage`] is all of these for one robot; [`lap`] a scenario on it;
+//! - [`trial`] judges what robots do in a course, [`trials`] runs such trials on a stage, or [`stepped`], and then by
+//!   the thousand in a [`campaign`](mod@campaign);
+//! - [`summary`], [`report`] and [`progress`] are what they leave and show;
+//! - [`map`](mod@map) draws a site file;
 //! - [`devices`] runs the devices of one robot alone, for any other program.
 
+pub mod campaign;
 pub mod cli;
 pub mod devices;
+pub mod folder;
 pub mod judge;
 pub mod lap;
 pub mod listener;
+pub mod map;
 pub mod process_usage;
 pub mod progress;
 pub mod report;
 pub mod robot;
+pub mod stage;
+pub mod stepped;
 pub mod summary;
 pub mod testbed;
+pub mod trial;
+pub mod trials;

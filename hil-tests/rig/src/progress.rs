@@ -26,7 +26,7 @@ impl Progress {
     }
 
     /// Shows the state: what the robot says of itself, and what is true.
-    pub fn show(&mut self, laps: u32, wanted: u32, heard: Option<&RobotState>, truth: &Truth) {
+    pub fn show(&mut self, what: &str, heard: Option<&RobotState>, truth: &Truth) {
         let period = if self.terminal {
             Duration::from_millis(200)
         } else {
@@ -45,7 +45,7 @@ impl Progress {
             .map(|fault| fault.name.as_str())
             .collect();
         let line = format!(
-            "lap {laps}/{wanted}  area {:<3} skill {:<12} speed {:5.2} m/s  clearance {:5.2} m  x {:5.2} y {:5.2}  {}",
+            "{what}  area {:<3} skill {:<12} speed {:5.2} m/s  clearance {:5.2} m  x {:5.2} y {:5.2}  {}",
             or_dash(&state.area),
             or_dash(&state.skill),
             truth.twist.v_m_s,

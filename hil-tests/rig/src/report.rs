@@ -9,6 +9,7 @@
 
 mod canvas;
 mod charts;
+mod floor;
 mod footprints;
 mod frame;
 mod header;
@@ -16,21 +17,27 @@ mod labels;
 mod legend;
 mod map;
 mod marks;
+mod page;
 mod run;
 mod scale;
 mod schedule;
+mod site;
 mod thin;
 
 #[cfg(test)]
 mod tests;
 
 use config::{RobotConfig, SiteConfig};
-use sim::world::Truth;
+use sim::world::{Shape, Truth};
 
+use crate::judge::{LARGEST_LATERAL_ERROR_M, LEAST_CLEARANCE_M};
 use crate::listener::Change;
 use crate::summary::Summary;
 
 use canvas::Canvas;
+pub use page::html;
+pub use site::site_svg;
+
 use run::Run;
 use schedule::Schedule;
 
@@ -44,7 +51,30 @@ const MARGIN_PX: f64 = 40.0;
 const PLOT_LEFT_PX: f64 = 96.0;
 const PLOT_RIGHT_PX: f64 = WIDTH_PX - MARGIN_PX;
 
-/// Draws the run of `robot`: `path` is its true states in order of time, `changes` may hold those of others, too.
+/// What is drawn as wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Less clearance is.
+    pub clearance_m: Option<f64>,
+    /// A larger lateral error on a lane is.
+    pub lateral_m: Option<f64>,
+}
+
+impl Limits {
+    /// Those of a robot that keeps to its lane.
+    pub const LANE: Self = Self {
+        clearance_m: Some(LEAST_CLEARANCE_M),
+        lateral_m: Some(LARGEST_LATERAL_ERROR_M),
+    };
+    /// Only contact is.
+    pub const CONTACT: Self = Self {
+        clearance_m: None,
+        lateral_m: None,
+    };
+}
+
+/// Draws the run of `robot`: `path` is its true states in order of time, `changes` may hold those of others, too;
+/// `obstacles` are what the site does not know, as they stood at the end.
 #[must_use]
 pub fn svg(
     site: &SiteConfig,
@@ -52,8 +82,10 @@ pub fn svg(
     path: &[Truth],
     changes: &[Change],
     summary: &Summary,
+    limits: &Limits,
+    obstacles: &[Shape],
 ) -> String {
-    let run = Run::new(site, robot, path, summary);
+    let run = Run::new(site, robot, path, summary, *limits, obstacles);
     let schedule = Schedule::new(&robot.identity.id, changes);
     let mut canvas = Canvas::default();
     let below_header = header::draw(&mut canvas, &run);

@@ -3,6 +3,8 @@
 use serde::Serialize;
 use serde_json::Value as Json;
 
+use crate::trial::Figures;
+
 /// The whole summary.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
@@ -20,6 +22,9 @@ pub struct Summary {
     pub robots: Vec<RobotSummary>,
     /// What must not happen and did, from the world's truth and the devices' own records.
     pub violations: Vec<Violation>,
+    /// What the judge of a trial found out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figures: Option<Figures>,
 }
 
 /// The machine that figures were measured on.
@@ -34,7 +39,7 @@ pub struct Machine {
 }
 
 /// What happened to one robot.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct RobotSummary {
     /// Its identity.
     pub id: String,
@@ -118,4 +123,10 @@ impl Machine {
             kernel: read("/proc/sys/kernel/osrelease").trim().to_owned(),
         }
     }
+}
+
+/// Metres and the like to a tenth of a millimetre: more digits say nothing.
+#[must_use]
+pub fn round(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
 }

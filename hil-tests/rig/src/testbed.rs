@@ -8,7 +8,9 @@ use config::{RobotConfig, SiteConfig};
 use sim::ethercat::{FaultHandle as BusFaults, ServeOptions, ServerHandle, serve_raw, serve_udp};
 use sim::kelo::{DriveHandle, KeloOptions, SimulatedDrive};
 use sim::lidar::{DeviceOptions, FaultHandle as LidarFaults, LidarOptions, LidarServer};
-use sim::world::{Footprint, Obstacle, Pose, RangeModel, RobotModel, SharedWorld, WorldConfig};
+use sim::world::{
+    Footprint, Obstacle, Pose, Random, RangeModel, RobotModel, SharedWorld, World, WorldConfig,
+};
 
 use crate::cli::Failure;
 
@@ -19,6 +21,11 @@ const LIDAR_PRIORITY: u8 = 85;
 const WHEEL_SCALE_ERROR: f64 = 0.01;
 /// Truth records that are kept: twenty minutes of four robots.
 const LOG_CAPACITY: usize = 240_000;
+/// Offset of the true start from the one in the file, drawn from the seed.
+const START_OFFSET_M: f64 = 0.05;
+const START_OFFSET_RAD: f64 = 0.05;
+/// Numbers drawn for the start have nothing to do with those that the world draws.
+const START_STREAM: u64 = 0x5354_4152;
 const MAX_CATCH_UP: Duration = Duration::from_secs(1);
 
 /// Where a robot's bus is to be.
@@ -45,7 +52,7 @@ pub struct Devices {
     pub lidar_faults: LidarFaults,
 }
 
-/// The world of a site with its robots.
+/// The world of a site with its robots, for the threads of their devices.
 ///
 /// # Errors
 /// [`Failure::Refused`] when the files describe no world.
@@ -54,6 +61,18 @@ pub fn world(
     robots: &[(&RobotConfig, Pose)],
     seed: u64,
 ) -> Result<SharedWorld, Failure> {
+    plain_world(site, robots, seed).map(SharedWorld::from)
+}
+
+/// The same for one thread alone.
+///
+/// # Errors
+/// [`Failure::Refused`] when the files describe no world.
+pub fn plain_world(
+    site: &SiteConfig,
+    robots: &[(&RobotConfig, Pose)],
+    seed: u64,
+) -> Result<World, Failure> {
     let obstacles = site
         .walls
         .iter()
@@ -63,7 +82,7 @@ pub fn world(
         .iter()
         .map(|(robot, start)| robot_model(robot, *start))
         .collect();
-    SharedWorld::new(WorldConfig {
+    World::new(WorldConfig {
         seed,
         obstacles,
         robots,
@@ -89,6 +108,18 @@ pub fn start_pose(site: &SiteConfig, robot_id: &str) -> Result<Pose, Failure> {
         robot.start.y_m,
         robot.start.theta_rad,
     ))
+}
+
+/// The start in the file, with an offset that the robot does not know of.
+#[must_use]
+pub fn drawn_start(start: Pose, seed: u64) -> Pose {
+    let mut random = Random::new(seed, START_STREAM);
+    let mut draw = |most: f64| random.symmetric(most);
+    Pose::new(
+        start.x_m + draw(START_OFFSET_M),
+        start.y_m + draw(START_OFFSET_M),
+        start.theta_rad + draw(START_OFFSET_RAD),
+    )
 }
 
 fn robot_model(robot: &RobotConfig, start: Pose) -> RobotModel {

@@ -18,6 +18,7 @@ text{font-family:'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;font-size:13px;
 .id{font-size:20px;font-weight:700;fill:#475569}.note{font-size:12px;fill:#64748b}
 .frame{fill:none;stroke:#cbd5e1}.grid{stroke:#e2e8f0}.mark{stroke:#94a3b8}
 .area{stroke:#94a3b8;stroke-width:.8}.zone{fill:none;stroke:#94a3b8;stroke-dasharray:2 4}
+.thing{fill:#78716c;fill-opacity:.35;stroke:#57534e;stroke-width:1.5}
 .wall{stroke:#1e293b;stroke-width:5;stroke-linecap:round}
 .scale{stroke:#1e293b;stroke-width:2.5;stroke-linecap:round}
 .lane{stroke:#94a3b8;stroke-width:1.2;stroke-dasharray:9 5}.arrow{fill:none;stroke:#64748b;stroke-width:1.6}

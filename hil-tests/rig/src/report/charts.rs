@@ -5,7 +5,7 @@ use super::labels::text_width_px;
 use super::run::{Run, Sample};
 use super::thin::{Column, columns};
 use super::{PLOT_LEFT_PX, PLOT_RIGHT_PX, scale};
-use crate::judge::{LARGEST_LATERAL_ERROR_M, LEAST_CLEARANCE_M};
+use crate::judge::LARGEST_LATERAL_ERROR_M;
 
 const HEIGHT_PX: f64 = 130.0;
 const GAP_PX: f64 = 58.0;
@@ -69,6 +69,7 @@ impl Plot {
 pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>, top_px: f64) -> f64 {
     let top_m_s = run.top_speed_m_s() * 1.12;
     let nearest = |sample: &Sample| sample.clearance_m.is_finite().then_some(sample.clearance_m);
+    let lateral_m = run.limits.lateral_m.unwrap_or(f64::INFINITY);
     let charts = [
         Chart {
             title: "True speed, m/s (dashed: the area's limit)",
@@ -83,7 +84,10 @@ pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>, top_px: f64) -> f64 {
             value: nearest,
             shown: (0.0, 0.3),
             most: (0.0, 4.0),
-            allowed: (LEAST_CLEARANCE_M, f64::INFINITY),
+            allowed: (
+                run.limits.clearance_m.unwrap_or(f64::NEG_INFINITY),
+                f64::INFINITY,
+            ),
             has_speed_limit: false,
         },
         Chart {
@@ -94,7 +98,7 @@ pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>, top_px: f64) -> f64 {
                 1.3 * LARGEST_LATERAL_ERROR_M,
             ),
             most: (-1.0, 1.0),
-            allowed: (-LARGEST_LATERAL_ERROR_M, LARGEST_LATERAL_ERROR_M),
+            allowed: (-lateral_m, lateral_m),
             has_speed_limit: false,
         },
     ];

@@ -1,8 +1,9 @@
 //! From metres to pixels: what the map covers, and its axes.
 
+use config::SiteConfig;
+
 use super::canvas::{Canvas, Px2};
 use super::labels::Field;
-use super::run::Run;
 use super::{PLOT_LEFT_PX, PLOT_RIGHT_PX, scale};
 
 /// A tall site is drawn smaller rather than longer.
@@ -23,8 +24,13 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    pub(super) fn new(run: &Run<'_>, top_px: f64) -> Self {
-        let extent = Extent::of(run);
+    /// Room for a site, and for the points of a path unless it leads far away.
+    pub(super) fn new(
+        site: &SiteConfig,
+        path: impl Iterator<Item = [f64; 2]>,
+        top_px: f64,
+    ) -> Self {
+        let extent = Extent::of(site, path);
         let [width_m, height_m] = extent.size_m();
         let room_px = PLOT_RIGHT_PX - PLOT_LEFT_PX;
         let px_per_m = (room_px / width_m).min(MOST_HEIGHT_PX / height_m);
@@ -112,8 +118,7 @@ impl Extent {
     };
 
     /// The floor that must be seen: the site, and the path unless it leads far away.
-    fn of(run: &Run<'_>) -> Self {
-        let site = run.site;
+    fn of(site: &SiteConfig, path: impl Iterator<Item = [f64; 2]>) -> Self {
         let mut extent = Self::NONE;
         for wall in &site.walls {
             extent.include([wall.from_m, wall.to_m]);
@@ -126,8 +131,8 @@ impl Extent {
             extent.include([region.min_m, region.max_m]);
         }
         let near = extent.grown(OUTSIDE_M);
-        for sample in &run.samples {
-            extent.include([near.nearest(sample.at_m())]);
+        for at_m in path {
+            extent.include([near.nearest(at_m)]);
         }
         if extent.is_none() {
             extent.include([[0.0; 2], [1.0; 2]]);

@@ -4,7 +4,6 @@ use super::canvas::{Canvas, shortened};
 use super::labels::text_width_px;
 use super::run::Run;
 use super::{MARGIN_PX, PLOT_RIGHT_PX, WIDTH_PX};
-use crate::judge::{LARGEST_LATERAL_ERROR_M, LEAST_CLEARANCE_M};
 
 /// Violations that are written out.
 const MOST_VIOLATIONS: usize = 12;
@@ -87,12 +86,16 @@ fn draw_figures(canvas: &mut Canvas, run: &Run<'_>) {
         (
             "min clearance",
             metres(clearance_m, 3),
-            clearance_m.is_some_and(|value| value < LEAST_CLEARANCE_M),
+            clearance_m
+                .zip(run.limits.clearance_m)
+                .is_some_and(|(value, least)| value < least),
         ),
         (
             "max lateral error",
             metres(lateral_m, 3),
-            lateral_m.is_some_and(|value| value > LARGEST_LATERAL_ERROR_M),
+            lateral_m
+                .zip(run.limits.lateral_m)
+                .is_some_and(|(value, most)| value > most),
         ),
         ("seed", run.summary.seed.to_string(), false),
     ];

@@ -79,7 +79,8 @@ fn draw_signs(canvas: &mut Canvas, at: Px2) {
     }
 }
 
-fn draw_scale_bar(canvas: &mut Canvas, frame: &Frame, y: f64) {
+/// How long a metre, or another round length, is.
+pub(super) fn draw_scale_bar(canvas: &mut Canvas, frame: &Frame, y: f64) {
     // The longest round length under 180 px.
     let most_m = 180.0 / frame.px_per_m;
     let power = 10f64.powf(most_m.log10().floor());

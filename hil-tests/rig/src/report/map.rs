@@ -1,12 +1,12 @@
 //! The upper panel: the map to scale, and what was driven on it.
 
-use super::canvas::{Canvas, Curve, Px2, shortened};
+use super::canvas::{Canvas, Curve, Px2};
 use super::frame::Frame;
-use super::labels::{Field, Labels, text_width_px};
+use super::labels::Labels;
 use super::run::{Run, Sample};
 use super::schedule::Schedule;
 use super::thin::apart;
-use super::{footprints, legend, marks, scale};
+use super::{floor, footprints, legend, marks, scale};
 
 /// Points of the path that are drawn, and how near they may be.
 const MOST_POINTS: usize = 4500;
@@ -20,7 +20,8 @@ pub(super) fn draw(
     schedule: &Schedule<'_>,
     top_px: f64,
 ) -> f64 {
-    let frame = Frame::new(run, top_px);
+    let path = run.samples.iter().map(Sample::at_m);
+    let frame = Frame::new(run.site, path, top_px);
     let mut labels = Labels::new(frame.field);
     let [left, top, width, height] = frame.field.rectangle();
     canvas.open("clipPath", format_args!("id=\"floor\""));
@@ -30,11 +31,12 @@ pub(super) fn draw(
     );
     canvas.close("clipPath");
     canvas.open("g", format_args!("clip-path=\"url(#floor)\""));
-    draw_areas(canvas, run, &frame, &mut labels);
-    draw_zones(canvas, run, &frame, &mut labels);
-    draw_lanes(canvas, run, &frame);
+    floor::draw_areas(canvas, run.site, &frame, &mut labels);
+    floor::draw_zones(canvas, run.site, &frame, &mut labels);
+    floor::draw_lanes(canvas, run.site, &frame);
     footprints::draw_faint(canvas, run, &frame);
-    draw_walls(canvas, run, &frame, &mut labels);
+    floor::draw_walls(canvas, run.site, &frame, &mut labels);
+    floor::draw_obstacles(canvas, run.obstacles, &frame);
     draw_path(canvas, run, &frame, &mut labels);
     let ends = footprints::draw_ends(canvas, run, &frame);
     marks::draw_violations(canvas, run, &frame, &mut labels);
@@ -42,112 +44,6 @@ pub(super) fn draw(
     canvas.close("g");
     frame.draw_axes(canvas);
     legend::draw(canvas, run, schedule, &frame)
-}
-
-fn draw_areas(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame, labels: &mut Labels) {
-    for (index, area) in run.site.areas.iter().enumerate() {
-        let field = frame.region(&area.region);
-        let [x, y, width, height] = field.rectangle();
-        let colour = scale::area_colour(index);
-        let control = &area.control;
-        let about = format!(
-            "{}, {} m/s",
-            control.manoeuvre.name(),
-            control.speed_limit_m_s
-        );
-        canvas.element_with_hint(
-            "rect",
-            format_args!(
-                "class=\"area\" fill=\"{colour}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\""
-            ),
-            &format!("area {}: {about}", area.id),
-        );
-        canvas.text("id", [x + 8.0, y + 23.0], &area.id);
-        let id_px = text_width_px(&area.id, 20.0) + 18.0;
-        let about_px = text_width_px(&about, 12.0);
-        let beside = id_px + about_px + 6.0 < width;
-        let mut covered = Field {
-            min: [x, y],
-            max: [x + id_px, y + 28.0],
-        };
-        if beside {
-            canvas.text("note", [x + id_px, y + 22.0], &about);
-            covered.max[0] += about_px;
-        }
-        labels.take(covered);
-    }
-}
-
-fn draw_zones(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame, labels: &mut Labels) {
-    // A little inside, since zones often share their borders with areas.
-    const INSET_PX: f64 = 4.0;
-    for zone in &run.site.perception {
-        let field = frame.region(&zone.region);
-        let [x, y, width, height] = field.rectangle();
-        canvas.element_with_hint(
-            "rect",
-            format_args!(
-                "class=\"zone\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"",
-                x + INSET_PX,
-                y + INSET_PX,
-                (width - 2.0 * INSET_PX).max(0.0),
-                (height - 2.0 * INSET_PX).max(0.0)
-            ),
-            &format!("perception zone {}, kind {}", zone.id, zone.kind),
-        );
-        let name = shortened(&format!("zone {}", zone.kind), 24);
-        let name_px = text_width_px(&name, 12.0);
-        let end = [field.max[0] - INSET_PX - 6.0, field.max[1] - INSET_PX - 7.0];
-        if name_px + 4.0 * INSET_PX < width {
-            canvas.text("note e", end, &name);
-            labels.take(Field {
-                min: [end[0] - name_px, end[1] - 13.0],
-                max: [end[0] + 4.0, end[1] + 5.0],
-            });
-        }
-    }
-}
-
-fn draw_lanes(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame) {
-    const ARROW_PX: f64 = 7.0;
-    const ARROWS_EVERY_M: f64 = 1.0;
-    let mut arrows = Curve::default();
-    for lane in &run.site.lanes {
-        let (from, to) = (frame.at(lane.from_m), frame.at(lane.to_m));
-        canvas.line("lane", from, to);
-        let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-        let length_px = dx.hypot(dy);
-        if length_px < 1.0 {
-            continue;
-        }
-        let (along, across) = (
-            [dx / length_px, dy / length_px],
-            [-dy / length_px, dx / length_px],
-        );
-        let count = (length_px / frame.px_per_m / ARROWS_EVERY_M)
-            .floor()
-            .clamp(1.0, 200.0) as u32;
-        for index in 0..count {
-            let share = (f64::from(index) + 0.5) / f64::from(count);
-            let tip = [from[0] + dx * share, from[1] + dy * share];
-            let wing = |side: f64| {
-                [0, 1]
-                    .map(|axis| tip[axis] - ARROW_PX * along[axis] + side * ARROW_PX * across[axis])
-            };
-            arrows.move_to(wing(1.0));
-            arrows.line_to(tip);
-            arrows.line_to(wing(-1.0));
-        }
-    }
-    canvas.curve("class=\"arrow\"", &arrows);
-}
-
-fn draw_walls(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame, labels: &mut Labels) {
-    for wall in &run.site.walls {
-        let (from, to) = (frame.at(wall.from_m), frame.at(wall.to_m));
-        canvas.line("wall", from, to);
-        labels.avoid_line(from, to);
-    }
 }
 
 /// The path, one curve for each colour, and red over it where it was wrong.
@@ -175,7 +71,7 @@ fn draw_path(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame, labels: &mut Lab
             curves[colour].move_to(from);
         }
         curves[colour].line_to(to);
-        let is_wrong = passed.iter().any(Sample::is_wrong);
+        let is_wrong = passed.iter().any(|sample| sample.is_wrong(&run.limits));
         if is_wrong {
             if !wrong_before {
                 wrong.move_to(from);

@@ -1,9 +1,9 @@
 //! The run as map and charts need it: true states with their time, area and place on the lane.
 
 use config::{Area, Manoeuvre, RobotConfig, SiteConfig};
-use sim::world::{Pose, Truth};
+use sim::world::{Pose, Shape, Truth};
 
-use crate::judge::{LARGEST_LATERAL_ERROR_M, LEAST_CLEARANCE_M};
+use super::Limits;
 use crate::summary::{RobotSummary, Summary, Violation};
 
 /// One robot's run.
@@ -12,6 +12,9 @@ pub(super) struct Run<'a> {
     pub(super) site: &'a SiteConfig,
     pub(super) robot: &'a RobotConfig,
     pub(super) summary: &'a Summary,
+    pub(super) limits: Limits,
+    /// What the site does not know.
+    pub(super) obstacles: &'a [Shape],
     /// In order of time.
     pub(super) samples: Vec<Sample>,
 }
@@ -42,12 +45,17 @@ impl Sample {
     }
 
     /// It is too near to something or too far from its lane.
-    pub(super) fn is_wrong(&self) -> bool {
+    pub(super) fn is_wrong(&self, limits: &Limits) -> bool {
+        let over = |value: Option<f64>, limit: Option<f64>| {
+            value
+                .zip(limit)
+                .is_some_and(|(value, limit)| value.abs() > limit)
+        };
         self.in_contact
-            || self.clearance_m < LEAST_CLEARANCE_M
-            || self
-                .lateral_m
-                .is_some_and(|lateral_m| lateral_m.abs() > LARGEST_LATERAL_ERROR_M)
+            || limits
+                .clearance_m
+                .is_some_and(|least_m| self.clearance_m < least_m)
+            || over(self.lateral_m, limits.lateral_m)
     }
 }
 
@@ -57,6 +65,8 @@ impl<'a> Run<'a> {
         robot: &'a RobotConfig,
         path: &[Truth],
         summary: &'a Summary,
+        limits: Limits,
+        obstacles: &'a [Shape],
     ) -> Self {
         let start_ns = start_ns(path, summary.duration_s);
         let mut area = None;
@@ -86,6 +96,8 @@ impl<'a> Run<'a> {
             site,
             robot,
             summary,
+            limits,
+            obstacles,
             samples,
         }
     }

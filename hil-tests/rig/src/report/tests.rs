@@ -3,11 +3,21 @@
 use config::{RobotConfig, SiteConfig};
 use sim::world::{Pose, Truth, Twist};
 
-use super::{LARGEST_BYTES, svg};
+use super::{LARGEST_BYTES, Limits};
 use crate::listener::Change;
 use crate::summary::{EthercatSummary, LidarSummary, Machine, RobotSummary, Summary, Violation};
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
+
+fn svg(
+    site: &SiteConfig,
+    robot: &RobotConfig,
+    path: &[Truth],
+    changes: &[Change],
+    summary: &Summary,
+) -> String {
+    super::svg(site, robot, path, changes, summary, &Limits::LANE, &[])
+}
 
 fn site() -> SiteConfig {
     config::load_site(format!("{FILES}/sites/corridor.toml"), &[]).expect("the site is good")
@@ -45,6 +55,7 @@ fn summary(duration_s: f64) -> Summary {
         },
         robots: vec![robot],
         violations: Vec::new(),
+        figures: None,
     }
 }
 
@@ -319,4 +330,21 @@ fn the_file_stays_small_whatever_happens() {
         &self::summary(150.0),
     );
     assert!(ordinary.len() < 200_000, "{} bytes", ordinary.len());
+}
+
+#[test]
+fn a_site_alone_is_a_drawing_that_names_everything() {
+    let site = site();
+    let svg = super::site_svg(&site);
+    assert!(svg.starts_with("<?xml") && svg.ends_with("</svg>\n") && svg.len() < LARGEST_BYTES);
+    for area in &site.areas {
+        assert!(svg.contains(&format!("{}: {}", area.id, area.control.manoeuvre.name())));
+    }
+    for lane in &site.lanes {
+        assert!(svg.contains(&format!("lane {}", lane.id)), "{}", lane.id);
+    }
+    for wall in &site.walls {
+        assert!(svg.contains(&format!("wall {}", wall.id)), "{}", wall.id);
+    }
+    assert!(svg.contains("amr-1 (normal)") && svg.contains("holds 1"));
 }

@@ -35,7 +35,7 @@ mod truth;
 mod walker;
 
 pub use collision::{Cause, Collision, STANDING_M_S};
-pub use geometry::{Footprint, Point, Pose, Rectangle, Segment, Twist};
+pub use geometry::{Footprint, Point, Pose, Rectangle, Segment, Twist, ray_hit_disc_m};
 pub use random::Random;
 pub use range_finder::{RANGE_STEPS, RangeFinder, RangeModel, STEPS_PER_TURN};
 pub use robot::RobotModel;

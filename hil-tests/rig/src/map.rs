@@ -1,0 +1,47 @@
+//! `rig map`: draws a site file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::cli::{Failure, MapArgs};
+use crate::report::site_svg;
+
+/// Where the sites that ship are.
+const SITES: &str = "config/sites";
+/// Where drawings go unless told otherwise.
+const OUT: &str = "target/rig/map";
+
+/// Draws a site.
+///
+/// # Errors
+/// [`Failure::Refused`] when the site is not good, [`Failure::Failed`] when the drawing cannot be written.
+pub fn map(arguments: &MapArgs) -> Result<(), Failure> {
+    let file = site_file(&arguments.site);
+    let site = config::load_site(&file, &[])
+        .map_err(|error| Failure::Refused(miette::Report::new(error)))?;
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new(OUT).join(format!("{}.svg", site.name)));
+    let unwritten = |error: std::io::Error| {
+        Failure::failed(format_args!("{} cannot be written: {error}", out.display()))
+    };
+    if let Some(folder) = out.parent() {
+        fs::create_dir_all(folder).map_err(unwritten)?;
+    }
+    fs::write(&out, site_svg(&site)).map_err(unwritten)?;
+    println!("wrote {}", out.display());
+    Ok(())
+}
+
+/// A site's file: the path itself, or the name of one that ships.
+#[must_use]
+pub fn site_file(site: &Path) -> PathBuf {
+    let shipped = Path::new(SITES).join(site).with_extension("toml");
+    let is_name = site.components().count() == 1 && site.extension().is_none();
+    if is_name && !site.exists() && shipped.exists() {
+        shipped
+    } else {
+        site.to_owned()
+    }
+}

@@ -1,0 +1,315 @@
+//! One robot's activities on a simulated clock.
+
+use std::path::Path;
+
+use config::{ActivityKind, FsmConfig, ThreadConfig, Trigger};
+use coordination::activity::event_loop_once;
+use coordination::symbols::{Reader, SymbolTable, Writer};
+use onboard::activities::control::Control;
+use onboard::activities::motion_tube::MotionTube;
+use onboard::activities::navigation::Navigation;
+use onboard::activities::proprioception::Proprioception;
+use onboard::activities::scans::ScanIntake;
+use onboard::cli::Files;
+use onboard::plan::{Plan, ns_from_ms};
+use onboard::port::Command;
+use onboard::reload::{Reload, ReloadEnds};
+use onboard::runner::RobotActivity;
+use onboard::runtime::Runtime;
+use onboard::values::{ActivityState, ThreadReport};
+use onboard::wiring::{ACTIVITIES, Wiring};
+use sim::world::{Random, World};
+
+use super::director::{Director, Note};
+use super::drive::SteppedDrive;
+use super::lidar::SteppedLidar;
+use crate::cli::Failure;
+use crate::trial::insight::{Belief, Insight};
+use crate::trial::operator::Instruction;
+
+const MILLISECOND_NS: u64 = 1_000_000;
+/// The supervisor's period.
+const DIRECTOR_NS: u64 = 100 * MILLISECOND_NS;
+/// Phases of the threads come from the seed.
+const PHASE_STREAM: u64 = 0x5048_4153;
+
+/// When the activities of one thread run.
+enum Clock {
+    Period { period_ns: u64, next_ns: u64 },
+    Scan { at_least_ns: u64, next_ns: u64 },
+}
+
+struct Thread {
+    clock: Clock,
+    activities: Vec<Box<dyn RobotActivity>>,
+}
+
+/// One robot.
+pub struct SteppedRobot {
+    drive: SteppedDrive,
+    lidar: SteppedLidar,
+    threads: Vec<Thread>,
+    director: Director,
+    director_next_ns: u64,
+    notes: Vec<(u64, Note)>,
+    insight: Insight,
+    // What nothing reads or writes here, and the shared memory itself.
+    _idle: Idle,
+}
+
+/// Ends of symbols that have no user, kept until the robot ends.
+struct Idle {
+    _states: Vec<Writer<ActivityState>>,
+    _threads: Vec<(Writer<ThreadReport>, Reader<ThreadReport>)>,
+    _reload: Reload,
+    _table: SymbolTable,
+}
+
+impl SteppedRobot {
+    /// Composes the robot of a plan as number `robot` of `world`. Its symbols live in `folder`, which must be its own.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when a part cannot be built.
+    pub fn new(
+        plan: &Plan,
+        files: &Files,
+        folder: &Path,
+        world: &World,
+        robot: usize,
+        now_ns: u64,
+    ) -> Result<Self, Failure> {
+        let runtime = Runtime::new(Some(folder.to_owned()))?;
+        let id = &plan.robot.identity.id;
+        let wiring = Wiring::build(id, &runtime.place(), &[]).map_err(Failure::refused)?;
+        let mut random = Random::new(world.seed(), PHASE_STREAM + robot as u64);
+        let mut director = Director::default();
+        let (reload, ends) = Reload::new(files.clone(), plan);
+        let mut states: Vec<_> = ACTIVITIES.into_iter().zip(wiring.states).collect();
+        let mut activities = compose(
+            plan,
+            &mut director,
+            &mut states,
+            ends,
+            Ends {
+                proprioception: wiring.proprioception,
+                navigation: wiring.navigation,
+                motion_tube: wiring.motion_tube,
+                control: wiring.control,
+            },
+        )
+        .map_err(Failure::refused)?;
+        let threads = plan
+            .robot
+            .threads
+            .iter()
+            .filter_map(|thread| stepped_thread(thread, &mut activities, &mut random, now_ns))
+            .collect();
+        director.configure();
+        let lidar_settings = plan.lidar_settings().map_err(Failure::refused)?;
+        Ok(Self {
+            drive: SteppedDrive::new(robot, plan.drive_settings(), wiring.drive),
+            lidar: SteppedLidar::new(world, robot, lidar_settings, wiring.lidar, now_ns),
+            threads,
+            director,
+            director_next_ns: now_ns,
+            notes: Vec::new(),
+            insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
+            _idle: Idle {
+                _states: states.into_iter().map(|(_, state)| state).collect(),
+                _threads: wiring.threads,
+                _reload: reload,
+                _table: wiring.table,
+            },
+        })
+    }
+
+    /// Everything that is due at `now_ns`, which advances by a millisecond each time: bus, motion, scan, navigation.
+    pub fn step(&mut self, world: &mut World, now_ns: u64) {
+        self.drive.cycle(world, now_ns);
+        let scanned = self.lidar.cycle(world, now_ns);
+        for thread in &mut self.threads {
+            if thread.clock.is_due(now_ns, scanned) {
+                for activity in &mut thread.activities {
+                    event_loop_once(activity.as_mut(), now_ns);
+                }
+            }
+        }
+        if now_ns >= self.director_next_ns {
+            self.director_next_ns = now_ns + DIRECTOR_NS;
+            let notes = &mut self.notes;
+            self.director.cycle(|note| notes.push((now_ns, note)));
+        }
+    }
+
+    /// What it believes.
+    pub fn belief(&mut self) -> Belief {
+        self.insight.look()
+    }
+
+    /// Gives leave for areas, in the site's order.
+    pub fn allow(&mut self, _granted: &[bool]) {}
+
+    /// Gives its machine an event with parameters; false when the machine does not know it.
+    pub fn instruct(&mut self, _fsm: &FsmConfig, _instruction: &Instruction) -> bool {
+        false
+    }
+
+    /// A command of an operator or of the supervisor.
+    pub fn tell(&mut self, activity: &str, command: Command) {
+        self.director.tell(activity, command);
+    }
+
+    /// What its activities have reported since the last call, with the time it was heard.
+    pub fn take_notes(&mut self) -> Vec<(u64, Note)> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// Commands that were lost because a queue was full; none are.
+    #[must_use]
+    pub fn lost_commands(&self) -> u64 {
+        self.director.lost()
+    }
+}
+
+impl Clock {
+    fn is_due(&mut self, now_ns: u64, scanned: bool) -> bool {
+        match self {
+            Self::Period { period_ns, next_ns } => {
+                let due = now_ns >= *next_ns;
+                if due {
+                    *next_ns += *period_ns;
+                }
+                due
+            }
+            Self::Scan {
+                at_least_ns,
+                next_ns,
+            } => {
+                let due = scanned || now_ns >= *next_ns;
+                if due {
+                    *next_ns = now_ns + *at_least_ns;
+                }
+                due
+            }
+        }
+    }
+}
+
+/// A thread of the robot file with those of its activities that run here, or `None` without any.
+fn stepped_thread(
+    thread: &ThreadConfig,
+    activities: &mut Vec<(ActivityKind, Box<dyn RobotActivity>)>,
+    random: &mut Random,
+    now_ns: u64,
+) -> Option<Thread> {
+    let mut mine = Vec::new();
+    for kind in &thread.activities {
+        if let Some(index) = activities.iter().position(|(other, _)| other == kind) {
+            mine.push(activities.swap_remove(index).1);
+        }
+    }
+    let phase_ns = |random: &mut Random, period_ns: u64| {
+        let slots = (period_ns / MILLISECOND_NS).max(1);
+        now_ns + (random.unit() * slots as f64) as u64 * MILLISECOND_NS
+    };
+    let clock = match thread.trigger {
+        _ if mine.is_empty() => return None,
+        Trigger::Period(period) => {
+            let period_ns = u64::try_from(period.as_nanos()).unwrap_or(u64::MAX);
+            Clock::Period {
+                period_ns,
+                next_ns: phase_ns(random, period_ns),
+            }
+        }
+        Trigger::Scan { at_least } => {
+            let at_least_ns = u64::try_from(at_least.as_nanos()).unwrap_or(u64::MAX);
+            Clock::Scan {
+                at_least_ns,
+                next_ns: phase_ns(random, at_least_ns),
+            }
+        }
+        // The file's check leaves no other trigger to activities that run here.
+        _ => return None,
+    };
+    Some(Thread {
+        clock,
+        activities: mine,
+    })
+}
+
+/// Ends of the symbols of the activities that run here.
+struct Ends {
+    proprioception: onboard::activities::proprioception::Symbols,
+    navigation: onboard::activities::navigation::Symbols,
+    motion_tube: onboard::activities::motion_tube::Symbols,
+    control: onboard::activities::control::Symbols,
+}
+
+/// The robot's own activities, of its own parts.
+fn compose(
+    plan: &Plan,
+    director: &mut Director,
+    states: &mut Vec<(&'static str, Writer<ActivityState>)>,
+    reload: ReloadEnds,
+    ends: Ends,
+) -> Result<Vec<(ActivityKind, Box<dyn RobotActivity>)>, onboard::plan::PlanError> {
+    let mut port = |kind: ActivityKind| {
+        let index = states.iter().position(|(name, _)| *name == kind.name());
+        let (name, state) = states.swap_remove(index.expect("every activity has a state symbol"));
+        director.port(name, state)
+    };
+    let intake = || {
+        ScanIntake::new(plan.scan_geometry()?)
+            .map_err(|error| onboard::plan::PlanError::Lidar(error.to_string()))
+    };
+    let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
+    let navigator = Box::new(plan.navigator()?);
+    let start = plan.start(navigator.machine().state());
+    let names = navigator
+        .machine()
+        .states()
+        .map(|(_, name)| name.to_owned())
+        .collect();
+    let proprioception = Proprioception::new(
+        port(ActivityKind::Proprioception),
+        ends.proprioception,
+        plan.dead_reckoning()?,
+    );
+    let navigation = Navigation::new(
+        port(ActivityKind::Navigation),
+        ends.navigation,
+        intake()?,
+        navigator,
+        reload.navigator,
+        start,
+    );
+    let motion_tube = MotionTube::new(
+        port(ActivityKind::MotionTube),
+        ends.motion_tube,
+        intake()?,
+        Box::new(plan.motion_tubes()?),
+        reload.tubes,
+        command_timeout_ns,
+    );
+    let control = Control::new(
+        port(ActivityKind::Control),
+        ends.control,
+        plan.wheel_controller()?,
+        command_timeout_ns,
+    );
+    director.name_states(names);
+    Ok(vec![
+        (ActivityKind::Proprioception, Box::new(proprioception) as _),
+        (ActivityKind::Navigation, Box::new(navigation) as _),
+        (ActivityKind::MotionTube, Box::new(motion_tube) as _),
+        (ActivityKind::Control, Box::new(control) as _),
+    ])
+}
+
+/// Sends a robot that runs as a process an instruction, as an operator would.
+///
+/// # Errors
+/// A sentence with the robot's reason.
+pub fn send(_runtime: &Runtime, _robot: &str, _instruction: &Instruction) -> Result<(), String> {
+    Err("not yet".to_owned())
+}

@@ -1,0 +1,73 @@
+//! What a robot believes, read from its symbols as any program of the same user can.
+
+use coordination::symbols::{Inspector, Place, Reader};
+use onboard::values::{NavigationState, PoseEstimate, TubeState};
+use sim::world::Pose;
+
+/// A window into one running robot.
+pub struct Insight {
+    pose: Reader<PoseEstimate>,
+    navigation: Reader<NavigationState>,
+    tubes: Reader<TubeState>,
+}
+
+/// What the robot believes at one time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Belief {
+    /// Time of the estimate, on the robot's clock; 0 before the first.
+    pub stamp_ns: u64,
+    /// `base_link` in `map`.
+    pub pose: Pose,
+    /// Standard deviations of x, y and heading.
+    pub std: [f64; 3],
+    /// It says that it does not know well enough where it is.
+    pub uncertain: bool,
+    /// State of its machine.
+    pub state: String,
+    /// Area of that state.
+    pub area: String,
+    /// Skill that runs.
+    pub skill: String,
+    /// What the motion tubes make of the command: free, shifted, slowed, stopped.
+    pub verdict: u64,
+    /// Why, as a number of the tubes' reasons.
+    pub reason: u64,
+}
+
+impl Insight {
+    /// Opens the window.
+    ///
+    /// # Errors
+    /// A sentence when the robot does not run, or not yet.
+    pub fn open(robot: &str, place: &Place) -> Result<Self, String> {
+        let inspector = Inspector::open(robot, place).map_err(|error| error.to_string())?;
+        let text = |error: coordination::symbols::SymbolError| error.to_string();
+        Ok(Self {
+            pose: inspector.reader("map").map_err(text)?,
+            navigation: inspector.reader("robot").map_err(text)?,
+            tubes: inspector.reader("adaptive").map_err(text)?,
+        })
+    }
+
+    /// Looks.
+    pub fn look(&mut self) -> Belief {
+        let pose = self.pose.read();
+        let navigation = self.navigation.read().value;
+        let tubes = self.tubes.read().value;
+        Belief {
+            stamp_ns: pose.stamp_ns,
+            pose: Pose::new(pose.value.x_m, pose.value.y_m, pose.value.theta_rad),
+            std: [
+                pose.value.std_x_m,
+                pose.value.std_y_m,
+                pose.value.std_theta_rad,
+            ],
+            uncertain: pose.value.uncertain != 0,
+            state: navigation.state.as_str().to_owned(),
+            area: navigation.area.as_str().to_owned(),
+            skill: navigation.skill.as_str().to_owned(),
+            verdict: tubes.verdict,
+            reason: tubes.reason,
+        }
+    }
+}
