@@ -1,0 +1,143 @@
+//! What can be wrong when a net or a machine is bound to protocols.
+
+use thiserror::Error;
+
+use crate::protocol::{ABORTED, FlagId, Party, Protocol};
+
+/// Why a net or a machine does not fit the protocols given.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum BindError {
+    /// Two sides were given the same name.
+    #[error("two protocols are called `{protocol}`")]
+    DuplicateProtocol {
+        /// The name.
+        protocol: String,
+    },
+    /// A binding names a protocol that was not given.
+    #[error("{user} names the unknown protocol `{protocol}`; known protocols: {known}")]
+    UnknownProtocol {
+        /// What names it.
+        user: String,
+        /// The unknown name.
+        protocol: String,
+        /// The names that were given.
+        known: String,
+    },
+    /// A binding names a flag that the protocol does not have.
+    #[error("{user} names the unknown flag `{flag}` of protocol `{protocol}`; its flags: {known}")]
+    UnknownFlag {
+        /// What names it.
+        user: String,
+        /// The protocol.
+        protocol: String,
+        /// The unknown name.
+        flag: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// What sets a flag must be on its owner's side, and what reads it on the other.
+    #[error("{user} is bound to flag `{flag}` of protocol `{protocol}`, which `{owner}` sets")]
+    WrongOwner {
+        /// What is bound.
+        user: String,
+        /// The protocol.
+        protocol: String,
+        /// The flag.
+        flag: String,
+        /// The party that owns it.
+        owner: String,
+    },
+    /// Something is bound to the abort of a protocol that the other party cannot abort.
+    #[error("{user} is bound to `{ABORTED}` of protocol `{protocol}`, whose keeper is not across")]
+    NeverAborted {
+        /// What is bound.
+        user: String,
+        /// The protocol.
+        protocol: String,
+    },
+    /// A flag fills several sources although its run can be aborted, which could then not take it
+    /// back from all of them.
+    #[error(
+        "flag `{flag}` of protocol `{protocol}` fills several sources, but the other party can abort its run; \
+         bind one source"
+    )]
+    SeveralSources {
+        /// The protocol.
+        protocol: String,
+        /// The flag.
+        flag: String,
+    },
+}
+
+/// Who uses a flag: the party that sets it, or the one that reads it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    Sets,
+    Reads,
+}
+
+/// What the other half of `<protocol>.<flag>` stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Named {
+    Flag(FlagId),
+    Abort,
+}
+
+/// Finds `flag` in `protocol`, called `name` here, for the side of `party`.
+pub(super) fn find_flag(
+    user: impl Fn() -> String,
+    (name, protocol): (&str, &Protocol),
+    party: Party,
+    role: Role,
+    flag: &str,
+) -> Result<Named, BindError> {
+    if flag == ABORTED {
+        return if role == Role::Reads && protocol.keeper() == Some(party.other()) {
+            Ok(Named::Abort)
+        } else {
+            Err(BindError::NeverAborted {
+                user: user(),
+                protocol: name.to_owned(),
+            })
+        };
+    }
+    let Some(id) = protocol.flag(flag) else {
+        let known: Vec<_> = protocol.flags().map(|(_, flag, _)| flag).collect();
+        return Err(BindError::UnknownFlag {
+            user: user(),
+            protocol: name.to_owned(),
+            flag: flag.to_owned(),
+            known: known.join(", "),
+        });
+    };
+    let setter = match role {
+        Role::Sets => party,
+        Role::Reads => party.other(),
+    };
+    match protocol.owner(id) {
+        Some(owner) if owner != setter => Err(BindError::WrongOwner {
+            user: user(),
+            protocol: name.to_owned(),
+            flag: flag.to_owned(),
+            owner: protocol.party_name(owner).to_owned(),
+        }),
+        _ => Ok(Named::Flag(id)),
+    }
+}
+
+/// The most flags that one run sets.
+pub(super) fn longest_run(protocol: &Protocol) -> u16 {
+    let depths = protocol.positions().map(|at| protocol.progress(at));
+    depths.max().unwrap_or(0)
+}
+
+/// All names that occur a second time.
+pub(super) fn duplicates<'a>(names: impl Iterator<Item = &'a str>) -> Vec<BindError> {
+    let mut seen = std::collections::HashSet::new();
+    names
+        .filter(|&name| !seen.insert(name))
+        .map(|name| BindError::DuplicateProtocol {
+            protocol: name.to_owned(),
+        })
+        .collect()
+}
