@@ -1,9 +1,13 @@
 //! All skills together drive a simulated tricycle through the corridor, lap after lap; judged by the simulation's truth.
 
+mod floor;
+mod junctions;
+mod lanes;
 mod laps;
 mod plant;
 mod robot;
 mod site;
+mod stops;
 mod trouble;
 
 use std::alloc::{GlobalAlloc, Layout, System};

@@ -1,7 +1,7 @@
-//! A tricycle with a caster in a rectangular hall, and the lidar on it: ideal ray casting plus noise.
+//! A tricycle with a caster between walls, and the lidar on it: ideal ray casting plus noise.
 
 use skills::drive::WheelSetpoints;
-use skills::geometry::{Footprint, Point2, Pose2, Rect, wrap_angle};
+use skills::geometry::{Footprint, Point2, Pose2, Rect, Segment, wrap_angle};
 use skills::odometry::{EncoderSample, TricycleGeometry};
 use skills::scan::ScanGeometry;
 
@@ -35,7 +35,7 @@ impl Random {
 }
 
 pub struct Plant {
-    pub hall: Rect,
+    pub walls: Vec<Segment>,
     pub obstacles: Vec<Rect>,
     pub geometry: TricycleGeometry,
     pub footprint: Footprint,
@@ -50,11 +50,11 @@ pub struct Plant {
 }
 
 impl Plant {
-    pub fn new(seed: u64, hall: Rect, footprint: Footprint, pose: Pose2) -> Self {
+    pub fn new(seed: u64, walls: Vec<Segment>, footprint: Footprint, pose: Pose2) -> Self {
         let mut random = Random::new(seed);
         let scale = [random.between(0.99, 1.01), random.between(0.99, 1.01)];
         Self {
-            hall,
+            walls,
             obstacles: Vec::new(),
             geometry: TricycleGeometry::default(),
             footprint,
@@ -98,24 +98,32 @@ impl Plant {
         self.encoders.stamp_ns = self.now_ns;
     }
 
-    /// Distance of the body from the nearest wall; negative outside the hall.
+    /// Distance of the body from the nearest wall; negative when it touches one.
     pub fn clearance_m(&self) -> f64 {
-        let corners = self
-            .footprint
+        let body = self.footprint.as_rect();
+        let mut nearest_m = f64::INFINITY;
+        for wall in &self.walls {
+            let seen = wall.seen_from(self.pose);
+            let length_m = seen.length_m();
+            let (enter_m, exit_m) = exit_range_m(&body, seen.a, seen.direction_rad());
+            if enter_m <= exit_m && exit_m >= 0.0 && enter_m <= length_m {
+                return -1.0;
+            }
+            let corners = self.footprint.corners();
+            nearest_m = corners
+                .iter()
+                .map(|&corner| seen.distance_m(corner))
+                .chain([seen.a, seen.b].map(|end| body.distance_m(end)))
+                .fold(nearest_m, f64::min);
+        }
+        nearest_m
+    }
+
+    /// The body's corners in `map`.
+    pub fn corners(&self) -> [Point2; 4] {
+        self.footprint
             .corners()
-            .map(|corner| self.pose.transform(corner));
-        let (min, max) = (self.hall.min, self.hall.max);
-        corners
-            .iter()
-            .flat_map(|c| {
-                [
-                    c.x_m - min.x_m,
-                    max.x_m - c.x_m,
-                    c.y_m - min.y_m,
-                    max.y_m - c.y_m,
-                ]
-            })
-            .fold(f64::INFINITY, f64::min)
+            .map(|corner| self.pose.transform(corner))
     }
 
     /// One beam, in millimetres or a code, as a URG reports it.
@@ -123,7 +131,11 @@ impl Plant {
         let sensor = self.pose.compose(scan.mount);
         let direction_rad = sensor.theta_rad + scan.beam_angle_rad(beam);
         let origin = sensor.position();
-        let mut range_m = exit_range_m(&self.hall, origin, direction_rad).1;
+        let mut range_m = self
+            .walls
+            .iter()
+            .filter_map(|wall| wall.ray_range_m(origin, direction_rad))
+            .fold(f64::INFINITY, f64::min);
         for obstacle in &self.obstacles {
             let (enter_m, exit_m) = exit_range_m(obstacle, origin, direction_rad);
             if enter_m >= 0.0 && enter_m <= exit_m {
@@ -132,7 +144,9 @@ impl Plant {
         }
         // Ten millimetres, or one per cent from a metre on.
         let std_m = 0.01 * range_m.max(1.0);
-        range_m += self.random.normal(std_m);
+        if range_m.is_finite() {
+            range_m += self.random.normal(std_m);
+        }
         if self.random.uniform() < 0.002 {
             return 1 + (self.random.uniform() * 18.0) as u16;
         }

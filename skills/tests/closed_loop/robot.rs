@@ -1,6 +1,7 @@
 //! The robot's software around the plant, with the timing of the real one: control every 5 ms, ten scans a second that
 //! arrive late, navigation on each scan and at least every 50 ms.
 
+use crate::floor::{FOOTPRINT, lidar};
 use crate::plant::{Plant, STEP_NS};
 use crate::site;
 use coordination::event::EventTable;
@@ -8,7 +9,7 @@ use skills::borders::AreaSet;
 use skills::drive::{DriveLimits, StopKind, WheelController, WheelSetpoints};
 use skills::geometry::{MotionCommand, Pose2};
 use skills::history::OdometryHistory;
-use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
+use skills::navigator::{NavigationInput, NavigationOutput, Navigator, NavigatorSetup};
 use skills::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
 use skills::scan::AlignedScan;
 
@@ -55,10 +56,16 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Starts near `believed`, off by what a person who puts it down misses.
+    /// In the reference corridor, on its laps.
     pub fn new(seed: u64, believed: Pose2) -> Self {
         let (setup, events) = site::setup(believed);
-        let mut plant = Plant::new(seed, site::hall(), site::FOOTPRINT, believed);
+        let plant = Plant::new(seed, site::walls(), FOOTPRINT, believed);
+        Self::around(plant, setup, events)
+    }
+
+    /// Starts near where the setup believes it, off by what a person who puts it down misses.
+    pub fn around(mut plant: Plant, setup: NavigatorSetup, events: EventTable) -> Self {
+        let believed = setup.start;
         let random = &mut plant.random;
         plant.pose = believed.compose(Pose2::new(
             random.between(-0.05, 0.05),
@@ -66,7 +73,7 @@ impl Robot {
             random.between(-0.03, 0.03),
         ));
         let geometry = TricycleGeometry::default();
-        let lidar = site::lidar();
+        let lidar = lidar();
         let next_scan_ns = plant.now_ns + 50 * STEP_NS;
         Self {
             plant,
@@ -125,9 +132,76 @@ impl Robot {
             allowed: self.allowed,
         });
         self.allocations += crate::allocations() - before;
+        self.judge(&output);
         self.command = output.command;
         self.output = Some(output);
         self.output
+    }
+
+    /// What holds in every step of every run.
+    fn judge(&self, output: &NavigationOutput) {
+        let (before, after) = (self.command, output.command);
+        let dt_s = match &self.output {
+            Some(last) => (output.now_ns - last.now_ns) as f64 * 1e-9,
+            None => 0.0,
+        };
+        let faster_m_s = after.speed_m_s.abs() - before.speed_m_s.abs();
+        assert!(faster_m_s <= 0.5 * dt_s + 1e-9, "{faster_m_s} in {dt_s}");
+        assert!(
+            before.speed_m_s * after.speed_m_s >= 0.0,
+            "{before:?} {after:?}"
+        );
+        assert!(after.curvature_1_m.abs() <= 2.5 && after.speed_m_s.abs() <= 0.4);
+        let ahead = self.navigator.planned_path();
+        let near = ahead
+            .first()
+            .is_none_or(|first| first.position().distance_m(output.pose.position()) < 0.06);
+        assert!(near, "{ahead:?} from {:?}", output.pose);
+    }
+
+    /// The name of the machine's state.
+    pub fn state(&self) -> &str {
+        let machine = self.navigator.machine();
+        machine.state_name(machine.state())
+    }
+
+    /// From the estimated to the true pose.
+    pub fn pose_error_m(&self) -> f64 {
+        self.output.map_or(0.0, |output| {
+            let truth = self.plant.pose.position();
+            truth.distance_m(output.pose.position())
+        })
+    }
+
+    /// Drives until the machine is in `state`, and so long in it.
+    pub fn run_until(&mut self, state: &str, limit_s: f64) {
+        for _ in 0..(limit_s * 1e3) as u64 {
+            self.step();
+            assert!(
+                self.plant.clearance_m() > 0.0,
+                "touches a wall: {:?}",
+                self.output
+            );
+            if self.state() == state {
+                return;
+            }
+        }
+        panic!(
+            "never in {state}: {:?} at {:?}",
+            self.output, self.plant.pose
+        );
+    }
+
+    /// Drives for a time.
+    pub fn run_for(&mut self, seconds: f64) {
+        for _ in 0..(seconds * 1e3) as u64 {
+            self.step();
+            assert!(
+                self.plant.clearance_m() > 0.0,
+                "touches a wall: {:?}",
+                self.output
+            );
+        }
     }
 
     fn control(&mut self) {
@@ -161,7 +235,7 @@ impl Robot {
         if now_ns < self.next_scan_ns {
             return;
         }
-        let lidar = site::lidar();
+        let lidar = lidar();
         if self.next_beam == 0 {
             self.raw_stamp_ns = now_ns;
         }

@@ -1,9 +1,9 @@
 //! The corridor with its lanes, areas, skills and machine, as the reference site describes it.
 
+use crate::floor::{FOOTPRINT, lidar, line, rect};
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
 use skills::control::TurnDirection;
-use crate::floor::{FOOTPRINT, lidar, line, rect};
 use skills::geometry::{Pose2, Segment};
 use skills::map::{AreaData, LaneData, MapData, WallData};
 use skills::monitors::MonitorKind;

@@ -1,3 +1,4 @@
+use crate::floor::lidar;
 use crate::plant::Random;
 use crate::robot::{Robot, Trouble};
 use crate::site;
@@ -222,8 +223,8 @@ fn whatever_comes_in_the_command_is_a_sane_number() {
     let (setup, events) = site::setup(START);
     let mut navigator = Navigator::new(setup).unwrap();
     let mut history = OdometryHistory::default();
-    let mut scan = AlignedScan::new(site::lidar()).unwrap();
-    let mut raw = vec![0; site::lidar().beams];
+    let mut scan = AlignedScan::new(lidar()).unwrap();
+    let mut raw = vec![0; lidar().beams];
     let mut odometry = Odometry::default();
     for step in 10..4000u64 {
         let now_ns = step * 50_000_000;
