@@ -119,6 +119,14 @@ impl PoseFilter {
         self.judge();
     }
 
+    /// Takes over what another filter knows, and keeps its own gains.
+    pub fn adopt(&mut self, other: &Self) {
+        let gains = self.gains;
+        *self = other.clone();
+        self.gains = gains;
+        self.judge();
+    }
+
     /// Moves the pose by what odometry moved since the last call, and returns that: the new `base_link` in the old one.
     pub fn predict(&mut self, odometry: &Odometry) -> Pose2 {
         let Some(last) = self.last.replace(*odometry) else {

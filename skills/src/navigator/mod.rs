@@ -21,6 +21,7 @@ mod look;
 mod motion;
 mod output;
 mod setup;
+mod take_over;
 
 pub use instruction::{Instruction, InstructionError};
 pub use output::{
