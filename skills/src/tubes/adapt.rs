@@ -83,7 +83,7 @@ impl MotionTubes {
             set.grid(),
             *set.footprint(),
             *set.geometry(),
-            &set.backward_mask(),
+            &set.floor_mask(),
             set.parameters().floor_memory_m,
         );
         let near_m = set.footprint().length_m().max(set.footprint().width_m());
@@ -136,6 +136,7 @@ impl MotionTubes {
         let near = Surroundings {
             occupied: self.memory.occupied(),
             unknown: self.floor.unknown(),
+            unassumed: self.floor.unassumed(),
         };
         for (id, streak) in self.set.ids().zip(self.streaks.iter_mut()) {
             let free = self.set.is_free(id, &self.known, near);
@@ -248,6 +249,7 @@ impl MotionTubes {
         let near = Surroundings {
             occupied: self.memory.occupied(),
             unknown: self.floor.unknown(),
+            unassumed: self.floor.unassumed(),
         };
         self.selector()
             .nearest_behind(wanted.curvature_1_m)

@@ -1,9 +1,12 @@
-//! Which floor out of view is known to be free, so that the robot may drive backwards over it.
+//! Which floor out of view is known to be free, so that the robot may swing its tail over it, or drive backwards.
 //!
-//! That nothing is remembered behind the robot does not say that nothing is there: perhaps it never looked. So floor
-//! counts as known only where a scan saw it free, or the robot's own body has stood, within the last few metres of
+//! That nothing is remembered beside or behind the robot does not say that nothing is there: perhaps it never looked. So
+//! floor counts as known only where a scan saw it free, or the robot's own body has stood, within the last few metres of
 //! driving. It is kept on a grid in the odometry frame; what a newer scan sees occupied is unknown again, and so is
 //! everything after a jump of the odometry.
+//!
+//! Where a robot is put down, what is beside it was looked at by who did so: that much is *assumed* for tubes ahead, which
+//! could not begin to turn otherwise, and not for tubes backwards.
 //!
 //! Not known is what has come in behind the robot since: the way that is kept should be short where others drive.
 //!
@@ -24,9 +27,11 @@ const FARTHEST_M: f64 = 1e6;
 struct Cell {
     column: i16,
     row: i16,
-    /// Millimetres driven then; 0 for never.
+    /// Millimetres driven then, the last bit gone; 0 for never. The last bit says that it was only assumed.
     at_mm: u32,
 }
+
+const ASSUMED: u32 = 1;
 
 /// Floor that was seen free.
 #[derive(Clone, Debug)]
@@ -39,8 +44,9 @@ pub struct Floor {
     narrowed_m: Box<[f32]>,
     /// Cells of the near grid that some tube asks about.
     asked: Box<[u32]>,
-    /// Words of the near grid; set where the floor is not known.
+    /// Words of the near grid; set where the floor is not known, and where it is not even assumed.
     unknown: Box<[u64]>,
+    unassumed: Box<[u64]>,
     kept_mm: u32,
     driven_m: f64,
     pose: Option<Pose2>,
@@ -77,6 +83,7 @@ impl Floor {
             narrowed_m: vec![0.0; beams].into_boxed_slice(),
             asked,
             unknown: vec![u64::MAX; grid.words()].into_boxed_slice(),
+            unassumed: vec![u64::MAX; grid.words()].into_boxed_slice(),
             kept_mm: (kept_m.max(0.0) * 1e3) as u32,
             driven_m: 0.0,
             pose: None,
@@ -89,10 +96,17 @@ impl Floor {
         &self.unknown
     }
 
+    /// The same, where it is not even assumed.
+    #[must_use]
+    pub fn unassumed(&self) -> &[u64] {
+        &self.unassumed
+    }
+
     /// Forgets everything, as when the odometry frame jumps.
     pub fn clear(&mut self) {
         self.cells.fill(Cell::default());
         self.unknown.fill(u64::MAX);
+        self.unassumed.fill(u64::MAX);
         self.pose = None;
     }
 
@@ -109,8 +123,12 @@ impl Floor {
         if let Some(before) = self.pose {
             self.driven_m += before.position().distance_m(pose.position());
         }
+        let begins = self.pose.is_none();
         self.pose = Some(pose);
         self.narrow(known);
+        if begins {
+            self.assume(pose);
+        }
         self.look(pose);
         self.ask(pose);
     }
@@ -120,6 +138,22 @@ impl Floor {
         let ranges_m = &known.as_array()[..self.geometry.beams];
         for (narrow_m, three) in self.narrowed_m[1..].iter_mut().zip(ranges_m.windows(3)) {
             *narrow_m = three[0].min(three[1]).min(three[2]);
+        }
+    }
+
+    /// Marks the cells beside and behind the robot as assumed.
+    fn assume(&mut self, pose: Pose2) {
+        let at_mm = self.now_mm() | ASSUMED;
+        let cell_m = self.grid.cell_m();
+        let count = (2.0 * self.grid.half_m() / cell_m) as i64 + 1;
+        let corner = |at_m: f64| ((at_m - self.grid.half_m()) / cell_m).floor() as i64;
+        for row in (corner(pose.y_m)..).take(count as usize) {
+            for column in (corner(pose.x_m)..).take(count as usize) {
+                let at = Point2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_m;
+                if pose.inverse_transform(at).x_m <= self.footprint.front_m {
+                    self.cells[place(column, row)] = Cell::new(column, row, at_mm);
+                }
+            }
         }
     }
 
@@ -139,9 +173,9 @@ impl Floor {
         let per_rad = 1.0 / self.geometry.angle_step_rad as f32;
         let last = self.geometry.beams as f32 - 2.0;
         let margin_m = cell_m as f32 / 2.0;
-        for row in row_0..row_0 + count {
+        for row in (row_0..).take(count as usize) {
             let y_m = (row as f64 + 0.5) * cell_m - pose.y_m;
-            for column in column_0..column_0 + count {
+            for column in (column_0..).take(count as usize) {
                 let x_m = (column as f64 + 0.5) * cell_m - pose.x_m;
                 let in_base = Point2::new(cos * x_m + sin * y_m, cos * y_m - sin * x_m);
                 let cell = &mut self.cells[place(column, row)];
@@ -178,26 +212,29 @@ impl Floor {
             let column = (pose.x_m + cos * centre.x_m - sin * centre.y_m) / cell_m - 0.5;
             let row = (pose.y_m + sin * centre.x_m + cos * centre.y_m) / cell_m - 0.5;
             let (column, row) = (column.floor() as i64, row.floor() as i64);
-            let is_known = |column: i64, row: i64| {
+            let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(right, up)| {
+                let (column, row) = (column + right, row + up);
                 let cell = &self.cells[place(column, row)];
-                cell.at_mm > 0
+                let is_kept = cell.at_mm > ASSUMED
                     && cell.stands_for(column, row)
-                    && now_mm - cell.at_mm <= self.kept_mm
-            };
-            let known = is_known(column, row)
-                && is_known(column + 1, row)
-                && is_known(column, row + 1)
-                && is_known(column + 1, row + 1);
+                    && now_mm - (cell.at_mm & !ASSUMED) <= self.kept_mm;
+                (is_kept, is_kept && cell.at_mm & ASSUMED == 0)
+            });
             let bit = 1 << (asked % 64);
-            let word = &mut self.unknown[asked as usize / 64];
-            *word = if known { *word & !bit } else { *word | bit };
+            let word = asked as usize / 64;
+            set(&mut self.unassumed[word], bit, !around.iter().all(|cell| cell.0));
+            set(&mut self.unknown[word], bit, !around.iter().all(|cell| cell.1));
         }
     }
 
-    /// Never 0.
+    /// Even, and never 0.
     fn now_mm(&self) -> u32 {
-        1 + (self.driven_m * 1e3) as u32
+        (2 + (self.driven_m * 1e3) as u32) & !ASSUMED
     }
+}
+
+fn set(word: &mut u64, bit: u64, on: bool) {
+    *word = if on { *word | bit } else { *word & !bit };
 }
 
 impl Cell {

@@ -32,7 +32,7 @@ pub(super) struct Tube {
     /// The grid's word that the mask begins with.
     pub grid_word: u32,
     pub refused: bool,
-    /// Floor out of view must be known free; ahead it is enough that nothing was seen there.
+    /// Floor out of view must be known to be free; ahead it may be assumed.
     pub backward: bool,
 }
 
@@ -43,6 +43,18 @@ pub struct Surroundings<'a> {
     pub occupied: &'a [u64],
     /// It was neither seen free nor driven over.
     pub unknown: &'a [u64],
+    /// Neither that, nor assumed free where the robot was put down.
+    pub unassumed: &'a [u64],
+}
+
+impl<'a> Surroundings<'a> {
+    fn missing(&self, backward: bool) -> &'a [u64] {
+        if backward {
+            self.unknown
+        } else {
+            self.unassumed
+        }
+    }
 }
 
 /// All tubes of a robot. Made once; evaluation reads it only.
@@ -190,15 +202,11 @@ impl TubeSet {
         self.grid
     }
 
-    /// The cells of the grid, as bits, whose floor must be known before some tube backwards is free.
+    /// The cells of the grid, as bits, whose floor must be known before some tube is free.
     #[must_use]
-    pub fn backward_mask(&self) -> Vec<u64> {
+    pub fn floor_mask(&self) -> Vec<u64> {
         let mut all = vec![0; self.grid.words()];
-        for tube in self
-            .tubes
-            .iter()
-            .filter(|tube| tube.backward && !tube.refused)
-        {
+        for tube in &self.tubes {
             let first = tube.first_word as usize;
             let mask = &self.mask_words[first..first + tube.words as usize];
             for (all, word) in all[tube.grid_word as usize..].iter_mut().zip(mask) {
@@ -209,14 +217,14 @@ impl TubeSet {
     }
 
     /// Whether a tube is free: every sample's beam is known to be free beyond the sample, and where the sensor does not
-    /// look nothing is remembered and, behind the robot, the floor is known.
+    /// look nothing is remembered, and the floor is known.
     #[must_use]
     pub fn is_free(&self, id: TubeId, known: &KnownRanges, near: Surroundings<'_>) -> bool {
         let tube = &self.tubes[id.0 as usize];
         !tube.refused
             && self.samples_free(tube, known.as_array())
             && self.mask_free(tube, near.occupied)
-            && (!tube.backward || self.mask_free(tube, near.unknown))
+            && self.mask_free(tube, near.missing(tube.backward))
     }
 
     /// A tube that would be free if the floor out of view were known.
@@ -227,11 +235,10 @@ impl TubeSet {
         near: Surroundings<'_>,
     ) -> bool {
         let tube = &self.tubes[id.0 as usize];
-        tube.backward
-            && !tube.refused
+        !tube.refused
             && self.samples_free(tube, known.as_array())
             && self.mask_free(tube, near.occupied)
-            && !self.mask_free(tube, near.unknown)
+            && !self.mask_free(tube, near.missing(tube.backward))
     }
 
     #[inline]

@@ -15,6 +15,14 @@ pub const SMALL: Footprint = Footprint {
     right_m: 0.15,
 };
 
+/// The big robot.
+pub const BIG: Footprint = Footprint {
+    front_m: 0.65,
+    rear_m: 0.25,
+    left_m: 0.35,
+    right_m: 0.35,
+};
+
 pub fn urg() -> ScanGeometry {
     ScanGeometry::urg_04lx(Pose2::new(0.28, 0.0, 0.0), 4.0)
 }
