@@ -3,6 +3,7 @@
 //! The public contract is `proto/fleet.proto` with `PROTOCOL.md`; this crate is its Rust side. It opens no network:
 //! whoever holds a zenoh session uses the keys of [`keys`] and the messages of [`wire`].
 
+pub mod client;
 pub mod keys;
 pub mod level;
 pub mod protocols;

@@ -1,0 +1,12 @@
+//! The area manager: which robot may be in which area, and who goes first.
+//!
+//! * [`setup`]: the areas and robots of one site;
+//! * [`manager`]: the manager itself, pure: reports in, journal entries and reports out, no clock, network or file;
+//! * [`journal`]: what survives a restart.
+//!
+//! A step is always the same: hand in what arrived, write the entries to the journal, and only then send the messages.
+//! So whatever a robot was told, the next start of the mediator knows.
+
+pub mod journal;
+pub mod manager;
+pub mod setup;

@@ -1,0 +1,105 @@
+//! What a person should hear of.
+
+use contract::VersionMismatch;
+use contract::level::LevelError;
+use coordination::protocol::MergeError;
+
+/// Something that happened and should not have. Its text says what to do.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Alarm {
+    /// A report of a robot that the site does not list.
+    #[error(
+        "robot `{0}` is unknown here: list it under [robots] of the site file, or correct its identity.id"
+    )]
+    UnknownRobot(String),
+    /// A report in another language.
+    #[error("robot `{robot}`: {mismatch}")]
+    Version {
+        /// Who.
+        robot: String,
+        /// Which version.
+        mismatch: VersionMismatch,
+    },
+    /// A robot that drives by another map.
+    #[error(
+        "robot `{robot}` drives by site `{found}`, expected `{expected}`: give it this mediator's site file"
+    )]
+    Site {
+        /// Who.
+        robot: String,
+        /// What it says.
+        found: String,
+        /// Ours.
+        expected: String,
+    },
+    /// A name or level that makes no sense; that part of the report was ignored.
+    #[error("robot `{robot}`, area `{area}`: {what}; ignored")]
+    BadReport {
+        /// Who.
+        robot: String,
+        /// About which area.
+        area: String,
+        /// What was wrong.
+        what: BadReport,
+    },
+    /// No report for too long.
+    #[error("robot `{robot}` is silent; blocked until it is back or cleared: {areas}")]
+    Silent {
+        /// Who.
+        robot: String,
+        /// Where it may be.
+        areas: String,
+    },
+    /// It is heard again.
+    #[error("robot `{robot}` is back")]
+    Back {
+        /// Who.
+        robot: String,
+    },
+    /// The journal lacked what the robot had been told; what the robot says is taken over.
+    #[error(
+        "robot `{robot}` is further with area `{area}` than the journal, which has lost its last entries; taken over from the robot"
+    )]
+    Adopted {
+        /// Who.
+        robot: String,
+        /// About which area.
+        area: String,
+    },
+    /// A robot reaches into an area that it was not granted.
+    #[error(
+        "robot `{robot}` is in area `{area}` without a grant; nobody else is let in until it has left"
+    )]
+    Intruder {
+        /// Who.
+        robot: String,
+        /// Where.
+        area: String,
+    },
+    /// More robots than it holds stand in an area.
+    #[error("area `{area}` holds {capacity} and {found} are in it: {robots}")]
+    Overfull {
+        /// Where.
+        area: String,
+        /// How many it holds.
+        capacity: u32,
+        /// How many there are.
+        found: usize,
+        /// Who.
+        robots: String,
+    },
+}
+
+/// What was wrong with one part of a report.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum BadReport {
+    /// The site has no such area.
+    #[error("this site has no such area")]
+    UnknownArea,
+    /// Numbers that no level has.
+    #[error(transparent)]
+    Level(#[from] LevelError),
+    /// A level that cannot follow on ours.
+    #[error("its level does not follow on ours: {0}")]
+    Merge(#[from] MergeError),
+}

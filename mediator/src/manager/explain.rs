@@ -1,0 +1,178 @@
+//! Why a robot waits, and how everything stands.
+
+use super::Manager;
+
+/// An area, for people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AreaStatus {
+    /// Its id.
+    pub id: String,
+    /// How many robots it holds.
+    pub capacity: u32,
+    /// Of the last grant.
+    pub fence: u64,
+    /// Robots that hold it, with the fence of their grant.
+    pub holders: Vec<(String, u64)>,
+    /// Robots that are in it without holding it, or were when they fell silent.
+    pub standing: Vec<String>,
+    /// Robots that wait for it, in order.
+    pub waiting: Vec<String>,
+    /// A silent robot occupies it.
+    pub blocked: bool,
+    /// Nobody is let in.
+    pub closed: bool,
+}
+
+/// A robot, for people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotStatus {
+    /// Its id.
+    pub id: String,
+    /// By the site file.
+    pub role: String,
+    /// Counts its boots; 0: never heard of.
+    pub session: u64,
+    /// It is heard.
+    pub heard: bool,
+    /// It knows where it is.
+    pub located: bool,
+    /// Milliseconds since it was heard.
+    pub age_ms: u64,
+    /// Areas it holds.
+    pub holds: Vec<String>,
+    /// Areas it waits for, each with the reason.
+    pub waits: Vec<(String, String)>,
+    /// Why a process that speaks for it was refused.
+    pub refusal: String,
+}
+
+/// Everything.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Status {
+    /// How often the mediator has started.
+    pub epoch: u64,
+    /// Robots that must report before anything is granted.
+    pub awaited: Vec<String>,
+    /// Areas, in the order of the site file.
+    pub areas: Vec<AreaStatus>,
+    /// Robots, in the order of the site file.
+    pub robots: Vec<RobotStatus>,
+}
+
+impl Manager {
+    /// How everything stands.
+    #[must_use]
+    pub fn status(&self, now_ns: u64) -> Status {
+        let name = |robot: usize| self.robots[robot].id.clone();
+        let areas = self.areas.iter().enumerate().map(|(index, area)| {
+            let holds = |robot: &usize| self.robots[*robot].holds(index);
+            let fence = |robot: usize| self.robots[robot].run(index).map_or(0, |run| run.fence);
+            AreaStatus {
+                id: area.id.clone(),
+                capacity: area.capacity,
+                fence: area.fence,
+                holders: self
+                    .occupants(index)
+                    .filter(holds)
+                    .map(|robot| (name(robot), fence(robot)))
+                    .collect(),
+                standing: self
+                    .occupants(index)
+                    .filter(|robot| !holds(robot))
+                    .map(name)
+                    .collect(),
+                waiting: area.queue.iter().map(|&robot| name(robot)).collect(),
+                blocked: self
+                    .occupants(index)
+                    .any(|robot| !self.robots[robot].is_heard()),
+                closed: self.is_closed(index),
+            }
+        });
+        let robots = self.robots.iter().enumerate().map(|(index, robot)| {
+            let ids = |areas: Vec<usize>| -> Vec<String> {
+                areas
+                    .into_iter()
+                    .map(|area| self.areas[area].id.clone())
+                    .collect()
+            };
+            RobotStatus {
+                id: robot.id.clone(),
+                role: robot.role.clone(),
+                session: robot.session,
+                heard: robot.is_heard(),
+                located: robot.located,
+                age_ms: now_ns.saturating_sub(robot.heard_ns) / 1_000_000,
+                holds: ids((0..self.areas.len())
+                    .filter(|&area| robot.holds(area))
+                    .collect()),
+                waits: self
+                    .waits_for(index)
+                    .into_iter()
+                    .map(|area| {
+                        let why = self.explain(index, area, now_ns);
+                        (self.areas[area].id.clone(), why)
+                    })
+                    .collect(),
+                refusal: robot
+                    .refused
+                    .as_ref()
+                    .map_or_else(String::new, |(_, why)| why.clone()),
+            }
+        });
+        Status {
+            epoch: self.epoch,
+            awaited: self.awaited.iter().map(|&robot| name(robot)).collect(),
+            areas: areas.collect(),
+            robots: robots.collect(),
+        }
+    }
+
+    /// In a sentence, why a robot that has asked for an area was not granted it.
+    pub(super) fn explain(&self, robot: usize, area: usize, now_ns: u64) -> String {
+        let name = |robot: usize| self.robots[robot].id.as_str();
+        let state = &self.robots[robot];
+        let asked_ns = state.run(area).map_or(now_ns, |run| run.asked_ns);
+        let since_s = now_ns.saturating_sub(asked_ns) as f64 * 1e-9;
+        let mut text = format!("for {since_s:.1} s: ");
+        if !self.awaited.is_empty() {
+            let awaited: Vec<&str> = self.awaited.iter().map(|&robot| name(robot)).collect();
+            text += &format!(
+                "nothing is granted until {} has reported or its areas are cleared",
+                awaited.join(", ")
+            );
+            return text;
+        }
+        if !state.is_heard() {
+            return text + "the robot itself is silent";
+        }
+        if !state.located {
+            return text + "the robot itself does not know where it is";
+        }
+        let inside = self.occupants(area).filter(|&other| other != robot);
+        let mut reasons: Vec<String> = inside
+            .map(|other| {
+                let it = &self.robots[other];
+                let how = match it.run(area) {
+                    _ if it.intrudes(area) => "in it without a grant".to_owned(),
+                    Some(run) if run.is_entered() => format!("in it, fence {}", run.fence),
+                    Some(run) if run.is_held() => format!("granted, fence {}", run.fence),
+                    _ => "standing there".to_owned(),
+                };
+                let silent = if it.is_heard() { "" } else { ", silent" };
+                format!("{} ({how}{silent})", it.id)
+            })
+            .collect();
+        let ahead = self.areas[area]
+            .queue
+            .iter()
+            .take_while(|&&other| other != robot);
+        reasons.extend(ahead.map(|&other| {
+            let it = &self.robots[other];
+            format!("{} ({}, asked before it or goes first)", it.id, it.role)
+        }));
+        if reasons.is_empty() {
+            return text + "it is about to be granted";
+        }
+        text + &reasons.join(", ")
+    }
+}

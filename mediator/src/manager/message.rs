@@ -1,0 +1,80 @@
+//! What the manager says to a robot.
+
+use super::Manager;
+use contract::wire::{AccessGrant, MediatorReport, RobotReport, TakeUp};
+use contract::{VERSION, level};
+
+/// So many refusals wait to be sent; of more, the oldest is left out and comes again with the next report.
+const STRANGERS: usize = 32;
+
+impl Manager {
+    /// The whole of what the robot must know, as of now.
+    pub(super) fn message(
+        &mut self,
+        robot: usize,
+        boot_epoch: u64,
+        session: u64,
+        now_ns: u64,
+    ) -> MediatorReport {
+        self.robots[robot].sent += 1;
+        let state = &self.robots[robot];
+        let refusal = state.refusal(boot_epoch);
+        let refused = !refusal.is_empty();
+        let access = state.runs.iter().enumerate();
+        let access = access.filter_map(|(area, run)| {
+            let run = run.as_ref().filter(|run| run.is_known() && !refused)?;
+            Some(AccessGrant {
+                area: self.areas[area].id.clone(),
+                level: Some(level::encode(run.level())),
+                fence: run.fence,
+                waits_for: if run.waits() {
+                    self.explain(robot, area, now_ns)
+                } else {
+                    String::new()
+                },
+            })
+        });
+        MediatorReport {
+            version: Some(VERSION.into()),
+            mediator_epoch: self.epoch,
+            sequence: state.sent,
+            robot_id: state.id.clone(),
+            boot_epoch,
+            session: if refused { 0 } else { session },
+            refusal: refusal.to_owned(),
+            role: state.role.clone(),
+            access: access.collect(),
+            revocations: Vec::new(),
+            control: None,
+            take_up: self.take_up(robot, session),
+        }
+    }
+
+    /// Tells a robot that the site does not list why nobody answers it.
+    pub(super) fn refuse_stranger(&mut self, report: &RobotReport, refusal: String) {
+        if self.strangers.len() == STRANGERS {
+            self.strangers.remove(0);
+        }
+        self.strangers.push(MediatorReport {
+            version: Some(VERSION.into()),
+            mediator_epoch: self.epoch,
+            // The robot's own number grows, so it takes the next refusal for news too.
+            sequence: report.sequence,
+            robot_id: report.robot_id.clone(),
+            boot_epoch: report.boot_epoch,
+            refusal,
+            ..MediatorReport::default()
+        });
+    }
+
+    /// For a robot that has not yet said where it is, and that left something behind when it restarted.
+    fn take_up(&self, robot: usize, session: u64) -> Option<TakeUp> {
+        let state = &self.robots[robot];
+        let was_there = !state.fsm_state.is_empty();
+        (was_there && (session != state.session || !state.placed)).then(|| TakeUp {
+            // Known only if this mediator has heard it: from a journal the pose would be too old.
+            pose: state.pose,
+            fsm_state: state.fsm_state.clone(),
+        })
+    }
+}

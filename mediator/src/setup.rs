@@ -1,0 +1,78 @@
+//! What the manager knows of its site before any robot speaks.
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+/// A piece of floor that is owned as a whole.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AreaSetup {
+    /// Its semantic id.
+    pub id: String,
+    /// How many robots it holds.
+    pub capacity: u32,
+}
+
+/// A robot that may register.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotSetup {
+    /// Its semantic id.
+    pub id: String,
+    /// What it is on this site, such as "normal" or "emergency". Never taken from a message.
+    pub role: String,
+    /// Who goes first: the larger one.
+    pub priority: u32,
+    /// Areas that it reaches into at its start pose. As long as it was never heard, it is taken to be there.
+    pub starts_in: Vec<String>,
+}
+
+/// A site.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setup {
+    /// The site's name, as the robots' site files say it.
+    pub site: String,
+    /// All managed areas.
+    pub areas: Vec<AreaSetup>,
+    /// All robots of the site.
+    pub robots: Vec<RobotSetup>,
+    /// A robot that was not heard for longer is silent.
+    pub silent_after: Duration,
+}
+
+/// What is wrong with a setup.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SetupError {
+    /// An id is used twice.
+    #[error("two {kind}s are called `{id}`")]
+    Duplicate {
+        /// Area or robot.
+        kind: &'static str,
+        /// The id.
+        id: String,
+    },
+    /// A robot starts where no area is.
+    #[error("robot `{robot}` starts in area `{area}`, which the site does not have")]
+    UnknownStart {
+        /// The robot.
+        robot: String,
+        /// The area.
+        area: String,
+    },
+    /// No robot fits into it.
+    #[error("area `{0}` has capacity 0, expected at least 1")]
+    NoCapacity(String),
+}
+
+/// Dense indices by id.
+pub(crate) fn index<'a>(
+    kind: &'static str,
+    ids: impl Iterator<Item = &'a String>,
+) -> Result<HashMap<String, usize>, SetupError> {
+    let mut index = HashMap::new();
+    for (number, id) in ids.enumerate() {
+        if index.insert(id.clone(), number).is_some() {
+            let id = id.clone();
+            return Err(SetupError::Duplicate { kind, id });
+        }
+    }
+    Ok(index)
+}
