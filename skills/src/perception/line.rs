@@ -13,8 +13,11 @@ use nalgebra::Matrix2;
 
 /// Pairs of points that are tried.
 const PAIRS: usize = 48;
-/// Passes of the refinement.
-const PASSES: usize = 4;
+/// Passes of the refinement; the last ones believe only what is as near as noise explains.
+const PASSES: usize = 6;
+const NARROW_PASSES: usize = 3;
+/// No wall is flatter than this.
+const FLATNESS_M: f64 = 0.015;
 /// Coverage is counted in pieces of this length.
 const PIECE_M: f64 = 0.1;
 const PIECES: usize = 128;
@@ -46,6 +49,21 @@ struct WallPoint {
     reach_m: f64,
     /// One over the points on the same piece: what stands near is dense, and counts no more for that.
     share: f64,
+}
+
+impl WallPoint {
+    /// As far from the line as noise alone takes it.
+    fn noise_reach_m(&self) -> f64 {
+        self.reach_m.min(FLATNESS_M.max(INLIER_SIGMA * self.std_m))
+    }
+}
+
+/// What lies on one piece of a wall.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    weight: f64,
+    residual: f64,
+    along: f64,
 }
 
 /// across = offset + slope · (along − centre)
@@ -227,11 +245,17 @@ impl LineFitter {
 
     fn refine(&self, start: Line) -> Option<Line> {
         let mut line = start;
-        for _ in 0..PASSES {
+        for pass in 0..PASSES {
+            let narrow = pass + NARROW_PASSES >= PASSES;
             let (mut sum, mut along, mut across) = (0.0, 0.0, 0.0);
             let (mut square, mut product, mut counted) = (0.0, 0.0, 0.0);
             for point in &self.near {
-                let tukey = tukey(line.residual_m(point) / (1.5 * point.reach_m));
+                let reach_m = if narrow {
+                    point.noise_reach_m()
+                } else {
+                    point.reach_m
+                };
+                let tukey = tukey(line.residual_m(point) / (1.5 * reach_m));
                 if tukey > 0.0 {
                     let weight = tukey / (point.std_m * point.std_m);
                     let from_centre_m = point.along_m - line.centre_m;
@@ -265,6 +289,7 @@ impl LineFitter {
         let (mut inliers, mut squares, mut misfit) = (0usize, 0.0, 0.0);
         let (mut weights, mut spread) = (0.0, 0.0);
         let (mut covered, mut all) = (0u128, 0u128);
+        let mut pieces = [Piece::default(); PIECES];
         for point in &self.near {
             all |= 1 << piece(point);
             let residual_m = line.residual_m(point);
@@ -276,6 +301,10 @@ impl LineFitter {
                 misfit += weight * residual_m * residual_m;
                 weights += weight;
                 spread += weight * (point.along_m - line.centre_m).powi(2);
+                let piece = &mut pieces[piece(point)];
+                piece.weight += weight;
+                piece.residual += weight * residual_m;
+                piece.along += weight * (point.along_m - line.centre_m);
             }
         }
         let share = f64::from(covered.count_ones()) / f64::from(all.count_ones().max(1));
@@ -286,8 +315,9 @@ impl LineFitter {
         // Points that scatter more than their noise explains make the line less certain,
         // and few points leave open which of them belong to it.
         let inflation = (misfit / inliers as f64).max(1.0) * (1.0 + FEW_POINTS / inliers as f64);
-        let across_variance = inflation / weights + FLOOR_ACROSS_M.powi(2);
-        let angle_variance = inflation / spread + FLOOR_ANGLE_RAD.powi(2);
+        let (uneven_m2, uneven_rad2) = unevenness(&pieces);
+        let across_variance = (inflation / weights).max(uneven_m2) + FLOOR_ACROSS_M.powi(2);
+        let angle_variance = (inflation / spread).max(uneven_rad2) + FLOOR_ANGLE_RAD.powi(2);
 
         let turned_rad = line.slope.atan();
         let direction_rad = self.expected.direction_rad() + turned_rad;
@@ -312,6 +342,22 @@ impl LineFitter {
             rms_m: (squares / inliers as f64).sqrt(),
         })
     }
+}
+
+/// Variances across and of the angle, as the pieces scatter about the line: a box close to the wall shifts many points
+/// together, which no number of points averages away.
+fn unevenness(pieces: &[Piece; PIECES]) -> (f64, f64) {
+    let (mut count, mut squares, mut spread) = (0.0, 0.0, 0.0);
+    for piece in pieces.iter().filter(|piece| piece.weight > 0.0) {
+        count += 1.0;
+        squares += (piece.residual / piece.weight).powi(2);
+        spread += (piece.along / piece.weight).powi(2);
+    }
+    let scatter = squares / f64::max(count - 2.0, 1.0);
+    (
+        scatter / f64::max(count, 1.0),
+        scatter / f64::max(spread, 1e-6),
+    )
 }
 
 /// The piece of wall that a point lies on; a very long wall counts round.

@@ -32,17 +32,26 @@ const MIN_SPAN_M: f64 = 0.40;
 const MIN_SPAN_SHARE: f64 = 0.5;
 /// Shorter than this nothing is a wall.
 const LEAST_SPAN_M: f64 = 0.15;
+/// The less is known where the wall should be, the more of it must be seen: a robot has straight sides, too.
+const SPAN_SIGMA: f64 = 10.0;
+const SPAN_MAX_M: f64 = 1.2;
 /// Of the beams that should hit a wall, this share must.
 const MIN_BEAM_SHARE: f64 = 0.15;
 /// Coverage is counted in pieces of this length.
 const PIECE_M: f64 = 0.1;
+const PIECES: usize = 128;
 /// A beam passes through a line when it ends this far beyond it, and so many standard deviations of its noise.
 const BEYOND_M: f64 = 0.03;
 const BEYOND_SIGMA: f64 = 2.0;
 /// Near the ends of a wall nobody knows whether a beam passes through or beside it.
 const END_SLACK_M: f64 = 0.10;
-/// A wall may look open for this share of what is seen of it: dark paint, a door.
+/// A wall may look open for this share of what is seen of it: dark paint, a door;
 const MAX_THROUGH_SHARE: f64 = 0.35;
+/// but hardly where what is seen lies this near behind it: that is the wall then, and this something before it.
+const MAX_NEAR_SHARE: f64 = 0.15;
+const BEHIND_M: f64 = 0.8;
+/// So much may be open in any case.
+const OPEN_M: f64 = 0.2;
 /// A wall of which this much, and this share of what should be in view, is looked through is not there.
 const MISSING_M: f64 = 0.6;
 const MISSING_SHARE: f64 = 0.5;
@@ -289,17 +298,19 @@ impl WallMatcher {
             let ends_m = END_SLACK_M + GATE_SIGMA * std_along_m(covariance, line.unit());
             let enough = tally.given as usize >= self.gains.min_points
                 && f64::from(tally.given) >= MIN_BEAM_SHARE * f64::from(tally.expected);
+            let unit = line.unit();
+            let across_std_m = std_along_m(covariance, Point2::new(-unit.y_m, unit.x_m));
             let fit = if enough {
-                self.fit(wall, &in_base, eye, sight_m, visible_m)
+                let known_m = (SPAN_SIGMA * across_std_m).min(SPAN_MAX_M);
+                let span_m = MIN_SPAN_M.min(MIN_SPAN_SHARE * visible_m).max(LEAST_SPAN_M);
+                self.fit(wall, &in_base, eye, sight_m, span_m.max(known_m))
             } else {
                 None
             };
             if let Some(fit) = fit {
                 let found = found_line(&in_base, &fit);
-                let through_m = self.seen_through_m(&found, eye, ends_m, 0.0);
-                if through_m <= MAX_THROUGH_SHARE * fit.covered_m
-                    && self.seen.len() < self.seen.capacity()
-                {
+                let beyond = self.seen_beyond(&found, eye, ends_m, 0.0);
+                if !beyond.refutes(fit.covered_m) && self.seen.len() < self.seen.capacity() {
                     self.seen.push(SeenWall { wall, line, fit });
                     continue;
                 }
@@ -307,8 +318,8 @@ impl WallMatcher {
             // Nothing there that could be the wall. Is it hidden, or is it not there?
             let unit = line.unit();
             let across_m = GATE_SIGMA * std_along_m(covariance, Point2::new(-unit.y_m, unit.x_m));
-            let through_m = self.seen_through_m(&in_base, eye, ends_m, across_m);
-            if through_m >= MISSING_M.max(MISSING_SHARE * visible_m) {
+            let beyond = self.seen_beyond(&in_base, eye, ends_m, across_m);
+            if beyond.all_m >= MISSING_M.max(MISSING_SHARE * visible_m) {
                 counts.walls_through += 1;
             }
         }
@@ -323,7 +334,7 @@ impl WallMatcher {
         in_base: &Segment,
         eye: Point2,
         sight_m: f64,
-        visible_m: f64,
+        span_m: f64,
     ) -> Option<WallFit> {
         self.fitter.begin(in_base, eye, sight_m);
         for beam in &self.beams {
@@ -331,37 +342,72 @@ impl WallMatcher {
                 self.fitter.offer(beam.end, beam.gate_m);
             }
         }
-        let span_m = MIN_SPAN_M.min(MIN_SPAN_SHARE * visible_m).max(LEAST_SPAN_M);
         self.fitter.solve(span_m)
     }
 
-    /// How much of a segment (in `base_link`) beams pass through, its ends left out; `slack_m` beyond it still count as
-    /// on it.
-    fn seen_through_m(&self, segment: &Segment, eye: Point2, ends_m: f64, slack_m: f64) -> f64 {
+    /// What is seen beyond a segment (in `base_link`), its ends left out; what ends within `slack_m` behind it still
+    /// counts as on it.
+    fn seen_beyond(&self, segment: &Segment, eye: Point2, ends_m: f64, slack_m: f64) -> Beyond {
         let (unit, length_m) = (segment.unit(), segment.length_m());
         let eye_m = unit.cross(eye - segment.a);
         let eye_along_m = unit.dot(eye - segment.a);
-        let mut pieces = 0u128;
+        let mut pieces = [Piece::default(); PIECES];
         for beam in &self.beams {
             let from_start = beam.end - segment.a;
             let beyond_m = -unit.cross(from_start) * eye_m.signum();
             let depth_m = beyond_m + eye_m.abs();
-            if beyond_m <= 0.0 || depth_m <= 1e-3 {
+            let range_m = beam.end.distance_m(eye);
+            let noise_m = beam.range_std_m * depth_m / range_m.max(1e-3);
+            let reach_m = BEYOND_M + BEYOND_SIGMA * noise_m;
+            if depth_m <= 1e-3 || beyond_m < -reach_m {
                 continue;
             }
             let share = eye_m.abs() / depth_m;
             let along_m = eye_along_m + share * (unit.dot(from_start) - eye_along_m);
-            let range_m = beam.end.distance_m(eye);
-            let noise_m = beam.range_std_m * depth_m / range_m.max(1e-3);
-            if beyond_m > slack_m + BEYOND_M + BEYOND_SIGMA * noise_m
-                && along_m > ends_m
-                && along_m < length_m - ends_m
-            {
-                let piece = ((along_m - eye_along_m) / PIECE_M).floor() + 64.0;
-                pieces |= 1 << (piece.clamp(0.0, 127.0) as u32);
+            if !(along_m > ends_m && along_m < length_m - ends_m) {
+                continue;
+            }
+            let place = ((along_m - eye_along_m) / PIECE_M).floor() + (PIECES / 2) as f64;
+            let piece = &mut pieces[place.clamp(0.0, (PIECES - 1) as f64) as usize];
+            piece.beams += 1;
+            if beyond_m > slack_m + reach_m {
+                piece.through += 1;
+                piece.near += u16::from(beyond_m < slack_m + BEHIND_M);
             }
         }
-        PIECE_M * f64::from(pieces.count_ones())
+        let length = |open: fn(&Piece) -> u16| {
+            let open = |piece: &&Piece| 2 * open(piece) > piece.beams;
+            PIECE_M * pieces.iter().filter(open).count() as f64
+        };
+        Beyond {
+            all_m: length(|piece| piece.through),
+            near_m: length(|piece| piece.near),
+        }
+    }
+}
+
+/// Beams that cross a short piece of a line or end there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    beams: u16,
+    through: u16,
+    near: u16,
+}
+
+/// How much of a line is looked through.
+#[derive(Clone, Copy, Debug)]
+struct Beyond {
+    /// Altogether.
+    all_m: f64,
+    /// Where what is seen lies close behind the line.
+    near_m: f64,
+}
+
+impl Beyond {
+    /// A line of which so much was covered cannot be the wall.
+    fn refutes(&self, covered_m: f64) -> bool {
+        self.near_m > OPEN_M.max(MAX_NEAR_SHARE * covered_m)
+            || self.all_m > OPEN_M.max(MAX_THROUGH_SHARE * covered_m)
     }
 }
 
