@@ -1,6 +1,7 @@
 //! All skills together drive a simulated tricycle through the corridor, lap after lap; judged by the simulation's truth.
 
 mod floor;
+mod hostile;
 mod junctions;
 mod lanes;
 mod laps;
