@@ -6,6 +6,7 @@
 mod floor;
 mod fsm;
 mod map;
+mod net;
 mod robot;
 mod room;
 mod skills;
@@ -19,6 +20,7 @@ use crate::report::Report;
 use crate::robot::RobotConfig;
 use crate::site::SiteConfig;
 
+pub(crate) use net::check as net;
 pub use together::check_together;
 
 pub(crate) fn robot(robot: &RobotConfig, report: &Report) {

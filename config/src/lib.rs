@@ -2,7 +2,8 @@
 //!
 //! A **robot file** (`robots/amr-1.toml`) says what one robot is made of; a
 //! **site file** (`sites/corridor.toml`) says where it drives and what it does
-//! there. [`load_robot`] and [`load_site`] read them into plain structs,
+//! there; a **net file** (`nets/t-junction.toml`) says how robots in roles and the
+//! mediator coordinate. [`load_robot`], [`load_site`] and [`load_net`] read them into plain structs,
 //! [`check_together`] checks what only both can tell.
 //!
 //! Everything wrong with a file is collected and returned at once as a
@@ -20,6 +21,7 @@ mod diagnostic;
 mod geometry;
 mod hint;
 mod load;
+mod net;
 mod origin;
 mod overrides;
 mod quantity;
@@ -33,7 +35,11 @@ mod tree;
 pub use check::check_together;
 pub use diagnostic::{ConfigError, Problem, ProblemKind};
 pub use geometry::{PoseConfig, Rect};
-pub use load::{load_robot, load_site, parse_robot, parse_site};
+pub use load::{load_net, load_robot, load_site, parse_net, parse_robot, parse_site};
+pub use net::{
+    MEDIATOR, NetArray, NetCommand, NetConfig, NetFlag, NetParty, NetPlace, NetProtocol, NetRole,
+    NetSet, NetSituation, NetTransition,
+};
 pub use origin::Origin;
 pub use overrides::Override;
 pub use robot::{

@@ -1,5 +1,6 @@
 //! From a file to a configuration: read, parse, override, convert, check.
 
+mod net;
 mod robot;
 mod site;
 
@@ -19,6 +20,8 @@ use crate::report::Report;
 use crate::robot::RobotConfig;
 use crate::site::SiteConfig;
 use crate::tree::{self, Entry};
+
+pub use net::{load_net, parse_net};
 
 /// The top-level keys of a robot file.
 pub(crate) const ROBOT_SECTIONS: &[&str] = &[

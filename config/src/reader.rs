@@ -5,6 +5,7 @@
 //! a configuration. What a section is asked for is what it knows: every other
 //! key in it is reported as unknown.
 
+mod named;
 mod values;
 
 use std::cell::RefCell;
@@ -213,17 +214,15 @@ impl<'a> Section<'a> {
         let known = self.known.into_inner();
         let mut missing = self.missing.into_inner();
         let all_known = known.contains(&"*");
+        let written = |key: &str| {
+            let mut entries = self.entries.unwrap_or_default().iter();
+            entries.any(|entry| entry.key == key)
+        };
+        let free: Vec<&str> = known.iter().copied().filter(|key| !written(key)).collect();
         for entry in self.entries.unwrap_or_default() {
             if all_known || known.iter().any(|key| *key == entry.key) {
                 continue;
             }
-            let written = |key: &str| {
-                self.entries
-                    .unwrap_or_default()
-                    .iter()
-                    .any(|entry| entry.key == key)
-            };
-            let free: Vec<&str> = known.iter().copied().filter(|key| !written(key)).collect();
             let place = if self.path.is_empty() {
                 "at the top of the file".to_owned()
             } else {
@@ -235,7 +234,10 @@ impl<'a> Section<'a> {
                 format!("unknown key `{}`", entry.key),
                 format!("a known key {place}: {}", hint::list(&known, "or")),
             );
-            if let Some((meant, advice)) = hint::for_key(&entry.key, &free) {
+            // Guessing takes time; a report that is full shows none of it.
+            if !self.report.is_full()
+                && let Some((meant, advice)) = hint::for_key(&entry.key, &free)
+            {
                 missing.retain(|(key, _)| *key != meant);
                 problem = problem.with_hint(advice);
             }

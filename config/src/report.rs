@@ -33,6 +33,11 @@ impl Report {
         }
     }
 
+    /// Whether further problems are only counted.
+    pub(crate) fn is_full(&self) -> bool {
+        self.problems.borrow().len() >= MOST_PROBLEMS
+    }
+
     /// Whether any of these keys, what is below it or what is around it already has a problem.
     pub(crate) fn touched(&self, keys: &[&str]) -> bool {
         let below = |key: &str, outer: &str| {

@@ -163,7 +163,7 @@ impl Section<'_> {
             .map(|node| self.read_text(&self.at(key), node, expected))
     }
 
-    fn read_text(&self, key: &str, node: &Node, expected: &str) -> String {
+    pub(super) fn read_text(&self, key: &str, node: &Node, expected: &str) -> String {
         match &node.value {
             Value::Text(text) if text.trim().is_empty() || text.contains(['\0', '\n']) => {
                 let found = node.value.show();

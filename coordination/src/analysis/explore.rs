@@ -1,6 +1,6 @@
 //! The search through all states, and what it proves.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::closed::{Closed, Move};
 use super::graph;
@@ -9,6 +9,7 @@ use super::report::{Report, Warning};
 use super::store::Store;
 use super::usage::{Limits, Situation, Use};
 use crate::petri::NetModel;
+use crate::protocol::FlagId;
 
 /// How many transitions that do not fire are explained, in each situation.
 const EXPLAINED: usize = 32;
@@ -96,6 +97,8 @@ struct Explored<'a> {
     own: Vec<(u32, u32)>,
     /// By transition.
     fired: Vec<bool>,
+    /// The flags that other parties set.
+    set: BTreeSet<(u16, FlagId)>,
 }
 
 impl<'a> Explored<'a> {
@@ -107,6 +110,7 @@ impl<'a> Explored<'a> {
             edges: Vec::new(),
             own: Vec::new(),
             fired: vec![false; closed.transitions()],
+            set: BTreeSet::new(),
             closed,
         };
         explored.store.add(explored.closed.initial());
@@ -143,6 +147,7 @@ impl<'a> Explored<'a> {
             edges,
             own,
             fired,
+            set,
         } = self;
         let before = edges.len();
         let mut fault_at = from;
@@ -151,8 +156,10 @@ impl<'a> Explored<'a> {
                 let (what, limit) = ("steps", limits.steps as u64);
                 return Err(Box::new(Reason::TooLarge { what, limit }));
             }
-            if let Move::Fire(transition) = step {
-                fired[transition as usize] = true;
+            match step {
+                Move::Fire(transition) => fired[transition as usize] = true,
+                Move::Set(protocol, flag) => drop(set.insert((protocol, flag))),
+                _ => {}
             }
             let number = match store.find(to) {
                 Some(number) => number,
@@ -221,7 +228,8 @@ impl<'a> Explored<'a> {
                 Some(self.trace(lost)),
             ));
         }
-        for (protocol, flag) in self.closed.unread() {
+        let set = self.set.iter();
+        for (protocol, flag) in set.filter_map(|&(number, flag)| self.closed.unread(number, flag)) {
             let (protocol, flag) = (protocol.to_owned(), flag.to_owned());
             warnings.push(Warning::Unread { protocol, flag });
         }

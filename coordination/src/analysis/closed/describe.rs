@@ -3,7 +3,7 @@
 use super::super::refusal::Step;
 use super::super::usage::Use;
 use super::{Closed, Move, Outside};
-use crate::protocol::Position;
+use crate::protocol::{FlagId, Position};
 
 impl Closed<'_> {
     /// The names of all marked places.
@@ -51,16 +51,12 @@ impl Closed<'_> {
         sinks.map(|&sink| self.places[sink as usize].as_str())
     }
 
-    /// Flags of other parties, reached or not, that no source is bound to.
-    pub(in crate::analysis) fn unread(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.uses.iter().zip(&self.bound).flat_map(|(used, bound)| {
-            let flags = used.protocol.flags();
-            flags
-                .filter(|&(flag, _, owner)| {
-                    owner != used.net_party && bound.sources[flag.index()].is_empty()
-                })
-                .map(|(_, name, _)| (used.name.as_str(), name))
-        })
+    /// The protocol and the name of a flag, if no source is bound to it.
+    pub(in crate::analysis) fn unread(&self, number: u16, flag: FlagId) -> Option<(&str, &str)> {
+        let number = usize::from(number);
+        let name = self.uses[number].protocol.flag_name(flag);
+        let is_read = !self.bound[number].sources[flag.index()].is_empty();
+        (!is_read).then_some((self.uses[number].name.as_str(), name))
     }
 
     /// A step in names.
