@@ -1,7 +1,7 @@
 //! From what the controller wants to what the robot may do.
 
 use super::control::Control;
-use super::motion::PATH_POSES;
+use super::motion::{Ahead, PATH_POSES};
 use super::{Hold, NavigationInput, Navigator};
 use crate::borders::BorderVerdict;
 use crate::control::REACTION_S;
@@ -73,17 +73,15 @@ impl Navigator {
 
     fn plan_ahead(&mut self, control: &Control, speed_m_s: f64) {
         let lane = self.schedule_now().lane;
-        let lane = lane.map(|lane| &self.map.lanes()[lane]);
         let length_m = self.path_step_m * PATH_POSES as f64;
-        self.motion.plan(
-            &mut self.path,
-            self.pose.pose(),
-            lane,
+        let ahead = Ahead {
+            lane: lane.map(|lane| &self.map.lanes()[lane]),
             speed_m_s,
-            self.path_step_m,
-            length_m.min(control.left_m),
-            &self.control,
-        );
+            step_m: self.path_step_m,
+            length_m: length_m.min(control.left_m),
+            gains: &self.control,
+        };
+        self.motion.plan(&mut self.path, self.pose.pose(), &ahead);
     }
 
     /// Looks along the planned path as far as the robot needs to stop.

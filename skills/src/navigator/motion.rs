@@ -12,6 +12,10 @@ pub(super) const PATH_POSES: usize = 32;
 
 /// How the robot moves in the present state.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one, and it must not be on the heap"
+)]
 pub(super) enum Motion {
     /// Not at all.
     Still,
@@ -130,35 +134,39 @@ impl Motion {
         }
     }
 
-    /// Drives ahead in thought: the poses that the controller leads to, every `step_m`, up to `length_m`.
-    pub(super) fn plan(
-        mut self,
-        poses: &mut Vec<Pose2>,
-        from: Pose2,
-        lane: Option<&LaneGeometry>,
-        speed_m_s: f64,
-        step_m: f64,
-        length_m: f64,
-        gains: &ControlGains,
-    ) {
+    /// Drives ahead in thought: the poses that the controller leads to.
+    pub(super) fn plan(mut self, poses: &mut Vec<Pose2>, from: Pose2, ahead: &Ahead) {
         poses.clear();
         let mut pose = from;
-        let mut left_m = length_m;
+        let mut left_m = ahead.length_m;
         while left_m > 1e-3 && poses.len() < PATH_POSES {
-            let error = lane.map_or(PathError::default(), |lane| pose_error(lane, pose));
-            let steer = self.steer(pose, error, speed_m_s, gains);
+            let error = ahead
+                .lane
+                .map_or(PathError::default(), |lane| pose_error(lane, pose));
+            let steer = self.steer(pose, error, ahead.speed_m_s, ahead.gains);
             if steer.direction == 0.0 {
                 return;
             }
-            let way_m = steer.direction * step_m.min(left_m);
+            let way_m = steer.direction * ahead.step_m.min(left_m);
             pose = pose.advance(Twist2::new(way_m, way_m * steer.curvature_1_m), 1.0);
             if !pose.is_finite() {
                 return;
             }
             poses.push(pose);
-            left_m -= step_m;
+            left_m -= ahead.step_m;
         }
     }
+}
+
+/// How to drive ahead in thought.
+pub(super) struct Ahead<'a> {
+    pub(super) lane: Option<&'a LaneGeometry>,
+    pub(super) speed_m_s: f64,
+    /// Between the poses.
+    pub(super) step_m: f64,
+    /// How far; less when there is no room for so many poses.
+    pub(super) length_m: f64,
+    pub(super) gains: &'a ControlGains,
 }
 
 /// Relative to a lane's centre.
