@@ -47,7 +47,7 @@ fn contents(site: &SiteConfig) -> String {
         "all granted"
     };
     format!(
-        "{} walls, {} lanes, {} areas ({managed}), {} perception zones, {} robots",
+        "walls: {}, lanes: {}, areas: {} ({managed}), perception zones: {}, robots: {}",
         site.walls.len(),
         site.lanes.len(),
         site.areas.len(),

@@ -24,6 +24,9 @@ const MILLISECOND_NS: u64 = 1_000_000;
 /// The judge looks this often.
 const LOOK_NS: u64 = 20 * MILLISECOND_NS;
 
+/// A fault that lasts so long does not end by itself any more.
+const STRANDED_NS: u64 = 30_000 * MILLISECOND_NS;
+
 /// What a run is made of.
 pub struct Setup<'a> {
     /// The robot and its site.
@@ -121,7 +124,7 @@ struct Run<'a> {
     granted: Vec<bool>,
     operator: Operator,
     faults: Vec<(Fault, u64)>,
-    needs_operator: Option<Fault>,
+    needs_operator: Option<(Fault, u64)>,
     trace: Option<Trace>,
 }
 
@@ -170,7 +173,7 @@ impl<'a> Run<'a> {
         let patience_ns = (self.setup.scenario.patience_s() * 1e9) as u64;
         let mut now_ns = START_NS;
         let mut done = false;
-        while !done && now_ns < START_NS + patience_ns && self.needs_operator.is_none() {
+        while !done && now_ns < START_NS + patience_ns && !self.is_stranded(now_ns) {
             self.robot.step(&mut self.world, now_ns);
             if (now_ns - START_NS).is_multiple_of(LOOK_NS) {
                 done = self.look(now_ns);
@@ -178,6 +181,12 @@ impl<'a> Run<'a> {
             now_ns += MILLISECOND_NS;
         }
         Ok(self.outcome(done))
+    }
+
+    /// A fault lasts that only an operator ends; nobody does so in a trial.
+    fn is_stranded(&self, now_ns: u64) -> bool {
+        self.needs_operator
+            .is_some_and(|(_, since_ns)| now_ns > since_ns + STRANDED_NS)
     }
 
     /// One look of judge, operator and keeper of leave; true when the trial is done.
@@ -230,10 +239,12 @@ impl<'a> Run<'a> {
                     Some((_, count)) => *count += 1,
                     None => self.faults.push((*fault, 1)),
                 }
-                // Nobody resets a robot in a trial.
                 if fault.resumes() == Resumes::Operator {
-                    self.needs_operator = Some(*fault);
+                    self.needs_operator.get_or_insert((*fault, at_ns));
                 }
+            }
+            if let Note::Cleared(fault) = &note {
+                self.needs_operator.take_if(|(other, _)| other == fault);
             }
             if let Some(trace) = &mut self.trace {
                 let at_s = (at_ns - START_NS) as f64 / 1e9;
@@ -255,9 +266,9 @@ impl<'a> Run<'a> {
             String::new()
         } else {
             let what = self.setup.scenario.missing(&plan.site, &plan.fsm, &figures);
-            let why = self
-                .needs_operator
-                .map_or_else(String::new, |fault| format!("; fault {}", fault.name()));
+            let why = self.needs_operator.map_or_else(String::new, |(fault, _)| {
+                format!("; fault {}", fault.name())
+            });
             format!("{what}{why}, after {:.0} s", figures.duration_s)
         };
         if let Some(trace) = &mut self.trace {

@@ -21,6 +21,8 @@ const PEOPLE: u64 = 2;
 const PERSON_RADIUS_M: [f64; 2] = [0.15, 0.25];
 const PERSON_M_S: [f64; 2] = [0.2, 1.0];
 const LONGEST_REST_S: f64 = 3.0;
+/// People do not walk into the back of a robot, which has no eyes there; those before and beside it see nothing.
+const HEED_BEHIND_M: f64 = 0.5;
 /// The other robot.
 const OTHER_M_S: [f64; 2] = [0.2, 0.4];
 const OTHER_HEEDS_M: f64 = 0.4;
@@ -84,6 +86,7 @@ impl Scenario for Clutter {
                 fastest_m_s: PERSON_M_S[1],
                 longest_rest_s: LONGEST_REST_S,
                 heed_m: self.people_heed_m,
+                heed_behind_m: HEED_BEHIND_M,
             })?;
         }
         let speed_m_s = between(&mut random, OTHER_M_S);
@@ -98,6 +101,7 @@ impl Scenario for Clutter {
             fastest_m_s: speed_m_s,
             longest_rest_s: 0.0,
             heed_m: OTHER_HEEDS_M,
+            heed_behind_m: OTHER_HEEDS_M,
         })?;
         Ok(())
     }

@@ -21,6 +21,8 @@ const SETTLED_NS: u64 = 1_000_000_000;
 const VIEW_NS: u64 = 100_000_000;
 /// Deeper in an area without leave than this is a violation; contact with its border is none.
 const BORDER_M: f64 = 0.001;
+/// The lidar sees what is no farther to either side.
+const IN_VIEW_RAD: f64 = 2.09;
 /// A speed limit may be exceeded by this share, for wheel errors and the controller's ripple.
 const SPEED_TOLERANCE: f64 = 0.10;
 /// Limits of areas this near hold as well.
@@ -245,15 +247,19 @@ impl Judge {
             if !allowed {
                 let kind = match collision.cause {
                     Cause::DroveInto => "collision",
+                    Cause::Met if collision.bearing_rad.abs() > IN_VIEW_RAD => {
+                        "collision-met-unseen"
+                    }
                     Cause::Met => "collision-met",
                     Cause::RunInto => "collision-run-into",
                 };
                 let detail = format!(
-                    "at x = {:.2} m, y = {:.2} m; the robot moved at {:.2} m/s, the other at {:.2} m/s",
+                    "at x = {:.2} m, y = {:.2} m; the robot moved at {:.2} m/s, the other at {:.2} m/s, {:.0}° to the left",
                     look.truth.pose.x_m,
                     look.truth.pose.y_m,
                     collision.robot_m_s,
-                    collision.object_m_s
+                    collision.object_m_s,
+                    collision.bearing_rad.to_degrees()
                 );
                 self.report(kind, collision.time_ns, detail);
             }

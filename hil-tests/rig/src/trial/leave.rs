@@ -35,6 +35,8 @@ struct Leave {
 pub struct LeaveKeeper {
     leaves: Vec<Leave>,
     random: Random,
+    // Share of visits for which leave is withheld at first.
+    share: f64,
     withheld: u64,
 }
 
@@ -45,6 +47,7 @@ impl LeaveKeeper {
         Self {
             leaves: vec![Leave::granted(); site.areas.len()],
             random: Random::new(0, LEAVE_STREAM),
+            share: 0.0,
             withheld: 0,
         }
     }
@@ -54,6 +57,7 @@ impl LeaveKeeper {
     pub fn random(site: &SiteConfig, footprint: &Footprint, start: &Pose, seed: u64) -> Self {
         let mut keeper = Self::generous(site);
         keeper.random = Random::new(seed, LEAVE_STREAM);
+        keeper.share = WITHHELD_SHARE;
         let floor = footprint.at(start);
         for index in 0..keeper.leaves.len() {
             let distance_m = floor.distance_to_rectangle_m(&region(&site.areas[index].region));
@@ -112,7 +116,7 @@ impl LeaveKeeper {
     }
 
     fn draw(&mut self) -> Leave {
-        let granted = self.random.unit() >= WITHHELD_SHARE;
+        let granted = self.random.unit() >= self.share;
         Leave {
             granted,
             wait_s: self.random.unit() * LONGEST_WAIT_S,

@@ -27,10 +27,18 @@ pub struct Collision {
     pub robot_m_s: f64,
     /// Fastest speed of what it touched.
     pub object_m_s: f64,
+    /// Where the middle of what it touched was, seen from its lidar, 0 ahead and positive to the left; of a wall,
+    /// ahead.
+    pub bearing_rad: f64,
 }
 
 impl Collision {
-    pub(super) fn new(time_ns: u64, robot_m_s: f64, object_m_s: f64) -> Collision {
+    pub(super) fn new(
+        time_ns: u64,
+        robot_m_s: f64,
+        object_m_s: f64,
+        bearing_rad: f64,
+    ) -> Collision {
         let cause = match (robot_m_s < STANDING_M_S, object_m_s < STANDING_M_S) {
             (true, false) => Cause::RunInto,
             (false, false) => Cause::Met,
@@ -42,6 +50,7 @@ impl Collision {
             cause,
             robot_m_s,
             object_m_s,
+            bearing_rad,
         }
     }
 }

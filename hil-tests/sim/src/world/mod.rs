@@ -43,7 +43,7 @@ pub use scene::{MAX_OBSTACLES, Obstacle, ObstacleId, Shape};
 pub use shared::{RobotHandle, SharedWorld, WorldRangeSource};
 pub use simulation::{COMMAND_TIMEOUT, STEP, World, WorldConfig};
 pub use truth::{Truth, TruthLog, TruthRecord};
-pub use walker::{Body, Route, Walker};
+pub use walker::{BEHIND_RAD, Body, Route, Walker};
 
 /// Why a world cannot be built or changed as asked.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -216,22 +216,27 @@ impl Scene {
         placed.placed_ns = now_ns;
     }
 
-    /// Speed of the fastest obstacle that a footprint touches.
-    pub(super) fn touching_m_s(
+    /// Speed and middle of the fastest obstacle that a footprint touches; walls have none.
+    pub(super) fn touching(
         &self,
         footprint: &Footprint,
         pose: &Pose,
         at_ns: u64,
-    ) -> Option<f64> {
+    ) -> Option<(f64, Option<Point>)> {
         let rectangle = footprint.at(pose);
         self.obstacles
             .iter()
-            .filter(|placed| {
+            .filter_map(|placed| {
                 let shape = moved(&placed.obstacle.shape, placed.displacement_m(at_ns));
-                distance_m(&rectangle, &shape) <= 0.0
+                let middle_m = match &shape {
+                    Shape::Wall(_) => None,
+                    Shape::Disc { centre_m, .. } => Some(*centre_m),
+                    Shape::Box { pose, .. } => Some([pose.x_m, pose.y_m]),
+                };
+                (distance_m(&rectangle, &shape) <= 0.0)
+                    .then(|| (norm(placed.obstacle.velocity_m_s), middle_m))
             })
-            .map(|placed| norm(placed.obstacle.velocity_m_s))
-            .reduce(f64::max)
+            .max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     pub(super) fn remove(&mut self, id: ObstacleId) -> bool {

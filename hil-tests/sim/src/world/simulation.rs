@@ -375,19 +375,25 @@ impl World {
         let outline_m_s = |footprint: &Footprint, motion: &Motion| {
             motion.twist.v_m_s.abs() + motion.twist.omega_rad_s.abs() * footprint.reach_m()
         };
-        let mut object_m_s = self
-            .scene
-            .touching_m_s(&footprint, touched, at_ns)
-            .unwrap_or(0.0);
+        let touching = self.scene.touching(&footprint, touched, at_ns);
+        let (mut object_m_s, mut middle_m) = touching.unwrap_or((0.0, None));
         let floor = footprint.at(touched);
         for (other_index, other) in self.robots.iter().enumerate() {
             let theirs = other.model.footprint.at(&other.motion.pose);
             if other_index != index && floor.distance_to_rectangle_m(&theirs) <= 0.0 {
                 let other_m_s = outline_m_s(&other.model.footprint, &other.motion);
                 object_m_s = object_m_s.max(other_m_s);
+                middle_m = Some([other.motion.pose.x_m, other.motion.pose.y_m]);
             }
         }
-        let collision = Collision::new(at_ns, outline_m_s(&footprint, before), object_m_s);
+        let lidar = touched.compose(&self.robots[index].model.lidar);
+        let bearing_rad = middle_m.map_or(0.0, |middle_m| {
+            let [dx, dy] = sub(middle_m, [lidar.x_m, lidar.y_m]);
+            let (sin, cos) = (dy.atan2(dx) - lidar.theta_rad).sin_cos();
+            sin.atan2(cos)
+        });
+        let robot_m_s = outline_m_s(&footprint, before);
+        let collision = Collision::new(at_ns, robot_m_s, object_m_s, bearing_rad);
         let robot = &mut self.robots[index];
         robot.collisions += 1;
         robot.run_into += u64::from(collision.cause == Cause::RunInto);

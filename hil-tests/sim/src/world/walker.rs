@@ -16,6 +16,8 @@ const SHORTEST_NS: u64 = 300_000_000;
 const LOOK_STEPS: u64 = 10;
 /// Free floor is looked at in steps of this.
 const LOOK_M: f64 = 0.05;
+/// Who is farther than this to either side of a robot's heading, seen from the middle of its front, is behind it.
+pub const BEHIND_RAD: f64 = 1.9;
 /// Nothing that walks is faster.
 const FASTEST_M_S: f64 = 5.0;
 
@@ -98,8 +100,11 @@ pub struct Walker {
     pub fastest_m_s: f64,
     /// Longest rest between two legs; each draws its own from 0 on.
     pub longest_rest_s: f64,
-    /// It waits, or goes elsewhere, when a robot stands in its way nearer than this. With 0 it sees none, and walks on.
+    /// It waits, or goes elsewhere, when a robot is in its way nearer than this. With 0 it sees none, and walks on.
     pub heed_m: f64,
+    /// The same for robots that it comes upon from behind, [`BEHIND_RAD`] and more to either side of their heading: what
+    /// such a robot cannot see, it cannot avoid.
+    pub heed_behind_m: f64,
 }
 
 impl Walker {
@@ -124,6 +129,7 @@ impl Walker {
             && finite(self.start_m)
             && bounded(self.longest_rest_s)
             && bounded(self.heed_m)
+            && bounded(self.heed_behind_m)
         {
             return Ok(());
         }
@@ -326,11 +332,16 @@ impl Walk {
             return false;
         };
         let length_m = norm(way_m);
-        let looks = (self.walker.heed_m / LOOK_M).ceil() as u32;
-        let near_m = self.walker.heed_m + 3.0;
+        let farthest_m = self.walker.heed_m.max(self.walker.heed_behind_m) + 3.0;
         robots
-            .filter(|robot| norm(sub(robot.corners_m[0], at_m)) < near_m)
+            .filter(|robot| norm(sub(robot.corners_m[0], at_m)) < farthest_m)
             .any(|robot| {
+                let heeds_m = if is_behind(&robot, at_m) {
+                    self.walker.heed_behind_m
+                } else {
+                    self.walker.heed_m
+                };
+                let looks = (heeds_m / LOOK_M).ceil() as u32;
                 (1..=looks).any(|look| {
                     let share = f64::from(look) * LOOK_M / length_m;
                     let ahead_m = add(at_m, way_m.map(|part| part * share));
@@ -338,6 +349,16 @@ impl Walk {
                 })
             })
     }
+}
+
+/// A point is behind a robot, whose corners begin at its front left.
+fn is_behind(robot: &Rectangle, at_m: Point) -> bool {
+    let [front_left, rear_left, _, front_right] = robot.corners_m;
+    let front_m = [0, 1].map(|axis| 0.5 * (front_left[axis] + front_right[axis]));
+    let ahead = sub(front_left, rear_left);
+    let to = sub(at_m, front_m);
+    let cosine = (ahead[0] * to[0] + ahead[1] * to[1]) / (norm(ahead) * norm(to)).max(1e-9);
+    cosine < BEHIND_RAD.cos()
 }
 
 fn heading_of(way_m: Point) -> Option<f64> {

@@ -9,6 +9,7 @@ fn person(start_m: [f64; 2], route: Route, heed_m: f64) -> Walker {
         fastest_m_s: 1.0,
         longest_rest_s: 0.5,
         heed_m,
+        heed_behind_m: heed_m,
     }
 }
 
@@ -92,6 +93,22 @@ fn who_sees_no_robot_runs_into_it_and_who_does_waits() {
 }
 
 #[test]
+fn who_comes_from_behind_may_be_the_only_one_to_look() {
+    let careful_behind = |from_x_m: f64| {
+        let mut world = standing_robot();
+        let path = Route::Path(vec![[-from_x_m, 0.0]]);
+        let walker = Walker {
+            heed_behind_m: 0.5,
+            ..person([from_x_m, 0.0], path, 0.0)
+        };
+        world.add_walker(walker).unwrap();
+        world.advance_to(START_NS + 15_000 * MS);
+        world.truth(0).unwrap().collisions
+    };
+    assert_eq!((careful_behind(-3.0), careful_behind(3.0)), (0, 1));
+}
+
+#[test]
 fn a_robot_that_drives_is_to_blame() {
     let mut world = standing_robot();
     world.add_obstacle(Obstacle::disc([2.0, 0.0], 0.1)).unwrap();
@@ -157,6 +174,10 @@ fn nonsense_walks_are_refused() {
         },
         Walker {
             heed_m: f64::NAN,
+            ..good.clone()
+        },
+        Walker {
+            heed_behind_m: -1.0,
             ..good.clone()
         },
         Walker {
