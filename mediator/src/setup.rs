@@ -49,6 +49,14 @@ pub enum SetupError {
         /// The id.
         id: String,
     },
+    /// An id that cannot be part of a journal's key.
+    #[error("{kind} `{id}` must have a name without `/`")]
+    Name {
+        /// Area or robot.
+        kind: &'static str,
+        /// The id.
+        id: String,
+    },
     /// A robot starts where no area is.
     #[error("robot `{robot}` starts in area `{area}`, which the site does not have")]
     UnknownStart {
@@ -69,6 +77,10 @@ pub(crate) fn index<'a>(
 ) -> Result<HashMap<String, usize>, SetupError> {
     let mut index = HashMap::new();
     for (number, id) in ids.enumerate() {
+        if id.is_empty() || id.contains('/') {
+            let id = id.clone();
+            return Err(SetupError::Name { kind, id });
+        }
         if index.insert(id.clone(), number).is_some() {
             let id = id.clone();
             return Err(SetupError::Duplicate { kind, id });

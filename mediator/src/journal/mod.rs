@@ -2,9 +2,14 @@
 //!
 //! Entries are put in order and whole: after a crash the store holds all entries up to some moment and none behind it.
 
+mod store;
+
+pub use store::{Store, StoreError};
+
 use std::collections::BTreeMap;
 
 use coordination::protocol::Level;
+use serde::{Deserialize, Serialize};
 
 /// A change that must be stored before anybody is told of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +42,8 @@ pub enum Entry {
 }
 
 /// A robot as the journal knows it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RobotRecord {
     /// Of the process that speaks for it; 0 before the first.
     pub session: u64,
