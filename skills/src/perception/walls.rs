@@ -27,8 +27,8 @@ use view::{Expected, View};
 const GATE_MIN_M: f64 = 0.10;
 const GATE_MAX_M: f64 = 0.80;
 const GATE_SIGMA: f64 = 3.0;
-/// Of a wall this much must be seen, or this share of what should be in view when that is less.
-const MIN_SPAN_M: f64 = 0.40;
+/// Of a wall this much must be seen, or this share of a short one.
+const MIN_SPAN_M: f64 = 0.50;
 const MIN_SPAN_SHARE: f64 = 0.5;
 /// Shorter than this nothing is a wall.
 const LEAST_SPAN_M: f64 = 0.15;
@@ -194,8 +194,19 @@ impl WallMatcher {
         let eye_in_map = pose.transform(eye.position());
         let turn_std_rad = covariance[(2, 2)].max(0.0).sqrt();
         let shift_std_m = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt();
-        for beam in scan.points() {
-            if beam.state == BeamState::Unknown || self.beams.len() == self.beams.capacity() {
+        for (index, beam) in scan.points().iter().enumerate() {
+            if self.beams.len() == self.beams.capacity() {
+                break;
+            }
+            if beam.state == BeamState::Unknown {
+                // What should be seen there is missed all the same.
+                let angle_rad = scan.geometry().beam_angle_rad(index);
+                let (sin, cos) = (pose.theta_rad + eye.theta_rad + angle_rad).sin_cos();
+                let ray = Point2::new(cos, sin);
+                if let Some((wall, at_m)) = self.view.expected(ray, 0.0).nearest {
+                    counts.expected += 1;
+                    self.tally(wall, eye_in_map + ray * at_m);
+                }
                 continue;
             }
             let end = since.transform(beam.point);
@@ -302,7 +313,8 @@ impl WallMatcher {
             let across_std_m = std_along_m(covariance, Point2::new(-unit.y_m, unit.x_m));
             let fit = if enough {
                 let known_m = (SPAN_SIGMA * across_std_m).min(SPAN_MAX_M);
-                let span_m = MIN_SPAN_M.min(MIN_SPAN_SHARE * visible_m).max(LEAST_SPAN_M);
+                let short_m = (MIN_SPAN_SHARE * line.length_m()).max(LEAST_SPAN_M);
+                let span_m = MIN_SPAN_M.min(short_m);
                 self.fit(wall, &in_base, eye, sight_m, span_m.max(known_m))
             } else {
                 None
