@@ -364,9 +364,9 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
         memory_s: s.number_or("memory_s", DURATION, 2.0),
         floor_memory_m: s.number_or("floor_memory_m", way, 2.0),
         detour_curvature_1_m: s.number_or("detour_curvature_1_m", curvature, 2.5),
-        detour_heading_rad: s.number_or("detour_heading_rad", heading, 1.2),
+        detour_heading_rad: s.number_or("detour_heading_rad", heading, 1.5),
         detour_speed_m_s: s.number_or("detour_speed_m_s", SPEED, 0.25),
-        detour_after_s: s.number_or("detour_after_s", DURATION, 0.3),
+        detour_after_s: s.number_or("detour_after_s", DURATION, 0.1),
         moving_speed_m_s: s.number_or("moving_speed_m_s", moving, 1.0),
         moving_margin_m: s.number_or("moving_margin_m", margin, 0.05),
     }

@@ -239,6 +239,7 @@ impl MotionTubes {
             now_ns,
             heading_rad: self.odom_pose.theta_rad,
             crowded: self.moving.nearest_m() < CROWDED_M,
+            known: &self.known,
         };
         let nominal = selector.search(wanted, self.driven);
         self.detour.search(&selector, nominal, wanted, moment)

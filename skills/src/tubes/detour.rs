@@ -9,6 +9,7 @@
 //! robot last drove freely: before a wall across the corridor it does not turn back. It ends when the wanted curvature
 //! is free for a good way. It neither begins while something moves nearby, nor backwards.
 
+use super::known::KnownRanges;
 use super::parameters::DetourPolicy;
 use super::select::{Search, Selection, Selector};
 use crate::geometry::{MotionCommand, wrap_angle};
@@ -44,13 +45,15 @@ pub(super) struct Detour {
 }
 
 /// What a detour has to know of the moment.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Moment {
+#[derive(Clone, Copy)]
+pub(super) struct Moment<'a> {
     pub now_ns: u64,
     /// Of `base_link` in `odom` on the newest scan.
     pub heading_rad: f64,
     /// Something moves nearby.
     pub crowded: bool,
+    /// The newest scan.
+    pub known: &'a KnownRanges,
 }
 
 impl Detour {
@@ -73,7 +76,7 @@ impl Detour {
         selector: &Selector<'_>,
         nominal: Search,
         wanted: MotionCommand,
-        moment: Moment,
+        moment: Moment<'_>,
     ) -> Search {
         let policy = &selector.policy.detour;
         let beyond = matches!(nominal, Search::BeyondTubes);
@@ -133,10 +136,15 @@ impl Detour {
             wrap_angle(moment.heading_rad - self.heading_rad.unwrap_or(moment.heading_rad));
         let left = longest(selector, wanted, off_rad, 1.0);
         let right = longest(selector, wanted, off_rad, -1.0);
-        let found = match active.side {
-            side if side > 0.0 => left,
-            side if side < 0.0 => right,
-            _ => better(left, right),
+        let (found, other) = match active.side {
+            side if side > 0.0 => (left, right),
+            side if side < 0.0 => (right, left),
+            _ => {
+                let opening = opening(selector, moment.known, off_rad);
+                let of_opening = if opening > 0.0 { left } else { right };
+                let chosen = of_opening.filter(|_| opening != 0.0);
+                (chosen.or_else(|| better(left, right)), None)
+            }
         };
         if let Some(selection) = found {
             active.stuck_since_ns = None;
@@ -146,10 +154,14 @@ impl Detour {
             return Search::Found(selection);
         }
         let since_ns = *active.stuck_since_ns.get_or_insert(moment.now_ns);
-        if active.side != 0.0 && moment.now_ns.saturating_sub(since_ns) >= STUCK_NS {
-            active.side = 0.0;
+        let stuck_ns = moment.now_ns.saturating_sub(since_ns);
+        if let Some(selection) = other
+            && stuck_ns >= STUCK_NS
+        {
+            active.side = -active.side;
             active.stuck_since_ns = None;
             self.changed_sides += 1;
+            return Search::Found(selection);
         }
         Search::Blocked
     }
@@ -168,7 +180,8 @@ fn is_hindered(selector: &Selector<'_>, nominal: Search, wanted: MotionCommand) 
     }
 }
 
-/// Of the longest row that has one: the free tube nearest to what is wanted, on one side of it.
+/// Of the longest row that has one, a free tube on one side of what is wanted: of a long row the nearest; of a short one,
+/// in which it would soon stand before the thing, the one that turns away most.
 fn longest(
     selector: &Selector<'_>,
     wanted: MotionCommand,
@@ -182,9 +195,42 @@ fn longest(
         selection.curvature_1_m.abs() <= policy.curvature_1_m
             && (end_rad.abs() <= policy.heading_rad || turns_back)
     };
-    selector
-        .ahead()
-        .find_map(|row| selector.nearest_on_side(row, wanted.curvature_1_m, side, allowed))
+    let wanted_1_m = wanted.curvature_1_m;
+    selector.ahead().find_map(|row| {
+        if selector.is_long(row) {
+            selector.nearest_on_side(row, wanted_1_m, side, allowed)
+        } else {
+            selector.farthest_on_side(row, wanted_1_m, side, allowed)
+        }
+    })
+}
+
+/// The side on which a strip as wide as the robot, and as long as the longest tube, opens first; or else a shorter one.
+/// +1 left, −1 right, 0 when both do, or none.
+fn opening(selector: &Selector<'_>, known: &KnownRanges, off_rad: f64) -> f64 {
+    const STEP_RAD: f64 = 0.1;
+    let set = selector.set;
+    let body = set.footprint();
+    let half_width_m = body.left_m.max(body.right_m) + set.parameters().d_aug_m;
+    // Along the thing itself is no opening.
+    let widest_rad = selector.policy.detour.heading_rad.min(1.0);
+    let steps = (widest_rad / STEP_RAD) as usize;
+    for share in [1.0, 0.8, 0.6] {
+        let needed_m = body.front_m + share * set.rows[0].length_m;
+        for step in 1..=steps {
+            let open = |side: f64| {
+                let direction_rad = side * STEP_RAD * step as f64 - off_rad;
+                known.strip_m(direction_rad, half_width_m) >= needed_m
+            };
+            match (open(1.0), open(-1.0)) {
+                (true, false) => return 1.0,
+                (false, true) => return -1.0,
+                (true, true) => return 0.0,
+                (false, false) => {}
+            }
+        }
+    }
+    0.0
 }
 
 /// The one in the longer row; of equals the one with the smaller shift.

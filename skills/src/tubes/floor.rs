@@ -222,8 +222,16 @@ impl Floor {
             });
             let bit = 1 << (asked % 64);
             let word = asked as usize / 64;
-            set(&mut self.unassumed[word], bit, !around.iter().all(|cell| cell.0));
-            set(&mut self.unknown[word], bit, !around.iter().all(|cell| cell.1));
+            set(
+                &mut self.unassumed[word],
+                bit,
+                !around.iter().all(|cell| cell.0),
+            );
+            set(
+                &mut self.unknown[word],
+                bit,
+                !around.iter().all(|cell| cell.1),
+            );
         }
     }
 

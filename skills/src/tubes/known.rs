@@ -4,6 +4,7 @@
 //! their known neighbours; so up to the range where that gap spans `d_sample_m` the nearer neighbour answers for
 //! them, and beyond they count as blocked.
 
+use crate::geometry::Point2;
 use crate::scan::{MAX_BEAMS, ScanGeometry};
 
 /// Free range per beam. A fixed array, so that a beam of a sample needs no bounds check.
@@ -13,6 +14,9 @@ pub struct KnownRanges {
     beams: usize,
     angle_step_rad: f32,
     d_sample_m: f32,
+    /// Directions of the beams, and the sensor, in `base_link`.
+    directions: Box<[Point2]>,
+    sensor: Point2,
 }
 
 impl KnownRanges {
@@ -24,6 +28,13 @@ impl KnownRanges {
             beams: geometry.beams.min(MAX_BEAMS),
             angle_step_rad: geometry.angle_step_rad as f32,
             d_sample_m: d_sample_m as f32,
+            directions: (0..geometry.beams)
+                .map(|beam| {
+                    let angle_rad = geometry.mount.theta_rad + geometry.beam_angle_rad(beam);
+                    Point2::new(angle_rad.cos(), angle_rad.sin())
+                })
+                .collect(),
+            sensor: geometry.mount.position(),
         }
     }
 
@@ -58,6 +69,22 @@ impl KnownRanges {
             self.ranges_m[beam..end].fill(free_m);
             beam = end;
         }
+    }
+
+    /// How far a strip of floor from `base_link` in a direction is free: up to the nearest end of a beam inside it.
+    #[must_use]
+    pub fn strip_m(&self, direction_rad: f64, half_width_m: f64) -> f64 {
+        let (sin, cos) = direction_rad.sin_cos();
+        let along = Point2::new(cos, sin);
+        let mut free_m = f64::INFINITY;
+        for (&range_m, &direction) in self.ranges_m.iter().zip(&*self.directions) {
+            let end = self.sensor + direction * f64::from(range_m);
+            let ahead_m = along.dot(end);
+            if ahead_m > 0.0 && along.cross(end).abs() < half_width_m {
+                free_m = free_m.min(ahead_m);
+            }
+        }
+        free_m
     }
 
     /// Free range of every beam.

@@ -111,9 +111,9 @@ impl Default for DetourPolicy {
     fn default() -> Self {
         Self {
             curvature_1_m: 2.5,
-            heading_rad: 1.2,
+            heading_rad: 1.5,
             speed_m_s: 0.25,
-            after_s: 0.3,
+            after_s: 0.1,
         }
     }
 }

@@ -103,11 +103,15 @@ impl Selector<'_> {
         self.set.rows[selection.row].horizon.speed_m_s
     }
 
+    /// A row is driven faster than a detour, or is the longest.
+    pub fn is_long(&self, row: usize) -> bool {
+        row == 0 || self.set.rows[row].horizon.speed_m_s > self.policy.detour.speed_m_s
+    }
+
     /// A curvature is free ahead in a row that is driven faster than a detour, or in the longest.
     pub fn is_clear(&self, curvature_1_m: f64) -> bool {
-        let detour_m_s = self.policy.detour.speed_m_s;
         self.ahead()
-            .take_while(|&row| row == 0 || self.set.rows[row].horizon.speed_m_s > detour_m_s)
+            .take_while(|&row| self.is_long(row))
             .any(|row| self.unshifted(row, curvature_1_m).is_some())
     }
 
@@ -130,6 +134,27 @@ impl Selector<'_> {
             length_m = Some(0.0);
         }
         length_m
+    }
+
+    /// The free tube of a row farthest from a wanted curvature on its left (+1) or right (−1).
+    pub fn farthest_on_side(
+        &self,
+        row: usize,
+        wanted_1_m: f64,
+        side: f64,
+        allowed: impl Fn(&Selection) -> bool,
+    ) -> Option<Selection> {
+        let serves = |&step: &usize| {
+            let selection = self.on_tube(row, step, wanted_1_m);
+            self.is_free(row, step) && selection.shift_1_m * side >= 0.0 && allowed(&selection)
+        };
+        let steps = 0..self.set.steps;
+        let step = if side > 0.0 {
+            steps.rev().find(serves)
+        } else {
+            { steps }.find(serves)
+        };
+        step.map(|step| self.on_tube(row, step, wanted_1_m))
     }
 
     /// The tube behind, of the shortest row, nearest to a curvature.
