@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use super::cursor::{AbortError, Change, SetError, Side, in_present_run, look, may_set, next_run};
+use super::cursor::{AbortError, Change, SetError, Side, look, may_set, next_run};
 use super::level::{Level, State};
 use super::sync::{AtomicU64, Ordering};
 use super::tree::{FlagId, Party, Position, Protocol};
@@ -45,14 +45,14 @@ pub struct End {
 }
 
 impl End {
-    /// The run that this party is in: it stays in the old one until it has read an abort.
+    /// The run that this party last set or read a flag in, or polled in without finding any.
     pub fn run(&self) -> u32 {
-        self.stand().run
+        self.read.run
     }
 
-    /// How far this party has read or written its run.
+    /// How far this party has read or written that run.
     pub fn position(&self) -> Position {
-        self.stand().position
+        self.read.position
     }
 
     /// How far the protocol is, read or not. `id` is the protocol's number between the sides.
@@ -63,10 +63,6 @@ impl End {
     /// Whether the other end is gone, so that nobody will read or set.
     pub fn is_abandoned(&self) -> bool {
         Arc::strong_count(&self.word) == 1
-    }
-
-    fn stand(&self) -> State {
-        in_present_run(self.read, self.now()).unwrap_or(self.read)
     }
 
     fn now(&self) -> State {
@@ -111,7 +107,12 @@ impl Side for End {
     }
 
     fn poll(&mut self) -> Option<Change> {
-        let (change, read) = look(&self.protocol, self.read, self.now())?;
+        let now = self.now();
+        let Some((change, read)) = look(&self.protocol, self.read, now) else {
+            // The other party may have emptied the array.
+            self.read = now;
+            return None;
+        };
         self.read = read;
         if self.protocol.is_end(read.position)
             && let Some(next) = next_run(read, false)

@@ -123,7 +123,7 @@ pub(super) fn next_run(state: State, after_abort: bool) -> Option<State> {
 /// A run that ends needs this party, as setter or as reader of the last flag. So if the run number
 /// went up by one without an abort, this party had set the last flag and knows the old run whole;
 /// any other rise of it is an abort.
-pub(super) fn in_present_run(read: State, now: State) -> Option<State> {
+fn in_present_run(read: State, now: State) -> Option<State> {
     if read.run == now.run {
         Some(read)
     } else if read.run.checked_add(1) == Some(now.run) && !now.after_abort {
