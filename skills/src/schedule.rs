@@ -8,6 +8,7 @@
 //! allocation.
 
 mod compile;
+mod ends;
 mod error;
 mod graph;
 mod manoeuvres;

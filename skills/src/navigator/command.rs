@@ -3,14 +3,18 @@
 use super::control::Control;
 use super::motion::{Ahead, PATH_POSES};
 use super::{Hold, NavigationInput, Navigator};
-use crate::borders::BorderVerdict;
+use crate::borders::{AreaSet, BorderVerdict};
 use crate::control::REACTION_S;
-use crate::geometry::MotionCommand;
+use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 
 /// The border guard looks at least this far.
 const LOOK_M: f64 = 0.15;
 /// Slower than this is standing: the wheels do not turn evenly.
 const SLOWEST_M_S: f64 = 0.008;
+/// Areas that a robot can be leaving at once.
+const LEAVING: usize = 4;
+/// A way leads nearer to an area when the gap shrinks by more.
+const NEARER_M: f64 = 1e-3;
 
 /// What is commanded, and why not more.
 #[derive(Clone, Copy, Debug)]
@@ -91,11 +95,55 @@ impl Navigator {
             + 2.0 * REACTION_S * speed_m_s
             + LOOK_M;
         let poses = (reach_m / self.path_step_m).ceil() as usize;
-        self.guard.along_poses(
-            &input.allowed,
-            self.pose.pose(),
-            self.pose.covariance(),
-            self.path.iter().take(poses).copied(),
-        )
+        let ahead = &self.path[..poses.min(self.path.len())];
+        let mut allowed = input.allowed;
+        let mut verdict = self.judge(&allowed, ahead);
+        for _ in 0..LEAVING {
+            match verdict.area {
+                Some(area) if self.is_leaving(&verdict, area, ahead) => {
+                    allowed.insert(area);
+                    verdict = self.judge(&allowed, ahead);
+                }
+                _ => break,
+            }
+        }
+        verdict
     }
+
+    fn judge(&self, allowed: &AreaSet, ahead: &[Pose2]) -> BorderVerdict {
+        let (pose, covariance) = (self.pose.pose(), self.pose.covariance());
+        self.guard
+            .along_poses(allowed, pose, covariance, ahead.iter().copied())
+    }
+
+    /// Only the uncertainty of the pose touches the area, and the way ahead leads no nearer to it: standing still would
+    /// help nobody, and might last for ever.
+    fn is_leaving(&self, verdict: &BorderVerdict, area: usize, ahead: &[Pose2]) -> bool {
+        if verdict.inside || verdict.distance_m > 0.0 || ahead.is_empty() {
+            return false;
+        }
+        let Some(area) = self.map.areas().get(area) else {
+            return false;
+        };
+        let gap_m = |pose: Pose2| gap_m(&self.footprint, pose, &area.region);
+        let now_m = gap_m(self.pose.pose());
+        ahead.iter().all(|pose| gap_m(*pose) >= now_m - NEARER_M)
+    }
+}
+
+/// Between the footprint and a region that it does not touch.
+fn gap_m(footprint: &Footprint, pose: Pose2, region: &Rect) -> f64 {
+    let (min, max) = (region.min, region.max);
+    let corners = [
+        min,
+        Point2::new(max.x_m, min.y_m),
+        max,
+        Point2::new(min.x_m, max.y_m),
+    ];
+    let ours = footprint.corners().map(|corner| {
+        let corner = pose.transform(corner);
+        region.distance_m(corner)
+    });
+    let theirs = corners.map(|corner| footprint.distance_m(pose.inverse_transform(corner)));
+    ours.into_iter().chain(theirs).fold(f64::INFINITY, f64::min)
 }

@@ -2,22 +2,16 @@
 
 use super::compile::RobotLimits;
 use super::graph::{Graph, Towards};
-use super::room::{border_ahead_m, wall_in_the_way};
-use super::{Controller, ControllerSetup, ScheduleError, SkillSetup, StopPlace, StopTarget};
+use super::room::wall_in_the_way;
+use super::{Controller, ControllerSetup, ScheduleError, SkillSetup};
 use crate::control::manoeuvre::{self, Fillet};
-use crate::control::{
-    CREEP_SPEED_M_S, EndOfLane, MAX_BACKWARD_M_S, Track, TrackError, TurnDirection,
-};
-use crate::geometry::{Pose2, wrap_angle};
+use crate::control::{EndOfLane, Track, TrackError, TurnDirection};
+use crate::geometry::Pose2;
 use crate::map::{LaneGeometry, SemanticMap};
 use coordination::fsm::StateId;
 
-/// A stop pose is turned from its lane by no more.
-const STOP_HEADING_RAD: f64 = 0.2;
 /// Between the robot's side and a wall that it passes.
 const BESIDE_M: f64 = 0.05;
-/// The lidar must see a wall to dock at: no closer than this to the front.
-const NEAREST_DOCK_M: f64 = 0.05;
 
 /// A controller with its lanes.
 pub(super) struct Plan {
@@ -35,29 +29,29 @@ pub(super) struct Manoeuvres<'a> {
 }
 
 /// One state under consideration.
-struct Case<'a> {
-    state: StateId,
+pub(super) struct Case<'a> {
+    pub(super) state: StateId,
     name: &'a str,
-    skill: &'a SkillSetup,
-    lane: Option<usize>,
+    pub(super) skill: &'a SkillSetup,
+    pub(super) lane: Option<usize>,
 }
 
 impl Case<'_> {
-    fn no_lane(&self, wanted: &'static str) -> ScheduleError {
+    pub(super) fn no_lane(&self, wanted: &'static str) -> ScheduleError {
         ScheduleError::NoLane {
             state: self.name.to_owned(),
             wanted,
         }
     }
 
-    fn impossible(&self, reason: impl ToString) -> ScheduleError {
+    pub(super) fn impossible(&self, reason: impl ToString) -> ScheduleError {
         ScheduleError::Manoeuvre {
             state: self.name.to_owned(),
             reason: reason.to_string(),
         }
     }
 
-    fn lane(&self) -> Result<usize, ScheduleError> {
+    pub(super) fn lane(&self) -> Result<usize, ScheduleError> {
         self.lane.ok_or_else(|| self.no_lane("a lane"))
     }
 }
@@ -90,15 +84,15 @@ impl Manoeuvres<'_> {
         }
     }
 
-    fn map(&self) -> &SemanticMap {
+    pub(super) fn map(&self) -> &SemanticMap {
         self.graph.map
     }
 
-    fn lane(&self, index: usize) -> &LaneGeometry {
+    pub(super) fn lane(&self, index: usize) -> &LaneGeometry {
         &self.graph.map.lanes()[index]
     }
 
-    fn on_lane(&self, case: &Case, controller: Controller, lane: Option<usize>) -> Plan {
+    pub(super) fn on_lane(&self, case: &Case, controller: Controller, lane: Option<usize>) -> Plan {
         Plan {
             controller,
             lane,
@@ -115,7 +109,12 @@ impl Manoeuvres<'_> {
     }
 
     /// Beside a lane there must be room between the walls.
-    fn check_offset(&self, case: &Case, lane: usize, offset_m: f64) -> Result<(), ScheduleError> {
+    pub(super) fn check_offset(
+        &self,
+        case: &Case,
+        lane: usize,
+        offset_m: f64,
+    ) -> Result<(), ScheduleError> {
         finite(case.skill, "offset", offset_m)?;
         let lane = self.lane(lane);
         let footprint = &self.robot.footprint;
@@ -150,14 +149,14 @@ impl Manoeuvres<'_> {
         }
         let exit_speed_m_s =
             exit_speed_m_s.unwrap_or_else(|| self.graph.exit_speed_m_s(case.state));
-        if !(exit_speed_m_s.is_finite() && exit_speed_m_s >= 0.0) {
-            return Err(ScheduleError::Parameter {
-                skill: case.skill.id.clone(),
-                what: "exit speed",
-                expected: "zero or more",
-                found: exit_speed_m_s,
-            });
-        }
+        let sound = exit_speed_m_s.is_finite() && exit_speed_m_s >= 0.0;
+        parameter(
+            case.skill,
+            "exit speed",
+            "zero or more",
+            exit_speed_m_s,
+            sound,
+        )?;
         let controller = Controller::EndOfLane(EndOfLane {
             distance_m,
             exit_speed_m_s,
@@ -298,123 +297,13 @@ impl Manoeuvres<'_> {
             ..self.on_lane(case, Controller::Turn { radius_m }, Some(to))
         })
     }
-
-    fn stop_at(&self, case: &Case, target: &StopTarget) -> Result<Plan, ScheduleError> {
-        let index = case.lane()?;
-        let lane = self.lane(index);
-        let place = match target {
-            StopTarget::Instructed => StopPlace::Instructed,
-            StopTarget::BeforeArea { area, margin_m } => {
-                let margin_m = *margin_m;
-                if !(margin_m.is_finite() && margin_m >= 0.0) {
-                    return Err(ScheduleError::Parameter {
-                        skill: case.skill.id.clone(),
-                        what: "margin",
-                        expected: "zero or more",
-                        found: margin_m,
-                    });
-                }
-                let found = self.map().area_index(area);
-                let region = found.ok_or_else(|| ScheduleError::Unknown {
-                    kind: "skill",
-                    id: case.skill.id.clone(),
-                    wanted: "area",
-                    name: area.clone(),
-                })?;
-                let region = &self.map().areas()[region].region;
-                let footprint = &self.robot.footprint;
-                let along_m = border_ahead_m(&lane.line, region, footprint)
-                    .filter(|along_m| *along_m - margin_m - footprint.front_m > 0.0)
-                    .ok_or_else(|| {
-                        case.impossible(format!(
-                            "area `{area}` does not begin ahead on lane `{}`, or leaves no room to stop before it",
-                            lane.id
-                        ))
-                    })?;
-                StopPlace::Border { along_m, margin_m }
-            }
-            StopTarget::Pose(pose) => {
-                let (along_m, offset_m) = self.place_on(case, lane, *pose)?;
-                self.check_offset(case, index, offset_m)?;
-                StopPlace::Pose { along_m, offset_m }
-            }
-        };
-        Ok(self.on_lane(case, Controller::StopAt(place), Some(index)))
-    }
-
-    /// Along and beside the lane; the pose must lie there, in the lane's direction.
-    fn place_on(
-        &self,
-        case: &Case,
-        lane: &LaneGeometry,
-        pose: Pose2,
-    ) -> Result<(f64, f64), ScheduleError> {
-        if !pose.is_finite() {
-            return Err(case.impossible("its stop pose is not finite"));
-        }
-        let along_m = lane.line.along_m(pose.position());
-        let offset_m = lane.line.lateral_m(pose.position());
-        let off_rad = wrap_angle(pose.theta_rad - lane.direction_rad);
-        let area = self.graph.of(case.state).area;
-        let beside_m = area.map_or(f64::INFINITY, |area| {
-            self.map().areas()[area].deviation_limit_m
-        });
-        if off_rad.abs() > STOP_HEADING_RAD || offset_m.abs() > beside_m || along_m < 0.0 {
-            return Err(case.impossible(format!(
-                "its stop pose lies {along_m:.2} m along lane `{}`, {offset_m:.2} m beside it and {:.0}° off, expected 0 m or more, {beside_m} m and {:.0}° or less",
-                lane.id,
-                off_rad.to_degrees(),
-                STOP_HEADING_RAD.to_degrees()
-            )));
-        }
-        Ok((along_m, offset_m))
-    }
-
-    fn dock(&self, case: &Case, distance_m: f64) -> Result<Plan, ScheduleError> {
-        positive(case.skill, "distance", distance_m)?;
-        let lane = case.lane()?;
-        if self.lane(lane).end.is_none() {
-            return Err(case.no_lane("a lane that a wall closes, to dock at"));
-        }
-        if !(case.skill.tracks.lane_end || case.skill.searches.lane_end) {
-            return Err(case.impossible(format!(
-                "skill `{}` docks at a wall and does not look for the lane's end",
-                case.skill.id
-            )));
-        }
-        if distance_m < NEAREST_DOCK_M {
-            return Err(case.impossible(format!(
-                "docking {distance_m} m before a wall is closer than the {NEAREST_DOCK_M} m that can be measured"
-            )));
-        }
-        Ok(self.on_lane(case, Controller::Dock { distance_m }, Some(lane)))
-    }
-
-    fn creep(&self, case: &Case, distance_m: f64) -> Result<Plan, ScheduleError> {
-        finite(case.skill, "distance", distance_m)?;
-        if distance_m == 0.0 {
-            return Err(ScheduleError::Parameter {
-                skill: case.skill.id.clone(),
-                what: "distance",
-                expected: "other than zero",
-                found: distance_m,
-            });
-        }
-        let own_m_s = case.skill.speed_m_s.unwrap_or(CREEP_SPEED_M_S);
-        if distance_m < 0.0 && own_m_s > MAX_BACKWARD_M_S {
-            return Err(case.impossible(format!(
-                "backward at {own_m_s} m/s is faster than the {MAX_BACKWARD_M_S} m/s that a robot may drive blindly"
-            )));
-        }
-        let plan = self.on_lane(case, Controller::Creep { distance_m }, case.lane);
-        Ok(Plan {
-            speed_limit_m_s: plan.speed_limit_m_s.min(own_m_s),
-            ..plan
-        })
-    }
 }
 
-fn finite(skill: &SkillSetup, what: &'static str, found: f64) -> Result<(), ScheduleError> {
+pub(super) fn finite(
+    skill: &SkillSetup,
+    what: &'static str,
+    found: f64,
+) -> Result<(), ScheduleError> {
     parameter(skill, what, "a number", found, found.is_finite())
 }
 
@@ -427,7 +316,7 @@ pub(super) fn positive(
     parameter(skill, what, "positive", found, sound)
 }
 
-fn parameter(
+pub(super) fn parameter(
     skill: &SkillSetup,
     what: &'static str,
     expected: &'static str,

@@ -169,6 +169,34 @@ fn u_turns_to_both_sides_end_on_the_other_lane() {
 }
 
 #[test]
+fn another_navigator_takes_over_in_the_middle_of_a_turn() {
+    let floor = turning(1.0);
+    for after_s in [0.5, 2.0, 3.5] {
+        let mut robot = floor.robot(2, Pose2::new(6.0, -0.5, 0.0));
+        robot.run_until("turn", 30.0);
+        robot.run_for(after_s);
+        robot.motion_allowed = false;
+        robot.run_for(1.0);
+        let (mut setup, _) = floor.setup(Pose2::new(1.0, 1.0, 1.0));
+        setup.gains.heading_gain_1_m = 4.5;
+        let mut next = skills::navigator::Navigator::new(setup).unwrap();
+        assert!(next.take_over(&robot.navigator));
+        robot.navigator = next;
+        robot.motion_allowed = true;
+        let mut farthest_m: f64 = 0.0;
+        while robot.state() == "turn" {
+            robot.run_for(0.01);
+            farthest_m = farthest_m.max(robot.plant.pose.x_m);
+        }
+        assert!(farthest_m < 9.4, "{farthest_m}");
+        robot.run_for(3.0);
+        let pose = robot.plant.pose;
+        assert_eq!(robot.state(), "back");
+        assert!((pose.y_m - 0.5).abs() < 0.04, "{after_s} s: {pose:?}");
+    }
+}
+
+#[test]
 fn a_slower_area_is_entered_by_slowing_down_not_by_a_jump() {
     let mut floor = corridor();
     floor.map.areas[1].speed_limit_m_s = 0.15;

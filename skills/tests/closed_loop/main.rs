@@ -1,10 +1,12 @@
 //! All skills together drive a simulated tricycle through the corridor, lap after lap; judged by the simulation's truth.
 
+mod docks;
 mod floor;
 mod hostile;
 mod junctions;
 mod lanes;
 mod laps;
+mod leave;
 mod plant;
 mod robot;
 mod site;
