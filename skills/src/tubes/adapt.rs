@@ -379,8 +379,11 @@ impl MotionTubes {
     }
 
     fn rest(&mut self, wanted: MotionCommand, now_ns: u64) -> Adapted {
+        // Wheels are not turned farther than any tube would.
+        let most_1_m = self.set.most_curvature_1_m();
+        let curvature_1_m = wanted.curvature_1_m.clamp(-most_1_m, most_1_m);
         Adapted {
-            command: wanted,
+            command: MotionCommand::new(0.0, curvature_1_m),
             verdict: Verdict::Free,
             reason: Reason::None,
             stopped_since_ns: 0,

@@ -115,6 +115,15 @@ impl TubeSet {
         self.row_curvature_1_m(self.row_of(id), id.0 as usize % self.steps)
     }
 
+    /// The tightest curvature of all tubes.
+    #[must_use]
+    pub fn most_curvature_1_m(&self) -> f64 {
+        let last = self.steps - 1;
+        (0..self.rows.len())
+            .map(|row| self.row_curvature_1_m(row, last))
+            .fold(0.0, f64::max)
+    }
+
     /// How far a path between a tube and the next of its row stays inside the two.
     ///
     /// Towards their ends they part: the front edges must still overlap, and the sharper turn reaches farther around

@@ -3,6 +3,7 @@
 mod adapting;
 mod corridor;
 mod driving;
+mod fuzz;
 mod generation;
 mod guarantee;
 mod world;
