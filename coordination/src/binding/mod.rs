@@ -7,6 +7,8 @@
 //! side per robot; [`MachineBinding`] is the robot's half, with one side per protocol that it takes
 //! part in. The sides are [`End`](crate::protocol::End)s or [`Replica`](crate::protocol::Replica)s.
 //!
+//! `examples/t_junction.rs` shows it whole: three robots and a mediator, each on its own thread.
+//!
 //! A flag is known to nets and machines as the event `<protocol>.<flag>`, where `<protocol>` is the
 //! name that the side was given here; a run that the other party aborted is `<protocol>.aborted`.
 //!

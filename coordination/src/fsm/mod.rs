@@ -8,6 +8,8 @@
 //! An input without a transition in the present state is ignored and counted, never an error:
 //! which events arrive is not in the machine's hands.
 //!
+//! [`Machine::to_net`] makes the equivalent Petri net.
+//!
 //! **Real time:** [`Machine::step`] takes constant time and does not allocate. Building a model and
 //! compiling it allocate.
 //!

@@ -1,10 +1,14 @@
 //! Two real threads on one channel, as fast as they can.
 
+use std::cell::UnsafeCell;
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use coordination::protocol::{Change, End, FlagId, Position, SetError, Side, channel};
+use coordination::protocol::{
+    Change, End, FlagId, Position, ProtocolModel, SetError, Side, channel,
+};
 
 use super::common::{crossing, flag};
 
@@ -134,4 +138,48 @@ fn aborts_cut_runs_off_where_they_say() {
         .filter(|&&read| read == Change::Aborted)
         .count();
     assert!(aborts_read > 0 && aborts_read <= mediator.aborted.len());
+}
+
+/// A value without any lock or atomic, which belongs to whoever's turn it is.
+struct Handed(UnsafeCell<u64>);
+
+// SAFETY: the protocol of the test hands the value from one thread to the other.
+unsafe impl Sync for Handed {}
+
+/// For a thread sanitizer: what was written before a flag is seen by whoever has read it.
+#[test]
+fn flags_hand_memory_over() {
+    let mut model = ProtocolModel::new("p", "a", "b");
+    model.array("all", &[("there", "a"), ("back", "b")]);
+    let protocol = Arc::new(model.compile().unwrap());
+    let (there, back) = (flag(&protocol, "there"), flag(&protocol, "back"));
+    let (mut a, mut b) = channel(&protocol);
+    let value = Handed(UnsafeCell::new(0));
+    let wait = |end: &mut End| {
+        let begin = Instant::now();
+        while end.poll().is_none() {
+            assert!(begin.elapsed() < PATIENCE, "stuck in run {}", end.run());
+            thread::yield_now();
+        }
+    };
+    let add = |value: &Handed| {
+        // SAFETY: called by the thread whose turn it is, between reading a flag and setting one.
+        unsafe { *value.0.get() += 1 }
+    };
+    thread::scope(|scope| {
+        let value = &value;
+        scope.spawn(move || {
+            for _ in 0..RUNS {
+                wait(&mut b);
+                add(value);
+                b.set(back).unwrap();
+            }
+        });
+        for _ in 0..RUNS {
+            add(value);
+            a.set(there).unwrap();
+            wait(&mut a);
+        }
+    });
+    assert_eq!(value.0.into_inner(), 2 * u64::from(RUNS));
 }
