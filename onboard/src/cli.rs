@@ -55,12 +55,19 @@ enum Command {
     /// Talk to a running robot
     Ctl {
         /// What it is to do
+        #[command(subcommand)]
         request: Request,
         /// Robot to talk to; may be left out while only one runs
-        #[arg(long)]
+        #[arg(long, global = true)]
         robot: Option<String>,
-        #[command(flatten)]
-        runtime: RuntimeArgs,
+        /// Folder for the names of running robots [default: $XDG_RUNTIME_DIR/onboard, or /tmp/onboard-UID]
+        #[arg(
+            long = "runtime",
+            value_name = "DIR",
+            env = "ONBOARD_RUNTIME_DIR",
+            global = true
+        )]
+        folder: Option<PathBuf>,
     },
 }
 
@@ -110,9 +117,10 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Ctl {
             request,
             robot,
-            runtime,
-        } => Runtime::new(runtime.folder)
-            .and_then(|runtime| ctl::send(&runtime, robot.as_deref(), request)),
+            folder,
+        } => {
+            Runtime::new(folder).and_then(|runtime| ctl::send(&runtime, robot.as_deref(), &request))
+        }
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

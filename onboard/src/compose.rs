@@ -9,7 +9,7 @@ use crate::activities::control::Control;
 use crate::activities::drive::{Drive, OpenLink};
 use crate::activities::lidar::Lidar;
 use crate::activities::motion_tube::MotionTube;
-use crate::activities::navigation::Navigation;
+use crate::activities::navigation::{MachineNames, Navigation};
 use crate::activities::proprioception::Proprioception;
 use crate::activities::scans::ScanIntake;
 use crate::cli::Failure;
@@ -39,8 +39,8 @@ pub struct Composed {
     pub activities: Activities,
     /// The supervisor's symbols.
     pub supervisor: supervisor::Symbols,
-    /// Names of the machine's states, by number.
-    pub states: Vec<String>,
+    /// Names of the robot's machine.
+    pub names: MachineNames,
     /// Keeps the shared memory.
     pub table: SymbolTable,
 }
@@ -82,11 +82,7 @@ fn build(
     let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
     let navigator = Box::new(plan.navigator()?);
     let start = plan.start(navigator.machine().state());
-    let states = navigator
-        .machine()
-        .states()
-        .map(|(_, name)| name.to_owned())
-        .collect();
+    let names = MachineNames::of(&navigator);
     let drive = Drive::new(
         port(ActivityKind::Drive),
         plan.drive_settings(),
@@ -126,7 +122,8 @@ fn build(
         wiring.control,
         plan.wheel_controller()?,
         command_timeout_ns,
-    );
+    )
+    .reloading(reload.controller);
     let mut communication = Communication::new(
         port(ActivityKind::Communication),
         plan.communication_settings(boot_epoch),
@@ -151,7 +148,7 @@ fn build(
                 .collect(),
         ),
         supervisor: wiring.supervisor,
-        states,
+        names,
         table: wiring.table,
     })
 }

@@ -1,6 +1,7 @@
 //! `onboard ctl`: requests to a running robot over its control socket.
 //!
-//! One connection carries one line each way: the request's name, then `ok` or `refused: WHY`.
+//! One connection carries one line there, the request's name (after `send` the event as JSON), and text back: what was
+//! done, or `refused: WHY`.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::fs::PermissionsExt;
@@ -8,7 +9,11 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::ValueEnum;
+use clap::{Args, Subcommand};
+use coordination::event::EventId;
+use serde::{Deserialize, Serialize};
+use skills::geometry::Pose2;
+use skills::navigator::Instruction;
 
 use crate::cli::Failure;
 use crate::runtime::Runtime;
@@ -17,9 +22,11 @@ use crate::runtime::Runtime;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The server's patience with a client that connects and says nothing: it delays one tick of the supervisor.
 const SERVER_PATIENCE: Duration = Duration::from_millis(50);
+/// The longest line that the server reads.
+const LONGEST_LINE: u64 = 1024;
 
 /// What an operator can ask of a running robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Debug, PartialEq, Subcommand)]
 pub enum Request {
     /// Slow down and stand; `resume` goes on
     Pause,
@@ -31,26 +38,123 @@ pub enum Request {
     Reset,
     /// Take gains, limits, tubes and map from the files anew
     Reload,
+    /// Give the robot's state machine one of its external events
+    Send(Event),
 }
 
-impl Request {
-    /// Its name on the socket.
+/// An external event of the robot's machine, with what holds in the state that it enters until that state is left.
+#[derive(Args, Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// Name of the event, one of `external` in the site file
+    #[arg(value_name = "EVENT")]
+    pub name: String,
+    /// Drive no faster than this in the state that it enters
+    #[arg(long, value_name = "M_S", value_parser = speed)]
+    pub speed_limit_m_s: Option<f64>,
+    /// Stop with base_link at this pose in `map`: metres, metres, radians
+    #[arg(long, value_name = "X,Y,THETA", value_parser = pose, allow_hyphen_values = true)]
+    pub stop: Option<Stop>,
+}
+
+/// Where to stop, in `map`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stop {
+    /// East.
+    pub x_m: f64,
+    /// North.
+    pub y_m: f64,
+    /// Counter-clockwise from east.
+    pub theta_rad: f64,
+}
+
+impl Event {
+    /// As navigation takes it; `id` is the event's number.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub fn instruction(&self, id: EventId) -> Instruction {
+        let stop = self.stop;
+        Instruction {
+            event: id,
+            speed_limit_m_s: self.speed_limit_m_s,
+            stop_at: stop.map(|stop| Pose2::new(stop.x_m, stop.y_m, stop.theta_rad)),
+        }
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(format!("`{text}` is no number")),
+    }
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let speed_m_s = number(text)?;
+    if speed_m_s < 0.0 {
+        return Err(format!("{speed_m_s} m/s is negative; expected 0 or more"));
+    }
+    Ok(speed_m_s)
+}
+
+fn pose(text: &str) -> Result<Stop, String> {
+    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
+    match parts[..] {
+        [x_m, y_m, theta_rad] => Ok(Stop {
+            x_m,
+            y_m,
+            theta_rad,
+        }),
+        _ => Err(format!(
+            "{} numbers; expected x, y and theta, such as 5.0,0.5,3.14",
+            parts.len()
+        )),
+    }
+}
+
+/// What stands before an event on the socket.
+const SEND: &str = "send ";
+
+impl Request {
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
         match self {
             Self::Pause => "pause",
             Self::Resume => "resume",
             Self::Stop => "stop",
             Self::Reset => "reset",
             Self::Reload => "reload",
+            Self::Send(_) => "send",
         }
     }
 
-    fn from_name(name: &str) -> Option<Self> {
-        Self::value_variants()
-            .iter()
-            .copied()
-            .find(|request| request.name() == name)
+    /// The line on the socket.
+    fn line(&self) -> String {
+        match self {
+            // Its numbers are finite and its keys are texts: nothing in it cannot be told.
+            Self::Send(event) => {
+                format!("{SEND}{}", serde_json::to_string(event).unwrap_or_default())
+            }
+            other => other.name().to_owned(),
+        }
+    }
+
+    fn from_line(line: &str) -> Result<Self, String> {
+        let plain = [
+            Self::Pause,
+            Self::Resume,
+            Self::Stop,
+            Self::Reset,
+            Self::Reload,
+        ];
+        if let Some(event) = line.strip_prefix(SEND) {
+            return serde_json::from_str(event)
+                .map(Self::Send)
+                .map_err(|error| format!("a request that cannot be read: {error}"));
+        }
+        plain
+            .into_iter()
+            .find(|request| request.name() == line)
+            .ok_or_else(|| format!("unknown request {line:?}"))
     }
 }
 
@@ -58,7 +162,7 @@ impl Request {
 ///
 /// # Errors
 /// [`Failure::Refused`] when there is no such robot, [`Failure::Failed`] when it refuses or does not answer.
-pub fn send(runtime: &Runtime, robot: Option<&str>, request: Request) -> Result<(), Failure> {
+pub fn send(runtime: &Runtime, robot: Option<&str>, request: &Request) -> Result<(), Failure> {
     let robot = runtime.choose(robot)?;
     let answer = exchange(runtime, &robot, request).map_err(|error| {
         Failure::failed(format_args!("robot `{robot}` does not answer: {error}"))
@@ -75,11 +179,11 @@ pub fn send(runtime: &Runtime, robot: Option<&str>, request: Request) -> Result<
     }
 }
 
-fn exchange(runtime: &Runtime, robot: &str, request: Request) -> io::Result<String> {
+fn exchange(runtime: &Runtime, robot: &str, request: &Request) -> io::Result<String> {
     let mut stream = UnixStream::connect(runtime.socket(robot))?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    writeln!(stream, "{}", request.name())?;
+    writeln!(stream, "{}", request.line())?;
     let mut answer = String::new();
     BufReader::new(stream.take(64 * 1024)).read_to_string(&mut answer)?;
     if answer.is_empty() {
@@ -133,9 +237,9 @@ impl Server {
             let Some(line) = first_line(&stream) else {
                 continue;
             };
-            match Request::from_name(line.trim_end()) {
-                Some(request) => return Some(Pending { request, stream }),
-                None => answer(stream, &Err(format!("unknown request {line:?}"))),
+            match Request::from_line(line.trim_end()) {
+                Ok(request) => return Some(Pending { request, stream }),
+                Err(why) => answer(stream, &Err(why)),
             }
         }
         None
@@ -150,7 +254,9 @@ fn first_line(stream: &UnixStream) -> Option<String> {
         .and_then(|()| stream.set_write_timeout(Some(SERVER_PATIENCE)))
         .ok()?;
     let mut line = String::new();
-    BufReader::new(stream.take(64)).read_line(&mut line).ok()?;
+    BufReader::new(stream.take(LONGEST_LINE))
+        .read_line(&mut line)
+        .ok()?;
     Some(line)
 }
 
@@ -191,7 +297,7 @@ mod tests {
         let server = Server::open(&runtime, "amr-1").expect("opens");
         let client = {
             let runtime = runtime.clone();
-            std::thread::spawn(move || exchange(&runtime, "amr-1", Request::Pause))
+            std::thread::spawn(move || exchange(&runtime, "amr-1", &Request::Pause))
         };
         let pending = std::iter::repeat_with(|| server.next())
             .flatten()

@@ -5,6 +5,7 @@
 use coordination::activity::{LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender};
 use coordination::symbols::Writer;
+use skills::navigator::{Hold, Instruction, InstructionError};
 
 use crate::faults::{FAULTS, Fault};
 use crate::values::ActivityState;
@@ -20,6 +21,8 @@ pub enum Command {
     StopNow,
     /// Drive at most this share of every speed, in thousandths.
     LimitSpeed(u16),
+    /// An external event for the robot's machine, with what holds in the state that it enters.
+    Instruct(Instruction),
 }
 
 /// What an activity tells the supervisor.
@@ -38,6 +41,31 @@ pub enum Report {
         /// The state it entered.
         to: u16,
     },
+    /// What became of a [`Command::Instruct`].
+    Instructed(Instructed),
+}
+
+/// What became of an instruction; states are numbers of the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Instructed {
+    /// The machine took the event.
+    Taken {
+        /// The state it was in.
+        from: u16,
+        /// The state it is in now.
+        to: u16,
+        /// Why the robot does not move in it, if it does not.
+        hold: Option<Hold>,
+    },
+    /// The machine has no use for the event in this state.
+    Ignored {
+        /// The state.
+        state: u16,
+    },
+    /// The parameters are bad, or too many events wait.
+    Refused(InstructionError),
+    /// Navigation does not run yet, or any more.
+    NotReady,
 }
 
 /// Capacity of a queue of commands.

@@ -151,7 +151,7 @@ impl Robot {
             composed.supervisor,
             mode,
             watch,
-            composed.states,
+            composed.names,
             log_drain,
             reload,
         );

@@ -10,13 +10,14 @@ use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender};
 use coordination::symbols::{Reader, Writer};
 
-use crate::ctl::{Pending, Request, Server};
+use crate::activities::navigation::{MachineNames, hold_name};
+use crate::ctl::{Event, Pending, Request, Server};
 use crate::faults::{Fault, FaultTable, Resumes};
 use crate::log::LogDrain;
 use crate::overruns::{Load, OverrunWatch};
 use crate::panic::has_panicked;
-use crate::port::{Command, Report};
-use crate::reload::Reload;
+use crate::port::{Command, Instructed, Report};
+use crate::reload::{RECONFIGURED, Reload, Step, View};
 use crate::rt::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
 use crate::values::{DriveStatus, Encoders, RobotMode};
 
@@ -28,6 +29,8 @@ const STANDSTILL_NS: u64 = 3 * SECOND_NS;
 const STOPPING_NS: u64 = SECOND_NS;
 /// Wheel speed below which the robot stands.
 const STANDING_RAD_S: f64 = 0.2;
+/// How long navigation may take to say what became of an event.
+const ANSWER_NS: u64 = SECOND_NS;
 /// An encoder reading older than this says nothing.
 const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
@@ -96,9 +99,17 @@ pub struct Supervisor {
     operator_paused: bool,
     ending_since_ns: u64,
     watch: OverrunWatch,
-    states: Vec<String>,
+    names: MachineNames,
     log: LogDrain,
     reload: Reload,
+    sent: Option<Sent>,
+}
+
+/// An event that was sent to the robot's machine and waits for its answer.
+struct Sent {
+    event: String,
+    pending: Pending,
+    since_ns: u64,
 }
 
 /// How the program ends.
@@ -111,14 +122,14 @@ pub enum Ending {
 }
 
 impl Supervisor {
-    /// A supervisor of `handles`; `states` are the names of the robot machine's states.
+    /// A supervisor of `handles`; `names` are those of the robot's machine.
     #[must_use]
     pub fn new(
         handles: Vec<Handle>,
         symbols: Symbols,
         mode_value: RobotMode,
         watch: OverrunWatch,
-        states: Vec<String>,
+        names: MachineNames,
         log: LogDrain,
         reload: Reload,
     ) -> Self {
@@ -130,9 +141,10 @@ impl Supervisor {
             operator_paused: false,
             ending_since_ns: 0,
             watch,
-            states,
+            names,
             log,
             reload,
+            sent: None,
         }
     }
 
@@ -156,6 +168,7 @@ impl Supervisor {
                     self.serve(pending, now_ns);
                 }
                 self.go_on_reloading(now_ns);
+                self.expire_sent(now_ns);
             }
             self.publish(now_ns);
         }
@@ -188,13 +201,13 @@ impl Supervisor {
             Report::Raised(fault, figure) => self.raise(name, fault, figure, now_ns),
             Report::Cleared(fault) => self.clear(name, fault, now_ns),
             Report::Moved { from, to } => {
-                let state = |number: u16| {
-                    self.states
-                        .get(usize::from(number))
-                        .map_or("?", String::as_str)
-                };
-                tracing::info!("state {} -> {}", state(from), state(to));
+                tracing::info!(
+                    "state {} -> {}",
+                    self.names.state(from),
+                    self.names.state(to)
+                );
             }
+            Report::Instructed(what) => self.answer_sent(what),
         }
     }
 
@@ -223,9 +236,9 @@ impl Supervisor {
             || self.handles.iter().all(|handle| {
                 handle.state == LifeCycleState::Ready || handle.name == "communication"
             });
-        let hold = self.operator_paused || self.reload.in_progress();
         for handle in &mut self.handles {
-            let held = hold && is_mover(handle.name);
+            let held =
+                (self.operator_paused && is_mover(handle.name)) || self.reload.holds(handle.name);
             let wakes =
                 handle.state == LifeCycleState::Ready || handle.state == LifeCycleState::Paused;
             if held && handle.state == LifeCycleState::Running {
@@ -280,7 +293,7 @@ impl Supervisor {
     }
 
     fn serve(&mut self, pending: Pending, now_ns: u64) {
-        let result = match pending.request {
+        let result = match &pending.request {
             Request::Pause => {
                 self.operator_paused = true;
                 self.tell("navigation", Command::LifeCycle(LifeCycleEvent::Pause));
@@ -308,55 +321,141 @@ impl Supervisor {
                 Ok("reset".into())
             }
             Request::Reload => {
-                self.begin_reload(pending);
+                self.reload.begin(pending, now_ns);
                 return;
             }
+            Request::Send(event) => match self.send(event.clone()) {
+                Ok(event) => {
+                    self.sent = Some(Sent {
+                        event,
+                        pending,
+                        since_ns: now_ns,
+                    });
+                    return;
+                }
+                Err(why) => Err(why),
+            },
         };
         tracing::info!("operator: {}: {result:?}", pending.request.name());
         pending.answer(&result);
     }
 
-    fn begin_reload(&mut self, pending: Pending) {
-        if self.table.state(Fault::PoseUncertain).active != 0 {
-            pending.answer(&Err(
-                "the pose is uncertain, and new parts would take it for good".into(),
-            ));
-            return;
+    /// Gives an external event to navigation; the answer comes as a report.
+    fn send(&mut self, event: Event) -> Result<String, String> {
+        if self.sent.is_some() {
+            return Err("another event is on its way".into());
         }
-        match self.reload.begin(pending) {
-            Ok(()) => {
-                self.tell("navigation", Command::LifeCycle(LifeCycleEvent::Pause));
-                tracing::info!("operator: reload: the files are good; pausing");
+        if self.reload.in_progress() {
+            return Err("a reload is under way".into());
+        }
+        let instruction = {
+            let (fsm, role) = (&self.reload.plan().fsm, &self.reload.plan().role);
+            let known = fsm.external.contains(&event.name);
+            let id = self.names.input(&event.name).filter(|_| known);
+            let Some(id) = id else {
+                return Err(format!(
+                    "role `{role}` has no external event `{}`; it has {}",
+                    event.name,
+                    quoted(fsm.external.iter())
+                ));
+            };
+            event.instruction(id)
+        };
+        let mut refused = true;
+        for handle in self
+            .handles
+            .iter_mut()
+            .filter(|handle| handle.name == "navigation")
+        {
+            refused = handle
+                .commands
+                .send(Command::Instruct(instruction))
+                .is_err();
+        }
+        if refused {
+            return Err("navigation does not take its commands".into());
+        }
+        Ok(event.name)
+    }
+
+    fn answer_sent(&mut self, what: Instructed) {
+        let Some(sent) = self.sent.take() else {
+            return; // it took too long and was answered
+        };
+        let event = &sent.event;
+        let state = |number: u16| self.names.state(number);
+        let result = match what {
+            Instructed::Taken { from, to, hold } => {
+                let stands = hold.map_or(String::new(), |hold| {
+                    format!("; the robot stands: {}", hold_name(hold))
+                });
+                Ok(format!(
+                    "`{event}`: state {} -> {}{stands}",
+                    state(from),
+                    state(to)
+                ))
             }
-            Err((pending, why)) => {
-                tracing::warn!("operator: reload refused, nothing changes: {why}");
-                pending.answer(&Err(why));
+            Instructed::Ignored { state: number } => {
+                let fsm = &self.reload.plan().fsm;
+                let accepted = fsm
+                    .transitions
+                    .iter()
+                    .filter(|t| t.from == state(number) && fsm.external.contains(&t.on))
+                    .map(|t| &t.on);
+                Err(format!(
+                    "state `{}` has no use for `{event}`; it takes {}",
+                    state(number),
+                    quoted(accepted)
+                ))
             }
+            Instructed::Refused(error) => Err(error.to_string()),
+            Instructed::NotReady => Err("navigation does not run yet".to_owned()),
+        };
+        tracing::info!("operator: send {event}: {result:?}");
+        sent.pending.answer(&result);
+    }
+
+    fn expire_sent(&mut self, now_ns: u64) {
+        if let Some(sent) = self.sent.take_if(|sent| now_ns > sent.since_ns + ANSWER_NS) {
+            let why = "navigation does not answer; see `onboard inspect` for what it does";
+            sent.pending.answer(&Err(why.into()));
         }
     }
 
-    /// Steps a reload: once the robot stands, navigation and motion tube are reconfigured.
+    /// Steps a reload: see [`crate::reload`].
     fn go_on_reloading(&mut self, now_ns: u64) {
         if !self.reload.in_progress() {
             return;
         }
-        if self.reload.handed_over() {
-            if self.reload.taken() {
+        let all = |wanted: &[LifeCycleState]| {
+            self.handles
+                .iter()
+                .filter(|handle| RECONFIGURED.contains(&handle.name))
+                .all(|handle| wanted.contains(&handle.state))
+        };
+        let (paused, reconfiguring) = (
+            all(&[LifeCycleState::Paused, LifeCycleState::Ready]),
+            all(&[LifeCycleState::Reconfiguring]),
+        );
+        let view = View {
+            standing: self.standing(now_ns),
+            paused,
+            reconfiguring,
+        };
+        match self.reload.step(view, now_ns) {
+            Step::Wait => {}
+            Step::Reconfigure => self.tell_reconfigured(LifeCycleEvent::Reconfigure),
+            Step::GiveUp => self.tell_reconfigured(LifeCycleEvent::Configured),
+            Step::Done(names) => {
                 tracing::info!("operator: reload: done");
-                if let Some(states) = self.reload.finish() {
-                    self.states = states;
-                }
+                self.names = names;
             }
-        } else if self.standing(now_ns) {
-            self.reload.hand_over();
-            self.tell(
-                "navigation",
-                Command::LifeCycle(LifeCycleEvent::Reconfigure),
-            );
-            self.tell(
-                "motion-tube",
-                Command::LifeCycle(LifeCycleEvent::Reconfigure),
-            );
+        }
+    }
+
+    fn tell_reconfigured(&mut self, event: LifeCycleEvent) {
+        for name in RECONFIGURED {
+            self.tell(name, Command::LifeCycle(event));
         }
     }
 
@@ -427,6 +526,16 @@ impl Supervisor {
 /// Activities that an operator's pause holds.
 fn is_mover(name: &str) -> bool {
     name == "navigation"
+}
+
+/// Names for people: "`a`, `b`", or "none".
+fn quoted<'a>(names: impl Iterator<Item = &'a String>) -> String {
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
 }
 
 fn tell(handle: &mut Handle, command: Command) {

@@ -371,6 +371,12 @@ value! {
         heading_error_rad: f64,
         /// Distance to the lane's end, NaN when it is not tracked.
         lane_end_m: f64,
+        /// Why it stands although its skill would move: see `skills::navigator::Hold`. Empty: it does not.
+        hold: Name,
+        /// The area ahead that it may not enter, and slows down or waits for. Empty: none.
+        waiting_for: Name,
+        /// Way left before that area, NaN when none is near.
+        border_distance_m: f64,
         /// How often the schedule changed.
         schedule_changes: u64,
         /// How often the machine emitted `lap`.

@@ -1,11 +1,12 @@
 //! Control: turns the safe motion command into wheel setpoints.
 
-use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::{Reader, Stamped, Writer};
 use skills::drive::{StopKind, WheelController, WheelSpeeds};
 
 use crate::faults::Fault;
 use crate::port::Port;
+use crate::reload::Exchange;
 use crate::rt::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::runner::RobotActivity;
 use crate::values::{CommandValue, DriveStatus, Encoders, WheelSetpointsValue};
@@ -33,7 +34,8 @@ pub struct Symbols {
 pub struct Control {
     port: Port,
     symbols: Symbols,
-    controller: WheelController,
+    controller: Box<WheelController>,
+    exchange: Option<Exchange<WheelController>>,
     command_timeout_ns: u64,
     command: Stamped<CommandValue>,
     encoders: Encoders,
@@ -55,7 +57,8 @@ impl Control {
         Self {
             port,
             symbols,
-            controller,
+            controller: Box::new(controller),
+            exchange: None,
             command_timeout_ns,
             command: Stamped::default(),
             encoders: Encoders::default(),
@@ -66,13 +69,25 @@ impl Control {
         }
     }
 
+    /// Lets limits and gains be exchanged while it runs.
+    #[must_use]
+    pub fn reloading(mut self, exchange: Exchange<WheelController>) -> Self {
+        self.exchange = Some(exchange);
+        self
+    }
+
+    /// The wheels as they turn.
+    fn speeds(&self) -> WheelSpeeds {
+        WheelSpeeds {
+            left_rad_s: self.encoders.left_rad_s,
+            right_rad_s: self.encoders.right_rad_s,
+        }
+    }
+
     fn step(&mut self, now_ns: u64, stop: StopKind) {
         let elapsed_ns = now_ns.saturating_sub(self.stepped_ns).min(LONGEST_STEP_NS);
         self.stepped_ns = now_ns;
-        let speeds = WheelSpeeds {
-            left_rad_s: self.encoders.left_rad_s,
-            right_rad_s: self.encoders.right_rad_s,
-        };
+        let speeds = self.speeds();
         if !self.drive_follows {
             // The wheels roll to a stand, or a fault stops them. When the drive follows again, that stop is carried
             // on from the speed they have then, before anything is driven.
@@ -115,7 +130,19 @@ impl Activity for Control {
     }
 
     fn configure(&mut self, _now_ns: u64) {
-        self.port.step(LifeCycleEvent::Configured); // nothing to acquire
+        if self.port.state() == LifeCycleState::Reconfiguring
+            && let Some(exchange) = &mut self.exchange
+        {
+            let Some(mut controller) = exchange.take() else {
+                return;
+            };
+            std::mem::swap(&mut self.controller, &mut controller);
+            exchange.give_back(controller);
+            // Its ramp goes on from what the wheels do.
+            let speeds = self.speeds();
+            self.controller.reset(speeds);
+        }
+        self.port.step(LifeCycleEvent::Configured);
     }
 
     fn compute(&mut self, now_ns: u64) {

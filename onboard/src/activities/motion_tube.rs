@@ -160,7 +160,7 @@ impl Activity for MotionTube {
             match command {
                 Command::StopNow => self.stopped_by_operator = true,
                 Command::Reset => self.stopped_by_operator = false,
-                Command::LimitSpeed(_) | Command::LifeCycle(_) => {}
+                Command::LimitSpeed(_) | Command::LifeCycle(_) | Command::Instruct(_) => {}
             }
         }
     }

@@ -6,14 +6,13 @@ use coordination::fsm::StateId;
 use coordination::symbols::{Reader, Stamped, Writer};
 use skills::borders::AreaSet;
 use skills::geometry::Pose2;
-use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
+use skills::navigator::{Hold, Instruction, NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
 
 use super::scans::{Intake, ScanIntake};
 use crate::faults::Fault;
-use crate::port::{Command, Port, Report};
+use crate::port::{Command, Instructed, Port, Report};
 use crate::reload::Exchange;
-use crate::rt::guard;
 use crate::runner::RobotActivity;
 use crate::values::{
     CommandValue, Name, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan,
@@ -46,10 +45,10 @@ pub struct Navigation {
     port: Port,
     symbols: Symbols,
     intake: ScanIntake,
-    exchange: Exchange<Navigator>,
-    navigator: Box<Navigator>,
-    names: Names,
-    start: Start,
+    exchange: Exchange<Part>,
+    part: Box<Part>,
+    /// An instruction was given; what becomes of it shows with the next step.
+    instructed: bool,
     fresh_scan: bool,
     odometry: Stamped<OdometryValue>,
     output: Option<NavigationOutput>,
@@ -71,7 +70,66 @@ pub struct Start {
     pub state: StateId,
 }
 
+/// What a reload exchanges, made on another thread.
+#[derive(Debug)]
+pub struct Part {
+    navigator: Box<Navigator>,
+    names: Names,
+    start: Start,
+}
+
+impl Part {
+    /// A navigator with where it starts, and the names that belong to it.
+    #[must_use]
+    pub fn new(navigator: Box<Navigator>, start: Start) -> Self {
+        Self {
+            names: Names::of(&navigator),
+            navigator,
+            start,
+        }
+    }
+}
+
+/// What others need to know of the robot's machine to talk about it: names and numbers.
+#[derive(Clone, Debug, Default)]
+pub struct MachineNames {
+    /// Names of its states, by number.
+    pub states: Vec<String>,
+    /// Its input events.
+    pub inputs: Vec<(String, EventId)>,
+}
+
+impl MachineNames {
+    /// Of a navigator's machine.
+    #[must_use]
+    pub fn of(navigator: &Navigator) -> Self {
+        let machine = navigator.machine();
+        Self {
+            states: machine.states().map(|(_, name)| name.to_owned()).collect(),
+            inputs: machine
+                .inputs()
+                .map(|(event, name)| (name.to_owned(), event))
+                .collect(),
+        }
+    }
+
+    /// The name of a state.
+    #[must_use]
+    pub fn state(&self, number: u16) -> &str {
+        let name = self.states.get(usize::from(number));
+        name.map_or("?", String::as_str)
+    }
+
+    /// The number of an event.
+    #[must_use]
+    pub fn input(&self, name: &str) -> Option<EventId> {
+        let found = self.inputs.iter().find(|(known, _)| known == name);
+        found.map(|(_, event)| *event)
+    }
+}
+
 /// Names for the symbol table, looked up once.
+#[derive(Debug)]
 struct Names {
     states: Vec<Name>,
     areas: Vec<Name>,
@@ -114,7 +172,7 @@ impl Navigation {
         symbols: Symbols,
         intake: ScanIntake,
         navigator: Box<Navigator>,
-        exchange: Exchange<Navigator>,
+        exchange: Exchange<Part>,
         start: Start,
     ) -> Self {
         Self {
@@ -122,9 +180,8 @@ impl Navigation {
             symbols,
             intake,
             exchange,
-            names: Names::of(&navigator),
-            start,
-            navigator,
+            part: Box::new(Part::new(navigator, start)),
+            instructed: false,
             fresh_scan: false,
             odometry: Stamped::default(),
             output: None,
@@ -148,7 +205,7 @@ impl Navigation {
             turned_rad: self.odometry.value.turned_rad,
         };
         let scan = self.fresh_scan.then(|| self.intake.aligned());
-        let before = self.navigator.machine().state();
+        let before = self.part.navigator.machine().state();
         let input = NavigationInput {
             now_ns,
             scan,
@@ -156,19 +213,26 @@ impl Navigation {
             motion_allowed,
             allowed: AreaSet::ALL,
         };
-        let output = self.navigator.step(&input);
+        let output = self.part.navigator.step(&input);
         if output.state != before {
             self.port.report(Report::Moved {
                 from: before.0,
                 to: output.state.0,
             });
         }
+        if std::mem::take(&mut self.instructed) {
+            self.port.report(Report::Instructed(Instructed::Taken {
+                from: before.0,
+                to: output.state.0,
+                hold: output.hold,
+            }));
+        }
         self.schedule_changes += u64::from(output.schedule_changed);
         self.laps += output
             .outputs
             .as_slice()
             .iter()
-            .filter(|&&event| Some(event) == self.names.lap)
+            .filter(|&&event| Some(event) == self.part.names.lap)
             .count() as u64;
         self.port.set(
             Fault::PoseUncertain,
@@ -186,10 +250,37 @@ impl Navigation {
     /// A robot that does not know where it is has been put to its start by the operator who resets it.
     fn return_to_start_if_lost(&mut self) {
         if self.output.is_some_and(|output| output.pose_uncertain) {
-            self.navigator
-                .relocate(self.start.pose, self.start.std_m, self.start.std_rad);
-            self.navigator.restart_in(self.start.state);
+            let Part {
+                navigator, start, ..
+            } = &mut *self.part;
+            navigator.relocate(start.pose, start.std_m, start.std_rad);
+            navigator.restart_in(start.state);
         }
+    }
+
+    /// Gives the machine an event from outside; the answer follows with the step that takes it.
+    fn instruct(&mut self, instruction: Instruction) {
+        let steps = matches!(
+            self.port.state(),
+            LifeCycleState::Running | LifeCycleState::Ready | LifeCycleState::Paused
+        );
+        let machine = self.part.navigator.machine();
+        let refused = if !steps || self.odometry.stamp_ns == 0 {
+            Instructed::NotReady
+        } else if !machine.accepts(instruction.event) {
+            Instructed::Ignored {
+                state: machine.state().0,
+            }
+        } else {
+            match self.part.navigator.instruct(instruction) {
+                Ok(()) => {
+                    self.instructed = true;
+                    return;
+                }
+                Err(error) => Instructed::Refused(error),
+            }
+        };
+        self.port.report(Report::Instructed(refused));
     }
 
     fn publish_output(&mut self, now_ns: u64) {
@@ -209,16 +300,23 @@ impl Navigation {
                 .and_then(|index| names.get(index).copied())
                 .unwrap_or_default()
         };
+        let names = &self.part.names;
         let state = NavigationState {
-            state: name(&self.names.states, Some(output.state.index())),
-            area: name(&self.names.areas, output.area),
-            skill: name(&self.names.skills, Some(output.skill)),
+            state: name(&names.states, Some(output.state.index())),
+            area: name(&names.areas, output.area),
+            skill: name(&names.skills, Some(output.skill)),
             lateral_error_m: output.lateral_error_m,
             heading_error_rad: output.heading_error_rad,
             lane_end_m: output.lane_end.map_or(f64::NAN, |end| end.distance_m),
+            hold: output
+                .hold
+                .map(|hold| Name::new(hold_name(hold)))
+                .unwrap_or_default(),
+            waiting_for: name(&names.areas, output.waiting_for),
+            border_distance_m: output.border_distance_m.unwrap_or(f64::NAN),
             schedule_changes: self.schedule_changes,
             laps: self.laps,
-            ignored_events: self.navigator.machine().ignored(),
+            ignored_events: self.part.navigator.machine().ignored(),
         };
         let mut command = output.command;
         command.speed_m_s *= self.speed_share;
@@ -256,10 +354,11 @@ impl Activity for Navigation {
                 }
                 Command::Reset => {
                     self.return_to_start_if_lost();
-                    if let Some(event) = self.names.reset {
-                        self.navigator.post(event);
+                    if let Some(event) = self.part.names.reset {
+                        self.part.navigator.post(event);
                     }
                 }
+                Command::Instruct(instruction) => self.instruct(instruction),
                 Command::StopNow | Command::LifeCycle(_) => {}
             }
         }
@@ -267,23 +366,13 @@ impl Activity for Navigation {
 
     fn configure(&mut self, _now_ns: u64) {
         if self.port.state() == LifeCycleState::Reconfiguring {
-            let Some(mut navigator) = self.exchange.take() else {
+            let Some(mut part) = self.exchange.take() else {
                 return;
             };
-            std::mem::swap(&mut self.navigator, &mut navigator);
-            if let Some(output) = &self.output {
-                // The robot is where it is: the pose goes over, the state as far as the new machine has it.
-                let std_rad = output.covariance[2][2].max(1e-6).sqrt();
-                self.navigator
-                    .relocate(output.pose, output.position_std_m.max(1e-3), std_rad);
-                let state = navigator.machine().state_name(output.state);
-                if let Some(state) = self.navigator.machine().state_id(state) {
-                    self.navigator.restart_in(state);
-                }
-            }
-            // Reconfiguring, so the real-time rules are suspended.
-            guard::relaxed(|| self.names = Names::of(&self.navigator));
-            self.exchange.give_back(navigator);
+            std::mem::swap(&mut self.part, &mut part);
+            // The robot is where it is, in the state it is in; the new machine has all states of the old one.
+            self.part.navigator.take_over(&part.navigator);
+            self.exchange.give_back(part);
         }
         self.port.step(LifeCycleEvent::Configured);
     }
@@ -311,3 +400,17 @@ impl Activity for Navigation {
 }
 
 impl RobotActivity for Navigation {}
+
+/// A reason to stand, as `inspect` and `ctl` show it.
+#[must_use]
+pub fn hold_name(hold: Hold) -> &'static str {
+    match hold {
+        Hold::Forbidden => "motion is not allowed",
+        Hold::PoseUncertain => "the pose is uncertain",
+        Hold::Border => "area ahead is not allowed",
+        Hold::SpeedLimit => "speed limit is 0",
+        Hold::NoStopPose => "no stop pose was given",
+        Hold::StopPose => "stop pose cannot be reached",
+        Hold::WallUnseen => "wall to dock at is unseen",
+    }
+}

@@ -3,7 +3,7 @@
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender, queue};
 use onboard::faults::Fault;
-use onboard::port::{COMMANDS, Command, Port, REPORTS, Report};
+use onboard::port::{COMMANDS, Command, Instructed, Port, REPORTS, Report};
 use onboard::values::ActivityState;
 
 /// Something an activity reported.
@@ -20,6 +20,8 @@ pub enum Note {
     Raised(Fault, f64),
     /// A fault went.
     Cleared(Fault),
+    /// What became of an instruction.
+    Instructed(Instructed),
 }
 
 struct Handle {
@@ -87,6 +89,7 @@ impl Director {
                     Report::LifeCycle(state) => handle.state = state,
                     Report::Raised(fault, figure) => note(Note::Raised(fault, figure)),
                     Report::Cleared(fault) => note(Note::Cleared(fault)),
+                    Report::Instructed(what) => note(Note::Instructed(what)),
                     Report::Moved { from, to } => {
                         let name = |number: u16| {
                             self.states

@@ -1,0 +1,70 @@
+//! What two plans differ in that a running robot cannot exchange.
+
+use config::{ControlGains, DriveConfig};
+
+use super::Plan;
+
+impl Plan {
+    /// The first key or section that differs and takes a restart: hardware, geometry, threads, and what the drive
+    /// activity enforces by itself. Limits of motion, gains, tubes and the site can be exchanged.
+    #[must_use]
+    pub fn first_fixed_difference(&self, other: &Self) -> Option<String> {
+        let (ours, theirs) = (&self.robot, &other.robot);
+        let sections = [
+            ("identity", ours.identity == theirs.identity),
+            ("footprint", ours.footprint == theirs.footprint),
+            ("ethercat", ours.ethercat == theirs.ethercat),
+            ("lidar", ours.lidar == theirs.lidar),
+            ("threads", ours.threads == theirs.threads),
+            ("fleet", ours.fleet == theirs.fleet),
+            ("robots.<id>.role", self.role == other.role),
+        ];
+        let section = sections.into_iter().find(|(_, same)| !same);
+        section
+            .map(|(name, _)| name.replace("<id>", &ours.identity.id))
+            .or_else(|| fixed_in_drive(&ours.drive, &theirs.drive))
+            .or_else(|| fixed_in_control(&ours.control, &theirs.control))
+    }
+}
+
+fn fixed_in_drive(ours: &DriveConfig, theirs: &DriveConfig) -> Option<String> {
+    // What can be exchanged counts as the same.
+    let theirs = DriveConfig {
+        max_speed_m_s: ours.max_speed_m_s,
+        max_steering_rad: ours.max_steering_rad,
+        max_steering_rate_rad_s: ours.max_steering_rate_rad_s,
+        acceleration_m_s2: ours.acceleration_m_s2,
+        deceleration_m_s2: ours.deceleration_m_s2,
+        ..*theirs
+    };
+    macro_rules! first_of {
+        ($($key:ident),* $(,)?) => {
+            [$((stringify!($key), ours.$key == theirs.$key)),*].into_iter().find(|(_, same)| !same)
+        };
+    }
+    let key = first_of!(
+        wheelbase_m,
+        wheel_diameter_m,
+        wheel_separation_m,
+        caster_offset_m,
+        pivot_zero_rad,
+        max_wheel_speed_rad_s,
+        stop_deceleration_m_s2,
+        drive_current_a,
+        stop_current_a,
+        min_bus_voltage_v,
+        max_bus_voltage_v,
+        setpoint_timeout_ms,
+        hold_ms,
+        bringups_per_minute,
+    );
+    match key {
+        Some((key, _)) => Some(format!("drive.{key}")),
+        None => (*ours != theirs).then(|| "drive".to_owned()),
+    }
+}
+
+fn fixed_in_control(ours: &ControlGains, theirs: &ControlGains) -> Option<String> {
+    (ours.command_timeout_ms != theirs.command_timeout_ms)
+        .then(|| "control.command_timeout_ms".to_owned())
+}
