@@ -1,7 +1,7 @@
 //! The search along a path for the first forbidden place.
 
-use super::AreaSet;
-use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
+use super::{AreaSet, MAX_AREAS};
+use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 
 /// A gap smaller than this counts as none, so that the search ends.
@@ -101,92 +101,147 @@ impl BorderGuard {
             // A point of the body moves faster than `base_link` when the robot turns.
             stretch: 1.0 + curve.curvature_1_m.abs() * self.footprint.radius_m(),
         };
-        self.judge(allowed, pose, covariance, &path)
+        let watched = match self.watch(allowed, pose, covariance, path.length_m) {
+            Watch::Areas(watched) => watched,
+            Watch::Stop(verdict) => return verdict,
+        };
+        self.judge(&watched, covariance, &path)
     }
 
     /// Looks along poses in `map`, straight from the estimated pose to the first and from each to the next.
     #[must_use]
-    pub fn along_poses(
+    pub fn along_poses<I>(
         &self,
         allowed: &AreaSet,
         pose: Pose2,
         covariance: &Matrix3<f64>,
-        poses: impl IntoIterator<Item = Pose2>,
-    ) -> BorderVerdict {
+        poses: I,
+    ) -> BorderVerdict
+    where
+        I: IntoIterator<Item = Pose2, IntoIter: Clone>,
+    {
+        let poses = poses.into_iter();
+        let mut length_m = 0.0;
+        let mut from = pose;
+        for to in poses.clone() {
+            length_m += from.position().distance_m(to.position());
+            from = to;
+        }
+        let watched = match self.watch(allowed, pose, covariance, length_m) {
+            Watch::Areas(watched) => watched,
+            Watch::Stop(verdict) => return verdict,
+        };
+        let radius_m = self.footprint.radius_m();
         let mut driven_m = 0.0;
         let mut from = pose;
-        let mut verdict = self.judge(allowed, from, covariance, &Path::standing(from));
-        for to in poses {
-            if verdict.area.is_some() {
-                break;
-            }
+        for to in std::iter::once(pose).chain(poses) {
             let length_m = from.position().distance_m(to.position());
-            let turn_rad = crate::geometry::wrap_angle(to.theta_rad - from.theta_rad).abs();
+            let turn_rad = wrap_angle(to.theta_rad - from.theta_rad).abs();
             // A turn on the spot has a way of its own.
-            let way_m = length_m.max(turn_rad * self.footprint.radius_m());
+            let way_m = length_m.max(turn_rad * radius_m);
+            let stands = way_m <= 0.0;
             let path = Path {
                 place: |at_m: f64| {
-                    from.interpolate(to, if way_m > 0.0 { at_m / way_m } else { 1.0 })
+                    if stands {
+                        to
+                    } else {
+                        from.interpolate(to, at_m / way_m)
+                    }
                 },
                 length_m: way_m,
-                stretch: if way_m > 0.0 {
-                    (length_m + turn_rad * self.footprint.radius_m()) / way_m
-                } else {
+                stretch: if stands {
                     1.0
+                } else {
+                    (length_m + turn_rad * radius_m) / way_m
                 },
             };
-            verdict = self.judge(allowed, from, covariance, &path);
-            let share = if way_m > 0.0 {
-                verdict.distance_m / way_m
-            } else {
-                1.0
-            };
-            driven_m += share * length_m;
+            let verdict = self.judge(&watched, covariance, &path);
+            if verdict.area.is_some() {
+                let share = if stands {
+                    0.0
+                } else {
+                    verdict.distance_m / way_m
+                };
+                return BorderVerdict {
+                    distance_m: driven_m + share * length_m,
+                    ..verdict
+                };
+            }
+            driven_m += length_m;
             from = to;
         }
         BorderVerdict {
             distance_m: driven_m,
-            ..verdict
+            area: None,
+            inside: false,
         }
     }
 
-    fn judge<P: Fn(f64) -> Pose2>(
+    /// Which areas are worth following a path for, or why not to start at all.
+    fn watch(
         &self,
         allowed: &AreaSet,
         pose: Pose2,
         covariance: &Matrix3<f64>,
+        length_m: f64,
+    ) -> Watch {
+        let sound = pose.is_finite()
+            && covariance.iter().all(|number| number.is_finite())
+            && length_m.is_finite();
+        let angle_rad = self.gains.sigmas * covariance[(2, 2)].max(0.0).sqrt();
+        let spread = (covariance[(0, 0)] + covariance[(1, 1)]).max(0.0).sqrt();
+        // Farther away than this nothing is touched.
+        let reach_m = length_m
+            + self.footprint.radius_m() * (1.0 + angle_rad + angle_rad * angle_rad)
+            + self.gains.sigmas * spread
+            + self.gains.margin_m
+            + TOUCH_M;
+        let mut watched = AreaSet::EMPTY;
+        for (area, region) in self.regions.iter().enumerate() {
+            if allowed.contains(area) {
+                continue;
+            }
+            let stop = |inside| {
+                Watch::Stop(BorderVerdict {
+                    distance_m: 0.0,
+                    area: Some(area),
+                    inside,
+                })
+            };
+            if !sound {
+                return stop(false);
+            }
+            if region.distance_m(pose.position()) > reach_m {
+                continue;
+            }
+            // More areas than a set holds are watched by standing still.
+            if area >= MAX_AREAS {
+                return stop(false);
+            }
+            if self.bare_gap_m(region, pose) < 0.0 {
+                return stop(true);
+            }
+            watched.insert(area);
+        }
+        Watch::Areas(watched)
+    }
+
+    fn judge<P: Fn(f64) -> Pose2>(
+        &self,
+        watched: &AreaSet,
+        covariance: &Matrix3<f64>,
         path: &Path<P>,
     ) -> BorderVerdict {
-        let forbidden = self
-            .regions
-            .iter()
-            .enumerate()
-            .filter(|(area, _)| !allowed.contains(*area));
         let mut verdict = BorderVerdict {
             distance_m: path.length_m,
             area: None,
             inside: false,
         };
-        let sound = pose.is_finite()
-            && covariance.iter().all(|number| number.is_finite())
-            && path.length_m.is_finite()
-            && path.stretch.is_finite();
-        for (area, region) in forbidden {
-            if !sound {
-                return BorderVerdict {
-                    distance_m: 0.0,
-                    area: Some(area),
-                    inside: false,
-                };
-            }
-            if self.bare_gap_m(region, pose) < 0.0 {
-                return BorderVerdict {
-                    distance_m: 0.0,
-                    area: Some(area),
-                    inside: true,
-                };
-            }
-            if let Some(entry_m) = self.entry_m(region, covariance, path, verdict.distance_m) {
+        for area in watched.iter() {
+            let region = &self.regions[area];
+            if let Some(entry_m) = self.entry_m(region, covariance, path, verdict.distance_m)
+                && (verdict.area.is_none() || entry_m < verdict.distance_m)
+            {
                 verdict.distance_m = entry_m;
                 verdict.area = Some(area);
             }
@@ -218,48 +273,17 @@ impl BorderGuard {
         Some(way_m)
     }
 
-    /// A lower bound of the distance between the region and the grown footprint; negative when they may overlap.
     fn gap_m(&self, region: &Rect, covariance: &Matrix3<f64>, pose: Pose2) -> f64 {
-        let arms = self.footprint.corners().map(|corner| pose.rotate(corner));
-        let angle_rad = self.gains.sigmas * covariance[(2, 2)].max(0.0).sqrt();
-        // What the linear growth leaves out of a turn about `base_link`.
-        let bend_m = 0.5 * angle_rad * angle_rad * self.footprint.radius_m();
-        let (sin, cos) = pose.theta_rad.sin_cos();
-        let axes = [
-            Point2::new(1.0, 0.0),
-            Point2::new(0.0, 1.0),
-            Point2::new(cos, sin),
-            Point2::new(-sin, cos),
-        ];
-        let mut widest_m = f64::NEG_INFINITY;
-        for axis in axes {
-            let (low_m, high_m) = region_span_m(region, axis);
-            let origin_m = axis.dot(pose.position());
-            let (mut least_m, mut most_m) = (f64::INFINITY, f64::NEG_INFINITY);
-            for arm in arms {
-                let at_m = origin_m + axis.dot(arm);
-                let model = Vector3::new(axis.x_m, axis.y_m, arm.cross(axis));
-                let growth_m =
-                    self.gains.sigmas * (model.dot(&(covariance * model))).max(0.0).sqrt();
-                least_m = least_m.min(at_m - growth_m);
-                most_m = most_m.max(at_m + growth_m);
-            }
-            widest_m = widest_m.max((low_m - most_m).max(least_m - high_m));
-        }
-        widest_m - self.gains.margin_m - bend_m
+        gap_m(&self.footprint, &self.gains, region, covariance, pose)
     }
 
     /// The same of the footprint as it is.
     fn bare_gap_m(&self, region: &Rect, pose: Pose2) -> f64 {
-        let bare = Self {
-            regions: Box::default(),
-            footprint: self.footprint,
-            gains: BorderGains {
-                sigmas: 0.0,
-                margin_m: 0.0,
-            },
+        let bare = BorderGains {
+            sigmas: 0.0,
+            margin_m: 0.0,
         };
-        bare.gap_m(region, &Matrix3::zeros(), pose)
+        gap_m(&self.footprint, &bare, region, &Matrix3::zeros(), pose)
     }
 }
 
@@ -272,15 +296,48 @@ struct Path<P> {
     stretch: f64,
 }
 
-impl Path<fn(f64) -> Pose2> {
-    /// No way at all: what is asked for is whether the robot may stand there.
-    fn standing(pose: Pose2) -> Path<impl Fn(f64) -> Pose2> {
-        Path {
-            place: move |_| pose,
-            length_m: 0.0,
-            stretch: 1.0,
+/// What stands between a robot and looking ahead.
+enum Watch {
+    /// Nothing; these areas are near enough to matter.
+    Areas(AreaSet),
+    /// It must not move at all.
+    Stop(BorderVerdict),
+}
+
+/// A lower bound of the distance between the region and the grown footprint; negative when they may overlap.
+fn gap_m(
+    footprint: &Footprint,
+    gains: &BorderGains,
+    region: &Rect,
+    covariance: &Matrix3<f64>,
+    pose: Pose2,
+) -> f64 {
+    let arms = footprint.corners().map(|corner| pose.rotate(corner));
+    let angle_rad = gains.sigmas * covariance[(2, 2)].max(0.0).sqrt();
+    // What the linear growth leaves out of a turn about `base_link`.
+    let bend_m = 0.5 * angle_rad * angle_rad * footprint.radius_m();
+    let (sin, cos) = pose.theta_rad.sin_cos();
+    let axes = [
+        Point2::new(1.0, 0.0),
+        Point2::new(0.0, 1.0),
+        Point2::new(cos, sin),
+        Point2::new(-sin, cos),
+    ];
+    let mut widest_m = f64::NEG_INFINITY;
+    for axis in axes {
+        let (low_m, high_m) = region_span_m(region, axis);
+        let origin_m = axis.dot(pose.position());
+        let (mut least_m, mut most_m) = (f64::INFINITY, f64::NEG_INFINITY);
+        for arm in arms {
+            let at_m = origin_m + axis.dot(arm);
+            let model = Vector3::new(axis.x_m, axis.y_m, arm.cross(axis));
+            let growth_m = gains.sigmas * (model.dot(&(covariance * model))).max(0.0).sqrt();
+            least_m = least_m.min(at_m - growth_m);
+            most_m = most_m.max(at_m + growth_m);
         }
+        widest_m = widest_m.max((low_m - most_m).max(least_m - high_m));
     }
+    widest_m - gains.margin_m - bend_m
 }
 
 fn region_span_m(region: &Rect, axis: Point2) -> (f64, f64) {

@@ -83,8 +83,16 @@ impl AreaSet {
     }
 
     /// The areas in it, by rising index.
-    pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..MAX_AREAS).filter(|&area| self.contains(area))
+    pub fn iter(&self) -> impl Iterator<Item = usize> + use<> {
+        self.words
+            .into_iter()
+            .enumerate()
+            .flat_map(|(index, word)| {
+                // What is left of the word when its lowest bit goes, again and again.
+                let rest = |rest: &u64| Some(rest & (rest - 1)).filter(|&rest| rest != 0);
+                std::iter::successors(Some(word).filter(|&word| word != 0), rest)
+                    .map(move |rest| index * 64 + rest.trailing_zeros() as usize)
+            })
     }
 }
 

@@ -119,7 +119,6 @@ fn a_curve_enters_where_the_outer_corner_does() {
         reach_m: 1.5,
     };
     let judged = guard.along_curve(&AreaSet::EMPTY, Pose2::IDENTITY, &exact, curve);
-    assert_eq!(judged.area, None.or(judged.area));
     let corner = Point2::new(0.32, 1.0 + 0.15).norm_m();
     assert!(
         corner < 1.2 && judged.area.is_some() == (corner > 1.2 - 0.014),
@@ -204,6 +203,47 @@ fn the_speed_limit_leaves_time_to_react_and_way_to_brake() {
         ..at(0.0)
     };
     assert_eq!(free.speed_limit_m_s(0.8, 0.1), f64::INFINITY);
+}
+
+/// Drives as navigation does: every 50 ms a speed that the limit allows, accelerating and braking no faster than it can.
+#[test]
+fn it_comes_to_rest_right_before_the_border() {
+    let region = rect(3.0, -2.0, 5.0, 2.0);
+    let guard = guard(&[region]);
+    let (dt_s, deceleration_m_s2) = (0.05, 0.8);
+    for (std_m, curvature_1_m, backward) in [
+        (0.005, 0.0, false),
+        (0.02, 0.3, false),
+        (0.05, -0.2, false),
+        (0.01, 0.0, true),
+    ] {
+        let covariance = known_to(std_m, std_m, 0.005);
+        let sign = if backward { -1.0 } else { 1.0 };
+        let heading_rad = if backward { std::f64::consts::PI } else { 0.0 };
+        let mut pose = Pose2::new(0.0, 0.1, heading_rad);
+        let mut speed_m_s = 0.0f64;
+        for _ in 0..1000 {
+            let curve = Curve {
+                curvature_1_m,
+                reach_m: sign * 1.0,
+            };
+            let judged = guard.along_curve(&AreaSet::EMPTY, pose, &covariance, curve);
+            let limit_m_s = judged.speed_limit_m_s(deceleration_m_s2, 2.0 * dt_s);
+            speed_m_s = (speed_m_s + 0.5 * dt_s)
+                .min(0.4)
+                .min(limit_m_s.max(speed_m_s - deceleration_m_s2 * dt_s));
+            let twist = MotionCommand::new(sign * speed_m_s, curvature_1_m).twist();
+            pose = pose.advance(twist, dt_s);
+            assert!(overlap_m(&FOOTPRINT, pose, &region) < 0.0);
+        }
+        let gap_m = -overlap_m(&FOOTPRINT, pose, &region);
+        let margin_m = 3.0 * (std_m * 1.5 + 0.005 * FOOTPRINT.radius_m()) + 0.01;
+        assert!(
+            speed_m_s < 0.01 && gap_m < margin_m + 0.03,
+            "{gap_m} {margin_m}"
+        );
+        assert!(gap_m > 3.0 * std_m, "{gap_m}");
+    }
 }
 
 /// A covariance with correlations, from standard deviations and three angles.

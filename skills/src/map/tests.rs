@@ -69,9 +69,74 @@ fn lanes_know_the_nearest_walls_directed_like_them() {
     assert!(pose.position().distance_m(Point2::new(6.8, 0.4)) < 1e-12);
 }
 
+/// An arm from the west, one to the south, one to the east; a pillar before the north wall, another hall behind the end.
+fn junction() -> MapData {
+    MapData {
+        walls: vec![
+            wall("north", line(-6.2, 1.2, 6.2, 1.2)),
+            wall("south-west", line(-1.2, -1.2, -6.2, -1.2)),
+            wall("south-east", line(1.2, -1.2, 6.2, -1.2)),
+            wall("arm-west", line(-1.2, -6.2, -1.2, -1.2)),
+            wall("arm-east", line(1.2, -6.2, 1.2, -1.2)),
+            wall("arm-end", line(-1.2, -6.2, 1.2, -6.2)),
+            wall("east", line(6.2, -1.2, 6.2, 1.2)),
+            wall("west", line(-6.2, -1.2, -6.2, 1.2)),
+            wall("pillar", line(-4.0, 1.0, -3.4, 1.0)),
+            wall("next hall", line(-12.0, -0.9, -6.4, -0.9)),
+        ],
+        lanes: vec![
+            lane("in", line(-5.0, -0.5, -1.2, -0.5), None),
+            lane("down", line(-0.5, -1.2, -0.5, -5.0), None),
+        ],
+        areas: vec![],
+    }
+}
+
+#[test]
+fn a_side_of_a_lane_may_be_pieces_with_openings() {
+    let data = junction();
+    let map = SemanticMap::new(&data).unwrap();
+    let pieces = |walls: &[LaneWall]| -> Vec<(String, f64, f64)> {
+        let round = |m: f64| (m * 10.0).round() / 10.0;
+        let piece = |wall: &LaneWall| {
+            let name = data.walls[wall.index].id.clone();
+            (name, round(wall.line.a.x_m), round(wall.line.b.x_m))
+        };
+        walls.iter().map(piece).collect()
+    };
+    let lane = &map.lanes()[0];
+    let expected = |all: &[(&str, f64, f64)]| -> Vec<(String, f64, f64)> {
+        all.iter()
+            .map(|&(name, a, b)| (name.into(), a, b))
+            .collect()
+    };
+    assert_eq!(
+        pieces(&lane.left_walls),
+        expected(&[
+            ("north", -6.2, -4.0),
+            ("pillar", -4.0, -3.4),
+            ("north", -3.4, 2.8)
+        ])
+    );
+    assert_eq!(
+        pieces(&lane.right_walls),
+        expected(&[("south-west", -6.2, -1.2), ("south-east", 1.2, 2.8)])
+    );
+    // Directed like the lane, whichever way the map draws them.
+    for wall in lane.left_walls.iter().chain(&lane.right_walls) {
+        assert!(wrap_angle(wall.direction_rad - lane.direction_rad).abs() < 1e-9);
+    }
+    let down = &map.lanes()[1];
+    let names = |walls: &[LaneWall]| -> Vec<String> {
+        pieces(walls).into_iter().map(|(name, _, _)| name).collect()
+    };
+    assert_eq!(names(&down.left_walls), ["arm-east"]);
+    assert_eq!(names(&down.right_walls), ["arm-west"]);
+}
+
 #[test]
 fn what_does_not_fit_is_refused_with_names() {
-    let cases: [(Spoil, &str); 7] = [
+    let cases: [(Spoil, &str); 9] = [
         (
             |map| map.walls[1].id = "south".into(),
             "two walls are called `south`",
@@ -95,6 +160,21 @@ fn what_does_not_fit_is_refused_with_names() {
         (
             |map| map.lanes[0].end_wall = Some("west".into()),
             "wall `west` does not close lane `east`",
+        ),
+        (
+            |map| map.areas[0].region.max.x_m = f64::INFINITY,
+            "area `1` must have finite corners",
+        ),
+        (
+            |map| {
+                let area = map.areas[0].clone();
+                let many = (0..300).map(|n| AreaData {
+                    id: n.to_string(),
+                    ..area.clone()
+                });
+                map.areas = many.collect();
+            },
+            "300 areas; expected at most 256",
         ),
         (
             |map| map.areas[0].speed_limit_m_s = -0.4,

@@ -137,3 +137,55 @@ fn walls_that_insist_on_being_elsewhere_make_it_lost() {
     scene.restart(Pose2::new(5.0, -0.5, 0.0));
     assert!((scene.observe(&shifted).lateral_m - 0.09).abs() < 0.02);
 }
+
+#[test]
+fn nothing_is_expected_in_an_opening_and_every_piece_counts() {
+    let wall = |id: &str, ax, ay, bx, by| WallData {
+        id: id.into(),
+        line: Segment::new(Point2::new(ax, ay), Point2::new(bx, by)),
+    };
+    // To the right: wall, opening, and a wall that is set back.
+    let map = SemanticMap::new(&MapData {
+        walls: vec![
+            wall("near", 0.0, -1.2, 4.2, -1.2),
+            wall("far", 5.6, -1.5, 10.0, -1.5),
+        ],
+        lanes: vec![LaneData {
+            id: "east".into(),
+            line: Segment::new(Point2::new(1.0, -0.5), Point2::new(9.0, -0.5)),
+            end_wall: None,
+        }],
+        areas: vec![],
+    })
+    .unwrap();
+    let lane = &map.lanes()[0];
+    let gains = PerceptionGains::default();
+    let mut tracker = CorridorTracker::new(gains);
+    let mut fitter = LineFitter::new(700, gains);
+    let truth = Pose2::new(5.0, -0.46, 0.03);
+    tracker.start(lane, Pose2::new(5.0, -0.5, 0.0), 0.1, 0.1);
+    let seen = |from: f64, to: f64, y_m: f64| {
+        let count = ((to - from) / 0.05) as i32;
+        (0..count).map(move |i| {
+            let wobble_m = 0.01 * (f64::from(i) * 1.7).sin();
+            truth.inverse_transform(Point2::new(from + 0.05 * f64::from(i), y_m + wobble_m))
+        })
+    };
+    // A box in the opening, in line with the near wall, is on no wall.
+    let points: Vec<_> = seen(3.0, 4.2, -1.2)
+        .chain(seen(4.3, 5.5, -1.08))
+        .chain(seen(5.6, 7.5, -1.5))
+        .collect();
+    for _ in 0..4 {
+        let walls = tracker.observe(&mut fitter, &points, lane, 4.0);
+        let lines: Vec<f64> = walls.fits().map(|(wall, _)| wall.line.a.y_m).collect();
+        assert_eq!(lines, [-1.2, -1.5]);
+    }
+    let estimate = tracker.estimate().unwrap();
+    assert!((estimate.lateral_m - 0.04).abs() < 0.01, "{estimate:?}");
+    assert!((estimate.heading_rad - 0.03).abs() < 0.01, "{estimate:?}");
+    assert!(estimate.right_seen && !estimate.left_seen);
+    // Where no piece is near, nothing is looked for.
+    let none = tracker.observe(&mut fitter, &points, lane, 40.0);
+    assert_eq!(none.fits().count(), 0);
+}
