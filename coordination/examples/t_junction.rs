@@ -130,9 +130,9 @@ fn mediator_model() -> NetModel {
         model.source(&released, Binding::flag(robot, "released"));
         model.place(&entering).place(&inside);
         let grant = [granted.as_str(), entering.as_str()];
-        model.transition(&place("is let in"), &[&asked, "free"], &grant);
-        model.transition(&place("enters"), &[&entered, &entering], &[&inside]);
-        model.transition(&place("leaves"), &[&released, &inside], &["free"]);
+        model.transition(place("is let in"), &[&asked, "free"], &grant);
+        model.transition(place("enters"), &[&entered, &entering], &[&inside]);
+        model.transition(place("leaves"), &[&released, &inside], &["free"]);
         holders.extend([entering, inside]);
     }
     let holders: Vec<&str> = holders.iter().map(String::as_str).collect();

@@ -22,8 +22,8 @@ fn net_model() -> NetModel {
         net.sink(&granted, Binding::flag(robot, "granted"));
         net.source(&left, Binding::flag(robot, "released"));
         net.place(&inside);
-        net.transition(&place("enters"), &[&asked, "free"], &[&inside, &granted]);
-        net.transition(&place("leaves"), &[&left, &inside], &["free"]);
+        net.transition(place("enters"), &[&asked, "free"], &[&inside, &granted]);
+        net.transition(place("leaves"), &[&left, &inside], &["free"]);
     }
     net
 }
