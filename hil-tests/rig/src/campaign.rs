@@ -353,6 +353,10 @@ fn quantities(outcomes: &[Outcome]) -> Vec<Quantity> {
             figure(&|one| one.figures.min_border_m),
         ),
         (
+            "largest excess over an area's speed limit, m/s",
+            figure(&|one| one.figures.max_over_speed_m_s),
+        ),
+        (
             "leave withheld until it had waited, times",
             figure(&|one| one.withheld as f64),
         ),

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use config::{ActivityKind, FsmConfig, ThreadConfig, Trigger};
+use config::{ActivityKind, ThreadConfig, Trigger};
 use coordination::activity::event_loop_once;
+use coordination::event::EventId;
 use coordination::symbols::{Reader, SymbolTable, Writer};
 use onboard::activities::control::Control;
 use onboard::activities::motion_tube::MotionTube;
@@ -11,6 +12,7 @@ use onboard::activities::navigation::Navigation;
 use onboard::activities::proprioception::Proprioception;
 use onboard::activities::scans::ScanIntake;
 use onboard::cli::Files;
+use onboard::ctl::{self, Event, Request, Stop};
 use onboard::plan::{Plan, ns_from_ms};
 use onboard::port::Command;
 use onboard::reload::{Reload, ReloadEnds};
@@ -19,6 +21,7 @@ use onboard::runtime::Runtime;
 use onboard::values::{ActivityState, ThreadReport};
 use onboard::wiring::{ACTIVITIES, Wiring};
 use sim::world::{Random, World};
+use skills::geometry::Pose2;
 
 use super::director::{Director, Note};
 use super::drive::SteppedDrive;
@@ -53,6 +56,8 @@ pub struct SteppedRobot {
     director_next_ns: u64,
     notes: Vec<(u64, Note)>,
     insight: Insight,
+    // The external events of its machine.
+    events: Vec<(String, EventId)>,
     // What nothing reads or writes here, and the shared memory itself.
     _idle: Idle,
 }
@@ -85,10 +90,12 @@ impl SteppedRobot {
         let mut director = Director::default();
         let (reload, ends) = Reload::new(files.clone(), plan);
         let mut states: Vec<_> = ACTIVITIES.into_iter().zip(wiring.states).collect();
+        let mut events = Vec::new();
         let mut activities = compose(
             plan,
             &mut director,
             &mut states,
+            &mut events,
             ends,
             Ends {
                 proprioception: wiring.proprioception,
@@ -113,6 +120,7 @@ impl SteppedRobot {
             director,
             director_next_ns: now_ns,
             notes: Vec::new(),
+            events,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
             _idle: Idle {
                 _states: states.into_iter().map(|(_, state)| state).collect(),
@@ -146,12 +154,29 @@ impl SteppedRobot {
         self.insight.look()
     }
 
-    /// Gives leave for areas, in the site's order.
-    pub fn allow(&mut self, _granted: &[bool]) {}
+    /// Gives leave for areas, in the site's order; false when its navigation takes none and has leave for all.
+    pub fn allow(&mut self, granted: &[bool]) -> bool {
+        granted.iter().all(|granted| *granted)
+    }
 
     /// Gives its machine an event with parameters; false when the machine does not know it.
-    pub fn instruct(&mut self, _fsm: &FsmConfig, _instruction: &Instruction) -> bool {
-        false
+    pub fn instruct(&mut self, instruction: &Instruction) -> bool {
+        let known = self
+            .events
+            .iter()
+            .find(|(name, _)| *name == instruction.event);
+        let Some((_, event)) = known else {
+            return false;
+        };
+        let command = Command::Instruct(skills::navigator::Instruction {
+            event: *event,
+            speed_limit_m_s: instruction.speed_limit_m_s,
+            stop_at: instruction
+                .stop_at
+                .map(|pose| Pose2::new(pose.x_m, pose.y_m, pose.theta_rad)),
+        });
+        self.director.tell(ActivityKind::Navigation.name(), command);
+        true
     }
 
     /// A command of an operator or of the supervisor.
@@ -250,6 +275,7 @@ fn compose(
     plan: &Plan,
     director: &mut Director,
     states: &mut Vec<(&'static str, Writer<ActivityState>)>,
+    events: &mut Vec<(String, EventId)>,
     reload: ReloadEnds,
     ends: Ends,
 ) -> Result<Vec<(ActivityKind, Box<dyn RobotActivity>)>, onboard::plan::PlanError> {
@@ -265,6 +291,14 @@ fn compose(
     let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
     let navigator = Box::new(plan.navigator()?);
     let start = plan.start(navigator.machine().state());
+    for name in &plan.fsm.external {
+        events.extend(
+            navigator
+                .machine()
+                .input(name)
+                .map(|event| (name.clone(), event)),
+        );
+    }
     let names = navigator
         .machine()
         .states()
@@ -306,10 +340,21 @@ fn compose(
     ])
 }
 
-/// Sends a robot that runs as a process an instruction, as an operator would.
+/// Sends a robot that runs as a process an instruction, as an operator does.
 ///
 /// # Errors
 /// A sentence with the robot's reason.
-pub fn send(_runtime: &Runtime, _robot: &str, _instruction: &Instruction) -> Result<(), String> {
-    Err("not yet".to_owned())
+pub fn send(runtime: &Runtime, robot: &str, instruction: &Instruction) -> Result<(), String> {
+    let request = Request::Send(Event {
+        name: instruction.event.clone(),
+        speed_limit_m_s: instruction.speed_limit_m_s,
+        stop: instruction.stop_at.map(|pose| Stop {
+            x_m: pose.x_m,
+            y_m: pose.y_m,
+            theta_rad: pose.theta_rad,
+        }),
+    });
+    ctl::send(runtime, Some(robot), &request).map_err(|failure| match failure {
+        Failure::Refused(report) | Failure::Failed(report) => report.to_string(),
+    })
 }

@@ -152,8 +152,11 @@ impl<'a> Run<'a> {
         } else {
             LeaveKeeper::generous(&plan.site)
         };
+        let mut leave = leave;
+        if !robot.allow(&leave.granted().collect::<Vec<bool>>()) {
+            leave = LeaveKeeper::generous(&plan.site);
+        }
         let granted: Vec<bool> = leave.granted().collect();
-        robot.allow(&granted);
         Ok(Self {
             setup,
             seed,
@@ -210,7 +213,7 @@ impl<'a> Run<'a> {
             if let Some(pose) = instruction.stop_at {
                 self.judge.instructed(pose);
             }
-            if !self.robot.instruct(&self.setup.plan.fsm, &instruction) {
+            if !self.robot.instruct(&instruction) {
                 let detail = format!("the robot's machine does not know `{}`", instruction.event);
                 self.judge.report("instruction", now_ns, detail);
             }

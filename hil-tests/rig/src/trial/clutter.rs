@@ -54,7 +54,6 @@ impl Scenario for Clutter {
         Rules {
             may_be_run_into: true,
             pose: false,
-            speed: true,
         }
     }
 

@@ -33,7 +33,6 @@ impl Scenario for Course {
         Rules {
             may_be_run_into: false,
             pose: true,
-            speed: true,
         }
     }
 

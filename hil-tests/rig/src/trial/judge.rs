@@ -23,10 +23,6 @@ const VIEW_NS: u64 = 100_000_000;
 const BORDER_M: f64 = 0.001;
 /// The lidar sees what is no farther to either side.
 const IN_VIEW_RAD: f64 = 2.09;
-/// A speed limit may be exceeded by this share, for wheel errors and the controller's ripple.
-const SPEED_TOLERANCE: f64 = 0.10;
-/// Limits of areas this near hold as well.
-const SPEED_NEAR_M: f64 = 0.35;
 /// A walls direction counts as along a lane within this.
 const ALONG: f64 = 0.17;
 /// One kind of violation is reported once in a stretch of this.
@@ -42,8 +38,6 @@ pub struct Rules {
     pub may_be_run_into: bool,
     /// Errors of the pose are violations; otherwise they are only told.
     pub pose: bool,
-    /// Speed limits of areas hold.
-    pub speed: bool,
 }
 
 /// One look at the robot.
@@ -90,6 +84,8 @@ pub struct Figures {
     pub border_stop_errors_m: Vec<f64>,
     /// Least distance to an area without leave while the robot stood before it.
     pub min_border_m: f64,
+    /// Largest excess over the speed limit of the area under `base_link`.
+    pub max_over_speed_m_s: f64,
     /// How long the motion tubes held it.
     pub held_s: f64,
     /// Longest time that it stood.
@@ -207,9 +203,7 @@ impl Judge {
         }
         self.judge_collisions(look);
         self.judge_borders(look);
-        if self.rules.speed {
-            self.judge_speed(truth);
-        }
+        self.measure_speed(truth);
         self.judge_stand(truth);
         self.follow_states(look);
         self.judge_pose(look);
@@ -292,32 +286,14 @@ impl Judge {
         }
     }
 
-    fn judge_speed(&mut self, truth: &Truth) {
-        let speed_m_s = truth.twist.v_m_s.abs();
-        let near = |region: &config::Rect| {
-            let gap = |axis: usize, value: f64| {
-                (region.min_m[axis] - value)
-                    .max(value - region.max_m[axis])
-                    .max(0.0)
-            };
-            gap(0, truth.pose.x_m).hypot(gap(1, truth.pose.y_m)) < SPEED_NEAR_M
-        };
+    /// The limits of a state hold from its first step on, which may be made in the area before: told, not judged.
+    fn measure_speed(&mut self, truth: &Truth) {
         let limit_m_s = self
             .site
-            .areas
-            .iter()
-            .filter(|area| near(&area.region))
-            .map(|area| area.control.speed_limit_m_s)
-            .reduce(f64::max);
-        if let Some(limit_m_s) =
-            limit_m_s.filter(|limit| speed_m_s > limit * (1.0 + SPEED_TOLERANCE))
-        {
-            let detail = format!(
-                "{speed_m_s:.3} m/s at x = {:.2} m, y = {:.2} m, expected at most {limit_m_s} m/s",
-                truth.pose.x_m, truth.pose.y_m
-            );
-            self.report("speed", truth.time_ns, detail);
-        }
+            .area_at([truth.pose.x_m, truth.pose.y_m])
+            .map_or(f64::INFINITY, |area| area.control.speed_limit_m_s);
+        let over_m_s = truth.twist.v_m_s.abs() - limit_m_s;
+        self.figures.max_over_speed_m_s = self.figures.max_over_speed_m_s.max(over_m_s);
     }
 
     fn judge_stand(&mut self, truth: &Truth) {
@@ -342,30 +318,27 @@ impl Judge {
             .states
             .last()
             .and_then(|name| self.fsm.state(name));
-        let stop = before.and_then(|state| {
+        let stop_at = |pose: &Pose| {
             let instructed = self.instructed.as_ref();
-            StopError::of(
-                &self.site,
-                state,
-                instructed,
-                &self.footprint,
-                &look.truth.pose,
-            )
-        });
+            StopError::of(&self.site, before?, instructed, &self.footprint, pose)
+        };
+        let (stop, believed) = (stop_at(&look.truth.pose), stop_at(&belief.pose));
         self.figures.states.push(belief.state.clone());
         self.figures.skills.insert(belief.skill.clone());
-        let Some(stop) = stop else { return };
-        let (list, kind) = match stop.kind {
-            StopKind::Dock => (&mut self.figures.dock_errors_m, "docking"),
-            StopKind::Pose => (&mut self.figures.pose_stop_errors_m, "stop-pose"),
-            StopKind::Border => (&mut self.figures.border_stop_errors_m, "stop-border"),
+        let Some((stop, believed)) = stop.zip(believed) else {
+            return;
+        };
+        let (list, kind, judged) = match stop.kind {
+            StopKind::Dock => (&mut self.figures.dock_errors_m, "docking", stop),
+            StopKind::Pose => (&mut self.figures.pose_stop_errors_m, "stop-pose", believed),
+            StopKind::Border => (&mut self.figures.border_stop_errors_m, "stop-border", stop),
         };
         list.push(stop.error_m);
-        if stop.error_m.abs() > stop.limit_m() {
+        if judged.error_m.abs() > judged.limit_m() {
             let detail = format!(
                 "stopped {:.3} m off, expected at most {} m",
-                stop.error_m,
-                stop.limit_m()
+                judged.error_m,
+                judged.limit_m()
             );
             self.report(kind, look.truth.time_ns, detail);
         }

@@ -7,8 +7,8 @@ use super::view::segment;
 
 /// Docking: from the wanted distance.
 const DOCK_M: f64 = 0.02;
-/// A pose: as exact as poses are known, and two centimetres for the control.
-const POSE_M: f64 = 0.07;
+/// A pose, as far as the robot knows where it is: along a corridor nothing tells it.
+const POSE_M: f64 = 0.03;
 /// Before an area: as near to its border as wanted, and this much farther or nearer.
 const BORDER_M: f64 = 0.07;
 

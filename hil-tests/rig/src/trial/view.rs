@@ -7,9 +7,10 @@ use sim::world::{Point, Pose, Rectangle, Segment, Shape, World, ray_hit_disc_m};
 const HALF_VIEW_RAD: f64 = 2.09;
 const STEP_RAD: f64 = 0.025;
 const REACH_M: f64 = 4.0;
-/// A wall is in view when so many of these rays meet it, over at least this length.
-const LEAST_RAYS: usize = 5;
-const LEAST_LENGTH_M: f64 = 0.4;
+/// A wall is in view when so many of these rays (a quarter of a radian, forty beams) meet it, over at least this length:
+/// with less, at the end of the reach, the noise of ranges is as large as what is asked for.
+const LEAST_RAYS: usize = 10;
+const LEAST_LENGTH_M: f64 = 0.8;
 
 /// Everything that stands in the way of a ray, once for a look.
 #[derive(Debug, Default)]
