@@ -228,9 +228,18 @@ impl<'a> Closed<'a> {
                 visit(Move::Empty(sink), scratch)?;
             }
         }
-        if !bound.aborts.is_empty() && at != Position::START {
+        let deaf = |&(source, _): &(u32, usize)| self.layout.is_marked(from, source);
+        if !bound.aborts.is_empty() && at != Position::START && !bound.aborts.iter().any(deaf) {
             copy(scratch, from);
             self.layout.set_position(scratch, index, Position::START);
+            // Void what belongs to the run.
+            for &(source, counter) in bound.sources.iter().flatten() {
+                self.layout.clear(scratch, source);
+                self.layout.set_waiting(scratch, counter, 0);
+            }
+            for &(sink, _) in &bound.sinks {
+                self.layout.clear(scratch, sink);
+            }
             for &(source, counter) in &bound.aborts {
                 self.offer(scratch, source, counter)?;
             }

@@ -6,8 +6,9 @@
 //! when the protocol lets its flag be set; a sink bound to an event is emptied at any time; a source
 //! bound to an event may be filled whenever it is empty. Protocols begin between two runs, and a
 //! complete run makes room for the next. A source bound to [`ABORTED`](crate::protocol::ABORTED)
-//! is filled when the other party, if it is the protocol's keeper, gives up a run; aborts that no
-//! source reads are left out, because they end the coordination.
+//! is filled when the other party, if it is the protocol's keeper, gives up a run, and tokens in the
+//! protocol's other sources and sinks are void. It does not give up again before the net has dealt
+//! with that. Aborts that no source reads are left out, because they end the coordination.
 //!
 //! [`check`] refuses a net, with the shortest sequence of steps that leads to the fault
 //! ([`Refusal`]), unless

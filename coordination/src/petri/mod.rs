@@ -48,6 +48,7 @@
 //! ```
 
 mod compile;
+mod dot;
 mod error;
 mod executor;
 mod layout;
@@ -58,6 +59,7 @@ mod state;
 mod structure;
 mod symbols;
 
+pub use dot::Dot;
 pub use error::ModelError;
 pub use executor::{Budget, Evaluation, Executor, OfferError, WrongMarking};
 pub use model::{Binding, NetModel, Place, PlaceKind, PlaceSet, Transition};
