@@ -2,10 +2,9 @@
 
 use thiserror::Error;
 
-use super::layout::BLOCK;
 use super::net::{Net, PlaceId, TransitionId};
 use super::ports::Ports;
-use super::state::{State, above};
+use super::state::{Progress, State};
 use crate::event::EventId;
 
 /// How much one evaluation may do.
@@ -148,7 +147,7 @@ impl Executor {
         })
     }
 
-    fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
+    fn run(&mut self, budget: Budget, on_fire: impl FnMut(usize)) -> Evaluation {
         let Self {
             net, state, ports, ..
         } = self;
@@ -156,40 +155,15 @@ impl Executor {
         while let Some(source) = ports.next_to_fill() {
             state.flip(layout, net.sources()[source].0);
         }
-        let mut left = budget.firings;
-        let mut rounds = budget.rounds;
-        let mut remaining = None;
-        while left > 0 && rounds > 0 {
-            // Behind the last one in its block; then block by block; its own block again comes
-            // last.
-            let mut block = self.last / BLOCK;
-            let mut among = above(self.last % BLOCK);
-            loop {
-                let run = state.run_block(layout, ports, block, among, left, &mut on_fire);
-                if run.fired > 0 {
-                    left -= run.fired;
-                    self.last = run.last;
-                }
-                if left == 0 {
-                    break;
-                }
-                match state.next_ready(block) {
-                    Some(next) => block = next,
-                    None => break,
-                }
-                among = !0;
-            }
-            state.begin_round();
-            rounds -= 1;
-            let ready = state.next_ready(self.last / BLOCK).is_some();
-            remaining = Some(ready);
-            if !ready {
-                break;
-            }
-        }
-        let fired = budget.firings - left;
+        let mut progress = Progress {
+            firings: budget.firings,
+            rounds: budget.rounds,
+            last: self.last,
+        };
+        let enabled = state.run(layout, ports, &mut progress, on_fire);
+        let fired = budget.firings - progress.firings;
+        self.last = progress.last;
         self.firings += u64::from(fired);
-        let enabled = remaining.unwrap_or_else(|| state.next_ready(self.last / BLOCK).is_some());
         Evaluation {
             fired,
             remaining: enabled || ports.can_fill(),

@@ -1,10 +1,9 @@
 //! How a compiled net lies in memory.
 //!
 //! **Representation.** What a transition needs is a set of conditions: *this input is marked*, *that
-//! output is empty*. The state of a net is the truth of these conditions, one bit each, and nothing
-//! else: there is no marking beside it. Transitions are grouped by 64, in the model's order. A
-//! [`Block`] is one cache line with seven words; bit t of a word belongs to the block's t-th
-//! transition:
+//! output is empty*. The state of a net is the truth of these conditions, one bit each; there is no
+//! marking beside it. Transitions are grouped into blocks of 64, in the model's order, and bit t of
+//! a word belongs to the block's t-th transition:
 //!
 //! | word | bit t is set while |
 //! |---|---|
@@ -12,34 +11,38 @@
 //! | `open` | all further conditions of t hold |
 //! | `fresh` | t has not fired in this round |
 //!
-//! The transitions that may fire are therefore the AND of these words: exact at any time, so no
-//! to-do list can hold a place twice or too long. A place that changes flips its bit in every
-//! condition that mentions it, whatever the direction; the flips of all places that one firing
+//! The transitions that may fire are the AND of these words. That is exact at any time, so a to-do
+//! list is not needed, and none can repeat, overflow or lag. A place that changes flips its bit in
+//! every condition that mentions it, whatever the direction. The flips of all places that one firing
 //! changes are combined at compile time, so that firing is a few XORs with constants.
 //!
-//! A place is *local* if at most [`LOCAL_BLOCKS`] blocks mention it, which is the rule; its
-//! conditions are in `conditions`. Any other place is *shared* (one resource of many processes), and
-//! so is one that a transition with more than four conditions cannot keep. Shared places act on
-//! `open`, through [`Row`]s of flips that all transitions have in common, so that the tables grow
-//! linearly with the arcs. A transition with one shared condition has its bit in the row of that
-//! place. One with several is a member of a [`Joint`], which counts how many of its conditions do
-//! not hold, and whose row is applied when the count leaves or reaches zero.
+//! A place is *shared* if more than [`LOCAL`] conditions in several blocks mention it (one resource
+//! of many processes), or if a transition with more than four conditions has no word left for it.
+//! Conditions on shared places are in `open`. A transition with one shared condition has it there as
+//! it is. One with several is a member of a *joint*, which counts how many of its conditions do not
+//! hold; the bits of its members change when the count reaches or leaves zero. The flips of a shared
+//! place in `open` are stored once for all firings that change it, so the tables grow linearly with
+//! the arcs.
 //!
-//! **Contract.** For every reachable state: (1) a bit of `conditions` equals its condition; (2) the
-//! count of a joint equals the number of its conditions that do not hold; (3) an `open` bit equals
-//! the conjunction of its transition's shared conditions; (4) bits of transitions that do not exist
-//! are 0 in `conditions[0]`.
+//! **Contract.** At any time: (1) a bit in `conditions` equals its condition; (2) the count of a
+//! joint equals the number of its conditions that do not hold; (3) a bit in `open` equals the
+//! conjunction of its transition's shared conditions; (4) the bits of transitions that do not exist
+//! are 0 in `conditions[0]`. A shared place that only joints mention has the `open` bit of such a
+//! transition, so that every place can be read from some bit.
 
-/// Conditions that a transition has as bits of its own.
+/// Conditions of a transition that have bits of their own.
 pub(super) const SLOTS: usize = 4;
 
-/// Blocks that may mention a local place.
-pub(super) const LOCAL_BLOCKS: u32 = 2;
+/// Conditions that may mention a place in several blocks before it is shared.
+pub(super) const LOCAL: u32 = 8;
 
 /// Transitions per block.
 pub(super) const BLOCK: usize = u64::BITS as usize;
 
-/// One bit per transition, for each of the conditions.
+/// Blocks whose `open` words a row flips at once.
+pub(super) const CHUNK: usize = 4;
+
+/// One bit per transition of a block, for each of its conditions.
 pub(super) type Bits = [u64; SLOTS];
 
 /// The state of 64 transitions.
@@ -51,12 +54,14 @@ pub(super) struct Block {
     pub(super) fresh: u64,
 }
 
-impl Block {
-    /// The transitions that are enabled and have not fired in this round.
-    pub(super) fn ready(&self) -> u64 {
-        let [a, b, c, d] = self.conditions;
-        a & b & c & d & self.open & self.fresh
-    }
+/// What firings do within one block, by transition.
+#[derive(Clone, Debug)]
+pub(super) struct Firings {
+    pub(super) flips: [Bits; BLOCK],
+    /// Whether it has an entry among the first open flips.
+    pub(super) have_open: u64,
+    /// Whether it has [effects](Effects).
+    pub(super) have_effects: u64,
 }
 
 /// Flips in the conditions of one block.
@@ -66,67 +71,101 @@ pub(super) struct Flip {
     pub(super) bits: Bits,
 }
 
-/// Flips in the `open` words of several blocks.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Row {
-    /// Block and bits, by block.
-    pub(super) flips: Vec<(u32, u64)>,
-    /// The blocks of `flips` as a set of bits: index of the word, word.
-    pub(super) blocks: Vec<(u32, u64)>,
+/// Flips in the `open` words of [`CHUNK`] blocks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OpenFlip {
+    /// Of blocks.
+    pub(super) chunk: u32,
+    /// The blocks that change, as a set of blocks has them.
+    pub(super) blocks: u64,
+    pub(super) bits: [u64; CHUNK],
 }
 
-/// A shared place, or rather what depends on it.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Shared {
-    pub(super) row: Row,
-    /// The joints with a condition on this place, and whether that condition is to be marked.
-    pub(super) joints: Vec<(u32, bool)>,
+/// Some consecutive entries of an array.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Span {
+    pub(super) start: u32,
+    pub(super) end: u32,
 }
 
-/// A set of conditions on shared places; its members are open while all of them hold.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Joint {
-    pub(super) row: Row,
+impl Span {
+    pub(super) fn is_empty(self) -> bool {
+        self.start == self.end
+    }
+
+    pub(super) fn of<T>(self, all: &[T]) -> &[T] {
+        &all[self.start as usize..self.end as usize]
+    }
 }
 
-/// Where the conditions on a place are.
+/// The word of a shared condition, instead of a number below [`SLOTS`].
+pub(super) const OPEN: u8 = SLOTS as u8;
+
+/// A place; either it is shared, or it has flips in `conditions`.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Where {
-    /// In blocks; `slot` and `transition` name one of its conditions, which holds while the place
-    /// is marked if `when_marked`, else while it is empty.
-    Local {
-        transition: u32,
-        slot: u8,
-        when_marked: bool,
-    },
-    /// In `shared`, at this index.
-    Shared(u32),
+pub(super) struct Place {
+    /// Index among the shared places, or [`Place::NOT_SHARED`].
+    pub(super) shared: u32,
+    /// Index of its first flip.
+    pub(super) first_flip: u32,
+    /// How many flips it has, one per block that mentions it.
+    pub(super) flips: u32,
+    /// A transition with a condition on it, the word of that condition, and whether the condition
+    /// holds while the place is marked: from these the marking is read.
+    pub(super) transition: u32,
+    pub(super) slot: u8,
+    pub(super) when_marked: bool,
 }
 
-/// What a firing changes beside the conditions of its own block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Effect {
-    /// Conditions in another block: index into `far`.
-    Far(u32),
-    /// This shared place becomes marked or empty.
-    Shared(u32, bool),
-    /// This source, an index into the net's sources, becomes empty.
+impl Place {
+    pub(super) const NOT_SHARED: u32 = u32::MAX;
+
+    pub(super) fn is_shared(&self) -> bool {
+        self.shared != Self::NOT_SHARED
+    }
+}
+
+/// What happens when shared places change.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Change {
+    /// [`OpenFlip`]s.
+    pub(super) open: Span,
+    /// [`JointChange`]s.
+    pub(super) joints: Span,
+}
+
+/// So many more conditions of a joint do not hold, or fewer if negative.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointChange {
+    pub(super) joint: u32,
+    pub(super) unmet: i32,
+}
+
+/// A source or sink, an index into the net's list of them, changes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum PortChange {
     SourceEmptied(u16),
-    /// This sink, an index into the net's sinks, becomes full.
     SinkFilled(u16),
 }
 
-/// Slices of one array, one per index.
-#[derive(Clone, Debug)]
-pub(super) struct Ranges<T> {
-    /// One more than there are slices.
-    pub(super) starts: Box<[u32]>,
-    pub(super) items: Box<[T]>,
+/// What a firing changes beside its own block and its first open flip.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Effects {
+    pub(super) change: Change,
+    /// Further [`Change`]s.
+    pub(super) changes: Span,
+    /// Conditions in other blocks: [`Flip`]s.
+    pub(super) far: Span,
+    /// [`PortChange`]s.
+    pub(super) ports: Span,
 }
 
-impl<T> Ranges<T> {
-    pub(super) fn of(&self, index: usize) -> &[T] {
-        &self.items[self.starts[index] as usize..self.starts[index + 1] as usize]
+impl Effects {
+    pub(super) fn is_empty(&self) -> bool {
+        let Change { open, joints } = self.change;
+        [open, joints, self.changes, self.far, self.ports]
+            .iter()
+            .all(|span| span.is_empty())
     }
 }
 
@@ -134,19 +173,29 @@ impl<T> Ranges<T> {
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(super) transitions: usize,
-    /// By block and transition: the flips of a firing in its own block.
-    pub(super) own: Box<[[Bits; BLOCK]]>,
-    /// By block: the transitions that have effects.
-    pub(super) has_effects: Box<[u64]>,
-    /// By transition.
-    pub(super) effects: Ranges<Effect>,
+    /// By block.
+    pub(super) firings: Box<[Firings]>,
+    /// By transition, up to the last that has one.
+    pub(super) first_open: Box<[OpenFlip]>,
+    /// By transition, up to the last that has any.
+    pub(super) effects: Box<[Effects]>,
+    pub(super) changes: Box<[Change]>,
     pub(super) far: Box<[Flip]>,
-    /// By place: its flips if it is local.
-    pub(super) flips: Ranges<Flip>,
-    pub(super) places: Box<[Where]>,
-    pub(super) shared: Box<[Shared]>,
-    pub(super) joints: Box<[Joint]>,
-    /// The blocks and the counts of the joints when every place is empty.
-    pub(super) empty_blocks: Box<[Block]>,
-    pub(super) empty_counts: Box<[u32]>,
+    pub(super) port_changes: Box<[PortChange]>,
+    pub(super) open_flips: Box<[OpenFlip]>,
+    pub(super) joint_changes: Box<[JointChange]>,
+    /// By joint: the [`OpenFlip`]s of its members.
+    pub(super) joints: Box<[Span]>,
+    pub(super) places: Box<[Place]>,
+    /// Of all places that are not shared.
+    pub(super) flips: Box<[Flip]>,
+    /// By shared place: what happens when it is emptied and when it is marked.
+    pub(super) shared: Box<[[Change; 2]]>,
+}
+
+impl Layout {
+    pub(super) fn flips_of(&self, place: &Place) -> &[Flip] {
+        let first = place.first_flip as usize;
+        &self.flips[first..first + place.flips as usize]
+    }
 }

@@ -47,7 +47,9 @@
 //! assert_eq!(granted, [events.id("grant").expect("the net uses it")]);
 //! ```
 
+mod changes;
 mod compile;
+mod conditions;
 mod dot;
 mod error;
 mod executor;

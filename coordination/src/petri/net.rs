@@ -94,8 +94,7 @@ impl Net {
             .map(|(index, &(_, event))| (event, index as u16))
             .collect();
         sources_by_event.sort_unstable();
-        let layout = compile(&structure, &sources, &sinks);
-        let mut initial = State::new(&layout);
+        let (layout, mut initial) = compile(&structure, &sources, &sinks);
         for place in structure.places().filter(|&place| structure.marked(place)) {
             initial.flip(&layout, place);
         }
@@ -158,12 +157,12 @@ impl Net {
     }
 
     /// All places, in the model's order.
-    pub fn places(&self) -> impl ExactSizeIterator<Item = PlaceId> + use<> {
+    pub fn places(&self) -> impl ExactSizeIterator<Item = PlaceId> + Clone + use<> {
         self.inner.structure.places()
     }
 
     /// All transitions, in the model's order.
-    pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + use<> {
+    pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + Clone + use<> {
         self.inner.structure.transitions()
     }
 

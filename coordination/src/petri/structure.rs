@@ -15,6 +15,8 @@ pub struct Structure {
     marked: Box<[bool]>,
     inputs: Lists,
     outputs: Lists,
+    /// By transition: some place is input and output.
+    self_loops: Box<[bool]>,
 }
 
 /// One list of places per transition.
@@ -49,12 +51,12 @@ impl Structure {
     }
 
     /// All transitions.
-    pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + use<> {
+    pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + Clone + use<> {
         (0..self.transition_count()).map(TransitionId::from_index)
     }
 
     /// All places.
-    pub fn places(&self) -> impl ExactSizeIterator<Item = PlaceId> + use<> {
+    pub fn places(&self) -> impl ExactSizeIterator<Item = PlaceId> + Clone + use<> {
         (0..self.place_count()).map(PlaceId::from_index)
     }
 
@@ -66,6 +68,11 @@ impl Structure {
     /// The output places of a transition, in the order of declaration.
     pub fn outputs(&self, transition: TransitionId) -> &[PlaceId] {
         self.outputs.of(transition)
+    }
+
+    /// Whether some place is input and output of a transition.
+    pub fn has_self_loop(&self, transition: TransitionId) -> bool {
+        self.self_loops[transition.index()]
     }
 
     /// Who marks and empties a place.
@@ -338,7 +345,7 @@ impl Check<'_> {
             *next += 1;
             *degree = true;
         }
-        let structure = Structure {
+        let mut structure = Structure {
             kinds: data.places.iter().map(|place| place.kind).collect(),
             marked,
             inputs: Lists {
@@ -349,8 +356,9 @@ impl Check<'_> {
                 starts: output_starts.into(),
                 places: outputs.into(),
             },
+            self_loops: Box::default(),
         };
-        self.transitions(&structure);
+        structure.self_loops = self.transitions(&structure);
         self.degrees(&structure, &degrees, ending);
         structure
     }
@@ -386,9 +394,11 @@ impl Check<'_> {
     }
 
     /// Arcs of each transition: none twice, none into a source or out of a sink, at least one in.
-    fn transitions(&mut self, structure: &Structure) {
+    /// Returns which have self-loops.
+    fn transitions(&mut self, structure: &Structure) -> Box<[bool]> {
         let data = self.data;
         const NEVER: u32 = u32::MAX;
+        let mut self_loops = vec![false; data.transitions.len()].into_boxed_slice();
         let mut last_input = vec![NEVER; structure.place_count()];
         let mut last_output = vec![NEVER; structure.place_count()];
         for transition in structure.transitions() {
@@ -419,6 +429,9 @@ impl Check<'_> {
             }
             for &place in structure.outputs(transition) {
                 let place_name = data.places[place.index()].name;
+                if last_input[place.index()] == number {
+                    self_loops[transition.index()] = true;
+                }
                 if std::mem::replace(&mut last_output[place.index()], number) == number {
                     self.errors.push(ModelError::DuplicateArc {
                         net: self.net(),
@@ -435,6 +448,7 @@ impl Check<'_> {
                 }
             }
         }
+        self_loops
     }
 
     /// Every place is connected, and something marks and something empties it.

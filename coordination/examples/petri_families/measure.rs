@@ -1,0 +1,271 @@
+//! Times one net, with the marking perturbed between any two timed batches.
+
+use std::collections::BTreeSet;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use coordination::event::EventTable;
+use coordination::petri::{Budget, Executor, NetModel, PlaceId, Structure, TransitionId};
+
+use crate::figure_4::Figure4;
+use crate::reference::Reference;
+
+/// Evaluations in a timed batch.
+pub const EVALUATIONS: usize = 2_000;
+
+/// Firings that the reference executor compares in each batch, roughly.
+const COMPARED: usize = 400;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    One,
+    Saturated,
+}
+
+impl Mode {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::One => "one",
+            Self::Saturated => "saturated",
+        }
+    }
+
+    fn budget(self) -> Budget {
+        match self {
+            Self::One => Budget::ONE,
+            Self::Saturated => Budget::ROUND,
+        }
+    }
+}
+
+/// How long to measure.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Batches at least.
+    pub least: usize,
+    /// Batches at most.
+    pub most: usize,
+    /// No further batch beyond the least begins after this time.
+    pub time: Duration,
+}
+
+impl Effort {
+    fn wants_more(&self, batches: usize, since: Instant) -> bool {
+        batches < self.least || batches < self.most && since.elapsed() < self.time
+    }
+}
+
+/// Medians of one net in one mode.
+#[derive(Clone, Copy, Debug)]
+pub struct Figures {
+    pub ns_per_evaluation: f64,
+    pub firings_per_evaluation: f64,
+}
+
+impl Figures {
+    pub fn ns_per_firing(&self) -> f64 {
+        self.ns_per_evaluation / self.firings_per_evaluation
+    }
+}
+
+/// Nanoseconds to make an executor from the model: ours, and the one of Fig. 4 if `baseline`.
+pub fn generation(model: &NetModel, baseline: bool, effort: Effort) -> (f64, Option<f64>) {
+    const GENERATIONS: usize = 20;
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let mut made = Vec::with_capacity(GENERATIONS);
+    let mut made_plainly = Vec::with_capacity(GENERATIONS);
+    let begin = Instant::now();
+    while effort.wants_more(ours.len(), begin) {
+        let start = Instant::now();
+        for _ in 0..GENERATIONS {
+            let net = black_box(model).compile(&mut EventTable::new());
+            made.push(net.expect("the families are sound").executor());
+        }
+        ours.push(start.elapsed().as_nanos() as f64 / GENERATIONS as f64);
+        black_box(&made);
+        made.clear();
+        if baseline {
+            let start = Instant::now();
+            for _ in 0..GENERATIONS {
+                let structure = black_box(model).structure();
+                made_plainly.push(Figure4::new(&structure.expect("the families are sound")));
+            }
+            theirs.push(start.elapsed().as_nanos() as f64 / GENERATIONS as f64);
+            black_box(made_plainly.as_ptr());
+            made_plainly.clear();
+        }
+    }
+    (median(ours), baseline.then(|| median(theirs)))
+}
+
+/// Times evaluations: ours, and those of Fig. 4 if `baseline`, in turns.
+pub fn evaluation(
+    model: &NetModel,
+    mode: Mode,
+    baseline: bool,
+    effort: Effort,
+) -> (Figures, Option<Figures>) {
+    let net = model
+        .compile(&mut EventTable::new())
+        .expect("the families are sound");
+    let structure = net.structure();
+    let mut ours = net.executor();
+    let mut plain = Figure4::new(structure);
+    let mut walk = Walk::new(structure);
+    let (mut our_batches, mut their_batches) = (Vec::new(), Vec::new());
+    let begin = Instant::now();
+    while effort.wants_more(our_batches.len(), begin) {
+        let marking = walk.next_marking(structure);
+        ours.reset();
+        ours.set_marking(&marking).expect("places of this net");
+        compare_with_reference(model, &ours, &marking, mode);
+        let mut again = ours.clone();
+
+        our_batches.push(timed(|| u64::from(ours.evaluate(mode.budget()).fired)));
+        compare_with_traced(&ours, &mut again, mode);
+
+        if baseline {
+            plain.set_marking(&marking);
+            compare_plain_with_rule(structure, &mut plain, mode);
+            let firings = mode.budget().firings;
+            their_batches.push(timed(|| u64::from(plain.evaluate(firings, |_| {}))));
+        }
+    }
+    (
+        figures(our_batches),
+        baseline.then(|| figures(their_batches)),
+    )
+}
+
+/// Nanoseconds and firings of one batch.
+fn timed(mut evaluate: impl FnMut() -> u64) -> (f64, u64) {
+    let mut fired = 0;
+    let start = Instant::now();
+    for _ in 0..EVALUATIONS {
+        fired += evaluate();
+    }
+    (start.elapsed().as_nanos() as f64, fired)
+}
+
+fn figures(batches: Vec<(f64, u64)>) -> Figures {
+    let count = EVALUATIONS as f64;
+    Figures {
+        ns_per_evaluation: median(batches.iter().map(|(ns, _)| ns / count).collect()),
+        firings_per_evaluation: median(batches.iter().map(|&(_, n)| n as f64 / count).collect()),
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// A walk at random through the markings that the net can reach.
+struct Walk {
+    marked: Vec<bool>,
+    random: u64,
+}
+
+impl Walk {
+    fn new(net: &Structure) -> Self {
+        Self {
+            marked: net.places().map(|place| net.marked(place)).collect(),
+            random: 0x9e37_79b9_7f4a_7c15,
+        }
+    }
+
+    fn below(&mut self, limit: usize) -> usize {
+        // Xorshift64*.
+        self.random ^= self.random >> 12;
+        self.random ^= self.random << 25;
+        self.random ^= self.random >> 27;
+        (self.random.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 33) as usize % limit
+    }
+
+    /// Fires up to as many enabled transitions as there are places, each chosen at random.
+    fn next_marking(&mut self, net: &Structure) -> Vec<PlaceId> {
+        let steps = self.below(net.place_count());
+        for _ in 0..steps {
+            let first = self.below(net.transition_count());
+            let all = net.transitions();
+            let mut in_turn = all.clone().skip(first).chain(all.take(first));
+            if let Some(transition) = in_turn.find(|&t| is_enabled(net, &self.marked, t)) {
+                fire(net, &mut self.marked, transition);
+            }
+        }
+        let places = net.places();
+        places.filter(|place| self.marked[place.index()]).collect()
+    }
+}
+
+fn is_enabled(net: &Structure, marked: &[bool], transition: TransitionId) -> bool {
+    let inputs = net.inputs(transition);
+    inputs.iter().all(|place| marked[place.index()])
+}
+
+fn fire(net: &Structure, marked: &mut [bool], transition: TransitionId) {
+    for place in net.inputs(transition) {
+        marked[place.index()] = false;
+    }
+    for place in net.outputs(transition) {
+        marked[place.index()] = true;
+    }
+}
+
+/// The first evaluations of the coming batch, transition by transition.
+fn compare_with_reference(model: &NetModel, ours: &Executor, marking: &[PlaceId], mode: Mode) {
+    let mut ours = ours.clone();
+    let mut simple = Reference::new(model);
+    let marking: BTreeSet<_> = marking.iter().map(|place| place.index()).collect();
+    simple.set_marking(marking);
+    let mut trace = vec![TransitionId(0); model.transitions().len()];
+    let mut compared = 0;
+    while compared < COMPARED {
+        let evaluation = ours.evaluate_traced(mode.budget(), &mut trace);
+        let fired = &trace[..evaluation.fired as usize];
+        let firings = mode.budget().firings as usize;
+        let expected = simple.evaluate(firings.min(trace.len()), 1);
+        let found: Vec<_> = fired.iter().map(|transition| transition.index()).collect();
+        assert_eq!(found, expected.fired, "{}: other firings", model.name());
+        assert_eq!(evaluation.remaining, expected.remaining);
+        assert!(!fired.is_empty(), "{}: nothing fires", model.name());
+        compared += fired.len();
+    }
+}
+
+/// The timed batch ends as a traced one does that goes through every firing by the rule.
+fn compare_with_traced(timed: &Executor, again: &mut Executor, mode: Mode) {
+    let net = timed.net();
+    let structure = net.structure();
+    let mut marked: Vec<_> = net.places().map(|place| again.is_marked(place)).collect();
+    let mut trace = vec![TransitionId(0); structure.transition_count()];
+    for _ in 0..EVALUATIONS {
+        let evaluation = again.evaluate_traced(mode.budget(), &mut trace);
+        for &transition in &trace[..evaluation.fired as usize] {
+            assert!(is_enabled(structure, &marked, transition));
+            fire(structure, &mut marked, transition);
+        }
+    }
+    for place in net.places() {
+        assert_eq!(timed.is_marked(place), marked[place.index()]);
+    }
+}
+
+/// The executor of Fig. 4 fires only what is enabled, and leaves nothing that it should fire.
+fn compare_plain_with_rule(net: &Structure, plain: &mut Figure4, mode: Mode) {
+    let mut marked: Vec<_> = net.places().map(|place| plain.is_marked(place)).collect();
+    let mut fired = BTreeSet::new();
+    plain.evaluate(mode.budget().firings, |transition| {
+        assert!(is_enabled(net, &marked, transition));
+        fire(net, &mut marked, transition);
+        assert!(fired.insert(transition), "fired twice");
+    });
+    for place in net.places() {
+        assert_eq!(plain.is_marked(place), marked[place.index()]);
+    }
+    if mode == Mode::Saturated {
+        let left =
+            { net.transitions() }.find(|t| !fired.contains(t) && is_enabled(net, &marked, *t));
+        assert_eq!(left, None, "not saturated");
+    }
+}
