@@ -1,11 +1,14 @@
 //! What robots and mediator say to each other: messages, protocols, key expressions, versions.
 //!
-//! The public contract is `proto/fleet.proto` with `PROTOCOL.md`; this crate is its Rust side. It opens no network:
-//! whoever holds a zenoh session uses the keys of [`keys`] and the messages of [`wire`].
+//! The public contract is `proto/fleet.proto` with `PROTOCOL.md`; this crate is its Rust side: the
+//! keys of [`keys`], the messages of [`wire`], the robot's side of its protocols in [`client`], and with feature `network` the
+//! session.
 
 pub mod client;
 pub mod keys;
 pub mod level;
+#[cfg(feature = "network")]
+pub mod network;
 pub mod protocols;
 mod version;
 

@@ -2,11 +2,13 @@
 //!
 //! * [`setup`]: the areas and robots of one site;
 //! * [`manager`]: the manager itself, pure: reports in, journal entries and reports out, no clock, network or file;
-//! * [`journal`]: what survives a restart.
+//! * [`journal`]: what survives a restart;
+//! * [`runtime`]: the running mediator, on the fleet's network.
 //!
 //! A step is always the same: hand in what arrived, write the entries to the journal, and only then send the messages.
 //! So whatever a robot was told, the next start of the mediator knows.
 
 pub mod journal;
 pub mod manager;
+pub mod runtime;
 pub mod setup;

@@ -1,9 +1,10 @@
 //! Why a robot waits, and how everything stands.
 
 use super::Manager;
+use serde::{Deserialize, Serialize};
 
 /// An area, for people.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AreaStatus {
     /// Its id.
     pub id: String,
@@ -24,7 +25,7 @@ pub struct AreaStatus {
 }
 
 /// A robot, for people.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotStatus {
     /// Its id.
     pub id: String,
@@ -46,8 +47,18 @@ pub struct RobotStatus {
     pub refusal: String,
 }
 
+/// No such robot.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no robot `{found}`; this site has {known}")]
+pub struct UnknownRobot {
+    /// As asked for.
+    pub found: String,
+    /// All there are.
+    pub known: String,
+}
+
 /// Everything.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Status {
     /// How often the mediator has started.
     pub epoch: u64,
@@ -125,6 +136,37 @@ impl Manager {
             areas: areas.collect(),
             robots: robots.collect(),
         }
+    }
+
+    /// Why a robot waits, a sentence for each area that it has asked for.
+    ///
+    /// # Errors
+    /// [`UnknownRobot`] when the site has no such robot.
+    pub fn why(&self, robot_id: &str, now_ns: u64) -> Result<String, UnknownRobot> {
+        let Some(&robot) = self.robot_index.get(robot_id) else {
+            let known: Vec<&str> = self.robots.iter().map(|robot| robot.id.as_str()).collect();
+            return Err(UnknownRobot {
+                found: robot_id.to_owned(),
+                known: known.join(", "),
+            });
+        };
+        let state = &self.robots[robot];
+        let mut lines: Vec<String> = self
+            .waits_for(robot)
+            .into_iter()
+            .map(|area| {
+                let why = self.explain(robot, area, now_ns);
+                format!("{robot_id} waits for area {} {why}", self.areas[area].id)
+            })
+            .collect();
+        if lines.is_empty() {
+            lines.push(match (state.session, state.is_heard()) {
+                (0, _) => format!("{robot_id} was never heard of"),
+                (_, false) => format!("{robot_id} is silent, and waits for nothing"),
+                (_, true) => format!("{robot_id} waits for nothing"),
+            });
+        }
+        Ok(lines.join("\n"))
     }
 
     /// In a sentence, why a robot that has asked for an area was not granted it.

@@ -19,7 +19,7 @@ mod robot;
 mod run;
 
 pub use alarm::{Alarm, BadReport};
-pub use explain::{AreaStatus, RobotStatus, Status};
+pub use explain::{AreaStatus, RobotStatus, Status, UnknownRobot};
 
 use std::collections::HashMap;
 

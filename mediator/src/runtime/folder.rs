@@ -1,0 +1,82 @@
+//! The folder in which running mediators of a user are found, by their control sockets.
+
+use std::fs;
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+
+/// The folder.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    path: PathBuf,
+    site: String,
+}
+
+impl Folder {
+    /// The folder given, else `$XDG_RUNTIME_DIR/mediator`, else `/tmp/mediator-UID`; made when it is missing. The
+    /// mediator of each site has its own socket there.
+    ///
+    /// # Errors
+    /// A sentence when it cannot be made or belongs to another user.
+    pub fn new(path: Option<PathBuf>, site: &str) -> Result<Self, String> {
+        let uid = rustix::process::geteuid().as_raw();
+        let path = path.unwrap_or_else(|| match std::env::var_os("XDG_RUNTIME_DIR") {
+            Some(base) => Path::new(&base).join("mediator"),
+            None => PathBuf::from(format!("/tmp/mediator-{uid}")),
+        });
+        let cannot =
+            |error: io::Error| format!("runtime folder {} cannot be made: {error}", path.display());
+        fs::DirBuilder::new()
+            .recursive(true)
+            .mode(0o700)
+            .create(&path)
+            .map_err(cannot)?;
+        let owner = fs::metadata(&path).map_err(cannot)?.uid();
+        if owner != uid {
+            return Err(format!(
+                "runtime folder {} belongs to user {owner}, expected {uid}; choose another with --runtime",
+                path.display()
+            ));
+        }
+        let site = site.to_owned();
+        Ok(Self { path, site })
+    }
+
+    /// The control socket.
+    #[must_use]
+    pub fn socket(&self) -> PathBuf {
+        self.path.join(format!("{}.ctl", self.site))
+    }
+
+    /// Where the journal is if nobody says otherwise. It must outlast a restart of the computer.
+    #[must_use]
+    pub fn default_journal(site: &str) -> PathBuf {
+        let base = std::env::var_os("XDG_STATE_HOME")
+            .map(PathBuf::from)
+            .or_else(|| std::env::var_os("HOME").map(|home| Path::new(&home).join(".local/state")))
+            .unwrap_or_else(|| PathBuf::from("."));
+        base.join("mediator").join(format!("{site}.redb"))
+    }
+
+    /// Listens on the control socket; one that a killed mediator left behind is replaced.
+    pub(super) fn listen(&self) -> Result<UnixListener, String> {
+        let socket = self.socket();
+        if UnixStream::connect(&socket).is_ok() {
+            return Err(format!(
+                "a mediator of site `{}` runs already, at {}",
+                self.site,
+                socket.display()
+            ));
+        }
+        let cannot = |error: io::Error| format!("control socket {}: {error}", socket.display());
+        match fs::remove_file(&socket) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(cannot(error)),
+            _ => {}
+        }
+        let listener = UnixListener::bind(&socket).map_err(cannot)?;
+        fs::set_permissions(&socket, fs::Permissions::from_mode(0o600)).map_err(cannot)?;
+        listener.set_nonblocking(true).map_err(cannot)?;
+        Ok(listener)
+    }
+}

@@ -1,0 +1,64 @@
+//! What an operator can ask a running mediator, over its control socket: one line of JSON there, one back.
+
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::manager::Status;
+
+/// How long the answer may take.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A question or an order.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Question {
+    /// How everything stands.
+    Status,
+    /// Why a robot waits.
+    Why {
+        /// Its id.
+        robot: String,
+    },
+    /// No silent robot is in this area.
+    Clear {
+        /// Its id.
+        area: String,
+    },
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Answer {
+    /// To [`Question::Status`].
+    Status(Box<Status>),
+    /// Done, or the text that was asked for.
+    Done(String),
+    /// Not done, and why.
+    Refused(String),
+}
+
+/// Asks the mediator behind a socket.
+///
+/// # Errors
+/// A sentence that says why there is no answer.
+pub fn ask(socket: &Path, question: &Question) -> Result<Answer, String> {
+    let none = |error: std::io::Error| format!("no answer from {}: {error}", socket.display());
+    let mut stream = UnixStream::connect(socket).map_err(|error| {
+        format!(
+            "no mediator answers at {}: {error}; is it running, with the same --runtime?",
+            socket.display()
+        )
+    })?;
+    stream.set_read_timeout(Some(PATIENCE)).map_err(none)?;
+    stream.set_write_timeout(Some(PATIENCE)).map_err(none)?;
+    let line = serde_json::to_string(question).expect("a question is always JSON");
+    writeln!(stream, "{line}").map_err(none)?;
+    let mut text = String::new();
+    BufReader::new(stream).read_line(&mut text).map_err(none)?;
+    serde_json::from_str(&text).map_err(|_| format!("unexpected answer: {}", text.trim()))
+}
