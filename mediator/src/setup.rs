@@ -38,6 +38,33 @@ pub struct Setup {
     pub silent_after: Duration,
 }
 
+impl Setup {
+    /// Whether all names are unique and known.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self) -> Result<(), SetupError> {
+        let areas = index("area", self.areas.iter().map(|area| &area.id))?;
+        index("robot", self.robots.iter().map(|robot| &robot.id))?;
+        if let Some(area) = self.areas.iter().find(|area| area.capacity == 0) {
+            return Err(SetupError::NoCapacity(area.id.clone()));
+        }
+        for robot in &self.robots {
+            if let Some(area) = robot
+                .starts_in
+                .iter()
+                .find(|area| !areas.contains_key(*area))
+            {
+                return Err(SetupError::UnknownStart {
+                    robot: robot.id.clone(),
+                    area: area.clone(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// What is wrong with a setup.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SetupError {

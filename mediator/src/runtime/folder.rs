@@ -13,6 +13,16 @@ pub struct Folder {
     site: String,
 }
 
+fn path_or_default(path: Option<PathBuf>) -> PathBuf {
+    path.unwrap_or_else(|| match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(base) => Path::new(&base).join("mediator"),
+        None => PathBuf::from(format!(
+            "/tmp/mediator-{}",
+            rustix::process::geteuid().as_raw()
+        )),
+    })
+}
+
 impl Folder {
     /// The folder given, else `$XDG_RUNTIME_DIR/mediator`, else `/tmp/mediator-UID`; made when it is missing. The
     /// mediator of each site has its own socket there.
@@ -21,10 +31,7 @@ impl Folder {
     /// A sentence when it cannot be made or belongs to another user.
     pub fn new(path: Option<PathBuf>, site: &str) -> Result<Self, String> {
         let uid = rustix::process::geteuid().as_raw();
-        let path = path.unwrap_or_else(|| match std::env::var_os("XDG_RUNTIME_DIR") {
-            Some(base) => Path::new(&base).join("mediator"),
-            None => PathBuf::from(format!("/tmp/mediator-{uid}")),
-        });
+        let path = path_or_default(path);
         let cannot =
             |error: io::Error| format!("runtime folder {} cannot be made: {error}", path.display());
         fs::DirBuilder::new()
@@ -41,6 +48,26 @@ impl Folder {
         }
         let site = site.to_owned();
         Ok(Self { path, site })
+    }
+
+    /// The sites whose mediators have a socket in the folder.
+    ///
+    /// # Errors
+    /// A sentence when the folder cannot be read.
+    pub fn sites(path: Option<PathBuf>) -> Result<Vec<String>, String> {
+        let path = path_or_default(path);
+        let entries = match fs::read_dir(&path) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => return Err(format!("folder {}: {error}", path.display())),
+        };
+        let name = |entry: fs::DirEntry| {
+            let name = entry.file_name();
+            Some(name.to_str()?.strip_suffix(".ctl")?.to_owned())
+        };
+        let mut sites: Vec<String> = entries.flatten().filter_map(name).collect();
+        sites.sort();
+        Ok(sites)
     }
 
     /// The control socket.

@@ -1,0 +1,113 @@
+//! `mediator run`.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+
+use super::{Failure, load_site};
+use crate::journal::Store;
+use crate::manager::Manager;
+use crate::runtime::{Folder, Runtime, Settings};
+use crate::setup::Setup;
+use contract::network::NetworkSettings;
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// Site file, the same as the robots'
+    #[arg(long, value_name = "FILE")]
+    site: PathBuf,
+    /// Where grants are recorded [default: $XDG_STATE_HOME/mediator/SITE.redb]
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+    /// First part of every key on the fleet's network
+    #[arg(long, value_name = "PREFIX", default_value = "fleet")]
+    key_prefix: String,
+    /// Endpoint to listen on; may be repeated
+    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/[::]:7447")]
+    listen: Vec<String>,
+    /// Endpoint to connect to; may be repeated
+    #[arg(long, value_name = "ENDPOINT")]
+    connect: Vec<String>,
+    /// Look for robots by multicast
+    #[arg(long)]
+    scouting: bool,
+    /// Interface for multicast
+    #[arg(long, value_name = "NAME")]
+    interface: Option<String>,
+    /// Folder for the sockets of running mediators [default: $XDG_RUNTIME_DIR/mediator, or /tmp/mediator-UID]
+    #[arg(long, value_name = "DIR", env = "MEDIATOR_RUNTIME_DIR")]
+    runtime: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
+    start_logging();
+    let site = load_site(&arguments.site)?;
+    let setup = Setup::of(&site).map_err(|error| Failure::Refused(error.to_string()))?;
+    let folder = Folder::new(arguments.runtime, &site.name).map_err(Failure::Refused)?;
+    let journal = arguments
+        .journal
+        .unwrap_or_else(|| Folder::default_journal(&site.name));
+    if let Some(parent) = journal.parent() {
+        std::fs::create_dir_all(parent).map_err(|error| {
+            Failure::Refused(format!(
+                "folder {} cannot be made: {error}",
+                parent.display()
+            ))
+        })?;
+    }
+    let (store, stored) =
+        Store::open(&journal, &site.name).map_err(|error| Failure::Refused(error.to_string()))?;
+    let manager =
+        Manager::new(&setup, &stored, 0).map_err(|error| Failure::Refused(error.to_string()))?;
+    tracing::info!(
+        "site {}, {} areas, {} robots; journal {}, start {}",
+        site.name,
+        setup.areas.len(),
+        setup.robots.len(),
+        journal.display(),
+        manager.epoch()
+    );
+    let settings = Settings {
+        key_prefix: arguments.key_prefix,
+        network: NetworkSettings {
+            listen: arguments.listen,
+            connect: arguments.connect,
+            scouting: arguments.scouting,
+            interface: arguments.interface,
+        },
+    };
+    let mut signals = Signals::new([SIGINT, SIGTERM])
+        .map_err(|error| Failure::Failed(format!("signals cannot be caught: {error}")))?;
+    let runtime = Runtime::start(manager, store, settings, &folder).map_err(Failure::Refused)?;
+    let shared = runtime.shared();
+    let handle = signals.handle();
+    let waiting = {
+        let shared = Arc::clone(&shared);
+        std::thread::spawn(move || {
+            if signals.forever().next().is_some() {
+                shared.stop();
+            }
+        })
+    };
+    let outcome = runtime.join();
+    handle.close();
+    // It only waits for signals, and there are none any more.
+    let _ = waiting.join();
+    outcome.map_err(Failure::Failed)
+}
+
+fn start_logging() {
+    let filter = tracing_subscriber::EnvFilter::try_from_env("MEDIATOR_LOG")
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info,zenoh=error"));
+    let _ = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_target(false)
+        .log_internal_errors(false)
+        .try_init();
+}

@@ -1,0 +1,102 @@
+//! `mediator status`, `why` and `clear`: what a running mediator answers.
+
+use std::io::Write;
+
+use super::{Failure, Which};
+use crate::manager::{AreaStatus, RobotStatus, Status};
+use crate::runtime::{Answer, Question, ask};
+
+pub(super) fn status(which: &Which, json: bool) -> Result<(), Failure> {
+    let answer = ask(&which.socket()?, &Question::Status).map_err(Failure::Failed)?;
+    let Answer::Status(status) = answer else {
+        return Err(Failure::Failed(format!("unexpected answer: {answer:?}")));
+    };
+    let text = if json {
+        serde_json::to_string_pretty(&status).expect("a status is always JSON") + "\n"
+    } else {
+        describe(&status)
+    };
+    // A reader that has seen enough is no failure.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+    Ok(())
+}
+
+pub(super) fn order(which: &Which, question: &Question) -> Result<(), Failure> {
+    match ask(&which.socket()?, question).map_err(Failure::Failed)? {
+        Answer::Done(text) => {
+            println!("{text}");
+            Ok(())
+        }
+        Answer::Refused(why) => Err(Failure::Refused(format!("refused: {why}"))),
+        Answer::Status(_) => Err(Failure::Failed("unexpected answer".to_owned())),
+    }
+}
+
+fn describe(status: &Status) -> String {
+    let mut text = format!("start {} of this mediator\n", status.epoch);
+    if !status.awaited.is_empty() {
+        text += &format!(
+            "nothing is granted until these have reported or their areas are cleared: {}\n",
+            status.awaited.join(", ")
+        );
+    }
+    text += "\nareas\n";
+    status
+        .areas
+        .iter()
+        .for_each(|area| text += &describe_area(area));
+    text += "\nrobots\n";
+    status
+        .robots
+        .iter()
+        .for_each(|robot| text += &describe_robot(robot));
+    text
+}
+
+fn describe_area(area: &AreaStatus) -> String {
+    let mut parts = Vec::new();
+    for (robot, fence) in &area.holders {
+        parts.push(format!("{robot} (fence {fence})"));
+    }
+    for robot in &area.standing {
+        parts.push(format!("{robot} (without a grant)"));
+    }
+    if parts.is_empty() {
+        parts.push("free".to_owned());
+    }
+    let mut line = format!("  {:<12} {}", area.id, parts.join(", "));
+    if area.capacity > 1 {
+        line += &format!("; holds {}", area.capacity);
+    }
+    if !area.waiting.is_empty() {
+        line += &format!("; waiting: {}", area.waiting.join(", "));
+    }
+    if area.blocked {
+        line += "; blocked by a silent robot";
+    }
+    if area.closed {
+        line += "; closed";
+    }
+    line + "\n"
+}
+
+fn describe_robot(robot: &RobotStatus) -> String {
+    let heard = match (robot.session, robot.heard) {
+        (0, _) => "never heard of".to_owned(),
+        (_, true) => format!("heard {} ms ago", robot.age_ms),
+        (_, false) => "silent".to_owned(),
+    };
+    let located = if robot.heard && !robot.located {
+        ", not located"
+    } else {
+        ""
+    };
+    let mut text = format!("  {:<12} {}, {heard}{located}\n", robot.id, robot.role);
+    for (area, why) in &robot.waits {
+        text += &format!("    waits for {area} {why}\n");
+    }
+    if !robot.refusal.is_empty() {
+        text += &format!("    refused: {}\n", robot.refusal);
+    }
+    text
+}

@@ -1,0 +1,52 @@
+//! From a site file to what the manager needs.
+
+use crate::setup::{AreaSetup, RobotSetup, Setup, SetupError};
+use config::{Area, SiteConfig};
+use std::time::Duration;
+
+/// A robot that was not heard for longer is silent (DESIGN section 5).
+const SILENT_AFTER: Duration = Duration::from_secs(1);
+/// No footprint reaches farther from its start pose than this: areas within it count as taken until the robot is heard.
+const REACH_M: f64 = 1.0;
+
+impl Setup {
+    /// The areas and robots of a site file.
+    ///
+    /// # Errors
+    /// [`SetupError`] for what only the mediator minds.
+    pub fn of(site: &SiteConfig) -> Result<Self, SetupError> {
+        let areas = site.areas.iter().map(|area| AreaSetup {
+            id: area.id.clone(),
+            capacity: area.capacity,
+        });
+        let robots = site.robots.iter().map(|(id, robot)| RobotSetup {
+            id: id.clone(),
+            role: robot.role.clone(),
+            priority: 0,
+            starts_in: site
+                .areas
+                .iter()
+                .filter(|area| distance_m(area, [robot.start.x_m, robot.start.y_m]) < REACH_M)
+                .map(|area| area.id.clone())
+                .collect(),
+        });
+        let setup = Self {
+            site: site.name.clone(),
+            areas: areas.collect(),
+            robots: robots.collect(),
+            silent_after: SILENT_AFTER,
+        };
+        setup.check()?;
+        Ok(setup)
+    }
+}
+
+/// From a point to the nearest point of an area.
+fn distance_m(area: &Area, point_m: [f64; 2]) -> f64 {
+    let beyond = |axis: usize| {
+        let below = area.region.min_m[axis] - point_m[axis];
+        let above = point_m[axis] - area.region.max_m[axis];
+        below.max(above).max(0.0)
+    };
+    beyond(0).hypot(beyond(1))
+}
