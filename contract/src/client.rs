@@ -1,18 +1,31 @@
-//! The robot's side of protocol 1, without network, clock or floor: what to ask for, and what is granted.
+//! The robot's side of its protocols, without network, clock or floor: what to ask for, what is granted, what is ordered.
 //!
 //! A robot tells a [`Client`] where it stands and where it wants to go ([`Client::step`]), hands it what the mediator says
 //! ([`Client::receive`]), sends what [`Client::report`] gives, and keeps out of every area that [`Client::holds`] does not
-//! name. Allocates; not for real-time threads.
+//! name.
+//!
+//! While it [is acquired](Client::is_acquired), its state machine does nothing by itself: it gets the events of
+//! [orders](Client::next_order), and [what it outputs](Client::output) tells the mediator how far it is. The client then asks
+//! for no areas but those that the robot stands in, cannot avoid any more, or was ordered to enter.
+//!
+//! Allocates; not for real-time threads.
+
+mod access;
+mod control;
+mod revocation;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use coordination::protocol::{Change, FlagId, Party, Position, Protocol, Replica, Side};
+use coordination::protocol::{Change, Position, Replica, Side};
 
-use crate::level::{self, PROTOCOL_ID};
-use crate::protocols::{self, ENTERED, GRANTED, RELEASED, REQUEST, RETURNED, ROBOT};
-use crate::wire::{Access, AccessGrant, MediatorReport, Pose, RobotReport, TakeUp};
+use crate::level;
+use crate::wire::{self, Access, AccessGrant, MediatorReport, Pose, RobotReport, TakeUp};
 use crate::{VERSION, Version};
+use access::{AccessProtocol, Run};
+use control::Control;
+use revocation::{Revocation, RevocationProtocol};
+
+pub use control::Order;
 
 /// What the robot knows of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +36,8 @@ pub struct Situation {
     pub stands_in: Vec<String>,
     /// Areas that the robot wants to have now, those it stands in included, in the order of asking.
     pub wanted: Vec<String>,
+    /// Areas that it can no longer stop before.
+    pub committed: Vec<String>,
     /// Where it is.
     pub pose: Option<Pose>,
     /// State of its machine.
@@ -55,35 +70,24 @@ pub struct ClientCounters {
     pub grants: u64,
     /// Grants that the mediator took away.
     pub aborted: u64,
+    /// Grants given back because the mediator asked.
+    pub yielded: u64,
+    /// Grants kept although the mediator asked.
+    pub kept: u64,
+    /// Orders handed out.
+    pub orders: u64,
+    /// Coordinations that ended without a release: the mediator knows nothing of them.
+    pub let_go: u64,
 }
 
-#[derive(Clone, Debug)]
-struct Flags {
-    protocol: Arc<Protocol>,
-    robot: Party,
-    request: FlagId,
-    granted: FlagId,
-    entered: FlagId,
-    released: FlagId,
-    returned: FlagId,
-    granted_at: Position,
-    entered_at: Position,
-}
-
-#[derive(Clone, Debug)]
-struct Run {
-    replica: Replica,
-    fence: u64,
-    waits_for: String,
-}
-
-/// One robot's side of protocol 1.
+/// One robot's side of its protocols.
 #[derive(Clone, Debug)]
 pub struct Client {
     robot_id: String,
     site: String,
     boot_epoch: u64,
-    flags: Flags,
+    flags: AccessProtocol,
+    revoking: RevocationProtocol,
     sequence: u64,
     mediator_epoch: u64,
     mediator_sequence: u64,
@@ -93,6 +97,10 @@ pub struct Client {
     role: String,
     take_up: Option<TakeUp>,
     runs: BTreeMap<String, Run>,
+    revocations: BTreeMap<String, Revocation>,
+    control: Option<Control>,
+    /// Of a coordination that is gone.
+    last_order: Option<Order>,
     situation: Situation,
     counters: ClientCounters,
 }
@@ -105,7 +113,8 @@ impl Client {
             robot_id: robot_id.to_owned(),
             site: site.to_owned(),
             boot_epoch,
-            flags: Flags::new(),
+            flags: AccessProtocol::new(),
+            revoking: RevocationProtocol::new(),
             sequence: 0,
             mediator_epoch: 0,
             mediator_sequence: 0,
@@ -115,6 +124,9 @@ impl Client {
             role: String::new(),
             take_up: None,
             runs: BTreeMap::new(),
+            revocations: BTreeMap::new(),
+            control: None,
+            last_order: None,
             situation: Situation::default(),
             counters: ClientCounters::default(),
         }
@@ -147,12 +159,19 @@ impl Client {
         if registers {
             // What the mediator knows of this robot holds; there is nothing else yet.
             self.runs.clear();
+            self.revocations.clear();
+            self.control = None;
+            self.last_order = None;
             self.take_up.clone_from(&message.take_up);
             self.session = message.session;
         }
         for grant in &message.access {
             self.learn(grant, registers);
         }
+        for revocation in &message.revocations {
+            self.learn_revocation(revocation, registers);
+        }
+        self.learn_control(message.control.as_ref(), registers);
         if registers {
             Received::Registered
         } else {
@@ -201,19 +220,94 @@ impl Client {
         run.fence = if flags.is_held(run) { grant.fence } else { 0 };
     }
 
+    fn learn_revocation(&mut self, message: &Access, registers: bool) {
+        if registers {
+            match self.revoking.resume(message) {
+                Some(revocation) => {
+                    self.revocations.insert(message.area.clone(), revocation);
+                }
+                None => self.counters.bad_levels += 1,
+            }
+            return;
+        }
+        let revocation = self.revocations.entry(message.area.clone());
+        let revocation = revocation.or_insert_with(|| self.revoking.begin());
+        if !revocation.learn(message) {
+            self.counters.bad_levels += 1;
+        }
+    }
+
+    fn learn_control(&mut self, message: Option<&wire::Control>, registers: bool) {
+        let present = self.control.as_ref().map_or(0, |own| own.coordination);
+        let learned = match (message, &mut self.control) {
+            (None, None) => Ok(()),
+            (None, Some(control)) => {
+                if let Some(order) = control.let_go() {
+                    self.counters.let_go += 1;
+                    self.last_order = Some(order);
+                }
+                self.control = None;
+                Ok(())
+            }
+            (Some(message), Some(control)) if message.coordination == present => {
+                control.learn(message)
+            }
+            (Some(message), _) if message.coordination > present => {
+                Control::join(message, registers).map(|control| self.control = Some(control))
+            }
+            // A smaller one is over.
+            (Some(_), _) => Ok(()),
+        };
+        if learned.is_err() {
+            self.counters.bad_levels += 1;
+        }
+    }
+
     /// Sets the robot's flags by where it is and wants to be. Returns whether there is news to report.
     pub fn step(&mut self, situation: Situation, now_ns: u64, silent_after_ns: u64) -> bool {
         let mut news = self.situation.stands_in != situation.stands_in
             || self.situation.located != situation.located
             || self.situation.fsm_state != situation.fsm_state;
         self.situation = situation;
-        if self.session == 0 || !self.situation.located {
+        if self.session == 0 {
             return news;
         }
+        if let Some(control) = &mut self.control {
+            news |= control.advance();
+        }
+        if !self.situation.located {
+            return news;
+        }
+        let wanted = self.wanted();
         let Situation {
-            stands_in, wanted, ..
+            stands_in,
+            committed,
+            ..
         } = &self.situation;
         let flags = &self.flags;
+        for (area, revocation) in &mut self.revocations {
+            if !revocation.is_asked() {
+                continue;
+            }
+            let grant = { self.runs.get_mut(area) }
+                .filter(|run| flags.is_held(run) && run.fence == revocation.fence);
+            let needs = stands_in.contains(area) || committed.contains(area);
+            let yields = match grant {
+                // It was given back before, on the same account.
+                None => true,
+                Some(run) if run.replica.position() == flags.granted_at && !needs => {
+                    run.replica.set(flags.returned).is_ok()
+                }
+                Some(_) => false,
+            };
+            news |= self.revoking.answer(revocation, yields);
+            let count = if yields {
+                &mut self.counters.yielded
+            } else {
+                &mut self.counters.kept
+            };
+            *count += 1;
+        }
         for (area, run) in &mut self.runs {
             let (stands, wants) = (stands_in.contains(area), wanted.contains(area));
             let at = run.replica.position();
@@ -231,7 +325,7 @@ impl Client {
         if self.is_mediator_silent(now_ns, silent_after_ns) {
             return news;
         }
-        for area in wanted {
+        for area in &wanted {
             let run = self
                 .runs
                 .entry(area.clone())
@@ -241,6 +335,63 @@ impl Client {
             }
         }
         news
+    }
+
+    /// What to ask for and to keep. Others decide about a robot that is acquired.
+    fn wanted(&mut self) -> Vec<String> {
+        let situation = &self.situation;
+        let stands = |area: &String| situation.stands_in.contains(area);
+        let own = situation.wanted.iter().chain(&situation.committed);
+        let mut wanted: Vec<String> = match &mut self.control {
+            Some(control) if control.is_acquired() => {
+                // An area that was entered and left is not asked for again.
+                let left: Vec<String> = { control.areas().iter() }
+                    .filter(|area| {
+                        let run = self.runs.get(*area);
+                        let entered =
+                            run.is_some_and(|run| run.replica.position() == self.flags.entered_at);
+                        entered && !stands(area)
+                    })
+                    .cloned()
+                    .collect();
+                left.iter().for_each(|area| control.left(area));
+                let keeps = |area: &&String| stands(area) || situation.committed.contains(area);
+                let ordered = control.areas().iter();
+                own.filter(keeps).chain(ordered).cloned().collect()
+            }
+            _ => own.cloned().collect(),
+        };
+        let mut seen = std::collections::HashSet::new();
+        wanted.retain(|area| seen.insert(area.clone()));
+        wanted
+    }
+
+    /// The state machine has fired an output. Returns whether that sets a flag, which is to be reported.
+    pub fn output(&mut self, output: &str) -> bool {
+        self.control
+            .as_mut()
+            .is_some_and(|control| control.output(output))
+    }
+
+    /// The next order of the mediator, each handed out once.
+    pub fn next_order(&mut self) -> Option<Order> {
+        let order = self.last_order.take();
+        let order = order.or_else(|| self.control.as_mut()?.next_order());
+        self.counters.orders += u64::from(order.is_some());
+        order
+    }
+
+    /// The mediator has the discrete control: the state machine does nothing by itself.
+    #[must_use]
+    pub fn is_acquired(&self) -> bool {
+        self.control.as_ref().is_some_and(Control::is_acquired)
+    }
+
+    /// The coordination that the robot takes part in: its number, its net, and the flags set so far, for people.
+    #[must_use]
+    pub fn coordination(&self) -> Option<(u64, &str, String)> {
+        let control = self.control.as_ref()?;
+        Some((control.coordination, &control.net, control.describe()))
     }
 
     /// The next report to send: on news, and at 5 Hz.
@@ -267,8 +418,11 @@ impl Client {
                     fence: run.fence,
                 })
                 .collect(),
-            revocations: Vec::new(),
-            control: None,
+            revocations: { self.revocations.iter() }
+                .filter(|(_, revocation)| revocation.is_known())
+                .map(|(area, revocation)| revocation.report(area))
+                .collect(),
+            control: self.control.as_ref().map(Control::report),
         }
     }
 
@@ -323,49 +477,5 @@ impl Client {
     #[must_use]
     pub fn counters(&self) -> ClientCounters {
         self.counters
-    }
-}
-
-impl Flags {
-    fn new() -> Self {
-        let protocol = protocols::access();
-        let flag = |name| {
-            protocol
-                .flag(name)
-                .expect("the access protocol has its flags")
-        };
-        let after = |at, flag| {
-            protocol
-                .after(at, flag)
-                .expect("the access protocol has its order")
-        };
-        let (request, granted, entered) = (flag(REQUEST), flag(GRANTED), flag(ENTERED));
-        let granted_at = after(after(Position::START, request), granted);
-        Self {
-            robot: protocol
-                .party(ROBOT)
-                .expect("the access protocol has its parties"),
-            request,
-            granted,
-            entered,
-            released: flag(RELEASED),
-            returned: flag(RETURNED),
-            granted_at,
-            entered_at: after(granted_at, entered),
-            protocol: Arc::new(protocol),
-        }
-    }
-
-    fn begin(&self) -> Run {
-        Run {
-            replica: Replica::new(&self.protocol, PROTOCOL_ID, self.robot, 0),
-            fence: 0,
-            waits_for: String::new(),
-        }
-    }
-
-    fn is_held(&self, run: &Run) -> bool {
-        let at = run.replica.position();
-        at == self.granted_at || at == self.entered_at
     }
 }

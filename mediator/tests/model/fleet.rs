@@ -277,6 +277,7 @@ impl Fleet {
                 located: client.is_registered(),
                 stands_in,
                 wanted: vec![name(robot.area), name(next)],
+                committed: Vec::new(),
                 pose: None,
                 fsm_state: name(robot.area),
             };

@@ -1,0 +1,236 @@
+//! Protocol 2, the discrete control of the robot, from its own side.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use coordination::protocol::{Change, FlagId, Party, Position, Protocol, Replica, Side};
+
+use crate::level::{self, LevelError, PROTOCOL_ID};
+use crate::protocols::{self, ControlError, RELEASE, ROBOT};
+use crate::wire::{self, Instruction, Pose};
+use coordination::protocol::MergeError;
+
+/// What the mediator wants the robot to do, by a flag of a coordination.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Order {
+    /// Which coordination.
+    pub coordination: u64,
+    /// The flag.
+    pub flag: String,
+    /// To be posted to the state machine, when its state has a transition on it; `None`: only the rest is ordered.
+    pub event: Option<String>,
+    /// Not faster than this.
+    pub speed_limit_m_s: Option<f64>,
+    /// Where to stop, in `map`.
+    pub stop_at: Option<Pose>,
+    /// Areas that the client asks for by itself, because of this order.
+    pub areas: Vec<String>,
+    /// Given again because the robot's process has restarted: the state machine may have taken the event before.
+    pub repeated: bool,
+}
+
+/// Why a coordination cannot be taken part in.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub(super) enum BadControl {
+    #[error(transparent)]
+    Protocol(#[from] ControlError),
+    #[error(transparent)]
+    Level(#[from] LevelError),
+    #[error(transparent)]
+    Merge(#[from] MergeError),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Control {
+    pub(super) coordination: u64,
+    pub(super) net: String,
+    robot: Party,
+    replica: Replica,
+    /// What the message says of each flag, by flag.
+    flags: Vec<wire::ControlFlag>,
+    /// Not handed out yet; never more than there are flags.
+    orders: VecDeque<Order>,
+    /// Areas of this run's orders.
+    areas: Vec<String>,
+}
+
+impl Control {
+    /// Joins a coordination. A robot that `registers` goes on where it was before it restarted.
+    pub(super) fn join(message: &wire::Control, registers: bool) -> Result<Self, BadControl> {
+        let flags: Vec<(&str, bool)> = message
+            .flags
+            .iter()
+            .map(|flag| (flag.name.as_str(), flag.by_mediator))
+            .collect();
+        let paths: Vec<Vec<usize>> = message
+            .paths
+            .iter()
+            .map(|path| path.flags.iter().map(|&flag| flag as usize).collect())
+            .collect();
+        let protocol = Arc::new(protocols::control_paths(&flags, &paths)?);
+        let level = level::decode(message.level.as_ref())?;
+        let robot = protocol.party(ROBOT).unwrap_or(Party::First);
+        let said = |name: &str| message.flags.iter().find(|flag| flag.name == name);
+        let replica = if registers {
+            Replica::resume(&protocol, robot, level)?
+        } else {
+            Replica::new(&protocol, PROTOCOL_ID, robot, 0)
+        };
+        let mut control = Self {
+            coordination: message.coordination,
+            net: message.net.clone(),
+            robot,
+            replica,
+            flags: protocol
+                .flags()
+                .map(|(_, name, _)| said(name).cloned().unwrap_or_default())
+                .collect(),
+            orders: VecDeque::new(),
+            areas: Vec::new(),
+        };
+        if registers {
+            control.repeat(&protocol);
+        } else {
+            control.learn(message)?;
+        }
+        Ok(control)
+    }
+
+    /// Gives the last order again, and asks for all its run's areas again.
+    fn repeat(&mut self, protocol: &Protocol) {
+        let set: Vec<FlagId> = protocol
+            .set_flags(self.replica.position())
+            .map(|(flag, _)| flag)
+            .filter(|&flag| protocol.owner(flag) != Some(self.robot))
+            .collect();
+        for flag in set {
+            self.order(flag, true);
+        }
+        let last = self.orders.pop_back();
+        self.orders.clear();
+        self.orders.extend(last);
+    }
+
+    /// Takes in a level of the same coordination.
+    pub(super) fn learn(&mut self, message: &wire::Control) -> Result<(), BadControl> {
+        self.replica.merge(level::decode(message.level.as_ref())?)?;
+        while let Some(change) = self.replica.poll() {
+            if let Change::Flag(flag) = change {
+                self.order(flag, false);
+            }
+        }
+        Ok(())
+    }
+
+    fn order(&mut self, flag: FlagId, repeated: bool) {
+        let Some(said) = self.flags.get(flag.index()) else {
+            return;
+        };
+        let Some(instruction) = &said.instruction else {
+            if said.name == RELEASE {
+                self.areas.clear();
+            }
+            return;
+        };
+        let Instruction {
+            event,
+            speed_limit_m_s,
+            stop_at,
+            areas,
+        } = instruction.clone();
+        if said.name == RELEASE {
+            self.areas.clear();
+        }
+        for area in &areas {
+            if !self.areas.contains(area) {
+                self.areas.push(area.clone());
+            }
+        }
+        self.orders.push_back(Order {
+            coordination: self.coordination,
+            flag: said.name.clone(),
+            event: (!event.is_empty()).then_some(event),
+            speed_limit_m_s: (speed_limit_m_s > 0.0).then_some(speed_limit_m_s),
+            stop_at,
+            areas,
+            repeated,
+        });
+    }
+
+    pub(super) fn next_order(&mut self) -> Option<Order> {
+        self.orders.pop_front()
+    }
+
+    /// What the mediator would order at the end, for a robot that it lets go without.
+    pub(super) fn let_go(&mut self) -> Option<Order> {
+        let at = self.replica.position();
+        let protocol = self.replica.protocol();
+        let release = protocol.flag(RELEASE)?;
+        let begun = at != Position::START && !protocol.is_end(at);
+        let released = protocol.set_flags(at).any(|(flag, _)| flag == release);
+        if !begun || released {
+            return None;
+        }
+        self.orders.clear();
+        self.order(release, false);
+        self.orders.pop_back()
+    }
+
+    /// Sets the robot's next flags that wait for no output of its machine.
+    pub(super) fn advance(&mut self) -> bool {
+        let mut news = false;
+        while let Some(flag) = self.next_flag(|said| said.on_output.is_empty()) {
+            if self.replica.set(flag).is_err() {
+                break;
+            }
+            news = true;
+        }
+        news
+    }
+
+    /// The machine has fired an output.
+    pub(super) fn output(&mut self, output: &str) -> bool {
+        let flag = self.next_flag(|said| !output.is_empty() && said.on_output == output);
+        flag.is_some_and(|flag| self.replica.set(flag).is_ok())
+    }
+
+    fn next_flag(&self, fits: impl Fn(&wire::ControlFlag) -> bool) -> Option<FlagId> {
+        let protocol = self.replica.protocol();
+        let at = self.replica.position();
+        if protocol.turn(at) != Some(self.robot) {
+            return None;
+        }
+        let mut next = protocol.next(at).map(|(flag, _)| flag);
+        next.find(|flag| self.flags.get(flag.index()).is_some_and(&fits))
+    }
+
+    /// From the mediator's first flag to the robot's last one.
+    pub(super) fn is_acquired(&self) -> bool {
+        let at = self.replica.position();
+        self.replica.run() == 0 && at != Position::START && !self.replica.protocol().is_end(at)
+    }
+
+    /// Areas that the orders so far need.
+    pub(super) fn areas(&self) -> &[String] {
+        &self.areas
+    }
+
+    /// The robot has left an area again.
+    pub(super) fn left(&mut self, area: &str) {
+        self.areas.retain(|other| other != area);
+    }
+
+    /// The flags set so far, for people.
+    pub(super) fn describe(&self) -> String {
+        let protocol = self.replica.protocol();
+        protocol.describe(self.replica.position()).to_string()
+    }
+
+    pub(super) fn report(&self) -> wire::Control {
+        wire::Control {
+            coordination: self.coordination,
+            level: Some(level::encode(self.replica.level())),
+            ..wire::Control::default()
+        }
+    }
+}
