@@ -15,7 +15,7 @@ const CLOSER_M: f64 = 0.02;
 /// A shift does not leave its lane steeper than this: 45°.
 const STEEPEST: f64 = 1.0;
 /// Of the tightest curve, the share that a shift is planned with; the rest is for corrections.
-const PLANNED_SHARE: f64 = 0.8;
+const PLANNED_SHARE: f64 = 0.85;
 /// Steepest slope, and sharpest bend, of a shift of 1 m within 1 m.
 const BLEND_SLOPE: f64 = 1.875;
 const BLEND_BEND: f64 = 5.773_502_7;
@@ -229,7 +229,7 @@ pub fn shift_length_m(aside_m: f64, max_curvature_1_m: f64) -> f64 {
 /// Checks that a change by `aside_m` fits.
 pub fn check_shift(aside_m: f64, within_m: f64, max_curvature_1_m: f64) -> Result<(), TrackError> {
     let needed_m = shift_length_m(aside_m, max_curvature_1_m);
-    if within_m >= needed_m {
+    if within_m >= needed_m - 1e-6 {
         return Ok(());
     }
     Err(TrackError::TooShort {

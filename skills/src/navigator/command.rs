@@ -4,7 +4,7 @@ use super::control::Control;
 use super::motion::{Ahead, PATH_POSES};
 use super::{Hold, NavigationInput, Navigator};
 use crate::borders::{AreaSet, BorderVerdict};
-use crate::control::REACTION_S;
+use crate::control::{REACTION_S, approach_speed_m_s};
 use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 
 /// The border guard looks at least this far.
@@ -49,7 +49,9 @@ impl Navigator {
         } else {
             control.safe_m_s.min(border_m_s)
         };
-        let mut commanded_m_s = self.ramp.step(control.wish_m_s, safe_m_s, speed_m_s, dt_s);
+        let area_m_s = self.area_limit_m_s();
+        let wish_m_s = control.wish_m_s.max(-area_m_s).min(area_m_s);
+        let mut commanded_m_s = self.ramp.step(wish_m_s, safe_m_s, speed_m_s, dt_s);
         // The ramp starts out slower than that; what ends there stands.
         if safe_m_s < SLOWEST_M_S {
             commanded_m_s = 0.0;
@@ -86,6 +88,22 @@ impl Navigator {
             gains: &self.control,
         };
         self.motion.plan(&mut self.path, self.pose.pose(), &ahead);
+    }
+
+    /// Fastest speed here, and slow enough for the areas that the planned path leads through, whatever the state is about.
+    fn area_limit_m_s(&self) -> f64 {
+        let areas = self.map.areas();
+        let limit_m_s = |pose: &Pose2| {
+            let area = self.map.area_at(pose.position());
+            area.map_or(f64::INFINITY, |area| areas[area].speed_limit_m_s)
+        };
+        let deceleration_m_s2 = self.control.deceleration_m_s2;
+        let ahead = self.path.iter().enumerate().map(|(index, pose)| {
+            // The border lies somewhere after the pose before.
+            let way_m = index as f64 * self.path_step_m;
+            approach_speed_m_s(way_m, limit_m_s(pose), deceleration_m_s2)
+        });
+        ahead.fold(limit_m_s(&self.pose.pose()), f64::min)
     }
 
     /// Looks along the planned path as far as the robot needs to stop.

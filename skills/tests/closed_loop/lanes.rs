@@ -197,7 +197,7 @@ fn another_navigator_takes_over_in_the_middle_of_a_turn() {
 }
 
 #[test]
-fn a_slower_area_is_entered_by_slowing_down_not_by_a_jump() {
+fn a_slower_area_is_entered_at_its_speed_without_a_jump() {
     let mut floor = corridor();
     floor.map.areas[1].speed_limit_m_s = 0.15;
     let floor = floor
@@ -205,22 +205,32 @@ fn a_slower_area_is_entered_by_slowing_down_not_by_a_jump() {
         .state("fast", "1", follow(0.0), &["in-2"])
         .state("slow", "2", follow(0.0), &[])
         .go("fast", "in-2", "slow");
-    let mut robot = floor.robot(3, Pose2::new(3.5, -0.5, 0.0));
-    robot.run_until("slow", 20.0);
-    let mut before: Option<(u64, f64)> = None;
-    for _ in 0..1500 {
-        let Some(output) = robot.step() else { continue };
-        let speed_m_s = output.command.speed_m_s;
-        if let Some((before_ns, before_m_s)) = before {
-            let dt_s = (output.now_ns - before_ns) as f64 * 1e-9;
-            assert!(
-                before_m_s - speed_m_s <= 0.4 * dt_s + 1e-9,
-                "{before_m_s} {speed_m_s}"
-            );
+    for seed in 1..=4 {
+        let mut robot = floor.robot(seed, Pose2::new(3.5, -0.5, 0.0));
+        robot.run_for(3.0);
+        let mut before: Option<(u64, f64)> = None;
+        let mut fastest_m_s: f64 = 0.0;
+        for _ in 0..6000 {
+            let Some(output) = robot.step() else { continue };
+            let speed_m_s = output.command.speed_m_s;
+            if output.pose.x_m < 5.0 {
+                assert!(speed_m_s > 0.3, "{output:?}");
+            }
+            if output.pose.x_m > 5.5 {
+                fastest_m_s = fastest_m_s.max(speed_m_s);
+            }
+            if let Some((before_ns, before_m_s)) = before {
+                let dt_s = (output.now_ns - before_ns) as f64 * 1e-9;
+                assert!(
+                    before_m_s - speed_m_s <= 0.4 * dt_s + 1e-9,
+                    "{before_m_s} {speed_m_s}"
+                );
+            }
+            before = Some((output.now_ns, speed_m_s));
         }
-        before = Some((output.now_ns, speed_m_s));
+        assert!(fastest_m_s < 0.17, "{fastest_m_s}");
+        assert!((robot.output.unwrap().command.speed_m_s - 0.15).abs() < 0.002);
     }
-    assert!((robot.output.unwrap().command.speed_m_s - 0.15).abs() < 0.01);
 }
 
 #[test]

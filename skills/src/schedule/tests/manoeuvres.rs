@@ -165,7 +165,7 @@ fn what_cannot_be_driven_is_refused_with_the_reason() {
                     within_m: 1.0,
                 }
             },
-            "state `shift` cannot be driven: 0.70 m aside within 1 m is too sharp: it takes 1.42 m",
+            "state `shift` cannot be driven: 0.70 m aside within 1 m is too sharp: it takes 1.38 m",
         ),
         (
             |yard| yard.data.lanes[1].line.b.y_m = -1.5,
