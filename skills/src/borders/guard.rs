@@ -171,7 +171,8 @@ impl BorderGuard {
             from = to;
         }
         BorderVerdict {
-            distance_m: driven_m,
+            // Poses that are no numbers lead nowhere, even where every area is allowed.
+            distance_m: if driven_m.is_finite() { driven_m } else { 0.0 },
             area: None,
             inside: false,
         }

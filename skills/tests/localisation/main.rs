@@ -12,6 +12,7 @@ mod fuzz;
 mod maps;
 mod obstacles;
 mod run;
+mod timing;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
