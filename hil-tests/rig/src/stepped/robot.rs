@@ -1,6 +1,7 @@
 //! One robot's activities on a simulated clock.
 
 use std::path::Path;
+use std::sync::PoisonError;
 
 use config::{ActivityKind, ThreadConfig, Trigger};
 use coordination::activity::event_loop_once;
@@ -21,11 +22,13 @@ use onboard::runtime::Runtime;
 use onboard::values::{ActivityState, ThreadReport};
 use onboard::wiring::{ACTIVITIES, Wiring};
 use sim::world::{Random, World};
+use skills::borders::AreaSet;
 use skills::geometry::Pose2;
 
 use super::director::{Director, Note};
 use super::drive::SteppedDrive;
 use super::lidar::SteppedLidar;
+use super::navigation::{LeaveNavigation, SharedLeave};
 use crate::cli::Failure;
 use crate::trial::insight::{Belief, Insight};
 use crate::trial::operator::Instruction;
@@ -58,6 +61,7 @@ pub struct SteppedRobot {
     insight: Insight,
     // The external events of its machine.
     events: Vec<(String, EventId)>,
+    leave: Option<SharedLeave>,
     // What nothing reads or writes here, and the shared memory itself.
     _idle: Idle,
 }
@@ -72,6 +76,7 @@ struct Idle {
 
 impl SteppedRobot {
     /// Composes the robot of a plan as number `robot` of `world`. Its symbols live in `folder`, which must be its own.
+    /// It needs leave for areas when `takes_leave`, and has none at first; otherwise it has leave for all.
     ///
     /// # Errors
     /// [`Failure::Refused`] when a part cannot be built.
@@ -81,6 +86,7 @@ impl SteppedRobot {
         folder: &Path,
         world: &World,
         robot: usize,
+        takes_leave: bool,
         now_ns: u64,
     ) -> Result<Self, Failure> {
         let runtime = Runtime::new(Some(folder.to_owned()))?;
@@ -91,11 +97,13 @@ impl SteppedRobot {
         let (reload, ends) = Reload::new(files.clone(), plan);
         let mut states: Vec<_> = ACTIVITIES.into_iter().zip(wiring.states).collect();
         let mut events = Vec::new();
+        let leave = takes_leave.then(SharedLeave::default);
         let mut activities = compose(
             plan,
             &mut director,
             &mut states,
             &mut events,
+            leave.clone(),
             ends,
             Ends {
                 proprioception: wiring.proprioception,
@@ -121,6 +129,7 @@ impl SteppedRobot {
             director_next_ns: now_ns,
             notes: Vec::new(),
             events,
+            leave,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
             _idle: Idle {
                 _states: states.into_iter().map(|(_, state)| state).collect(),
@@ -154,9 +163,15 @@ impl SteppedRobot {
         self.insight.look()
     }
 
-    /// Gives leave for areas, in the site's order; false when its navigation takes none and has leave for all.
-    pub fn allow(&mut self, granted: &[bool]) -> bool {
-        granted.iter().all(|granted| *granted)
+    /// Gives leave for areas, in the site's order. Only a robot composed for it heeds that.
+    pub fn allow(&mut self, granted: &[bool]) {
+        let mut areas = AreaSet::EMPTY;
+        for (index, _) in granted.iter().enumerate().filter(|(_, granted)| **granted) {
+            areas.insert(index);
+        }
+        if let Some(leave) = &self.leave {
+            *leave.lock().unwrap_or_else(PoisonError::into_inner) = areas;
+        }
     }
 
     /// Gives its machine an event with parameters; false when the machine does not know it.
@@ -276,6 +291,7 @@ fn compose(
     director: &mut Director,
     states: &mut Vec<(&'static str, Writer<ActivityState>)>,
     events: &mut Vec<(String, EventId)>,
+    leave: Option<SharedLeave>,
     reload: ReloadEnds,
     ends: Ends,
 ) -> Result<Vec<(ActivityKind, Box<dyn RobotActivity>)>, onboard::plan::PlanError> {
@@ -309,14 +325,24 @@ fn compose(
         ends.proprioception,
         plan.dead_reckoning()?,
     );
-    let navigation = Navigation::new(
-        port(ActivityKind::Navigation),
-        ends.navigation,
-        intake()?,
-        navigator,
-        reload.navigator,
-        start,
-    );
+    let navigation_port = port(ActivityKind::Navigation);
+    let navigation: Box<dyn RobotActivity> = match leave {
+        Some(leave) => Box::new(LeaveNavigation::new(
+            navigation_port,
+            ends.navigation,
+            intake()?,
+            navigator,
+            leave,
+        )),
+        None => Box::new(Navigation::new(
+            navigation_port,
+            ends.navigation,
+            intake()?,
+            navigator,
+            reload.navigator,
+            start,
+        )),
+    };
     let motion_tube = MotionTube::new(
         port(ActivityKind::MotionTube),
         ends.motion_tube,
@@ -334,7 +360,7 @@ fn compose(
     director.name_states(names);
     Ok(vec![
         (ActivityKind::Proprioception, Box::new(proprioception) as _),
-        (ActivityKind::Navigation, Box::new(navigation) as _),
+        (ActivityKind::Navigation, navigation),
         (ActivityKind::MotionTube, Box::new(motion_tube) as _),
         (ActivityKind::Control, Box::new(control) as _),
     ])

@@ -139,7 +139,15 @@ impl<'a> Run<'a> {
             .furnish(&mut world, seed)
             .map_err(Failure::refused)?;
         world.advance_to(START_NS);
-        let mut robot = SteppedRobot::new(plan, setup.files, setup.folder, &world, 0, START_NS)?;
+        let mut robot = SteppedRobot::new(
+            plan,
+            setup.files,
+            setup.folder,
+            &world,
+            0,
+            setup.scenario.withholds_leave(),
+            START_NS,
+        )?;
         let judge = Judge::new(
             &plan.robot,
             &plan.site,
@@ -152,11 +160,8 @@ impl<'a> Run<'a> {
         } else {
             LeaveKeeper::generous(&plan.site)
         };
-        let mut leave = leave;
-        if !robot.allow(&leave.granted().collect::<Vec<bool>>()) {
-            leave = LeaveKeeper::generous(&plan.site);
-        }
         let granted: Vec<bool> = leave.granted().collect();
+        robot.allow(&granted);
         Ok(Self {
             setup,
             seed,

@@ -5,7 +5,7 @@
 //!   run at a time;
 //! - [`lidar`], [`bus`], [`drive`], [`obstacle`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
-//! - [`operator`]: requests while it drives;
+//! - [`operator`], [`orders`]: requests while it drives;
 //! - [`laps`]: the rig itself is interrupted or killed.
 
 mod bench;
@@ -18,5 +18,6 @@ mod lidar;
 mod names;
 mod obstacle;
 mod operator;
+mod orders;
 mod turn;
 mod watch;

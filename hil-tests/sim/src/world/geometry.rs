@@ -270,7 +270,7 @@ pub(crate) fn sub(a: Point, b: Point) -> Point {
 }
 
 pub(crate) fn norm(a: Point) -> f64 {
-    a[0].hypot(a[1])
+    (a[0] * a[0] + a[1] * a[1]).sqrt()
 }
 
 fn dot(a: Point, b: Point) -> f64 {
