@@ -106,8 +106,12 @@ impl MotionTube {
 
     fn report(&mut self, adapted: &Adapted) {
         let blind = matches!(adapted.reason, Reason::NoScan | Reason::AwaitingScans);
-        let blocked =
-            adapted.verdict == Verdict::Stopped && !blind && adapted.reason != Reason::None;
+        // Letting something pass, or turning back, is no want of a way.
+        let waits = matches!(
+            adapted.reason,
+            Reason::None | Reason::Moving | Reason::Reversing
+        );
+        let blocked = adapted.verdict == Verdict::Stopped && !blind && !waits;
         // Before the first scan there is no age to tell.
         let age_ms = if adapted.scan_age_ns == u64::MAX {
             0.0
@@ -127,7 +131,8 @@ impl MotionTube {
 
 /// A stop for want of sight or of space is a hard one; one that was wanted is not.
 fn must_stop_hard(adapted: &Adapted) -> bool {
-    adapted.verdict == Verdict::Stopped && adapted.reason != Reason::None
+    let wanted = matches!(adapted.reason, Reason::None | Reason::Reversing);
+    adapted.verdict == Verdict::Stopped && !wanted
 }
 
 impl Activity for MotionTube {

@@ -7,25 +7,33 @@
 //!
 //! | part | does |
 //! |---|---|
-//! | [`parameters`] | what a set of tubes is made of, and what can be wrong with it |
+//! | [`parameters`], [`error`] | what a set of tubes is made of, and what can be wrong with it |
 //! | `border` | the border of one tube as a list of points |
-//! | `generate` | the whole set: samples to beams, what memory must answer for, what is refused |
+//! | `generate`, `report` | the whole set: samples to beams, what memory must answer for, what is refused and why |
 //! | [`set`] | the flat arrays and their evaluation |
 //! | [`known`] | what one scan says per beam, with unknown beams settled |
 //! | [`memory`] | what was seen beside the robot in the last two seconds of driving |
+//! | [`floor`] | which floor out of view is known to be free |
+//! | [`moving`] | how near something is that moves |
+//! | `sight` | whether scans come, and have come for long enough |
 //! | `select` | the tube for a wanted command |
+//! | `detour` | the way around what stands in the way |
 //! | [`adapt`] | the run-time object: scans in, safe commands out |
 //! | [`outcome`] | its verdicts and reasons |
 //!
 //! # What is guaranteed
 //! A disc, or a box, whose every side is longer than `d_sample_m`, that stands still, that the sensor measures without
 //! error, and that the robot does not touch already, does not reach into a tube that is declared free. It holds for
-//! every tube of the set, and for every path between two neighbouring ones that are both free, as far as
-//! [`TubeSet::length_between_m`]. Beside the robot, where the sensor does not look, it holds for what was in view within
-//! the memory's time.
+//! every tube of the set, ahead and behind, and for every path between two neighbouring ones that are both free, as far
+//! as [`TubeSet::length_between_m`]. Where the sensor does not look, a tube is free only over floor that was seen free,
+//! or driven over, within the last metres of driving, [`TubeParameters::floor_memory_m`].
 //!
 //! Needed for it: `d_aug_m` of at least half of `d_sample_m`, *plus* the sensor's error and the motion that alignment
-//! leaves. A thin wedge can reach further in, and what moves can come in from the side.
+//! leaves. A thin wedge can reach further in. What has come in out of view since it was looked at is not known; nor is, at
+//! the beginning, what stands beside the robot where it was put down.
+//!
+//! Things that move: the robot drives no faster than lets it stand before one that it sees moving arrives, at up to
+//! [`MovingPolicy::speed_m_s`]. One that comes from out of view can run into a driving robot.
 //!
 //! # Real time
 //! Generation allocates. [`MotionTubes::observe`] and [`MotionTubes::adapt`] do not, and take a bounded time.

@@ -187,6 +187,16 @@ impl TubeSet {
         self.tubes[id.0 as usize].samples as usize
     }
 
+    /// The comparisons of a tube: beam, and the range beyond which it must measure.
+    pub fn compared(&self, id: TubeId) -> impl Iterator<Item = (usize, f32)> + '_ {
+        let tube = &self.tubes[id.0 as usize];
+        let samples = tube.first_sample as usize..(tube.first_sample + tube.samples) as usize;
+        let beams = self.sample_beams[samples.clone()].iter();
+        beams
+            .zip(&self.sample_ranges_m[samples])
+            .map(|(&beam, &range_m)| (usize::from(beam), range_m))
+    }
+
     /// What it was made of.
     #[must_use]
     pub fn parameters(&self) -> &TubeParameters {
