@@ -48,6 +48,8 @@ pub(crate) const SITE_SECTIONS: &[&str] = &[
     "skills",
     "fsm",
     "robots",
+    "roles",
+    "coordinations",
 ];
 
 /// No file that a person writes is larger.
@@ -126,8 +128,7 @@ fn document(
         is_file: true,
     }];
     let only_text = Origin::new(sources.clone(), &[]);
-    let mut entries =
-        tree::parse_document(text, &only_text).map_err(|problems| ConfigError::new(problems, 0))?;
+    let mut entries = tree::parse_document(text, &only_text)?;
     let mut failed: Option<ConfigError> = None;
     for own in overrides.iter().filter(|own| own.belongs_to(sections)) {
         if let Err(error) = own.apply(&mut entries, sources.len()) {

@@ -6,7 +6,7 @@ use crate::diagnostic::{ConfigError, Problem, ProblemKind};
 use crate::origin::Origin;
 
 /// More problems than this help nobody.
-const MOST_PROBLEMS: usize = 100;
+pub(crate) const MOST_PROBLEMS: usize = 100;
 
 /// Collects problems.
 pub(crate) struct Report {
@@ -69,6 +69,10 @@ impl Report {
         found: impl Into<String>,
         expected: impl Into<String>,
     ) -> Problem {
+        if self.is_full() {
+            // Finding its line takes time, and it will only be counted.
+            return Problem::new(kind, key, found, expected);
+        }
         self.origin.problem(kind, key, found, expected)
     }
 

@@ -5,8 +5,9 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::diagnostic::{Problem, ProblemKind};
+use crate::diagnostic::{ConfigError, Problem, ProblemKind};
 use crate::origin::{Origin, Spot};
+use crate::report::MOST_PROBLEMS;
 
 /// A value of the tree.
 #[derive(Clone, Debug)]
@@ -59,8 +60,8 @@ impl Value {
     }
 }
 
-/// Parses a document; on syntax errors returns all of them and no tree.
-pub(crate) fn parse_document(text: &str, origin: &Origin) -> Result<Vec<Entry>, Vec<Problem>> {
+/// Parses a document; on syntax errors returns them and no tree.
+pub(crate) fn parse_document(text: &str, origin: &Origin) -> Result<Vec<Entry>, ConfigError> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if errors.is_empty() {
         return Ok(convert_table(table.get_ref(), 0, 0));
@@ -68,7 +69,9 @@ pub(crate) fn parse_document(text: &str, origin: &Origin) -> Result<Vec<Entry>, 
     // What could be read tells where a name stood first.
     let read = origin.with_places(&convert_table(table.get_ref(), 0, 0));
     let mut problems: Vec<Problem> = Vec::new();
-    for error in &errors {
+    // Each takes time in proportion to the text.
+    let omitted = errors.len().saturating_sub(MOST_PROBLEMS);
+    for error in errors.iter().take(MOST_PROBLEMS) {
         let problem = syntax_problem(text, error, &read);
         // Below a header that stands twice every key stands twice.
         let follows = |earlier: &Problem| {
@@ -83,7 +86,7 @@ pub(crate) fn parse_document(text: &str, origin: &Origin) -> Result<Vec<Entry>, 
         }
         problems.push(problem);
     }
-    Err(problems)
+    Err(ConfigError::new(problems, omitted))
 }
 
 /// Parses one value that starts at byte `offset` of its source.

@@ -290,9 +290,10 @@ impl<'a> Closed<'a> {
         if pending.is_empty() {
             return None;
         }
-        let at = self.position(state, number);
-        let mut reached = vec![at];
+        let mut reached = vec![self.position(state, number)];
+        let mut at = Position::START;
         while let Some(position) = reached.pop() {
+            at = position;
             pending.retain(|&(_, flag)| match used.protocol.after(position, flag) {
                 Some(to) => {
                     reached.push(after(used, to));
