@@ -3,6 +3,7 @@
 //! References are always checked. What computes with numbers runs only when the
 //! numbers were readable; a placeholder (NaN) compares as false and stays silent.
 
+mod coordination;
 mod floor;
 mod fsm;
 mod map;
@@ -32,6 +33,7 @@ pub(crate) fn site(site: &SiteConfig, report: &Report) {
     map::references(site, report);
     skills::references(site, report);
     fsm::references(site, report);
+    coordination::references(site, report);
     // Geometry and meaning need every name and number of the sections they look at.
     if !report.touched(&["walls", "lanes", "areas", "perception"]) {
         map::geometry(site, report);

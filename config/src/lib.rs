@@ -47,8 +47,9 @@ pub use robot::{
     NavigationGains, RobotConfig, TubeConfig, TubeHorizon,
 };
 pub use site::{
-    Area, ControlLayer, ControllerConfig, Feature, FsmConfig, FsmState, FsmTransition, Lane,
-    Manoeuvre, Monitor, MonitorKind, PerceptionKind, PerceptionZone, RegionRef, SiteConfig,
-    SiteRobot, SkillConfig, StopPlace, TurnDirection, Wall,
+    Area, CastConfig, ControlLayer, ControllerConfig, CoordinationConfig, Feature, FlagMeaning,
+    FsmConfig, FsmState, FsmTransition, Lane, Manoeuvre, Monitor, MonitorKind, PerceptionKind,
+    PerceptionZone, PreemptConfig, RegionRef, RoleConfig, SiteConfig, SiteRobot, SituationConfig,
+    SkillConfig, StopPlace, TurnDirection, Wall, YieldConfig,
 };
 pub use threads::{ActivityKind, Core, Scheduling, ThreadConfig, Trigger};

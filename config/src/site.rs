@@ -1,6 +1,7 @@
 //! What a site file holds, once it is read and valid: the semantic map, the
 //! skills, the state machines, and which robots drive there.
 
+mod coordination;
 mod fsm;
 mod skills;
 
@@ -9,6 +10,10 @@ use std::collections::BTreeMap;
 use crate::geometry::Rect;
 use crate::origin::Origin;
 
+pub use coordination::{
+    CastConfig, CoordinationConfig, FlagMeaning, PreemptConfig, RoleConfig, SituationConfig,
+    YieldConfig,
+};
 pub use fsm::{FsmConfig, FsmState, FsmTransition, SiteRobot};
 pub use skills::{
     ControllerConfig, Monitor, MonitorKind, RegionRef, SkillConfig, StopPlace, TurnDirection,
@@ -39,6 +44,10 @@ pub struct SiteConfig {
     pub fsm: BTreeMap<String, FsmConfig>,
     /// The robots, by identity.
     pub robots: BTreeMap<String, SiteRobot>,
+    /// What the mediator knows of a role.
+    pub roles: BTreeMap<String, RoleConfig>,
+    /// When robots are coordinated.
+    pub coordinations: BTreeMap<String, CoordinationConfig>,
     /// Where each value was written.
     pub origin: Origin,
 }

@@ -1,5 +1,6 @@
 //! The sections of a site file.
 
+mod coordination;
 mod fsm;
 mod monitors;
 mod skills;
@@ -55,6 +56,14 @@ pub(super) fn read(root: &Section<'_>, report: &Report) -> SiteConfig {
             .section("robots", "sections [robots.<id>]", |s| s.each(fsm::robot))
             .into_iter()
             .collect::<BTreeMap<_, _>>(),
+        roles: root
+            .section_or_defaults("roles", |s| s.each(coordination::role))
+            .into_iter()
+            .collect(),
+        coordinations: root
+            .section_or_defaults("coordinations", |s| s.each(coordination::read))
+            .into_iter()
+            .collect(),
         origin: report.origin.clone(),
     }
 }

@@ -1,0 +1,125 @@
+//! Priorities and coordinations: names. Whether nets fit is seen with the net files, by the mediator.
+
+use crate::check::reference;
+use crate::diagnostic::ProblemKind;
+use crate::report::Report;
+use crate::site::{CastConfig, CoordinationConfig, SiteConfig};
+
+pub(super) fn references(site: &SiteConfig, report: &Report) {
+    let roles: Vec<&str> = site.fsm.keys().map(String::as_str).collect();
+    for role in site.roles.keys() {
+        reference(report, &format!("roles.{role}"), role, "role", &roles);
+    }
+    for (id, coordination) in &site.coordinations {
+        let key = format!("coordinations.{id}");
+        if !site.areas_managed {
+            report.wrong(
+                ProblemKind::Inconsistent,
+                &key,
+                "a coordination on a site without a mediator",
+                "areas.managed = true",
+            );
+        }
+        check(site, &key, coordination, report);
+    }
+}
+
+fn check(site: &SiteConfig, key: &str, coordination: &CoordinationConfig, report: &Report) {
+    for situation in &coordination.situations {
+        for (role, cast) in &situation.roles {
+            let key = format!("{key}.situations.{}.{role}", situation.situation);
+            check_cast(site, &key, cast, report);
+        }
+    }
+    for (role, flags) in &coordination.flags {
+        for (flag, meaning) in flags {
+            if meaning.event.is_some() == meaning.on_output.is_some() {
+                let found = if meaning.event.is_some() {
+                    "both `event` and `on_output`"
+                } else {
+                    "neither `event` nor `on_output`"
+                };
+                report.wrong(
+                    ProblemKind::Inconsistent,
+                    &format!("{key}.flags.{role}.{flag}"),
+                    found,
+                    "`event` for a flag of the mediator, `on_output` for one of the robot",
+                );
+            }
+        }
+    }
+    let Some(preempt) = &coordination.preempt else {
+        return;
+    };
+    if preempt.after_s < coordination.alarm_after_s {
+        report.wrong(
+            ProblemKind::Inconsistent,
+            &format!("{key}.preempt.after_s"),
+            format!("{} s", preempt.after_s),
+            format!(
+                "at least `alarm_after_s`, {} s: the alarm comes first",
+                coordination.alarm_after_s
+            ),
+        );
+    }
+    for (role, yields) in &preempt.yields {
+        let key = format!("{key}.preempt.yields.{role}");
+        if yields.states.is_empty() {
+            report.wrong(
+                ProblemKind::MissingKey,
+                &format!("{key}.states"),
+                "nothing",
+                "at least one state in which the robot is out of the way",
+            );
+        }
+        states(site, &format!("{key}.states"), &yields.states, report);
+        areas(site, &format!("{key}.enters"), &yields.enters, report);
+    }
+}
+
+fn check_cast(site: &SiteConfig, key: &str, cast: &CastConfig, report: &Report) {
+    let roles: Vec<&str> = site.fsm.keys().map(String::as_str).collect();
+    let robots: Vec<&str> = site.robots.keys().map(String::as_str).collect();
+    if let Some(role) = &cast.role {
+        reference(report, &format!("{key}.role"), role, "role", &roles);
+    }
+    if let Some(robot) = &cast.robot {
+        reference(report, &format!("{key}.robot"), robot, "robot", &robots);
+    }
+    if cast.role.is_none() && cast.robot.is_none() {
+        report.wrong(
+            ProblemKind::MissingKey,
+            key,
+            "neither `role` nor `robot`",
+            "which robots can play this role",
+        );
+    }
+    for (name, list) in [
+        ("holds", &cast.holds),
+        ("without", &cast.without),
+        ("asks", &cast.asks),
+    ] {
+        areas(site, &format!("{key}.{name}"), list, report);
+    }
+    states(site, &format!("{key}.states"), &cast.states, report);
+}
+
+fn areas(site: &SiteConfig, key: &str, list: &[String], report: &Report) {
+    let known: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();
+    for (index, area) in list.iter().enumerate() {
+        reference(report, &format!("{key}[{index}]"), area, "area", &known);
+    }
+}
+
+fn states(site: &SiteConfig, key: &str, list: &[String], report: &Report) {
+    let machines = site.fsm.values();
+    let mut known: Vec<&str> = machines
+        .flat_map(|fsm| &fsm.states)
+        .map(|state| state.name.as_str())
+        .collect();
+    known.sort_unstable();
+    known.dedup();
+    for (index, state) in list.iter().enumerate() {
+        reference(report, &format!("{key}[{index}]"), state, "state", &known);
+    }
+}
