@@ -377,3 +377,17 @@ fn a_robot_too_wide_for_its_lane_or_areas() {
     let site = parse_site("site.toml", &alone, &[]).expect("good");
     assert!(check_together(&robot(&[]), &site).is_ok());
 }
+
+#[test]
+fn a_turn_after_docking_needs_room_too() {
+    let robot = load_robot("robots/amr-1.toml", &[]).expect("good");
+    let text = edit(COURSE, "distance_m = -0.70", "distance_m = -0.10");
+    let site = parse_site("site.toml", &text, &[]).expect("good by itself");
+    let error = check_together(&robot, &site).expect_err("refused");
+    let [problem] = error.problems() else {
+        panic!("{}", lines(&error));
+    };
+    assert_eq!(problem.key, "skills.back-off.distance_m");
+    assert_eq!(problem.found, "-0.1, which ends 0.720 m before the wall");
+    assert!(problem.expected.contains("above 0.724 m"), "{problem}");
+}

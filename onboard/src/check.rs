@@ -114,7 +114,10 @@ fn print_machine(plan: &Plan) {
         "\nstate machine of role {} (initial {})",
         plan.role, plan.fsm.initial
     );
-    println!("{:<16} {:<8} {:<16} transitions", "state", "area", "skill");
+    println!(
+        "{:<16} {:<24} {:<12} {:<16} transitions",
+        "state", "areas", "lane", "skill"
+    );
     for state in &plan.fsm.states {
         let transitions: Vec<String> = plan
             .fsm
@@ -131,10 +134,17 @@ fn print_machine(plan: &Plan) {
                 ),
             })
             .collect();
+        let areas: Vec<&str> = state.areas().collect();
+        let own = state.lane.as_deref();
+        let lane = own.or(plan
+            .site
+            .area(&state.area)
+            .and_then(|area| area.lane.as_deref()));
         println!(
-            "{:<16} {:<8} {:<16} {}",
+            "{:<16} {:<24} {:<12} {:<16} {}",
             state.name,
-            state.area,
+            areas.join(" "),
+            lane.unwrap_or("-"),
             state.skill,
             transitions.join(", ")
         );

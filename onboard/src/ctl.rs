@@ -49,7 +49,7 @@ pub struct Event {
     #[arg(value_name = "EVENT")]
     pub name: String,
     /// Drive no faster than this in the state that it enters
-    #[arg(long, value_name = "M_S", value_parser = speed)]
+    #[arg(long = "speed-limit", value_name = "M_S", value_parser = speed, allow_hyphen_values = true)]
     pub speed_limit_m_s: Option<f64>,
     /// Stop with base_link at this pose in `map`: metres, metres, radians
     #[arg(long, value_name = "X,Y,THETA", value_parser = pose, allow_hyphen_values = true)]
@@ -337,5 +337,51 @@ mod tests {
         assert!(runtime.choose(None).is_err());
         assert!(runtime.choose(Some("b")).is_ok());
         assert!(runtime.choose(Some("c")).is_err());
+    }
+
+    #[test]
+    fn an_event_goes_over_the_socket_with_its_parameters() {
+        let event = Event {
+            name: "stop \"here\"".into(),
+            speed_limit_m_s: Some(0.25),
+            stop: Some(Stop {
+                x_m: -1.5,
+                y_m: 0.1 + 0.2,
+                theta_rad: 3.0,
+            }),
+        };
+        for request in [
+            Request::Send(event),
+            Request::Send(Event {
+                name: "go".into(),
+                speed_limit_m_s: None,
+                stop: None,
+            }),
+            Request::Reload,
+        ] {
+            assert_eq!(Request::from_line(&request.line()), Ok(request));
+        }
+        for bad in ["send", "send ", "send {}", "send go", "reload now", ""] {
+            assert!(Request::from_line(bad).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn parameters_are_numbers_within_reason() {
+        assert_eq!(
+            pose("5.0, -0.5,3.0"),
+            Ok(Stop {
+                x_m: 5.0,
+                y_m: -0.5,
+                theta_rad: 3.0
+            })
+        );
+        for bad in ["1,2", "1,2,3,4", "1,2,nan", "1,,3", "", "a,b,c"] {
+            assert!(pose(bad).is_err(), "{bad:?}");
+        }
+        assert_eq!(speed("0"), Ok(0.0));
+        for bad in ["-0.1", "inf", "fast"] {
+            assert!(speed(bad).is_err(), "{bad:?}");
+        }
     }
 }

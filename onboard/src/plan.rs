@@ -165,3 +165,6 @@ pub fn wanted_scheduling(thread: &ThreadConfig) -> Wanted {
         },
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -42,6 +42,79 @@ pub(super) fn check(
     }
 }
 
+/// Before each U-turn, the corner that swings out farthest must not reach the wall ahead.
+pub(super) fn to_turn(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    fsm: &FsmConfig,
+    problems: &mut Vec<Problem>,
+) {
+    let f = &robot.footprint;
+    let mut told = BTreeSet::new();
+    for transition in &fsm.transitions {
+        let (Some(from), Some(turn)) = (
+            resolve(site, fsm, &transition.from),
+            resolve(site, fsm, &transition.to),
+        ) else {
+            continue;
+        };
+        let ControllerConfig::UTurn { radius_m, .. } = turn.skill.controller else {
+            continue;
+        };
+        let reach_m = (radius_m + f.left_m.max(f.right_m)).hypot(f.front_m);
+        let ahead_m = wall_ahead_m(robot, site, fsm, &transition.from, &mut BTreeSet::new());
+        let Some(ahead_m) = ahead_m.filter(|ahead_m| *ahead_m <= reach_m) else {
+            continue;
+        };
+        let found = format!("which ends {ahead_m:.3} m before the wall");
+        let (key, found) = match from.skill.controller {
+            ControllerConfig::EndOfLane { distance_m } => ("distance_m", format!("{distance_m:?}")),
+            ControllerConfig::Creep { distance_m } => {
+                ("distance_m", format!("{distance_m:?}, {found}"))
+            }
+            _ => {
+                let name = from.skill.controller.name();
+                ("controller", format!("`{name}`, {found}"))
+            }
+        };
+        if told.insert(from.skill.id.as_str()) {
+            problems.push(site.origin.problem(
+                ProblemKind::Inconsistent,
+                &format!("skills.{}.{key}", from.skill.id),
+                found,
+                format!("above {reach_m:.3} m, which the body takes to turn before the wall"),
+            ));
+        }
+    }
+}
+
+/// How far `base_link` is from the wall ahead when a state is left, where the skills say it.
+fn wall_ahead_m<'a>(
+    robot: &RobotConfig,
+    site: &SiteConfig,
+    fsm: &'a FsmConfig,
+    state: &'a str,
+    seen: &mut BTreeSet<&'a str>,
+) -> Option<f64> {
+    if !seen.insert(state) {
+        return None;
+    }
+    let before_m = |seen: &mut BTreeSet<&'a str>| {
+        fsm.transitions
+            .iter()
+            .filter(|transition| transition.to == state)
+            .filter_map(|transition| wall_ahead_m(robot, site, fsm, &transition.from, seen))
+            .min_by(f64::total_cmp)
+    };
+    match resolve(site, fsm, state)?.skill.controller {
+        ControllerConfig::EndOfLane { distance_m } => Some(distance_m),
+        ControllerConfig::Dock { distance_m } => Some(robot.footprint.front_m + distance_m),
+        ControllerConfig::Creep { distance_m } => before_m(seen).map(|m| m - distance_m),
+        ControllerConfig::Stop => before_m(seen),
+        _ => None,
+    }
+}
+
 /// The body must pass between the walls beside the lane.
 fn lane_is_wide_enough(
     robot: &RobotConfig,

@@ -22,6 +22,7 @@ pub fn check_together(robot: &RobotConfig, site: &SiteConfig) -> Result<(), Conf
             if let Some(fsm) = site.fsm.get(&entry.role) {
                 skills(robot, site, fsm, &mut problems);
                 room::check(robot, site, &entry.role, fsm, &mut problems);
+                room::to_turn(robot, site, fsm, &mut problems);
             }
         }
     }
@@ -108,7 +109,6 @@ fn skills(robot: &RobotConfig, site: &SiteConfig, fsm: &FsmConfig, problems: &mu
                         format!("at most {sees_m:.3} m, as far as the lidar sees"),
                     ));
                 }
-                room_to_turn(robot, site, fsm, &skill.id, distance_m, problems);
             }
             ControllerConfig::Turn { radius_m } => {
                 turn_is_possible(robot, site, &skill.id, radius_m, problems);
@@ -150,36 +150,5 @@ fn turn_is_possible(
                 format!("at least {tightest_m:.3} m, for the robot's {why}"),
             ));
         }
-    }
-}
-
-/// The corner that swings out farthest must not reach the wall ahead.
-fn room_to_turn(
-    robot: &RobotConfig,
-    site: &SiteConfig,
-    fsm: &FsmConfig,
-    skill: &str,
-    distance_m: f64,
-    problems: &mut Vec<Problem>,
-) {
-    let f = &robot.footprint;
-    let skill_of = |state: &str| fsm.state(state).and_then(|state| site.skill(&state.skill));
-    let reach_m = fsm
-        .transitions
-        .iter()
-        .filter(|transition| skill_of(&transition.from).is_some_and(|from| from.id == skill))
-        .filter_map(|transition| match skill_of(&transition.to)?.controller {
-            ControllerConfig::UTurn { radius_m, .. } => Some(radius_m),
-            _ => None,
-        })
-        .map(|radius_m| (radius_m + f.left_m.max(f.right_m)).hypot(f.front_m))
-        .fold(0.0, f64::max);
-    if reach_m >= distance_m {
-        problems.push(site.origin.problem(
-            ProblemKind::Inconsistent,
-            &format!("skills.{skill}.distance_m"),
-            format!("{distance_m:?}"),
-            format!("above {reach_m:.3} m, which the body takes to turn before the wall"),
-        ));
     }
 }
