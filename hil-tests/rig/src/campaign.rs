@@ -162,6 +162,7 @@ fn one(plan: &Plan, files: &Files, scenario: &dyn Scenario, seed: u64) -> Result
         files,
         scenario,
         folder: folder.path(),
+        heeds_leave: true,
     };
     run(&setup, seed, false)
 }

@@ -159,11 +159,13 @@ fn stepped_once(
         files,
         scenario,
         folder: folder.path(),
+        heeds_leave: true,
     };
     let mut outcome = stepped::run(&setup, arguments.seed, true)?;
     let trace = outcome.trace.take().unwrap_or_default();
     let summary = stepped_summary(plan, scenario, &outcome, &trace);
     write(out, "trace.csv", &trace.table)?;
+    write(out, "others.csv", &trace.others)?;
     write(out, "notes.txt", &(trace.notes.join("\n") + "\n"))?;
     let changes: Vec<_> = trace
         .changes
@@ -195,7 +197,7 @@ fn stepped_once(
         );
     }
     println!(
-        "wrote report.svg, report.html, summary.json, trace.csv and notes.txt to {}",
+        "wrote report.svg, report.html, summary.json, trace.csv, others.csv and notes.txt to {}",
         out.display()
     );
     if outcome.passed() {

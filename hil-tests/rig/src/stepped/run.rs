@@ -37,6 +37,8 @@ pub struct Setup<'a> {
     pub scenario: &'a dyn Scenario,
     /// A folder of this run's own.
     pub folder: &'a Path,
+    /// The robot heeds leave that is withheld. One that does not is a control: the judge must find it out.
+    pub heeds_leave: bool,
 }
 
 /// How a run ended.
@@ -74,6 +76,8 @@ pub struct Trace {
     pub obstacles: Vec<Shape>,
     /// One line for each look: time, truth, belief, command, as comma-separated values.
     pub table: String,
+    /// One line for each look and each disc or box: time, number, place.
+    pub others: String,
     /// What the robot reported.
     pub notes: Vec<String>,
 }
@@ -145,7 +149,7 @@ impl<'a> Run<'a> {
             setup.folder,
             &world,
             0,
-            setup.scenario.withholds_leave(),
+            setup.scenario.withholds_leave() && setup.heeds_leave,
             START_NS,
         )?;
         let judge = Judge::new(
@@ -234,6 +238,7 @@ impl<'a> Run<'a> {
         }
         if let Some(trace) = &mut self.trace {
             trace.add(&truth, &belief);
+            trace.add_others(now_ns, self.world.obstacles().map(|(_, shape)| shape));
         }
         let figures = self.judge.figures();
         self.setup.scenario.is_done(site, fsm, figures, &truth)
@@ -307,6 +312,23 @@ impl<'a> Run<'a> {
 }
 
 impl Trace {
+    fn add_others(&mut self, now_ns: u64, shapes: impl Iterator<Item = Shape>) {
+        use std::fmt::Write;
+        if self.others.is_empty() {
+            self.others.push_str("t_s,number,x_m,y_m\n");
+        }
+        let at_s = (now_ns - START_NS) as f64 / 1e9;
+        for (number, shape) in shapes.enumerate() {
+            let [x_m, y_m] = match shape {
+                Shape::Wall(_) => continue,
+                Shape::Disc { centre_m, .. } => centre_m,
+                Shape::Box { pose, .. } => [pose.x_m, pose.y_m],
+            };
+            // Writing to a string cannot fail.
+            let _ = writeln!(self.others, "{at_s:.2},{number},{x_m:.3},{y_m:.3}");
+        }
+    }
+
     fn add(&mut self, truth: &Truth, belief: &crate::trial::insight::Belief) {
         use std::fmt::Write;
         if self.table.is_empty() {

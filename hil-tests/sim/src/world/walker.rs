@@ -1,7 +1,8 @@
 //! People and simple robots: bodies that go their own way through the world.
 //!
-//! A walker goes straight from point to point. It passes through walls and other obstacles, which are nothing to it; of
-//! robots it takes notice as far as it [heeds](Walker::heed_m) them. Where it goes follows from the world's seed.
+//! A walker goes straight from point to point. It passes through walls and other obstacles, which are nothing to it. Of
+//! robots it takes notice as far as it [heeds](Walker::heed_m) them; one that it runs into it does not pass through, but
+//! turns elsewhere. Where it goes follows from the world's seed.
 
 use super::WorldError;
 use super::geometry::{Point, Pose, Rectangle, add, norm, sub};
@@ -14,6 +15,10 @@ const WALK_STREAM: u64 = 2 << 40;
 const SHORTEST_NS: u64 = 300_000_000;
 /// Robots ahead are looked for this often.
 const LOOK_STEPS: u64 = 10;
+/// The same in seconds, and a step more.
+const LOOK_S: f64 = 0.011;
+/// Who sets out does so where there is free floor for this far.
+const SET_OUT_M: f64 = 0.1;
 /// Free floor is looked at in steps of this.
 const LOOK_M: f64 = 0.05;
 /// Who is farther than this to either side of a robot's heading, seen from the middle of its front, is behind it.
@@ -234,7 +239,14 @@ impl Walk {
                 to_m, speed_m_s, ..
             } if steps.is_multiple_of(LOOK_STEPS) => {
                 let at_m = scene.position_m(self.obstacle, now_ns).unwrap_or(to_m);
-                if self.is_blocked(at_m, to_m, robots) {
+                let hit = robots
+                    .clone()
+                    .any(|robot| self.walker.body.touches(&robot, at_m, self.heading_rad));
+                if hit || self.is_blocked(at_m, to_m, robots) {
+                    // Who runs into a robot does not go through it: back to where it was at the last look.
+                    let back_m = if hit { speed_m_s * LOOK_S } else { 0.0 };
+                    let (sin, cos) = self.heading_rad.sin_cos();
+                    let at_m = [at_m[0] - back_m * cos, at_m[1] - back_m * sin];
                     scene.redirect(self.obstacle, now_ns, at_m, None, [0.0; 2]);
                     self.wait(to_m, speed_m_s, now_ns);
                 }
@@ -305,7 +317,9 @@ impl Walk {
             };
             return;
         }
-        if self.is_blocked(at_m, to_m, robots) {
+        if self.is_blocked(at_m, to_m, robots.clone())
+            || self.is_blocked_within(at_m, to_m, [SET_OUT_M; 2], robots)
+        {
             self.wait(to_m, speed_m_s, now_ns);
             return;
         }
@@ -327,19 +341,31 @@ impl Walk {
         to_m: Point,
         robots: impl Iterator<Item = Rectangle> + Clone,
     ) -> bool {
+        let heeds_m = [self.walker.heed_m, self.walker.heed_behind_m];
+        self.is_blocked_within(at_m, to_m, heeds_m, robots)
+    }
+
+    /// The same with other distances: for robots that face it, and for those that do not.
+    fn is_blocked_within(
+        &self,
+        at_m: Point,
+        to_m: Point,
+        [facing_m, behind_m]: [f64; 2],
+        robots: impl Iterator<Item = Rectangle> + Clone,
+    ) -> bool {
         let way_m = sub(to_m, at_m);
         let Some(heading_rad) = heading_of(way_m) else {
             return false;
         };
         let length_m = norm(way_m);
-        let farthest_m = self.walker.heed_m.max(self.walker.heed_behind_m) + 3.0;
+        let farthest_m = facing_m.max(behind_m) + 3.0;
         robots
             .filter(|robot| norm(sub(robot.corners_m[0], at_m)) < farthest_m)
             .any(|robot| {
                 let heeds_m = if is_behind(&robot, at_m) {
-                    self.walker.heed_behind_m
+                    behind_m
                 } else {
-                    self.walker.heed_m
+                    facing_m
                 };
                 let looks = (heeds_m / LOOK_M).ceil() as u32;
                 (1..=looks).any(|look| {

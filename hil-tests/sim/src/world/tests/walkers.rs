@@ -93,6 +93,34 @@ fn who_sees_no_robot_runs_into_it_and_who_does_waits() {
 }
 
 #[test]
+fn who_runs_into_a_robot_turns_elsewhere() {
+    let mut world = standing_robot();
+    let route = Route::Wander {
+        min_m: [-1.0, -1.0],
+        max_m: [1.0, 1.0],
+    };
+    for start_m in [[0.9, 0.9], [-0.9, 0.9], [0.9, -0.9]] {
+        world
+            .add_walker(person(start_m, route.clone(), 0.0))
+            .unwrap();
+    }
+    let mut longest_ms = 0;
+    let mut touching_ms = 0;
+    for ms in 1..=120_000 {
+        world.advance_to(START_NS + ms * MS);
+        let truth = world.truth(0).unwrap();
+        touching_ms = if truth.in_contact { touching_ms + 1 } else { 0 };
+        longest_ms = longest_ms.max(touching_ms);
+    }
+    let truth = world.truth(0).unwrap();
+    assert!(
+        truth.collisions > 10 && truth.collisions == truth.run_into,
+        "{truth:?}"
+    );
+    assert!(longest_ms <= 20, "it was covered for {longest_ms} ms");
+}
+
+#[test]
 fn who_comes_from_behind_may_be_the_only_one_to_look() {
     let careful_behind = |from_x_m: f64| {
         let mut world = standing_robot();

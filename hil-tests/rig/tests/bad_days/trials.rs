@@ -1,0 +1,62 @@
+//! `rig clutter` and `rig course` through the real programs, once each.
+
+use std::process::Command;
+
+use serde_json::Value as Json;
+
+use crate::bench::{RIG, shipped};
+use crate::turn::Turn;
+
+/// Runs one and gives its summary.
+fn trial(scenario: &str, seed: u32) -> Json {
+    let _turn = Turn::take();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("out");
+    let site = match scenario {
+        "course" => shipped("sites/course.toml"),
+        _ => shipped("sites/corridor.toml"),
+    };
+    let output = Command::new(RIG)
+        .args([scenario, "--headless", "--seed", &seed.to_string()])
+        .arg("--robot")
+        .arg(shipped("robots/amr-1.toml"))
+        .arg("--site")
+        .arg(site)
+        .arg("--out")
+        .arg(&out)
+        .env("TMPDIR", folder.path())
+        .env("ONBOARD_ALLOC_GUARD", "1")
+        .output()
+        .expect("the program starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(
+        output.status.success(),
+        "{}\n{}",
+        text(&output.stdout),
+        text(&output.stderr)
+    );
+    for file in ["report.svg", "report.html"] {
+        assert!(out.join(file).exists(), "{file} is missing");
+    }
+    let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+    serde_json::from_str(&summary).expect("JSON")
+}
+
+#[test]
+fn a_robot_gets_through_the_clutter() {
+    let summary = trial("clutter", 1);
+    assert_eq!(summary["outcome"], "done");
+    assert_eq!(summary["figures"]["drove_into"], 0);
+}
+
+#[test]
+fn a_robot_drives_the_course() {
+    let summary = trial("course", 1);
+    assert_eq!(summary["outcome"], "done");
+    let docked = summary["figures"]["dock_errors_m"].as_array();
+    let docked = docked.and_then(|errors| errors.first()?.as_f64());
+    assert!(
+        docked.is_some_and(|error_m| error_m.abs() <= 0.02),
+        "{summary}"
+    );
+}
