@@ -250,6 +250,8 @@ pub struct TubeConfig {
     pub moving_speed_m_s: f64,
     /// What remains between a moving thing and the robot when it stands.
     pub moving_margin_m: f64,
+    /// What has moved may move on for so long after it came to rest.
+    pub moving_rest_s: f64,
 }
 
 /// `[fleet]`: zenoh, between this robot and everybody else.

@@ -369,6 +369,7 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
         detour_after_s: s.number_or("detour_after_s", DURATION, 0.1),
         moving_speed_m_s: s.number_or("moving_speed_m_s", moving, 1.0),
         moving_margin_m: s.number_or("moving_margin_m", margin, 0.05),
+        moving_rest_s: s.number_or("moving_rest_s", DURATION, 4.0),
     }
 }
 

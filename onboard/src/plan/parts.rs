@@ -161,6 +161,7 @@ impl Plan {
             moving: MovingPolicy {
                 speed_m_s: tubes.moving_speed_m_s,
                 margin_m: tubes.moving_margin_m,
+                rest_s: tubes.moving_rest_s,
             },
         };
         Ok(MotionTubes::new(set, policy)?)

@@ -290,6 +290,9 @@ impl MotionTubes {
         if self.detour.is_active() {
             allowed_m_s = allowed_m_s.min(self.policy.detour.speed_m_s);
         }
+        if self.detour.waits() {
+            allowed_m_s = 0.0;
+        }
         let wanted_m_s = wanted.speed_m_s.abs();
         let speed_m_s = wanted_m_s
             .min(allowed_m_s)
@@ -302,7 +305,7 @@ impl MotionTubes {
         let slowed = speed_m_s < wanted_m_s;
         let (verdict, reason) = if selection.shift_1_m != 0.0 {
             (Verdict::Shifted, Reason::Blocked)
-        } else if slowed && unmet_m_s <= speed_m_s {
+        } else if slowed && (unmet_m_s <= speed_m_s || self.detour.waits()) {
             (Verdict::Slowed, Reason::Moving)
         } else if slowed {
             (Verdict::Slowed, Reason::Blocked)

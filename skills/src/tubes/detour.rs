@@ -7,7 +7,8 @@
 //!
 //! A detour keeps to the side that it began on, and turns no farther than a limit away from the direction in which the
 //! robot last drove freely: before a wall across the corridor it does not turn back. It ends when the wanted curvature
-//! is free for a good way. It neither begins while something moves nearby, nor backwards.
+//! is free for a good way. It never leads backwards. While something moves nearby the robot stays where it still has room
+//! to turn, and waits for a while before it begins one.
 
 use super::known::KnownRanges;
 use super::parameters::DetourPolicy;
@@ -20,6 +21,8 @@ const FREE_NS: u64 = 250_000_000;
 const RECENT_NS: u64 = 4_000_000_000;
 /// Without a way on its side for so long, the other side is tried.
 const STUCK_NS: u64 = 2_000_000_000;
+/// It waits for so long for what moves nearby.
+const PATIENCE_NS: u64 = 4_000_000_000;
 /// A free speed this much below the wanted one hinders.
 const HINDERED_M_S: f64 = 0.05;
 
@@ -37,6 +40,8 @@ pub(super) struct Detour {
     active: Option<Active>,
     hindered_since_ns: Option<u64>,
     ended_ns: Option<u64>,
+    /// It waits for what moves nearby.
+    waits: bool,
     /// In `odom`, when it last drove as wanted.
     heading_rad: Option<f64>,
     /// Detours begun, and how often one changed sides.
@@ -61,6 +66,11 @@ impl Detour {
         self.active.is_some()
     }
 
+    /// The robot is to stay where it is until what moves nearby has gone.
+    pub fn waits(&self) -> bool {
+        self.waits
+    }
+
     /// Forgets the way, not the counts.
     pub fn reset(&mut self) {
         *self = Self {
@@ -78,6 +88,7 @@ impl Detour {
         wanted: MotionCommand,
         moment: Moment<'_>,
     ) -> Search {
+        self.waits = false;
         let policy = &selector.policy.detour;
         let beyond = matches!(nominal, Search::BeyondTubes);
         if policy.curvature_1_m <= 0.0 || wanted.speed_m_s <= 0.0 || beyond {
@@ -102,8 +113,8 @@ impl Detour {
             }
             let since_ns = *self.hindered_since_ns.get_or_insert(moment.now_ns);
             let hindered_ns = moment.now_ns.saturating_sub(since_ns);
-            let waits = hindered_ns < (policy.after_s * 1e9) as u64 && !recent;
-            if waits || moment.crowded {
+            self.waits = moment.crowded && hindered_ns < PATIENCE_NS;
+            if self.waits || (hindered_ns < (policy.after_s * 1e9) as u64 && !recent) {
                 return nominal;
             }
             self.begun += 1;

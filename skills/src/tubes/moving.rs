@@ -5,6 +5,8 @@
 //! beams is a thing. How far it is from the robot is all that is asked: it may turn at any time, so its direction
 //! counts for nothing.
 //!
+//! Who stops walking may walk on: what stands where something moved a few seconds ago still counts.
+//!
 //! Slower than about 0.15 m/s counts as standing; what comes from where the sensor does not look, or steps out of a
 //! hiding place, counts once it has moved a tenth of a metre in view.
 //!
@@ -33,6 +35,20 @@ const RUN_STEP_M: f64 = 0.2;
 /// Farther from the robot nothing is looked for.
 const FARTHEST_M: f64 = 2.5;
 
+/// Things that moved and are remembered.
+const SPOTS: usize = 16;
+/// A thing moves no farther between two scans.
+const SPOT_STEP_M: f64 = 0.5;
+/// What is hit so near to where it was last seen moving is the same thing.
+const SPOT_REACH_M: f64 = 0.3;
+
+/// Where something moved, in `odom`, and when; 0 for nowhere.
+#[derive(Clone, Copy, Debug, Default)]
+struct Spot {
+    at: Point2,
+    moved_ns: u64,
+}
+
 #[derive(Clone, Debug)]
 struct Past {
     ranges_m: Box<[f32]>,
@@ -48,6 +64,8 @@ pub struct Moving {
     next: usize,
     len: usize,
     nearest_m: f64,
+    spots: [Spot; SPOTS],
+    rest_ns: u64,
 }
 
 impl Moving {
@@ -65,6 +83,8 @@ impl Moving {
             next: 0,
             len: 0,
             nearest_m: f64::INFINITY,
+            spots: [Spot::default(); SPOTS],
+            rest_ns: (policy.rest_s * 1e9) as u64,
         }
     }
 
@@ -78,6 +98,7 @@ impl Moving {
     pub fn clear(&mut self) {
         self.len = 0;
         self.nearest_m = f64::INFINITY;
+        self.spots = [Spot::default(); SPOTS];
     }
 
     /// Looks at a scan.
@@ -85,11 +106,15 @@ impl Moving {
         if self.ring.is_empty() {
             return;
         }
+        let now_ns = scan.reference_ns();
+        let mut spots = self.spots;
         self.nearest_m = AGES_NS
             .iter()
-            .filter_map(|&age_ns| self.past(scan.reference_ns(), age_ns))
-            .map(|past| nearest_m(scan, past, footprint))
+            .filter_map(|&age_ns| self.past(now_ns, age_ns))
+            .map(|past| nearest_m(scan, past, footprint, &mut spots))
             .fold(f64::INFINITY, f64::min);
+        self.spots = spots;
+        self.nearest_m = self.nearest_m.min(self.resting_m(scan, footprint));
         let past = &mut self.ring[self.next];
         let beams = past.ranges_m.len();
         past.ranges_m.copy_from_slice(&known.as_array()[..beams]);
@@ -97,6 +122,27 @@ impl Moving {
         past.reference_ns = scan.reference_ns();
         self.next = (self.next + 1) % self.ring.len();
         self.len = (self.len + 1).min(self.ring.len());
+    }
+
+    /// From the footprint to the nearest hit where something moved not long ago.
+    fn resting_m(&self, scan: &AlignedScan, footprint: &Footprint) -> f64 {
+        let now_ns = scan.reference_ns();
+        let mut nearest_m = f64::INFINITY;
+        for spot in &self.spots {
+            if spot.moved_ns == 0 || now_ns.saturating_sub(spot.moved_ns) > self.rest_ns {
+                continue;
+            }
+            let at = scan.odom_pose().inverse_transform(spot.at);
+            if footprint.distance_m(at) > FARTHEST_M {
+                continue;
+            }
+            nearest_m = scan
+                .hits()
+                .filter(|hit| hit.distance_m(at) <= SPOT_REACH_M)
+                .map(|hit| footprint.distance_m(hit))
+                .fold(nearest_m, f64::min);
+        }
+        nearest_m
     }
 
     /// The youngest scan of at least an age.
@@ -109,8 +155,31 @@ impl Moving {
     }
 }
 
+/// Remembers where something moves.
+fn mark(spots: &mut [Spot; SPOTS], at: Point2, now_ns: u64) {
+    let mut place = 0;
+    for (index, spot) in spots.iter().enumerate() {
+        if spot.moved_ns > 0 && spot.at.distance_m(at) <= SPOT_STEP_M {
+            place = index;
+            break;
+        }
+        if spot.moved_ns < spots[place].moved_ns {
+            place = index;
+        }
+    }
+    spots[place] = Spot {
+        at,
+        moved_ns: now_ns,
+    };
+}
+
 /// From the footprint to the nearest run of hits that the older scan looked beyond.
-fn nearest_m(scan: &AlignedScan, past: &Past, footprint: &Footprint) -> f64 {
+fn nearest_m(
+    scan: &AlignedScan,
+    past: &Past,
+    footprint: &Footprint,
+    spots: &mut [Spot; SPOTS],
+) -> f64 {
     let then = past.sensor.between(scan.odom_pose());
     let mut nearest_m = f64::INFINITY;
     let mut run = Run::default();
@@ -129,6 +198,11 @@ fn nearest_m(scan: &AlignedScan, past: &Past, footprint: &Footprint) -> f64 {
             && away_m <= FARTHEST_M
         {
             nearest_m = nearest_m.min(away_m);
+            mark(
+                spots,
+                scan.odom_pose().transform(beam.point),
+                scan.reference_ns(),
+            );
         }
     }
     nearest_m

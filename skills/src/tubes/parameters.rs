@@ -127,6 +127,8 @@ pub struct MovingPolicy {
     pub speed_m_s: f64,
     /// What remains between when the robot stands.
     pub margin_m: f64,
+    /// What has moved may move on for so long after it came to rest.
+    pub rest_s: f64,
 }
 
 impl Default for MovingPolicy {
@@ -134,6 +136,7 @@ impl Default for MovingPolicy {
         Self {
             speed_m_s: 1.0,
             margin_m: 0.05,
+            rest_s: 4.0,
         }
     }
 }
@@ -282,6 +285,7 @@ impl AdaptPolicy {
         within("detour speed_m_s", speed_m_s, 0.01, 10.0)?;
         within("detour after_s", after_s, 0.0, 60.0)?;
         within("moving speed_m_s", self.moving.speed_m_s, 0.0, 10.0)?;
-        within("moving margin_m", self.moving.margin_m, 0.0, 2.0)
+        within("moving margin_m", self.moving.margin_m, 0.0, 2.0)?;
+        within("moving rest_s", self.moving.rest_s, 0.0, 60.0)
     }
 }
