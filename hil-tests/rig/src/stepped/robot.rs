@@ -14,7 +14,7 @@ use onboard::activities::proprioception::Proprioception;
 use onboard::activities::scans::ScanIntake;
 use onboard::cli::Files;
 use onboard::ctl::{self, Event, Request, Stop};
-use onboard::plan::{Plan, ns_from_ms};
+use onboard::plan::{Plan, PlanError, ns_from_ms};
 use onboard::port::Command;
 use onboard::reload::{Reload, ReloadEnds};
 use onboard::runner::RobotActivity;
@@ -44,6 +44,9 @@ enum Clock {
     Period { period_ns: u64, next_ns: u64 },
     Scan { at_least_ns: u64, next_ns: u64 },
 }
+
+/// Activities with their names in the thread table.
+type Activities = Vec<(ActivityKind, Box<dyn RobotActivity>)>;
 
 struct Thread {
     clock: Clock,
@@ -238,7 +241,7 @@ impl Clock {
 /// A thread of the robot file with those of its activities that run here, or `None` without any.
 fn stepped_thread(
     thread: &ThreadConfig,
-    activities: &mut Vec<(ActivityKind, Box<dyn RobotActivity>)>,
+    activities: &mut Activities,
     random: &mut Random,
     now_ns: u64,
 ) -> Option<Thread> {
@@ -294,15 +297,14 @@ fn compose(
     leave: Option<SharedLeave>,
     reload: ReloadEnds,
     ends: Ends,
-) -> Result<Vec<(ActivityKind, Box<dyn RobotActivity>)>, onboard::plan::PlanError> {
+) -> Result<Activities, PlanError> {
     let mut port = |kind: ActivityKind| {
         let index = states.iter().position(|(name, _)| *name == kind.name());
         let (name, state) = states.swap_remove(index.expect("every activity has a state symbol"));
         director.port(name, state)
     };
     let intake = || {
-        ScanIntake::new(plan.scan_geometry()?)
-            .map_err(|error| onboard::plan::PlanError::Lidar(error.to_string()))
+        ScanIntake::new(plan.scan_geometry()?).map_err(|error| PlanError::Lidar(error.to_string()))
     };
     let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
     let navigator = Box::new(plan.navigator()?);
