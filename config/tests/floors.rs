@@ -102,14 +102,14 @@ fn states_with_lanes_and_areas_of_their_own() {
     let mistakes = [
         Mistake {
             name: "unknown lane",
-            from: "leave-bay = { area = \"bay\", lane = \"out\", skill",
-            to: "leave-bay = { area = \"bay\", lane = \"outt\", skill",
+            from: "lane = \"in\", skill = \"back-off\"",
+            to: "lane = \"inn\", skill = \"back-off\"",
             kind: UnknownReference,
-            key: "fsm.small.states.leave-bay.lane",
-            line: "\"outt\"",
-            found: "lane `outt`, which does not exist",
+            key: "fsm.small.states.back-off.lane",
+            line: "\"inn\"",
+            found: "lane `inn`, which does not exist",
             expected: "the name of a lane",
-            hint: "did you mean `out`?",
+            hint: "did you mean `in`?",
         },
         Mistake {
             name: "unknown further area",
@@ -135,13 +135,13 @@ fn states_with_lanes_and_areas_of_their_own() {
         },
         Mistake {
             name: "no lane at all",
-            from: "\ndock = { area = \"bay\", lane = \"in\", skill",
-            to: "\ndock = { area = \"bay\", skill",
+            from: "lane = \"in\", skill = \"back-off\"",
+            to: "skill = \"back-off\"",
             kind: Inconsistent,
-            key: "fsm.small.states.dock.area",
-            line: "dock = { area = \"bay\", skill = \"dock\"",
+            key: "fsm.small.states.back-off.area",
+            line: "{ area = \"bay\", skill = \"back-off\"",
             found: "area `bay`, which has no lane",
-            expected: "an area with a lane, for skill `dock`",
+            expected: "an area with a lane, for skill `back-off`",
             hint: "or give the state a `lane` of its own",
         },
     ];
@@ -278,9 +278,12 @@ fn skills_of_the_course() {
 
 #[test]
 fn a_lane_far_from_its_state() {
-    let from = "leave-bay = { area = \"bay\", lane = \"out\", skill";
-    let to = "leave-bay = { area = \"bay\", lane = \"far\", skill";
-    let text = edit(DOCKING, from, to).replace(
+    // The small robots' state: the big ones' is followed by another.
+    let next = "\nback-off = { area = \"bay\", lane = \"in\", skill = \"back-off\"";
+    let wait = |lane: &str| {
+        format!("wait = {{ area = \"bay\", lane = \"{lane}\", skill = \"wait\" }}{next}")
+    };
+    let text = edit(DOCKING, &wait("in"), &wait("far")).replace(
         "[lanes.middle-in]",
         "[lanes.far]\nfrom_m = [3.0, 0.5]\nto_m = [1.0, 0.5]\n\n[lanes.middle-in]",
     );
@@ -288,7 +291,7 @@ fn a_lane_far_from_its_state() {
     let problem = &error.problems()[0];
     assert_eq!(
         problem.key,
-        "fsm.small.states.leave-bay.lane",
+        "fsm.small.states.wait.lane",
         "{}",
         lines(&error)
     );
