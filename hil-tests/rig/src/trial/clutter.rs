@@ -6,7 +6,8 @@ use sim::world::{
     WorldError,
 };
 
-use super::judge::{Figures, Rules};
+use super::figures::Figures;
+use super::judge::Rules;
 use super::scenario::Scenario;
 
 /// Boxes stand, and people walk, in this part of the corridor.

@@ -3,7 +3,8 @@
 use config::{FsmConfig, SiteConfig};
 use sim::world::{Truth, World, WorldError};
 
-use super::judge::{Figures, Rules};
+use super::figures::Figures;
+use super::judge::Rules;
 use super::scenario::{Scenario, regular_states};
 
 /// Every regular state of the robot's machine once, and back to where it began.

@@ -1,13 +1,12 @@
 //! The judge of a trial: collisions, borders, speed, pose errors and stops, from the world's truth.
 
-use std::collections::BTreeSet;
-
 use config::{ControllerConfig, Feature, FsmConfig, SiteConfig};
-use serde::Serialize;
 use sim::world::{Cause, Footprint, Pose, Truth, World};
 
+use super::figures::Figures;
 use super::insight::Belief;
-use super::stops::{StopError, StopKind, region};
+use super::overlap::Overlap;
+use super::stops::{StopError, StopKind};
 use super::view::{Scenery, normal, walls_in_view};
 use crate::summary::Violation;
 
@@ -53,49 +52,6 @@ pub struct Look<'a> {
     pub belief: &'a Belief,
     /// Leave for each area.
     pub granted: &'a [bool],
-}
-
-/// What came out.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Figures {
-    /// From the start to the last look.
-    pub duration_s: f64,
-    /// Way driven.
-    pub distance_m: f64,
-    /// Collisions in which the robot moved and what it touched stood.
-    pub drove_into: u64,
-    /// Collisions in which both moved.
-    pub met: u64,
-    /// Collisions in which the robot stood and was run into.
-    pub run_into: u64,
-    /// Smallest distance of the footprint to anything.
-    pub min_clearance_m: f64,
-    /// Largest error of the pose across a wall in view.
-    pub max_pose_error_m: f64,
-    /// Largest error of the heading while a wall is in view.
-    pub max_heading_error_rad: f64,
-    /// Largest error of the position, in view or not.
-    pub max_position_error_m: f64,
-    /// Errors of stops at walls.
-    pub dock_errors_m: Vec<f64>,
-    /// Errors of stops at poses.
-    pub pose_stop_errors_m: Vec<f64>,
-    /// Errors of stops before areas.
-    pub border_stop_errors_m: Vec<f64>,
-    /// Least distance to an area without leave while the robot stood before it.
-    pub min_border_m: f64,
-    /// Largest excess over the speed limit of the area under `base_link`.
-    pub max_over_speed_m_s: f64,
-    /// How long the motion tubes held it.
-    pub held_s: f64,
-    /// Longest time that it stood.
-    pub longest_stand_s: f64,
-    /// Skills that ran.
-    pub skills: BTreeSet<String>,
-    /// States that its machine was in, in order, each time.
-    pub states: Vec<String>,
-    /// Areas that `base_link` was in.
-    pub areas: BTreeSet<String>,
 }
 
 /// Watches one robot.
@@ -451,44 +407,6 @@ impl Judge {
         let along = ((nx * dx + ny * dy) / dx.hypot(dy)).abs() < ALONG;
         (along && tracks.contains(&Feature::Corridor))
             || (is_end && tracks.contains(&Feature::LaneEnd))
-    }
-}
-
-/// Where a floor is relative to an area.
-struct Overlap {
-    depth_m: f64,
-    distance_m: f64,
-}
-
-impl Overlap {
-    /// Depth by the corner that is farthest in, also of the area in the floor.
-    fn of(floor: &sim::world::Rectangle, area: &config::Rect) -> Self {
-        let distance_m = floor.distance_to_rectangle_m(&region(area));
-        if distance_m > 0.0 {
-            return Self {
-                depth_m: 0.0,
-                distance_m,
-            };
-        }
-        // Shrinks the area until they part: exact to half a millimetre, and only in contact.
-        let (mut low_m, mut high_m) = (0.0, 1.0);
-        while high_m - low_m > 5e-4 {
-            let middle_m: f64 = (low_m + high_m) / 2.0;
-            let smaller = config::Rect {
-                min_m: area.min_m.map(|value| value + middle_m),
-                max_m: area.max_m.map(|value| value - middle_m),
-            };
-            let empty = (0..2).any(|axis| smaller.min_m[axis] >= smaller.max_m[axis]);
-            if empty || floor.distance_to_rectangle_m(&region(&smaller)) > 0.0 {
-                high_m = middle_m;
-            } else {
-                low_m = middle_m;
-            }
-        }
-        Self {
-            depth_m: low_m,
-            distance_m: 0.0,
-        }
     }
 }
 

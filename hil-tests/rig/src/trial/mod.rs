@@ -9,14 +9,17 @@
 
 pub mod clutter;
 pub mod course;
+mod figures;
 pub mod insight;
 mod judge;
 mod leave;
 pub mod operator;
+mod overlap;
 pub mod scenario;
 mod stops;
 pub mod view;
 
-pub use judge::{Figures, Judge, Look, Rules};
+pub use figures::Figures;
+pub use judge::{Judge, Look, Rules};
 pub use leave::LeaveKeeper;
 pub use stops::{StopError, StopKind};

@@ -3,7 +3,8 @@
 use config::{ControllerConfig, FsmConfig, MonitorKind, SiteConfig};
 use sim::world::{Truth, World, WorldError};
 
-use super::judge::{Figures, Rules};
+use super::figures::Figures;
+use super::judge::Rules;
 
 /// One kind of trial.
 pub trait Scenario: Sync {

@@ -1,0 +1,310 @@
+//! Statistics of many stepped runs: who passed, who failed and why, and the distribution of each figure.
+
+use std::fs;
+use std::path::Path;
+
+use onboard::cli::Files;
+use serde::Serialize;
+
+use crate::cli::Failure;
+use crate::stepped::Outcome;
+
+/// Failing seeds that are printed one by one.
+const MOST_PRINTED: usize = 25;
+
+/// What came out of all runs.
+#[derive(Debug, Serialize)]
+pub struct Statistics {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Robot file.
+    pub robot: String,
+    /// Site file.
+    pub site: String,
+    /// Runs made.
+    pub runs: usize,
+    /// Done, and nothing wrong.
+    pub passed: usize,
+    /// Runs in which the robot did what it should, whatever happened on the way.
+    pub done: usize,
+    /// Runs in which nothing happened that must not, finished or not.
+    pub clean: usize,
+    /// Runs with at least one violation of each kind.
+    pub violations: Vec<(String, usize)>,
+    /// Runs in which each fault was raised.
+    pub faults: Vec<(String, usize)>,
+    /// Quantities over all runs.
+    pub quantities: Vec<Quantity>,
+    /// Simulated time of all runs.
+    pub simulated_s: f64,
+    /// Time that took.
+    pub elapsed_s: f64,
+    /// Runs that failed, with their reasons.
+    pub failures: Vec<FailedRun>,
+}
+
+/// A run that failed.
+#[derive(Debug, Serialize)]
+pub struct FailedRun {
+    /// Its seed.
+    pub seed: u64,
+    /// Why.
+    pub reason: String,
+}
+
+/// The distribution of one figure.
+#[derive(Debug, Serialize)]
+pub struct Quantity {
+    /// What it is, with its unit.
+    pub name: &'static str,
+    /// How many values.
+    pub count: usize,
+    /// Least.
+    pub min: f64,
+    /// Median.
+    pub p50: f64,
+    /// 99 of 100 are smaller.
+    pub p99: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+impl Statistics {
+    /// Of these outcomes.
+    #[must_use]
+    pub fn of(scenario: &str, files: &Files, outcomes: &[Outcome], elapsed_s: f64) -> Self {
+        let count = |is: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|one| is(one)).count();
+        let violations = tally(outcomes, |outcome| {
+            outcome
+                .violations
+                .iter()
+                .map(|violation| violation.kind.clone())
+                .collect()
+        });
+        let faults = tally(outcomes, |outcome| {
+            outcome
+                .faults
+                .iter()
+                .map(|(fault, _)| fault.clone())
+                .collect()
+        });
+        let failures = outcomes
+            .iter()
+            .filter(|outcome| !outcome.passed())
+            .map(|outcome| FailedRun {
+                seed: outcome.seed,
+                reason: outcome.reason(),
+            })
+            .collect();
+        Self {
+            scenario: scenario.to_owned(),
+            robot: files.robot.display().to_string(),
+            site: files.site.display().to_string(),
+            runs: outcomes.len(),
+            passed: count(&|one| one.passed()),
+            done: count(&|one| one.done),
+            clean: count(&|one| one.clean),
+            violations,
+            faults,
+            quantities: quantities(outcomes),
+            simulated_s: outcomes.iter().map(|one| one.figures.duration_s).sum(),
+            elapsed_s,
+            failures,
+        }
+    }
+
+    /// Prints them, failing seeds first.
+    pub fn print(&self) {
+        for failure in self.failures.iter().take(MOST_PRINTED) {
+            println!("FAILED seed {}: {}", failure.seed, failure.reason);
+        }
+        if let Some(first) = self.failures.first() {
+            if let Some(more) = self
+                .failures
+                .len()
+                .checked_sub(MOST_PRINTED)
+                .filter(|&more| more > 0)
+            {
+                println!("... and {more} more");
+            }
+            println!(
+                "see one again: rig {} --stepped --seed {}",
+                self.scenario, first.seed
+            );
+        }
+        println!(
+            "{}: {} of {} runs passed; {} did it, {} had nothing wrong",
+            self.scenario, self.passed, self.runs, self.done, self.clean
+        );
+        let listed = |list: &[(String, usize)]| {
+            let parts: Vec<String> = list
+                .iter()
+                .map(|(name, runs)| format!("{name} in {runs}"))
+                .collect();
+            if parts.is_empty() {
+                "none".to_owned()
+            } else {
+                parts.join(", ")
+            }
+        };
+        println!("violations (runs): {}", listed(&self.violations));
+        println!("faults (runs): {}", listed(&self.faults));
+        for quantity in &self.quantities {
+            println!(
+                "{:<44} min {:>9.4}  p50 {:>9.4}  p99 {:>9.4}  max {:>9.4}  (n = {})",
+                quantity.name,
+                quantity.min,
+                quantity.p50,
+                quantity.p99,
+                quantity.max,
+                quantity.count
+            );
+        }
+        println!(
+            "{:.0} s simulated in {:.1} s: {:.0} times real time",
+            self.simulated_s,
+            self.elapsed_s,
+            self.simulated_s / self.elapsed_s.max(1e-9)
+        );
+    }
+
+    /// Writes them as `stepped.json`.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`] when the file cannot be written.
+    pub fn write(&self, out: &Path) -> Result<(), Failure> {
+        let file = out.join("stepped.json");
+        let json = serde_json::to_string_pretty(self).map_err(Failure::failed)?;
+        fs::create_dir_all(out)
+            .and_then(|()| fs::write(&file, json))
+            .map_err(|error| {
+                Failure::failed(format_args!(
+                    "{} cannot be written: {error}",
+                    file.display()
+                ))
+            })?;
+        println!("wrote {}", file.display());
+        Ok(())
+    }
+}
+
+/// In how many runs each name appears, most first.
+fn tally(outcomes: &[Outcome], names: impl Fn(&Outcome) -> Vec<String>) -> Vec<(String, usize)> {
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    for outcome in outcomes {
+        let mut mine = names(outcome);
+        mine.sort();
+        mine.dedup();
+        for name in mine {
+            match counts.iter_mut().find(|(other, _)| *other == name) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((name, 1)),
+            }
+        }
+    }
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    counts
+}
+
+fn quantities(outcomes: &[Outcome]) -> Vec<Quantity> {
+    let figure = |of: &dyn Fn(&Outcome) -> f64| -> Vec<f64> { outcomes.iter().map(of).collect() };
+    let all = |of: &dyn Fn(&Outcome) -> Vec<f64>| -> Vec<f64> {
+        outcomes.iter().flat_map(of).map(f64::abs).collect()
+    };
+    let done: Vec<f64> = outcomes
+        .iter()
+        .filter(|outcome| outcome.done)
+        .map(|outcome| outcome.figures.duration_s)
+        .collect();
+    [
+        ("duration of runs that were done, s", done),
+        ("distance, m", figure(&|one| one.figures.distance_m)),
+        (
+            "least clearance, m",
+            figure(&|one| one.figures.min_clearance_m),
+        ),
+        (
+            "largest pose error where walls are in view, m",
+            figure(&|one| one.figures.max_pose_error_m),
+        ),
+        (
+            "largest heading error in view, degrees",
+            figure(&|one| one.figures.max_heading_error_rad.to_degrees()),
+        ),
+        (
+            "largest position error anywhere, m",
+            figure(&|one| one.figures.max_position_error_m),
+        ),
+        (
+            "docking error, m",
+            all(&|one| one.figures.dock_errors_m.clone()),
+        ),
+        (
+            "error of stops at a pose, m",
+            all(&|one| one.figures.pose_stop_errors_m.clone()),
+        ),
+        (
+            "error of stops before an area, m",
+            all(&|one| one.figures.border_stop_errors_m.clone()),
+        ),
+        (
+            "least distance to a border without leave, m",
+            figure(&|one| one.figures.min_border_m),
+        ),
+        (
+            "largest excess over an area's speed limit, m/s",
+            figure(&|one| one.figures.max_over_speed_m_s),
+        ),
+        (
+            "leave withheld until it had waited, times",
+            figure(&|one| one.withheld as f64),
+        ),
+        (
+            "held by the motion tubes, s",
+            figure(&|one| one.figures.held_s),
+        ),
+        (
+            "longest stand, s",
+            figure(&|one| one.figures.longest_stand_s),
+        ),
+        (
+            "run into while standing, times",
+            figure(&|one| one.figures.run_into as f64),
+        ),
+    ]
+    .into_iter()
+    .filter_map(|(name, values)| Quantity::of(name, values))
+    .collect()
+}
+
+impl Quantity {
+    fn of(name: &'static str, mut values: Vec<f64>) -> Option<Self> {
+        values.retain(|value| value.is_finite());
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        (!values.is_empty()).then(|| Self {
+            name,
+            count: values.len(),
+            min: at(0.0),
+            p50: at(0.5),
+            p99: at(0.99),
+            max: at(1.0),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_of_what_is_a_number() {
+        let values: Vec<f64> = (0..=100).map(f64::from).chain([f64::INFINITY]).collect();
+        let quantity = Quantity::of("x", values).expect("there are values");
+        assert_eq!(
+            (quantity.count, quantity.p50, quantity.p99, quantity.max),
+            (101, 50.0, 99.0, 100.0)
+        );
+        assert!(Quantity::of("x", vec![f64::NAN]).is_none());
+    }
+}
