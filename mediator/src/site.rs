@@ -22,7 +22,7 @@ impl Setup {
         let robots = site.robots.iter().map(|(id, robot)| RobotSetup {
             id: id.clone(),
             role: robot.role.clone(),
-            priority: 0,
+            priority: { site.roles.get(&robot.role) }.map_or(0, |role| role.priority),
             starts_in: site
                 .areas
                 .iter()

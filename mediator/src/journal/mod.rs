@@ -2,8 +2,10 @@
 //!
 //! Entries are put in order and whole: after a crash the store holds all entries up to some moment and none behind it.
 
+mod record;
 mod store;
 
+pub use record::{CoordinationRecord, LevelRecord, PartRecord};
 pub use store::{Store, StoreError};
 
 use std::collections::BTreeMap;
@@ -39,6 +41,24 @@ pub enum Entry {
         /// Larger than every one before.
         fence: u64,
     },
+    /// A grant is asked back, or that was answered.
+    Revocation {
+        /// The robot.
+        robot: String,
+        /// The area.
+        area: String,
+        /// How far it is, and of which grant.
+        record: RevocationRecord,
+    },
+    /// The last number that a coordination got.
+    Number(u64),
+    /// A coordination went on.
+    Coordination {
+        /// Its number.
+        number: u64,
+        /// Where it is; `None`: it is over.
+        record: Option<CoordinationRecord>,
+    },
 }
 
 /// A robot as the journal knows it.
@@ -70,6 +90,15 @@ pub struct AccessRecord {
     pub ticket: u64,
 }
 
+/// A revocation as the journal knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RevocationRecord {
+    /// How far.
+    pub level: Level,
+    /// Of the grant that is asked back.
+    pub fence: u64,
+}
+
 /// All that a journal holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stored {
@@ -81,6 +110,12 @@ pub struct Stored {
     pub access: BTreeMap<(String, String), AccessRecord>,
     /// Of the last grant, by area.
     pub fences: BTreeMap<String, u64>,
+    /// By robot and area.
+    pub revocations: BTreeMap<(String, String), RevocationRecord>,
+    /// The last number that a coordination got.
+    pub number: u64,
+    /// Those that run, by number.
+    pub coordinations: BTreeMap<u64, CoordinationRecord>,
 }
 
 impl Stored {
@@ -101,6 +136,22 @@ impl Stored {
             Entry::Fence { area, fence } => {
                 self.fences.insert(area, fence);
             }
+            Entry::Revocation {
+                robot,
+                area,
+                record,
+            } => {
+                self.revocations.insert((robot, area), record);
+            }
+            Entry::Number(number) => self.number = number,
+            Entry::Coordination { number, record } => match record {
+                Some(record) => {
+                    self.coordinations.insert(number, record);
+                }
+                None => {
+                    self.coordinations.remove(&number);
+                }
+            },
         }
     }
 }

@@ -2,18 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use coordination::protocol::Level;
 use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::{AccessRecord, Entry, RobotRecord, Stored};
-use contract::level::PROTOCOL_ID;
+use super::{
+    AccessRecord, CoordinationRecord, Entry, LevelRecord, RevocationRecord, RobotRecord, Stored,
+};
 
-/// Keys are `format`, `site`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`; values are JSON.
+/// Keys are `format`, `site`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `revocation/ROBOT/AREA`, `number`,
+/// `coordination/NUMBER`; values are JSON.
 const TABLE: TableDefinition<&str, &str> = TableDefinition::new("journal");
 /// Of keys and values.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Why the journal cannot be used. The mediator must not go on without it.
 #[derive(Debug, thiserror::Error)]
@@ -79,7 +80,10 @@ impl Store {
         };
         store
             .write_strings(
-                [("format", FORMAT.to_string()), ("site", quoted(site))],
+                [
+                    ("format", Some(FORMAT.to_string())),
+                    ("site", Some(quoted(site))),
+                ],
                 true,
             )
             .map_err(failed)?;
@@ -107,15 +111,21 @@ impl Store {
 
     fn write_strings<K: AsRef<str>>(
         &self,
-        pairs: impl IntoIterator<Item = (K, String)>,
+        pairs: impl IntoIterator<Item = (K, Option<String>)>,
         keep_old: bool,
     ) -> Result<(), redb::Error> {
         let transaction = self.database.begin_write()?;
         {
             let mut table = transaction.open_table(TABLE)?;
             for (key, value) in pairs {
-                if !(keep_old && table.get(key.as_ref())?.is_some()) {
-                    table.insert(key.as_ref(), value.as_str())?;
+                match value {
+                    Some(_) if keep_old && table.get(key.as_ref())?.is_some() => {}
+                    Some(value) => {
+                        table.insert(key.as_ref(), value.as_str())?;
+                    }
+                    None => {
+                        table.remove(key.as_ref())?;
+                    }
                 }
             }
         }
@@ -168,6 +178,21 @@ impl Store {
                 let fence = self.parse(key, value, "a number")?;
                 stored.fences.insert(area.to_owned(), fence);
             }
+            ["revocation", robot, area] => {
+                let value: RevocationValue = self.parse(key, value, "a level")?;
+                let record = RevocationRecord {
+                    level: value.level.level(),
+                    fence: value.fence,
+                };
+                let place = (robot.to_owned(), area.to_owned());
+                stored.revocations.insert(place, record);
+            }
+            ["number"] => stored.number = self.parse(key, value, "a number")?,
+            ["coordination", number] => {
+                let number = self.parse(key, number, "a number behind `coordination/`")?;
+                let record: CoordinationRecord = self.parse(key, value, "a coordination")?;
+                stored.coordinations.insert(number, record);
+            }
             _ => {
                 return Err(StoreError::Value {
                     path: self.path.clone(),
@@ -211,28 +236,17 @@ impl Store {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct AccessValue {
-    run: u32,
-    path: u16,
-    progress: u16,
-    after_abort: bool,
+    level: LevelRecord,
     fence: u64,
     ticket: u64,
 }
 
 impl From<AccessRecord> for AccessValue {
     fn from(record: AccessRecord) -> Self {
-        let AccessRecord {
-            level,
-            fence,
-            ticket,
-        } = record;
         Self {
-            run: level.run,
-            path: level.path,
-            progress: level.progress,
-            after_abort: level.after_abort,
-            fence,
-            ticket,
+            level: record.level.into(),
+            fence: record.fence,
+            ticket: record.ticket,
         }
     }
 }
@@ -240,15 +254,26 @@ impl From<AccessRecord> for AccessValue {
 impl From<AccessValue> for AccessRecord {
     fn from(value: AccessValue) -> Self {
         Self {
-            level: Level {
-                protocol: PROTOCOL_ID,
-                run: value.run,
-                path: value.path,
-                progress: value.progress,
-                after_abort: value.after_abort,
-            },
+            level: value.level.level(),
             fence: value.fence,
             ticket: value.ticket,
+        }
+    }
+}
+
+/// [`RevocationRecord`] as it is stored.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RevocationValue {
+    level: LevelRecord,
+    fence: u64,
+}
+
+impl From<RevocationRecord> for RevocationValue {
+    fn from(record: RevocationRecord) -> Self {
+        Self {
+            level: record.level.into(),
+            fence: record.fence,
         }
     }
 }
@@ -259,16 +284,23 @@ fn key(entry: &Entry) -> String {
         Entry::Robot { robot, .. } => format!("robot/{robot}"),
         Entry::Access { robot, area, .. } => format!("access/{robot}/{area}"),
         Entry::Fence { area, .. } => format!("fence/{area}"),
+        Entry::Revocation { robot, area, .. } => format!("revocation/{robot}/{area}"),
+        Entry::Number(_) => "number".to_owned(),
+        Entry::Coordination { number, .. } => format!("coordination/{number}"),
     }
 }
 
-fn value(entry: &Entry) -> String {
-    match entry {
+/// `None` takes the key away.
+fn value(entry: &Entry) -> Option<String> {
+    Some(match entry {
         Entry::Epoch(epoch) => epoch.to_string(),
         Entry::Robot { record, .. } => json(record),
         Entry::Access { record, .. } => json(&AccessValue::from(*record)),
         Entry::Fence { fence, .. } => fence.to_string(),
-    }
+        Entry::Revocation { record, .. } => json(&RevocationValue::from(*record)),
+        Entry::Number(number) => number.to_string(),
+        Entry::Coordination { record, .. } => json(record.as_ref()?),
+    })
 }
 
 fn quoted(text: &str) -> String {
@@ -281,7 +313,10 @@ fn json(value: &impl Serialize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::PartRecord;
     use super::*;
+    use contract::level::PROTOCOL_ID;
+    use coordination::protocol::Level;
 
     fn entries() -> Vec<Entry> {
         let level = Level {
@@ -317,7 +352,45 @@ mod tests {
                 area: "1".into(),
                 fence: 9,
             },
+            Entry::Revocation {
+                robot: "amr-1".into(),
+                area: "1".into(),
+                record: RevocationRecord { level, fence: 9 },
+            },
+            Entry::Number(12),
+            coordination(11),
+            coordination(12),
+            Entry::Coordination {
+                number: 11,
+                record: None,
+            },
         ]
+    }
+
+    fn coordination(number: u64) -> Entry {
+        let level = Level {
+            protocol: PROTOCOL_ID,
+            run: 0,
+            path: 1,
+            progress: 2,
+            after_abort: false,
+        };
+        let record = CoordinationRecord {
+            coordination: "overtaking".into(),
+            situation: Some("normal-ahead".into()),
+            marking: vec!["normal-in-1".into()],
+            parts: vec![PartRecord {
+                role: "normal".into(),
+                robot: "amr-1".into(),
+                level: level.into(),
+                own: Some(level.into()),
+                kept: vec![("5".into(), true)],
+            }],
+        };
+        Entry::Coordination {
+            number,
+            record: Some(record),
+        }
     }
 
     #[test]

@@ -76,6 +76,52 @@ pub enum Alarm {
         /// Where.
         area: String,
     },
+    /// A part of protocol 2 in a report that makes no sense.
+    #[error("robot `{robot}`, discrete control: {what}; ignored")]
+    BadControl {
+        /// Who.
+        robot: String,
+        /// What was wrong.
+        what: BadReport,
+    },
+    /// A coordination of the journal cannot go on.
+    #[error(
+        "coordination `{coordination}` of the journal is given up, and its robots are let go: {what}"
+    )]
+    NotResumed {
+        /// Which.
+        coordination: String,
+        /// Why.
+        what: String,
+    },
+    /// The journal lacked what a robot was told in a coordination.
+    #[error(
+        "robot `{robot}` is further with coordination `{coordination}` than the journal, which has lost its last entries; it is broken off"
+    )]
+    Forgotten {
+        /// Which.
+        coordination: String,
+        /// Who.
+        robot: String,
+    },
+    /// A coordination stands still.
+    #[error("coordination `{coordination}` has stood still for {since_s} s: {what}")]
+    Still {
+        /// Which.
+        coordination: String,
+        /// For how long.
+        since_s: u64,
+        /// What each robot waits for.
+        what: String,
+    },
+    /// A coordination is broken off because it stands still.
+    #[error(
+        "coordination `{coordination}` is broken off: its robots are told to get out of the way"
+    )]
+    Preempted {
+        /// Which.
+        coordination: String,
+    },
     /// More robots than it holds stand in an area.
     #[error("area `{area}` holds {capacity} and {found} are in it: {robots}")]
     Overfull {
@@ -93,6 +139,9 @@ pub enum Alarm {
 /// What was wrong with one part of a report.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BadReport {
+    /// No coordination has such a number.
+    #[error("no coordination has number {0}")]
+    Number(u64),
     /// The site has no such area.
     #[error("this site has no such area")]
     UnknownArea,

@@ -1,6 +1,7 @@
 //! Why a robot waits, and how everything stands.
 
 use super::Manager;
+use crate::coordination::{Instance, Kind, Stage};
 use serde::{Deserialize, Serialize};
 
 /// An area, for people.
@@ -16,6 +17,8 @@ pub struct AreaStatus {
     pub holders: Vec<(String, u64)>,
     /// Robots that are in it without holding it, or were when they fell silent.
     pub standing: Vec<String>,
+    /// Robots for which a coordination keeps it.
+    pub kept_for: Vec<String>,
     /// Robots that wait for it, in order.
     pub waiting: Vec<String>,
     /// A silent robot occupies it.
@@ -68,6 +71,37 @@ pub struct Status {
     pub areas: Vec<AreaStatus>,
     /// Robots, in the order of the site file.
     pub robots: Vec<RobotStatus>,
+    /// Coordinations: the last ones that are over, then those that run.
+    pub coordinations: Vec<CoordinationStatus>,
+}
+
+/// A coordination, for people.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CoordinationStatus {
+    /// Its number.
+    pub number: u64,
+    /// Its id in the site file.
+    pub id: String,
+    /// The net.
+    pub net: String,
+    /// In which situation it began; empty: its robots are told to get out of the way.
+    pub situation: String,
+    /// Roles of the net and the robots that play them.
+    pub robots: Vec<(String, String)>,
+    /// The marked places.
+    pub marking: Vec<String>,
+    /// The last transitions that fired, each with the milliseconds since its start.
+    pub firings: Vec<(String, u64)>,
+    /// How many have fired.
+    pub fired: u64,
+    /// By role: what its robot waits for.
+    pub waits: Vec<String>,
+    /// Milliseconds from its start, or since the mediator's, to now or to its end.
+    pub age_ms: u64,
+    /// Milliseconds since a flag was set.
+    pub still_ms: u64,
+    /// It is over.
+    pub over: bool,
 }
 
 impl Manager {
@@ -90,6 +124,9 @@ impl Manager {
                 standing: self
                     .occupants(index)
                     .filter(|robot| !holds(robot))
+                    .map(name)
+                    .collect(),
+                kept_for: { self.coordinator.kept(index).into_iter() }
                     .map(name)
                     .collect(),
                 waiting: area.queue.iter().map(|&robot| name(robot)).collect(),
@@ -135,6 +172,50 @@ impl Manager {
             awaited: self.awaited.iter().map(|&robot| name(robot)).collect(),
             areas: areas.collect(),
             robots: robots.collect(),
+            coordinations: { self.coordinator.over.iter().cloned() }
+                .chain(
+                    { self.coordinator.instances() }
+                        .map(|instance| self.coordination_status(instance, now_ns)),
+                )
+                .collect(),
+        }
+    }
+
+    pub(super) fn coordination_status(
+        &self,
+        instance: &Instance,
+        now_ns: u64,
+    ) -> CoordinationStatus {
+        let name = |robot: usize| self.robots[robot].id.clone();
+        let ms = |from_ns: u64, to_ns: u64| to_ns.saturating_sub(from_ns) / 1_000_000;
+        let roles = instance.plan.roles.iter().zip(&instance.parts);
+        CoordinationStatus {
+            number: instance.number,
+            id: instance.plan.id.clone(),
+            net: instance.plan.net.clone(),
+            situation: match instance.stage {
+                Stage::Running { situation, .. } => {
+                    instance.plan.situations[situation].name.clone()
+                }
+                Stage::Yielding => String::new(),
+            },
+            robots: roles
+                .map(|(role, part)| (role.name.clone(), name(part.robot)))
+                .collect(),
+            marking: instance.marking(),
+            firings: { instance.firings.iter() }
+                .map(|firing| {
+                    let at_ms = ms(instance.since_ns, firing.at_ns);
+                    (firing.transition.clone(), at_ms)
+                })
+                .collect(),
+            fired: instance.fired,
+            waits: (0..instance.parts.len())
+                .map(|role| instance.why(role, name))
+                .collect(),
+            age_ms: ms(instance.since_ns, now_ns),
+            still_ms: ms(instance.progress_ns, now_ns),
+            over: false,
         }
     }
 
@@ -159,6 +240,15 @@ impl Manager {
                 format!("{robot_id} waits for area {} {why}", self.areas[area].id)
             })
             .collect();
+        if let Some((instance, role)) = self.coordinator.control_of(robot) {
+            let name = |robot: usize| self.robots[robot].id.clone();
+            lines.push(format!(
+                "{robot_id} takes part in coordination {} as {}: {}",
+                instance.plan.id,
+                instance.plan.roles[role].name,
+                instance.why(role, name)
+            ));
+        }
         if lines.is_empty() {
             lines.push(match (state.session, state.is_heard()) {
                 (0, _) => format!("{robot_id} was never heard of"),
@@ -190,6 +280,18 @@ impl Manager {
         if !state.located {
             return text + "the robot itself does not know where it is";
         }
+        let kept = self.coordinator.kept(area);
+        if !kept.contains(&robot) && !state.stands_in.contains(&area) {
+            if let Some(why) = self.explain_net(robot, area) {
+                return text + &why;
+            }
+            if let Some(&other) = kept
+                .iter()
+                .find(|&&other| !self.robots[other].occupies(area))
+            {
+                return text + &format!("a coordination keeps it for {}", name(other));
+            }
+        }
         let inside = self.occupants(area).filter(|&other| other != robot);
         let mut reasons: Vec<String> = inside
             .map(|other| {
@@ -216,5 +318,37 @@ impl Manager {
             return text + "it is about to be granted";
         }
         text + &reasons.join(", ")
+    }
+
+    /// Why no net lets a robot into an area, if nothing else could.
+    fn explain_net(&self, robot: usize, area: usize) -> Option<String> {
+        let name = |robot: usize| self.robots[robot].id.clone();
+        if let Some((instance, role)) = self.coordinator.control_of(robot) {
+            return Some(format!(
+                "coordination {} has its discrete control, and gives it only areas of its orders; {}",
+                instance.plan.id,
+                instance.why(role, name)
+            ));
+        }
+        let plan = &self.coordinator.plans[self.coordinator.governed[area]?];
+        let instance = { self.coordinator.instances() }.find(|own| own.plan.id == plan.id);
+        let Some(instance) = instance else {
+            let inside = plan.governed.iter().flat_map(|&area| {
+                let occupants = self.occupants(area);
+                occupants.map(move |other| format!("{} in {}", name(other), self.areas[area].id))
+            });
+            let inside: Vec<String> = inside.collect();
+            return Some(format!(
+                "net {} decides, which starts when its areas are empty: {}",
+                plan.net,
+                inside.join(", ")
+            ));
+        };
+        let role = instance.parts.iter().position(|part| part.robot == robot);
+        let role = role.filter(|&role| matches!(plan.roles[role].kind, Kind::Access(_)));
+        Some(match role {
+            Some(role) => instance.why(role, name),
+            None => format!("net {} decides, in which it has no role", plan.net),
+        })
     }
 }

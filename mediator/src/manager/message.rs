@@ -1,7 +1,7 @@
 //! What the manager says to a robot.
 
 use super::Manager;
-use contract::wire::{AccessGrant, MediatorReport, RobotReport, TakeUp};
+use contract::wire::{AccessGrant, Control, MediatorReport, RobotReport, TakeUp};
 use contract::{VERSION, level};
 
 /// So many refusals wait to be sent; of more, the oldest is left out and comes again with the next report.
@@ -44,10 +44,23 @@ impl Manager {
             refusal: refusal.to_owned(),
             role: state.role.clone(),
             access: access.collect(),
-            revocations: Vec::new(),
-            control: None,
+            revocations: self.revocations_of(robot),
+            control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),
         }
+    }
+
+    /// Protocol 2, for a robot that a coordination has acquired or is about to.
+    fn control(&self, robot: usize) -> Option<Control> {
+        let (instance, role) = self.coordinator.control_of(robot)?;
+        let script = instance.script(role);
+        Some(Control {
+            coordination: instance.number,
+            level: Some(level::encode(instance.parts[role].level())),
+            net: instance.plan.net.clone(),
+            flags: script.flags.clone(),
+            paths: script.paths.clone(),
+        })
     }
 
     /// Tells a robot that the site does not list why nobody answers it.

@@ -1,4 +1,4 @@
-//! The area manager: protocol 1 with every robot, for every area.
+//! The area manager: protocol 1 with every robot, for every area, and protocol 2 with the robots of coordinations.
 //!
 //! **Who may be where.** An area is *occupied* by every robot that was granted it, that stands in it by its own report, or
 //! that did so when it was last heard. A request is granted when the area's other occupants leave room, in the order of
@@ -8,25 +8,35 @@
 //! close the area to everyone until it is right again. After a restart nothing is granted until every robot that the
 //! journal knows to be somewhere has reported, or its areas were cleared.
 //!
+//! **Coordinations.** An area that a net governs is entered only when the net says so; a robot whose discrete control is
+//! taken gets only the areas of its orders, and before everybody else. Both still by protocol 1: nets decide who is next,
+//! never that two fit where one does.
+//!
 //! The manager is pure: the same reports at the same times give the same entries and messages. After every call, write
 //! [`Manager::entries`] to the journal, then send what [`Manager::next_message`] gives.
 
 mod alarm;
+mod coordinate;
 mod explain;
 mod message;
 mod report;
+mod revoke;
 mod robot;
 mod run;
 
 pub use alarm::{Alarm, BadReport};
-pub use explain::{AreaStatus, RobotStatus, Status, UnknownRobot};
+pub use explain::{AreaStatus, CoordinationStatus, RobotStatus, Status, UnknownRobot};
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
+use crate::coordination::Plan;
 use crate::journal::{Entry, Stored};
 use crate::setup::{Setup, SetupError, index};
 use contract::wire::MediatorReport;
+use coordinate::{Coordinator, KeptChange};
 use coordination::protocol::MergeError;
+use revoke::RevocationProtocol;
 use robot::Robot;
 use run::{AccessProtocol, Run};
 
@@ -50,6 +60,8 @@ pub struct Counters {
     pub grants: u64,
     /// Requests taken in.
     pub requests: u64,
+    /// Grants asked back.
+    pub revocations: u64,
     /// Areas given back.
     pub given_back: u64,
     /// Levels taken over from a robot because the journal was behind.
@@ -103,12 +115,14 @@ pub enum RestoreError {
 }
 
 /// The manager of one site.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Manager {
     site: String,
     silent_after_ns: u64,
     epoch: u64,
     protocol: AccessProtocol,
+    revoking: RevocationProtocol,
+    coordinator: Coordinator,
     areas: Vec<Area>,
     robots: Vec<Robot>,
     area_index: HashMap<String, usize>,
@@ -128,8 +142,24 @@ pub struct Manager {
 }
 
 impl Manager {
-    /// Takes up where the journal ends; an empty one is a first start.
+    /// Takes up where the journal ends; an empty one is a first start. Coordinates nobody.
+    ///
+    /// # Errors
+    /// As [`Manager::with_plans`].
     pub fn new(setup: &Setup, stored: &Stored, now_ns: u64) -> Result<Self, RestoreError> {
+        Self::with_plans(setup, Vec::new(), stored, now_ns)
+    }
+
+    /// Takes up where the journal ends; an empty one is a first start. `plans` are made for this setup.
+    ///
+    /// # Errors
+    /// [`RestoreError`] when the setup makes no sense, or the journal is of another one.
+    pub fn with_plans(
+        setup: &Setup,
+        plans: Vec<Arc<Plan>>,
+        stored: &Stored,
+        now_ns: u64,
+    ) -> Result<Self, RestoreError> {
         for area in &setup.areas {
             if area.capacity == 0 {
                 return Err(SetupError::NoCapacity(area.id.clone()).into());
@@ -154,6 +184,8 @@ impl Manager {
             silent_after_ns,
             epoch: stored.epoch + 1,
             protocol: AccessProtocol::new(),
+            revoking: RevocationProtocol::new(),
+            coordinator: Coordinator::new(plans, setup.areas.len()),
             areas: areas.collect(),
             robots: robots.collect(),
             area_index: index("area", setup.areas.iter().map(|area| &area.id))?,
@@ -170,6 +202,8 @@ impl Manager {
         manager.entries.push(Entry::Epoch(manager.epoch));
         manager.place_unheard(setup, stored)?;
         manager.restore(stored, now_ns)?;
+        manager.restore_revocations(stored)?;
+        manager.restore_coordinations(stored, now_ns);
         Ok(manager)
     }
 
@@ -339,6 +373,8 @@ impl Manager {
                 self.tell(robot);
             }
         }
+        self.watch_coordinations(now_ns);
+        self.coordinate(now_ns);
         self.serve();
     }
 
@@ -346,7 +382,7 @@ impl Manager {
     ///
     /// # Errors
     /// [`ClearError`] when there is no such area, or a robot that is heard is in it.
-    pub fn clear(&mut self, area_id: &str) -> Result<Vec<String>, ClearError> {
+    pub fn clear(&mut self, area_id: &str, now_ns: u64) -> Result<Vec<String>, ClearError> {
         let area = *self.area_index.get(area_id).ok_or_else(|| {
             let mut known: Vec<&str> = self.areas.iter().map(|area| area.id.as_str()).collect();
             known.sort_unstable();
@@ -376,6 +412,7 @@ impl Manager {
                 run.abort();
                 self.store_run(robot, area);
             }
+            self.cleared_of(robot, now_ns);
             self.tell(robot);
             let state = &self.robots[robot];
             let elsewhere = !state.stands_in.is_empty()
@@ -386,6 +423,7 @@ impl Manager {
             }
         }
         self.touch(area);
+        self.coordinate(now_ns);
         self.serve();
         let names = occupants.iter().map(|&robot| self.robots[robot].id.clone());
         Ok(names.collect())
@@ -502,6 +540,7 @@ impl Manager {
             self.judge_capacity(area);
             self.serve_area(area);
         }
+        self.revoke_what_is_kept();
     }
 
     fn serve_area(&mut self, area: usize) {
@@ -511,8 +550,9 @@ impl Manager {
         // Whoever stands there already comes first: letting somebody else in would only make it worse.
         let standing =
             |manager: &Self, robot: usize| manager.robots[robot].stands_in.contains(&area);
+        let kept = self.coordinator.kept(area);
         let mut order = self.areas[area].queue.clone();
-        order.sort_by_key(|&robot| !standing(self, robot));
+        order.sort_by_key(|robot| (!standing(self, *robot), !kept.contains(robot)));
         for robot in order {
             let state = &self.robots[robot];
             if !state.is_heard() || !state.located {
@@ -527,8 +567,22 @@ impl Manager {
             if closed_by_others || others >= self.areas[area].capacity as usize {
                 return;
             }
+            if !standing(self, robot) && !kept.contains(&robot) {
+                let still_kept = { kept.iter() }
+                    .filter(|&&other| !self.robots[other].occupies(area))
+                    .count();
+                let full = others + still_kept >= self.areas[area].capacity as usize;
+                if full || self.is_decided_by_a_net(area, robot) {
+                    continue;
+                }
+            }
             self.grant(area, robot);
         }
+    }
+
+    /// Nobody but a net lets this robot into this area.
+    fn is_decided_by_a_net(&self, area: usize, robot: usize) -> bool {
+        self.coordinator.governed[area].is_some() || self.coordinator.control_of(robot).is_some()
     }
 
     fn grant(&mut self, area: usize, robot: usize) {
@@ -543,6 +597,7 @@ impl Manager {
         self.robots[robot].found_in.retain(|&other| other != area);
         self.dequeue(area, robot);
         self.counters.grants += 1;
+        self.kept_changed(robot, area, KeptChange::Granted);
         self.entries.push(Entry::Fence {
             area: self.areas[area].id.clone(),
             fence,

@@ -1,5 +1,6 @@
 //! Taking in a robot's report.
 
+use super::coordinate::KeptChange;
 use super::robot::Candidate;
 use super::run::Deed;
 use super::{Alarm, BadReport, Manager};
@@ -37,7 +38,10 @@ impl Manager {
                 self.complain(robot, access, what);
             }
         }
+        self.merge_revocations(robot, report, first_heard);
         self.place(robot, report);
+        self.merge_control(robot, report, first_heard, now_ns);
+        self.coordinate(now_ns);
         self.serve();
     }
 
@@ -162,8 +166,9 @@ impl Manager {
                     self.enqueue(area, robot);
                 }
                 Deed::Entered => self.concern(area, robot),
-                Deed::GaveBack => {
+                Deed::GaveBack { entered } => {
                     self.counters.given_back += 1;
+                    self.kept_changed(robot, area, KeptChange::GaveBack { entered });
                     self.unconcern(area, robot);
                     self.touch(area);
                 }
@@ -218,7 +223,7 @@ impl Manager {
         Ok(())
     }
 
-    fn complain(&mut self, robot: usize, access: &Access, what: BadReport) {
+    pub(super) fn complain(&mut self, robot: usize, access: &Access, what: BadReport) {
         self.counters.bad += 1;
         let area = self.area_index.get(&access.area);
         if let Some(&area) = area

@@ -1,5 +1,6 @@
 //! What the manager knows of one robot.
 
+use super::revoke::Revocations;
 use super::run::Run;
 use crate::journal::RobotRecord;
 use contract::wire::Pose;
@@ -61,6 +62,8 @@ pub(super) struct Robot {
     pub(super) fsm_state: String,
     /// Protocol 1 by area.
     pub(super) runs: Vec<Option<Box<Run>>>,
+    /// Grants that were asked back.
+    pub(super) revocations: Revocations,
     /// A process that was refused, and why.
     pub(super) refused: Option<(u64, String)>,
     /// Of the last message to it.
@@ -93,6 +96,7 @@ impl Robot {
             pose: None,
             fsm_state: String::new(),
             runs: (0..areas).map(|_| None).collect(),
+            revocations: Revocations::new(),
             refused: None,
             sent: 0,
             sent_ns: 0,

@@ -28,8 +28,10 @@ pub(super) struct AccessProtocol {
 pub(super) enum Deed {
     Requested,
     Entered,
-    /// Released or returned: the run is over.
-    GaveBack,
+    /// The run is over: released, or returned without having been entered.
+    GaveBack {
+        entered: bool,
+    },
 }
 
 /// A run under way, and those before it.
@@ -115,7 +117,8 @@ impl AccessProtocol {
             Change::Flag(flag) => {
                 debug_assert!(flag == self.released || flag == self.returned);
                 run.fence = 0;
-                Deed::GaveBack
+                let entered = flag == self.released;
+                Deed::GaveBack { entered }
             }
             // Only the keeper aborts, and that is the mediator.
             Change::Aborted => return None,

@@ -104,7 +104,7 @@ fn take_in(
                     Ok(text) => Answer::Done(text),
                     Err(error) => Answer::Refused(error.to_string()),
                 },
-                Question::Clear { area } => match manager.clear(&area) {
+                Question::Clear { area } => match manager.clear(&area, now_ns) {
                     Ok(robots) if robots.is_empty() => {
                         Answer::Done(format!("area `{area}` was free already"))
                     }

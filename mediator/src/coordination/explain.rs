@@ -1,0 +1,139 @@
+//! What an instance waits for, in sentences.
+
+use super::instance::{Instance, Stage};
+use super::plan::Wired;
+use coordination::petri::{Executor, PlaceId, TransitionId};
+use coordination::protocol::{FlagId, Party};
+
+impl Instance {
+    /// What the robot of a role waits for in this coordination, by `name`s of robots.
+    pub(crate) fn why(&self, role: usize, name: impl Fn(usize) -> String) -> String {
+        let part = &self.parts[role];
+        let protocol = part.protocol();
+        let next: Vec<FlagId> = { protocol.next(part.position()) }
+            .map(|(flag, _)| flag)
+            .collect();
+        let names: Vec<&str> = next.iter().map(|&flag| protocol.flag_name(flag)).collect();
+        let names = names.join("` or `");
+        if { next.first() }.is_some_and(|&flag| protocol.owner(flag) == Some(Party::First)) {
+            let script = self.script(role);
+            let outputs: Vec<&str> = { next.iter() }
+                .map(|flag| script.flags[flag.index()].on_output.as_str())
+                .filter(|output| !output.is_empty())
+                .collect();
+            let when = if outputs.is_empty() {
+                String::new()
+            } else {
+                let outputs = outputs.join("` or `");
+                format!(", when its state machine fires `{outputs}`")
+            };
+            return format!("it is to set the flag `{names}` itself{when}");
+        }
+        match &self.stage {
+            Stage::Yielding => self.why_yielding(role, name),
+            Stage::Running {
+                situation,
+                executor,
+            } => {
+                let wired = &self.plan.situations[*situation].wired;
+                let why = { next.iter() }
+                    .filter_map(|&flag| self.why_not(wired, executor, role, flag, &name))
+                    .min_by_key(|(missing, _)| *missing);
+                match why {
+                    Some((_, why)) => why,
+                    None => format!("no transition of net {} sets `{names}`", self.plan.net),
+                }
+            }
+        }
+    }
+
+    fn why_yielding(&self, role: usize, name: impl Fn(usize) -> String) -> String {
+        let open: Vec<String> = { self.parts.iter().enumerate() }
+            .filter(|(other, _)| !self.has_read_halt(*other))
+            .map(|(_, part)| name(part.robot))
+            .collect();
+        let states = { self.plan.preempt.as_ref() }
+            .map(|preempt| preempt.yields[role].states.join(", "))
+            .unwrap_or_default();
+        if open.is_empty() {
+            format!("all robots get out of the way first, this one to one of the states {states}")
+        } else {
+            let open = open.join(", ");
+            format!("all robots are told to get out of the way, and {open} has not heard it yet")
+        }
+    }
+
+    /// The transition that lacks least for setting a flag, and how much it lacks.
+    fn why_not(
+        &self,
+        wired: &Wired,
+        executor: &Executor,
+        role: usize,
+        flag: FlagId,
+        name: &impl Fn(usize) -> String,
+    ) -> Option<(usize, String)> {
+        let net = executor.net();
+        let structure = net.structure();
+        let sinks: Vec<PlaceId> = { net.sinks().iter() }
+            .filter(|(_, event)| wired.sinks.get(event) == Some(&(role, flag)))
+            .map(|&(place, _)| place)
+            .collect();
+        let missing = |transition: TransitionId| -> Vec<PlaceId> {
+            let inputs = structure.inputs(transition).iter().copied();
+            inputs.filter(|&place| !executor.is_marked(place)).collect()
+        };
+        let sets = |transition: &TransitionId| {
+            let outputs = structure.outputs(*transition);
+            sinks.iter().any(|sink| outputs.contains(sink))
+        };
+        let (transition, lacks) = net
+            .transitions()
+            .filter(sets)
+            .map(|transition| (transition, missing(transition)))
+            .min_by_key(|(_, missing)| missing.len())?;
+        let transition = format!("transition `{}`", net.transition_name(transition));
+        let net_name = &self.plan.net;
+        if lacks.is_empty() {
+            return Some((
+                0,
+                format!("{transition} of net {net_name} is about to fire"),
+            ));
+        }
+        let lacks_names: Vec<String> = { lacks.iter() }
+            .map(|&place| {
+                let place_name = net.place_name(place);
+                let meaning = self.meaning(wired, place, place_name, name);
+                format!("`{place_name}` ({meaning})")
+            })
+            .collect();
+        let why = format!(
+            "{transition} of net {net_name} lacks a token in {}",
+            lacks_names.join(" and in ")
+        );
+        Some((lacks.len(), why))
+    }
+
+    fn meaning(
+        &self,
+        wired: &Wired,
+        place: PlaceId,
+        place_name: &str,
+        name: &impl Fn(usize) -> String,
+    ) -> String {
+        for (part, sources) in self.parts.iter().zip(&wired.sources) {
+            for (flag, source) in sources.iter().enumerate() {
+                if source
+                    .as_ref()
+                    .is_some_and(|(_, places)| places.contains(&place))
+                {
+                    let flag = part.protocol().flag_name(FlagId(flag as u16));
+                    return format!("{} has not set `{flag}`", name(part.robot));
+                }
+            }
+        }
+        { self.plan.meanings.get(place_name) }
+            .filter(|meaning| !meaning.is_empty())
+            .cloned()
+            .unwrap_or_else(|| "a place of its own".to_owned())
+    }
+}

@@ -1,0 +1,192 @@
+//! The mediator's side of the protocol with one robot of a coordination.
+
+use std::sync::Arc;
+
+use contract::level::PROTOCOL_ID;
+use coordination::protocol::{
+    Change, FlagId, Level, MergeError, Party, Position, Protocol, Replica, SetError, Side,
+};
+
+/// The mediator is the second party of all protocols of nets, and of those of the contract.
+const MEDIATOR: Party = Party::Second;
+
+/// An area that is kept for a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kept {
+    pub(crate) area: usize,
+    /// It was granted since.
+    pub(crate) granted: bool,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    pub(crate) robot: usize,
+    side: Replica,
+    /// Up to where flags were read or set: what is stored. The rest comes again with the robot's next report.
+    read: (u32, Position),
+    /// The robot's side, where it follows from protocol 1.
+    pub(crate) own: Option<Replica>,
+    pub(crate) kept: Vec<Kept>,
+}
+
+impl Part {
+    pub(crate) fn new(robot: usize, protocol: &Arc<Protocol>, derived: bool) -> Self {
+        Self {
+            robot,
+            side: Replica::new(protocol, PROTOCOL_ID, MEDIATOR, 0),
+            read: (0, Position::START),
+            own: derived.then(|| Replica::new(protocol, PROTOCOL_ID, MEDIATOR.other(), 0)),
+            kept: Vec::new(),
+        }
+    }
+
+    pub(crate) fn resume(
+        robot: usize,
+        protocol: &Arc<Protocol>,
+        level: Level,
+        own: Option<Level>,
+    ) -> Result<Self, MergeError> {
+        let side = Replica::resume(protocol, MEDIATOR, level)?;
+        let own = own.map(|own| Replica::resume(protocol, MEDIATOR.other(), own));
+        Ok(Self {
+            robot,
+            read: (side.run(), side.position()),
+            side,
+            own: own.transpose()?,
+            kept: Vec::new(),
+        })
+    }
+
+    pub(crate) fn protocol(&self) -> &Protocol {
+        self.side.protocol()
+    }
+
+    /// What to tell the robot.
+    pub(crate) fn level(&self) -> Level {
+        self.side.level()
+    }
+
+    /// What to store.
+    pub(crate) fn read_level(&self) -> Level {
+        let protocol = self.side.protocol();
+        let (run, position) = self.read;
+        Level {
+            run,
+            path: protocol.path(position),
+            progress: protocol.progress(position),
+            ..self.side.level()
+        }
+    }
+
+    /// Up to where flags were read or set in this run.
+    pub(crate) fn position(&self) -> Position {
+        self.read.1
+    }
+
+    /// The array was run to its end: for protocol 2 the robot is free again.
+    pub(crate) fn is_over(&self) -> bool {
+        self.read.0 > 0
+    }
+
+    pub(crate) fn merge(&mut self, level: Level) -> Result<(), MergeError> {
+        self.side.merge(level).map(|_| ())
+    }
+
+    /// The robot's next flag that was not read.
+    pub(crate) fn peek(&self) -> Option<FlagId> {
+        match self.side.peek()? {
+            Change::Flag(flag) => Some(flag),
+            // The mediator is the only keeper.
+            Change::Aborted => None,
+        }
+    }
+
+    /// Reads it.
+    pub(crate) fn poll(&mut self) {
+        if let Some(Change::Flag(flag)) = self.side.poll() {
+            self.advance(flag);
+        }
+    }
+
+    pub(crate) fn set(&mut self, flag: FlagId) -> Result<(), SetError> {
+        self.side.set(flag)?;
+        self.advance(flag);
+        Ok(())
+    }
+
+    fn advance(&mut self, flag: FlagId) {
+        let (run, at) = self.read;
+        let protocol = self.side.protocol();
+        if let Some(next) = protocol.after(at, flag) {
+            // The robot sets the last flag of every path, so reading it begins the next run.
+            self.read = if protocol.is_end(next) {
+                (run.saturating_add(1), Position::START)
+            } else {
+                (run, next)
+            };
+        }
+    }
+
+    /// Sets a flag of the robot's side, where that follows from protocol 1.
+    pub(crate) fn set_own(&mut self, flag: FlagId) -> bool {
+        let Some(own) = &mut self.own else {
+            return false;
+        };
+        while own.poll().is_some() {}
+        own.set(flag).is_ok() && self.side.merge(own.level()).is_ok()
+    }
+
+    /// Lets the robot's side know what the mediator's has set.
+    pub(crate) fn tell_own(&mut self) {
+        if let Some(own) = &mut self.own {
+            let told = own.merge(self.side.level());
+            debug_assert!(told.is_ok(), "both sides are ours: {told:?}");
+            while own.poll().is_some() {}
+        }
+    }
+
+    /// Where the robot's side is.
+    pub(crate) fn own_position(&self) -> Option<Position> {
+        self.own.as_ref().map(Replica::position)
+    }
+
+    /// Keeps areas for the robot.
+    pub(crate) fn keep(&mut self, areas: &[usize]) {
+        for &area in areas {
+            match self.kept.iter_mut().find(|kept| kept.area == area) {
+                Some(kept) => kept.granted = false,
+                None => self.kept.push(Kept {
+                    area,
+                    granted: false,
+                }),
+            }
+        }
+    }
+
+    pub(crate) fn keeps(&self, area: usize) -> bool {
+        self.kept.iter().any(|kept| kept.area == area)
+    }
+
+    /// It was granted an area.
+    pub(crate) fn granted(&mut self, area: usize) -> bool {
+        let mut news = false;
+        for kept in self.kept.iter_mut().filter(|kept| kept.area == area) {
+            news |= !std::mem::replace(&mut kept.granted, true);
+        }
+        news
+    }
+
+    /// It has given an area back, after having been in it or not.
+    pub(crate) fn gave_back(&mut self, area: usize, entered: bool) -> bool {
+        let before = self.kept.len();
+        if entered {
+            // A grant from before the area was kept does not count: it will ask again.
+            self.kept.retain(|kept| kept.area != area || !kept.granted);
+        } else {
+            { self.kept.iter_mut() }
+                .filter(|kept| kept.area == area)
+                .for_each(|kept| kept.granted = false);
+        }
+        self.kept.len() != before || !entered
+    }
+}

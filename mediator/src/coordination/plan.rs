@@ -1,0 +1,124 @@
+//! When and how a net runs on a site, in the manager's numbers.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use config::Rect;
+use contract::wire::{ControlFlag, ControlPath};
+use coordination::event::EventId;
+use coordination::petri::{Net, PlaceId};
+use coordination::protocol::{FlagId, Position, Protocol};
+
+/// A coordination of a site: its net, checked and analysed, and what that means for the site's areas and robots.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Its id in the site file.
+    pub id: String,
+    /// The net's name.
+    pub net: String,
+    pub(crate) alarm_after_ns: u64,
+    /// In the order of the net file.
+    pub(crate) roles: Vec<RolePlan>,
+    /// In the order of the site file.
+    pub(crate) situations: Vec<SituationPlan>,
+    pub(crate) preempt: Option<PreemptPlan>,
+    /// Areas into which only this net lets robots.
+    pub(crate) governed: Vec<usize>,
+    /// What a token in an internal place means.
+    pub(crate) meanings: BTreeMap<String, String>,
+}
+
+/// A role of the net.
+#[derive(Clone, Debug)]
+pub(crate) struct RolePlan {
+    pub(crate) name: String,
+    pub(crate) script: Script,
+    pub(crate) kind: Kind,
+}
+
+/// What a role's protocol is about.
+#[derive(Clone, Debug)]
+pub(crate) enum Kind {
+    /// Protocol 1: its ways in.
+    Access(Vec<Passage>),
+    /// Protocol 2.
+    Control,
+}
+
+/// One way of a role into areas that a net governs.
+#[derive(Clone, Debug)]
+pub(crate) struct Passage {
+    pub(crate) request: FlagId,
+    pub(crate) granted_at: Position,
+    pub(crate) entered: FlagId,
+    pub(crate) entered_at: Position,
+    pub(crate) released: FlagId,
+    pub(crate) areas: Vec<usize>,
+}
+
+/// A protocol between mediator and robot, and what is said along with it.
+#[derive(Clone, Debug)]
+pub(crate) struct Script {
+    pub(crate) protocol: Arc<Protocol>,
+    /// By flag: areas that are kept for the robot from then on.
+    pub(crate) enters: Vec<Vec<usize>>,
+    /// For messages.
+    pub(crate) flags: Vec<ControlFlag>,
+    pub(crate) paths: Vec<ControlPath>,
+}
+
+/// A situation in which the net starts.
+#[derive(Clone, Debug)]
+pub(crate) struct SituationPlan {
+    pub(crate) name: String,
+    /// By role.
+    pub(crate) casts: Vec<Cast>,
+    pub(crate) wired: Wired,
+}
+
+/// A net and how its sources and sinks hang on flags.
+#[derive(Clone, Debug)]
+pub(crate) struct Wired {
+    pub(crate) net: Net,
+    /// By role and flag: the event of its sources, and those.
+    pub(crate) sources: Vec<Vec<Option<(EventId, Vec<PlaceId>)>>>,
+    /// By role and flag: its sinks.
+    pub(crate) sinks: BTreeMap<EventId, (usize, FlagId)>,
+}
+
+/// Which robot fits a role.
+#[derive(Clone, Debug)]
+pub(crate) struct Cast {
+    /// Robots that may play it, by robot file and role.
+    pub(crate) robots: Vec<usize>,
+    pub(crate) holds: Vec<usize>,
+    pub(crate) without: Vec<usize>,
+    pub(crate) asks: Vec<usize>,
+    pub(crate) states: Vec<String>,
+    pub(crate) within: Option<Rect>,
+}
+
+/// What is done when nothing goes on.
+#[derive(Clone, Debug)]
+pub(crate) struct PreemptPlan {
+    pub(crate) after_ns: u64,
+    /// Where the net begins again; none: all are released.
+    pub(crate) situation: Option<usize>,
+    /// By role.
+    pub(crate) yields: Vec<YieldPlan>,
+}
+
+/// How the robot of a role gets out of the way.
+#[derive(Clone, Debug)]
+pub(crate) struct YieldPlan {
+    pub(crate) script: Script,
+    /// In which it is out of the way.
+    pub(crate) states: Vec<String>,
+}
+
+impl Plan {
+    /// The coordination takes discrete control of robots, so that it ends.
+    pub(crate) fn controls(&self) -> bool {
+        { self.roles.iter() }.any(|role| matches!(role.kind, Kind::Control))
+    }
+}
