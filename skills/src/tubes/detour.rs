@@ -19,6 +19,8 @@ use crate::geometry::{MotionCommand, wrap_angle};
 const FREE_NS: u64 = 250_000_000;
 /// So soon after a detour it goes on when the way is short again, however slow the wanted motion.
 const RECENT_NS: u64 = 4_000_000_000;
+/// Not hindered for so long, it forgets that it was: the end of a tube at a thing comes and goes.
+const UNHINDERED_NS: u64 = 500_000_000;
 /// Without a way on its side for so long, the other side is tried.
 const STUCK_NS: u64 = 2_000_000_000;
 /// It waits for so long for what moves nearby.
@@ -39,6 +41,8 @@ struct Active {
 pub(super) struct Detour {
     active: Option<Active>,
     hindered_since_ns: Option<u64>,
+    /// Last time that it was hindered.
+    hindered_ns: u64,
     ended_ns: Option<u64>,
     /// It waits for what moves nearby.
     waits: bool,
@@ -102,7 +106,12 @@ impl Detour {
                 .ended_ns
                 .is_some_and(|ended_ns| moment.now_ns.saturating_sub(ended_ns) < RECENT_NS);
             let hindered = is_hindered(selector, nominal, wanted) || (recent && !is_clear);
-            if !hindered {
+            if hindered {
+                self.hindered_ns = moment.now_ns;
+            }
+            let was_hindered = self.hindered_since_ns.is_some()
+                && moment.now_ns.saturating_sub(self.hindered_ns) < UNHINDERED_NS;
+            if !hindered && !was_hindered {
                 self.hindered_since_ns = None;
                 let unshifted =
                     matches!(nominal, Search::Found(selection) if selection.shift_1_m == 0.0);
@@ -114,7 +123,7 @@ impl Detour {
             let since_ns = *self.hindered_since_ns.get_or_insert(moment.now_ns);
             let hindered_ns = moment.now_ns.saturating_sub(since_ns);
             self.waits = moment.crowded && hindered_ns < PATIENCE_NS;
-            if self.waits || (hindered_ns < (policy.after_s * 1e9) as u64 && !recent) {
+            if self.waits || !hindered || (hindered_ns < (policy.after_s * 1e9) as u64 && !recent) {
                 return nominal;
             }
             self.begun += 1;
