@@ -159,7 +159,7 @@ impl Replay<'_> {
             .iter()
             .filter(|p| marked(p) && !found.inputs.contains(p));
         (
-            found.inputs.iter().all(|place| marked(place)),
+            found.inputs.iter().all(marked),
             full.map(|&p| p.to_owned()).collect(),
         )
     }
