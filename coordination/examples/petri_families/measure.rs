@@ -13,6 +13,9 @@ use crate::reference::Reference;
 /// Evaluations in a timed batch.
 pub const EVALUATIONS: usize = 2_000;
 
+/// Firings that are timed together, roughly.
+const FIRINGS_IN_SLICE: usize = 2_000;
+
 /// Firings that the reference executor compares in each batch, roughly.
 const COMPARED: usize = 400;
 
@@ -112,46 +115,72 @@ pub fn evaluation(
     let mut ours = net.executor();
     let mut plain = Figure4::new(structure);
     let mut walk = Walk::new(structure);
-    let (mut our_batches, mut their_batches) = (Vec::new(), Vec::new());
+    let (mut our_slices, mut their_slices) = (Vec::new(), Vec::new());
+    let mut batches = 0;
+    let in_slice = match mode {
+        Mode::One => FIRINGS_IN_SLICE,
+        Mode::Saturated => (FIRINGS_IN_SLICE / structure.transition_count()).max(1),
+    };
     let begin = Instant::now();
-    while effort.wants_more(our_batches.len(), begin) {
+    while effort.wants_more(batches, begin) {
         let marking = walk.next_marking(structure);
         ours.reset();
         ours.set_marking(&marking).expect("places of this net");
         compare_with_reference(model, &ours, &marking, mode);
         let mut again = ours.clone();
 
-        our_batches.push(timed(|| u64::from(ours.evaluate(mode.budget()).fired)));
+        time_batch(in_slice, &mut our_slices, || {
+            ours.evaluate(mode.budget()).fired
+        });
         compare_with_traced(&ours, &mut again, mode);
 
         if baseline {
             plain.set_marking(&marking);
             compare_plain_with_rule(structure, &mut plain, mode);
             let firings = mode.budget().firings;
-            their_batches.push(timed(|| u64::from(plain.evaluate(firings, |_| {}))));
+            time_batch(in_slice, &mut their_slices, || {
+                plain.evaluate(firings, |_| {})
+            });
         }
+        batches += 1;
     }
     (
-        figures(our_batches),
-        baseline.then(|| figures(their_batches)),
+        figures(&our_slices),
+        baseline.then(|| figures(&their_slices)),
     )
 }
 
-/// Nanoseconds and firings of one batch.
-fn timed(mut evaluate: impl FnMut() -> u64) -> (f64, u64) {
-    let mut fired = 0;
-    let start = Instant::now();
-    for _ in 0..EVALUATIONS {
-        fired += evaluate();
-    }
-    (start.elapsed().as_nanos() as f64, fired)
+/// Evaluations that were timed together.
+#[derive(Clone, Copy)]
+struct Slice {
+    ns_per_evaluation: f64,
+    firings_per_evaluation: f64,
 }
 
-fn figures(batches: Vec<(f64, u64)>) -> Figures {
-    let count = EVALUATIONS as f64;
+/// A batch of evaluations, in slices that are too short to be disturbed often.
+fn time_batch(in_slice: usize, slices: &mut Vec<Slice>, mut evaluate: impl FnMut() -> u32) {
+    let mut left = EVALUATIONS;
+    while left > 0 {
+        let count = left.min(in_slice);
+        left -= count;
+        let mut fired = 0;
+        let start = Instant::now();
+        for _ in 0..count {
+            fired += u64::from(evaluate());
+        }
+        let ns = start.elapsed().as_nanos();
+        slices.push(Slice {
+            ns_per_evaluation: ns as f64 / count as f64,
+            firings_per_evaluation: fired as f64 / count as f64,
+        });
+    }
+}
+
+fn figures(slices: &[Slice]) -> Figures {
+    let all = |of: fn(&Slice) -> f64| median(slices.iter().map(of).collect());
     Figures {
-        ns_per_evaluation: median(batches.iter().map(|(ns, _)| ns / count).collect()),
-        firings_per_evaluation: median(batches.iter().map(|&(_, n)| n as f64 / count).collect()),
+        ns_per_evaluation: all(|slice| slice.ns_per_evaluation),
+        firings_per_evaluation: all(|slice| slice.firings_per_evaluation),
     }
 }
 

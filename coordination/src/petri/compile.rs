@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use super::changes::{Changes, Dependents, SharedMark, add_bit, span};
 use super::conditions::{for_conditions, places};
 use super::layout::{
-    BLOCK, Bits, Block, CHUNK, Effects, Firings, Flip, Layout, OPEN, OpenFlip, Place, PortChange,
-    SLOTS,
+    BLOCK, Bits, Block, CHUNK, Effects, Flip, Layout, OPEN, OpenFlip, Place, PortChange, SLOTS,
+    Span, Special,
 };
 use super::net::{PlaceId, TransitionId};
 use super::state::State;
@@ -38,6 +38,7 @@ struct Tables {
     joint_of: HashMap<Vec<SharedMark>, u32>,
     // With all places empty:
     blocks: Vec<Block>,
+    open: Vec<u64>,
     unmet: Vec<u32>,
 }
 
@@ -50,19 +51,17 @@ impl Tables {
             block: u32::MAX,
             bits: [0; SLOTS],
         };
-        let block = |index: usize| match transitions.saturating_sub(index * BLOCK).min(BLOCK) {
-            0 => empty_block(0),
-            here => empty_block(!0 >> (BLOCK - here)),
-        };
-        // In whole chunks.
-        let block_count = transitions.div_ceil(BLOCK * CHUNK) * CHUNK;
+        let block_count = transitions.div_ceil(BLOCK);
+        let mut blocks = vec![empty_block(!0); block_count];
+        blocks[block_count - 1] = empty_block(!0 >> (block_count * BLOCK - transitions));
         Self {
             flips: vec![no_flip; (last.first_flip + last.flips) as usize],
             places,
             shared: vec![Dependents::default(); shared],
             joints: Vec::new(),
             joint_of: HashMap::new(),
-            blocks: (0..block_count).map(block).collect(),
+            blocks,
+            open: vec![!0; block_count.next_multiple_of(CHUNK)],
             unmet: Vec::new(),
         }
     }
@@ -113,7 +112,7 @@ impl Tables {
         };
         add_bit(flips, block, bit);
         if closed {
-            self.blocks[block].open &= !bit;
+            self.open[block] &= !bit;
         }
     }
 
@@ -152,11 +151,13 @@ impl Tables {
                 continue;
             }
             let (block, bit) = (next / BLOCK, 1 << (next % BLOCK));
-            if block == self.blocks.len() {
-                self.blocks.extend([empty_block(0); CHUNK]);
+            if block == self.open.len() {
+                self.open.extend([!0; CHUNK]);
             }
-            self.blocks[block].open &= !bit;
+            self.open[block] &= !bit;
             add_bit(flips, block, bit);
+            // No transition becomes ready by it.
+            flips[0].blocks = 0;
             place.transition = next as u32;
             place.slot = OPEN;
             place.when_marked = true;
@@ -165,7 +166,7 @@ impl Tables {
     }
 
     fn finish(
-        self,
+        mut self,
         structure: &Structure,
         sources: &[(PlaceId, EventId)],
         sinks: &[(PlaceId, EventId)],
@@ -176,15 +177,10 @@ impl Tables {
         let joints = self.joints.iter().map(|members| changes.add(members));
         let joints: Vec<_> = joints.collect();
         let transitions = structure.transition_count();
-        let no_firings = Firings {
-            flips: [[0; SLOTS]; BLOCK],
-            have_open: 0,
-            have_effects: 0,
-        };
         let mut layout = Layout {
             transitions,
-            firings: vec![no_firings; transitions.div_ceil(BLOCK)].into(),
-            first_open: Box::default(),
+            own: vec![[[0; SLOTS]; BLOCK]; self.blocks.len()].into(),
+            specials: Box::default(),
             effects: Box::default(),
             changes: Box::default(),
             far: Box::default(),
@@ -196,36 +192,46 @@ impl Tables {
             flips: self.flips.into(),
             shared: shared.into(),
         };
-        add_firings(&mut layout, structure, sources, sinks, &mut changes);
+        let ports = (sources, sinks);
+        add_firings(
+            &mut layout,
+            &mut self.blocks,
+            structure,
+            ports,
+            &mut changes,
+        );
         layout.changes = changes.several.into();
         layout.open_flips = changes.open.into();
         layout.joint_changes = changes.joints.into();
-        (layout, State::new(self.blocks.into(), self.unmet.into()))
+        (
+            layout,
+            State::new(self.blocks.into(), self.open.into(), self.unmet.into()),
+        )
     }
 }
 
 fn empty_block(existing: u64) -> Block {
     Block {
         conditions: [existing, !0, !0, !0],
-        open: !0,
         fresh: !0,
+        special: 0,
     }
 }
 
 /// Combines what the places do that each firing changes.
 fn add_firings(
     layout: &mut Layout,
+    blocks: &mut [Block],
     structure: &Structure,
-    sources: &[(PlaceId, EventId)],
-    sinks: &[(PlaceId, EventId)],
+    (sources, sinks): (&[(PlaceId, EventId)], &[(PlaceId, EventId)]),
     changes: &mut Changes,
 ) {
     let index_of = |ports: &[(PlaceId, EventId)], place| {
         let found = ports.binary_search_by_key(&place, |&(place, _)| place.index());
         found.ok().map(|index| index as u16)
     };
-    let mut all_effects = Vec::new();
-    let mut first_open = Vec::new();
+    let mut specials = Vec::new();
+    let mut effects = Vec::new();
     let mut far: Vec<Flip> = Vec::new();
     let mut ports = Vec::new();
     let mut shared: Vec<SharedMark> = Vec::new();
@@ -259,29 +265,34 @@ fn add_firings(
                 index_of(sinks, condition.place).map(PortChange::SinkFilled)
             });
         });
-        let firings = &mut layout.firings[block];
-        firings.flips[lane] = own;
-        let (mut change, several) = changes.of_places(&shared, &layout.shared);
-        if !change.open.is_empty() {
-            firings.have_open |= 1 << lane;
-            first_open.resize(transition.index(), OpenFlip::default());
-            first_open.push(changes.open[change.open.start as usize]);
-            change.open.start += 1;
+        layout.own[block][lane] = own;
+        let (mut change, further) = changes.of_places(&shared, &layout.shared);
+        let mut special = Special::NOTHING;
+        if let Some(first) = take_first(&mut change.open) {
+            special.open = changes.open[first];
         }
-        let effects = Effects {
-            change,
-            changes: several,
-            far: span(before.0, far.len()),
-            ports: span(before.1, ports.len()),
-        };
-        if !effects.is_empty() {
-            firings.have_effects |= 1 << lane;
-            all_effects.resize(transition.index(), Effects::default());
-            all_effects.push(effects);
+        if let Some(first) = take_first(&mut change.joints) {
+            special.joint = changes.joints[first];
+        }
+        let (open, joints) = (change.open, change.joints);
+        let more = !(open.is_empty() && joints.is_empty() && further.is_empty());
+        if more || before != (far.len(), ports.len()) {
+            special.more = effects.len() as u32;
+            effects.push(Effects {
+                far: span(before.0, far.len()),
+                ports: span(before.1, ports.len()),
+                change,
+                changes: further,
+            });
+        }
+        if !shared.is_empty() || special.more != Special::NONE {
+            blocks[block].special |= 1 << lane;
+            specials.resize(transition.index(), Special::NOTHING);
+            specials.push(special);
         }
     }
-    layout.effects = all_effects.into();
-    layout.first_open = first_open.into();
+    layout.specials = specials.into();
+    layout.effects = effects.into();
     layout.far = far.into();
     layout.port_changes = ports.into();
 }
@@ -290,4 +301,13 @@ fn flip_bits(bits: &mut Bits, flips: &Bits) {
     for (bits, flips) in bits.iter_mut().zip(flips) {
         *bits ^= flips;
     }
+}
+
+/// The first index of a span, which is cut off.
+fn take_first(span: &mut Span) -> Option<usize> {
+    let first = span.start;
+    (first < span.end).then(|| {
+        span.start += 1;
+        first as usize
+    })
 }

@@ -147,20 +147,37 @@ impl Executor {
         })
     }
 
-    fn run(&mut self, budget: Budget, on_fire: impl FnMut(usize)) -> Evaluation {
+    #[inline]
+    fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
+        if budget.firings == 1 && budget.rounds > 0 && !self.ports.can_fill() {
+            let (layout, ports) = (self.net.layout(), &mut self.ports);
+            if let Some((fired, enabled)) = self.state.step(layout, ports, self.last) {
+                on_fire(fired);
+                self.last = fired;
+                self.firings += 1;
+                return Evaluation {
+                    fired: 1,
+                    remaining: enabled || self.ports.can_fill(),
+                };
+            }
+        }
+        self.run_rounds(budget, on_fire)
+    }
+
+    #[inline(never)]
+    fn run_rounds(&mut self, budget: Budget, on_fire: impl FnMut(usize)) -> Evaluation {
         let Self {
             net, state, ports, ..
         } = self;
-        let layout = net.layout();
         while let Some(source) = ports.next_to_fill() {
-            state.flip(layout, net.sources()[source].0);
+            state.flip(net.layout(), net.sources()[source].0);
         }
         let mut progress = Progress {
             firings: budget.firings,
             rounds: budget.rounds,
             last: self.last,
         };
-        let enabled = state.run(layout, ports, &mut progress, on_fire);
+        let enabled = state.run(net.layout(), ports, &mut progress, on_fire);
         let fired = budget.firings - progress.firings;
         self.last = progress.last;
         self.firings += u64::from(fired);

@@ -40,28 +40,20 @@ pub(super) const LOCAL: u32 = 8;
 pub(super) const BLOCK: usize = u64::BITS as usize;
 
 /// Blocks whose `open` words a row flips at once.
-pub(super) const CHUNK: usize = 4;
+pub(super) const CHUNK: usize = 8;
 
 /// One bit per transition of a block, for each of its conditions.
 pub(super) type Bits = [u64; SLOTS];
 
-/// The state of 64 transitions.
+/// The state of 64 transitions, but for their `open` word; those lie together.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Block {
     pub(super) conditions: Bits,
-    pub(super) open: u64,
     pub(super) fresh: u64,
-}
-
-/// What firings do within one block, by transition.
-#[derive(Clone, Debug)]
-pub(super) struct Firings {
-    pub(super) flips: [Bits; BLOCK],
-    /// Whether it has an entry among the first open flips.
-    pub(super) have_open: u64,
-    /// Whether it has [effects](Effects).
-    pub(super) have_effects: u64,
+    /// The transitions that change more than the conditions of this block. It never changes, and is
+    /// here because it is wanted together with the others.
+    pub(super) special: u64,
 }
 
 /// Flips in the conditions of one block.
@@ -148,36 +140,54 @@ pub(super) enum PortChange {
     SinkFilled(u16),
 }
 
-/// What a firing changes beside its own block and its first open flip.
-#[derive(Clone, Copy, Debug, Default)]
+/// What the firing of a special transition changes beside the conditions of its own block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Special {
+    pub(super) open: OpenFlip,
+    /// Its joint may be [`Special::NONE`].
+    pub(super) joint: JointChange,
+    /// Index of further effects, or [`Special::NONE`].
+    pub(super) more: u32,
+}
+
+impl Special {
+    pub(super) const NONE: u32 = u32::MAX;
+
+    pub(super) const NOTHING: Self = Self {
+        open: OpenFlip {
+            chunk: 0,
+            blocks: 0,
+            bits: [0; CHUNK],
+        },
+        joint: JointChange {
+            joint: Self::NONE,
+            unmet: 0,
+        },
+        more: Self::NONE,
+    };
+}
+
+/// Effects that most transitions do not have.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Effects {
-    pub(super) change: Change,
-    /// Further [`Change`]s.
-    pub(super) changes: Span,
     /// Conditions in other blocks: [`Flip`]s.
     pub(super) far: Span,
     /// [`PortChange`]s.
     pub(super) ports: Span,
-}
-
-impl Effects {
-    pub(super) fn is_empty(&self) -> bool {
-        let Change { open, joints } = self.change;
-        [open, joints, self.changes, self.far, self.ports]
-            .iter()
-            .all(|span| span.is_empty())
-    }
+    /// What is left of the first [`Change`] of shared places.
+    pub(super) change: Change,
+    /// Further ones.
+    pub(super) changes: Span,
 }
 
 /// The constant tables of a net.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     pub(super) transitions: usize,
-    /// By block.
-    pub(super) firings: Box<[Firings]>,
-    /// By transition, up to the last that has one.
-    pub(super) first_open: Box<[OpenFlip]>,
-    /// By transition, up to the last that has any.
+    /// By block and transition: the flips of a firing in its own block.
+    pub(super) own: Box<[[Bits; BLOCK]]>,
+    /// By transition, up to the last special one.
+    pub(super) specials: Box<[Special]>,
     pub(super) effects: Box<[Effects]>,
     pub(super) changes: Box<[Change]>,
     pub(super) far: Box<[Flip]>,

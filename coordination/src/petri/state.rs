@@ -1,20 +1,46 @@
 //! What changes while a net runs; see [the layout](super::layout).
 
-use super::layout::{BLOCK, Block, CHUNK, Change, Flip, Layout, OPEN, OpenFlip, PortChange, Span};
+use super::layout::{
+    BLOCK, Bits, Block, CHUNK, Change, Effects, Flip, Layout, OPEN, OpenFlip, PortChange,
+};
 use super::net::PlaceId;
 use super::ports::Ports;
 
 /// The bits above bit `lane`.
 #[inline]
-pub(super) fn above(lane: usize) -> u64 {
+fn above(lane: usize) -> u64 {
     (!0 << lane) << 1
+}
+
+/// Whether the bit above `lane` is set.
+#[inline]
+fn follows(bits: u64, lane: usize) -> bool {
+    bits >> lane & 2 != 0
+}
+
+/// The lowest bit set above `lane`.
+#[inline]
+fn next_behind(bits: u64, lane: usize) -> Option<usize> {
+    // Often that is the next one. To test for just this one lets the processor go on with it before
+    // it knows.
+    if follows(bits, lane) {
+        Some(lane + 1)
+    } else {
+        lowest(bits & above(lane))
+    }
+}
+
+#[inline]
+fn lowest(bits: u64) -> Option<usize> {
+    (bits != 0).then_some(bits.trailing_zeros() as usize)
 }
 
 /// The marking of a net, as the truth of its conditions, and what has fired in this round.
 #[derive(Clone, Debug)]
 pub(super) struct State {
-    /// In whole chunks.
     blocks: Box<[Block]>,
+    /// By block, in whole chunks; behind the last block there are bits that are only read.
+    open: Box<[u64]>,
     /// By joint: how many of its conditions do not hold.
     unmet: Box<[u32]>,
     /// Sets of blocks, 64 by 64.
@@ -41,20 +67,92 @@ pub(super) struct Progress {
     pub(super) last: usize,
 }
 
-/// How a pass through one block ended.
+/// The words of a block while it runs, in registers.
 #[derive(Clone, Copy, Debug)]
-struct Pass {
-    /// The transitions that are enabled.
-    enabled: u64,
-    /// The transitions that have not fired in this round.
+struct Words {
+    conditions: Bits,
+    open: u64,
     fresh: u64,
 }
 
+impl Words {
+    /// Puts the conditions back. The block's `open` is up to date; its `fresh` matters only if
+    /// another block runs in the same round.
+    #[inline]
+    fn put(&self, block: &mut Block) {
+        block.conditions = self.conditions;
+    }
+
+    /// The transitions whose local conditions hold.
+    #[inline]
+    fn met(&self) -> u64 {
+        let [a, b, c, d] = self.conditions;
+        a & b & c & d
+    }
+
+    #[inline]
+    fn enabled(&self) -> u64 {
+        self.met() & self.open
+    }
+
+    #[inline]
+    fn ready(&self) -> u64 {
+        self.enabled() & self.fresh
+    }
+
+    #[inline]
+    fn flip(&mut self, flips: &Bits) {
+        let [a, b, c, d] = &mut self.conditions;
+        let [flip_a, flip_b, flip_c, flip_d] = flips;
+        *a ^= flip_a;
+        *b ^= flip_b;
+        *c ^= flip_c;
+        *d ^= flip_d;
+    }
+
+    #[inline]
+    fn fire(&mut self, flips: &[Bits; BLOCK], lane: usize) {
+        self.flip(&flips[lane % BLOCK]);
+        self.fresh &= !(1 << lane);
+    }
+
+    /// Fires `lane` and what is ready behind it, at most `left` and up to the next special one.
+    /// Returns the last that fired.
+    #[inline(never)]
+    fn run_plain(
+        &mut self,
+        flips: &[Bits; BLOCK],
+        special: u64,
+        mut lane: usize,
+        left: &mut u32,
+        mut on_fire: impl FnMut(usize),
+    ) -> usize {
+        let mut now = *self;
+        let mut more = *left;
+        loop {
+            now.fire(flips, lane);
+            on_fire(lane);
+            more -= 1;
+            if more == 0 {
+                break;
+            }
+            match next_behind(now.ready(), lane) {
+                Some(next) if special >> next & 1 == 0 => lane = next,
+                _ => break,
+            }
+        }
+        *self = now;
+        *left = more;
+        lane
+    }
+}
+
 impl State {
-    pub(super) fn new(blocks: Box<[Block]>, unmet: Box<[u32]>) -> Self {
+    pub(super) fn new(blocks: Box<[Block]>, open: Box<[u64]>, unmet: Box<[u32]>) -> Self {
         let mut state = Self {
-            sets: vec![Sets::default(); blocks.len().div_ceil(BLOCK)].into(),
+            sets: vec![Sets::default(); open.len().div_ceil(BLOCK)].into(),
             blocks,
+            open,
             unmet,
             any_used: false,
         };
@@ -67,6 +165,7 @@ impl State {
     /// Makes this a copy of a state of the same net.
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.blocks.copy_from_slice(&other.blocks);
+        self.open.copy_from_slice(&other.open);
         self.unmet.copy_from_slice(&other.unmet);
         self.sets.copy_from_slice(&other.sets);
         self.any_used = other.any_used;
@@ -75,10 +174,9 @@ impl State {
     pub(super) fn is_marked(&self, layout: &Layout, place: PlaceId) -> bool {
         let place = &layout.places[place.index()];
         let transition = place.transition as usize;
-        let block = &self.blocks[transition / BLOCK];
         let word = match place.slot {
-            OPEN => block.open,
-            slot => block.conditions[usize::from(slot)],
+            OPEN => self.open[transition / BLOCK],
+            slot => self.blocks[transition / BLOCK].conditions[usize::from(slot)],
         };
         (word >> (transition % BLOCK) & 1 == 1) == place.when_marked
     }
@@ -96,10 +194,53 @@ impl State {
         }
     }
 
+    /// Fires one transition behind `last` in its block, if one is ready there. Returns which one, and
+    /// whether a transition is enabled then. The shortest way for the most frequent case; begins
+    /// and ends between two evaluations.
+    #[inline(always)]
+    pub(super) fn step(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        last: usize,
+    ) -> Option<(usize, bool)> {
+        let block = last / BLOCK;
+        let mut words = self.words(block);
+        let lane = next_behind(words.enabled(), last % BLOCK)?;
+        words.flip(&layout.own[block][lane % BLOCK]);
+        words.put(&mut self.blocks[block]);
+        let special = self.blocks[block].special >> lane & 1 == 1;
+        let enabled = if special || words.enabled() == 0 {
+            self.end_step(layout, ports, block, lane, words.met())
+        } else {
+            true
+        };
+        Some((block * BLOCK + lane, enabled))
+    }
+
+    /// What [`step`](Self::step) does seldom; `met` are the transitions whose local conditions hold.
+    #[inline(never)]
+    fn end_step(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        block: usize,
+        lane: usize,
+        met: u64,
+    ) -> bool {
+        let special = self.blocks[block].special >> lane & 1 == 1;
+        let open = if special {
+            self.apply_special(layout, ports, block, lane)
+        } else {
+            self.open[block]
+        };
+        met & open != 0 || self.next_active(block).is_some()
+    }
+
     /// Fires as far as `progress` allows, and uses it up. Each round begins behind the last that
     /// fired: first what is behind it in its block, then block by block, at last the rest of its
     /// block. Returns whether a transition is enabled.
-    #[inline]
+    #[inline(never)]
     pub(super) fn run(
         &mut self,
         layout: &Layout,
@@ -107,24 +248,25 @@ impl State {
         progress: &mut Progress,
         mut on_fire: impl FnMut(usize),
     ) -> bool {
-        let mut block = progress.last / BLOCK;
         if progress.firings == 0 || progress.rounds == 0 {
+            let block = progress.last / BLOCK;
             self.look_at(block);
             return self.next_active(block).is_some();
         }
         loop {
-            let mut among = above(progress.last % BLOCK);
+            let mut block = progress.last / BLOCK;
+            let mut behind = Some(progress.last % BLOCK);
             let enabled = loop {
-                let pass = self.run_block(layout, ports, block, among, progress, &mut on_fire);
+                let words = self.run_block(layout, ports, block, behind, progress, &mut on_fire);
                 if progress.firings == 0 {
-                    break pass.enabled;
+                    break words.enabled();
                 }
-                self.leave(block, pass);
+                self.leave(block, &words);
                 match self.next_active(block) {
                     Some(next) => block = next,
-                    None => break pass.enabled,
+                    None => break words.enabled(),
                 }
-                among = !0;
+                behind = None;
             };
             if self.any_used {
                 self.refresh_used();
@@ -134,79 +276,99 @@ impl State {
             if progress.firings == 0 || progress.rounds == 0 || !any {
                 return any;
             }
-            block = progress.last / BLOCK;
         }
     }
 
-    /// Fires the ready transitions of `block` in order, beginning `among` these, until none behind
-    /// the last is ready.
-    #[inline]
+    /// Fires the ready transitions of `block` in order, beginning `behind` this one, until none
+    /// behind the last is ready.
     fn run_block(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
         block: usize,
-        among: u64,
+        behind: Option<usize>,
         progress: &mut Progress,
         mut on_fire: impl FnMut(usize),
-    ) -> Pass {
-        let firings = &layout.firings[block];
-        let Block {
-            conditions: [mut a, mut b, mut c, mut d],
-            mut open,
-            mut fresh,
-        } = self.blocks[block];
-        let mut enabled = a & b & c & d & open;
-        let first = enabled & fresh & among;
-        if first == 0 {
-            return Pass { enabled, fresh };
+    ) -> Words {
+        let special = self.blocks[block].special;
+        let mut words = self.words(block);
+        let mut next = match behind {
+            Some(lane) => next_behind(words.ready(), lane),
+            None => lowest(words.ready()),
+        };
+        if next.is_none() {
+            return words;
         }
-        let mut lane = first.trailing_zeros() as usize;
-        let mut left = progress.firings;
-        loop {
-            let [flip_a, flip_b, flip_c, flip_d] = firings.flips[lane % BLOCK];
-            a ^= flip_a;
-            b ^= flip_b;
-            c ^= flip_c;
-            d ^= flip_d;
-            fresh &= !(1 << lane);
-            on_fire(block * BLOCK + lane);
-            if firings.have_open >> lane & 1 == 1 {
-                self.flip_open(&layout.first_open[block * BLOCK + lane]);
-                open = self.blocks[block].open;
-            }
-            if firings.have_effects >> lane & 1 == 1 {
-                self.apply_effects(layout, ports, block * BLOCK + lane);
-                open = self.blocks[block].open;
-            }
-            enabled = a & b & c & d & open;
-            left -= 1;
-            if left == 0 {
-                break;
-            }
-            // Those before are shifted out, and bit 0 has just fired.
-            let behind = (enabled & fresh) >> lane;
-            // Often the next transition follows. To test for it first lets the processor begin with
-            // it before it knows.
-            if behind & 2 != 0 {
-                lane += 1;
-            } else if behind != 0 {
-                lane += behind.trailing_zeros() as usize;
+        while let Some(lane) = next {
+            let left = &mut progress.firings;
+            let on_fire = |lane| on_fire(block * BLOCK + lane);
+            let last = if special >> lane & 1 == 0 {
+                words.run_plain(&layout.own[block], special, lane, left, on_fire)
             } else {
+                self.run_special(layout, ports, block, &mut words, lane, left, on_fire)
+            };
+            progress.last = block * BLOCK + last;
+            next = match progress.firings {
+                0 => None,
+                _ => next_behind(words.ready(), last),
+            };
+        }
+        words.put(&mut self.blocks[block]);
+        words
+    }
+
+    /// As [`Words::run_plain`], for transitions that are all special.
+    #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "they are to be in registers")]
+    fn run_special(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        block: usize,
+        words: &mut Words,
+        mut lane: usize,
+        left: &mut u32,
+        mut on_fire: impl FnMut(usize),
+    ) -> usize {
+        let flips = &layout.own[block];
+        let special = self.blocks[block].special;
+        let mut now = *words;
+        let mut more = *left;
+        loop {
+            now.fire(flips, lane);
+            on_fire(lane);
+            now.open = self.apply_special(layout, ports, block, lane);
+            more -= 1;
+            if more == 0 {
                 break;
             }
+            match next_behind(now.ready(), lane) {
+                Some(next) if special >> next & 1 == 1 => lane = next,
+                _ => break,
+            }
         }
-        self.blocks[block].conditions = [a, b, c, d];
-        progress.firings = left;
-        progress.last = block * BLOCK + lane;
-        Pass { enabled, fresh }
+        *words = now;
+        *left = more;
+        lane
+    }
+
+    #[inline]
+    fn words(&self, block: usize) -> Words {
+        let Block {
+            conditions, fresh, ..
+        } = self.blocks[block];
+        Words {
+            conditions,
+            open: self.open[block],
+            fresh,
+        }
     }
 
     /// Puts down what a pass through `block` has left behind.
-    fn leave(&mut self, block: usize, pass: Pass) {
-        self.set_active(block, pass.enabled & pass.fresh != 0);
-        if pass.fresh != !0 {
-            self.blocks[block].fresh = pass.fresh;
+    fn leave(&mut self, block: usize, words: &Words) {
+        self.set_active(block, words.ready() != 0);
+        if words.fresh != !0 {
+            self.blocks[block].fresh = words.fresh;
             self.sets[block / BLOCK].used |= 1 << (block % BLOCK);
             self.any_used = true;
         }
@@ -252,13 +414,30 @@ impl State {
         }
     }
 
-    #[inline(never)]
-    fn apply_effects(&mut self, layout: &Layout, ports: &mut Ports, transition: usize) {
-        let effects = &layout.effects[transition];
-        self.change(layout, &effects.change);
-        for change in effects.changes.of(&layout.changes) {
-            self.change(layout, change);
+    /// What a special firing changes beside the conditions of its block, whose new `open` it returns.
+    #[inline(always)]
+    fn apply_special(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        block: usize,
+        lane: usize,
+    ) -> u64 {
+        let special = &layout.specials[block * BLOCK + lane];
+        self.flip_open(&special.open);
+        if let Some(unmet) = self.unmet.get_mut(special.joint.joint as usize)
+            && change_unmet(unmet, special.joint.unmet)
+        {
+            self.flip_joint(layout, special.joint.joint);
         }
+        if let Some(effects) = layout.effects.get(special.more as usize) {
+            self.apply_effects(layout, ports, effects);
+        }
+        self.open[block]
+    }
+
+    #[inline(never)]
+    fn apply_effects(&mut self, layout: &Layout, ports: &mut Ports, effects: &Effects) {
         for flip in effects.far.of(&layout.far) {
             self.flip_block(flip);
         }
@@ -267,6 +446,10 @@ impl State {
                 PortChange::SourceEmptied(source) => ports.emptied(usize::from(source)),
                 PortChange::SinkFilled(sink) => ports.filled(usize::from(sink)),
             }
+        }
+        self.change(layout, &effects.change);
+        for change in effects.changes.of(&layout.changes) {
+            self.change(layout, change);
         }
     }
 
@@ -278,44 +461,38 @@ impl State {
         self.look_at(flip.block as usize);
     }
 
-    #[inline]
     fn change(&mut self, layout: &Layout, change: &Change) {
-        self.flip_all_open(layout, change.open);
+        for flip in change.open.of(&layout.open_flips) {
+            self.flip_open(flip);
+        }
         for change in change.joints.of(&layout.joint_changes) {
-            let joint = change.joint as usize;
-            let before = self.unmet[joint];
-            let after = before.wrapping_add_signed(change.unmet);
-            self.unmet[joint] = after;
-            if (before == 0) != (after == 0) {
-                self.flip_all_open(layout, layout.joints[joint]);
+            if change_unmet(&mut self.unmet[change.joint as usize], change.unmet) {
+                self.flip_joint(layout, change.joint);
             }
         }
     }
 
-    #[inline]
-    fn flip_all_open(&mut self, layout: &Layout, flips: Span) {
-        for flip in flips.of(&layout.open_flips) {
+    #[inline(never)]
+    fn flip_joint(&mut self, layout: &Layout, joint: u32) {
+        for flip in layout.joints[joint as usize].of(&layout.open_flips) {
             self.flip_open(flip);
         }
     }
 
     #[inline]
     fn flip_open(&mut self, flip: &OpenFlip) {
+        // A copy cannot overlap, so several words can be flipped at once.
+        let bits = flip.bits;
         let chunk = flip.chunk as usize;
-        let blocks = &mut self.blocks[chunk * CHUNK..chunk * CHUNK + CHUNK];
-        for (block, bits) in blocks.iter_mut().zip(&flip.bits) {
-            block.open ^= bits;
+        let open = &mut self.open[chunk * CHUNK..chunk * CHUNK + CHUNK];
+        for (open, bits) in open.iter_mut().zip(bits) {
+            *open ^= bits;
         }
         self.sets[chunk / (BLOCK / CHUNK)].active |= flip.blocks;
     }
 
     fn is_ready(&self, block: usize) -> bool {
-        let Block {
-            conditions: [a, b, c, d],
-            open,
-            fresh,
-        } = self.blocks[block];
-        a & b & c & d & open & fresh != 0
+        self.words(block).ready() != 0
     }
 
     fn look_at(&mut self, block: usize) {
@@ -327,4 +504,12 @@ impl State {
         let lane = block % BLOCK;
         *word = (*word & !(1 << lane)) | u64::from(active) << lane;
     }
+}
+
+/// Changes the number of conditions that do not hold; whether it reached or left zero.
+#[inline]
+fn change_unmet(unmet: &mut u32, by: i32) -> bool {
+    let before = *unmet;
+    *unmet = before.wrapping_add_signed(by);
+    (before == 0) != (*unmet == 0)
 }
