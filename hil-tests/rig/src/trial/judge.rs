@@ -16,6 +16,8 @@ const POSE_ERROR_M: f64 = 0.05;
 const HEADING_ERROR_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// A wall counts when it has been in view for so long: a scan, and the corrections it brings, take their time.
 const SETTLED_NS: u64 = 1_000_000_000;
+/// Older estimates are not compared.
+const RECENT_NS: u64 = 200_000_000;
 /// The view is looked at this often.
 const VIEW_NS: u64 = 100_000_000;
 /// Deeper in an area without leave than this is a violation; contact with its border is none.
@@ -302,7 +304,9 @@ impl Judge {
 
     fn judge_pose(&mut self, look: &Look<'_>) {
         let (belief, now_ns) = (look.belief, look.truth.time_ns);
-        let Some(true_pose) = (belief.stamp_ns > 0)
+        // Farther back the world does not know where the robot was; no running robot's estimate is so old.
+        let recent = now_ns.saturating_sub(belief.stamp_ns) < RECENT_NS;
+        let Some(true_pose) = (belief.stamp_ns > 0 && recent)
             .then(|| look.world.pose_at(look.robot, belief.stamp_ns))
             .flatten()
         else {
