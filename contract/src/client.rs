@@ -16,7 +16,7 @@ mod revocation;
 
 use std::collections::BTreeMap;
 
-use coordination::protocol::{Change, Position, Replica, Side};
+use coordination::protocol::{Change, Merged, Position, Replica, Side};
 
 use crate::level;
 use crate::wire::{self, Access, AccessGrant, MediatorReport, Pose, RobotReport, TakeUp};
@@ -205,11 +205,15 @@ impl Client {
             .runs
             .entry(grant.area.clone())
             .or_insert_with(|| flags.begin());
-        if run.replica.merge(level).is_err() {
+        let Ok(merged) = run.replica.merge(level) else {
             self.counters.bad_levels += 1;
             return;
-        }
+        };
         run.waits_for.clone_from(&grant.waits_for);
+        if merged == Merged::Nothing {
+            // Its fence may be that of a mediator which has forgotten the grant.
+            return;
+        }
         while let Some(change) = run.replica.poll() {
             match change {
                 Change::Flag(flag) if flag == flags.granted => self.counters.grants += 1,
