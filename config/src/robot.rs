@@ -267,4 +267,6 @@ pub struct FleetConfig {
     pub interface: Option<String>,
     /// First part of every key.
     pub key_prefix: String,
+    /// An area that the mediator grants is asked for so far ahead, beyond the way that the robot needs to stop.
+    pub request_ahead_m: f64,
 }

@@ -90,6 +90,12 @@ faults! {
         "a part of the program failed: the robot stops and the program ends; please report the message above it";
     MotorsOff = 18, "motors-off", Operator,
         "the drive keeps its motors without power, as its emergency stop does; release it, then run `onboard ctl reset`";
+    MediatorSilent = 19, "mediator-silent", ByItself,
+        "nothing is heard of the mediator: the robot keeps the areas it has and stops before all others; check that it runs, and the network";
+    MediatorRefused = 20, "mediator-refused", ByItself,
+        "the mediator does not want this robot; `fleet_state` in `onboard inspect` says why";
+    PlaceUnknown = 21, "place-unknown", Operator,
+        "after a restart neither robot nor mediator knows where the robot is; put it at its start, then run `onboard ctl reset`";
 }
 
 /// Number of kinds.

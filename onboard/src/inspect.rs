@@ -12,9 +12,9 @@ use crate::faults::FaultTable;
 use crate::rt::clock::now_ns;
 use crate::runtime::Runtime;
 use crate::values::{
-    ActivityState, CommandValue, Describe, DriveStatus, Encoders, LidarStatus, NavigationState,
-    OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode, ThreadReport, TubeState,
-    WheelSetpointsValue,
+    ActivityState, AllowedAreas, CommandValue, Describe, DriveStatus, Encoders, FleetState,
+    LidarStatus, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
+    ThreadReport, TubeState, WheelSetpointsValue, Whereabouts,
 };
 
 const WATCH_PERIOD: Duration = Duration::from_secs(1);
@@ -102,10 +102,12 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
     }
     by_datatype!(
         ActivityState,
+        AllowedAreas,
         CommandValue,
         DriveStatus,
         Encoders,
         FaultTable,
+        FleetState,
         LidarStatus,
         NavigationState,
         OdometryTrace,
@@ -116,6 +118,7 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
         ThreadReport,
         TubeState,
         WheelSetpointsValue,
+        Whereabouts,
     )
 }
 
@@ -232,7 +235,13 @@ fn shown(seen: &Seen) -> String {
             .join(" ")
     });
     let text = fields.unwrap_or_else(|| value.to_string());
-    match text.char_indices().nth(SHOWN_CHARACTERS) {
+    // What a robot waits for is told in whole sentences.
+    let shown = if seen.info.datatype == FleetState::NAME {
+        usize::MAX
+    } else {
+        SHOWN_CHARACTERS
+    };
+    match text.char_indices().nth(shown) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text,
     }

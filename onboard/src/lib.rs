@@ -6,6 +6,7 @@
 //! | [`plan`] | the two files, checked, and made into parts |
 //! | [`wiring`], [`values`] | the symbols: what is shared, who owns it, who reads it |
 //! | [`activities`], [`port`] | the activities, their life cycles and queues |
+//! | [`fleet`] | the robot's side of the mediator, without network and threads |
 //! | [`runner`], [`asynchronous`], [`rt`] | threads: triggers, scheduling, measurement, real-time rules |
 //! | [`supervisor`], [`faults`], [`overruns`], [`reload`], [`log`](mod@log) | life cycles, faults, requests, log |
 //!
@@ -19,6 +20,7 @@ pub mod cli;
 pub mod compose;
 pub mod ctl;
 pub mod faults;
+pub mod fleet;
 pub mod inspect;
 pub mod log;
 pub mod overruns;

@@ -4,6 +4,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use coordination::datatype;
+use skills::borders::{AreaSet, MAX_AREAS};
 use skills::geometry::{MotionCommand, Pose2, Twist2};
 
 use crate::faults::{Fault, FaultTable};
@@ -323,24 +324,15 @@ impl Name {
     /// Takes over `text`, cut at a character boundary when it is too long.
     #[must_use]
     pub fn new(text: &str) -> Self {
-        let mut end = text.len().min(31);
-        while !text.is_char_boundary(end) {
-            end -= 1;
-        }
         let mut bytes = [0; 32];
-        bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
+        put(&mut bytes, text);
         Self { bytes }
     }
 
     /// The text.
     #[must_use]
     pub fn as_str(&self) -> &str {
-        let end = self
-            .bytes
-            .iter()
-            .position(|&byte| byte == 0)
-            .unwrap_or(self.bytes.len());
-        std::str::from_utf8(&self.bytes[..end]).unwrap_or("?")
+        text(&self.bytes)
     }
 }
 
@@ -353,6 +345,153 @@ impl Default for Name {
 impl Describe for Name {
     fn describe(&self) -> Json {
         self.as_str().into()
+    }
+}
+
+/// A sentence of up to 255 bytes.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct Line {
+    bytes: [u8; 256],
+}
+
+impl Line {
+    /// Takes over `text`, cut at a character boundary when it is too long.
+    #[must_use]
+    pub fn new(text: &str) -> Self {
+        let mut bytes = [0; 256];
+        put(&mut bytes, text);
+        Self { bytes }
+    }
+
+    /// The text.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        text(&self.bytes)
+    }
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self::zeroed()
+    }
+}
+
+impl Describe for Line {
+    fn describe(&self) -> Json {
+        self.as_str().into()
+    }
+}
+
+/// Fills `bytes`, which are zero, with as much of the text as fits before a final zero.
+fn put(bytes: &mut [u8], text: &str) {
+    let mut end = text.len().min(bytes.len() - 1);
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
+}
+
+/// Up to the first zero.
+fn text(bytes: &[u8]) -> &str {
+    let end = bytes.iter().position(|&byte| byte == 0);
+    std::str::from_utf8(&bytes[..end.unwrap_or(bytes.len())]).unwrap_or("?")
+}
+
+value! {
+    /// Where navigation takes the robot to be and what it is doing there, in one moment: numbers, for other activities.
+    Whereabouts, "whereabouts" {
+        /// Position in `map`.
+        x_m: f64,
+        /// Position in `map`.
+        y_m: f64,
+        /// Heading in `map`.
+        theta_rad: f64,
+        /// Variance of x, in m².
+        xx: f64,
+        /// Covariance of x and y, in m².
+        xy: f64,
+        /// Variance of y, in m².
+        yy: f64,
+        /// Covariance of x and θ, in m rad.
+        xt: f64,
+        /// Covariance of y and θ, in m rad.
+        yt: f64,
+        /// Variance of θ, in rad².
+        tt: f64,
+        /// 1 when it is too uncertain to drive.
+        uncertain: u64,
+        /// Number of the state of the robot's machine.
+        state: u64,
+        /// Number of the area ahead that it may not enter, and slows down or waits for; `u64::MAX` for none.
+        waiting_for: u64,
+    }
+}
+
+/// Words of [`AllowedAreas`].
+const AREA_WORDS: usize = MAX_AREAS / 64;
+
+value! {
+    /// Areas that the mediator lets the robot be in.
+    AllowedAreas, "allowed_areas" {
+        /// One bit for each area of the site, in its order, the lowest first.
+        areas: [u64; AREA_WORDS],
+    }
+}
+
+impl AllowedAreas {
+    /// Puts a set into the table.
+    #[must_use]
+    pub fn new(set: &AreaSet) -> Self {
+        let mut areas = [0; AREA_WORDS];
+        for area in set.iter() {
+            areas[area / 64] |= 1 << (area % 64);
+        }
+        Self { areas }
+    }
+
+    /// The set. Real time.
+    #[must_use]
+    pub fn set(&self) -> AreaSet {
+        let bit = |area: &usize| self.areas[area / 64] >> (area % 64) & 1 == 1;
+        (0..MAX_AREAS).filter(bit).collect()
+    }
+}
+
+impl Describe for [u64; AREA_WORDS] {
+    fn describe(&self) -> Json {
+        let bit = |area: &usize| self[area / 64] >> (area % 64) & 1 == 1;
+        (0..MAX_AREAS).filter(bit).collect::<Vec<_>>().into()
+    }
+}
+
+value! {
+    /// How the robot stands with the mediator.
+    FleetState, "fleet_state" {
+        /// 0: nobody manages the site's areas, and everything is granted.
+        managed: u64,
+        /// The mediator's epoch, 0 before it spoke.
+        mediator_epoch: u64,
+        /// The registration, 0 without one.
+        session: u64,
+        /// 1 when nothing was heard of the mediator for too long.
+        silent: u64,
+        /// 1 while the mediator has the discrete control.
+        acquired: u64,
+        /// The coordination under way, 0 for none.
+        coordination: u64,
+        /// Its net, with the flags set so far.
+        net: Line,
+        /// Areas that the robot may be in.
+        holds: Line,
+        /// Areas that it waits for and why, and orders that wait for its machine; or why the mediator refuses it.
+        waits: Line,
+        /// Reports sent.
+        sent: u64,
+        /// Messages of the mediator.
+        received: u64,
+        /// Messages of the mediator that were lost here, or could not be read.
+        dropped: u64,
     }
 }
 
@@ -509,8 +648,22 @@ mod tests {
     }
 
     #[test]
+    fn areas_survive_the_table() {
+        for set in [
+            AreaSet::EMPTY,
+            AreaSet::ALL,
+            [0, 63, 64, 255].into_iter().collect(),
+        ] {
+            assert_eq!(AllowedAreas::new(&set).set(), set);
+        }
+        // Never written: nothing is allowed.
+        assert!(AllowedAreas::default().set().is_empty());
+    }
+
+    #[test]
     fn names_are_cut_at_a_character() {
         assert_eq!(Name::new("drive-1").as_str(), "drive-1");
         assert_eq!(Name::new(&"ä".repeat(20)).as_str(), "ä".repeat(15));
+        assert_eq!(Line::new(&"ä".repeat(200)).as_str(), "ä".repeat(127));
     }
 }

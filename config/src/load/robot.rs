@@ -386,6 +386,7 @@ fn fleet(s: &Section<'_>, report: &Report) -> FleetConfig {
         }
         list
     };
+    let ahead = Quantity::new("a length", "m").at_least(0.0).at_most(20.0);
     let key_prefix = s.text_if("key_prefix", "the first part of every key");
     if let Some(prefix) = key_prefix.as_deref().filter(|prefix| !prefix.is_empty()) {
         let bad_part = |part: &str| part.is_empty() || part.contains(['*', '$', '?', '#', ' ']);
@@ -404,6 +405,7 @@ fn fleet(s: &Section<'_>, report: &Report) -> FleetConfig {
         scouting: s.boolean_or("scouting", false),
         interface: s.text_if("interface", "a network interface, such as \"wlan0\""),
         key_prefix: key_prefix.unwrap_or_else(|| "fleet".to_owned()),
+        request_ahead_m: s.number_or("request_ahead_m", ahead, 0.5),
     }
 }
 

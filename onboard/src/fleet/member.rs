@@ -1,0 +1,456 @@
+//! The robot as a member of a fleet: what it tells the mediator, and what the mediator's answers let it do.
+
+use std::collections::VecDeque;
+
+use contract::client::{Client, Received, Situation};
+use contract::wire::{self, MediatorReport, RobotReport, TakeUp};
+use skills::borders::AreaSet;
+
+use super::Setup;
+use super::floor::{Floor, Place, Touch};
+use super::orders::{self, Answer, Directive, Orders};
+use super::route::look_ahead;
+
+/// A level is sent at least this often.
+const LEVEL_NS: u64 = 200_000_000;
+/// From a word of the mediator to navigation that obeys it: one cycle of navigation, the delay with which it reckons to brake,
+/// and some room.
+const REACTION_S: f64 = 0.3;
+/// Slower than this is standing.
+const STANDING_M_S: f64 = 0.02;
+/// What was asked for is wanted until it is so much farther away than where the fastest robot asks.
+const KEEP_M: f64 = 0.5;
+
+/// What the robot knows of itself in one moment.
+#[derive(Clone, Debug, Default)]
+pub struct Sense {
+    /// Where it is, if that is certain and recent.
+    pub place: Option<Place>,
+    /// The same for the message, with what it may be wrong by.
+    pub pose: Option<wire::Pose>,
+    /// Forward speed.
+    pub speed_m_s: f64,
+    /// Number of the machine's state.
+    pub state: Option<usize>,
+    /// The area that keeps it from going on, by its number.
+    pub waiting_for: Option<usize>,
+}
+
+/// What is known of where the robot was before its process started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    /// The mediator has not said.
+    Unknown,
+    /// Navigation is being put there.
+    Relocating,
+    /// Nobody knows: an operator must put the robot to its start.
+    Lost,
+    /// Navigation's pose is the robot's.
+    Known,
+}
+
+/// What is wrong between robot and mediator, as levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Troubles {
+    /// Nothing was heard of it for too long.
+    pub silent: bool,
+    /// It does not want this robot.
+    pub refused: bool,
+    /// It knows that the robot was somewhere before it restarted, but not where.
+    pub lost: bool,
+}
+
+/// For people and other programs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// The mediator's epoch, 0 before it spoke.
+    pub mediator_epoch: u64,
+    /// The registration, 0 without one.
+    pub session: u64,
+    /// The mediator has the discrete control.
+    pub acquired: bool,
+    /// The coordination under way, 0 for none.
+    pub coordination: u64,
+    /// Its net with the flags set so far.
+    pub net: String,
+    /// Areas that the robot may be in.
+    pub holds: String,
+    /// Areas that it waits for and why, and orders that wait for the machine.
+    pub waits: String,
+}
+
+/// The robot's side of the mediator, without network, clock or threads.
+#[derive(Clone, Debug)]
+pub struct Member {
+    setup: Setup,
+    floor: Floor,
+    client: Client,
+    orders: Orders,
+    directives: VecDeque<Directive>,
+    complaints: VecDeque<String>,
+    began_ns: u64,
+    origin: Origin,
+    mediator_epoch: u64,
+    session: u64,
+    other_version: bool,
+    was_acquired: bool,
+    /// Areas that the robot stands in; none while it does not know where it is.
+    stands_in: Option<AreaSet>,
+    wanted: AreaSet,
+    allowed: AreaSet,
+    news: bool,
+    reported_ns: Option<u64>,
+}
+
+impl Member {
+    /// A robot that has just started.
+    #[must_use]
+    pub fn new(setup: Setup, now_ns: u64) -> Self {
+        Self {
+            floor: Floor::new(&setup),
+            client: Client::new(&setup.robot_id, &setup.site, setup.boot_epoch),
+            setup,
+            orders: Orders::default(),
+            directives: VecDeque::new(),
+            complaints: VecDeque::new(),
+            began_ns: now_ns,
+            origin: Origin::Unknown,
+            mediator_epoch: 0,
+            session: 0,
+            other_version: false,
+            was_acquired: false,
+            stands_in: None,
+            wanted: AreaSet::EMPTY,
+            allowed: AreaSet::EMPTY,
+            news: true,
+            reported_ns: None,
+        }
+    }
+
+    /// Takes in a message of the mediator.
+    pub fn receive(&mut self, message: &MediatorReport, now_ns: u64) {
+        let received = self.client.receive(message, now_ns);
+        match received {
+            Received::Stale => return,
+            Received::Version => {
+                let theirs = contract::Version::from(message.version);
+                if !std::mem::replace(&mut self.other_version, true)
+                    && let Err(error) = contract::VERSION.accept(theirs)
+                {
+                    self.complain(error.to_string());
+                }
+                return;
+            }
+            Received::Refused => {
+                self.session = 0;
+                self.news |= self.mediator_epoch != message.mediator_epoch;
+                self.mediator_epoch = message.mediator_epoch;
+                return;
+            }
+            Received::Registered | Received::News => {}
+        }
+        self.other_version = false;
+        let known = (self.mediator_epoch, self.session);
+        (self.mediator_epoch, self.session) = (message.mediator_epoch, message.session);
+        // It waits for both numbers.
+        self.news |= known != (self.mediator_epoch, self.session);
+        let take_up = self.client.take_up();
+        if received == Received::Registered && self.origin == Origin::Unknown {
+            self.go_on_from(take_up.as_ref());
+        }
+    }
+
+    /// A robot that was somewhere before its process started is there still.
+    fn go_on_from(&mut self, take_up: Option<&TakeUp>) {
+        let Some(TakeUp { pose, fsm_state }) = take_up else {
+            self.origin = Origin::Known;
+            return;
+        };
+        let state = { self.setup.states.iter() }.position(|state| state.name == *fsm_state);
+        match (pose, state) {
+            (Some(pose), Some(state)) => {
+                self.complain(format!(
+                    "taking up where the robot was: ({:.2}, {:.2}, {:.2}), state `{fsm_state}`",
+                    pose.x_m, pose.y_m, pose.theta_rad
+                ));
+                self.relocate(Directive::Relocate {
+                    pose: orders::pose(pose),
+                    std_m: pose.std_x_m.max(pose.std_y_m),
+                    std_rad: pose.std_theta_rad,
+                    state,
+                });
+            }
+            _ => {
+                self.complain(format!(
+                    "the robot was in state `{fsm_state}` before it restarted, and where is not known"
+                ));
+                self.origin = Origin::Lost;
+            }
+        }
+    }
+
+    fn relocate(&mut self, directive: Directive) {
+        self.origin = Origin::Relocating;
+        self.directives.push_back(directive);
+    }
+
+    /// An operator has put the robot to its start, if it was lost.
+    pub fn reset(&mut self) {
+        if self.origin == Origin::Lost {
+            self.relocate(Directive::Relocate {
+                pose: self.setup.start,
+                std_m: 0.0,
+                std_rad: 0.0,
+                state: self.setup.start_state,
+            });
+        }
+    }
+
+    /// Navigation has carried out [`Directive::Relocate`], and the pose given from now on says so.
+    pub fn relocated(&mut self) {
+        if self.origin == Origin::Relocating {
+            self.origin = Origin::Known;
+        }
+    }
+
+    /// What navigation says to [`Directive::Instruct`].
+    pub fn answered(&mut self, answer: Answer) {
+        self.orders.answered(answer);
+    }
+
+    /// The robot's machine has fired an output.
+    pub fn output(&mut self, output: &str) {
+        self.news |= self.client.output(output);
+    }
+
+    /// One step: sets the robot's flags by where it is and is going to be.
+    pub fn step(&mut self, sense: &Sense, now_ns: u64) {
+        let place = sense.place.filter(|_| self.origin == Origin::Known);
+        let touches: Vec<Touch> = match &place {
+            Some(place) => { 0..self.setup.areas.len() }
+                .map(|area| self.floor.touch(area, place))
+                .collect(),
+            None => vec![Touch::Clear; self.setup.areas.len()],
+        };
+        let stood_in = self.stands_in.unwrap_or(AreaSet::ALL);
+        let stands_in: AreaSet = { touches.iter().enumerate() }
+            .filter(|&(area, &touch)| {
+                touch == Touch::Body
+                    || touch >= Touch::Near && stood_in.contains(area) && self.holds(area)
+            })
+            .map(|(area, _)| area)
+            .collect();
+        let left = self.stands_in.unwrap_or_default().difference(&stands_in);
+        self.stands_in = place.map(|_| stands_in);
+        let (wanted, held_back) = match &place {
+            Some(place) => self.wanted(sense, place, &stands_in),
+            None => (Vec::new(), AreaSet::EMPTY),
+        };
+        self.wanted = wanted.iter().copied().collect();
+        let committed = place.map_or(AreaSet::EMPTY, |place| {
+            // What it has just left lies behind.
+            self.committed(&place, sense.speed_m_s, &touches)
+                .difference(&left)
+        });
+        let situation = Situation {
+            located: place.is_some(),
+            stands_in: self.ids(stands_in.iter()),
+            wanted: self.ids(wanted.into_iter()),
+            committed: self.ids(committed.iter()),
+            pose: sense.pose,
+            fsm_state: { sense.state.and_then(|state| self.setup.states.get(state)) }
+                .map_or(String::new(), |state| state.name.clone()),
+        };
+        let silent_after_ns = self.setup.silent_after_ns;
+        self.news |= self.client.step(situation, now_ns, silent_after_ns);
+        let acquired = self.client.is_acquired();
+        self.allowed = { 0..self.setup.areas.len() }
+            // Who does not know where it is, is perhaps not where it thinks it may go on.
+            .filter(|&area| self.origin == Origin::Known && self.holds(area))
+            .filter(|&area| acquired || stands_in.contains(area) || !held_back.contains(area))
+            .collect();
+        self.give_orders(sense.state, now_ns);
+    }
+
+    fn give_orders(&mut self, state: Option<usize>, now_ns: u64) {
+        while let Some(order) = self.client.next_order() {
+            self.orders.add(order);
+        }
+        let acquired = self.client.is_acquired();
+        if std::mem::replace(&mut self.was_acquired, acquired) && !acquired {
+            let directive = self.orders.released();
+            self.directives.extend(directive);
+        }
+        // Before it is where it was, its machine is in no state of its own.
+        if self.origin != Origin::Known {
+            return;
+        }
+        let state = state.and_then(|state| self.setup.states.get(state));
+        while let Some(directive) = self.orders.next(state, now_ns) {
+            self.directives.push_back(directive);
+        }
+        while let Some(complaint) = self.orders.next_complaint() {
+            self.complain(complaint);
+        }
+    }
+
+    /// Areas to ask for, in the order of asking, and those that must not be entered yet although they are held: a manoeuvre
+    /// that takes several areas begins when it has them all.
+    fn wanted(&self, sense: &Sense, place: &Place, stands_in: &AreaSet) -> (Vec<usize>, AreaSet) {
+        let mut wanted: Vec<usize> = stands_in.iter().collect();
+        let mut held_back = AreaSet::EMPTY;
+        let state = sense.state.filter(|&state| state < self.setup.states.len());
+        if let Some(state) = state {
+            let states = &self.setup.states;
+            let present = &states[state].areas;
+            wanted.extend(present);
+            let ask_m = self.stopping_m(sense.speed_m_s) + self.setup.request_ahead_m;
+            let keep_m =
+                self.stopping_m(self.setup.max_speed_m_s) + self.setup.request_ahead_m + KEEP_M;
+            let was_wanted = |state: usize| {
+                let mut new = states[state].areas.iter();
+                new.any(|&area| self.wanted.contains(area) && !present.contains(&area))
+            };
+            let upcoming = look_ahead(
+                states,
+                state,
+                |area| self.floor.gap_m(area, place),
+                |state, way_m| way_m <= ask_m || way_m <= keep_m && was_wanted(state),
+            );
+            let mut complete = AreaSet::EMPTY;
+            for next in &upcoming {
+                let areas = &states[next.state].areas;
+                wanted.extend(areas);
+                let whole = areas.iter().all(|&area| self.holds(area));
+                for &area in areas {
+                    let set = if whole { &mut complete } else { &mut held_back };
+                    set.insert(area);
+                }
+            }
+            held_back = held_back.difference(&complete);
+            held_back = held_back.difference(&present.iter().copied().collect());
+        }
+        // Wherever its path leads, what keeps it from going on is what it needs.
+        wanted.extend(sense.waiting_for);
+        let mut seen = AreaSet::EMPTY;
+        wanted.retain(|&area| seen.insert(area));
+        (wanted, held_back)
+    }
+
+    /// Areas held that the robot, which does not stand in them, may reach into before it stops.
+    fn committed(&self, place: &Place, speed_m_s: f64, touches: &[Touch]) -> AreaSet {
+        let moves = speed_m_s.abs() > STANDING_M_S || !speed_m_s.is_finite();
+        let reach_m = self.stopping_m(speed_m_s);
+        { touches.iter().enumerate() }
+            .filter(|&(area, &touch)| {
+                let reaches = || moves && !(self.floor.gap_m(area, place) > reach_m);
+                self.holds(area) && (touch >= Touch::Margin || reaches())
+            })
+            .map(|(area, _)| area)
+            .collect()
+    }
+
+    /// Way from a word of the mediator to standing still.
+    fn stopping_m(&self, speed_m_s: f64) -> f64 {
+        let speed_m_s = speed_m_s.abs();
+        speed_m_s * speed_m_s / (2.0 * self.setup.deceleration_m_s2) + speed_m_s * REACTION_S
+    }
+
+    fn holds(&self, area: usize) -> bool {
+        let area = self.setup.areas.get(area);
+        area.is_some_and(|area| self.client.holds(&area.id))
+    }
+
+    fn ids(&self, areas: impl Iterator<Item = usize>) -> Vec<String> {
+        areas
+            .filter_map(|area| self.setup.areas.get(area))
+            .map(|area| area.id.clone())
+            .collect()
+    }
+
+    /// Areas that navigation may let the robot be in. Give it these before the next report: what the robot gives back there
+    /// may be another's right after.
+    #[must_use]
+    pub fn allowed(&self) -> AreaSet {
+        self.allowed
+    }
+
+    /// The next thing for navigation to do, each given once.
+    pub fn next_directive(&mut self) -> Option<Directive> {
+        self.directives.pop_front()
+    }
+
+    /// Something for people to know, each told once.
+    pub fn next_complaint(&mut self) -> Option<String> {
+        self.complaints.pop_front()
+    }
+
+    fn complain(&mut self, complaint: String) {
+        const MOST: usize = 64;
+        if self.complaints.len() < MOST {
+            self.complaints.push_back(complaint);
+        }
+    }
+
+    /// Whether a report is due: there is news, or the last one is as old as a level may be.
+    #[must_use]
+    pub fn is_report_due(&self, now_ns: u64) -> bool {
+        let late = |sent_ns: u64| now_ns >= sent_ns.saturating_add(LEVEL_NS);
+        self.news || self.reported_ns.is_none_or(late)
+    }
+
+    /// The next report to send.
+    pub fn report(&mut self, now_ns: u64) -> RobotReport {
+        self.news = false;
+        self.reported_ns = Some(now_ns);
+        self.client.report()
+    }
+
+    /// What is wrong at present.
+    #[must_use]
+    pub fn troubles(&self, now_ns: u64) -> Troubles {
+        let silent_after_ns = self.setup.silent_after_ns;
+        let refused = self.other_version || !self.client.refusal().is_empty();
+        let had_time = now_ns > self.began_ns.saturating_add(silent_after_ns);
+        Troubles {
+            silent: had_time && !refused && self.client.is_mediator_silent(now_ns, silent_after_ns),
+            refused,
+            lost: self.origin == Origin::Lost,
+        }
+    }
+
+    /// Why the mediator does not want this robot; empty when it does.
+    #[must_use]
+    pub fn refusal(&self) -> &str {
+        self.client.refusal()
+    }
+
+    /// How the robot stands with the mediator.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        let coordination = self.client.coordination();
+        let holds = self.ids((0..self.setup.areas.len()).filter(|&area| self.holds(area)));
+        let mut waits: Vec<String> = { self.client.waiting() }
+            .map(|(area, why)| match why {
+                "" => area.to_owned(),
+                why => format!("{area}: {why}"),
+            })
+            .collect();
+        waits.extend(self.orders.first().map(|order| {
+            let event = order.event.as_deref().unwrap_or("-");
+            format!(
+                "order {}: event {event} does not fit the state yet",
+                order.flag
+            )
+        }));
+        Standing {
+            mediator_epoch: self.mediator_epoch,
+            session: self.session,
+            acquired: self.client.is_acquired(),
+            coordination: coordination.as_ref().map_or(0, |(number, _, _)| *number),
+            net: coordination.map_or(String::new(), |(_, net, flags)| format!("{net}: {flags}")),
+            holds: holds.join(" "),
+            waits: waits.join("; "),
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! The robot's side of the mediator: areas and orders, without network, clock or threads.
+//!
+//! A [`Member`] hears the mediator and senses where the robot is; it says which areas navigation may use, what navigation is
+//! ordered to do, and what to report. Protocols are `contract::client`'s; here is what they mean on the floor: which areas
+//! the footprint reaches into, which the next manoeuvres take and when to ask for them, which can no longer be stopped
+//! before. Allocates; not for real-time threads.
+
+mod floor;
+mod member;
+mod orders;
+mod route;
+mod setup;
+#[cfg(test)]
+mod tests;
+
+pub use floor::Place;
+pub use member::{Member, Sense, Standing, Troubles};
+pub use orders::{Answer, Directive};
+pub use setup::{AreaPlace, Setup, StatePlan};

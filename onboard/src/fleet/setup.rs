@@ -1,0 +1,60 @@
+//! What the robot's side of the mediator knows of robot and site before anybody speaks.
+
+use skills::borders::BorderGains;
+use skills::geometry::{Footprint, Pose2, Rect};
+
+/// One robot on one site.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    /// Semantic id of the robot.
+    pub robot_id: String,
+    /// Name of the site.
+    pub site: String,
+    /// Drawn at start.
+    pub boot_epoch: u64,
+    /// Areas, in the order of the map.
+    pub areas: Vec<AreaPlace>,
+    /// States of the robot's machine, in its order.
+    pub states: Vec<StatePlan>,
+    /// The robot's outline.
+    pub footprint: Footprint,
+    /// By how much it keeps away from borders that it must not cross.
+    pub borders: BorderGains,
+    /// With which it slows down before a border.
+    pub deceleration_m_s2: f64,
+    /// Fastest speed of the robot.
+    pub max_speed_m_s: f64,
+    /// An area is asked for so far ahead, beyond what the robot needs to stop.
+    pub request_ahead_m: f64,
+    /// A mediator that was not heard for longer is silent.
+    pub silent_after_ns: u64,
+    /// Where an operator puts a robot that is lost.
+    pub start: Pose2,
+    /// And in which state it goes on then, by its number.
+    pub start_state: usize,
+}
+
+/// An area.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AreaPlace {
+    /// Semantic id.
+    pub id: String,
+    /// Where it is.
+    pub region: Rect,
+}
+
+/// What a state of the robot's machine means for areas. Areas and states are numbers of [`Setup::areas`] and
+/// [`Setup::states`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StatePlan {
+    /// Its name.
+    pub name: String,
+    /// Areas whose floor the robot takes in it.
+    pub areas: Vec<usize>,
+    /// States that may follow by themselves: on events of monitors, not on those from outside.
+    pub next: Vec<usize>,
+    /// The robot drives at least so far from entering the state to leaving it.
+    pub least_way_m: f64,
+    /// Events on which the state has a transition.
+    pub accepts: Vec<String>,
+}
