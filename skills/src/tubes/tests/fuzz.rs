@@ -79,13 +79,14 @@ impl Rig {
         }
     }
 
-    /// 5 ms of encoders, which now and then jump, wrap, or are no numbers.
-    fn odometry(&mut self) {
+    /// 5 ms of encoders, which in trouble now and then jump, wrap, or are no numbers.
+    fn odometry(&mut self, troubled: bool) {
         let random = &mut self.random;
         self.encoders.stamp_ns = self.now_ns;
         self.encoders.left_rad += random.between(-0.01, 0.06);
         self.encoders.right_rad += random.between(-0.01, 0.06);
         match random.below(200) {
+            _ if !troubled => {}
             0 => self.encoders.left_rad += number(random, 1e3),
             1 => self.encoders.pivot_rad = number(random, 3.0),
             2 => self.encoders = EncoderSample::default(),
@@ -99,7 +100,7 @@ impl Rig {
         let odometry = *self.dead_reckoning.odometry();
         // Sometimes a pose from nowhere.
         let mut pose = odometry.pose;
-        if self.random.below(500) == 0 {
+        if troubled && self.random.below(500) == 0 {
             pose.x_m = number(&mut self.random, 1e12);
         }
         let _ = self.history.push(odometry.stamp_ns, pose, odometry.twist);
@@ -108,7 +109,7 @@ impl Rig {
     fn tick(&mut self, troubled: bool) {
         for _ in 0..20 {
             self.now_ns += 5 * MS;
-            self.odometry();
+            self.odometry(troubled);
         }
         if troubled {
             match self.random.below(40) {
