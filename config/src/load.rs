@@ -50,8 +50,6 @@ pub(crate) const SITE_SECTIONS: &[&str] = &[
     "robots",
     "roles",
     "coordinations",
-    "roles",
-    "coordinations",
 ];
 
 /// No file that a person writes is larger.
