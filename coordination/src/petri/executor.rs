@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::net::{Net, PlaceId, TransitionId};
 use super::ports::Ports;
-use super::state::{Progress, State};
+use super::state::{Allowance, State};
 use crate::event::EventId;
 
 /// How much one evaluation may do.
@@ -76,7 +76,6 @@ pub struct Executor {
     net: Net,
     state: State,
     ports: Ports,
-    last: usize,
     firings: u64,
     refused: u64,
 }
@@ -89,7 +88,6 @@ impl Executor {
         let mut executor = Self {
             state: net.initial().clone(),
             ports: Ports::new(net.sources().len(), net.sinks().len()),
-            last: net.layout().transitions - 1,
             firings: 0,
             refused: 0,
             net,
@@ -150,10 +148,9 @@ impl Executor {
     #[inline]
     fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
         if budget.firings == 1 && budget.rounds > 0 && !self.ports.can_fill() {
-            let (layout, ports) = (self.net.layout(), &mut self.ports);
-            if let Some((fired, enabled)) = self.state.step(layout, ports, self.last) {
+            let step = self.state.step(self.net.layout(), &mut self.ports);
+            if let Some((fired, enabled)) = step {
                 on_fire(fired);
-                self.last = fired;
                 self.firings += 1;
                 return Evaluation {
                     fired: 1,
@@ -172,14 +169,12 @@ impl Executor {
         while let Some(source) = ports.next_to_fill() {
             state.flip(net.layout(), net.sources()[source].0);
         }
-        let mut progress = Progress {
+        let mut left = Allowance {
             firings: budget.firings,
             rounds: budget.rounds,
-            last: self.last,
         };
-        let enabled = state.run(net.layout(), ports, &mut progress, on_fire);
-        let fired = budget.firings - progress.firings;
-        self.last = progress.last;
+        let enabled = state.run(net.layout(), ports, &mut left, on_fire);
+        let fired = budget.firings - left.firings;
         self.firings += u64::from(fired);
         Evaluation {
             fired,
@@ -261,7 +256,6 @@ impl Executor {
     pub fn reset(&mut self) {
         self.state.copy_from(self.net.initial());
         self.ports.forget();
-        self.last = self.net.layout().transitions - 1;
         self.restart_ports();
     }
 

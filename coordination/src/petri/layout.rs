@@ -1,59 +1,70 @@
 //! How a compiled net lies in memory.
 //!
 //! **Representation.** What a transition needs is a set of conditions: *this input is marked*, *that
-//! output is empty*. The state of a net is the truth of these conditions, one bit each; there is no
-//! marking beside it. Transitions are grouped into blocks of 64, in the model's order, and bit t of
-//! a word belongs to the block's t-th transition:
+//! output is empty*. The state of a net is the truth of these conditions, one bit each. Transitions
+//! are grouped into blocks of 64, in the model's order, and bit t of a word belongs to the block's
+//! t-th transition:
 //!
 //! | word | bit t is set while |
 //! |---|---|
-//! | `conditions[0..4]` | one condition of t each holds; without such a condition, always |
-//! | `open` | all further conditions of t hold |
+//! | `conditions[0..4]` | one condition of t on a local place each holds; without such a condition, always |
+//! | `open` | the condition of t on a shared place holds, if it has just one |
 //! | `fresh` | t has not fired in this round |
 //!
-//! The transitions that may fire are the AND of these words. That is exact at any time, so a to-do
-//! list is not needed, and none can repeat, overflow or lag. A place that changes flips its bit in
-//! every condition that mentions it, whatever the direction. The flips of all places that one firing
-//! changes are combined at compile time, so that firing is a few XORs with constants.
+//! The transitions that may fire are the AND of these words, but for those with several conditions
+//! on shared places, of which each is looked at when its turn comes. There is no to-do list, so none
+//! can repeat, overflow or lag. A place that changes flips its bit in every condition that mentions
+//! it, whatever the direction; the flips of all places that one firing changes are combined at
+//! compile time. So firing is a few XORs with constants.
 //!
-//! A place is *shared* if more than [`LOCAL`] conditions in several blocks mention it (one resource
-//! of many processes), or if a transition with more than four conditions has no word left for it.
-//! Conditions on shared places are in `open`. A transition with one shared condition has it there as
-//! it is. One with several is a member of a *joint*, which counts how many of its conditions do not
-//! hold; the bits of its members change when the count reaches or leaves zero. The flips of a shared
-//! place in `open` are stored once for all firings that change it, so the tables grow linearly with
-//! the arcs.
+//! A place is *local* if few conditions mention it or all of them are in one block; its mark is
+//! nowhere but in these conditions. Other places are *shared*: one resource of many processes. So
+//! are those for which a transition with more than four conditions has no word left. Shared places
+//! have their marks in a set of bits of their own, from which the word `open` of a block is made when
+//! the net comes to that block. Only the block that runs keeps one up to date. Thus a firing costs
+//! the same, however many transitions wait for a shared place.
 //!
-//! **Contract.** At any time: (1) a bit in `conditions` equals its condition; (2) the count of a
-//! joint equals the number of its conditions that do not hold; (3) a bit in `open` equals the
-//! conjunction of its transition's shared conditions; (4) the bits of transitions that do not exist
-//! are 0 in `conditions[0]`. A shared place that only joints mention has the `open` bit of such a
-//! transition, so that every place can be read from some bit.
+//! Blocks that may have something to fire are in a set, `active`, which is all that a search goes
+//! through. What changes a local place puts the block in or out; what changes a shared place puts in
+//! all blocks that mention it (64 at a time), and the search puts out those that turn out to have
+//! nothing.
+//!
+//! **Contract.** Between any two firings: (1) a bit in `conditions` equals its condition; (2) `open`
+//! belongs to the block of the transition that fired last; (3) every other block with a transition
+//! that may fire is active; (4) the bits of transitions that do not exist are 0 in `conditions[0]`.
+//! Between any two evaluations all of `fresh` is set.
 
-/// Conditions of a transition that have bits of their own.
+/// Conditions of a transition that have words of their own.
 pub(super) const SLOTS: usize = 4;
 
 /// Conditions that may mention a place in several blocks before it is shared.
 pub(super) const LOCAL: u32 = 8;
 
-/// Transitions per block.
+/// Transitions per block, and blocks per word of a set of blocks.
 pub(super) const BLOCK: usize = u64::BITS as usize;
 
-/// Blocks whose `open` words a row flips at once.
-pub(super) const CHUNK: usize = 8;
-
-/// One bit per transition of a block, for each of its conditions.
+/// One bit per transition of a block, for each of its local conditions.
 pub(super) type Bits = [u64; SLOTS];
 
-/// The state of 64 transitions, but for their `open` word; those lie together.
+/// 64 transitions.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Block {
     pub(super) conditions: Bits,
     pub(super) fresh: u64,
-    /// The transitions that change more than the conditions of this block. It never changes, and is
-    /// here because it is wanted together with the others.
+    // These never change; they are here because they are wanted together with the others.
+    /// The transitions that have an entry in [`Layout::specials`].
     pub(super) special: u64,
+    /// The special ones that have several conditions on shared places.
+    pub(super) several: u64,
+}
+
+/// Bits in a word of a set.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WordBits {
+    /// Index of the word.
+    pub(super) word: u32,
+    pub(super) bits: u64,
 }
 
 /// Flips in the conditions of one block.
@@ -63,14 +74,24 @@ pub(super) struct Flip {
     pub(super) bits: Bits,
 }
 
-/// Flips in the `open` words of [`CHUNK`] blocks.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct OpenFlip {
-    /// Of blocks.
-    pub(super) chunk: u32,
-    /// The blocks that change, as a set of blocks has them.
-    pub(super) blocks: u64,
-    pub(super) bits: [u64; CHUNK],
+/// A shared place, and the transitions of one block for which it is the only one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gate {
+    pub(super) shared: u32,
+    /// Open while it is marked.
+    pub(super) when_marked: u64,
+    /// Open while it is empty.
+    pub(super) when_empty: u64,
+}
+
+/// What the marks of 64 shared places have to be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Need {
+    pub(super) word: u32,
+    /// The places that matter.
+    pub(super) care: u64,
+    /// Their marks.
+    pub(super) value: u64,
 }
 
 /// Some consecutive entries of an array.
@@ -81,19 +102,60 @@ pub(super) struct Span {
 }
 
 impl Span {
-    pub(super) fn is_empty(self) -> bool {
-        self.start == self.end
-    }
-
     pub(super) fn of<T>(self, all: &[T]) -> &[T] {
         &all[self.start as usize..self.end as usize]
     }
 }
 
-/// The word of a shared condition, instead of a number below [`SLOTS`].
-pub(super) const OPEN: u8 = SLOTS as u8;
+/// What a special transition needs, and what its firing changes, beside the conditions of its own
+/// block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Special {
+    /// Flips in `open`.
+    pub(super) open: u64,
+    /// Shared places that change.
+    pub(super) marks: WordBits,
+    /// The blocks that mention them.
+    pub(super) wakes: WordBits,
+    /// Index of further effects, or [`Special::NO_MORE`].
+    pub(super) more: u32,
+    /// [`Need`]s, if it has several conditions on shared places.
+    pub(super) needs: Span,
+}
 
-/// A place; either it is shared, or it has flips in `conditions`.
+impl Special {
+    pub(super) const NO_MORE: u32 = u32::MAX;
+
+    pub(super) const NOTHING: Self = Self {
+        open: 0,
+        marks: WordBits { word: 0, bits: 0 },
+        wakes: WordBits { word: 0, bits: 0 },
+        more: Self::NO_MORE,
+        needs: Span { start: 0, end: 0 },
+    };
+}
+
+/// Effects that most special transitions do not have.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effects {
+    /// Conditions in other blocks: [`Flip`]s.
+    pub(super) far: Span,
+    /// [`PortChange`]s.
+    pub(super) ports: Span,
+    /// Further shared places that change: [`WordBits`].
+    pub(super) marks: Span,
+    /// Further blocks that mention them: [`WordBits`].
+    pub(super) wakes: Span,
+}
+
+/// A source or sink, an index into the net's list of them, changes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum PortChange {
+    SourceEmptied(u16),
+    SinkFilled(u16),
+}
+
+/// A place; either it is shared, or it has flips.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     /// Index among the shared places, or [`Place::NOT_SHARED`].
@@ -102,8 +164,9 @@ pub(super) struct Place {
     pub(super) first_flip: u32,
     /// How many flips it has, one per block that mentions it.
     pub(super) flips: u32,
+    // Of a local place:
     /// A transition with a condition on it, the word of that condition, and whether the condition
-    /// holds while the place is marked: from these the marking is read.
+    /// holds while the place is marked: from these the mark is read.
     pub(super) transition: u32,
     pub(super) slot: u8,
     pub(super) when_marked: bool,
@@ -117,69 +180,6 @@ impl Place {
     }
 }
 
-/// What happens when shared places change.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Change {
-    /// [`OpenFlip`]s.
-    pub(super) open: Span,
-    /// [`JointChange`]s.
-    pub(super) joints: Span,
-}
-
-/// So many more conditions of a joint do not hold, or fewer if negative.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct JointChange {
-    pub(super) joint: u32,
-    pub(super) unmet: i32,
-}
-
-/// A source or sink, an index into the net's list of them, changes.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum PortChange {
-    SourceEmptied(u16),
-    SinkFilled(u16),
-}
-
-/// What the firing of a special transition changes beside the conditions of its own block.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Special {
-    pub(super) open: OpenFlip,
-    /// Its joint may be [`Special::NONE`].
-    pub(super) joint: JointChange,
-    /// Index of further effects, or [`Special::NONE`].
-    pub(super) more: u32,
-}
-
-impl Special {
-    pub(super) const NONE: u32 = u32::MAX;
-
-    pub(super) const NOTHING: Self = Self {
-        open: OpenFlip {
-            chunk: 0,
-            blocks: 0,
-            bits: [0; CHUNK],
-        },
-        joint: JointChange {
-            joint: Self::NONE,
-            unmet: 0,
-        },
-        more: Self::NONE,
-    };
-}
-
-/// Effects that most transitions do not have.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Effects {
-    /// Conditions in other blocks: [`Flip`]s.
-    pub(super) far: Span,
-    /// [`PortChange`]s.
-    pub(super) ports: Span,
-    /// What is left of the first [`Change`] of shared places.
-    pub(super) change: Change,
-    /// Further ones.
-    pub(super) changes: Span,
-}
-
 /// The constant tables of a net.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
@@ -189,18 +189,18 @@ pub(super) struct Layout {
     /// By transition, up to the last special one.
     pub(super) specials: Box<[Special]>,
     pub(super) effects: Box<[Effects]>,
-    pub(super) changes: Box<[Change]>,
+    pub(super) needs: Box<[Need]>,
     pub(super) far: Box<[Flip]>,
     pub(super) port_changes: Box<[PortChange]>,
-    pub(super) open_flips: Box<[OpenFlip]>,
-    pub(super) joint_changes: Box<[JointChange]>,
-    /// By joint: the [`OpenFlip`]s of its members.
-    pub(super) joints: Box<[Span]>,
+    pub(super) word_bits: Box<[WordBits]>,
+    /// By block: its [`Gate`]s.
+    pub(super) gates_of: Box<[Span]>,
+    pub(super) gates: Box<[Gate]>,
     pub(super) places: Box<[Place]>,
-    /// Of all places that are not shared.
+    /// Of all local places.
     pub(super) flips: Box<[Flip]>,
-    /// By shared place: what happens when it is emptied and when it is marked.
-    pub(super) shared: Box<[[Change; 2]]>,
+    /// By shared place: the blocks that mention it, as [`WordBits`].
+    pub(super) wakes_of: Box<[Span]>,
 }
 
 impl Layout {

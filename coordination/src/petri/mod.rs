@@ -47,7 +47,6 @@
 //! assert_eq!(granted, [events.id("grant").expect("the net uses it")]);
 //! ```
 
-mod changes;
 mod compile;
 mod conditions;
 mod dot;

@@ -1,70 +1,41 @@
 //! What changes while a net runs; see [the layout](super::layout).
 
 use super::layout::{
-    BLOCK, Bits, Block, CHUNK, Change, Effects, Flip, Layout, OPEN, OpenFlip, PortChange,
+    BLOCK, Bits, Block, Effects, Flip, Layout, Place, PortChange, Special, WordBits,
 };
 use super::net::PlaceId;
 use super::ports::Ports;
 
-/// The bits above bit `lane`.
-#[inline]
-fn above(lane: usize) -> u64 {
-    (!0 << lane) << 1
-}
-
-/// Whether the bit above `lane` is set.
-#[inline]
-fn follows(bits: u64, lane: usize) -> bool {
-    bits >> lane & 2 != 0
-}
-
-/// The lowest bit set above `lane`.
-#[inline]
-fn next_behind(bits: u64, lane: usize) -> Option<usize> {
-    // Often that is the next one. To test for just this one lets the processor go on with it before
-    // it knows.
-    if follows(bits, lane) {
-        Some(lane + 1)
-    } else {
-        lowest(bits & above(lane))
-    }
-}
-
-#[inline]
-fn lowest(bits: u64) -> Option<usize> {
-    (bits != 0).then_some(bits.trailing_zeros() as usize)
-}
-
-/// The marking of a net, as the truth of its conditions, and what has fired in this round.
+/// The marking of a net, what has fired in this round, and what fired last.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     blocks: Box<[Block]>,
-    /// By block, in whole chunks; behind the last block there are bits that are only read.
-    open: Box<[u64]>,
-    /// By joint: how many of its conditions do not hold.
-    unmet: Box<[u32]>,
+    /// The marks of the shared places, one bit each.
+    marks: Box<[u64]>,
+    /// The transition that fired last.
+    last: usize,
+    /// Of the block of `last`.
+    open: u64,
     /// Sets of blocks, 64 by 64.
     sets: Box<[Sets]>,
-    /// Whether a block has `used` set.
+    /// Whether some block is `used`.
     any_used: bool,
 }
 
 /// A bit per block.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sets {
-    /// Has ready transitions; or a row has touched it, and nobody has looked since. Not up to date
-    /// for the block of the transition that fired last.
+    /// May have ready transitions.
     active: u64,
     /// Some bit of its `fresh` is 0.
     used: u64,
 }
 
-/// What is left of a budget, and the transition that fired last.
+/// How much may still happen in an evaluation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Progress {
+pub(super) struct Allowance {
     pub(super) firings: u32,
     pub(super) rounds: u32,
-    pub(super) last: usize,
 }
 
 /// The words of a block while it runs, in registers.
@@ -76,23 +47,10 @@ struct Words {
 }
 
 impl Words {
-    /// Puts the conditions back. The block's `open` is up to date; its `fresh` matters only if
-    /// another block runs in the same round.
-    #[inline]
-    fn put(&self, block: &mut Block) {
-        block.conditions = self.conditions;
-    }
-
-    /// The transitions whose local conditions hold.
-    #[inline]
-    fn met(&self) -> u64 {
-        let [a, b, c, d] = self.conditions;
-        a & b & c & d
-    }
-
     #[inline]
     fn enabled(&self) -> u64 {
-        self.met() & self.open
+        let [a, b, c, d] = self.conditions;
+        a & b & c & d & self.open
     }
 
     #[inline]
@@ -148,16 +106,20 @@ impl Words {
 }
 
 impl State {
-    pub(super) fn new(blocks: Box<[Block]>, open: Box<[u64]>, unmet: Box<[u32]>) -> Self {
+    /// With all places empty.
+    pub(super) fn new(layout: &Layout, blocks: Box<[Block]>, mark_words: usize) -> Self {
         let mut state = Self {
-            sets: vec![Sets::default(); open.len().div_ceil(BLOCK)].into(),
+            sets: vec![Sets::default(); blocks.len().div_ceil(BLOCK)].into(),
             blocks,
-            open,
-            unmet,
+            // Special transitions may name the first word without any bit.
+            marks: vec![0; mark_words.max(1)].into(),
+            last: layout.transitions - 1,
+            open: 0,
             any_used: false,
         };
+        state.open = state.open_of(layout, state.last / BLOCK);
         for block in 0..state.blocks.len() {
-            state.look_at(block);
+            state.look_at(layout, block);
         }
         state
     }
@@ -165,159 +127,150 @@ impl State {
     /// Makes this a copy of a state of the same net.
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.blocks.copy_from_slice(&other.blocks);
-        self.open.copy_from_slice(&other.open);
-        self.unmet.copy_from_slice(&other.unmet);
+        self.marks.copy_from_slice(&other.marks);
+        self.last = other.last;
+        self.open = other.open;
         self.sets.copy_from_slice(&other.sets);
         self.any_used = other.any_used;
     }
 
     pub(super) fn is_marked(&self, layout: &Layout, place: PlaceId) -> bool {
         let place = &layout.places[place.index()];
+        if place.is_shared() {
+            return self.is_shared_marked(place.shared);
+        }
         let transition = place.transition as usize;
-        let word = match place.slot {
-            OPEN => self.open[transition / BLOCK],
-            slot => self.blocks[transition / BLOCK].conditions[usize::from(slot)],
-        };
+        let word = self.blocks[transition / BLOCK].conditions[usize::from(place.slot)];
         (word >> (transition % BLOCK) & 1 == 1) == place.when_marked
     }
 
-    /// Marks a place that is empty or empties one that is marked.
+    /// Marks a place that is empty or empties one that is marked. Between two evaluations only.
     pub(super) fn flip(&mut self, layout: &Layout, place: PlaceId) {
-        let marked = !self.is_marked(layout, place);
-        let place = &layout.places[place.index()];
+        let place: &Place = &layout.places[place.index()];
         if place.is_shared() {
-            let change = &layout.shared[place.shared as usize][usize::from(marked)];
-            self.change(layout, change);
+            self.marks[place.shared as usize / BLOCK] ^= 1 << (place.shared as usize % BLOCK);
+            for &wakes in layout.wakes_of[place.shared as usize].of(&layout.word_bits) {
+                self.wake(wakes);
+            }
+            self.open = self.open_of(layout, self.last / BLOCK);
         }
         for flip in layout.flips_of(place) {
-            self.flip_block(flip);
+            self.flip_block(layout, flip);
         }
     }
 
-    /// Fires one transition behind `last` in its block, if one is ready there. Returns which one, and
-    /// whether a transition is enabled then. The shortest way for the most frequent case; begins
-    /// and ends between two evaluations.
+    /// Fires one transition behind the last in its block, if one is ready there that needs at most
+    /// one shared place. Returns which one, and whether a transition is enabled then. This is the
+    /// shortest way for the most frequent case. Between two evaluations only.
     #[inline(always)]
-    pub(super) fn step(
-        &mut self,
-        layout: &Layout,
-        ports: &mut Ports,
-        last: usize,
-    ) -> Option<(usize, bool)> {
-        let block = last / BLOCK;
-        let mut words = self.words(block);
-        let lane = next_behind(words.enabled(), last % BLOCK)?;
+    pub(super) fn step(&mut self, layout: &Layout, ports: &mut Ports) -> Option<(usize, bool)> {
+        let block = self.last / BLOCK;
+        let Block {
+            conditions,
+            special,
+            several,
+            ..
+        } = self.blocks[block];
+        let mut words = Words {
+            conditions,
+            open: self.open,
+            fresh: !0,
+        };
+        let lane = next_behind(words.enabled(), self.last % BLOCK)?;
+        let transition = block * BLOCK + lane;
         words.flip(&layout.own[block][lane % BLOCK]);
-        words.put(&mut self.blocks[block]);
-        let special = self.blocks[block].special >> lane & 1 == 1;
-        let enabled = if special || words.enabled() == 0 {
-            self.end_step(layout, ports, block, lane, words.met())
-        } else {
-            true
-        };
-        Some((block * BLOCK + lane, enabled))
+        if special >> lane & 1 == 1 {
+            if several >> lane & 1 == 1 {
+                return None;
+            }
+            words.open ^= self.apply_special(layout, ports, &layout.specials[transition]);
+        }
+        self.blocks[block].conditions = words.conditions;
+        self.open = words.open;
+        self.last = transition;
+        let enabled = words.enabled() & !several != 0;
+        Some((transition, enabled || self.is_any_enabled(layout)))
     }
 
-    /// What [`step`](Self::step) does seldom; `met` are the transitions whose local conditions hold.
-    #[inline(never)]
-    fn end_step(
-        &mut self,
-        layout: &Layout,
-        ports: &mut Ports,
-        block: usize,
-        lane: usize,
-        met: u64,
-    ) -> bool {
-        let special = self.blocks[block].special >> lane & 1 == 1;
-        let open = if special {
-            self.apply_special(layout, ports, block, lane)
-        } else {
-            self.open[block]
-        };
-        met & open != 0 || self.next_active(block).is_some()
-    }
-
-    /// Fires as far as `progress` allows, and uses it up. Each round begins behind the last that
-    /// fired: first what is behind it in its block, then block by block, at last the rest of its
-    /// block. Returns whether a transition is enabled.
+    /// Fires as far as `left` allows, and uses it up. Each round begins behind the last that fired:
+    /// first what is behind it in its block, then block by block, at last the rest of its block.
+    /// Returns whether a transition is enabled.
     #[inline(never)]
     pub(super) fn run(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
-        progress: &mut Progress,
+        left: &mut Allowance,
         mut on_fire: impl FnMut(usize),
     ) -> bool {
-        if progress.firings == 0 || progress.rounds == 0 {
-            let block = progress.last / BLOCK;
-            self.look_at(block);
-            return self.next_active(block).is_some();
-        }
         loop {
-            let mut block = progress.last / BLOCK;
-            let mut behind = Some(progress.last % BLOCK);
-            let enabled = loop {
-                let words = self.run_block(layout, ports, block, behind, progress, &mut on_fire);
-                if progress.firings == 0 {
-                    break words.enabled();
-                }
-                self.leave(block, &words);
-                match self.next_active(block) {
-                    Some(next) => block = next,
-                    None => break words.enabled(),
-                }
-                behind = None;
-            };
-            if self.any_used {
-                self.refresh_used();
+            if left.firings == 0 || left.rounds == 0 {
+                return self.is_any_enabled(layout);
             }
-            progress.rounds -= 1;
-            let any = enabled != 0 || self.next_active(block).is_some();
-            if progress.firings == 0 || progress.rounds == 0 || !any {
-                return any;
+            let mut block = self.last / BLOCK;
+            let mut among = above(self.last % BLOCK);
+            loop {
+                self.run_block(layout, ports, block, among, &mut left.firings, &mut on_fire);
+                if left.firings == 0 {
+                    break;
+                }
+                match self.next_active(layout, block) {
+                    Some(next) => block = next,
+                    None => break,
+                }
+                among = !0;
+            }
+            if self.any_used {
+                self.begin_round(layout);
+            }
+            left.rounds -= 1;
+            if left.firings > 0 && left.rounds > 0 && !self.is_any_enabled(layout) {
+                return false;
             }
         }
     }
 
-    /// Fires the ready transitions of `block` in order, beginning `behind` this one, until none
-    /// behind the last is ready.
+    /// Fires the ready transitions of `block` in order, beginning `among` these, until none behind
+    /// the last is ready or `left` is used up.
     fn run_block(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
         block: usize,
-        behind: Option<usize>,
-        progress: &mut Progress,
+        among: u64,
+        left: &mut u32,
         mut on_fire: impl FnMut(usize),
-    ) -> Words {
+    ) {
         let special = self.blocks[block].special;
-        let mut words = self.words(block);
-        let mut next = match behind {
-            Some(lane) => next_behind(words.ready(), lane),
-            None => lowest(words.ready()),
-        };
-        if next.is_none() {
-            return words;
+        let mut words = self.words(layout, block);
+        let mut next = self.choose(layout, block, words.ready() & among);
+        if next.is_some() {
+            while let Some(lane) = next {
+                // From here on `open` is this block's.
+                self.last = block * BLOCK + lane;
+                let on_fire = |lane| on_fire(block * BLOCK + lane);
+                let last = if special >> lane & 1 == 0 {
+                    words.run_plain(&layout.own[block], special, lane, left, on_fire)
+                } else {
+                    self.run_special(layout, ports, block, &mut words, lane, left, on_fire)
+                };
+                self.last = block * BLOCK + last;
+                next = match left {
+                    0 => None,
+                    _ => self.choose(layout, block, words.ready() & above(last)),
+                };
+            }
+            self.blocks[block].conditions = words.conditions;
+            self.blocks[block].fresh = words.fresh;
+            self.open = words.open;
+            self.sets[block / BLOCK].used |= 1 << (block % BLOCK);
+            self.any_used = true;
         }
-        while let Some(lane) = next {
-            let left = &mut progress.firings;
-            let on_fire = |lane| on_fire(block * BLOCK + lane);
-            let last = if special >> lane & 1 == 0 {
-                words.run_plain(&layout.own[block], special, lane, left, on_fire)
-            } else {
-                self.run_special(layout, ports, block, &mut words, lane, left, on_fire)
-            };
-            progress.last = block * BLOCK + last;
-            next = match progress.firings {
-                0 => None,
-                _ => next_behind(words.ready(), last),
-            };
-        }
-        words.put(&mut self.blocks[block]);
-        words
+        self.look_at(layout, block);
     }
 
-    /// As [`Words::run_plain`], for transitions that are all special.
+    /// As [`Words::run_plain`], for special transitions; all but the first need at most one shared
+    /// place.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "they are to be in registers")]
     fn run_special(
@@ -331,19 +284,22 @@ impl State {
         mut on_fire: impl FnMut(usize),
     ) -> usize {
         let flips = &layout.own[block];
-        let special = self.blocks[block].special;
+        let Block {
+            special, several, ..
+        } = self.blocks[block];
         let mut now = *words;
         let mut more = *left;
         loop {
             now.fire(flips, lane);
             on_fire(lane);
-            now.open = self.apply_special(layout, ports, block, lane);
+            let special_one = &layout.specials[block * BLOCK + lane];
+            now.open ^= self.apply_special(layout, ports, special_one);
             more -= 1;
             if more == 0 {
                 break;
             }
             match next_behind(now.ready(), lane) {
-                Some(next) if special >> next & 1 == 1 => lane = next,
+                Some(next) if (special & !several) >> next & 1 == 1 => lane = next,
                 _ => break,
             }
         }
@@ -352,43 +308,67 @@ impl State {
         lane
     }
 
+    /// The first of these transitions whose needs of several shared places, if any, are met.
     #[inline]
-    fn words(&self, block: usize) -> Words {
+    fn choose(&self, layout: &Layout, block: usize, mut ready: u64) -> Option<usize> {
+        loop {
+            let lane = lowest(ready)?;
+            if self.blocks[block].several >> lane & 1 == 0 || self.is_met(layout, block, lane) {
+                return Some(lane);
+            }
+            ready &= ready - 1;
+        }
+    }
+
+    fn is_met(&self, layout: &Layout, block: usize, lane: usize) -> bool {
+        let needs = layout.specials[block * BLOCK + lane].needs;
+        let mut needs = needs.of(&layout.needs).iter();
+        needs.all(|need| self.marks[need.word as usize] & need.care == need.value)
+    }
+
+    fn words(&self, layout: &Layout, block: usize) -> Words {
         let Block {
             conditions, fresh, ..
         } = self.blocks[block];
+        let open = if block == self.last / BLOCK {
+            self.open
+        } else {
+            self.open_of(layout, block)
+        };
         Words {
             conditions,
-            open: self.open[block],
+            open,
             fresh,
         }
     }
 
-    /// Puts down what a pass through `block` has left behind.
-    fn leave(&mut self, block: usize, words: &Words) {
-        self.set_active(block, words.ready() != 0);
-        if words.fresh != !0 {
-            self.blocks[block].fresh = words.fresh;
-            self.sets[block / BLOCK].used |= 1 << (block % BLOCK);
-            self.any_used = true;
+    /// The `open` of a block.
+    fn open_of(&self, layout: &Layout, block: usize) -> u64 {
+        let mut open = !0;
+        for gate in layout.gates_of[block].of(&layout.gates) {
+            open &= if self.is_shared_marked(gate.shared) {
+                !gate.when_empty
+            } else {
+                !gate.when_marked
+            };
         }
+        open
+    }
+
+    fn is_shared_marked(&self, shared: u32) -> bool {
+        self.marks[shared as usize / BLOCK] >> (shared as usize % BLOCK) & 1 == 1
     }
 
     /// The next block behind `block`, wrapping around to it, that has ready transitions.
-    fn next_active(&mut self, block: usize) -> Option<usize> {
+    fn next_active(&mut self, layout: &Layout, block: usize) -> Option<usize> {
         let mut word = block / BLOCK;
         let mut among = above(block % BLOCK);
         for _ in 0..=self.sets.len() {
-            loop {
-                let active = self.sets[word].active & among;
-                if active == 0 {
-                    break;
-                }
-                let block = word * BLOCK + active.trailing_zeros() as usize;
-                if self.is_ready(block) {
+            while let Some(lane) = lowest(self.sets[word].active & among) {
+                let block = word * BLOCK + lane;
+                if self.look_at(layout, block) {
                     return Some(block);
                 }
-                self.set_active(block, false);
             }
             word = if word + 1 < self.sets.len() {
                 word + 1
@@ -400,46 +380,46 @@ impl State {
         None
     }
 
-    /// Lets the transitions of used blocks fire again; costs what has fired.
-    fn refresh_used(&mut self) {
+    /// Whether a transition is enabled; between two rounds only, when all that are enabled are ready.
+    #[inline(never)]
+    fn is_any_enabled(&mut self, layout: &Layout) -> bool {
+        let block = self.last / BLOCK;
+        self.look_at(layout, block) || self.next_active(layout, block).is_some()
+    }
+
+    /// Lets every transition fire again; costs what has fired.
+    fn begin_round(&mut self, layout: &Layout) {
         self.any_used = false;
         for word in 0..self.sets.len() {
-            let mut used = std::mem::take(&mut self.sets[word].used);
-            while used != 0 {
-                let block = word * BLOCK + used.trailing_zeros() as usize;
-                used &= used - 1;
-                self.blocks[block].fresh = !0;
-                self.look_at(block);
+            while let Some(lane) = lowest(self.sets[word].used) {
+                self.sets[word].used &= !(1 << lane);
+                self.blocks[word * BLOCK + lane].fresh = !0;
+                self.look_at(layout, word * BLOCK + lane);
             }
         }
     }
 
-    /// What a special firing changes beside the conditions of its block, whose new `open` it returns.
+    /// What a special firing changes beside the conditions of its block. Returns the flips in `open`.
     #[inline(always)]
-    fn apply_special(
-        &mut self,
-        layout: &Layout,
-        ports: &mut Ports,
-        block: usize,
-        lane: usize,
-    ) -> u64 {
-        let special = &layout.specials[block * BLOCK + lane];
-        self.flip_open(&special.open);
-        if let Some(unmet) = self.unmet.get_mut(special.joint.joint as usize)
-            && change_unmet(unmet, special.joint.unmet)
-        {
-            self.flip_joint(layout, special.joint.joint);
-        }
+    fn apply_special(&mut self, layout: &Layout, ports: &mut Ports, special: &Special) -> u64 {
+        self.flip_marks(special.marks);
+        self.wake(special.wakes);
         if let Some(effects) = layout.effects.get(special.more as usize) {
             self.apply_effects(layout, ports, effects);
         }
-        self.open[block]
+        special.open
     }
 
     #[inline(never)]
     fn apply_effects(&mut self, layout: &Layout, ports: &mut Ports, effects: &Effects) {
+        for &marks in effects.marks.of(&layout.word_bits) {
+            self.flip_marks(marks);
+        }
+        for &wakes in effects.wakes.of(&layout.word_bits) {
+            self.wake(wakes);
+        }
         for flip in effects.far.of(&layout.far) {
-            self.flip_block(flip);
+            self.flip_block(layout, flip);
         }
         for change in effects.ports.of(&layout.port_changes) {
             match *change {
@@ -447,69 +427,57 @@ impl State {
                 PortChange::SinkFilled(sink) => ports.filled(usize::from(sink)),
             }
         }
-        self.change(layout, &effects.change);
-        for change in effects.changes.of(&layout.changes) {
-            self.change(layout, change);
-        }
-    }
-
-    fn flip_block(&mut self, flip: &Flip) {
-        let block = &mut self.blocks[flip.block as usize];
-        for (bits, flips) in block.conditions.iter_mut().zip(&flip.bits) {
-            *bits ^= flips;
-        }
-        self.look_at(flip.block as usize);
-    }
-
-    fn change(&mut self, layout: &Layout, change: &Change) {
-        for flip in change.open.of(&layout.open_flips) {
-            self.flip_open(flip);
-        }
-        for change in change.joints.of(&layout.joint_changes) {
-            if change_unmet(&mut self.unmet[change.joint as usize], change.unmet) {
-                self.flip_joint(layout, change.joint);
-            }
-        }
-    }
-
-    #[inline(never)]
-    fn flip_joint(&mut self, layout: &Layout, joint: u32) {
-        for flip in layout.joints[joint as usize].of(&layout.open_flips) {
-            self.flip_open(flip);
-        }
     }
 
     #[inline]
-    fn flip_open(&mut self, flip: &OpenFlip) {
-        // A copy cannot overlap, so several words can be flipped at once.
-        let bits = flip.bits;
-        let chunk = flip.chunk as usize;
-        let open = &mut self.open[chunk * CHUNK..chunk * CHUNK + CHUNK];
-        for (open, bits) in open.iter_mut().zip(bits) {
-            *open ^= bits;
+    fn flip_marks(&mut self, marks: WordBits) {
+        self.marks[marks.word as usize] ^= marks.bits;
+    }
+
+    #[inline]
+    fn wake(&mut self, blocks: WordBits) {
+        self.sets[blocks.word as usize].active |= blocks.bits;
+    }
+
+    fn flip_block(&mut self, layout: &Layout, flip: &Flip) {
+        let block = flip.block as usize;
+        for (bits, flips) in self.blocks[block].conditions.iter_mut().zip(&flip.bits) {
+            *bits ^= flips;
         }
-        self.sets[chunk / (BLOCK / CHUNK)].active |= flip.blocks;
+        self.look_at(layout, block);
     }
 
-    fn is_ready(&self, block: usize) -> bool {
-        self.words(block).ready() != 0
-    }
-
-    fn look_at(&mut self, block: usize) {
-        self.set_active(block, self.is_ready(block));
-    }
-
-    fn set_active(&mut self, block: usize, active: bool) {
+    /// Puts a block into the active ones if it has ready transitions, which it returns, else out of
+    /// them.
+    fn look_at(&mut self, layout: &Layout, block: usize) -> bool {
+        let ready = self.words(layout, block).ready();
+        let active = self.choose(layout, block, ready).is_some();
         let word = &mut self.sets[block / BLOCK].active;
         let lane = block % BLOCK;
         *word = (*word & !(1 << lane)) | u64::from(active) << lane;
+        active
     }
 }
 
-/// Changes the number of conditions that do not hold; whether it reached or left zero.
+/// The bits above bit `lane`.
 #[inline]
-fn change_unmet(unmet: &mut u32, by: i32) -> bool {
-    let before = *unmet;
-    *unmet = before.wrapping_add_signed(by);
-    (before == 0) != (*unmet == 0)
+fn above(lane: usize) -> u64 {
+    (!0 << lane) << 1
+}
+
+/// The lowest bit set above `lane`.
+#[inline]
+fn next_behind(bits: u64, lane: usize) -> Option<usize> {
+    // Often that is the next one. To test for just this one lets the processor go on with it before
+    // it knows.
+    if bits >> lane & 2 != 0 {
+        Some(lane + 1)
+    } else {
+        lowest(bits & above(lane))
+    }
+}
+
+#[inline]
+fn lowest(bits: u64) -> Option<usize> {
+    (bits != 0).then_some(bits.trailing_zeros() as usize)
 }
