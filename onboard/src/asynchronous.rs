@@ -1,16 +1,70 @@
 //! The thread of the communication activity: the 5C loop on a tokio runtime with one worker.
+//!
+//! The loop runs with its period, and at once when there is [`News`], or when a real-time thread has used the [`Wake`] that
+//! a thread of our own passes on: waking tokio takes a lock.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use coordination::activity::event_loop_once;
+use tokio::sync::Notify;
 use tokio::time::{MissedTickBehavior, interval};
 
-use crate::rt::clock::now_ns;
+use crate::rt::clock::{MILLISECOND_NS, now_ns};
 use crate::rt::scheduling::promote;
+use crate::rt::wake::Wake;
 use crate::runner::{RobotActivity, ThreadSetup, Timing, Trigger};
+
+/// How soon the thread that passes wake-ups on notices the end.
+const GLANCE_NS: u64 = 100 * MILLISECOND_NS;
+
+/// Wakes the loop, from any thread that may take a lock.
+#[derive(Clone, Debug, Default)]
+pub struct News(Arc<Told>);
+
+#[derive(Debug, Default)]
+struct Told {
+    notify: Notify,
+    /// When the oldest news came that the loop has not begun to look at; 0: there is none.
+    since_ns: AtomicU64,
+}
+
+impl News {
+    /// There is something to look at.
+    pub fn tell(&self) {
+        // Fails when there are older news.
+        let _ = { &self.0.since_ns }.compare_exchange(
+            0,
+            now_ns().max(1),
+            Ordering::AcqRel,
+            Ordering::Relaxed,
+        );
+        self.0.notify.notify_one();
+    }
+
+    async fn wait(&self) {
+        self.0.notify.notified().await;
+    }
+
+    /// When the news came that are looked at from now on.
+    fn take(&self) -> Option<u64> {
+        match self.0.since_ns.swap(0, Ordering::AcqRel) {
+            0 => None,
+            since_ns => Some(since_ns),
+        }
+    }
+}
+
+/// What wakes the thread beside its period.
+#[derive(Clone, Debug, Default)]
+pub struct Alarm {
+    /// For threads that may take a lock.
+    pub news: News,
+    /// For real-time threads.
+    pub wake: Wake,
+}
 
 /// Starts the thread. zenoh refuses tokio's current-thread scheduler, so there is one worker beside it.
 ///
@@ -19,23 +73,43 @@ use crate::runner::{RobotActivity, ThreadSetup, Timing, Trigger};
 pub fn spawn_asynchronous(
     setup: ThreadSetup,
     activities: Vec<Box<dyn RobotActivity>>,
+    alarm: Alarm,
 ) -> std::io::Result<JoinHandle<()>> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .thread_name(format!("{}-tokio", setup.name))
         .enable_all()
         .build()?;
+    let passing = pass_on(&setup, &alarm)?;
     Builder::new().name(setup.name.clone()).spawn(move || {
         for warning in promote(&setup.wanted) {
             setup.log.warn(format!("thread {}: {warning}", setup.name));
         }
-        runtime.block_on(run(setup, activities));
+        runtime.block_on(run(setup, activities, &alarm.news));
         // A connection that hangs does not keep the robot's process alive.
         runtime.shutdown_timeout(Duration::from_secs(1));
+        // It only sleeps and looks at the flag that has ended this loop.
+        let _ = passing.join();
     })
 }
 
-async fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>) {
+/// Turns wake-ups into news, on a thread of its own.
+fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>> {
+    let (stop, Alarm { news, wake }) = (Arc::clone(&setup.stop), alarm.clone());
+    let name = format!("{}-wake", setup.name);
+    Builder::new().name(name).spawn(move || {
+        let mut seen = wake.count();
+        while !stop.load(Ordering::Relaxed) {
+            let count = wake.wait_beyond(seen, now_ns() + GLANCE_NS);
+            if count != seen {
+                news.tell();
+            }
+            seen = count;
+        }
+    })
+}
+
+async fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>, news: &News) {
     let mut timing = Timing::new(&setup.trigger);
     let period = match setup.trigger {
         Trigger::Period(period_ns) => Duration::from_nanos(period_ns),
@@ -45,9 +119,18 @@ async fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let stop = Arc::clone(&setup.stop);
     while !stop.load(Ordering::Relaxed) {
-        let planned = ticks.tick().await;
-        let late_ns = u64::try_from(planned.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        let planned = tokio::select! {
+            planned = ticks.tick() => Some(planned),
+            () = news.wait() => None,
+        };
         let begin_ns = now_ns();
+        let told_ns = news.take();
+        let late_ns = match (planned, told_ns) {
+            (Some(planned), _) => u64::try_from(planned.elapsed().as_nanos()).unwrap_or(u64::MAX),
+            (None, Some(told_ns)) => begin_ns.saturating_sub(told_ns),
+            // A tick has looked at these news already.
+            (None, None) => continue,
+        };
         timing.woken(begin_ns.saturating_sub(late_ns), late_ns);
         for activity in &mut activities {
             event_loop_once(activity.as_mut(), now_ns());
@@ -56,4 +139,80 @@ async fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>
         timing.publish(&mut setup.report);
     }
     timing.publish_now(&mut setup.report);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+    use std::time::Instant;
+
+    use coordination::activity::{Activity, LifeCycle};
+    use coordination::symbols::{Place, TableBuilder};
+
+    use super::*;
+    use crate::rt::clock::SECOND_NS;
+    use crate::rt::scheduling::{CoreClass, Wanted};
+    use crate::values::ThreadReport;
+
+    /// Counts its turns.
+    struct Counter(LifeCycle, Arc<AtomicU64>);
+
+    impl Activity for Counter {
+        fn name(&self) -> &'static str {
+            "counter"
+        }
+
+        fn life_cycle(&self) -> &LifeCycle {
+            &self.0
+        }
+
+        fn rest(&mut self, _now_ns: u64) {
+            self.1.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    impl RobotActivity for Counter {}
+
+    #[test]
+    fn news_and_wake_ups_make_the_loop_run_long_before_its_period() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut builder = TableBuilder::new("async", &Place::new(folder.path(), "async_"));
+        builder
+            .declare::<ThreadReport>("thread", "test")
+            .expect("declared");
+        let table = builder.build().expect("built");
+        let stop = Arc::<AtomicBool>::default();
+        let setup = ThreadSetup {
+            name: "test".to_owned(),
+            trigger: Trigger::Period(3600 * SECOND_NS),
+            wanted: Wanted {
+                fifo_priority: None,
+                cores: CoreClass::Any,
+            },
+            report: table.writer("thread", "test").expect("writer"),
+            stop: Arc::clone(&stop),
+            log: crate::log::queue().0,
+        };
+        let turns = Arc::<AtomicU64>::default();
+        let counter = Counter(LifeCycle::new(), Arc::clone(&turns));
+        let alarm = Alarm::default();
+        let thread =
+            spawn_asynchronous(setup, vec![Box::new(counter)], alarm.clone()).expect("a thread");
+        let reaches = |wanted: u64| {
+            let began = Instant::now();
+            while turns.load(Ordering::Relaxed) < wanted {
+                assert!(began.elapsed() < Duration::from_secs(20), "nothing happens");
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        };
+        // The first tick is at once.
+        reaches(1);
+        alarm.news.tell();
+        reaches(2);
+        alarm.wake.wake();
+        reaches(3);
+        stop.store(true, Ordering::Relaxed);
+        alarm.news.tell();
+        thread.join().expect("ends");
+    }
 }

@@ -4,14 +4,16 @@ use config::{ActivityKind, Link};
 use coordination::symbols::SymbolTable;
 use drivers::ethercat::{Link as FrameLink, RawLink, UdpLink};
 
-use crate::activities::communication::Communication;
+use crate::activities::communication::{Communication, MembershipSetup};
 use crate::activities::control::Control;
 use crate::activities::drive::{Drive, OpenLink};
+use crate::activities::fleet_link;
 use crate::activities::lidar::Lidar;
 use crate::activities::motion_tube::MotionTube;
 use crate::activities::navigation::{MachineNames, Navigation};
 use crate::activities::proprioception::Proprioception;
 use crate::activities::scans::ScanIntake;
+use crate::asynchronous::Alarm;
 use crate::cli::Failure;
 use crate::log::LogSender;
 use crate::plan::{Plan, PlanError, ns_from_ms};
@@ -41,6 +43,8 @@ pub struct Composed {
     pub supervisor: supervisor::Symbols,
     /// Names of the robot's machine.
     pub names: MachineNames,
+    /// Wakes the thread of communication.
+    pub alarm: Alarm,
     /// Keeps the shared memory.
     pub table: SymbolTable,
 }
@@ -83,6 +87,13 @@ fn build(
     let navigator = Box::new(plan.navigator()?);
     let start = plan.start(navigator.machine().state());
     let names = MachineNames::of(&navigator);
+    let alarm = Alarm::default();
+    let fleet = plan.fleet_setup(&navigator, boot_epoch).map(|setup| {
+        let (navigation_end, link) = fleet_link::link(alarm.wake.clone());
+        let names = names.clone();
+        (navigation_end, MembershipSetup { setup, link, names })
+    });
+    let (navigation_end, membership) = fleet.unzip();
     let drive = Drive::new(
         port(ActivityKind::Drive),
         plan.drive_settings(),
@@ -108,6 +119,7 @@ fn build(
         navigator,
         reload.navigator,
         start,
+        (wiring.navigation_fleet, navigation_end),
     );
     let motion_tube = MotionTube::new(
         port(ActivityKind::MotionTube),
@@ -127,8 +139,11 @@ fn build(
     let mut communication = Communication::new(
         port(ActivityKind::Communication),
         plan.communication_settings(boot_epoch),
-        wiring.communication,
+        (wiring.communication, wiring.communication_fleet),
         log.clone(),
+        alarm.news.clone(),
+        membership,
+        now_ns(),
     );
     communication.open_network(now_ns());
     let activities: Vec<Box<dyn RobotActivity>> = vec![
@@ -149,6 +164,7 @@ fn build(
         ),
         supervisor: wiring.supervisor,
         names,
+        alarm,
         table: wiring.table,
     })
 }

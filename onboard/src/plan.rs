@@ -1,14 +1,15 @@
 //! The plan: a robot file and a site file, checked, and made into the parts that the activities run.
 
 mod differences;
+mod fleet;
 mod parts;
 mod refusal;
 
 use std::time::Duration;
 
 use config::{
-    Core, FsmConfig, ProblemKind, RobotConfig, Scheduling, SiteConfig, SiteRobot, ThreadConfig,
-    check_together, load_robot, load_site,
+    Core, FsmConfig, RobotConfig, Scheduling, SiteConfig, SiteRobot, ThreadConfig, check_together,
+    load_robot, load_site,
 };
 use coordination::fsm::{ModelError, StateId};
 use skills::drive::DriveLimitError;
@@ -75,13 +76,6 @@ impl Plan {
         let robot = load_robot(&files.robot, &overrides).map_err(report)?;
         let site = load_site(&files.site, &overrides).map_err(report)?;
         check_together(&robot, &site).map_err(report)?;
-        if site.areas_managed {
-            let expected = "false: this version asks no mediator for areas";
-            let problem =
-                site.origin
-                    .problem(ProblemKind::OutOfRange, "areas.managed", "true", expected);
-            return Err(Failure::Refused(miette::Report::new(problem)));
-        }
         let id = &robot.identity.id;
         let start = site.robots.get(id).cloned().ok_or_else(|| {
             Failure::refused(format_args!(

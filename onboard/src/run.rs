@@ -11,7 +11,7 @@ use coordination::activity::LifeCycleState;
 use coordination::event::queue;
 
 use crate::activities::communication;
-use crate::asynchronous::spawn_asynchronous;
+use crate::asynchronous::{Alarm, spawn_asynchronous};
 use crate::cli::{Failure, Files};
 use crate::compose::{Activities, compose};
 use crate::ctl::Server;
@@ -171,7 +171,7 @@ impl Robot {
                 stop: Arc::clone(&robot.stop),
                 log: log.clone(),
             };
-            match robot.spawn(setup, thread, &mut activities) {
+            match robot.spawn(setup, thread, &mut activities, &composed.alarm) {
                 Ok(handle) => robot.threads.push(handle),
                 Err(error) => {
                     robot.end();
@@ -190,6 +190,7 @@ impl Robot {
         setup: ThreadSetup,
         thread: &ThreadConfig,
         activities: &mut Activities,
+        alarm: &Alarm,
     ) -> std::io::Result<JoinHandle<()>> {
         let own: Vec<Box<dyn RobotActivity>> = thread
             .activities
@@ -197,7 +198,7 @@ impl Robot {
             .filter_map(|kind| activities.take(*kind))
             .collect();
         if thread.trigger == ConfigTrigger::Async {
-            spawn_asynchronous(setup, own)
+            spawn_asynchronous(setup, own, alarm.clone())
         } else {
             setup.spawn(own)
         }

@@ -11,9 +11,9 @@ use crate::faults::FaultTable;
 use crate::rt::wake::Wake;
 use crate::supervisor;
 use crate::values::{
-    ActivityState, CommandValue, DriveStatus, Encoders, LidarStatus, NavigationState,
-    OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode, ThreadReport, TubeState,
-    WheelSetpointsValue,
+    ActivityState, AllowedAreas, CommandValue, DriveStatus, Encoders, FleetState, LidarStatus,
+    NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
+    ThreadReport, TubeState, WheelSetpointsValue, Whereabouts,
 };
 
 // Names in the table: activities as the robot file calls them, and models.
@@ -34,6 +34,7 @@ const ROBOT: &str = "robot";
 const ADAPTIVE: &str = "adaptive";
 const WANTED: &str = "wanted";
 const SAFE: &str = "safe";
+const FLEET: &str = "fleet";
 
 /// Activities, in the order in which data flows.
 pub const ACTIVITIES: [&str; 7] = [
@@ -60,10 +61,14 @@ pub struct Wiring {
     pub lidar: lidar::Symbols,
     /// Of the navigation activity.
     pub navigation: navigation::Symbols,
+    /// Of the same, on a managed site.
+    pub navigation_fleet: navigation::FleetSymbols,
     /// Of the motion tube activity.
     pub motion_tube: motion_tube::Symbols,
     /// Of the communication activity.
     pub communication: communication::Symbols,
+    /// Of the same, on a managed site.
+    pub communication_fleet: communication::FleetSymbols,
     /// Of the supervisor.
     pub supervisor: supervisor::Symbols,
     /// Life cycles, in the order of [`ACTIVITIES`].
@@ -114,6 +119,10 @@ impl Wiring {
                 pose: table.writer(NAVIGATION, MAP)?,
                 state: table.writer(NAVIGATION, ROBOT)?,
             },
+            navigation_fleet: navigation::FleetSymbols {
+                allowed: table.reader(NAVIGATION, FLEET)?,
+                whereabouts: table.writer(NAVIGATION, FLEET)?,
+            },
             motion_tube: motion_tube::Symbols {
                 scan: table.reader(MOTION_TUBE, HOKUYO)?,
                 odometry: table.reader(MOTION_TUBE, ODOM)?,
@@ -134,6 +143,11 @@ impl Wiring {
                 navigation: table.reader(COMMUNICATION, ROBOT)?,
                 faults: table.reader(COMMUNICATION, ROBOT)?,
                 mode: table.reader(COMMUNICATION, ROBOT)?,
+            },
+            communication_fleet: communication::FleetSymbols {
+                whereabouts: table.reader(COMMUNICATION, FLEET)?,
+                allowed: table.writer(COMMUNICATION, FLEET)?,
+                state: table.writer(COMMUNICATION, FLEET)?,
             },
             supervisor: supervisor::Symbols {
                 faults: table.writer(SUPERVISOR, ROBOT)?,
@@ -176,6 +190,9 @@ fn declare(builder: &mut TableBuilder, threads: &[String]) -> Result<(), SymbolE
     one::<LidarStatus>(builder, LIDAR, HOKUYO)?;
     one::<PoseEstimate>(builder, NAVIGATION, MAP)?;
     one::<NavigationState>(builder, NAVIGATION, ROBOT)?;
+    one::<Whereabouts>(builder, NAVIGATION, FLEET)?;
+    one::<AllowedAreas>(builder, COMMUNICATION, FLEET)?;
+    one::<FleetState>(builder, COMMUNICATION, FLEET)?;
     one::<CommandValue>(builder, NAVIGATION, WANTED)?;
     one::<CommandValue>(builder, MOTION_TUBE, SAFE)?;
     one::<TubeState>(builder, MOTION_TUBE, ADAPTIVE)?;

@@ -3,6 +3,7 @@
 pub mod communication;
 pub mod control;
 pub mod drive;
+pub mod fleet_link;
 pub mod lidar;
 pub mod motion_tube;
 pub mod navigation;

@@ -1,16 +1,19 @@
 //! Navigation: pose, perception, the robot's machine, and the motion that its present skill wants.
 
+mod membership;
+mod names;
+
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
-use coordination::event::EventId;
 use coordination::fsm::StateId;
 use coordination::symbols::{Reader, Stamped, Writer};
-use skills::borders::AreaSet;
 use skills::geometry::Pose2;
 use skills::navigator::{Hold, Instruction, NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
 
+use super::fleet_link::{Event, NavigationEnd};
 use super::scans::{Intake, ScanIntake};
 use crate::faults::Fault;
+use crate::fleet::Answer;
 use crate::port::{Command, Instructed, Port, Report};
 use crate::reload::Exchange;
 use crate::runner::RobotActivity;
@@ -18,10 +21,10 @@ use crate::values::{
     CommandValue, Name, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan,
 };
 
-/// Event of the machine that an operator's reset raises, if the machine knows it.
-const RESET_EVENT: &str = "reset";
-/// Output of the machine that counts laps.
-const LAP_OUTPUT: &str = "lap";
+use membership::Membership;
+pub use membership::Symbols as FleetSymbols;
+pub use names::MachineNames;
+use names::Names;
 
 /// The symbols it reads and owns.
 #[derive(Debug)]
@@ -40,6 +43,13 @@ pub struct Symbols {
     pub state: Writer<NavigationState>,
 }
 
+/// Who gave the instruction that the next step takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    ByOperator,
+    ByFleet,
+}
+
 /// The activity.
 pub struct Navigation {
     port: Port,
@@ -47,8 +57,9 @@ pub struct Navigation {
     intake: ScanIntake,
     exchange: Exchange<Part>,
     part: Box<Part>,
+    membership: Membership,
     /// An instruction was given; what becomes of it shows with the next step.
-    instructed: bool,
+    asked: Option<Asked>,
     fresh_scan: bool,
     odometry: Stamped<OdometryValue>,
     output: Option<NavigationOutput>,
@@ -90,80 +101,6 @@ impl Part {
     }
 }
 
-/// What others need to know of the robot's machine to talk about it: names and numbers.
-#[derive(Clone, Debug, Default)]
-pub struct MachineNames {
-    /// Names of its states, by number.
-    pub states: Vec<String>,
-    /// Its input events.
-    pub inputs: Vec<(String, EventId)>,
-}
-
-impl MachineNames {
-    /// Of a navigator's machine.
-    #[must_use]
-    pub fn of(navigator: &Navigator) -> Self {
-        let machine = navigator.machine();
-        Self {
-            states: machine.states().map(|(_, name)| name.to_owned()).collect(),
-            inputs: machine
-                .inputs()
-                .map(|(event, name)| (name.to_owned(), event))
-                .collect(),
-        }
-    }
-
-    /// The name of a state.
-    #[must_use]
-    pub fn state(&self, number: u16) -> &str {
-        let name = self.states.get(usize::from(number));
-        name.map_or("?", String::as_str)
-    }
-
-    /// The number of an event.
-    #[must_use]
-    pub fn input(&self, name: &str) -> Option<EventId> {
-        let found = self.inputs.iter().find(|(known, _)| known == name);
-        found.map(|(_, event)| *event)
-    }
-}
-
-/// Names for the symbol table, looked up once.
-#[derive(Debug)]
-struct Names {
-    states: Vec<Name>,
-    areas: Vec<Name>,
-    skills: Vec<Name>,
-    reset: Option<EventId>,
-    lap: Option<EventId>,
-}
-
-impl Names {
-    fn of(navigator: &Navigator) -> Self {
-        let machine = navigator.machine();
-        let skills = machine
-            .states()
-            .filter_map(|(state, _)| navigator.schedule(state))
-            .map(|schedule| schedule.skill)
-            .max()
-            .map_or(0, |last| last + 1);
-        Self {
-            states: machine.states().map(|(_, name)| Name::new(name)).collect(),
-            areas: navigator
-                .map()
-                .areas()
-                .iter()
-                .map(|area| Name::new(&area.id))
-                .collect(),
-            skills: (0..skills)
-                .map(|skill| Name::new(navigator.skill_name(skill)))
-                .collect(),
-            reset: machine.input(RESET_EVENT),
-            lap: machine.output(LAP_OUTPUT),
-        }
-    }
-}
-
 impl Navigation {
     /// An activity in state *created*.
     #[must_use]
@@ -174,6 +111,7 @@ impl Navigation {
         navigator: Box<Navigator>,
         exchange: Exchange<Part>,
         start: Start,
+        fleet: (FleetSymbols, Option<NavigationEnd>),
     ) -> Self {
         Self {
             port,
@@ -181,7 +119,8 @@ impl Navigation {
             intake,
             exchange,
             part: Box::new(Part::new(navigator, start)),
-            instructed: false,
+            membership: Membership::new(fleet.0, fleet.1),
+            asked: None,
             fresh_scan: false,
             odometry: Stamped::default(),
             output: None,
@@ -211,7 +150,7 @@ impl Navigation {
             scan,
             odometry: &odometry,
             motion_allowed,
-            allowed: AreaSet::ALL,
+            allowed: self.membership.allowed(),
         };
         let output = self.part.navigator.step(&input);
         if output.state != before {
@@ -220,13 +159,16 @@ impl Navigation {
                 to: output.state.0,
             });
         }
-        if std::mem::take(&mut self.instructed) {
-            self.port.report(Report::Instructed(Instructed::Taken {
+        match self.asked.take() {
+            Some(Asked::ByOperator) => self.port.report(Report::Instructed(Instructed::Taken {
                 from: before.0,
                 to: output.state.0,
                 hold: output.hold,
-            }));
+            })),
+            Some(Asked::ByFleet) => self.tell_fleet(Event::Answer(Answer::Taken)),
+            None => {}
         }
+        self.tell_outputs(&output);
         self.schedule_changes += u64::from(output.schedule_changed);
         self.laps += output
             .outputs
@@ -258,29 +200,22 @@ impl Navigation {
         }
     }
 
-    /// Gives the machine an event from outside; the answer follows with the step that takes it.
-    fn instruct(&mut self, instruction: Instruction) {
+    /// Gives the machine an event from outside; the answer follows with the step that takes it, or is the error.
+    fn instruct(&mut self, instruction: Instruction) -> Result<(), Instructed> {
         let steps = matches!(
             self.port.state(),
             LifeCycleState::Running | LifeCycleState::Ready | LifeCycleState::Paused
         );
         let machine = self.part.navigator.machine();
-        let refused = if !steps || self.odometry.stamp_ns == 0 {
-            Instructed::NotReady
-        } else if !machine.accepts(instruction.event) {
-            Instructed::Ignored {
+        if !steps || self.odometry.stamp_ns == 0 {
+            return Err(Instructed::NotReady);
+        }
+        if !machine.accepts(instruction.event) {
+            return Err(Instructed::Ignored {
                 state: machine.state().0,
-            }
-        } else {
-            match self.part.navigator.instruct(instruction) {
-                Ok(()) => {
-                    self.instructed = true;
-                    return;
-                }
-                Err(error) => Instructed::Refused(error),
-            }
-        };
-        self.port.report(Report::Instructed(refused));
+            });
+        }
+        { self.part.navigator.instruct(instruction) }.map_err(Instructed::Refused)
     }
 
     fn publish_output(&mut self, now_ns: u64) {
@@ -318,7 +253,7 @@ impl Navigation {
             laps: self.laps,
             ignored_events: self.part.navigator.machine().ignored(),
         };
-        let mut command = output.command;
+        let mut command = self.membership.limited(output.command);
         command.speed_m_s *= self.speed_share;
         self.symbols.pose.write(now_ns, &pose);
         self.symbols.state.write(now_ns, &state);
@@ -337,7 +272,8 @@ impl Activity for Navigation {
         self.port.life_cycle()
     }
 
-    fn communicate_in(&mut self, _now_ns: u64) {
+    fn communicate_in(&mut self, now_ns: u64) {
+        self.membership.read(now_ns);
         self.odometry = self.symbols.odometry.read();
         // What cannot be used is reported by the motion tube, which looks at the same scans.
         self.fresh_scan = self
@@ -358,10 +294,14 @@ impl Activity for Navigation {
                         self.part.navigator.post(event);
                     }
                 }
-                Command::Instruct(instruction) => self.instruct(instruction),
+                Command::Instruct(instruction) => match self.instruct(instruction) {
+                    Ok(()) => self.asked = Some(Asked::ByOperator),
+                    Err(why) => self.port.report(Report::Instructed(why)),
+                },
                 Command::StopNow | Command::LifeCycle(_) => {}
             }
         }
+        self.obey();
     }
 
     fn configure(&mut self, _now_ns: u64) {
@@ -395,6 +335,7 @@ impl Activity for Navigation {
 
     fn communicate_out(&mut self, now_ns: u64) {
         self.publish_output(now_ns);
+        self.publish_whereabouts(now_ns);
         self.port.publish(now_ns);
     }
 }

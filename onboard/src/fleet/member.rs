@@ -92,7 +92,8 @@ pub struct Member {
     origin: Origin,
     mediator_epoch: u64,
     session: u64,
-    other_version: bool,
+    /// Why its messages are not understood, while they are not.
+    other_version: Option<String>,
     was_acquired: bool,
     /// Areas that the robot stands in; none while it does not know where it is.
     stands_in: Option<AreaSet>,
@@ -117,7 +118,7 @@ impl Member {
             origin: Origin::Unknown,
             mediator_epoch: 0,
             session: 0,
-            other_version: false,
+            other_version: None,
             was_acquired: false,
             stands_in: None,
             wanted: AreaSet::EMPTY,
@@ -134,11 +135,8 @@ impl Member {
             Received::Stale => return,
             Received::Version => {
                 let theirs = contract::Version::from(message.version);
-                if !std::mem::replace(&mut self.other_version, true)
-                    && let Err(error) = contract::VERSION.accept(theirs)
-                {
-                    self.complain(error.to_string());
-                }
+                let refused = contract::VERSION.accept(theirs);
+                self.other_version = refused.err().map(|error| error.to_string());
                 return;
             }
             Received::Refused => {
@@ -149,7 +147,7 @@ impl Member {
             }
             Received::Registered | Received::News => {}
         }
-        self.other_version = false;
+        self.other_version = None;
         let known = (self.mediator_epoch, self.session);
         (self.mediator_epoch, self.session) = (message.mediator_epoch, message.session);
         // It waits for both numbers.
@@ -167,7 +165,8 @@ impl Member {
             return;
         };
         let state = { self.setup.states.iter() }.position(|state| state.name == *fsm_state);
-        match (pose, state) {
+        let pose = pose.filter(|pose| orders::pose(pose).is_finite());
+        match (&pose, state) {
             (Some(pose), Some(state)) => {
                 self.complain(format!(
                     "taking up where the robot was: ({:.2}, {:.2}, {:.2}), state `{fsm_state}`",
@@ -286,7 +285,10 @@ impl Member {
             return;
         }
         let state = state.and_then(|state| self.setup.states.get(state));
-        while let Some(directive) = self.orders.next(state, now_ns) {
+        // One after the other: who takes none is not given more and more.
+        while self.directives.is_empty()
+            && let Some(directive) = self.orders.next(state, now_ns)
+        {
             self.directives.push_back(directive);
         }
         while let Some(complaint) = self.orders.next_complaint() {
@@ -343,8 +345,8 @@ impl Member {
         let reach_m = self.stopping_m(speed_m_s);
         { touches.iter().enumerate() }
             .filter(|&(area, &touch)| {
-                let reaches = || moves && !(self.floor.gap_m(area, place) > reach_m);
-                self.holds(area) && (touch >= Touch::Margin || reaches())
+                let near = || reach_m.is_nan() || self.floor.gap_m(area, place) <= reach_m;
+                self.holds(area) && (touch >= Touch::Margin || moves && near())
             })
             .map(|(area, _)| area)
             .collect()
@@ -410,7 +412,7 @@ impl Member {
     #[must_use]
     pub fn troubles(&self, now_ns: u64) -> Troubles {
         let silent_after_ns = self.setup.silent_after_ns;
-        let refused = self.other_version || !self.client.refusal().is_empty();
+        let refused = !self.refusal().is_empty();
         let had_time = now_ns > self.began_ns.saturating_add(silent_after_ns);
         Troubles {
             silent: had_time && !refused && self.client.is_mediator_silent(now_ns, silent_after_ns),
@@ -419,10 +421,11 @@ impl Member {
         }
     }
 
-    /// Why the mediator does not want this robot; empty when it does.
+    /// Why the mediator does not want this robot, or the robot not this mediator; empty when they agree.
     #[must_use]
     pub fn refusal(&self) -> &str {
-        self.client.refusal()
+        let version = self.other_version.as_deref();
+        version.unwrap_or_else(|| self.client.refusal())
     }
 
     /// How the robot stands with the mediator.

@@ -18,6 +18,10 @@ impl Plan {
             ("threads", ours.threads == theirs.threads),
             ("fleet", ours.fleet == theirs.fleet),
             ("robots.<id>.role", self.role == other.role),
+            (
+                "areas, monitors or state machine of a managed site",
+                self.has_same_fleet_as(other),
+            ),
         ];
         let section = sections.into_iter().find(|(_, same)| !same);
         section

@@ -1,6 +1,7 @@
 //! The parts that activities run, made of what the files say.
 
 use config::TubeHorizon;
+use contract::network::NetworkSettings;
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
 use drivers::ethercat::Expectation;
@@ -270,10 +271,12 @@ impl Plan {
             role: self.role.clone(),
             boot_epoch,
             key_prefix: fleet.key_prefix.clone(),
-            listen: fleet.listen.clone(),
-            connect: fleet.connect.clone(),
-            scouting: fleet.scouting,
-            interface: fleet.interface.clone(),
+            network: NetworkSettings {
+                listen: fleet.listen.clone(),
+                connect: fleet.connect.clone(),
+                scouting: fleet.scouting,
+                interface: fleet.interface.clone(),
+            },
         }
     }
 }

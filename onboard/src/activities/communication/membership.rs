@@ -1,0 +1,328 @@
+//! Communication on a managed site: between the mediator's messages, navigation, and [`Member`].
+
+use contract::wire::{MediatorReport, Pose};
+use contract::{Message, decode};
+use coordination::event::EventId;
+use coordination::fsm::StateId;
+use coordination::symbols::{Reader, Writer};
+use nalgebra::Matrix3;
+use skills::geometry::Pose2;
+use skills::navigator::Instruction;
+
+use super::network::{Mailbox, Network};
+use crate::activities::fleet_link::{CommunicationEnd, Event, Order};
+use crate::activities::navigation::MachineNames;
+use crate::fleet::{Answer, Directive, Member, Place, Sense, Setup, Troubles};
+use crate::log::{Complaints, LogSender};
+use crate::rt::clock::SECOND_NS;
+use crate::values::{AllowedAreas, FleetState, Line, Whereabouts};
+
+/// A pose that is older says nothing of where the robot is.
+const POSE_AGE_NS: u64 = SECOND_NS;
+
+/// The symbols that only a managed site needs.
+#[derive(Debug)]
+pub struct Symbols {
+    /// Where the robot is, in numbers.
+    pub whereabouts: Reader<Whereabouts>,
+    /// Where it may be.
+    pub allowed: Writer<AllowedAreas>,
+    /// How it stands with the mediator.
+    pub state: Writer<FleetState>,
+}
+
+/// What communication needs on a managed site.
+pub struct MembershipSetup {
+    /// The robot's side of the mediator.
+    pub setup: Setup,
+    /// The queues to navigation and back.
+    pub link: CommunicationEnd,
+    /// Events by their names.
+    pub names: MachineNames,
+}
+
+/// The robot as a member of its fleet.
+pub(super) struct Membership {
+    symbols: Symbols,
+    /// None where nobody manages the areas.
+    inner: Option<Inner>,
+}
+
+struct Inner {
+    member: Member,
+    link: CommunicationEnd,
+    names: MachineNames,
+    mailbox: Mailbox,
+    /// For navigation, whose queue was full.
+    unsent: Option<Order>,
+    sense: Sense,
+    refusals: Complaints,
+    sent: u64,
+    received: u64,
+    unreadable: u64,
+}
+
+impl Membership {
+    pub(super) fn new(symbols: Symbols, setup: Option<MembershipSetup>, now_ns: u64) -> Self {
+        let inner = setup.map(|MembershipSetup { setup, link, names }| Inner {
+            member: Member::new(setup, now_ns),
+            link,
+            names,
+            mailbox: Mailbox::default(),
+            unsent: None,
+            sense: Sense::default(),
+            refusals: Complaints::default(),
+            sent: 0,
+            received: 0,
+            unreadable: 0,
+        });
+        Self { symbols, inner }
+    }
+
+    /// Where messages of the mediator go; none where there is no mediator.
+    pub(super) fn mailbox(&self) -> Option<Mailbox> {
+        self.inner.as_ref().map(|inner| inner.mailbox.clone())
+    }
+
+    /// Takes in what the mediator, navigation and the robot's pose say.
+    pub(super) fn listen(&mut self, speed_m_s: f64, now_ns: u64) {
+        let Some(inner) = &mut self.inner else { return };
+        while let Some(letter) = inner.mailbox.take() {
+            match decode::<MediatorReport>(&letter) {
+                Ok(message) => {
+                    inner.received += 1;
+                    inner.member.receive(&message, now_ns);
+                }
+                Err(_) => inner.unreadable += 1,
+            }
+        }
+        while let Some(event) = inner.link.events.receive() {
+            match event {
+                Event::Output(output) => inner.output(output),
+                Event::Answer(answer) => inner.member.answered(answer),
+                Event::Relocated => inner.member.relocated(),
+            }
+        }
+        // Read last: what navigation told before is in it.
+        let whereabouts = self.symbols.whereabouts.read();
+        let fresh = { whereabouts.age_ns(now_ns) }.is_some_and(|age_ns| age_ns <= POSE_AGE_NS);
+        inner.sense = sense(&whereabouts.value, fresh, speed_m_s);
+    }
+
+    /// An operator has reset the robot.
+    pub(super) fn reset(&mut self) {
+        if let Some(inner) = &mut self.inner {
+            inner.member.reset();
+        }
+    }
+
+    /// One step of the protocols.
+    pub(super) fn step(&mut self, now_ns: u64) {
+        if let Some(inner) = &mut self.inner {
+            inner.member.step(&inner.sense, now_ns);
+        }
+    }
+
+    /// Tells navigation where the robot may be and what to do, then the mediator. In this order: what the robot gives back
+    /// may be another's as soon as the mediator knows.
+    pub(super) fn speak(
+        &mut self,
+        network: Option<&Network>,
+        log: &LogSender,
+        now_ns: u64,
+    ) -> Result<(), String> {
+        let Some(inner) = &mut self.inner else {
+            return Ok(());
+        };
+        let allowed = AllowedAreas::new(&inner.member.allowed());
+        self.symbols.allowed.write(now_ns, &allowed);
+        inner.give_orders();
+        while let Some(complaint) = inner.member.next_complaint() {
+            log.warn(format!("mediator: {complaint}"));
+        }
+        let state = inner.state(now_ns);
+        self.symbols.state.write(now_ns, &state);
+        match network {
+            Some(network) if inner.member.is_report_due(now_ns) => {
+                inner.sent += 1;
+                network.send_report(inner.member.report(now_ns).encode_to_vec())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The activity has ended: nothing is allowed any more.
+    pub(super) fn leave(&mut self, now_ns: u64) {
+        if self.inner.is_some() {
+            self.symbols.allowed.write(now_ns, &AllowedAreas::default());
+        }
+    }
+
+    /// What is wrong with the mediator at present.
+    pub(super) fn troubles(&mut self, log: &LogSender, now_ns: u64) -> Troubles {
+        let Some(inner) = &mut self.inner else {
+            return Troubles::default();
+        };
+        let troubles = inner.member.troubles(now_ns);
+        if troubles.refused {
+            let why = inner.member.refusal().to_owned();
+            inner
+                .refusals
+                .say(log, "the mediator refuses this robot", why);
+        } else {
+            inner.refusals.forget();
+        }
+        troubles
+    }
+}
+
+impl Inner {
+    fn output(&mut self, output: EventId) {
+        if let Some(name) = self.names.output(output) {
+            self.member.output(name);
+        }
+    }
+
+    fn give_orders(&mut self) {
+        loop {
+            let order = match self.unsent.take() {
+                Some(order) => order,
+                None => match self.member.next_directive() {
+                    Some(directive) => match self.order(directive) {
+                        Some(order) => order,
+                        None => {
+                            self.member.answered(Answer::Refused);
+                            continue;
+                        }
+                    },
+                    None => return,
+                },
+            };
+            if self.link.orders.send(order).is_err() {
+                // Navigation is slow; the order goes first the next time.
+                self.unsent = Some(order);
+                return;
+            }
+        }
+    }
+
+    fn order(&self, directive: Directive) -> Option<Order> {
+        Some(match directive {
+            Directive::Instruct {
+                event,
+                speed_limit_m_s,
+                stop_at,
+            } => Order::Instruct(Instruction {
+                event: self.names.input(&event)?,
+                speed_limit_m_s,
+                stop_at,
+            }),
+            Directive::LimitSpeed(limit_m_s) => Order::LimitSpeed(limit_m_s),
+            Directive::Relocate {
+                pose,
+                std_m,
+                std_rad,
+                state,
+            } => Order::Relocate {
+                pose,
+                std_m,
+                std_rad,
+                state: StateId(u16::try_from(state).ok()?),
+            },
+        })
+    }
+
+    fn state(&self, now_ns: u64) -> FleetState {
+        let standing = self.member.standing();
+        let troubles = self.member.troubles(now_ns);
+        FleetState {
+            managed: 1,
+            mediator_epoch: standing.mediator_epoch,
+            session: standing.session,
+            silent: u64::from(troubles.silent),
+            acquired: u64::from(standing.acquired),
+            coordination: standing.coordination,
+            net: Line::new(&standing.net),
+            holds: Line::new(&standing.holds),
+            waits: Line::new(match self.member.refusal() {
+                "" => &standing.waits,
+                refusal => refusal,
+            }),
+            sent: self.sent,
+            received: self.received,
+            dropped: self.mailbox.dropped() + self.unreadable,
+        }
+    }
+}
+
+/// What navigation says of the robot, for the protocols.
+fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
+    if !fresh {
+        return Sense::default();
+    }
+    let Whereabouts {
+        x_m,
+        y_m,
+        theta_rad,
+        xx,
+        xy,
+        yy,
+        xt,
+        yt,
+        tt,
+        ..
+    } = *whereabouts;
+    let pose = Pose2::new(x_m, y_m, theta_rad);
+    let covariance = Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
+    let known = whereabouts.uncertain == 0 && pose.is_finite();
+    let std = |variance: f64| variance.max(0.0).sqrt();
+    Sense {
+        place: known.then_some(Place { pose, covariance }),
+        pose: Some(Pose {
+            x_m,
+            y_m,
+            theta_rad,
+            std_x_m: std(xx),
+            std_y_m: std(yy),
+            std_theta_rad: std(tt),
+        }),
+        speed_m_s,
+        state: usize::try_from(whereabouts.state).ok(),
+        waiting_for: { usize::try_from(whereabouts.waiting_for).ok() }
+            .filter(|_| whereabouts.waiting_for != u64::MAX),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_stale_or_uncertain_is_no_place() {
+        let here = Whereabouts {
+            x_m: 1.0,
+            xx: 0.04,
+            xy: 0.01,
+            state: 3,
+            waiting_for: u64::MAX,
+            ..Whereabouts::default()
+        };
+        let known = sense(&here, true, 0.2);
+        let place = known.place.expect("a place");
+        assert_eq!(
+            (place.covariance[(0, 1)], place.covariance[(1, 0)]),
+            (0.01, 0.01)
+        );
+        assert_eq!((known.state, known.waiting_for), (Some(3), None));
+        assert_eq!(known.pose.map(|pose| pose.std_x_m), Some(0.2));
+        assert!(sense(&here, false, 0.2).place.is_none());
+        let unsure = Whereabouts {
+            uncertain: 1,
+            waiting_for: 2,
+            ..here
+        };
+        let unsure = sense(&unsure, true, 0.2);
+        assert!(unsure.place.is_none() && unsure.state == Some(3));
+        assert_eq!(unsure.waiting_for, Some(2));
+    }
+}

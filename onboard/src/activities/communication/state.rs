@@ -1,0 +1,114 @@
+//! The robot's state as a message to everybody.
+
+use contract::wire::{Fault as FaultMessage, Pose, RobotState};
+
+use super::Snapshot;
+use crate::faults::{Fault, FaultTable};
+use crate::rt::clock::MILLISECOND_NS;
+use crate::supervisor::Mode;
+
+/// The message; its sequence and the ages of faults are filled in when it is sent.
+pub(super) fn message(
+    snapshot: &Snapshot,
+    robot_id: &str,
+    role: &str,
+    boot_epoch: u64,
+) -> RobotState {
+    let Snapshot {
+        pose,
+        odometry,
+        navigation,
+        faults,
+        mode,
+    } = snapshot;
+    RobotState {
+        robot_id: robot_id.to_owned(),
+        boot_epoch,
+        sequence: 0,
+        stamp_ns: pose.stamp_ns,
+        pose: (pose.stamp_ns != 0).then_some(Pose {
+            x_m: pose.value.x_m,
+            y_m: pose.value.y_m,
+            theta_rad: pose.value.theta_rad,
+            std_x_m: pose.value.std_x_m,
+            std_y_m: pose.value.std_y_m,
+            std_theta_rad: pose.value.std_theta_rad,
+        }),
+        speed_m_s: odometry.v_m_s,
+        yaw_rate_rad_s: odometry.omega_rad_s,
+        fsm_state: navigation.state.as_str().to_owned(),
+        area: navigation.area.as_str().to_owned(),
+        skill: navigation.skill.as_str().to_owned(),
+        role: role.to_owned(),
+        mode: Mode::name_of(*mode).to_owned(),
+        faults: fault_messages(faults),
+        laps: u32::try_from(navigation.laps).unwrap_or(u32::MAX),
+    }
+}
+
+/// Faults that were ever raised.
+fn fault_messages(table: &FaultTable) -> Vec<FaultMessage> {
+    Fault::ALL
+        .into_iter()
+        .map(|fault| (fault, table.state(fault)))
+        .filter(|(_, state)| state.count > 0)
+        .map(|(fault, state)| FaultMessage {
+            name: fault.name().to_owned(),
+            active: state.active != 0,
+            count: state.count,
+            age_ms: 0,
+        })
+        .collect()
+}
+
+pub(super) fn age_ms(table: &FaultTable, name: &str, now_ns: u64) -> u64 {
+    let since_ns = Fault::ALL
+        .into_iter()
+        .find(|fault| fault.name() == name)
+        .map(|fault| table.state(fault).since_ns);
+    now_ns.saturating_sub(since_ns.unwrap_or(now_ns)) / MILLISECOND_NS
+}
+
+/// Whether what is discrete in the state has changed; pose and speed go with the 5 Hz level.
+pub(super) fn is_news(sent: &RobotState, state: &RobotState) -> bool {
+    let ages_aside = |faults: &[FaultMessage]| {
+        faults
+            .iter()
+            .map(|fault| (fault.name.clone(), fault.active, fault.count))
+            .collect::<Vec<_>>()
+    };
+    sent.fsm_state != state.fsm_state
+        || sent.area != state.area
+        || sent.skill != state.skill
+        || sent.mode != state.mode
+        || sent.laps != state.laps
+        || ages_aside(&sent.faults) != ages_aside(&state.faults)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_discrete_changes_are_news() {
+        let state = RobotState {
+            area: "1".into(),
+            speed_m_s: 0.1,
+            ..RobotState::default()
+        };
+        assert!(!is_news(
+            &state,
+            &RobotState {
+                speed_m_s: 0.4,
+                ..state.clone()
+            }
+        ));
+        assert!(is_news(
+            &state,
+            &RobotState {
+                area: "2".into(),
+                ..state.clone()
+            }
+        ));
+    }
+}

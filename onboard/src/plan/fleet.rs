@@ -1,0 +1,205 @@
+//! What the robot's side of the mediator is made of.
+
+use std::f64::consts::PI;
+
+use skills::borders::BorderGains;
+use skills::geometry::{Pose2, wrap_angle};
+use skills::map::SemanticMap;
+use skills::navigator::Navigator;
+use skills::schedule::{Controller, Schedule};
+
+use super::Plan;
+use crate::fleet::{AreaPlace, Setup, StatePlan};
+use crate::rt::clock::SECOND_NS;
+use crate::site_parts;
+
+/// A mediator that was not heard for longer is silent.
+const SILENT_AFTER_NS: u64 = SECOND_NS;
+
+impl Plan {
+    /// The robot's side of the mediator, for the navigator of this plan; `None` where nobody manages the areas.
+    #[must_use]
+    pub fn fleet_setup(&self, navigator: &Navigator, boot_epoch: u64) -> Option<Setup> {
+        if !self.site.areas_managed {
+            return None;
+        }
+        let (gains, drive, map) = (&self.robot.navigation, &self.robot.drive, navigator.map());
+        let areas = map.areas().iter().map(|area| AreaPlace {
+            id: area.id.clone(),
+            region: area.region,
+        });
+        let machine = navigator.machine();
+        let start = &self.start.start;
+        Some(Setup {
+            robot_id: self.robot.identity.id.clone(),
+            site: self.site.name.clone(),
+            boot_epoch,
+            areas: areas.collect(),
+            states: machine
+                .states()
+                .map(|(state, name)| self.state_plan(name, map, navigator.schedule(state)))
+                .collect(),
+            footprint: site_parts::footprint(&self.robot.footprint),
+            borders: BorderGains {
+                sigmas: gains.border_sigma,
+                ..BorderGains::default()
+            },
+            deceleration_m_s2: gains.deceleration_m_s2,
+            max_speed_m_s: drive.max_speed_m_s,
+            request_ahead_m: self.robot.fleet.request_ahead_m,
+            silent_after_ns: SILENT_AFTER_NS,
+            start: Pose2::new(start.x_m, start.y_m, start.theta_rad),
+            start_state: machine.state().index(),
+        })
+    }
+
+    fn state_plan(&self, name: &str, map: &SemanticMap, schedule: Option<&Schedule>) -> StatePlan {
+        let areas = { self.fsm.state(name).into_iter() }
+            .flat_map(config::FsmState::areas)
+            .filter_map(|area| map.area_index(area));
+        let number = |name: &str| { self.fsm.states.iter() }.position(|state| state.name == name);
+        let from = || self.fsm.transitions.iter().filter(|one| one.from == name);
+        let mut next: Vec<usize> = from()
+            .filter(|transition| !self.fsm.external.contains(&transition.on))
+            .filter_map(|transition| number(&transition.to))
+            .collect();
+        next.sort_unstable();
+        next.dedup();
+        StatePlan {
+            name: name.to_owned(),
+            areas: areas.collect(),
+            next,
+            least_way_m: schedule.map_or(0.0, |schedule| least_way_m(map, schedule)),
+            accepts: from().map(|transition| transition.on.clone()).collect(),
+        }
+    }
+
+    /// Whether a robot that runs this plan with a mediator can go on under the other: areas and states keep their numbers
+    /// and their meaning.
+    pub(super) fn has_same_fleet_as(&self, other: &Self) -> bool {
+        let managed = self.site.areas_managed || other.site.areas_managed;
+        let (ours, theirs) = (&self.site, &other.site);
+        !managed
+            || (ours.areas_managed == theirs.areas_managed
+                && ours.name == theirs.name
+                && ours.areas == theirs.areas
+                && ours.monitors == theirs.monitors
+                && self.fsm == other.fsm)
+    }
+}
+
+/// The way that a manoeuvre takes from its beginning to its end, at least.
+fn least_way_m(map: &SemanticMap, schedule: &Schedule) -> f64 {
+    match schedule.controller {
+        Controller::UTurn { radius_m, .. } => PI * radius_m,
+        Controller::Turn { radius_m } => {
+            let direction_rad = |lane: Option<usize>| {
+                let lane = map.lanes().get(lane?)?;
+                Some(lane.direction_rad)
+            };
+            match (
+                direction_rad(schedule.from_lane),
+                direction_rad(schedule.lane),
+            ) {
+                (Some(from), Some(to)) => wrap_angle(to - from).abs() * radius_m,
+                _ => 0.0,
+            }
+        }
+        Controller::Shift { within_m, .. } => within_m,
+        Controller::Creep { distance_m } => distance_m.abs(),
+        Controller::Corridor { .. }
+        | Controller::EndOfLane(_)
+        | Controller::StopAt(_)
+        | Controller::Dock { .. }
+        | Controller::Stop => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+    use crate::cli::Files;
+
+    fn plan(robot: &str, site: &str, id: &str, managed: bool) -> Plan {
+        let files = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
+        let files = Files {
+            robot: PathBuf::from(format!("{files}/robots/{robot}.toml")),
+            site: PathBuf::from(format!("{files}/sites/{site}.toml")),
+            set: vec![
+                format!("areas.managed={managed}"),
+                format!("identity.id={id}"),
+            ],
+        };
+        match Plan::load(&files) {
+            Ok(plan) => plan,
+            Err(failure) => panic!("{failure:?}"),
+        }
+    }
+
+    fn setup(robot: &str, site: &str, id: &str, managed: bool) -> Option<Setup> {
+        let plan = plan(robot, site, id, managed);
+        let navigator = plan.navigator().expect("a navigator");
+        plan.fleet_setup(&navigator, 1)
+    }
+
+    #[test]
+    fn only_a_managed_site_needs_a_mediator() {
+        assert!(setup("amr-1", "corridor", "amr-1", false).is_none());
+        assert!(setup("amr-1", "corridor", "amr-1", true).is_some());
+    }
+
+    #[test]
+    fn states_know_their_areas_what_follows_and_how_long_they_last() {
+        let setup = setup("amr-1", "corridor", "amr-1", true).expect("managed");
+        let state = |name: &str| {
+            let number = setup.states.iter().position(|state| state.name == name);
+            number.expect("a state")
+        };
+        let names = |areas: &[usize]| -> Vec<String> {
+            areas
+                .iter()
+                .map(|&area| setup.areas[area].id.clone())
+                .collect()
+        };
+        let turn = &setup.states[state("u-turn-3")];
+        assert_eq!(names(&turn.areas), ["3"]);
+        assert_eq!(turn.next, [state("drive-4")]);
+        assert!((turn.least_way_m - 0.5 * PI).abs() < 1e-9);
+        let halt = &setup.states[state("halt-1")];
+        assert!(halt.next.is_empty(), "only an operator leads on");
+        assert!(halt.accepts.contains(&"reset".to_owned()));
+        assert_eq!(setup.start_state, state("drive-1"));
+    }
+
+    #[test]
+    fn a_state_of_several_areas_has_them_all() {
+        let setup = setup("amr-big", "docking", "amr-big", true).expect("managed");
+        let middle = setup.states.iter().find(|state| state.name == "to-middle");
+        let middle = middle.expect("a state");
+        assert_eq!(middle.areas.len(), 3);
+        assert!(middle.least_way_m > 0.0);
+    }
+
+    #[test]
+    fn a_crossing_takes_its_curve() {
+        let setup = setup("amr-1", "t-junction", "amr-2", true).expect("managed");
+        let state = |name: &str| setup.states.iter().find(|state| state.name == name);
+        let left = state("cross-to-3").expect("a state").least_way_m;
+        assert!((left - 0.5 * PI).abs() < 1e-6, "{left}");
+        let right = state("cross-to-2").expect("a state").least_way_m;
+        assert!((right - 0.3 * PI).abs() < 1e-6, "{right}");
+    }
+
+    #[test]
+    fn areas_of_a_managed_site_stay_while_a_robot_drives() {
+        let mut changed = plan("amr-1", "corridor", "amr-1", true);
+        let present = changed.clone();
+        assert!(present.has_same_fleet_as(&changed));
+        changed.site.areas.swap(0, 1);
+        assert!(!present.has_same_fleet_as(&changed));
+        let alone = plan("amr-1", "corridor", "amr-1", false);
+        assert!(!present.has_same_fleet_as(&alone));
+    }
+}
