@@ -1,4 +1,6 @@
-//! The paper's coordination mechanisms, with no robot, device or network in them.
+//! Mechanisms of runtime coordination, with no robot, device or network in them, after Artigas, Rodrigues, Vanderseypen and
+//! Bruyninckx, *Software patterns and data structures for the runtime coordination of robots*, Frontiers in Robotics and AI
+//! (2024): "the paper" everywhere here.
 //!
 //! * [`analysis`]: what is proved of a net before it may run;
 //! * [`event`]: dense event ids and bounded, wait-free queues of events;
@@ -24,3 +26,8 @@ pub mod protocol;
 pub mod registration;
 #[cfg(feature = "symbols")]
 pub mod symbols;
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

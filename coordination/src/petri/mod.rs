@@ -10,13 +10,28 @@
 //! source waits, counted, and fills the source at the beginning of a later evaluation.
 //!
 //! **Choice.** Of the enabled transitions the first in the order of declaration fires, starting
-//! behind the one that fired last and wrapping around, across evaluations: none starves, and the
-//! same offers give the same firings.
+//! behind the one that fired last and wrapping around, across evaluations; the same offers give the
+//! same firings.
 //!
 //! **Budget.** An evaluation fires at most [`Budget::firings`] times and lasts at most
 //! [`Budget::rounds`] rounds. In one round each transition fires at most once; the next round
 //! begins when no enabled transition is left that has not fired in this one. What is left waits
 //! for the next evaluation.
+//!
+//! Round robin protects a transition that stays enabled: it fires before another one fires twice.
+//! One that is enabled only now and then may be missed for ever by an unlucky rhythm of the others.
+//!
+//! **In the paper's words** (Figure 4). What its executor keeps in lists is here in sets of bits;
+//! `layout.rs` explains them.
+//!
+//! | paper | here |
+//! |---|---|
+//! | `place_to_transitions`, `transition_input_place`, `transition_output_place` | per transition, the bits that its firing flips in the conditions of its neighbours |
+//! | `sink_places`, `sink_to_events`, `sink_index` | the net's ports: full sinks in the order in which they filled, each with its event |
+//! | `marking` | the truth of the conditions *this input is marked*, *that output is empty* |
+//! | `places_to_process`, `transitions_to_fire` and what is in them already | the AND of the condition words, and the set of blocks that may have something to fire |
+//! | `places_to_skip` | the same words: what is left over is enabled at the next evaluation |
+//! | `marking_history`, `max_number_of_loops` | which transitions have fired in this round, and [`Budget::rounds`]; counted per transition, since a shared resource is passed on many times in one round |
 //!
 //! **Real time:** everything that an [`Executor`] does after it was made is bounded by what it
 //! touches, not by the size of the net, and does not allocate; its documentation names the
