@@ -102,6 +102,10 @@ pub(super) struct Span {
 }
 
 impl Span {
+    pub(super) fn is_empty(self) -> bool {
+        self.start == self.end
+    }
+
     pub(super) fn of<T>(self, all: &[T]) -> &[T] {
         &all[self.start as usize..self.end as usize]
     }
@@ -155,28 +159,54 @@ pub(super) enum PortChange {
     SinkFilled(u16),
 }
 
-/// A place; either it is shared, or it has flips.
+/// A place; either it is local and has flips, or it is shared.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// Index among the shared places, or [`Place::NOT_SHARED`].
-    pub(super) shared: u32,
-    /// Index of its first flip.
-    pub(super) first_flip: u32,
-    /// How many flips it has, one per block that mentions it.
+    /// Index of its first flip, or among the shared places.
+    pub(super) index: u32,
+    /// How many flips it has, one per block that mentions it, or [`Place::SHARED`].
     pub(super) flips: u32,
-    // Of a local place:
-    /// A transition with a condition on it, the word of that condition, and whether the condition
-    /// holds while the place is marked: from these the mark is read.
-    pub(super) transition: u32,
+    /// Of a local place, a condition from which its mark is read.
+    pub(super) witness: Witness,
+}
+
+/// A condition.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Witness {
+    pub(super) transition: u16,
+    /// Its word.
     pub(super) slot: u8,
+    /// It holds while the place is marked, else while it is empty.
     pub(super) when_marked: bool,
 }
 
 impl Place {
-    pub(super) const NOT_SHARED: u32 = u32::MAX;
+    const SHARED: u32 = u32::MAX;
+
+    pub(super) fn local(first_flip: u32) -> Self {
+        Self {
+            index: first_flip,
+            flips: 0,
+            witness: Witness::default(),
+        }
+    }
+
+    pub(super) fn shared(index: u32) -> Self {
+        Self {
+            index,
+            flips: Self::SHARED,
+            witness: Witness::default(),
+        }
+    }
 
     pub(super) fn is_shared(&self) -> bool {
-        self.shared != Self::NOT_SHARED
+        self.flips == Self::SHARED
+    }
+
+    /// The flips of a local place, of all flips.
+    pub(super) fn flips<'a>(&self, all: &'a [Flip]) -> &'a [Flip] {
+        let first = self.index as usize;
+        &all[first..first + self.flips as usize]
     }
 }
 
@@ -199,13 +229,6 @@ pub(super) struct Layout {
     pub(super) places: Box<[Place]>,
     /// Of all local places.
     pub(super) flips: Box<[Flip]>,
-    /// By shared place: the blocks that mention it, as [`WordBits`].
-    pub(super) wakes_of: Box<[Span]>,
-}
-
-impl Layout {
-    pub(super) fn flips_of(&self, place: &Place) -> &[Flip] {
-        let first = place.first_flip as usize;
-        &self.flips[first..first + place.flips as usize]
-    }
+    /// By shared place: the set of the blocks that mention it.
+    pub(super) users: Box<[u64]>,
 }

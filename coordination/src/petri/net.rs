@@ -94,10 +94,7 @@ impl Net {
             .map(|(index, &(_, event))| (event, index as u16))
             .collect();
         sources_by_event.sort_unstable();
-        let (layout, mut initial) = compile(&structure, &sources, &sinks);
-        for place in structure.places().filter(|&place| structure.marked(place)) {
-            initial.flip(&layout, place);
-        }
+        let (layout, initial) = compile(&structure, &sources, &sinks);
         Ok(Self {
             inner: Arc::new(Inner {
                 data,

@@ -1,7 +1,7 @@
 //! What changes while a net runs; see [the layout](super::layout).
 
 use super::layout::{
-    BLOCK, Bits, Block, Effects, Flip, Layout, Place, PortChange, Special, WordBits,
+    BLOCK, Bits, Block, Effects, Flip, Layout, PortChange, Special, Witness, WordBits,
 };
 use super::net::PlaceId;
 use super::ports::Ports;
@@ -106,17 +106,32 @@ impl Words {
 }
 
 impl State {
-    /// With all places empty.
-    pub(super) fn new(layout: &Layout, blocks: Box<[Block]>, mark_words: usize) -> Self {
+    /// With these places marked, out of blocks in which all are empty.
+    pub(super) fn new(
+        layout: &Layout,
+        blocks: Box<[Block]>,
+        shared: usize,
+        marked: impl Iterator<Item = PlaceId>,
+    ) -> Self {
         let mut state = Self {
             sets: vec![Sets::default(); blocks.len().div_ceil(BLOCK)].into(),
             blocks,
             // Special transitions may name the first word without any bit.
-            marks: vec![0; mark_words.max(1)].into(),
+            marks: vec![0; shared.div_ceil(BLOCK).max(1)].into(),
             last: layout.transitions - 1,
             open: 0,
             any_used: false,
         };
+        for place in marked {
+            let place = &layout.places[place.index()];
+            if place.is_shared() {
+                state.flip_shared(place.index);
+            } else {
+                for flip in place.flips(&layout.flips) {
+                    state.flip_conditions(flip);
+                }
+            }
+        }
         state.open = state.open_of(layout, state.last / BLOCK);
         for block in 0..state.blocks.len() {
             state.look_at(layout, block);
@@ -137,26 +152,44 @@ impl State {
     pub(super) fn is_marked(&self, layout: &Layout, place: PlaceId) -> bool {
         let place = &layout.places[place.index()];
         if place.is_shared() {
-            return self.is_shared_marked(place.shared);
+            return self.is_shared_marked(place.index);
         }
-        let transition = place.transition as usize;
-        let word = self.blocks[transition / BLOCK].conditions[usize::from(place.slot)];
-        (word >> (transition % BLOCK) & 1 == 1) == place.when_marked
+        let Witness {
+            transition,
+            slot,
+            when_marked,
+        } = place.witness;
+        let (block, lane) = (
+            usize::from(transition) / BLOCK,
+            usize::from(transition) % BLOCK,
+        );
+        let word = self.blocks[block].conditions[usize::from(slot)];
+        (word >> lane & 1 == 1) == when_marked
     }
 
     /// Marks a place that is empty or empties one that is marked. Between two evaluations only.
     pub(super) fn flip(&mut self, layout: &Layout, place: PlaceId) {
-        let place: &Place = &layout.places[place.index()];
+        let place = &layout.places[place.index()];
         if place.is_shared() {
-            self.marks[place.shared as usize / BLOCK] ^= 1 << (place.shared as usize % BLOCK);
-            for &wakes in layout.wakes_of[place.shared as usize].of(&layout.word_bits) {
-                self.wake(wakes);
+            self.flip_shared(place.index);
+            let users = layout.users.chunks(self.sets.len());
+            let users = users.skip(place.index as usize).take(1).flatten();
+            for (&bits, word) in users.zip(0..) {
+                self.wake(WordBits { word, bits });
             }
             self.open = self.open_of(layout, self.last / BLOCK);
+        } else {
+            for flip in place.flips(&layout.flips) {
+                self.flip_block(layout, flip);
+            }
         }
-        for flip in layout.flips_of(place) {
-            self.flip_block(layout, flip);
-        }
+    }
+
+    fn flip_shared(&mut self, shared: u32) {
+        self.flip_marks(WordBits {
+            word: shared / u64::BITS,
+            bits: 1 << (shared % u64::BITS),
+        });
     }
 
     /// Fires one transition behind the last in its block, if one is ready there that needs at most
@@ -176,7 +209,11 @@ impl State {
             open: self.open,
             fresh: !0,
         };
-        let lane = next_behind(words.enabled(), self.last % BLOCK)?;
+        let lane = match next_behind(words.enabled(), self.last % BLOCK) {
+            Some(lane) => lane,
+            None if self.is_alone(block) => lowest(words.enabled())?,
+            None => return None,
+        };
         let transition = block * BLOCK + lane;
         words.flip(&layout.own[block][lane % BLOCK]);
         if special >> lane & 1 == 1 {
@@ -208,9 +245,16 @@ impl State {
                 return self.is_any_enabled(layout);
             }
             let mut block = self.last / BLOCK;
-            let mut among = above(self.last % BLOCK);
+            let mut behind = Some(self.last % BLOCK);
             loop {
-                self.run_block(layout, ports, block, among, &mut left.firings, &mut on_fire);
+                self.run_block(
+                    layout,
+                    ports,
+                    block,
+                    behind,
+                    &mut left.firings,
+                    &mut on_fire,
+                );
                 if left.firings == 0 {
                     break;
                 }
@@ -218,7 +262,7 @@ impl State {
                     Some(next) => block = next,
                     None => break,
                 }
-                among = !0;
+                behind = None;
             }
             if self.any_used {
                 self.begin_round(layout);
@@ -230,20 +274,23 @@ impl State {
         }
     }
 
-    /// Fires the ready transitions of `block` in order, beginning `among` these, until none behind
-    /// the last is ready or `left` is used up.
+    /// Fires the ready transitions of `block` in order, beginning `behind` this one, until none
+    /// behind the last is ready or `left` is used up.
     fn run_block(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
         block: usize,
-        among: u64,
+        behind: Option<usize>,
         left: &mut u32,
         mut on_fire: impl FnMut(usize),
     ) {
         let special = self.blocks[block].special;
         let mut words = self.words(layout, block);
-        let mut next = self.choose(layout, block, words.ready() & among);
+        let mut next = match behind {
+            Some(last) => self.choose_behind(layout, block, words.ready(), last),
+            None => self.choose(layout, block, words.ready()),
+        };
         if next.is_some() {
             while let Some(lane) = next {
                 // From here on `open` is this block's.
@@ -257,7 +304,7 @@ impl State {
                 self.last = block * BLOCK + last;
                 next = match left {
                     0 => None,
-                    _ => self.choose(layout, block, words.ready() & above(last)),
+                    _ => self.choose_behind(layout, block, words.ready(), last),
                 };
             }
             self.blocks[block].conditions = words.conditions;
@@ -266,7 +313,8 @@ impl State {
             self.sets[block / BLOCK].used |= 1 << (block % BLOCK);
             self.any_used = true;
         }
-        self.look_at(layout, block);
+        let active = self.choose(layout, block, words.ready()).is_some();
+        self.set_active(block, active);
     }
 
     /// As [`Words::run_plain`], for special transitions; all but the first need at most one shared
@@ -318,6 +366,28 @@ impl State {
             }
             ready &= ready - 1;
         }
+    }
+
+    /// As [`choose`](Self::choose), behind `last`; or from the beginning of the block again if no
+    /// other block is to come before.
+    #[inline]
+    fn choose_behind(
+        &self,
+        layout: &Layout,
+        block: usize,
+        ready: u64,
+        last: usize,
+    ) -> Option<usize> {
+        match self.choose(layout, block, ready & above(last)) {
+            None if self.is_alone(block) => self.choose(layout, block, ready),
+            next => next,
+        }
+    }
+
+    /// Whether surely no other block is active.
+    #[inline]
+    fn is_alone(&self, block: usize) -> bool {
+        self.sets.len() == 1 && self.sets[0].active & !(1 << block) == 0
     }
 
     fn is_met(&self, layout: &Layout, block: usize, lane: usize) -> bool {
@@ -384,7 +454,8 @@ impl State {
     #[inline(never)]
     fn is_any_enabled(&mut self, layout: &Layout) -> bool {
         let block = self.last / BLOCK;
-        self.look_at(layout, block) || self.next_active(layout, block).is_some()
+        let ready = self.words(layout, block).ready();
+        self.choose(layout, block, ready).is_some() || self.next_active(layout, block).is_some()
     }
 
     /// Lets every transition fire again; costs what has fired.
@@ -440,11 +511,15 @@ impl State {
     }
 
     fn flip_block(&mut self, layout: &Layout, flip: &Flip) {
-        let block = flip.block as usize;
-        for (bits, flips) in self.blocks[block].conditions.iter_mut().zip(&flip.bits) {
+        self.flip_conditions(flip);
+        self.look_at(layout, flip.block as usize);
+    }
+
+    fn flip_conditions(&mut self, flip: &Flip) {
+        let block = &mut self.blocks[flip.block as usize];
+        for (bits, flips) in block.conditions.iter_mut().zip(&flip.bits) {
             *bits ^= flips;
         }
-        self.look_at(layout, block);
     }
 
     /// Puts a block into the active ones if it has ready transitions, which it returns, else out of
@@ -452,10 +527,14 @@ impl State {
     fn look_at(&mut self, layout: &Layout, block: usize) -> bool {
         let ready = self.words(layout, block).ready();
         let active = self.choose(layout, block, ready).is_some();
+        self.set_active(block, active);
+        active
+    }
+
+    fn set_active(&mut self, block: usize, active: bool) {
         let word = &mut self.sets[block / BLOCK].active;
         let lane = block % BLOCK;
         *word = (*word & !(1 << lane)) | u64::from(active) << lane;
-        active
     }
 }
 
