@@ -89,6 +89,11 @@ fn every_mistake_is_named() {
         ("robot = \"amr-1\", ", "", "neither `role` nor `robot`"),
         ("asks = [\"1\"]", "asks = [\"9\"]", "area `9`"),
         ("holds = [\"1\"]", "holds = \"1\"", "holds"),
+        (
+            "robot = \"amr-1\"",
+            "robot = \"amr-1\", stands_in = [\"8\"]",
+            "area `8`",
+        ),
         ("without = [\"2\"]", "without = [\"22\"]", "area `22`"),
         (
             "states = [\"drive-1\"]",

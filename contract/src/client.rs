@@ -194,6 +194,7 @@ impl Client {
                             replica,
                             fence: grant.fence,
                             waits_for: grant.waits_for.clone(),
+                            inherited: true,
                         },
                     );
                 }
@@ -314,6 +315,9 @@ impl Client {
         }
         for (area, run) in &mut self.runs {
             let (stands, wants) = (stands_in.contains(area), wanted.contains(area));
+            // What it was granted before it restarted and does not stand in, it gives back: the mediator may have lost more.
+            let inherited = std::mem::take(&mut run.inherited);
+            let wants = wants && !inherited;
             let at = run.replica.position();
             if at == flags.granted_at && stands {
                 news |= run.replica.set(flags.entered).is_ok();
@@ -433,9 +437,8 @@ impl Client {
     /// Whether the robot may be in the area.
     #[must_use]
     pub fn holds(&self, area: &str) -> bool {
-        self.runs
-            .get(area)
-            .is_some_and(|run| self.flags.is_held(run))
+        let run = self.runs.get(area);
+        run.is_some_and(|run| self.flags.is_held(run) && !run.inherited)
     }
 
     /// What the robot waits for, and why, as the mediator says it.

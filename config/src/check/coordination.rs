@@ -96,6 +96,7 @@ fn check_cast(site: &SiteConfig, key: &str, cast: &CastConfig, report: &Report) 
     }
     for (name, list) in [
         ("holds", &cast.holds),
+        ("stands_in", &cast.stands_in),
         ("without", &cast.without),
         ("asks", &cast.asks),
     ] {

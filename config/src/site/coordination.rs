@@ -42,9 +42,11 @@ pub struct CastConfig {
     pub robot: Option<String>,
     /// It has this role on the site.
     pub role: Option<String>,
-    /// It has these areas.
+    /// It has these areas, by a grant.
     pub holds: Vec<String>,
-    /// It has none of these areas.
+    /// It is in these areas, whole or in part.
+    pub stands_in: Vec<String>,
+    /// It neither has nor is in any of these areas.
     pub without: Vec<String>,
     /// It waits for these areas.
     pub asks: Vec<String>,

@@ -25,6 +25,8 @@ pub(super) struct Run {
     pub(super) replica: Replica,
     pub(super) fence: u64,
     pub(super) waits_for: String,
+    /// Taken over from the mediator after a restart, and not yet confirmed by where the robot stands.
+    pub(super) inherited: bool,
 }
 
 impl AccessProtocol {
@@ -62,6 +64,7 @@ impl AccessProtocol {
             replica: Replica::new(&self.protocol, PROTOCOL_ID, self.robot, 0),
             fence: 0,
             waits_for: String::new(),
+            inherited: false,
         }
     }
 

@@ -267,6 +267,14 @@ impl Instance {
             && (part.is_over() || (release.is_some() && part.next_of_mediator() == release))
     }
 
+    /// The robot of a role has set a flag, so that it knows of this coordination until it is over.
+    pub(crate) fn is_known_to(&self, role: usize) -> bool {
+        let part = &self.parts[role];
+        let protocol = part.protocol();
+        { protocol.set_flags(part.position()) }
+            .any(|(flag, _)| protocol.owner(flag) == Some(Party::First))
+    }
+
     /// Some robot was released after yielding: there is no way back.
     pub(crate) fn releases(&self) -> bool {
         matches!(self.stage, Stage::Yielding) && { self.parts.iter() }.any(|part| {
@@ -322,7 +330,9 @@ impl Instance {
         }
         for passage in passages {
             let none_left = !passage.areas.iter().any(|&area| has(area));
-            let gave_up = none_left && !passage.areas.iter().any(|&area| asks(area));
+            // It has given all back without entering, or was in and out again before that was seen.
+            let waits = |&area: &usize| asks(area) && part.keeps(area);
+            let gave_up = none_left && !passage.areas.iter().any(waits);
             let entered = passage.areas.iter().any(|&area| is_in(area));
             if at == passage.granted_at && (entered || gave_up) {
                 changed |= part.set_own(passage.entered);

@@ -402,6 +402,7 @@ impl<'a> Loader<'a> {
             self.wrong(place, "no robot of this site fits");
         }
         let conditions = !(cast.holds.is_empty()
+            && cast.stands_in.is_empty()
             && cast.without.is_empty()
             && cast.asks.is_empty()
             && cast.states.is_empty()
@@ -411,8 +412,10 @@ impl<'a> Loader<'a> {
                 let what = "a role that is only let into areas plays from the start, so only `robot` and `role` say who plays it";
                 self.wrong(place, what);
             }
-            Kind::Control if cast.asks.is_empty() && cast.holds.is_empty() => {
-                let what = "it says neither which areas the robot holds nor which it asks for, so it would be coordinated anywhere";
+            Kind::Control
+                if cast.asks.is_empty() && cast.holds.is_empty() && cast.stands_in.is_empty() =>
+            {
+                let what = "it says neither which areas the robot has or is in nor which it asks for, so it would be coordinated anywhere";
                 self.wrong(place, what);
             }
             _ => {}
@@ -420,6 +423,7 @@ impl<'a> Loader<'a> {
         Cast {
             robots,
             holds: self.areas(place, &cast.holds),
+            stands_in: self.areas(place, &cast.stands_in),
             without: self.areas(place, &cast.without),
             asks: self.areas(place, &cast.asks),
             states: cast.states.clone(),

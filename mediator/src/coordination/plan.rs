@@ -81,10 +81,13 @@ pub(crate) struct SituationPlan {
 pub(crate) struct Wired {
     pub(crate) net: Net,
     /// By role and flag: the event of its sources, and those.
-    pub(crate) sources: Vec<Vec<Option<(EventId, Vec<PlaceId>)>>>,
+    pub(crate) sources: Vec<Vec<Option<Sources>>>,
     /// By role and flag: its sinks.
     pub(crate) sinks: BTreeMap<EventId, (usize, FlagId)>,
 }
+
+/// The event of a flag, and the sources that it fills.
+pub(crate) type Sources = (EventId, Vec<PlaceId>);
 
 /// Which robot fits a role.
 #[derive(Clone, Debug)]
@@ -92,6 +95,7 @@ pub(crate) struct Cast {
     /// Robots that may play it, by robot file and role.
     pub(crate) robots: Vec<usize>,
     pub(crate) holds: Vec<usize>,
+    pub(crate) stands_in: Vec<usize>,
     pub(crate) without: Vec<usize>,
     pub(crate) asks: Vec<usize>,
     pub(crate) states: Vec<String>,

@@ -143,6 +143,10 @@ impl Manager {
         first: bool,
         now_ns: u64,
     ) {
+        let number = report.control.as_ref().map_or(0, |own| own.coordination);
+        if first {
+            self.miss_control(robot, number, now_ns);
+        }
         let Some(control) = &report.control else {
             return;
         };
@@ -177,6 +181,26 @@ impl Manager {
                 self.break_off(handle, now_ns);
             }
             Err(what) => self.complain_of_control(robot, what),
+        }
+    }
+
+    /// A robot that was let go in the past that the journal has lost does not come back by itself.
+    fn miss_control(&mut self, robot: usize, number: u64, now_ns: u64) {
+        let own = self.coordinator.control_of(robot);
+        let missing = own.is_some_and(|(instance, role)| {
+            instance.number != number && instance.is_known_to(role)
+        });
+        let handle = self.coordinator.running.iter().copied().find(|&handle| {
+            let instance = self.coordinator.registry.get(handle).ok();
+            let instance = instance.and_then(|registered| registered.object);
+            instance.is_some_and(|instance| instance.controls(robot).is_some())
+        });
+        if let Some(handle) = handle.filter(|_| missing) {
+            self.alarms.push(Alarm::Forgotten {
+                coordination: self.coordination_id(handle),
+                robot: self.robots[robot].id.clone(),
+            });
+            self.break_off(handle, now_ns);
         }
     }
 
@@ -532,6 +556,7 @@ impl Manager {
             && state.located
             && state.placed
             && cast.holds.iter().all(|&area| state.holds(area))
+            && { cast.stands_in.iter() }.all(|area| state.stands_in.contains(area))
             && !cast.without.iter().any(|&area| state.occupies(area))
             && cast.asks.iter().all(waits)
             && (cast.states.is_empty() || cast.states.contains(&state.fsm_state))

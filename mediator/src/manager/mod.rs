@@ -613,7 +613,8 @@ impl Manager {
     fn judge_capacity(&mut self, area: usize) {
         let inside: Vec<usize> = self.occupants(area).collect();
         let Area { capacity, id, .. } = &self.areas[area];
-        let overfull = inside.len() > *capacity as usize;
+        // As long as somebody has not reported, it may have left: nothing is granted anyway.
+        let overfull = self.awaited.is_empty() && inside.len() > *capacity as usize;
         if overfull && !self.areas[area].overfull {
             let robots: Vec<&str> = inside
                 .iter()

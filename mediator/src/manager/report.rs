@@ -31,7 +31,7 @@ impl Manager {
         self.hear(robot, now_ns);
         for access in &report.access {
             let merged = match self.merge(robot, access, now_ns) {
-                Err(BadReport::Merge(_)) if first_heard => self.adopt(robot, access),
+                Err(BadReport::Merge(_)) if first_heard => self.adopt(robot, access, now_ns),
                 merged => merged,
             };
             if let Err(what) = merged {
@@ -185,7 +185,7 @@ impl Manager {
 
     /// After a power loss the journal may lack the last grants. Until every robot has reported nothing is granted, so what a
     /// robot has on its first report since the start was given to it before.
-    fn adopt(&mut self, robot: usize, access: &Access) -> Result<(), BadReport> {
+    fn adopt(&mut self, robot: usize, access: &Access, now_ns: u64) -> Result<(), BadReport> {
         let level = level::decode(access.level.as_ref())?;
         let Some(&area) = self.area_index.get(&access.area) else {
             return Err(BadReport::UnknownArea);
@@ -201,9 +201,18 @@ impl Manager {
             fence: access.fence,
             ticket: 0,
         };
-        let run = self.protocol.resume(record)?;
+        let mut run = self.protocol.resume(record)?;
         self.dequeue(area, robot);
+        let asks = run.is_requested();
+        if asks {
+            self.ticket += 1;
+            run.ticket = self.ticket;
+            run.asked_ns = now_ns;
+        }
         self.robots[robot].runs[area] = Some(Box::new(run));
+        if asks {
+            self.enqueue(area, robot);
+        }
         self.counters.adopted += 1;
         self.alarms.push(Alarm::Adopted {
             robot: self.robots[robot].id.clone(),

@@ -166,7 +166,12 @@ impl Run {
         }
     }
 
-    /// Requested and not granted.
+    /// Requested and not granted, whether it has a ticket or not.
+    pub(super) fn is_requested(&self) -> bool {
+        self.replica.position() != Position::START && !self.is_held()
+    }
+
+    /// Requested, not granted, and in the queue.
     pub(super) fn waits(&self) -> bool {
         self.ticket != 0
     }

@@ -1,133 +1,133 @@
-//! Robots on a ring of areas, one mediator, and the network between them.
+//! Robots on a floor, one mediator, and the network between them.
 
-use std::time::Duration;
+use std::collections::BTreeMap;
 
+use super::floor::{Floor, SILENT_NS};
+use super::journal::Journal;
 use super::random::Random;
-use contract::client::{Client, Situation};
+use super::robot::{Process, Robot};
+use contract::client::Client;
 use contract::wire::{MediatorReport, RobotReport};
-use mediator::journal::Stored;
-use mediator::manager::{Alarm, Manager};
-use mediator::setup::{AreaSetup, RobotSetup, Setup};
+use mediator::manager::{Alarm, CoordinationStatus, Manager};
 
 const STEP_MS: u64 = 20;
-const SILENT_NS: u64 = 1_000_000_000;
 const REPORT_MS: u64 = 200;
 
+/// What goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Faults {
-    None,
-    All,
+pub struct Faults {
+    /// Messages are lost, repeated, late, or come again from long ago.
+    pub network: bool,
+    /// Robots and mediator crash.
+    pub crashes: bool,
+    /// The journal may lose its last writes with a crash.
+    pub power: bool,
+    /// Of a thousand orders so many are never carried out.
+    pub stuck_per_mille: u64,
+    /// Everybody crashes once in so many steps.
+    pub every: u64,
 }
 
-/// A robot's body, which no crash moves, and the process in it.
-struct Robot {
-    id: String,
-    /// It reaches into this area, and into the one after it while it crosses the border.
-    area: usize,
-    crossing: bool,
-    /// Time at which the present motion ends.
-    until_ms: u64,
-    moves: u64,
-    process: Option<Client>,
-    /// When the process starts again.
-    restart_ms: u64,
-    report_ms: u64,
+impl Faults {
+    pub const NONE: Self = Self {
+        network: false,
+        crashes: false,
+        power: false,
+        stuck_per_mille: 0,
+        every: u64::MAX,
+    };
+    pub const ALL: Self = Self {
+        network: true,
+        crashes: true,
+        power: true,
+        stuck_per_mille: 100,
+        every: 250,
+    };
 }
 
+#[derive(Clone)]
 enum Message {
     ToMediator(RobotReport),
     ToRobot(MediatorReport),
 }
 
+/// What has happened, for tests that must see it happen.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    pub moves: u64,
+    pub crashes: u64,
+    pub power_losses: u64,
+    pub passed: u64,
+    pub preempted: u64,
+    pub forgotten: u64,
+    pub adopted: u64,
+    pub replayed: u64,
+    pub yielded: u64,
+    pub kept: u64,
+    pub finished: u64,
+}
+
+impl std::ops::AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.moves += other.moves;
+        self.crashes += other.crashes;
+        self.power_losses += other.power_losses;
+        self.passed += other.passed;
+        self.preempted += other.preempted;
+        self.forgotten += other.forgotten;
+        self.adopted += other.adopted;
+        self.replayed += other.replayed;
+        self.yielded += other.yielded;
+        self.kept += other.kept;
+        self.finished += other.finished;
+    }
+}
+
 pub struct Fleet {
-    setup: Setup,
-    capacities: Vec<u32>,
+    floor: Floor,
     robots: Vec<Robot>,
     manager: Option<Manager>,
     manager_restart_ms: u64,
-    journal: Stored,
+    journal: Journal,
     network: Vec<(u64, Message)>,
+    /// Messages of long ago.
+    past: Vec<Message>,
     now_ms: u64,
-    crashes: u64,
-    alarms: Vec<String>,
+    seed: u64,
+    accusations: Vec<String>,
+    tally: Tally,
 }
 
 impl Fleet {
-    pub fn new(random: &mut Random) -> Self {
-        let areas = 3 + random.below(6) as usize;
-        let capacities: Vec<u32> = (0..areas).map(|_| 1 + random.below(2) as u32).collect();
-        // Round a ring somebody can always move when not all of it is full.
-        let most = capacities.iter().sum::<u32>() as usize - 1;
-        let count = 1 + random.below(most.min(6) as u64) as usize;
-        let mut free = capacities.clone();
-        let mut robots = Vec::new();
-        for number in 0..count {
-            let area = loop {
-                let area = random.below(areas as u64) as usize;
-                if free[area] > 0 {
-                    free[area] -= 1;
-                    break area;
-                }
-            };
-            robots.push(Robot {
-                id: format!("r{number}"),
-                area,
-                crossing: false,
-                until_ms: 0,
-                moves: 0,
-                process: None,
-                restart_ms: random.below(500),
-                report_ms: 0,
-            });
-        }
-        let setup = Setup {
-            site: "ring".into(),
-            areas: capacities
-                .iter()
-                .enumerate()
-                .map(|(number, &capacity)| AreaSetup {
-                    id: format!("a{number}"),
-                    capacity,
-                })
-                .collect(),
-            robots: robots
-                .iter()
-                .map(|robot| RobotSetup {
-                    id: robot.id.clone(),
-                    role: "normal".into(),
-                    priority: 0,
-                    starts_in: vec![format!("a{}", robot.area)],
-                })
-                .collect(),
-            silent_after: Duration::from_nanos(SILENT_NS),
-        };
+    pub fn new((floor, robots): (Floor, Vec<Robot>), seed: u64) -> Self {
         Self {
-            setup,
-            capacities,
+            floor,
             robots,
             manager: None,
             manager_restart_ms: 0,
-            journal: Stored::default(),
+            journal: Journal::default(),
             network: Vec::new(),
+            past: Vec::new(),
             now_ms: 0,
-            crashes: 0,
-            alarms: Vec::new(),
+            seed,
+            accusations: Vec::new(),
+            tally: Tally::default(),
         }
     }
 
-    pub fn run(&mut self, for_ms: u64, faults: Faults, random: &mut Random, seed: u64) {
+    pub fn run(&mut self, for_ms: u64, faults: Faults, random: &mut Random) {
         let end_ms = self.now_ms + for_ms;
         while self.now_ms < end_ms {
             self.now_ms += STEP_MS;
-            if faults == Faults::All {
-                self.crash_somebody(random);
+            if faults.crashes {
+                self.crash_somebody(faults, random);
             }
             self.start_whoever_is_due(random);
             self.deliver(faults, random);
             self.drive(random);
-            self.step_clients(faults, random);
+            self.step_robots(faults, random);
             self.step_manager(None, faults, random);
-            self.judge(seed);
+            self.judge();
         }
     }
 
@@ -143,54 +143,116 @@ impl Fleet {
         self.robots.iter().map(|robot| robot.moves).collect()
     }
 
-    pub fn crashes(&self) -> u64 {
-        self.crashes
+    pub fn priority(&self, robot: usize) -> u32 {
+        let id = &self.robots[robot].id;
+        let found = { self.floor.setup.robots.iter() }.find(|own| own.id == *id);
+        found.map_or(0, |own| own.priority)
+    }
+
+    pub fn tally(&self) -> Tally {
+        let mut tally = self.tally;
+        tally.moves = self.moves().iter().sum();
+        for process in self
+            .robots
+            .iter()
+            .filter_map(|robot| robot.process.as_ref())
+        {
+            tally.yielded += process.client.counters().yielded;
+            tally.kept += process.client.counters().kept;
+        }
+        tally
+    }
+
+    /// Coordinations that this mediator remembers or runs.
+    pub fn coordinations(&self) -> Vec<CoordinationStatus> {
+        let status =
+            { self.manager.as_ref() }.map(|manager| manager.status(self.now_ms * 1_000_000));
+        status.map_or_else(Vec::new, |status| status.coordinations)
     }
 
     pub fn explain(&self) -> String {
-        let status = self
-            .manager
-            .as_ref()
-            .map(|manager| manager.status(self.now_ms * 1_000_000));
-        format!("{status:#?}\nalarms: {:#?}", self.alarms)
+        let now_ns = self.now_ms * 1_000_000;
+        let status = self.manager.as_ref().map(|manager| manager.status(now_ns));
+        let why = { self.robots.iter() }.map(|robot| {
+            let why = { self.manager.as_ref() }.map(|manager| manager.why(&robot.id, now_ns));
+            let client = robot.process.as_ref().map(|process| {
+                let client = &process.client;
+                (
+                    client.is_acquired(),
+                    client.coordination().map(|own| (own.0, own.2)),
+                    client.counters(),
+                )
+            });
+            format!(
+                "{} in {:?}, client {client:?}: {why:?}",
+                robot.id,
+                robot.stands_in(&self.floor),
+            )
+        });
+        format!(
+            "{status:#?}\n{:#?}\naccusations: {:#?}",
+            why.collect::<Vec<_>>(),
+            self.accusations
+        )
     }
 
     /// These robots keep the rules, so the mediator must never accuse one.
-    pub fn assert_no_violation_was_claimed(&self, seed: u64) {
-        assert!(self.alarms.is_empty(), "seed {seed}: {}", self.explain());
+    pub fn assert_no_violation_was_claimed(&self) {
+        assert!(
+            self.accusations.is_empty(),
+            "seed {}: {:#?}",
+            self.seed,
+            self.accusations
+        );
     }
 
-    fn crash_somebody(&mut self, random: &mut Random) {
+    fn crash_somebody(&mut self, faults: Faults, random: &mut Random) {
         for robot in &mut self.robots {
-            if robot.process.is_some() && random.below(250) == 0 {
-                robot.process = None;
-                robot.restart_ms = self.now_ms + random.below(3_000);
-                // The body stops where it is.
-                robot.until_ms = u64::MAX;
-                self.crashes += 1;
+            if let Some(process) = &robot.process
+                && random.below(faults.every) == 0
+            {
+                self.tally.yielded += process.client.counters().yielded;
+                self.tally.kept += process.client.counters().kept;
+                robot.crash(self.now_ms, random);
+                self.tally.crashes += 1;
             }
         }
-        if self.manager.is_some() && random.below(250) == 0 {
-            self.crash_manager(random);
+        if self.manager.is_some() && random.below(faults.every) == 0 {
+            self.crash_manager(faults, random);
         }
     }
 
-    fn crash_manager(&mut self, random: &mut Random) {
+    fn crash_manager(&mut self, faults: Faults, random: &mut Random) {
         self.manager = None;
         self.manager_restart_ms = self.now_ms + random.below(3_000);
-        self.crashes += 1;
+        self.tally.crashes += 1;
+        if faults.power && random.chance(30) {
+            self.journal.lose_power(random);
+            if std::env::var_os("TRACE").is_some() {
+                eprintln!("{} ms: power", self.now_ms);
+            }
+            self.tally.power_losses += 1;
+        }
     }
 
     fn start_whoever_is_due(&mut self, random: &mut Random) {
         for robot in &mut self.robots {
             if robot.process.is_none() && self.now_ms >= robot.restart_ms {
-                robot.process = Some(Client::new(&robot.id, "ring", random.next() | 1));
+                let client = Client::new(&robot.id, &self.floor.setup.site, random.next() | 1);
+                robot.process = Some(Process::new(client));
                 robot.until_ms = self.now_ms + random.below(500);
             }
         }
         if self.manager.is_none() && self.now_ms >= self.manager_restart_ms {
-            let manager = Manager::new(&self.setup, &self.journal, self.now_ms * 1_000_000);
-            self.manager = Some(manager.expect("its own journal"));
+            let stored = self.journal.read();
+            let plans = self.floor.plans.clone();
+            let now_ns = self.now_ms * 1_000_000;
+            let manager = Manager::with_plans(&self.floor.setup, plans, stored, now_ns);
+            let mut manager = manager.expect("its own journal");
+            // Nothing is told before the new epoch is on the disk.
+            self.journal.write(manager.entries().collect());
+            self.journal.keep();
+            self.manager = Some(manager);
         }
     }
 
@@ -200,26 +262,35 @@ impl Fleet {
             .into_iter()
             .partition(|(at_ms, _)| *at_ms <= now_ms);
         self.network = later;
-        for (_, message) in due {
+        let mut due: Vec<Message> = due.into_iter().map(|(_, message)| message).collect();
+        if faults.network && !self.past.is_empty() && random.chance(5) {
+            due.push(self.past[random.below(self.past.len() as u64) as usize].clone());
+            self.tally.replayed += 1;
+        }
+        for message in due {
             match message {
                 Message::ToMediator(report) => self.step_manager(Some(&report), faults, random),
                 Message::ToRobot(message) => {
-                    let robot = self
-                        .robots
-                        .iter_mut()
-                        .find(|robot| robot.id == message.robot_id);
-                    if let Some(client) = robot.and_then(|robot| robot.process.as_mut()) {
-                        client.receive(&message, now_ms * 1_000_000);
+                    let mut robots = self.robots.iter_mut();
+                    let robot = robots.find(|robot| robot.id == message.robot_id);
+                    if let Some(process) = robot.and_then(|robot| robot.process.as_mut()) {
+                        process.client.receive(&message, now_ms * 1_000_000);
                     }
                 }
             }
         }
     }
 
-    fn send(&mut self, message: impl Fn() -> Message, faults: Faults, random: &mut Random) {
-        if faults == Faults::None {
-            self.network.push((self.now_ms + STEP_MS, message()));
+    fn send(&mut self, message: Message, faults: Faults, random: &mut Random) {
+        if !faults.network {
+            self.network.push((self.now_ms + STEP_MS, message));
             return;
+        }
+        if self.past.len() < 100 {
+            self.past.push(message.clone());
+        } else if random.chance(10) {
+            let place = random.below(100) as usize;
+            self.past[place] = message.clone();
         }
         let copies = match random.below(10) {
             0..3 => 0,
@@ -232,63 +303,55 @@ impl Fleet {
             } else {
                 random.below(40)
             };
-            self.network.push((self.now_ms + delay_ms, message()));
+            self.network.push((self.now_ms + delay_ms, message.clone()));
         }
     }
 
-    /// Bodies move as long as their process wants; only areas that it holds are entered.
     fn drive(&mut self, random: &mut Random) {
-        let areas = self.capacities.len();
-        for robot in &mut self.robots {
-            let Some(client) = &robot.process else {
-                continue;
-            };
-            if robot.until_ms == u64::MAX || self.now_ms < robot.until_ms {
-                continue;
-            }
-            let next = (robot.area + 1) % areas;
-            if robot.crossing {
-                robot.area = next;
-                robot.crossing = false;
-                robot.moves += 1;
-                robot.until_ms = self.now_ms + 100 + random.below(400);
-            } else if client.is_registered() && client.holds(&format!("a{next}")) {
-                robot.crossing = true;
-                robot.until_ms = self.now_ms + 50 + random.below(200);
+        let now_ms = self.now_ms;
+        let (first, lay_by) = (self.floor.first, self.floor.lay_by);
+        for index in 0..self.robots.len() {
+            let was = self.robots[index].spot;
+            self.robots[index].drive(&self.floor, now_ms, random);
+            let robot = &self.robots[index];
+            let entered_first = robot.spot != was && Some(robot.spot) == first;
+            let acquired = { robot.process.as_ref() }.is_some_and(|own| own.client.is_acquired());
+            if robot.role == "emergency" && entered_first && acquired {
+                // By the bodies: it passes one that stands aside, whole.
+                let aside = self.robots.iter().any(|other| {
+                    other.role == "normal" && Some(other.spot) == lay_by && other.crossing.is_none()
+                });
+                assert!(
+                    aside,
+                    "seed {}, {now_ms} ms: it passes nobody: {}",
+                    self.seed,
+                    self.explain()
+                );
+                self.tally.passed += 1;
             }
         }
     }
 
-    fn step_clients(&mut self, faults: Faults, random: &mut Random) {
-        let areas = self.capacities.len();
+    fn step_robots(&mut self, faults: Faults, random: &mut Random) {
         let now_ms = self.now_ms;
         let mut reports = Vec::new();
         for robot in &mut self.robots {
-            let name = |area: usize| format!("a{area}");
-            let next = (robot.area + 1) % areas;
-            let mut stands_in = vec![name(robot.area)];
-            if robot.crossing {
-                stands_in.push(name(next));
+            if let Some(process) = &mut robot.process {
+                process.obey(random, faults.stuck_per_mille);
             }
-            let Some(client) = &mut robot.process else {
-                continue;
-            };
-            let situation = Situation {
-                located: client.is_registered(),
-                stands_in,
-                wanted: vec![name(robot.area), name(next)],
-                committed: Vec::new(),
-                pose: None,
-                fsm_state: name(robot.area),
-            };
-            let news = client.step(situation, now_ms * 1_000_000, SILENT_NS);
-            if news || now_ms >= robot.report_ms + REPORT_MS {
+            let news = robot.step(&self.floor, now_ms, SILENT_NS, random);
+            if let Some(process) = &mut robot.process
+                && (news || now_ms >= robot.report_ms + REPORT_MS)
+            {
                 robot.report_ms = now_ms;
-                reports.push(client.report());
+                if faults.network && random.chance(2) {
+                    reports.extend(stale(&mut process.client, &self.past, random));
+                }
+                reports.push(process.client.report());
             }
         }
         for report in reports {
-            self.send(|| Message::ToMediator(report.clone()), faults, random);
+            self.send(Message::ToMediator(report), faults, random);
         }
     }
 
@@ -304,54 +367,82 @@ impl Fleet {
         }
         let entries: Vec<_> = manager.entries().collect();
         for alarm in manager.alarms() {
-            let accuses = !matches!(alarm, Alarm::Silent { .. } | Alarm::Back { .. });
-            if accuses {
-                self.alarms.push(format!("{} ms: {alarm}", self.now_ms));
+            match alarm {
+                Alarm::Silent { .. } | Alarm::Back { .. } | Alarm::Still { .. } => {}
+                Alarm::Preempted { .. } => self.tally.preempted += 1,
+                Alarm::Forgotten { .. } if self.tally.power_losses > 0 => self.tally.forgotten += 1,
+                Alarm::Adopted { .. } if self.tally.power_losses > 0 => self.tally.adopted += 1,
+                alarm => self
+                    .accusations
+                    .push(format!("{} ms: {alarm}", self.now_ms)),
             }
         }
         let mut messages = Vec::new();
         while let Some(message) = manager.next_message(now_ns) {
             messages.push(message);
         }
-        let crash = (faults == Faults::All && !entries.is_empty() && random.below(40) == 0)
+        let crash = (faults.crashes && !entries.is_empty() && random.below(40) == 0)
             .then(|| random.below(3));
         if crash == Some(0) {
             // Before the journal: nobody hears of it.
-            return self.crash_manager(random);
+            return self.crash_manager(faults, random);
         }
-        entries
-            .into_iter()
-            .for_each(|entry| self.journal.apply(entry));
+        if std::env::var_os("TRACE").is_some() {
+            for entry in &entries {
+                eprintln!("{} ms: {entry:?}", self.now_ms);
+            }
+        }
+        self.journal.write(entries);
         if crash == Some(1) {
             // After the journal, before the network.
-            return self.crash_manager(random);
+            return self.crash_manager(faults, random);
         }
         for message in messages {
-            self.send(|| Message::ToRobot(message.clone()), faults, random);
+            self.send(Message::ToRobot(message), faults, random);
         }
         if crash == Some(2) {
-            self.crash_manager(random);
+            self.crash_manager(faults, random);
         }
     }
 
     /// By where the bodies are, not by what anybody says.
-    fn judge(&self, seed: u64) {
-        let areas = self.capacities.len();
-        for (area, &capacity) in self.capacities.iter().enumerate() {
-            let inside: Vec<&str> = self
-                .robots
-                .iter()
-                .filter(|robot| {
-                    robot.area == area || (robot.crossing && (robot.area + 1) % areas == area)
-                })
-                .map(|robot| robot.id.as_str())
-                .collect();
+    fn judge(&self) {
+        let mut inside: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
+        for robot in &self.robots {
+            for area in robot.stands_in(&self.floor) {
+                inside.entry(area).or_default().push(&robot.id);
+            }
+        }
+        for (area, robots) in inside {
+            let capacity = self.floor.limits[area];
             assert!(
-                inside.len() <= capacity as usize,
-                "seed {seed}, {} ms: area a{area} holds {capacity}, and {inside:?} are in it: {}",
+                robots.len() <= capacity as usize,
+                "seed {}, {} ms: area {} holds {capacity}, and {robots:?} are in it: {}",
+                self.seed,
                 self.now_ms,
+                self.floor.name(area),
                 self.explain()
             );
         }
     }
+}
+
+/// A new report with levels and fences of long ago, as from a part of the robot that has fallen behind.
+fn stale(client: &mut Client, past: &[Message], random: &mut Random) -> Option<RobotReport> {
+    let Message::ToMediator(old) = past.get(random.below(100) as usize)? else {
+        return None;
+    };
+    let mut report = client.report();
+    let same = old.robot_id == report.robot_id
+        && old.boot_epoch == report.boot_epoch
+        && old.session == report.session
+        && old.mediator_epoch == report.mediator_epoch;
+    if same {
+        report.access.clone_from(&old.access);
+        report.revocations.clone_from(&old.revocations);
+        if let (Some(control), Some(old)) = (&mut report.control, &old.control) {
+            *control = old.clone();
+        }
+    }
+    Some(report)
 }

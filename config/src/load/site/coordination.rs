@@ -55,6 +55,7 @@ fn cast(role: &str, s: &Section<'_>) -> (String, CastConfig) {
         robot: s.text_if("robot", "a robot's id, as in [robots.<id>]"),
         role: s.text_if("role", "a role of this site, as in [fsm.<role>]"),
         holds: s.texts("holds", AREA),
+        stands_in: s.texts("stands_in", AREA),
         without: s.texts("without", AREA),
         asks: s.texts("asks", AREA),
         states: s.texts("states", STATE),

@@ -1,0 +1,302 @@
+//! Floors for robots: a ring of areas, the corridor with its lay-by, and the docking bay.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::random::Random;
+use super::robot::Robot;
+use config::{FsmTransition, SiteConfig, load_net, parse_site};
+use coordination::analysis::Limits;
+use mediator::coordination::{Plan, plans};
+use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+pub const SILENT_NS: u64 = 1_000_000_000;
+
+/// Areas, and places in them.
+pub struct Floor {
+    pub setup: Setup,
+    pub plans: Vec<Arc<Plan>>,
+    /// How many robots may truly be in each area.
+    pub limits: Vec<u32>,
+    /// The areas that a robot takes in each spot.
+    pub spots: Vec<Vec<usize>>,
+    /// Spots where robots are overtaken: beside the first, the first, the one behind it.
+    pub lay_by: Option<usize>,
+    pub first: Option<usize>,
+    pub second: Option<usize>,
+}
+
+impl Floor {
+    pub fn name(&self, area: usize) -> &str {
+        &self.setup.areas[area].id
+    }
+
+    /// Some areas in a ring, and some robots of different priority there.
+    pub fn ring(random: &mut Random) -> (Self, Vec<Robot>) {
+        let areas = 3 + random.below(6) as usize;
+        let capacities: Vec<u32> = (0..areas).map(|_| 1 + random.below(2) as u32).collect();
+        // Round a ring somebody can always move when not all of it is full.
+        let most = capacities.iter().sum::<u32>() as usize - 1;
+        let count = 1 + random.below(most.min(6) as u64) as usize;
+        let route: Vec<usize> = (0..areas).collect();
+        let mut free = capacities.clone();
+        let mut robots = Vec::new();
+        for number in 0..count {
+            let area = loop {
+                let area = random.below(areas as u64) as usize;
+                if free[area] > 0 {
+                    free[area] -= 1;
+                    break area;
+                }
+            };
+            robots.push(Robot::new(
+                &format!("r{number}"),
+                "normal",
+                &route,
+                area,
+                250,
+                random,
+            ));
+        }
+        let ids: Vec<String> = (0..areas).map(|area| format!("a{area}")).collect();
+        let setup = Setup {
+            site: "ring".into(),
+            areas: { ids.iter().zip(&capacities) }
+                .map(|(id, &capacity)| AreaSetup {
+                    id: id.clone(),
+                    capacity,
+                })
+                .collect(),
+            robots: { robots.iter() }
+                .map(|robot| RobotSetup {
+                    id: robot.id.clone(),
+                    role: "normal".into(),
+                    priority: random.below(3) as u32,
+                    starts_in: vec![ids[robot.spot].clone()],
+                })
+                .collect(),
+            silent_after: Duration::from_nanos(SILENT_NS),
+        };
+        let floor = Self {
+            setup,
+            plans: Vec::new(),
+            limits: capacities,
+            spots: (0..areas).map(|area| vec![area]).collect(),
+            lay_by: None,
+            first: None,
+            second: None,
+        };
+        (floor, robots)
+    }
+
+    /// The shipped corridor and the shipped net, with an emergency robot and one or two normal ones.
+    pub fn corridor(random: &mut Random) -> (Self, Vec<Robot>) {
+        let (mut setup, plans) = CORRIDOR.with(Clone::clone);
+        let area = |id: &str| {
+            let found = setup.areas.iter().position(|area| area.id == id);
+            found.expect("the corridor has it")
+        };
+        let route = ["1", "2", "3", "4", "6", "7"].map(area);
+        let lay_by = area("5");
+        let offset = random.below(6) as usize;
+        let mut robots = vec![
+            Robot::new("fast", "emergency", &route, offset, 100, random),
+            Robot::new("slow", "normal", &route, (offset + 2) % 6, 600, random),
+        ];
+        if random.chance(40) {
+            let third = (offset + 4) % 6;
+            robots.push(Robot::new("third", "normal", &route, third, 400, random));
+            robots[2].dreams = true;
+        }
+        let spots: Vec<Vec<usize>> = (0..setup.areas.len()).map(|area| vec![area]).collect();
+        place(&mut setup, &robots, &spots);
+        let floor = Self {
+            limits: setup.areas.iter().map(|area| area.capacity).collect(),
+            setup,
+            plans,
+            spots,
+            lay_by: Some(lay_by),
+            first: Some(route[0]),
+            second: Some(route[1]),
+        };
+        (floor, robots)
+    }
+
+    /// The shipped docking bay and its net. The lanes of the access hold any number, so that only the net keeps robots apart.
+    pub fn docking(random: &mut Random) -> (Self, Vec<Robot>) {
+        let (mut setup, plans) = DOCKING.with(Clone::clone);
+        let spots: Vec<Vec<usize>> = [
+            &["apron"][..],
+            &["access-in"],
+            &["bay"],
+            &["access-out"],
+            &["access-in", "access-out"],
+        ]
+        .iter()
+        .map(|ids| {
+            let area = |id: &&str| setup.areas.iter().position(|area| area.id == *id);
+            ids.iter()
+                .map(|id| area(id).expect("the site has it"))
+                .collect()
+        })
+        .collect();
+        let (small, big) = ([0, 1, 2, 3], [0, 4, 2, 4]);
+        let robots = vec![
+            Robot::new("amr-1", "small", &small, 0, 200, random),
+            Robot::new("amr-2", "small", &small, 2, 200, random),
+            Robot::new("amr-big", "big", &big, 0, 300, random),
+        ];
+        setup.areas.iter_mut().for_each(|area| area.capacity = 3);
+        place(&mut setup, &robots, &spots);
+        let mut limits = vec![3; setup.areas.len()];
+        spots[4].iter().for_each(|&area| limits[area] = 1);
+        let floor = Self {
+            setup,
+            plans,
+            limits,
+            spots,
+            lay_by: None,
+            first: None,
+            second: None,
+        };
+        (floor, robots)
+    }
+}
+
+/// Everybody starts where the bodies are.
+fn place(setup: &mut Setup, robots: &[Robot], spots: &[Vec<usize>]) {
+    for own in &mut setup.robots {
+        let body = robots.iter().find(|robot| robot.id == own.id);
+        let areas = body.map_or(&[][..], |body| &spots[body.spot]);
+        own.starts_in = { areas.iter() }
+            .map(|&area| setup.areas[area].id.clone())
+            .collect();
+    }
+}
+
+thread_local! {
+    static CORRIDOR: (Setup, Vec<Arc<Plan>>) = corridor();
+    static DOCKING: (Setup, Vec<Arc<Plan>>) = docking();
+}
+
+const OVERTAKING: &str = r#"
+[robots.slow]
+role = "normal"
+start = { x_m = 3.0, y_m = -0.5, theta_rad = 0.0 }
+[robots.third]
+role = "normal"
+start = { x_m = 6.5, y_m = -0.5, theta_rad = 0.0 }
+start_state = "search-2"
+[robots.fast]
+role = "emergency"
+start = { x_m = 6.5, y_m = 0.5, theta_rad = 3.141592653589793 }
+start_state = "drive-4"
+
+[roles.emergency]
+priority = 1
+
+[coordinations.overtaking]
+net = "overtaking"
+alarm_after_s = 4.0
+
+[coordinations.overtaking.situations.normal-ahead]
+emergency = { role = "emergency", asks = ["1"], holds = ["7"] }
+normal = { role = "normal", stands_in = ["1"], holds = ["1"], without = ["2"] }
+
+[coordinations.overtaking.situations.normal-aside]
+emergency = { role = "emergency", asks = ["1"], holds = ["7"] }
+normal = { role = "normal", stands_in = ["5"], holds = ["5"], without = ["1", "4"] }
+
+[coordinations.overtaking.flags.emergency]
+e1 = { event = "go-1" }
+done1 = { on_output = "in-1" }
+e2 = { event = "go-2" }
+done2 = { on_output = "in-2" }
+release = { event = "resume" }
+
+[coordinations.overtaking.flags.normal]
+e5 = { event = "aside" }
+done5 = { on_output = "parked" }
+e1 = { event = "back" }
+done1 = { on_output = "back-in-1" }
+release = { event = "resume" }
+
+[coordinations.overtaking.preempt]
+after_s = 6.0
+situation = "normal-aside"
+yields.emergency = { event = "halt", states = ["halt-1"] }
+yields.normal = { event = "halt", states = ["halt-1"] }
+"#;
+
+/// The shipped corridor, with machines that know the events of the coordination.
+fn corridor() -> (Setup, Vec<Arc<Plan>>) {
+    let text = read("sites/corridor.toml");
+    let from = text.find("\n[fsm.normal]").expect("it has a machine");
+    let to = text.find("\n[robots.").expect("it has robots");
+    let machine = text[from..to].replace("[fsm.normal", "[fsm.emergency");
+    let text = text[..to].replace("managed = false", "managed = true") + &machine + OVERTAKING;
+    let mut site = parse_site("corridor", &text, &[])
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    for fsm in site.fsm.values_mut() {
+        for (on, output) in [
+            ("go-1", "in-1"),
+            ("go-2", "in-2"),
+            ("aside", "parked"),
+            ("back", "back-in-1"),
+            ("halt", ""),
+            ("resume", ""),
+        ] {
+            fsm.transitions.push(FsmTransition {
+                from: fsm.initial.clone(),
+                on: on.into(),
+                to: fsm.initial.clone(),
+                outputs: vec![output.into()],
+            });
+        }
+    }
+    // As the modelled robots call them.
+    let preempt = { site.coordinations.get_mut("overtaking") }.and_then(|own| own.preempt.as_mut());
+    for yields in preempt.expect("written above").yields.values_mut() {
+        yields.states = vec!["halted".into(), "parked".into()];
+    }
+    planned(&site, "overtaking")
+}
+
+const DOCKING_SECTION: &str = r#"
+[coordinations.docking]
+net = "docking"
+
+[coordinations.docking.situations.all-outside]
+small-1 = { robot = "amr-1" }
+small-2 = { robot = "amr-2" }
+big = { robot = "amr-big" }
+"#;
+
+fn docking() -> (Setup, Vec<Arc<Plan>>) {
+    let text = read("sites/docking.toml").replace("managed = false", "managed = true");
+    let text = match text.find("\n[coordinations.") {
+        Some(end) => text[..end].to_owned(),
+        None => text,
+    };
+    let site = parse_site("docking", &(text + DOCKING_SECTION), &[])
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    planned(&site, "docking")
+}
+
+fn config_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../config")
+}
+
+fn read(file: &str) -> String {
+    std::fs::read_to_string(config_folder().join(file)).expect("it ships")
+}
+
+fn planned(site: &SiteConfig, net: &str) -> (Setup, Vec<Arc<Plan>>) {
+    let net = load_net(config_folder().join(format!("nets/{net}.toml")))
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    let setup = Setup::of(site).expect("the site makes sense");
+    let plans = plans(site, &setup, &[net], &Limits::default())
+        .unwrap_or_else(|errors| panic!("{errors:#?}"));
+    (setup, plans)
+}

@@ -1,0 +1,63 @@
+//! A journal that a power loss robs of its last writes.
+
+use std::collections::VecDeque;
+
+use super::random::Random;
+use mediator::journal::{Entry, Stored};
+
+/// At most so many writes are lost.
+const LAST: usize = 3;
+
+#[derive(Default)]
+pub struct Journal {
+    safe: Stored,
+    last: VecDeque<Vec<Entry>>,
+}
+
+impl Journal {
+    pub fn write(&mut self, entries: Vec<Entry>) {
+        if entries.is_empty() {
+            return;
+        }
+        let registers = |entry: &Entry| match entry {
+            Entry::Robot { robot, record } => {
+                let known = self.safe.robots.get(robot);
+                record.session > 0 && known.is_none_or(|known| known.session == 0)
+            }
+            _ => false,
+        };
+        // A robot of which the journal knows nothing is not waited for: the first time that it registers is not lost.
+        let barrier = entries.iter().any(registers);
+        self.last.push_back(entries);
+        if barrier {
+            self.keep();
+        }
+        if self.last.len() > LAST {
+            self.keep_first();
+        }
+    }
+
+    /// All that was written so far is on the disk for good.
+    pub fn keep(&mut self) {
+        while !self.last.is_empty() {
+            self.keep_first();
+        }
+    }
+
+    fn keep_first(&mut self) {
+        for entry in self.last.pop_front().into_iter().flatten() {
+            self.safe.apply(entry);
+        }
+    }
+
+    pub fn lose_power(&mut self, random: &mut Random) {
+        let lost = random.below(LAST as u64 + 1) as usize;
+        self.last.truncate(self.last.len().saturating_sub(lost));
+    }
+
+    /// What the next start reads.
+    pub fn read(&mut self) -> &Stored {
+        self.keep();
+        &self.safe
+    }
+}

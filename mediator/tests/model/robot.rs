@@ -1,0 +1,256 @@
+//! A robot: a body, which no crash moves, and the process in it.
+
+use super::floor::Floor;
+use super::random::Random;
+use contract::client::{Client, Order, Situation};
+
+/// The body.
+pub struct Robot {
+    pub id: String,
+    pub role: &'static str,
+    /// It is in the areas of this spot,
+    pub spot: usize,
+    /// and in those of this one while it crosses the border.
+    pub crossing: Option<usize>,
+    /// It cannot stop before that border any more.
+    pub committed: Option<usize>,
+    /// When the present motion ends.
+    pub until_ms: u64,
+    /// How long it stays in an area at least.
+    pub dwell_ms: u64,
+    pub moves: u64,
+    /// Spots, round and round, and where it is on the way.
+    route: Vec<usize>,
+    leg: usize,
+    /// It asks for areas that it does not go to.
+    pub dreams: bool,
+    /// Such an area, until when, and whether it says that it could not stop before it.
+    dream: Option<(usize, u64, bool)>,
+    pub process: Option<Process>,
+    /// When the process starts again.
+    pub restart_ms: u64,
+    pub report_ms: u64,
+}
+
+/// What a crash loses.
+pub struct Process {
+    pub client: Client,
+    /// Of its state machine.
+    state: &'static str,
+    order: Option<Order>,
+    /// It does not carry out orders, until it is told to get out of the way.
+    stuck: bool,
+}
+
+impl Process {
+    pub fn new(client: Client) -> Self {
+        Self {
+            client,
+            state: "driving",
+            order: None,
+            stuck: false,
+        }
+    }
+
+    /// Takes orders, each once. A few robots get stuck.
+    pub fn obey(&mut self, random: &mut Random, stuck_per_mille: u64) {
+        if let Some(was) = self.client.take_up() {
+            self.state = match was.fsm_state.as_str() {
+                "parked" => "parked",
+                "halted" => "halted",
+                _ => "driving",
+            };
+        }
+        while let Some(order) = self.client.next_order() {
+            let event = order.event.as_deref().unwrap_or_default();
+            if event == "resume" {
+                self.state = "driving";
+                self.order = None;
+                self.stuck = false;
+            } else if !event.is_empty() {
+                self.stuck = event != "halt" && random.below(1000) < stuck_per_mille;
+                self.order = Some(order);
+            }
+        }
+    }
+
+    fn event(&self) -> &str {
+        let order = self.order.as_ref().filter(|_| !self.stuck);
+        order
+            .and_then(|order| order.event.as_deref())
+            .unwrap_or_default()
+    }
+}
+
+impl Robot {
+    pub fn new(
+        id: &str,
+        role: &'static str,
+        route: &[usize],
+        leg: usize,
+        dwell_ms: u64,
+        random: &mut Random,
+    ) -> Self {
+        Self {
+            id: id.to_owned(),
+            role,
+            spot: route[leg],
+            route: route.to_vec(),
+            leg,
+            crossing: None,
+            committed: None,
+            until_ms: 0,
+            dwell_ms,
+            moves: 0,
+            dreams: false,
+            dream: None,
+            process: None,
+            restart_ms: random.below(500),
+            report_ms: 0,
+        }
+    }
+
+    fn dream(&mut self, floor: &Floor, now_ms: u64, random: &mut Random) {
+        if self
+            .dream
+            .is_some_and(|(_, until_ms, _)| now_ms >= until_ms)
+        {
+            self.dream = None;
+        } else if self.dreams && self.dream.is_none() && random.below(50) == 0 {
+            let area = random.below(floor.limits.len() as u64) as usize;
+            let until_ms = now_ms + random.below(3_000);
+            self.dream = Some((area, until_ms, random.chance(30)));
+        }
+    }
+
+    /// Areas that the body reaches into.
+    pub fn stands_in(&self, floor: &Floor) -> Vec<usize> {
+        let spots = [Some(self.spot), self.crossing];
+        let areas = spots.iter().flatten().flat_map(|&spot| &floor.spots[spot]);
+        areas.copied().collect()
+    }
+
+    /// Where its own way leads; from beside the way, back to it.
+    fn next(&self) -> usize {
+        if self.spot == self.route[self.leg] {
+            self.route[(self.leg + 1) % self.route.len()]
+        } else {
+            self.route[self.leg]
+        }
+    }
+
+    /// The process is gone. A body that could not stop any more rolls over the border.
+    pub fn crash(&mut self, now_ms: u64, random: &mut Random) {
+        self.process = None;
+        self.restart_ms = now_ms + random.below(3_000);
+        self.crossing = self.crossing.or(self.committed.take());
+        self.until_ms = u64::MAX;
+    }
+
+    /// Where the process wants the body next: an area, if it is to go anywhere.
+    fn target(&self, floor: &Floor) -> Option<usize> {
+        let process = self.process.as_ref()?;
+        if !process.client.is_acquired() {
+            return Some(self.next());
+        }
+        let target = match process.event() {
+            "aside" => floor.lay_by?,
+            "back" | "go-1" => floor.first?,
+            "go-2" => floor.second?,
+            _ => return None,
+        };
+        (target != self.spot).then_some(target)
+    }
+
+    /// Moves as long as the process wants; only areas that it holds are entered.
+    pub fn drive(&mut self, floor: &Floor, now_ms: u64, random: &mut Random) {
+        if self.process.is_none() || self.until_ms == u64::MAX || now_ms < self.until_ms {
+            return;
+        }
+        if let Some(next) = self.crossing.take() {
+            let on_its_way = next == self.next();
+            if on_its_way && self.spot == self.route[self.leg] {
+                self.leg = (self.leg + 1) % self.route.len();
+            }
+            self.spot = next;
+            self.moves += 1;
+            self.until_ms = now_ms + self.dwell_ms + random.below(self.dwell_ms);
+        } else if let Some(next) = self.committed.take() {
+            self.crossing = Some(next);
+            self.until_ms = now_ms + 50 + random.below(200);
+        } else if let Some(next) = self.target(floor)
+            && let Some(process) = &self.process
+            && process.client.is_registered()
+            && { floor.spots[next].iter() }.all(|&area| process.client.holds(floor.name(area)))
+        {
+            self.committed = Some(next);
+            self.until_ms = now_ms + random.below(100);
+        }
+    }
+
+    /// Steps the state machine and the client. Returns whether there is news to report.
+    pub fn step(
+        &mut self,
+        floor: &Floor,
+        now_ms: u64,
+        silent_ns: u64,
+        random: &mut Random,
+    ) -> bool {
+        self.dream(floor, now_ms, random);
+        let (spot, crossing, next) = (self.spot, self.crossing, self.next());
+        let stands_in = self.stands_in(floor);
+        let Some(process) = &mut self.process else {
+            return false;
+        };
+        let arrived = crossing.is_none();
+        let at_first = Some(spot) == floor.first;
+        let mut news = false;
+        if process.client.is_acquired() {
+            let (state, output) = match process.event() {
+                "aside" if arrived && Some(spot) == floor.lay_by => ("parked", "parked"),
+                "back" if arrived && at_first => ("driving", "back-in-1"),
+                "go-1" if arrived && at_first => ("driving", "in-1"),
+                "go-2" if arrived && Some(spot) == floor.second => ("driving", "in-2"),
+                "halt" if arrived && process.state != "parked" => ("halted", ""),
+                _ => (process.state, ""),
+            };
+            process.state = state;
+            news |= process.client.output(output);
+        } else {
+            process.state = if Some(spot) == floor.lay_by && arrived {
+                "parked"
+            } else {
+                "driving"
+            };
+            process.order = None;
+        }
+        let names = |areas: &[usize]| {
+            areas
+                .iter()
+                .map(|&area| floor.name(area).to_owned())
+                .collect()
+        };
+        let mut wanted = stands_in.clone();
+        // In time to pass without stopping, and no sooner.
+        if arrived && now_ms + 200 >= self.until_ms {
+            wanted.extend(&floor.spots[next]);
+        }
+        let committed = { self.committed.into_iter() }.flat_map(|spot| &floor.spots[spot]);
+        let mut committed: Vec<usize> = committed.copied().collect();
+        if let Some((area, _, insists)) = self.dream {
+            wanted.push(area);
+            committed.extend(insists.then_some(area));
+        }
+        let situation = Situation {
+            located: process.client.is_registered(),
+            stands_in: names(&stands_in),
+            wanted: names(&wanted),
+            committed: names(&committed),
+            pose: None,
+            fsm_state: process.state.to_owned(),
+        };
+        news | process
+            .client
+            .step(situation, now_ms * 1_000_000, silent_ns)
+    }
+}
