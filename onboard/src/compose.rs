@@ -112,15 +112,17 @@ fn build(
         wiring.lidar,
         log.clone(),
     );
-    let navigation = Navigation::new(
+    let mut navigation = Navigation::new(
         port(ActivityKind::Navigation),
         wiring.navigation,
         intake()?,
         navigator,
         reload.navigator,
         start,
-        (wiring.navigation_fleet, navigation_end),
     );
+    if let Some(link) = navigation_end {
+        navigation = navigation.managed(wiring.navigation_fleet, link);
+    }
     let motion_tube = MotionTube::new(
         port(ActivityKind::MotionTube),
         wiring.motion_tube,

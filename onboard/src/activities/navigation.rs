@@ -111,7 +111,6 @@ impl Navigation {
         navigator: Box<Navigator>,
         exchange: Exchange<Part>,
         start: Start,
-        fleet: (FleetSymbols, Option<NavigationEnd>),
     ) -> Self {
         Self {
             port,
@@ -119,7 +118,7 @@ impl Navigation {
             intake,
             exchange,
             part: Box::new(Part::new(navigator, start)),
-            membership: Membership::new(fleet.0, fleet.1),
+            membership: Membership::default(),
             asked: None,
             fresh_scan: false,
             odometry: Stamped::default(),
@@ -128,6 +127,13 @@ impl Navigation {
             schedule_changes: 0,
             laps: 0,
         }
+    }
+
+    /// On a managed site: the robot may only be where the mediator lets it, and does what it orders.
+    #[must_use]
+    pub fn managed(mut self, symbols: FleetSymbols, link: NavigationEnd) -> Self {
+        self.membership = Membership::managed(symbols, link);
+        self
     }
 
     /// One step of navigation; tracks in every state and moves only when `motion_allowed`.

@@ -27,27 +27,36 @@ pub struct Symbols {
 
 /// What navigation keeps of its fleet.
 pub(super) struct Membership {
-    symbols: Symbols,
     /// None where nobody manages the areas.
-    link: Option<NavigationEnd>,
+    managed: Option<Managed>,
     allowed: AreaSet,
     speed_limit_m_s: f64,
     relocated: bool,
 }
 
-impl Membership {
-    pub(super) fn new(symbols: Symbols, link: Option<NavigationEnd>) -> Self {
-        let allowed = if link.is_some() {
-            AreaSet::EMPTY
-        } else {
-            AreaSet::ALL
-        };
+struct Managed {
+    symbols: Symbols,
+    link: NavigationEnd,
+}
+
+/// Nobody manages the areas: everything is allowed.
+impl Default for Membership {
+    fn default() -> Self {
         Self {
-            symbols,
-            link,
-            allowed,
+            managed: None,
+            allowed: AreaSet::ALL,
             speed_limit_m_s: f64::INFINITY,
             relocated: false,
+        }
+    }
+}
+
+impl Membership {
+    pub(super) fn managed(symbols: Symbols, link: NavigationEnd) -> Self {
+        Self {
+            managed: Some(Managed { symbols, link }),
+            allowed: AreaSet::EMPTY,
+            ..Self::default()
         }
     }
 
@@ -57,13 +66,13 @@ impl Membership {
     }
 
     pub(super) fn read(&mut self, now_ns: u64) {
-        if self.link.is_some() {
-            self.allowed = leave(&self.symbols.allowed.read(), now_ns);
+        if let Some(Managed { symbols, .. }) = &mut self.managed {
+            self.allowed = leave(&symbols.allowed.read(), now_ns);
         }
     }
 
     fn next_order(&mut self) -> Option<Order> {
-        self.link.as_mut()?.orders.receive()
+        self.managed.as_mut()?.link.orders.receive()
     }
 
     /// The command within what the mediator limits.
@@ -125,7 +134,7 @@ impl Navigation {
     }
 
     pub(super) fn tell_fleet(&mut self, event: Event) {
-        let Some(link) = &mut self.membership.link else {
+        let Some(Managed { link, .. }) = &mut self.membership.managed else {
             return;
         };
         if link.events.send(event).is_err() {
@@ -134,40 +143,39 @@ impl Navigation {
         }
     }
 
-    /// Publishes where the robot is, and wakes communication, which has its leave renewed by that.
+    /// Publishes where the robot is after a step, and wakes communication.
     pub(super) fn publish_whereabouts(&mut self, now_ns: u64) {
-        let (Some(output), Some(_)) = (&self.output, &self.membership.link) else {
+        // What is old must not look new.
+        let stepped = self.output.filter(|output| output.now_ns == now_ns);
+        let (Some(output), Some(managed)) = (stepped, &mut self.membership.managed) else {
             return;
         };
-        let covariance = &output.covariance;
-        let whereabouts = Whereabouts {
-            x_m: output.pose.x_m,
-            y_m: output.pose.y_m,
-            theta_rad: output.pose.theta_rad,
-            xx: covariance[0][0],
-            xy: covariance[0][1],
-            yy: covariance[1][1],
-            xt: covariance[0][2],
-            yt: covariance[1][2],
-            tt: covariance[2][2],
-            uncertain: u64::from(output.pose_uncertain),
-            state: u64::from(output.state.0),
-            waiting_for: output.waiting_for.map_or(u64::MAX, |area| area as u64),
-        };
-        let stepped = output.now_ns == now_ns;
-        if !stepped {
-            return; // what is old must not look new
-        }
-        self.membership
-            .symbols
-            .whereabouts
-            .write(now_ns, &whereabouts);
+        let whereabouts = whereabouts(&output);
+        managed.symbols.whereabouts.write(now_ns, &whereabouts);
         if std::mem::take(&mut self.membership.relocated) {
             self.tell_fleet(Event::Relocated);
         }
-        if let Some(link) = &self.membership.link {
+        if let Some(Managed { link, .. }) = &self.membership.managed {
             link.wake.wake();
         }
+    }
+}
+
+fn whereabouts(output: &NavigationOutput) -> Whereabouts {
+    let covariance = &output.covariance;
+    Whereabouts {
+        x_m: output.pose.x_m,
+        y_m: output.pose.y_m,
+        theta_rad: output.pose.theta_rad,
+        xx: covariance[0][0],
+        xy: covariance[0][1],
+        yy: covariance[1][1],
+        xt: covariance[0][2],
+        yt: covariance[1][2],
+        tt: covariance[2][2],
+        uncertain: u64::from(output.pose_uncertain),
+        state: u64::from(output.state.0),
+        waiting_for: output.waiting_for.map_or(u64::MAX, |area| area as u64),
     }
 }
 
