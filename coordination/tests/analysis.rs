@@ -537,8 +537,8 @@ fn bindings_are_checked_first() {
     assert!(broken.to_string().contains("nowhere"), "{broken}");
 }
 
-#[test]
-fn a_source_of_aborts_is_filled_when_the_other_gives_up() {
+/// A gate for `r`, which may give up.
+fn gate_of_a_keeper() -> (NetModel, [Use; 1]) {
     let mut model = ProtocolModel::new("ask", "robot", "mediator");
     model.array(
         "all",
@@ -557,14 +557,20 @@ fn a_source_of_aborts_is_filled_when_the_other_gives_up() {
     let mut net = NetModel::new("gate");
     net.source("asked", Binding::flag("r", "request"))
         .source("left", Binding::flag("r", "released"));
-    net.source("gone", Binding::flag("r", ABORTED))
-        .sink("may", Binding::flag("r", "granted"));
+    net.sink("may", Binding::flag("r", "granted"));
     net.place("free")
         .mark("free")
         .place("taken")
         .end("idle", &["free"]);
     net.transition("enter", &["asked", "free"], &["taken", "may"]);
     net.transition("leave", &["left", "taken"], &["free"]);
+    (net, uses)
+}
+
+#[test]
+fn a_source_of_aborts_is_filled_when_the_other_gives_up() {
+    let (mut net, uses) = gate_of_a_keeper();
+    net.source("gone", Binding::flag("r", ABORTED));
     net.transition("ignore", &["gone", "free"], &["free"]);
     let refusal = refused(&net, &uses);
     assert!(
@@ -576,6 +582,61 @@ fn a_source_of_aborts_is_filled_when_the_other_gives_up() {
     // What waited for it was voided, so `asked` and `left` need no clearing.
     net.transition("clear", &["gone", "taken"], &["free"]);
     assert_eq!(passed(&net, &uses).ends, ["idle"]);
+}
+
+#[test]
+fn an_abort_that_nothing_reads_is_refused() {
+    let (net, uses) = gate_of_a_keeper();
+    let refusal = refused(&net, &uses);
+    let protocol = "r".to_owned();
+    assert_eq!(*refusal.reason, Reason::UnreadAbort { protocol });
+    assert_eq!(
+        refusal.to_string(),
+        "net `gate`: no source is bound to `aborted` of protocol `r`, whose other party can give up its runs"
+    );
+}
+
+#[test]
+fn no_flag_comes_before_the_abort_in_front_of_it_is_read() {
+    let (mut net, uses) = gate_of_a_keeper();
+    net.source("gone", Binding::flag("r", ABORTED));
+    net.transition("ignore", &["gone", "free"], &["free"]);
+    let mut late = net.clone();
+    net.transition("clear", &["gone", "taken"], &["free"]);
+    net.transition("overtaken", &["gone", "asked", "taken"], &["free"]);
+    let refusal = refused(&net, &uses);
+    let Reason::DeadTransitions { transitions, .. } = &*refusal.reason else {
+        panic!("{refusal}");
+    };
+    assert_eq!(transitions.len(), 1);
+    assert_eq!(transitions[0].transition, "overtaken");
+
+    // Nor may a net wait for the next request to deal with an abort.
+    late.transition("clear late", &["gone", "taken", "asked"], &["free"]);
+    let refusal = refused(&late, &uses);
+    let Reason::Deadlock { marked, .. } = &*refusal.reason else {
+        panic!("{refusal}");
+    };
+    assert_eq!(marked, &["taken", "gone"]);
+}
+
+#[test]
+fn a_flag_for_several_sources_must_not_be_given_up() {
+    let (mut net, uses) = gate_of_a_keeper();
+    net.source("gone", Binding::flag("r", ABORTED))
+        .source("also asked", Binding::flag("r", "request"));
+    net.transition("ignore", &["gone", "free"], &["free"]);
+    net.transition("clear", &["gone", "taken"], &["free"]);
+    net.transition("listen", &["also asked", "taken"], &["taken"]);
+    let refusal = refused(&net, &uses);
+    let (protocol, flag) = ("r".to_owned(), "request".to_owned());
+    assert_eq!(*refusal.reason, Reason::SeveralSources { protocol, flag });
+    assert!(
+        refusal
+            .to_string()
+            .contains("flag `request` of protocol `r` fills several sources"),
+        "{refusal}"
+    );
 }
 
 #[test]

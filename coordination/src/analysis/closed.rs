@@ -208,8 +208,11 @@ impl<'a> Closed<'a> {
     ) -> Result<(), Box<Reason>> {
         let (protocol, index) = (&used.protocol, usize::from(number));
         let at = self.position(from, index);
+        // What comes behind an abort stays unread until the net has dealt with the abort.
+        let is_unread = |&(source, _): &(u32, usize)| self.layout.is_marked(from, source);
+        let deaf = bound.aborts.iter().any(is_unread);
         for (flag, to) in protocol.next(at) {
-            if protocol.owner(flag) == Some(used.net_party.other()) {
+            if !deaf && protocol.owner(flag) == Some(used.net_party.other()) {
                 copy(scratch, from);
                 self.layout.set_position(scratch, index, after(used, to));
                 for &(source, counter) in &bound.sources[flag.index()] {
@@ -228,8 +231,7 @@ impl<'a> Closed<'a> {
                 visit(Move::Empty(sink), scratch)?;
             }
         }
-        let deaf = |&(source, _): &(u32, usize)| self.layout.is_marked(from, source);
-        if !bound.aborts.is_empty() && at != Position::START && !bound.aborts.iter().any(deaf) {
+        if !deaf && !bound.aborts.is_empty() && at != Position::START {
             copy(scratch, from);
             self.layout.set_position(scratch, index, Position::START);
             // Void what belongs to the run.

@@ -7,12 +7,13 @@
 //! bound to an event may be filled whenever it is empty. Protocols begin between two runs, and a
 //! complete run makes room for the next. A source bound to [`ABORTED`](crate::protocol::ABORTED)
 //! is filled when the other party, if it is the protocol's keeper, gives up a run, and tokens in the
-//! protocol's other sources and sinks are void. It does not give up again before the net has dealt
-//! with that. Aborts that no source reads are left out, because they end the coordination.
+//! protocol's other sources and sinks are void. Until the net has dealt with that, nothing else of
+//! the other party is read; so flags of the next run do not overtake the abort.
 //!
 //! [`check`] refuses a net, with the shortest sequence of steps that leads to the fault
 //! ([`Refusal`]), unless
-//! 1. every binding names a flag of a protocol in use, owned by the right party;
+//! 1. every binding names a flag of a protocol in use, owned by the right party; and where the other
+//!    party can give up, a source is bound to that, and each of its flags to at most one source;
 //! 2. it is **safe**: no firing would put a second token into an internal place. The executor would
 //!    not fire then, so nothing breaks; but a net that relies on full places to hold a transition
 //!    back hides a condition that belongs into a place of its own. Full sinks may hold transitions

@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use crate::petri::ModelError;
+use crate::protocol::ABORTED;
 
 /// One step of a closed net, in names.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -142,6 +143,25 @@ pub enum Reason {
     TwoProtocols {
         /// The name.
         protocol: String,
+    },
+    /// The other party can give up a run of a protocol, and the net would not hear of it.
+    #[error(
+        "no source is bound to `{ABORTED}` of protocol `{protocol}`, whose other party can give up its runs"
+    )]
+    UnreadAbort {
+        /// The protocol.
+        protocol: String,
+    },
+    /// A flag fills several sources although its run can be given up, which could then not take it
+    /// back from all of them.
+    #[error(
+        "flag `{flag}` of protocol `{protocol}` fills several sources, but the other party can give up its run; bind one source"
+    )]
+    SeveralSources {
+        /// The protocol.
+        protocol: String,
+        /// The flag.
+        flag: String,
     },
     /// A place is bound to a protocol that is not in use.
     #[error("place `{place}` is bound to the unknown protocol `{protocol}`; known: {known}")]

@@ -35,6 +35,8 @@ struct Port<S> {
     /// By flag: the machine's input.
     incoming: Box<[Option<EventId>]>,
     aborted: Option<EventId>,
+    /// An abort was read, and the machine has not stepped for it yet.
+    abort_due: bool,
     /// Flags that the machine fired, in order.
     to_set: VecDeque<FlagId>,
     /// How many of them there may be.
@@ -205,37 +207,55 @@ impl<S: Side> MachineBinding<S> {
 
     /// Reads one change of a protocol; `false` if there is none, or if it has to wait.
     fn read(&mut self, number: usize, fire: &mut impl FnMut(EventId)) -> bool {
-        let room = self.has_room(Room::Event);
-        let port = &mut self.ports[number];
+        let port = &self.ports[number];
+        if port.abort_due {
+            return self.read_abort(number, fire);
+        }
         match port.side.peek() {
             None => false,
+            Some(Change::Aborted) => self.read_abort(number, fire),
             Some(Change::Flag(flag)) => {
-                let event = port.incoming[flag.index()];
-                let accepted = event.is_none_or(|event| room && self.machine.accepts(event));
-                if accepted {
-                    port.side.poll();
-                    if let Some(event) = event {
-                        self.run(event, fire);
-                    }
-                }
-                accepted
-            }
-            Some(Change::Aborted) => {
-                // What waited here is void, so there is room, at least here.
-                port.voided += port.to_set.len() as u64;
-                port.to_set.clear();
-                port.refusal = None;
-                let event = port.aborted;
-                if event.is_some() && !self.has_room(Room::Abort) {
+                let accepts = |event| self.has_room(Room::Event) && self.machine.accepts(event);
+                if !port.incoming[flag.index()].is_none_or(accepts) {
                     return false;
                 }
-                self.ports[number].side.poll();
-                if let Some(event) = event {
-                    self.run(event, fire);
+                match self.ports[number].side.poll() {
+                    None => false,
+                    Some(Change::Flag(flag)) => {
+                        if let Some(event) = self.ports[number].incoming[flag.index()] {
+                            self.run(event, fire);
+                        }
+                        true
+                    }
+                    Some(Change::Aborted) => {
+                        // The keeper was quicker: the flag is void.
+                        self.ports[number].abort_due = true;
+                        self.read_abort(number, fire)
+                    }
                 }
-                true
             }
         }
+    }
+
+    /// Steps the machine for an abort, which stays unread, or due, while there is no room.
+    fn read_abort(&mut self, number: usize, fire: &mut impl FnMut(EventId)) -> bool {
+        // What waited here is void, so there is room, at least here.
+        let port = &mut self.ports[number];
+        port.voided += port.to_set.len() as u64;
+        port.to_set.clear();
+        port.refusal = None;
+        let event = port.aborted;
+        if event.is_some() && !self.has_room(Room::Abort) {
+            return false;
+        }
+        let port = &mut self.ports[number];
+        if !std::mem::take(&mut port.abort_due) {
+            port.side.poll();
+        }
+        if let Some(event) = event {
+            self.run(event, fire);
+        }
+        true
     }
 
     /// Steps the machine, for whose flags there is room.
@@ -253,7 +273,10 @@ impl<S: Side> MachineBinding<S> {
 
     fn set_flags(&mut self) {
         for port in &mut self.ports {
-            while let Some(&flag) = port.to_set.front() {
+            // What is fired while an abort is due belongs to the run that is over.
+            while !port.abort_due
+                && let Some(&flag) = port.to_set.front()
+            {
                 port.refusal = port.side.set(flag).err();
                 if port.refusal.is_some() {
                     break;
@@ -301,6 +324,7 @@ impl<S: Side> Port<S> {
             name,
             incoming: vec![None; flags].into(),
             aborted: None,
+            abort_due: false,
             to_set: VecDeque::new(),
             room: 0,
             most_fired: 0,

@@ -20,7 +20,8 @@
 //! back to the caller.
 //!
 //! **An abort** by the other party voids what belongs to the run: tokens in the sources and sinks of
-//! that protocol, flags that wait to be set. What the net or machine does about it is up to its
+//! that protocol, flags that wait to be set. Nothing behind the abort is read before the net's
+//! transitions have taken it from its source, or the machine has stepped for it. What the net or machine does about it is up to its
 //! transitions on `<protocol>.aborted`.
 //!
 //! **Real time:** making a binding allocates; using it does not, and every call does a bounded

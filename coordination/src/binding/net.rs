@@ -34,6 +34,8 @@ struct Incoming {
     held: u8,
 }
 
+const MAX_HELD: u8 = u8::MAX;
+
 /// One protocol and what the net is bound to there.
 #[derive(Debug)]
 struct Port<S> {
@@ -42,6 +44,8 @@ struct Port<S> {
     /// By flag.
     incoming: Box<[Incoming]>,
     aborted: Option<EventId>,
+    /// Bound to the abort.
+    abort_sources: Vec<PlaceId>,
     /// Bound to flags of the other party, by flag.
     sources: Vec<(FlagId, PlaceId)>,
     /// The most flags that are read at a time.
@@ -57,6 +61,8 @@ pub struct NetBinding<S> {
     ports: Box<[Port<S>]>,
     /// By event, as far as sinks have flags.
     outgoing: Box<[Option<Outgoing>]>,
+    /// By event: whether it stands for a flag, or for an abort.
+    flags: Box<[bool]>,
     refused: u64,
     /// Room for a marking.
     places: Vec<PlaceId>,
@@ -64,7 +70,7 @@ pub struct NetBinding<S> {
 
 impl<S: Side> NetBinding<S> {
     /// The most events of one flag that wait for its source.
-    pub const MAX_HELD: u8 = u8::MAX;
+    pub const MAX_HELD: u8 = MAX_HELD;
 
     /// Binds `net`, in its initial marking, to protocols under the names that the net's bindings
     /// use. Returns all that does not fit.
@@ -77,7 +83,7 @@ impl<S: Side> NetBinding<S> {
             .map(|(name, side)| Port::new(name.into(), side))
             .collect();
         let mut errors = duplicates(ports.iter().map(|port| &*port.name));
-        let mut outgoing = Vec::new();
+        let (mut outgoing, mut flags) = (Vec::new(), Vec::new());
         let model = net.model();
         for (place, found) in net.places().zip(model.places()) {
             let Some(Binding::Flag { protocol, flag }) = found.binding else {
@@ -100,6 +106,10 @@ impl<S: Side> NetBinding<S> {
                 continue;
             };
             let event = events[index].1;
+            if flags.len() <= event.index() {
+                flags.resize(event.index() + 1, false);
+            }
+            flags[event.index()] = true;
             let role = if is_sink { Role::Sets } else { Role::Reads };
             let named = (protocol.as_str(), port.side.protocol());
             match find_flag(user, named, port.side.party(), role, flag) {
@@ -111,7 +121,10 @@ impl<S: Side> NetBinding<S> {
                     outgoing[event.index()] = Some(Outgoing { port, flag });
                 }
                 Ok(Named::Flag(flag)) => errors.extend(port.add_source(place, event, flag)),
-                Ok(Named::Abort) => port.aborted = Some(event),
+                Ok(Named::Abort) => {
+                    port.aborted = Some(event);
+                    port.abort_sources.push(place);
+                }
                 Err(error) => errors.push(error),
             }
         }
@@ -122,6 +135,7 @@ impl<S: Side> NetBinding<S> {
             executor: net.executor(),
             ports,
             outgoing: outgoing.into(),
+            flags: flags.into(),
             refused: 0,
             places: Vec::with_capacity(net.places().len()),
         })
@@ -131,12 +145,7 @@ impl<S: Side> NetBinding<S> {
     /// full sinks. Events of sinks that are not flags go to `send`, which returns whether it takes
     /// them; otherwise the sink stays full. Real time if `send` is.
     pub fn step(&mut self, budget: Budget, mut send: impl FnMut(EventId) -> bool) -> Progress {
-        let (mut read, mut unread) = (0, false);
-        for number in 0..self.ports.len() {
-            let (flags, more) = self.read(number);
-            read += flags;
-            unread |= more;
-        }
+        let read = (0..self.ports.len()).map(|number| self.read(number)).sum();
         self.offer_held();
         let evaluation = self.executor.evaluate(budget);
         let mut newly = self.drain(&mut send);
@@ -146,6 +155,7 @@ impl<S: Side> NetBinding<S> {
             newly = self.drain(|_| false);
             set += newly;
         }
+        let unread = { self.ports.iter() }.any(|port| port.can_read(&self.executor));
         let offerable = { self.ports.iter() }.any(|port| {
             let mut flags = port.incoming.iter().zip(0..);
             flags.any(|(held, flag)| held.held > 0 && port.can_fill(FlagId(flag), &self.executor))
@@ -154,12 +164,16 @@ impl<S: Side> NetBinding<S> {
             read,
             evaluation,
             set,
-            remaining: unread || offerable || evaluation.remaining,
+            // Sinks that were emptied can enable transitions.
+            remaining: unread || offerable || self.executor.has_work(),
         }
     }
 
     /// Lets an event that is no flag wait for the sources bound to it.
     pub fn offer(&mut self, event: EventId) -> Result<(), OfferError> {
+        if is_flag(&self.flags, event) {
+            return Err(OfferError::Flag(event));
+        }
         self.executor.offer(event)
     }
 
@@ -235,31 +249,29 @@ impl<S: Side> NetBinding<S> {
         self.ports.into_iter().map(|port| (port.name, port.side))
     }
 
-    /// Reads at most as many flags as one run has; how many, and whether more may be there.
-    fn read(&mut self, number: usize) -> (u32, bool) {
+    /// Reads at most as many flags as one run has, and nothing behind an abort that the net has not
+    /// dealt with: a net has no priorities, so what belongs to the next run could overtake it. Returns
+    /// how many changes were read.
+    fn read(&mut self, number: usize) -> u32 {
         for read in 0..u32::from(self.ports[number].longest_run) {
             let port = &mut self.ports[number];
-            match port.side.peek() {
-                None => return (read, false),
+            if !port.can_read(&self.executor) {
+                return read;
+            }
+            // The other party may have aborted since.
+            match port.side.poll() {
+                None => return read,
                 Some(Change::Flag(flag)) => {
                     let incoming = &mut port.incoming[flag.index()];
-                    if incoming.event.is_some() {
-                        if incoming.held == Self::MAX_HELD {
-                            return (read, false);
-                        }
-                        incoming.held += 1;
-                    }
-                    port.side.poll();
+                    incoming.held += u8::from(incoming.event.is_some());
                 }
                 Some(Change::Aborted) => {
-                    port.side.poll();
                     port.aborts += 1;
                     self.void(number);
                 }
             }
         }
-        let port = &self.ports[number];
-        (u32::from(port.longest_run), port.side.peek().is_some())
+        self.ports[number].longest_run.into()
     }
 
     /// Takes back what belongs to the aborted run of a protocol, and offers the abort.
@@ -342,6 +354,10 @@ impl<S: Side> NetBinding<S> {
     }
 }
 
+fn is_flag(flags: &[bool], event: EventId) -> bool {
+    flags.get(event.index()).is_some_and(|&is_flag| is_flag)
+}
+
 impl<S: Side> Port<S> {
     fn new(name: Box<str>, side: S) -> Self {
         let flags = side.protocol().flags().count();
@@ -349,6 +365,7 @@ impl<S: Side> Port<S> {
             name,
             incoming: vec![Incoming::default(); flags].into(),
             aborted: None,
+            abort_sources: Vec::new(),
             sources: Vec::new(),
             longest_run: longest_run(side.protocol()),
             aborts: 0,
@@ -367,6 +384,22 @@ impl<S: Side> Port<S> {
             protocol: self.name.to_string(),
             flag: protocol.flag_name(flag).to_owned(),
         })
+    }
+
+    /// Whether there is something to read that may be read now.
+    fn can_read(&self, executor: &Executor) -> bool {
+        let is_unread = |&place: &PlaceId| executor.is_marked(place) || executor.waiting(place) > 0;
+        if self.abort_sources.iter().any(is_unread) {
+            return false;
+        }
+        match self.side.peek() {
+            None => false,
+            Some(Change::Aborted) => true,
+            Some(Change::Flag(flag)) => {
+                let Incoming { event, held } = self.incoming[flag.index()];
+                event.is_none() || held < MAX_HELD
+            }
+        }
     }
 
     /// Whether a source of `flag` would be filled by the next evaluation, if the flag were offered.

@@ -164,9 +164,9 @@ pub enum ModelError {
         /// The source or sink.
         place: String,
     },
-    /// Two different flags of the net would be the same event.
+    /// Two different flags of the net, or a flag and another event, would be the same event.
     #[error(
-        "net `{net}`: the flags of `{first}` and `{second}` differ, but both are called `{event}`"
+        "net `{net}`: `{first}` and `{second}` are bound to a flag and to something else, but both are called `{event}`"
     )]
     AmbiguousFlag {
         /// The net's name.

@@ -52,6 +52,9 @@ pub enum OfferError {
     /// No source of the net is bound to the event.
     #[error("no source is bound to event {}", .0.0)]
     UnknownEvent(EventId),
+    /// The event stands for a flag, which only its protocol's other party sets.
+    #[error("event {} is a flag of a protocol and cannot be offered", .0.0)]
+    Flag(EventId),
     /// As many events wait for a source as can wait.
     #[error("{} events already wait for source {}", Executor::MAX_WAITING, .0.0)]
     Full(PlaceId),
@@ -180,6 +183,19 @@ impl Executor {
             fired,
             remaining: enabled || ports.can_fill(),
         }
+    }
+
+    /// What [`Evaluation::remaining`] would say now: whether the next evaluation has something to do.
+    /// Nothing changes but notes about where to look first.
+    pub fn has_work(&mut self) -> bool {
+        let Self {
+            net, state, ports, ..
+        } = self;
+        let mut nothing = Allowance {
+            firings: 0,
+            rounds: 0,
+        };
+        ports.can_fill() || state.run(net.layout(), ports, &mut nothing, |_| {})
     }
 
     /// The full sinks with the events that they produce, in the order in which they filled.

@@ -13,25 +13,20 @@ use super::symbols::{Element, NameId};
 pub struct Structure {
     kinds: Box<[PlaceKind]>,
     marked: Box<[bool]>,
-    inputs: Lists,
-    outputs: Lists,
-    /// By transition: some place is input and output.
-    self_loops: Box<[bool]>,
-}
-
-/// One list of places per transition.
-#[derive(Clone, Debug)]
-struct Lists {
+    /// Where the places of each transition begin: at twice its index the inputs, behind that the
+    /// outputs; at last the end of all.
     starts: Box<[u32]>,
     places: Box<[PlaceId]>,
+    /// Whether some place is input and output of the same transition, by transition.
+    self_loops: Box<[bool]>,
+    /// By place: how many arcs leave it and how many enter it.
+    degrees: Box<[Degrees]>,
 }
 
-impl Lists {
-    fn of(&self, transition: TransitionId) -> &[PlaceId] {
-        let from = self.starts[transition.index()] as usize;
-        let to = self.starts[transition.index() + 1] as usize;
-        &self.places[from..to]
-    }
+#[derive(Clone, Copy, Debug, Default)]
+struct Degrees {
+    out: u32,
+    into: u32,
 }
 
 impl Structure {
@@ -42,12 +37,12 @@ impl Structure {
 
     /// How many transitions there are.
     pub fn transition_count(&self) -> usize {
-        self.inputs.starts.len() - 1
+        self.self_loops.len()
     }
 
     /// How many arcs there are.
     pub fn arc_count(&self) -> usize {
-        self.inputs.places.len() + self.outputs.places.len()
+        self.places.len()
     }
 
     /// All transitions.
@@ -62,12 +57,27 @@ impl Structure {
 
     /// The input places of a transition, in the order of declaration.
     pub fn inputs(&self, transition: TransitionId) -> &[PlaceId] {
-        self.inputs.of(transition)
+        let first = 2 * transition.index();
+        &self.places[self.starts[first] as usize..self.starts[first + 1] as usize]
     }
 
     /// The output places of a transition, in the order of declaration.
     pub fn outputs(&self, transition: TransitionId) -> &[PlaceId] {
-        self.outputs.of(transition)
+        let first = 2 * transition.index() + 1;
+        &self.places[self.starts[first] as usize..self.starts[first + 1] as usize]
+    }
+
+    /// The input places of a transition and then its output places, and how many are inputs.
+    pub(super) fn arcs(&self, transition: usize) -> (&[PlaceId], usize) {
+        let [start, middle, end] = [0, 1, 2].map(|list| self.starts[2 * transition + list]);
+        let places = &self.places[start as usize..end as usize];
+        (places, (middle - start) as usize)
+    }
+
+    /// The most arcs that one place has.
+    pub(super) fn most_arcs(&self) -> u32 {
+        let arcs = self.degrees.iter().map(|place| place.out + place.into);
+        arcs.max().unwrap_or(0)
     }
 
     /// Whether some place is input and output of a transition.
@@ -225,8 +235,8 @@ impl Check<'_> {
         });
     }
 
-    /// Checks exclusions and ends; the numbers of the places that are marked at an end.
-    fn sets(&mut self) -> Vec<usize> {
+    /// Checks exclusions and ends; which places are marked at an end.
+    fn sets(&mut self) -> Vec<bool> {
         let data = self.data;
         for set in &data.exclusions {
             self.set("exclusion", set);
@@ -238,10 +248,10 @@ impl Check<'_> {
                 });
             }
         }
-        let mut ending = Vec::new();
+        let mut ending = vec![false; data.places.len()];
         for set in &data.ends {
             for place in self.set("end", set) {
-                ending.push(place);
+                ending[place] = true;
                 let found = &data.places[place];
                 if found.kind != PlaceKind::Internal {
                     self.errors.push(ModelError::EndNotInternal {
@@ -271,28 +281,26 @@ impl Check<'_> {
 
     fn bindings(&mut self) {
         let data = self.data;
-        let mut flags: HashMap<String, (&Binding, NameId)> = HashMap::new();
+        // Events are known by their names alone, so no flag may share one.
+        let mut events: HashMap<String, (&Binding, NameId)> = HashMap::new();
         for place in &data.places {
             let Some(binding) = &place.binding else {
                 continue;
             };
+            let event = binding.event_name();
+            let (first, name) = *events.entry(event.clone()).or_insert((binding, place.name));
+            if first != binding {
+                self.errors.push(ModelError::AmbiguousFlag {
+                    net: self.net(),
+                    first: self.owned(name),
+                    second: self.owned(place.name),
+                    event,
+                });
+            }
             let empty = match binding {
                 Binding::Event(name) => name.is_empty().then_some("an event"),
-                Binding::Flag { protocol, flag } => {
-                    let event = binding.event_name();
-                    let (first, name) =
-                        *flags.entry(event.clone()).or_insert((binding, place.name));
-                    if first != binding {
-                        self.errors.push(ModelError::AmbiguousFlag {
-                            net: self.net(),
-                            first: self.owned(name),
-                            second: self.owned(place.name),
-                            event,
-                        });
-                    }
-                    (protocol.is_empty().then_some("a protocol"))
-                        .or(flag.is_empty().then_some("a flag"))
-                }
+                Binding::Flag { protocol, flag } => (protocol.is_empty().then_some("a protocol"))
+                    .or(flag.is_empty().then_some("a flag")),
             };
             if let Some(what) = empty {
                 self.errors.push(ModelError::EmptyName {
@@ -303,63 +311,54 @@ impl Check<'_> {
         }
     }
 
-    fn arcs(&mut self, marked: Box<[bool]>, ending: &[usize]) -> Structure {
+    fn arcs(&mut self, marked: Box<[bool]>, ending: &[bool]) -> Structure {
         let data = self.data;
-        let transitions = data.transitions.len();
-        let mut input_starts = vec![0_u32; transitions + 1];
-        let mut output_starts = vec![0_u32; transitions + 1];
-        // In numbers: place, transition, whether it leads into the transition.
+        let lists = 2 * data.transitions.len();
+        let mut starts = vec![0_u32; lists + 1];
+        let mut degrees = vec![Degrees::default(); data.places.len()];
+        // In numbers: list and place.
         let mut arcs = Vec::with_capacity(data.arcs.len());
         for &(from, to) in &data.arcs {
-            match (data.symbols.element(from), data.symbols.element(to)) {
+            let arc = match (data.symbols.element(from), data.symbols.element(to)) {
                 (Element::Place(place), Element::Transition(transition)) => {
-                    input_starts[transition as usize + 1] += 1;
-                    arcs.push((place, transition, true));
+                    degrees[place as usize].out += 1;
+                    (2 * transition, place)
                 }
                 (Element::Transition(transition), Element::Place(place)) => {
-                    output_starts[transition as usize + 1] += 1;
-                    arcs.push((place, transition, false));
+                    degrees[place as usize].into += 1;
+                    (2 * transition + 1, place)
                 }
-                (from_is, to_is) => self.bad_arc((from, from_is), (to, to_is)),
-            }
-        }
-        accumulate(&mut input_starts);
-        accumulate(&mut output_starts);
-        let mut inputs = vec![PlaceId(0); input_starts[transitions] as usize];
-        let mut outputs = vec![PlaceId(0); output_starts[transitions] as usize];
-        // Where the next arc of each transition goes.
-        let mut next_input = input_starts.clone();
-        let mut next_output = output_starts.clone();
-        // Per place: whether an arc leaves it, and whether one enters it.
-        let mut degrees = vec![(false, false); data.places.len()];
-        for (place, transition, into) in arcs {
-            let (list, next, degree) = if into {
-                let degree = &mut degrees[place as usize].0;
-                (&mut inputs, &mut next_input, degree)
-            } else {
-                let degree = &mut degrees[place as usize].1;
-                (&mut outputs, &mut next_output, degree)
+                (from_is, to_is) => {
+                    self.bad_arc((from, from_is), (to, to_is));
+                    continue;
+                }
             };
-            let next = &mut next[transition as usize];
-            list[*next as usize] = PlaceId(place as u16);
+            starts[arc.0 as usize + 1] += 1;
+            arcs.push(arc);
+        }
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += *start;
+            *start = sum;
+        }
+        // Where the next place of each list goes.
+        let mut next = starts.clone();
+        let mut places = vec![PlaceId(0); arcs.len()];
+        for (list, place) in arcs {
+            let next = &mut next[list as usize];
+            places[*next as usize] = PlaceId(place as u16);
             *next += 1;
-            *degree = true;
         }
         let mut structure = Structure {
             kinds: data.places.iter().map(|place| place.kind).collect(),
             marked,
-            inputs: Lists {
-                starts: input_starts.into(),
-                places: inputs.into(),
-            },
-            outputs: Lists {
-                starts: output_starts.into(),
-                places: outputs.into(),
-            },
-            self_loops: Box::default(),
+            starts: starts.into(),
+            places: places.into(),
+            self_loops: vec![false; data.transitions.len()].into(),
+            degrees: degrees.into(),
         };
         structure.self_loops = self.transitions(&structure);
-        self.degrees(&structure, &degrees, ending);
+        self.degrees(&structure, ending);
         structure
     }
 
@@ -396,64 +395,73 @@ impl Check<'_> {
     /// Arcs of each transition: none twice, none into a source or out of a sink, at least one in.
     /// Returns which have self-loops.
     fn transitions(&mut self, structure: &Structure) -> Box<[bool]> {
-        let data = self.data;
-        const NEVER: u32 = u32::MAX;
-        let mut self_loops = vec![false; data.transitions.len()].into_boxed_slice();
-        let mut last_input = vec![NEVER; structure.place_count()];
-        let mut last_output = vec![NEVER; structure.place_count()];
-        for transition in structure.transitions() {
-            let number = transition.index() as u32;
-            let transition_name = data.transitions[transition.index()];
-            if structure.inputs(transition).is_empty() {
+        let mut self_loops = vec![false; structure.transition_count()].into_boxed_slice();
+        // By place: the last list that has it.
+        let mut last_list = vec![usize::MAX; structure.place_count()];
+        let ends = structure.starts.windows(2).enumerate();
+        for (list, ends) in ends {
+            let (transition, is_output) = (list / 2, list % 2 == 1);
+            let places = &structure.places[ends[0] as usize..ends[1] as usize];
+            if places.is_empty() && !is_output {
                 self.errors.push(ModelError::TransitionWithoutInput {
                     net: self.net(),
-                    transition: self.owned(transition_name),
+                    transition: self.owned(self.data.transitions[transition]),
                 });
             }
-            for &place in structure.inputs(transition) {
-                let place_name = data.places[place.index()].name;
-                if std::mem::replace(&mut last_input[place.index()], number) == number {
-                    self.errors.push(ModelError::DuplicateArc {
-                        net: self.net(),
-                        from: self.owned(place_name),
-                        to: self.owned(transition_name),
-                    });
+            let wrong = if is_output {
+                PlaceKind::Source
+            } else {
+                PlaceKind::Sink
+            };
+            for &place in places {
+                let last = std::mem::replace(&mut last_list[place.index()], list);
+                if last == list {
+                    self.duplicate_arc(transition, place, is_output);
                 }
-                if structure.kind(place) == PlaceKind::Sink {
-                    self.errors.push(ModelError::ArcOutOfSink {
-                        net: self.net(),
-                        place: self.owned(place_name),
-                        transition: self.owned(transition_name),
-                    });
-                }
-            }
-            for &place in structure.outputs(transition) {
-                let place_name = data.places[place.index()].name;
-                if last_input[place.index()] == number {
-                    self_loops[transition.index()] = true;
-                }
-                if std::mem::replace(&mut last_output[place.index()], number) == number {
-                    self.errors.push(ModelError::DuplicateArc {
-                        net: self.net(),
-                        from: self.owned(transition_name),
-                        to: self.owned(place_name),
-                    });
-                }
-                if structure.kind(place) == PlaceKind::Source {
-                    self.errors.push(ModelError::ArcIntoSource {
-                        net: self.net(),
-                        place: self.owned(place_name),
-                        transition: self.owned(transition_name),
-                    });
+                self_loops[transition] |= is_output && last == list - 1;
+                if structure.kind(place) == wrong {
+                    self.wrong_arc(transition, place, is_output);
                 }
             }
         }
         self_loops
     }
 
+    fn duplicate_arc(&mut self, transition: usize, place: PlaceId, is_output: bool) {
+        let transition = self.owned(self.data.transitions[transition]);
+        let place = self.owned(self.data.places[place.index()].name);
+        let (from, to) = if is_output {
+            (transition, place)
+        } else {
+            (place, transition)
+        };
+        let net = self.net();
+        self.errors.push(ModelError::DuplicateArc { net, from, to });
+    }
+
+    fn wrong_arc(&mut self, transition: usize, place: PlaceId, is_output: bool) {
+        let net = self.net();
+        let transition = self.owned(self.data.transitions[transition]);
+        let place = self.owned(self.data.places[place.index()].name);
+        self.errors.push(if is_output {
+            ModelError::ArcIntoSource {
+                net,
+                place,
+                transition,
+            }
+        } else {
+            ModelError::ArcOutOfSink {
+                net,
+                place,
+                transition,
+            }
+        });
+    }
+
     /// Every place is connected, and something marks and something empties it.
-    fn degrees(&mut self, structure: &Structure, degrees: &[(bool, bool)], ending: &[usize]) {
-        for (index, &(leaves, enters)) in degrees.iter().enumerate() {
+    fn degrees(&mut self, structure: &Structure, ending: &[bool]) {
+        for (index, degrees) in structure.degrees.iter().enumerate() {
+            let (leaves, enters) = (degrees.out > 0, degrees.into > 0);
             if leaves && enters {
                 continue;
             }
@@ -464,18 +472,9 @@ impl Check<'_> {
                 self.errors.push(ModelError::IsolatedPlace { net, place });
             } else if internal && !enters && !structure.marked[index] {
                 self.errors.push(ModelError::UnboundSource { net, place });
-            } else if internal && !leaves && !ending.contains(&index) {
+            } else if internal && !leaves && !ending[index] {
                 self.errors.push(ModelError::UnboundSink { net, place });
             }
         }
-    }
-}
-
-/// Turns counts, each behind its index, into starts.
-fn accumulate(starts: &mut [u32]) {
-    let mut sum = 0;
-    for start in starts {
-        sum += *start;
-        *start = sum;
     }
 }

@@ -1,5 +1,6 @@
 //! Nets and machines bound to protocols.
 
+mod aborts;
 mod common;
 mod junction;
 mod lossy;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use coordination::binding::NetBinding;
 use coordination::event::EventTable;
-use coordination::petri::{Binding, Budget, Net, NetModel};
+use coordination::petri::{Binding, Budget, Net, NetModel, OfferError};
 use coordination::protocol::{
     AbortError, Change, End, Position, Protocol, ProtocolModel, SetError, Side, channel,
 };
@@ -237,8 +237,11 @@ fn an_abort_voids_what_belongs_to_the_run() {
     assert_eq!(marked(&binding), ["granted", "inside"]);
     assert_eq!(binding.refused(), 1);
     robot.set(flag("request")).unwrap();
-    binding.step(Budget::default(), |_| true);
-    assert_eq!(marked(&binding), ["asked", "outside"]);
+    // First the abort, then what follows it.
+    for marks in [&["outside"][..], &["asked", "outside"]] {
+        binding.step(Budget::default(), |_| true);
+        assert_eq!(marked(&binding), marks);
+    }
     assert_eq!(
         robot.poll(),
         None,
@@ -334,4 +337,54 @@ fn what_does_not_fit_is_refused_with_its_reason() {
     });
     let mediator = channel(&area("mediator")).1;
     assert!(NetBinding::new(&compiled, [("r", mediator)]).is_ok());
+}
+
+/// Two events for one sink: the second has to wait until the first is taken, and then goes on.
+#[test]
+fn a_sink_that_is_emptied_leaves_something_to_do() {
+    let mut net = NetModel::new("notes");
+    net.source("a", Binding::event("a"));
+    net.source("b", Binding::event("b"));
+    net.sink("note", Binding::event("note"));
+    net.transition("t1", &["a"], &["note"]);
+    net.transition("t2", &["b"], &["note"]);
+    let (_robot, mut binding, events) = bind(&net, &area("mediator"));
+    for event in ["a", "b"] {
+        binding.offer(events.id(event).unwrap()).unwrap();
+    }
+    // Nobody takes it, so there is nothing to do.
+    let progress = binding.step(Budget::default(), |_| false);
+    assert_eq!((progress.evaluation.fired, progress.remaining), (1, false));
+    let progress = binding.step(Budget::default(), |_| true);
+    assert_eq!((progress.evaluation.fired, progress.remaining), (0, true));
+    let progress = binding.step(Budget::default(), |_| true);
+    assert_eq!((progress.evaluation.fired, progress.remaining), (1, false));
+}
+
+#[test]
+fn a_flag_cannot_be_offered_as_an_event() {
+    let (_robot, mut gate, events) = bind(&gate_model(), &area("mediator"));
+    for flag in ["robot.request", "robot.granted", "robot.released"] {
+        let event = events.id(flag).unwrap();
+        assert_eq!(gate.offer(event), Err(OfferError::Flag(event)));
+    }
+    let count = events.id("count").unwrap();
+    assert_eq!(gate.offer(count), Err(OfferError::UnknownEvent(count)));
+    gate.step(Budget::default(), |_| panic!("nothing happened"));
+    assert_eq!(gate.executor().firings(), 0);
+}
+
+#[test]
+fn an_event_must_not_have_the_name_of_a_flag() {
+    let mut net = gate_model();
+    net.sink("back door", Binding::event("robot.granted"));
+    net.transition("sneak", &["inside"], &["back door"]);
+    let errors = net.compile(&mut EventTable::new()).unwrap_err();
+    let texts: Vec<_> = errors.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        texts,
+        [
+            "net `gate`: `granted` and `back door` are bound to a flag and to something else, but both are called `robot.granted`"
+        ]
+    );
 }

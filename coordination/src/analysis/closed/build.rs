@@ -55,6 +55,7 @@ impl<'a> Closed<'a> {
                 marked.push(number);
             }
         }
+        closed.check_aborts()?;
         let names: HashMap<&str, u32> = closed.places.iter().map(String::as_str).zip(0..).collect();
         let find = |places: &[&str]| -> Vec<u32> {
             places
@@ -86,6 +87,26 @@ impl<'a> Closed<'a> {
             .collect();
         closed.ends = model.ends().map(|e| set((e.name, e.places))).collect();
         Ok(closed)
+    }
+
+    /// Where the other party can give up a run, the net must hear of it, and be able to take back
+    /// what belongs to it.
+    fn check_aborts(&self) -> Result<(), Box<Reason>> {
+        for (used, bound) in self.uses.iter().zip(&self.bound) {
+            if used.protocol.keeper() != Some(used.net_party.other()) {
+                continue;
+            }
+            let protocol = used.name.clone();
+            if bound.aborts.is_empty() {
+                return Err(Box::new(Reason::UnreadAbort { protocol }));
+            }
+            let mut flags = used.protocol.flags();
+            if let Some((_, flag, _)) = flags.find(|(id, ..)| bound.sources[id.index()].len() > 1) {
+                let flag = flag.to_owned();
+                return Err(Box::new(Reason::SeveralSources { protocol, flag }));
+            }
+        }
+        Ok(())
     }
 
     fn bind(&mut self, place: u32, kind: PlaceKind, outside: Outside, counted: &mut usize) {
