@@ -302,6 +302,18 @@ impl Instance {
         changed
     }
 
+    /// The net has let the robot of a role into an area, and knows that it may still be there.
+    pub(crate) fn lets_in(&self, role: usize, area: usize) -> bool {
+        let Kind::Access(passages) = &self.plan.roles[role].kind else {
+            return false;
+        };
+        let at = self.parts[role].own_position();
+        { passages.iter() }.any(|passage| {
+            let inside = at == Some(passage.granted_at) || at == Some(passage.entered_at);
+            inside && passage.areas.contains(&area)
+        })
+    }
+
     /// Follows protocol 1 of a role's robot: `asks`, `has` and `is_in` say how it stands with an area.
     pub(crate) fn follow_access(
         &mut self,

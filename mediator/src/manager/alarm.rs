@@ -104,6 +104,18 @@ pub enum Alarm {
         /// Who.
         robot: String,
     },
+    /// A robot is where a net decides, and the net has not let it in.
+    #[error(
+        "robot `{robot}` has area `{area}` without coordination `{coordination}`, which therefore ends and begins again when its areas are empty"
+    )]
+    Bypassed {
+        /// Which.
+        coordination: String,
+        /// Who.
+        robot: String,
+        /// Where.
+        area: String,
+    },
     /// A coordination stands still.
     #[error("coordination `{coordination}` has stood still for {since_s} s: {what}")]
     Still {

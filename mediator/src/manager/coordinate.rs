@@ -256,6 +256,15 @@ impl Manager {
     }
 
     fn step_coordination(&mut self, handle: Handle, now_ns: u64) {
+        if let Some((robot, area)) = self.bypass(handle) {
+            self.alarms.push(Alarm::Bypassed {
+                coordination: self.coordination_id(handle),
+                robot: self.robots[robot].id.clone(),
+                area: self.areas[area].id.clone(),
+            });
+            self.end_coordination(handle, now_ns);
+            return;
+        }
         let mut changed = false;
         for _ in 0..STEPS {
             let Self {
@@ -293,6 +302,20 @@ impl Manager {
         if registered.object.is_some_and(Instance::is_over) {
             self.end_coordination(handle, now_ns);
         }
+    }
+
+    /// A robot that is where the net has not let it: the net does not know how things are.
+    fn bypass(&self, handle: Handle) -> Option<(usize, usize)> {
+        let registered = self.coordinator.registry.get(handle).ok()?;
+        let instance = registered.object?;
+        let governed = instance.plan.governed.iter();
+        let occupied =
+            governed.flat_map(|&area| self.occupants(area).map(move |robot| (robot, area)));
+        let mut bypasses = occupied.filter(|&(robot, area)| {
+            let role = instance.parts.iter().position(|part| part.robot == robot);
+            !role.is_some_and(|role| instance.lets_in(role, area))
+        });
+        bypasses.next()
     }
 
     /// Once all robots are out of the way: begins again in the safe situation, or lets them go.

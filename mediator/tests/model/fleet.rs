@@ -60,6 +60,7 @@ pub struct Tally {
     pub passed: u64,
     pub preempted: u64,
     pub forgotten: u64,
+    pub bypassed: u64,
     pub adopted: u64,
     pub replayed: u64,
     pub yielded: u64,
@@ -75,6 +76,7 @@ impl std::ops::AddAssign for Tally {
         self.passed += other.passed;
         self.preempted += other.preempted;
         self.forgotten += other.forgotten;
+        self.bypassed += other.bypassed;
         self.adopted += other.adopted;
         self.replayed += other.replayed;
         self.yielded += other.yielded;
@@ -228,9 +230,6 @@ impl Fleet {
         self.tally.crashes += 1;
         if faults.power && random.chance(30) {
             self.journal.lose_power(random);
-            if std::env::var_os("TRACE").is_some() {
-                eprintln!("{} ms: power", self.now_ms);
-            }
             self.tally.power_losses += 1;
         }
     }
@@ -371,6 +370,7 @@ impl Fleet {
                 Alarm::Silent { .. } | Alarm::Back { .. } | Alarm::Still { .. } => {}
                 Alarm::Preempted { .. } => self.tally.preempted += 1,
                 Alarm::Forgotten { .. } if self.tally.power_losses > 0 => self.tally.forgotten += 1,
+                Alarm::Bypassed { .. } if self.tally.power_losses > 0 => self.tally.bypassed += 1,
                 Alarm::Adopted { .. } if self.tally.power_losses > 0 => self.tally.adopted += 1,
                 alarm => self
                     .accusations
@@ -386,11 +386,6 @@ impl Fleet {
         if crash == Some(0) {
             // Before the journal: nobody hears of it.
             return self.crash_manager(faults, random);
-        }
-        if std::env::var_os("TRACE").is_some() {
-            for entry in &entries {
-                eprintln!("{} ms: {entry:?}", self.now_ms);
-            }
         }
         self.journal.write(entries);
         if crash == Some(1) {

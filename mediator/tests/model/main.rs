@@ -81,14 +81,14 @@ fn survive(
 
 #[test]
 fn never_two_owners_and_always_progress_once_faults_stop() {
-    let (runs, tally) = survive(300, Floor::ring, Faults::ALL, 4_000);
+    let (runs, tally) = survive(400, Floor::ring, Faults::ALL, 4_000);
     let many = runs as u64 / 10;
     assert!(tally.crashes >= many && tally.power_losses >= many && tally.replayed >= many);
 }
 
 #[test]
 fn coordinations_end_whatever_happens() {
-    let (runs, tally) = survive(200, Floor::corridor, Faults::ALL, 20_000);
+    let (runs, tally) = survive(300, Floor::corridor, Faults::ALL, 20_000);
     let some = runs as u64 / 20;
     // Faults that do not happen prove nothing.
     assert!(
@@ -99,7 +99,7 @@ fn coordinations_end_whatever_happens() {
 
 #[test]
 fn a_net_lets_robots_in_one_after_the_other() {
-    let (runs, tally) = survive(100, Floor::docking, Faults::ALL, 6_000);
+    let (runs, tally) = survive(300, Floor::docking, Faults::ALL, 6_000);
     assert!(tally.moves > 10 * runs as u64, "{tally:?}");
 }
 
