@@ -289,3 +289,26 @@ fn the_last_run_stays_complete() {
         assert_eq!(a.set(one), Err(SetError::Exhausted));
     });
 }
+
+/// Whoever finds the other end gone then finds its last flag.
+#[test]
+fn the_last_flag_of_an_end_that_is_gone_is_not_missed() {
+    let protocol = compile(|model| {
+        model.array("only", &[("one", "a"), ("two", "a"), ("three", "b")]);
+    });
+    explore(move || {
+        let (one, two) = (flag(&protocol, "one"), flag(&protocol, "two"));
+        let (mut a, mut b) = channel(&protocol);
+        let other = thread::spawn(move || {
+            a.set(one).unwrap();
+            a.set(two).unwrap();
+        });
+        while !b.is_abandoned() {
+            thread::yield_now();
+        }
+        assert_eq!(b.poll(), Some(Change::Flag(one)));
+        assert_eq!(b.poll(), Some(Change::Flag(two)));
+        assert_eq!(b.poll(), None);
+        other.join().unwrap();
+    });
+}

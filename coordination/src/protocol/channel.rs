@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::cursor::{AbortError, Change, SetError, Side, look, may_set, next_run};
 use super::level::{Level, State};
-use super::sync::{AtomicU64, Ordering};
+use super::sync::{AtomicBool, AtomicU64, Ordering};
 use super::tree::{FlagId, Party, Position, Protocol};
 
 /// The two ends of a protocol, in the order of its parties, in run 0. Allocates.
@@ -19,14 +19,25 @@ pub fn channel(protocol: &Arc<Protocol>) -> (End, End) {
 /// The two ends of a protocol, in the order of its parties, in the run with the given number.
 pub fn channel_at(protocol: &Arc<Protocol>, run: u32) -> (End, End) {
     let start = State::start_of(run, false);
-    let word = Arc::new(AtomicU64::new(start.pack()));
+    let shared = Arc::new(Shared {
+        word: AtomicU64::new(start.pack()),
+        gone: [AtomicBool::new(false), AtomicBool::new(false)],
+    });
     let end = |party| End {
         protocol: Arc::clone(protocol),
-        word: Arc::clone(&word),
+        shared: Arc::clone(&shared),
         party,
         read: start,
     };
     (end(Party::First), end(Party::Second))
+}
+
+/// What both ends see.
+#[derive(Debug)]
+struct Shared {
+    word: AtomicU64,
+    /// By party: whether its end was dropped.
+    gone: [AtomicBool; 2],
 }
 
 /// One party's end of a protocol between two threads.
@@ -38,7 +49,7 @@ pub fn channel_at(protocol: &Arc<Protocol>, run: u32) -> (End, End) {
 #[derive(Debug)]
 pub struct End {
     protocol: Arc<Protocol>,
-    word: Arc<AtomicU64>,
+    shared: Arc<Shared>,
     party: Party,
     /// What this party has read or written itself.
     read: State,
@@ -60,19 +71,21 @@ impl End {
         self.now().level(id, &self.protocol)
     }
 
-    /// Whether the other end is gone, so that nobody will read or set.
+    /// Whether the other end is gone, so that nobody will read or set. All that it set before is
+    /// there for whoever polls after that.
     pub fn is_abandoned(&self) -> bool {
-        Arc::strong_count(&self.word) == 1
+        self.shared.gone[self.party.other().index()].load(Ordering::Acquire)
     }
 
     fn now(&self) -> State {
-        State::unpack(self.word.load(Ordering::Acquire))
+        State::unpack(self.shared.word.load(Ordering::Acquire))
     }
 
     /// Replaces `from` by `to`, which this party then knows; `false` if `from` is no longer there.
     fn exchange(&mut self, from: State, to: State) -> bool {
         let (release, acquire) = (Ordering::AcqRel, Ordering::Acquire);
         let exchanged = self
+            .shared
             .word
             .compare_exchange(from.pack(), to.pack(), release, acquire)
             .is_ok();
@@ -80,6 +93,13 @@ impl End {
             self.read = to;
         }
         exchanged
+    }
+}
+
+impl Drop for End {
+    fn drop(&mut self) {
+        // Released, so that whoever sees it sees the last flags too.
+        self.shared.gone[self.party.index()].store(true, Ordering::Release);
     }
 }
 
