@@ -1,6 +1,6 @@
 //! Lays a net out; see [the layout](super::layout).
 
-use super::conditions::{Condition, Conditions, places};
+use super::conditions::{for_conditions, places};
 use super::layout::{
     BLOCK, Bits, Block, Effects, Flip, Gate, Layout, Need, Place, PortChange, SLOTS, Span, Special,
     Witness, WordBits,
@@ -8,7 +8,7 @@ use super::layout::{
 use super::model::PlaceKind;
 use super::net::PlaceId;
 use super::state::State;
-use super::structure::Structure;
+use super::structure::{Arcs, Structure};
 use crate::event::EventId;
 
 /// The tables of `structure`, and its state in the initial marking. `sources` and `sinks` are in the
@@ -18,14 +18,15 @@ pub(super) fn compile(
     sources: &[(PlaceId, EventId)],
     sinks: &[(PlaceId, EventId)],
 ) -> (Layout, State) {
-    let conditions = Conditions::new(structure);
-    let mut tables = Tables::new(&conditions, structure.place_count());
-    for transition in 0..conditions.transitions() {
-        tables.add_conditions(transition, conditions.of(transition));
+    let mut tables = Tables::new(structure);
+    let mut transitions = structure.arcs();
+    for block in 0..tables.blocks.len() {
+        tables.add_block(block, transitions.by_ref().take(BLOCK));
     }
     let mut firings = Firings::new(tables, structure, sources, sinks);
-    for transition in 0..conditions.transitions() {
-        firings.add(transition, conditions.of(transition));
+    let mut transitions = structure.arcs();
+    for block in 0..firings.own.len() {
+        firings.add_block(block, transitions.by_ref().take(BLOCK));
     }
     firings.finish()
 }
@@ -49,13 +50,9 @@ fn set_words(blocks: usize) -> usize {
 }
 
 impl Tables {
-    fn new(conditions: &Conditions, place_count: usize) -> Self {
-        let transitions = conditions.transitions();
-        let (places, flips, shared) = places(conditions, place_count);
-        let no_flip = Flip {
-            block: 0,
-            bits: [0; SLOTS],
-        };
+    fn new(structure: &Structure) -> Self {
+        let transitions = structure.transition_count();
+        let (places, shared) = places(structure);
         let block = Block {
             conditions: [!0; SLOTS],
             fresh: !0,
@@ -67,8 +64,8 @@ impl Tables {
         blocks[block_count - 1].conditions[0] = !0 >> (block_count * BLOCK - transitions);
         Self {
             blocks,
+            flips: Vec::with_capacity(places.len() + places.len() / 4),
             places,
-            flips: vec![no_flip; flips],
             gates_of: vec![Span::default(); block_count],
             gates: Vec::new(),
             shared,
@@ -76,73 +73,66 @@ impl Tables {
         }
     }
 
-    fn add_conditions(&mut self, transition: usize, conditions: &[Condition]) {
-        let (block, lane) = (transition / BLOCK, transition % BLOCK);
-        if lane == 0 {
-            self.gates_of[block] = span(self.gates.len(), self.gates.len());
-        }
-        let mut slot = 0;
-        let mut last_shared = None;
-        for &condition in conditions {
-            let place = &mut self.places[condition.place()];
-            if place.is_shared() {
-                let words = set_words(self.blocks.len());
-                let word = place.index as usize * words + block / BLOCK;
-                self.users[word] |= 1 << (block % BLOCK);
-                last_shared = Some(condition);
-                continue;
-            }
-            if condition.when_marked() {
-                self.blocks[block].conditions[slot] &= !(1 << lane);
-            }
-            // Transitions come in order: if the place has a flip in this block, it is the last.
-            let last = (place.index + place.flips) as usize;
-            let flip = if place.flips > 0 && self.flips[last - 1].block == block as u32 {
-                &mut self.flips[last - 1]
-            } else {
-                place.flips += 1;
-                &mut self.flips[last]
-            };
-            flip.block = block as u32;
-            flip.bits[slot] |= 1 << lane;
-            place.witness = Witness {
-                transition: transition as u16,
-                slot: slot as u8,
-                when_marked: condition.when_marked(),
-            };
-            slot += 1;
-        }
-        if let Some(condition) = last_shared {
-            if conditions.len() - slot == 1 {
-                self.add_to_gate(block, lane, condition);
-            } else {
-                self.blocks[block].several |= 1 << lane;
-            }
-        }
-    }
-
-    fn add_to_gate(&mut self, block: usize, lane: usize, condition: Condition) {
-        let shared = self.places[condition.place()].index;
-        let first = self.gates_of[block].start as usize;
-        let known = self.gates[first..]
-            .iter()
-            .position(|gate| gate.shared == shared);
-        let index = known.map_or(self.gates.len(), |index| first + index);
-        if known.is_none() {
-            self.gates.push(Gate {
-                shared,
-                when_marked: 0,
-                when_empty: 0,
+    fn add_block<'a>(&mut self, block: usize, transitions: impl Iterator<Item = Arcs<'a>>) {
+        let words = set_words(self.blocks.len());
+        let first_gate = self.gates.len();
+        let Block {
+            conditions,
+            several,
+            ..
+        } = &mut self.blocks[block];
+        for (lane, arcs) in transitions.enumerate() {
+            let bit = 1 << lane;
+            let mut slot = 0;
+            let mut shared_count = 0;
+            let mut last_shared = (0, false);
+            for_conditions(arcs, |condition| {
+                let place = &mut self.places[condition.place.index()];
+                if let Some(shared) = place.as_shared() {
+                    let word = shared as usize * words + block / BLOCK;
+                    self.users[word] |= 1 << (block % BLOCK);
+                    last_shared = (shared, condition.when_marked);
+                    shared_count += 1;
+                    return;
+                }
+                if condition.when_marked {
+                    conditions[slot] &= !bit;
+                }
+                if place.add_flip(&mut self.flips, block as u32, slot, bit) {
+                    place.witness = Witness {
+                        transition: (block * BLOCK + lane) as u16,
+                        slot: slot as u8,
+                        when_marked: condition.when_marked,
+                    };
+                }
+                slot += 1;
             });
-            self.gates_of[block].end = self.gates.len() as u32;
+            match shared_count {
+                0 => {}
+                1 => add_to_gate(&mut self.gates, first_gate, last_shared, bit),
+                _ => *several |= bit,
+            }
         }
-        let gate = &mut self.gates[index];
-        let bits = if condition.when_marked() {
-            &mut gate.when_marked
-        } else {
-            &mut gate.when_empty
-        };
-        *bits |= 1 << lane;
+        self.gates_of[block] = span(first_gate, self.gates.len());
+    }
+}
+
+/// Adds a transition to the gate of its one shared place, among those from `first` on.
+fn add_to_gate(gates: &mut Vec<Gate>, first: usize, (shared, when_marked): (u32, bool), bit: u64) {
+    let known = gates[first..].iter().position(|gate| gate.shared == shared);
+    let index = known.map_or(gates.len(), |index| first + index);
+    if known.is_none() {
+        gates.push(Gate {
+            shared,
+            when_marked: 0,
+            when_empty: 0,
+        });
+    }
+    let gate = &mut gates[index];
+    if when_marked {
+        gate.when_marked |= bit;
+    } else {
+        gate.when_empty |= bit;
     }
 }
 
@@ -193,49 +183,66 @@ impl<'a> Firings<'a> {
         }
     }
 
-    fn add(&mut self, transition: usize, conditions: &[Condition]) {
-        let (block, lane) = (transition / BLOCK, transition % BLOCK);
-        if lane == 0 {
-            let span = self.tables.gates_of[block];
-            for (gate, index) in span.of(&self.tables.gates).iter().zip(span.start..) {
-                self.gate_of[gate.shared as usize] = index;
-            }
+    fn add_block<'b>(&mut self, block: usize, transitions: impl Iterator<Item = Arcs<'b>>) {
+        let gates = self.tables.gates_of[block];
+        for (gate, index) in gates.of(&self.tables.gates).iter().zip(gates.start..) {
+            self.gate_of[gate.shared as usize] = index;
         }
-        let (first_far, first_port) = (self.far.len(), self.ports.len());
-        let mut own = [0; SLOTS];
-        let mut open = 0;
-        for condition in conditions.iter().filter(|condition| condition.changes()) {
-            let place = &self.tables.places[condition.place()];
-            if place.is_shared() {
-                let shared = place.index;
-                open |= self.gated_by(block, shared);
-                self.change_shared(shared);
-                continue;
-            }
-            for flip in place.flips(&self.tables.flips) {
-                if flip.block as usize == block {
-                    flip_bits(&mut own, &flip.bits);
-                } else {
-                    add_flip(&mut self.far, first_far, flip);
+        let several = self.tables.blocks[block].several;
+        let has_ports = !self.sources.is_empty() || !self.sinks.is_empty();
+        let mut all_own = std::mem::take(&mut self.own);
+        for (lane, (arcs, own)) in transitions.zip(&mut all_own[block]).enumerate() {
+            let (first_far, first_port) = (self.far.len(), self.ports.len());
+            let mut any_shared = false;
+            for_conditions(arcs, |condition| {
+                if !condition.changes {
+                    return;
                 }
+                let place = &self.tables.places[condition.place.index()];
+                any_shared |= place.is_shared();
+                for flip in place.flips(&self.tables.flips) {
+                    if flip.block as usize == block {
+                        flip_bits(own, &flip.bits);
+                    } else {
+                        add_flip(&mut self.far, first_far, flip);
+                    }
+                }
+            });
+            if has_ports {
+                self.add_ports(arcs);
+            }
+            let several = several >> lane & 1 == 1;
+            let effects = (first_far, first_port) != (self.far.len(), self.ports.len());
+            if any_shared || several || effects {
+                let far = span(first_far, self.far.len());
+                let ports = span(first_port, self.ports.len());
+                let special = self.special(block, arcs, far, ports, several);
+                self.tables.blocks[block].special |= 1 << lane;
+                self.specials.resize(block * BLOCK + lane, Special::NOTHING);
+                self.specials.push(special);
             }
         }
-        self.own[block][lane] = own;
-        if !self.sources.is_empty() || !self.sinks.is_empty() {
-            self.add_ports(conditions);
-        }
-        let far = span(first_far, self.far.len());
-        let ports = span(first_port, self.ports.len());
-        let several = self.tables.blocks[block].several >> lane & 1 == 1;
-        if far.is_empty() && ports.is_empty() && self.marks.is_empty() && !several {
-            return;
-        }
-        let mut special = Special {
-            open,
-            marks: self.marks.pop().unwrap_or_default(),
-            wakes: self.wakes.pop().unwrap_or_default(),
-            ..Special::NOTHING
-        };
+        self.own = all_own;
+    }
+
+    fn special(
+        &mut self,
+        block: usize,
+        arcs: Arcs,
+        far: Span,
+        ports: Span,
+        several: bool,
+    ) -> Special {
+        let mut special = Special::NOTHING;
+        for_conditions(arcs, |condition| {
+            let place = &self.tables.places[condition.place.index()];
+            if let Some(shared) = place.as_shared()
+                && condition.changes
+            {
+                special.open |= self.gated_by(block, shared);
+                self.change_shared(&mut special, shared);
+            }
+        });
         let more = !self.marks.is_empty() || !self.wakes.is_empty();
         if more || !far.is_empty() || !ports.is_empty() {
             special.more = self.effects.len() as u32;
@@ -247,11 +254,9 @@ impl<'a> Firings<'a> {
             });
         }
         if several {
-            special.needs = self.add_needs(conditions);
+            special.needs = self.add_needs(arcs);
         }
-        self.tables.blocks[block].special |= 1 << lane;
-        self.specials.resize(transition, Special::NOTHING);
-        self.specials.push(special);
+        special
     }
 
     /// The transitions of a block for which this is the one shared place.
@@ -266,41 +271,44 @@ impl<'a> Firings<'a> {
     }
 
     /// The transition at hand changes a shared place.
-    fn change_shared(&mut self, shared: u32) {
+    fn change_shared(&mut self, special: &mut Special, shared: u32) {
         let (word, bits) = (shared / u64::BITS, 1 << (shared % u64::BITS));
-        merge(&mut self.marks, WordBits { word, bits });
+        merge(&mut special.marks, &mut self.marks, WordBits { word, bits });
         let words = set_words(self.tables.blocks.len());
         let users = &self.tables.users[shared as usize * words..][..words];
         for (&bits, word) in users.iter().zip(0..) {
             if bits != 0 {
-                merge(&mut self.wakes, WordBits { word, bits });
+                merge(&mut special.wakes, &mut self.wakes, WordBits { word, bits });
             }
         }
     }
 
-    fn add_ports(&mut self, conditions: &[Condition]) {
-        for condition in conditions.iter().filter(|condition| condition.changes()) {
-            let place = PlaceId::from_index(condition.place());
+    fn add_ports(&mut self, arcs: Arcs) {
+        for_conditions(arcs, |condition| {
+            if !condition.changes {
+                return;
+            }
             let index_of = |ports: &[(PlaceId, EventId)]| {
-                ports.partition_point(|&(other, _)| other < place) as u16
+                ports.partition_point(|&(place, _)| place < condition.place) as u16
             };
-            self.ports.extend(match self.structure.kind(place) {
-                PlaceKind::Internal => None,
-                PlaceKind::Source => Some(PortChange::SourceEmptied(index_of(self.sources))),
-                PlaceKind::Sink => Some(PortChange::SinkFilled(index_of(self.sinks))),
-            });
-        }
+            self.ports
+                .extend(match self.structure.kind(condition.place) {
+                    PlaceKind::Internal => None,
+                    PlaceKind::Source => Some(PortChange::SourceEmptied(index_of(self.sources))),
+                    PlaceKind::Sink => Some(PortChange::SinkFilled(index_of(self.sinks))),
+                });
+        });
     }
 
     /// What a transition needs of several shared places.
-    fn add_needs(&mut self, conditions: &[Condition]) -> Span {
+    fn add_needs(&mut self, arcs: Arcs) -> Span {
         self.needed.clear();
-        for condition in conditions {
-            let place = &self.tables.places[condition.place()];
-            if place.is_shared() {
-                self.needed.push((place.index, condition.when_marked()));
+        for_conditions(arcs, |condition| {
+            let place = &self.tables.places[condition.place.index()];
+            if let Some(shared) = place.as_shared() {
+                self.needed.push((shared, condition.when_marked));
             }
-        }
+        });
         self.needed.sort_unstable();
         let start = self.needs.len();
         for &(shared, when_marked) in &self.needed {
@@ -335,7 +343,7 @@ impl<'a> Firings<'a> {
             gates_of: tables.gates_of.into(),
             gates: tables.gates.into(),
             places: tables.places.into(),
-            flips: tables.flips.into(),
+            flips: tables.flips,
             users: tables.users.into(),
         };
         let marked = self.structure.places();
@@ -361,10 +369,16 @@ fn add_flip(flips: &mut Vec<Flip>, first: usize, more: &Flip) {
 }
 
 /// Adds some members to a set.
-fn merge(set: &mut Vec<WordBits>, more: WordBits) {
-    match set.iter_mut().rev().find(|known| known.word == more.word) {
+fn merge(first: &mut WordBits, others: &mut Vec<WordBits>, more: WordBits) {
+    if first.bits == 0 || first.word == more.word {
+        first.word = more.word;
+        first.bits |= more.bits;
+        return;
+    }
+    let mut known = others.iter_mut();
+    match known.find(|known| known.word == more.word) {
         Some(known) => known.bits |= more.bits,
-        None => set.push(more),
+        None => others.push(more),
     }
 }
 

@@ -71,7 +71,13 @@ pub(super) struct WordBits {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flip {
     pub(super) block: u32,
+    /// Index of another flip of the same place, in a block before, or [`Flip::NONE`].
+    pub(super) before: u32,
     pub(super) bits: Bits,
+}
+
+impl Flip {
+    pub(super) const NONE: u32 = u32::MAX;
 }
 
 /// A shared place, and the transitions of one block for which it is the only one.
@@ -162,16 +168,15 @@ pub(super) enum PortChange {
 /// A place; either it is local and has flips, or it is shared.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// Index of its first flip, or among the shared places.
-    pub(super) index: u32,
-    /// How many flips it has, one per block that mentions it, or [`Place::SHARED`].
-    pub(super) flips: u32,
+    /// Index of the latest of its flips, or among the shared places.
+    index: u32,
+    is_shared: bool,
     /// Of a local place, a condition from which its mark is read.
     pub(super) witness: Witness,
 }
 
 /// A condition.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Witness {
     pub(super) transition: u16,
     /// Its word.
@@ -181,32 +186,73 @@ pub(super) struct Witness {
 }
 
 impl Place {
-    const SHARED: u32 = u32::MAX;
-
-    pub(super) fn local(first_flip: u32) -> Self {
-        Self {
-            index: first_flip,
-            flips: 0,
-            witness: Witness::default(),
-        }
-    }
+    /// Without flips.
+    pub(super) const LOCAL: Self = Self {
+        index: Flip::NONE,
+        is_shared: false,
+        witness: Witness {
+            transition: 0,
+            slot: 0,
+            when_marked: false,
+        },
+    };
 
     pub(super) fn shared(index: u32) -> Self {
         Self {
             index,
-            flips: Self::SHARED,
-            witness: Witness::default(),
+            is_shared: true,
+            ..Self::LOCAL
         }
     }
 
     pub(super) fn is_shared(&self) -> bool {
-        self.flips == Self::SHARED
+        self.is_shared
     }
 
-    /// The flips of a local place, of all flips.
-    pub(super) fn flips<'a>(&self, all: &'a [Flip]) -> &'a [Flip] {
-        let first = self.index as usize;
-        &all[first..first + self.flips as usize]
+    /// The index of a shared place.
+    pub(super) fn as_shared(&self) -> Option<u32> {
+        self.is_shared.then_some(self.index)
+    }
+
+    /// Adds a bit, behind all others, to the flips of a local place; whether that took a new flip.
+    #[inline]
+    pub(super) fn add_flip(
+        &mut self,
+        all: &mut Vec<Flip>,
+        block: u32,
+        slot: usize,
+        bit: u64,
+    ) -> bool {
+        let latest = all.get_mut(self.index as usize);
+        if let Some(latest) = latest.filter(|latest| latest.block == block) {
+            latest.bits[slot] |= bit;
+            return false;
+        }
+        let mut bits = [0; SLOTS];
+        bits[slot] = bit;
+        let before = self.index;
+        self.index = all.len() as u32;
+        all.push(Flip {
+            block,
+            before,
+            bits,
+        });
+        true
+    }
+
+    /// The flips of a local place.
+    #[inline]
+    pub(super) fn flips<'a>(&self, all: &'a [Flip]) -> impl Iterator<Item = &'a Flip> {
+        let mut index = if self.is_shared {
+            Flip::NONE
+        } else {
+            self.index
+        };
+        std::iter::from_fn(move || {
+            let flip = all.get(index as usize)?;
+            index = flip.before;
+            Some(flip)
+        })
     }
 }
 
@@ -228,7 +274,7 @@ pub(super) struct Layout {
     pub(super) gates: Box<[Gate]>,
     pub(super) places: Box<[Place]>,
     /// Of all local places.
-    pub(super) flips: Box<[Flip]>,
+    pub(super) flips: Vec<Flip>,
     /// By shared place: the set of the blocks that mention it.
     pub(super) users: Box<[u64]>,
 }

@@ -124,12 +124,11 @@ impl State {
         };
         for place in marked {
             let place = &layout.places[place.index()];
-            if place.is_shared() {
-                state.flip_shared(place.index);
-            } else {
-                for flip in place.flips(&layout.flips) {
-                    state.flip_conditions(flip);
-                }
+            if let Some(shared) = place.as_shared() {
+                state.flip_shared(shared);
+            }
+            for flip in place.flips(&layout.flips) {
+                state.flip_conditions(flip);
             }
         }
         state.open = state.open_of(layout, state.last / BLOCK);
@@ -151,8 +150,8 @@ impl State {
 
     pub(super) fn is_marked(&self, layout: &Layout, place: PlaceId) -> bool {
         let place = &layout.places[place.index()];
-        if place.is_shared() {
-            return self.is_shared_marked(place.index);
+        if let Some(shared) = place.as_shared() {
+            return self.is_shared_marked(shared);
         }
         let Witness {
             transition,
@@ -170,18 +169,17 @@ impl State {
     /// Marks a place that is empty or empties one that is marked. Between two evaluations only.
     pub(super) fn flip(&mut self, layout: &Layout, place: PlaceId) {
         let place = &layout.places[place.index()];
-        if place.is_shared() {
-            self.flip_shared(place.index);
-            let users = layout.users.chunks(self.sets.len());
-            let users = users.skip(place.index as usize).take(1).flatten();
-            for (&bits, word) in users.zip(0..) {
-                self.wake(WordBits { word, bits });
+        if let Some(shared) = place.as_shared() {
+            self.flip_shared(shared);
+            let words = self.sets.len();
+            let users = &layout.users[shared as usize * words..][..words];
+            for (sets, users) in self.sets.iter_mut().zip(users) {
+                sets.active |= users;
             }
             self.open = self.open_of(layout, self.last / BLOCK);
-        } else {
-            for flip in place.flips(&layout.flips) {
-                self.flip_block(layout, flip);
-            }
+        }
+        for flip in place.flips(&layout.flips) {
+            self.flip_block(layout, flip);
         }
     }
 

@@ -23,6 +23,17 @@ pub struct Structure {
     degrees: Box<[Degrees]>,
 }
 
+/// The arcs of one transition.
+#[derive(Clone, Copy)]
+pub(super) struct Arcs<'a> {
+    /// First the inputs, then the outputs.
+    pub(super) places: &'a [PlaceId],
+    /// How many are inputs.
+    pub(super) inputs: usize,
+    /// Whether some place is both.
+    pub(super) has_self_loop: bool,
+}
+
 #[derive(Clone, Copy, Debug, Default)]
 struct Degrees {
     out: u32,
@@ -67,22 +78,27 @@ impl Structure {
         &self.places[self.starts[first] as usize..self.starts[first + 1] as usize]
     }
 
-    /// The input places of a transition and then its output places, and how many are inputs.
-    pub(super) fn arcs(&self, transition: usize) -> (&[PlaceId], usize) {
-        let [start, middle, end] = [0, 1, 2].map(|list| self.starts[2 * transition + list]);
-        let places = &self.places[start as usize..end as usize];
-        (places, (middle - start) as usize)
+    /// The arcs of all transitions, in order.
+    pub(super) fn arcs(&self) -> impl Iterator<Item = Arcs<'_>> {
+        let mut rest = &*self.places;
+        let lists = self.starts.windows(3).step_by(2);
+        lists
+            .zip(&self.self_loops)
+            .map(move |(ends, &has_self_loop)| {
+                let (places, behind) = rest.split_at((ends[2] - ends[0]) as usize);
+                rest = behind;
+                Arcs {
+                    places,
+                    inputs: (ends[1] - ends[0]) as usize,
+                    has_self_loop,
+                }
+            })
     }
 
     /// The most arcs that one place has.
     pub(super) fn most_arcs(&self) -> u32 {
         let arcs = self.degrees.iter().map(|place| place.out + place.into);
         arcs.max().unwrap_or(0)
-    }
-
-    /// Whether some place is input and output of a transition.
-    pub fn has_self_loop(&self, transition: TransitionId) -> bool {
-        self.self_loops[transition.index()]
     }
 
     /// Who marks and empties a place.
