@@ -1,5 +1,7 @@
 //! The robot as a member of a fleet: what it tells the mediator, and what the mediator's answers let it do.
 
+mod needs;
+
 use std::collections::VecDeque;
 
 use contract::client::{Client, Received, Situation};
@@ -9,18 +11,9 @@ use skills::borders::AreaSet;
 use super::Setup;
 use super::floor::{Floor, Place, Touch};
 use super::orders::{self, Answer, Directive, Orders};
-use super::route::look_ahead;
 
 /// A level is sent at least this often.
 const LEVEL_NS: u64 = 200_000_000;
-/// From a word of the mediator to navigation that obeys it: one cycle of navigation, the delay with which it reckons to brake,
-/// and some room.
-const REACTION_S: f64 = 0.3;
-/// Slower than this is standing.
-const STANDING_M_S: f64 = 0.02;
-/// What was asked for is wanted until it is so much farther away than where the fastest robot asks.
-const KEEP_M: f64 = 0.5;
-
 /// What the robot knows of itself in one moment.
 #[derive(Clone, Debug, Default)]
 pub struct Sense {
@@ -294,68 +287,6 @@ impl Member {
         while let Some(complaint) = self.orders.next_complaint() {
             self.complain(complaint);
         }
-    }
-
-    /// Areas to ask for, in the order of asking, and those that must not be entered yet although they are held: a manoeuvre
-    /// that takes several areas begins when it has them all.
-    fn wanted(&self, sense: &Sense, place: &Place, stands_in: &AreaSet) -> (Vec<usize>, AreaSet) {
-        let mut wanted: Vec<usize> = stands_in.iter().collect();
-        let mut held_back = AreaSet::EMPTY;
-        let state = sense.state.filter(|&state| state < self.setup.states.len());
-        if let Some(state) = state {
-            let states = &self.setup.states;
-            let present = &states[state].areas;
-            wanted.extend(present);
-            let ask_m = self.stopping_m(sense.speed_m_s) + self.setup.request_ahead_m;
-            let keep_m =
-                self.stopping_m(self.setup.max_speed_m_s) + self.setup.request_ahead_m + KEEP_M;
-            let was_wanted = |state: usize| {
-                let mut new = states[state].areas.iter();
-                new.any(|&area| self.wanted.contains(area) && !present.contains(&area))
-            };
-            let upcoming = look_ahead(
-                states,
-                state,
-                |area| self.floor.gap_m(area, place),
-                |state, way_m| way_m <= ask_m || way_m <= keep_m && was_wanted(state),
-            );
-            let mut complete = AreaSet::EMPTY;
-            for next in &upcoming {
-                let areas = &states[next.state].areas;
-                wanted.extend(areas);
-                let whole = areas.iter().all(|&area| self.holds(area));
-                for &area in areas {
-                    let set = if whole { &mut complete } else { &mut held_back };
-                    set.insert(area);
-                }
-            }
-            held_back = held_back.difference(&complete);
-            held_back = held_back.difference(&present.iter().copied().collect());
-        }
-        // Wherever its path leads, what keeps it from going on is what it needs.
-        wanted.extend(sense.waiting_for);
-        let mut seen = AreaSet::EMPTY;
-        wanted.retain(|&area| seen.insert(area));
-        (wanted, held_back)
-    }
-
-    /// Areas held that the robot, which does not stand in them, may reach into before it stops.
-    fn committed(&self, place: &Place, speed_m_s: f64, touches: &[Touch]) -> AreaSet {
-        let moves = speed_m_s.abs() > STANDING_M_S || !speed_m_s.is_finite();
-        let reach_m = self.stopping_m(speed_m_s);
-        { touches.iter().enumerate() }
-            .filter(|&(area, &touch)| {
-                let near = || reach_m.is_nan() || self.floor.gap_m(area, place) <= reach_m;
-                self.holds(area) && (touch >= Touch::Margin || moves && near())
-            })
-            .map(|(area, _)| area)
-            .collect()
-    }
-
-    /// Way from a word of the mediator to standing still.
-    fn stopping_m(&self, speed_m_s: f64) -> f64 {
-        let speed_m_s = speed_m_s.abs();
-        speed_m_s * speed_m_s / (2.0 * self.setup.deceleration_m_s2) + speed_m_s * REACTION_S
     }
 
     fn holds(&self, area: usize) -> bool {
