@@ -64,8 +64,6 @@ pub struct NetBinding<S> {
     /// By event: whether it stands for a flag, or for an abort.
     flags: Box<[bool]>,
     refused: u64,
-    /// Room for a marking.
-    places: Vec<PlaceId>,
 }
 
 impl<S: Side> NetBinding<S> {
@@ -137,7 +135,6 @@ impl<S: Side> NetBinding<S> {
             outgoing: outgoing.into(),
             flags: flags.into(),
             refused: 0,
-            places: Vec::with_capacity(net.places().len()),
         })
     }
 
@@ -228,7 +225,8 @@ impl<S: Side> NetBinding<S> {
         self.refused
     }
 
-    /// Gives up all runs and goes back to the initial marking. Only the keeper of all protocols may;
+    /// Gives up all runs and goes back to the initial marking. Events that are no flags stay, whether
+    /// they wait, stand in sources or are to be sent: they belong to no run. Only the keeper of all protocols may;
     /// for others nothing changes. A protocol without a further run number stays where it is.
     pub fn abort(&mut self) -> Result<(), AbortError> {
         let keeps = |port: &Port<S>| port.side.protocol().keeper() == Some(port.side.party());
@@ -240,7 +238,8 @@ impl<S: Side> NetBinding<S> {
             result = result.and(port.side.abort().map(|_| ()));
             port.forget();
         }
-        self.executor.reset();
+        let flags = &self.flags;
+        self.executor.reset_but(|event| !is_flag(flags, event));
         result
     }
 
@@ -280,7 +279,6 @@ impl<S: Side> NetBinding<S> {
             executor,
             ports,
             outgoing,
-            places,
             ..
         } = self;
         let port = &mut ports[number];
@@ -289,13 +287,8 @@ impl<S: Side> NetBinding<S> {
             let flag = outgoing.get(event.index()).copied().flatten();
             flag.is_some_and(|flag| usize::from(flag.port) == number)
         });
-        let sources = || port.sources.iter().map(|&(_, source)| source);
-        if sources().any(|source| executor.is_marked(source)) {
-            places.clear();
-            places.extend(executor.marking());
-            places.retain(|&place| sources().all(|source| source != place));
-            let known = executor.set_marking(places);
-            debug_assert!(known.is_ok(), "they are the net's own places");
+        for &(_, source) in &port.sources {
+            executor.void_source(source);
         }
         if let Some(event) = port.aborted {
             // A full queue of aborts has told the net already; the executor counts the refusal.

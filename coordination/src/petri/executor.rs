@@ -231,6 +231,20 @@ impl Executor {
         })
     }
 
+    /// Empties a source and forgets what waits for it; how many events that were, 0 if `source` is no
+    /// source. Costs a look at all sources that are to be filled.
+    pub fn void_source(&mut self, source: PlaceId) -> u32 {
+        let sources = self.net.sources();
+        let Ok(index) = sources.binary_search_by_key(&source, |&(place, _)| place) else {
+            return 0;
+        };
+        let is_marked = self.state.is_marked(self.net.layout(), source);
+        if is_marked {
+            self.state.flip(self.net.layout(), source);
+        }
+        u32::from(is_marked) + self.ports.forget_waiting(index)
+    }
+
     /// Whether `place` is marked; `false` for a place that the net does not have.
     pub fn is_marked(&self, place: PlaceId) -> bool {
         let known = place.index() < self.net.places().len();
@@ -273,6 +287,40 @@ impl Executor {
         self.state.copy_from(self.net.initial());
         self.ports.forget();
         self.restart_ports();
+    }
+
+    /// As [`reset`](Self::reset), but events that `keeps` names stay: those that wait, and tokens in
+    /// their sources and sinks. Where the next choice begins stays too.
+    pub fn reset_but(&mut self, keeps: impl Fn(EventId) -> bool) {
+        let Self {
+            net, state, ports, ..
+        } = self;
+        let layout = net.layout();
+        let find = |list: &[(PlaceId, EventId)], place| {
+            let index = list
+                .binary_search_by_key(&place, |&(place, _)| place)
+                .ok()?;
+            Some((index, list[index].1))
+        };
+        for place in net.places() {
+            let sink = find(net.sinks(), place);
+            let event = sink.or_else(|| find(net.sources(), place));
+            let kept = event.is_some_and(|(_, event)| keeps(event));
+            let before = state.is_marked(layout, place);
+            let after = net.initial().is_marked(layout, place) || kept && before;
+            if before != after {
+                state.flip(layout, place);
+            }
+            if let Some((sink, _)) = sink
+                && after
+                && !before
+            {
+                ports.filled(sink);
+            }
+        }
+        ports.empty_sinks(|sink| state.is_marked(layout, net.sinks()[sink].0));
+        ports.forget_those(|source| !keeps(net.sources()[source].1));
+        ports.restart_sources(|source| !state.is_marked(layout, net.sources()[source].0));
     }
 
     fn restart_ports(&mut self) {

@@ -62,6 +62,25 @@ impl Ports {
         self.full.retain(keep)
     }
 
+    /// Nothing waits for `source` any more; how many events did. Looks at all sources that are to be
+    /// filled if some did.
+    pub(super) fn forget_waiting(&mut self, source: usize) -> u32 {
+        let waiting = std::mem::take(&mut self.waiting[source]);
+        if waiting > 0 {
+            self.to_fill.retain(|other| other != source);
+        }
+        waiting
+    }
+
+    /// Nothing waits for these sources any more; [`restart_sources`](Self::restart_sources) follows.
+    pub(super) fn forget_those(&mut self, forgets: impl Fn(usize) -> bool) {
+        for (source, waiting) in self.waiting.iter_mut().enumerate() {
+            if forgets(source) {
+                *waiting = 0;
+            }
+        }
+    }
+
     /// Nothing waits any more.
     pub(super) fn forget(&mut self) {
         self.waiting.fill(0);
@@ -73,16 +92,21 @@ impl Ports {
         source_is_empty: impl Fn(usize) -> bool,
         sink_is_full: impl Fn(usize) -> bool,
     ) {
-        self.to_fill.len = 0;
-        for (source, &waiting) in self.waiting.iter().enumerate() {
-            if waiting > 0 && source_is_empty(source) {
-                self.to_fill.push(source);
-            }
-        }
+        self.restart_sources(source_is_empty);
         self.full.len = 0;
         for sink in 0..self.full.items.len() {
             if sink_is_full(sink) {
                 self.full.push(sink);
+            }
+        }
+    }
+
+    /// Takes note of which sources are empty now.
+    pub(super) fn restart_sources(&mut self, source_is_empty: impl Fn(usize) -> bool) {
+        self.to_fill.len = 0;
+        for (source, &waiting) in self.waiting.iter().enumerate() {
+            if waiting > 0 && source_is_empty(source) {
+                self.to_fill.push(source);
             }
         }
     }

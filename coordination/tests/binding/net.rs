@@ -388,3 +388,84 @@ fn an_event_must_not_have_the_name_of_a_flag() {
         ]
     );
 }
+
+/// Events belong to no run, so they outlive its abort; flags do not.
+#[test]
+fn an_abort_of_all_runs_keeps_events() {
+    let protocol = area("mediator");
+    let flag = |name| protocol.flag(name).unwrap();
+    let mut net = gate_model();
+    net.source("knock", Binding::event("knock"));
+    net.sink("echo", Binding::event("echo"));
+    net.transition("answer", &["knock"], &["echo"]);
+    let (mut robot, mut gate, events) = bind(&net, &protocol);
+    let knock = events.id("knock").unwrap();
+    for _ in 0..4 {
+        gate.offer(knock).unwrap();
+    }
+    robot.set(flag("request")).unwrap();
+    // One knock is answered, one stands in the source, and two wait.
+    for _ in 0..2 {
+        gate.step(Budget::default(), |_| false);
+    }
+    gate.abort().unwrap();
+    let names = |gate: &NetBinding<End>| {
+        let executor = gate.executor();
+        let names = executor.marking();
+        let mut names: Vec<_> = names
+            .map(|place| executor.net().place_name(place).to_owned())
+            .collect();
+        names.sort_unstable();
+        names
+    };
+    assert_eq!(names(&gate), ["echo", "knock", "open"]);
+    assert_eq!(robot.poll(), Some(Change::Aborted));
+    let mut echoes = 0;
+    for _ in 0..10 {
+        gate.step(Budget::default(), |_| {
+            echoes += 1;
+            true
+        });
+    }
+    assert_eq!((echoes, names(&gate)), (4, vec!["open".to_owned()]));
+    robot.set(flag("request")).unwrap();
+    assert_eq!(gate.step(Budget::default(), |_| true).set, 1);
+}
+
+/// What the other party's abort voids leaves the order of events to be sent as it was.
+#[test]
+fn an_abort_does_not_reorder_full_sinks() {
+    let protocol = area("robot");
+    let mut net = NetModel::new("sinks");
+    net.source("asked", Binding::flag("robot", "request"));
+    net.source("gone", Binding::flag("robot", "aborted"));
+    net.place("never").mark("never").place("ever");
+    net.transition("enter", &["asked", "ever"], &["never"]);
+    net.transition("ignore", &["gone", "never"], &["never"]);
+    net.transition("odd", &["never", "ever"], &["ever"]);
+    for name in ["one", "two", "three"] {
+        let (source, sink) = (format!("say {name}"), format!("said {name}"));
+        net.sink(&sink, Binding::event(&sink));
+        net.source(&source, Binding::event(&source));
+        net.transition(name, &[&source], &[&sink]);
+    }
+    let (mut robot, mut binding, events) = bind(&net, &protocol);
+    let spoken = ["three", "one", "two"];
+    for name in spoken {
+        let event = events.id(&format!("say {name}")).unwrap();
+        binding.offer(event).unwrap();
+        binding.step(Budget::default(), |_| false);
+    }
+    robot.set(protocol.flag("request").unwrap()).unwrap();
+    binding.step(Budget::default(), |_| false);
+    robot.abort().unwrap();
+    let mut sent = Vec::new();
+    binding.step(Budget::default(), |event| {
+        sent.push(event);
+        true
+    });
+    assert_eq!(binding.aborts("robot"), 1);
+    let expected = spoken.map(|name| events.id(&format!("said {name}")).unwrap());
+    assert_eq!(sent, expected);
+    assert_eq!(binding.executor().marking().count(), 1);
+}
