@@ -486,3 +486,6 @@ impl Client {
         self.counters
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,310 @@
+//! One robot against scripted messages.
+
+use super::*;
+use crate::wire::{Control, ControlFlag, ControlPath, Instruction, Level};
+
+const SECOND_NS: u64 = 1_000_000_000;
+
+fn level(run: u32, path: u32, progress: u32) -> Option<Level> {
+    Some(Level {
+        run,
+        path,
+        progress,
+        after_abort: false,
+    })
+}
+
+fn message(sequence: u64) -> MediatorReport {
+    MediatorReport {
+        version: Some(VERSION.into()),
+        mediator_epoch: 1,
+        sequence,
+        robot_id: "amr-1".into(),
+        boot_epoch: 7,
+        session: 1,
+        ..MediatorReport::default()
+    }
+}
+
+fn grant(area: &str, progress: u32, fence: u64) -> AccessGrant {
+    AccessGrant {
+        area: area.into(),
+        level: level(0, 0, progress),
+        fence,
+        waits_for: String::new(),
+    }
+}
+
+fn registered() -> Client {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    assert_eq!(client.receive(&message(1), 0), Received::Registered);
+    client
+}
+
+fn situation(stands_in: &[&str], wanted: &[&str], committed: &[&str]) -> Situation {
+    let names = |list: &[&str]| list.iter().map(|&name| name.to_owned()).collect();
+    Situation {
+        located: true,
+        stands_in: names(stands_in),
+        wanted: names(wanted),
+        committed: names(committed),
+        ..Situation::default()
+    }
+}
+
+/// Net flags e5, done5 or at once e1, done1.
+fn control(path: u32, progress: u32) -> Control {
+    let flag = |name: &str, by_mediator: bool, event: &str, on_output: &str| ControlFlag {
+        name: name.into(),
+        by_mediator,
+        instruction: (!event.is_empty()).then(|| Instruction {
+            event: event.into(),
+            areas: if event == "aside" {
+                vec!["5".into()]
+            } else {
+                Vec::new()
+            },
+            ..Instruction::default()
+        }),
+        on_output: on_output.into(),
+    };
+    let whole = |flags: &[u32]| ControlPath {
+        flags: flags.to_vec(),
+    };
+    Control {
+        coordination: 3,
+        level: level(0, path, progress),
+        net: "overtaking".into(),
+        flags: vec![
+            flag("acquire", true, "", ""),
+            flag("acquired", false, "", ""),
+            flag("e5", true, "aside", ""),
+            flag("done5", false, "", "parked"),
+            flag("e1", true, "back", ""),
+            flag("done1", false, "", "in-1"),
+            flag("release", true, "resume", ""),
+            flag("released", false, "", ""),
+        ],
+        paths: vec![whole(&[0, 1, 2, 3, 4, 5, 6, 7]), whole(&[0, 1, 4, 5, 6, 7])],
+    }
+}
+
+fn progress(client: &mut Client) -> Option<(u32, u32)> {
+    let level = client.report().control?.level?;
+    Some((level.path, level.progress))
+}
+
+#[test]
+fn an_acquired_robot_follows_orders_and_asks_for_nothing_else() {
+    let mut client = registered();
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    let mut told = message(2);
+    told.access = vec![grant("1", 2, 1)];
+    told.control = Some(control(0, 1));
+    client.receive(&told, 0);
+    assert!(client.is_acquired());
+    // `acquired` waits for no output; area 2 is not asked for.
+    assert!(client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS));
+    let report = client.report();
+    assert!(report.access.iter().all(|access| access.area != "2"));
+    assert_eq!(progress(&mut client), Some((0, 2)));
+
+    let mut told = message(3);
+    told.control = Some(control(0, 3));
+    client.receive(&told, 0);
+    let order = client.next_order().expect("there is one");
+    assert_eq!(
+        (order.flag.as_str(), order.event.as_deref()),
+        ("e5", Some("aside"))
+    );
+    assert!(!order.repeated);
+    assert_eq!(client.next_order(), None, "each once");
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    let report = client.report();
+    assert!(report.access.iter().any(|access| access.area == "5"));
+    // Another output is none of its business.
+    assert!(!client.output("in-1"));
+    assert!(client.output("parked") && !client.output("parked"));
+    assert_eq!(progress(&mut client), Some((0, 4)));
+
+    let mut told = message(4);
+    told.control = Some(control(0, 5));
+    client.receive(&told, 0);
+    assert!(client.output("in-1"));
+    let mut told = message(5);
+    told.control = Some(control(0, 7));
+    client.receive(&told, 0);
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    assert!(!client.is_acquired(), "released at once");
+    assert_eq!(progress(&mut client), Some((0, 8)));
+    client.receive(&message(6), 0);
+    assert_eq!(progress(&mut client), None);
+    assert_eq!(client.counters().let_go, 0);
+}
+
+#[test]
+fn the_mediator_chooses_the_path() {
+    let mut client = registered();
+    let mut told = message(2);
+    told.control = Some(control(0, 1));
+    client.receive(&told, 0);
+    client.step(situation(&["5"], &["5"], &[]), 0, SECOND_NS);
+    let mut told = message(3);
+    told.control = Some(control(1, 3));
+    client.receive(&told, 0);
+    assert_eq!(
+        client.next_order().map(|order| order.flag),
+        Some("e1".into())
+    );
+    assert!(client.output("in-1"));
+    assert_eq!(progress(&mut client), Some((1, 4)));
+}
+
+#[test]
+fn a_robot_that_restarts_gets_its_last_order_again() {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    let mut told = message(1);
+    told.control = Some(control(0, 3));
+    assert_eq!(client.receive(&told, 0), Received::Registered);
+    let order = client.next_order().expect("there is one");
+    assert!(order.repeated && order.flag == "e5");
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    assert!(
+        client
+            .report()
+            .access
+            .iter()
+            .any(|access| access.area == "5")
+    );
+    assert!(client.output("parked"));
+}
+
+#[test]
+fn a_robot_that_is_let_go_carries_out_the_release() {
+    let mut client = registered();
+    let mut told = message(2);
+    told.control = Some(control(0, 1));
+    client.receive(&told, 0);
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    client.receive(&message(3), 0);
+    assert!(!client.is_acquired());
+    assert_eq!(
+        client.next_order().and_then(|order| order.event),
+        Some("resume".into())
+    );
+    assert_eq!(client.counters().let_go, 1);
+    // The past does not take it back.
+    client.receive(&told, 0);
+    assert!(!client.is_acquired());
+}
+
+#[test]
+fn a_larger_number_replaces_and_a_broken_one_is_counted() {
+    let mut client = registered();
+    let mut told = message(2);
+    told.control = Some(control(0, 3));
+    // It knows of no `acquired` of its own.
+    client.receive(&told, 0);
+    assert_eq!(
+        (client.counters().bad_levels, client.is_acquired()),
+        (1, false)
+    );
+    let mut told = message(3);
+    told.control = Some(control(0, 1));
+    client.receive(&told, 0);
+    let mut told = message(4);
+    told.control = Some(Control {
+        coordination: 4,
+        ..control(0, 1)
+    });
+    client.receive(&told, 0);
+    assert_eq!(client.coordination().map(|own| own.0), Some(4));
+    let mut told = message(5);
+    let mut broken = control(0, 1);
+    broken.coordination = 5;
+    broken.paths[1].flags.push(99);
+    told.control = Some(broken);
+    client.receive(&told, 0);
+    assert_eq!(client.coordination().map(|own| own.0), Some(4));
+    assert_eq!(client.counters().bad_levels, 2);
+}
+
+fn revocation(progress: u32, fence: u64) -> Access {
+    Access {
+        area: "2".into(),
+        level: level(0, 0, progress),
+        fence,
+    }
+}
+
+/// Asked for and granted area 2, then asked back by `fence`.
+fn revoked(fence: u64, now: Situation) -> (Client, RobotReport) {
+    let mut client = registered();
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    let mut told = message(2);
+    told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
+    client.receive(&told, 0);
+    assert!(client.holds("2"));
+    let mut told = message(3);
+    told.revocations = vec![revocation(1, fence)];
+    client.receive(&told, 0);
+    assert!(client.holds("2"), "until it answers");
+    client.step(now, 0, SECOND_NS);
+    let report = client.report();
+    (client, report)
+}
+
+#[test]
+fn a_robot_that_can_stop_yields() {
+    let (client, report) = revoked(5, situation(&["1"], &["1", "2"], &[]));
+    assert!(!client.holds("2"));
+    assert_eq!(client.counters().yielded, 1);
+    let answer = report.revocations[0]
+        .level
+        .map(|level| (level.path, level.progress));
+    assert_eq!(answer, Some((0, 2)), "yielded");
+    let access = report.access.iter().find(|access| access.area == "2");
+    let access = access.and_then(|access| access.level);
+    assert_eq!(
+        access.map(|level| (level.path, level.progress)),
+        Some((1, 3)),
+        "returned"
+    );
+}
+
+#[test]
+fn a_robot_that_cannot_stop_keeps_it() {
+    for now in [
+        situation(&["1"], &["1", "2"], &["2"]),
+        situation(&["1", "2"], &["1", "2"], &[]),
+    ] {
+        let (client, report) = revoked(5, now);
+        assert!(client.holds("2"));
+        assert_eq!(client.counters().kept, 1);
+        let answer = report.revocations[0]
+            .level
+            .map(|level| (level.path, level.progress));
+        assert_eq!(answer, Some((1, 2)), "kept");
+    }
+}
+
+#[test]
+fn a_revocation_of_an_older_grant_takes_nothing() {
+    let (client, report) = revoked(4, situation(&["1"], &["1", "2"], &[]));
+    assert!(client.holds("2"));
+    let answer = report.revocations[0]
+        .level
+        .map(|level| (level.path, level.progress));
+    assert_eq!(answer, Some((0, 2)), "that one was given back before");
+}
+
+#[test]
+fn grants_from_before_a_restart_are_given_back_where_it_does_not_stand() {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    let mut told = message(1);
+    told.access = vec![grant("1", 3, 1), grant("2", 2, 5), grant("3", 3, 2)];
+    client.receive(&told, 0);
+    assert!(!client.holds("1") && !client.holds("2") && !client.holds("3"));
+    client.step(situation(&["1"], &["1", "2", "3"], &[]), 0, SECOND_NS);
+    assert!(client.holds("1") && !client.holds("2") && !client.holds("3"));
+}
