@@ -1,12 +1,14 @@
 //! `mediator check` and `mediator show`: what a site's nets are, and whether they may run.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::{Failure, load_site};
+use crate::coordination::{self, Plan};
 use crate::setup::Setup;
-use config::NetConfig;
-use coordination::analysis::Limits;
-use coordination::petri::Dot;
+use ::coordination::analysis::Limits;
+use ::coordination::petri::Dot;
+use config::{NetConfig, SiteConfig};
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -35,6 +37,11 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
             "  {:<12} {}, priority {}, starts {starts}",
             robot.id, robot.role, robot.priority
         );
+    }
+    let plans = plans(path, &site, &setup)?;
+    println!("\ncoordinations");
+    for plan in &plans {
+        println!("  {:<12} by net {}", plan.id, plan.net);
     }
     let mut refused = 0;
     for net in nets(path)? {
@@ -90,6 +97,21 @@ pub(super) fn show(path: &Path, name: &str, situation: Option<&str>) -> Result<(
 
 fn about(text: Option<&str>) -> String {
     text.map(|text| format!(": {text}")).unwrap_or_default()
+}
+
+/// The coordinations of a site, each with its net.
+pub(super) fn plans(
+    path: &Path,
+    site: &SiteConfig,
+    setup: &Setup,
+) -> Result<Vec<Arc<Plan>>, Failure> {
+    if site.coordinations.is_empty() {
+        return Ok(Vec::new());
+    }
+    coordination::plans(site, setup, &nets(path)?, &Limits::default()).map_err(|errors| {
+        let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        Failure::Refused(lines.join("\n"))
+    })
 }
 
 /// All nets in the folder `nets` beside the folder of the site file, by name.

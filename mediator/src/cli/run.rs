@@ -61,8 +61,9 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let (store, stored) =
         Store::open(&journal, &site.name).map_err(|error| Failure::Refused(error.to_string()))?;
-    let manager =
-        Manager::new(&setup, &stored, 0).map_err(|error| Failure::Refused(error.to_string()))?;
+    let plans = super::check::plans(&arguments.site, &site, &setup)?;
+    let manager = Manager::with_plans(&setup, plans, &stored, 0)
+        .map_err(|error| Failure::Refused(error.to_string()))?;
     tracing::info!(
         "site {}, {} areas, {} robots; journal {}, start {}",
         site.name,

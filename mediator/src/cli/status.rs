@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use super::{Failure, Which};
-use crate::manager::{AreaStatus, RobotStatus, Status};
+use crate::manager::{AreaStatus, CoordinationStatus, RobotStatus, Status};
 use crate::runtime::{Answer, Question, ask};
 
 pub(super) fn status(which: &Which, json: bool) -> Result<(), Failure> {
@@ -50,6 +50,29 @@ fn describe(status: &Status) -> String {
         .robots
         .iter()
         .for_each(|robot| text += &describe_robot(robot));
+    for coordination in &status.coordinations {
+        text += &describe_coordination(coordination);
+    }
+    text
+}
+
+fn describe_coordination(own: &CoordinationStatus) -> String {
+    let robots: Vec<String> = { own.robots.iter() }
+        .map(|(role, robot)| format!("{robot} as {role}"))
+        .collect();
+    let mut text = format!("\ncoordination {} {}", own.id, own.number);
+    text += match (own.over, own.situation.is_empty()) {
+        (true, _) => ", over",
+        (false, true) => ", robots get out of the way",
+        (false, false) => "",
+    };
+    text += &format!(": {}\n", robots.join(", "));
+    if !own.over {
+        text += &format!("  marked: {}\n", own.marking.join(", "));
+        for ((_, robot), why) in own.robots.iter().zip(&own.waits) {
+            text += &format!("  {robot}: {why}\n");
+        }
+    }
     text
 }
 
