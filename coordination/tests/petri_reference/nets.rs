@@ -103,8 +103,8 @@ pub fn net(recipe: &Recipe) -> NetModel {
             step.outputs.push(name);
         }
     }
-    for number in 0..steps.len() {
-        add_ends(&mut model, &mut steps[number], number, recipe, random);
+    for (number, step) in steps.iter_mut().enumerate() {
+        add_ends(&mut model, step, number, recipe, random);
     }
     if recipe.shuffled {
         for number in (1..steps.len()).rev() {
