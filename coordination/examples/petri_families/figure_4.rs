@@ -10,30 +10,75 @@
 //! these families and saves it work. Of several transitions of a place it takes the first behind the
 //! one that it took last, so that it fires as much as ours does.
 
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+
+use bytemuck::{Pod, Zeroable};
 use coordination::petri::{PlaceId, PlaceKind, Structure, TransitionId};
+
+/// Begins on a cache line and is padded to whole ones, as each array of Fig. 4.
+struct Array<T> {
+    lines: Box<[Line]>,
+    entries: PhantomData<T>,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Line([u8; 64]);
+
+impl<T: Pod> Array<T> {
+    /// At least so many zeros.
+    fn zeros(count: usize) -> Self {
+        let lines = (count * size_of::<T>()).div_ceil(size_of::<Line>());
+        Self {
+            lines: vec![Line::zeroed(); lines].into(),
+            entries: PhantomData,
+        }
+    }
+}
+
+impl<T: Pod> Deref for Array<T> {
+    type Target = [T];
+
+    #[inline]
+    fn deref(&self) -> &[T] {
+        bytemuck::cast_slice(&self.lines)
+    }
+}
+
+impl<T: Pod> DerefMut for Array<T> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut [T] {
+        bytemuck::cast_slice_mut(&mut self.lines)
+    }
+}
 
 /// Lists of numbers in one array: a pointer and a number of entries for each index.
 struct Map {
-    pointer: Box<[u32]>,
-    number: Box<[u16]>,
-    entries: Box<[u16]>,
+    pointer: Array<u32>,
+    number: Array<u16>,
+    entries: Array<u16>,
 }
 
 impl Map {
     fn new<'a>(lists: impl ExactSizeIterator<Item = &'a [PlaceId]>, entries: usize) -> Self {
-        let mut pointer = Vec::with_capacity(lists.len());
-        let mut number = Vec::with_capacity(lists.len());
-        let mut all = Vec::with_capacity(entries);
-        for list in lists {
-            pointer.push(all.len() as u32);
-            number.push(list.len() as u16);
-            all.extend(list.iter().map(|place| place.0));
+        let mut map = Self {
+            pointer: Array::zeros(lists.len()),
+            number: Array::zeros(lists.len()),
+            entries: Array::zeros(entries),
+        };
+        let all = &mut map.entries[..];
+        let mut next = 0;
+        let index = map.pointer.iter_mut().zip(&mut *map.number);
+        for (list, (pointer, number)) in lists.zip(index) {
+            *pointer = next as u32;
+            *number = list.len() as u16;
+            for (entry, place) in all[next..].iter_mut().zip(list) {
+                *entry = place.0;
+            }
+            next += list.len();
         }
-        Self {
-            pointer: pointer.into(),
-            number: number.into(),
-            entries: all.into(),
-        }
+        map
     }
 
     #[inline]
@@ -44,11 +89,11 @@ impl Map {
 }
 
 /// A bit per index.
-struct Bits(Box<[u8]>);
+struct Bits(Array<u8>);
 
 impl Bits {
     fn new(count: usize) -> Self {
-        Self(vec![0; count.div_ceil(8)].into())
+        Self(Array::zeros(count.div_ceil(8)))
     }
 
     #[inline]
@@ -69,8 +114,10 @@ impl Bits {
 
 /// A circular buffer of places, each in it at most once.
 struct ToDo {
-    /// As many as a power of two, at least one per place.
-    places: Box<[u16]>,
+    /// At least one per place.
+    places: Array<u16>,
+    /// As many of them are used, a power of two, less one.
+    mask: usize,
     first: usize,
     len: usize,
     is_place_already_in_buffer: Bits,
@@ -79,7 +126,8 @@ struct ToDo {
 impl ToDo {
     fn new(places: usize) -> Self {
         Self {
-            places: vec![0; places.next_power_of_two()].into(),
+            places: Array::zeros(places.next_power_of_two()),
+            mask: places.next_power_of_two() - 1,
             first: 0,
             len: 0,
             is_place_already_in_buffer: Bits::new(places),
@@ -90,8 +138,8 @@ impl ToDo {
     fn push(&mut self, place: u16) {
         if !self.is_place_already_in_buffer.get(place) {
             self.is_place_already_in_buffer.set(place);
-            let mask = self.places.len() - 1;
-            self.places[(self.first + self.len) & mask] = place;
+            let last = (self.first + self.len) & self.mask;
+            self.places[last] = place;
             self.len += 1;
         }
     }
@@ -102,7 +150,7 @@ impl ToDo {
             return None;
         }
         let place = self.places[self.first];
-        self.first = (self.first + 1) & (self.places.len() - 1);
+        self.first = (self.first + 1) & self.mask;
         self.len -= 1;
         self.is_place_already_in_buffer.clear(place);
         Some(place)
@@ -112,7 +160,7 @@ impl ToDo {
 pub struct Figure4 {
     place_to_transitions: Map,
     /// By place: where among its transitions to look first.
-    next_transition: Box<[u16]>,
+    next_transition: Array<u16>,
     transition_input_place: Map,
     transition_output_place: Map,
     sink_places: Bits,
@@ -120,7 +168,7 @@ pub struct Figure4 {
     places_to_process: ToDo,
     places_to_skip: ToDo,
     /// By transition: the last evaluation in which it fired.
-    history: Box<[u32]>,
+    history: Array<u32>,
     evaluation: u32,
 }
 
@@ -128,43 +176,46 @@ impl Figure4 {
     pub fn new(net: &Structure) -> Self {
         let transitions = net.transition_count();
         let places = net.place_count();
-        let mut number = vec![0_u16; places];
+        let mut number: Array<u16> = Array::zeros(places);
+        let mut inputs = 0;
         for transition in net.transitions() {
             for place in net.inputs(transition) {
                 number[place.index()] += 1;
+                inputs += 1;
             }
         }
-        let mut pointer = vec![0_u32; places];
+        let mut pointer: Array<u32> = Array::zeros(places);
+        let mut next = vec![0; places];
         let mut sum = 0;
-        for (pointer, &number) in pointer.iter_mut().zip(&number) {
+        let index = pointer.iter_mut().zip(&*number);
+        for (next, (pointer, &number)) in next.iter_mut().zip(index) {
             *pointer = sum;
+            *next = sum as usize;
             sum += u32::from(number);
         }
-        let mut next = pointer.clone();
-        let mut entries = vec![0_u16; sum as usize];
+        let mut entries: Array<u16> = Array::zeros(inputs);
         for transition in net.transitions() {
             for place in net.inputs(transition) {
                 let next = &mut next[place.index()];
-                entries[*next as usize] = transition.0;
+                entries[*next] = transition.0;
                 *next += 1;
             }
         }
-        let inputs = entries.len();
         let outputs = net.arc_count() - inputs;
         let mut executor = Self {
             place_to_transitions: Map {
-                pointer: pointer.into(),
-                number: number.into(),
-                entries: entries.into(),
+                pointer,
+                number,
+                entries,
             },
-            next_transition: vec![0; places].into(),
+            next_transition: Array::zeros(places),
             transition_input_place: Map::new(net.transitions().map(|t| net.inputs(t)), inputs),
             transition_output_place: Map::new(net.transitions().map(|t| net.outputs(t)), outputs),
             sink_places: Bits::new(places),
             marking: Bits::new(places),
             places_to_process: ToDo::new(places),
             places_to_skip: ToDo::new(places),
-            history: vec![0; transitions].into(),
+            history: Array::zeros(transitions),
             evaluation: 0,
         };
         for place in net.places() {

@@ -73,32 +73,36 @@ impl Figures {
 
 /// Nanoseconds to make an executor from the model: ours, and the one of Fig. 4 if `baseline`.
 pub fn generation(model: &NetModel, baseline: bool, effort: Effort) -> (f64, Option<f64>) {
+    /// Of each in a batch.
     const GENERATIONS: usize = 20;
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-    let mut made = Vec::with_capacity(GENERATIONS);
-    let mut made_plainly = Vec::with_capacity(GENERATIONS);
+    let mut batches = 0;
     let begin = Instant::now();
-    while effort.wants_more(ours.len(), begin) {
-        let start = Instant::now();
+    while effort.wants_more(batches, begin) {
         for _ in 0..GENERATIONS {
-            let net = black_box(model).compile(&mut EventTable::new());
-            made.push(net.expect("the families are sound").executor());
+            ours.push(time_one(|| {
+                let net = black_box(model).compile(&mut EventTable::new());
+                net.expect("the families are sound").executor()
+            }));
         }
-        ours.push(start.elapsed().as_nanos() as f64 / GENERATIONS as f64);
-        black_box(&made);
-        made.clear();
-        if baseline {
-            let start = Instant::now();
-            for _ in 0..GENERATIONS {
+        for _ in 0..if baseline { GENERATIONS } else { 0 } {
+            theirs.push(time_one(|| {
                 let structure = black_box(model).structure();
-                made_plainly.push(Figure4::new(&structure.expect("the families are sound")));
-            }
-            theirs.push(start.elapsed().as_nanos() as f64 / GENERATIONS as f64);
-            black_box(made_plainly.as_ptr());
-            made_plainly.clear();
+                Figure4::new(&structure.expect("the families are sound"))
+            }));
         }
+        batches += 1;
     }
     (median(ours), baseline.then(|| median(theirs)))
+}
+
+/// Nanoseconds to make something; to drop it again is not timed.
+fn time_one<T>(make: impl FnOnce() -> T) -> f64 {
+    let start = Instant::now();
+    let made = black_box(make());
+    let ns = start.elapsed().as_nanos() as f64;
+    drop(made);
+    ns
 }
 
 /// Times evaluations: ours, and those of Fig. 4 if `baseline`, in turns.

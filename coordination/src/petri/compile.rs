@@ -115,6 +115,11 @@ impl Tables {
         }
         self.gates_of[block] = span(first_gate, self.gates.len());
     }
+
+    fn users_of(&self, shared: u32) -> &[u64] {
+        let words = set_words(self.blocks.len());
+        &self.users[shared as usize * words..][..words]
+    }
 }
 
 /// Adds a transition to the gate of its one shared place, among those from `first` on.
@@ -167,11 +172,14 @@ impl<'a> Firings<'a> {
         Self {
             own: vec![[[0; SLOTS]; BLOCK]; tables.blocks.len()],
             gate_of: vec![u32::MAX; tables.shared],
+            specials: Vec::with_capacity(match tables.shared {
+                0 => 0,
+                _ => structure.transition_count(),
+            }),
             tables,
             structure,
             sources,
             sinks,
-            specials: Vec::new(),
             effects: Vec::new(),
             needs: Vec::new(),
             far: Vec::new(),
@@ -193,13 +201,27 @@ impl<'a> Firings<'a> {
         let mut all_own = std::mem::take(&mut self.own);
         for (lane, (arcs, own)) in transitions.zip(&mut all_own[block]).enumerate() {
             let (first_far, first_port) = (self.far.len(), self.ports.len());
-            let mut any_shared = false;
+            let mut special = Special::NOTHING;
             for_conditions(arcs, |condition| {
                 if !condition.changes {
                     return;
                 }
                 let place = &self.tables.places[condition.place.index()];
-                any_shared |= place.is_shared();
+                if let Some(shared) = place.as_shared() {
+                    let index = self.gate_of[shared as usize];
+                    if gates.contains(index) {
+                        let gate = &self.tables.gates[index as usize];
+                        special.open |= gate.when_marked | gate.when_empty;
+                    }
+                    let (word, bits) = (shared / u64::BITS, 1 << (shared % u64::BITS));
+                    merge(&mut special.marks, &mut self.marks, WordBits { word, bits });
+                    for (&bits, word) in self.tables.users_of(shared).iter().zip(0..) {
+                        if bits != 0 {
+                            merge(&mut special.wakes, &mut self.wakes, WordBits { word, bits });
+                        }
+                    }
+                    return;
+                }
                 for flip in place.flips(&self.tables.flips) {
                     if flip.block as usize == block {
                         flip_bits(own, &flip.bits);
@@ -213,74 +235,25 @@ impl<'a> Firings<'a> {
             }
             let several = several >> lane & 1 == 1;
             let effects = (first_far, first_port) != (self.far.len(), self.ports.len());
-            if any_shared || several || effects {
-                let far = span(first_far, self.far.len());
-                let ports = span(first_port, self.ports.len());
-                let special = self.special(block, arcs, far, ports, several);
+            if effects || several || special.marks.bits != 0 {
+                if effects || !self.marks.is_empty() || !self.wakes.is_empty() {
+                    special.more = self.effects.len() as u32;
+                    self.effects.push(Effects {
+                        far: span(first_far, self.far.len()),
+                        ports: span(first_port, self.ports.len()),
+                        marks: append(&mut self.word_bits, &mut self.marks),
+                        wakes: append(&mut self.word_bits, &mut self.wakes),
+                    });
+                }
+                if several {
+                    special.needs = self.add_needs(arcs);
+                }
                 self.tables.blocks[block].special |= 1 << lane;
                 self.specials.resize(block * BLOCK + lane, Special::NOTHING);
                 self.specials.push(special);
             }
         }
         self.own = all_own;
-    }
-
-    fn special(
-        &mut self,
-        block: usize,
-        arcs: Arcs,
-        far: Span,
-        ports: Span,
-        several: bool,
-    ) -> Special {
-        let mut special = Special::NOTHING;
-        for_conditions(arcs, |condition| {
-            let place = &self.tables.places[condition.place.index()];
-            if let Some(shared) = place.as_shared()
-                && condition.changes
-            {
-                special.open |= self.gated_by(block, shared);
-                self.change_shared(&mut special, shared);
-            }
-        });
-        let more = !self.marks.is_empty() || !self.wakes.is_empty();
-        if more || !far.is_empty() || !ports.is_empty() {
-            special.more = self.effects.len() as u32;
-            self.effects.push(Effects {
-                far,
-                ports,
-                marks: append(&mut self.word_bits, &mut self.marks),
-                wakes: append(&mut self.word_bits, &mut self.wakes),
-            });
-        }
-        if several {
-            special.needs = self.add_needs(arcs);
-        }
-        special
-    }
-
-    /// The transitions of a block for which this is the one shared place.
-    fn gated_by(&self, block: usize, shared: u32) -> u64 {
-        let index = self.gate_of[shared as usize];
-        let gates = self.tables.gates_of[block];
-        if index < gates.start || index >= gates.end {
-            return 0;
-        }
-        let gate = &self.tables.gates[index as usize];
-        gate.when_marked | gate.when_empty
-    }
-
-    /// The transition at hand changes a shared place.
-    fn change_shared(&mut self, special: &mut Special, shared: u32) {
-        let (word, bits) = (shared / u64::BITS, 1 << (shared % u64::BITS));
-        merge(&mut special.marks, &mut self.marks, WordBits { word, bits });
-        let words = set_words(self.tables.blocks.len());
-        let users = &self.tables.users[shared as usize * words..][..words];
-        for (&bits, word) in users.iter().zip(0..) {
-            if bits != 0 {
-                merge(&mut special.wakes, &mut self.wakes, WordBits { word, bits });
-            }
-        }
     }
 
     fn add_ports(&mut self, arcs: Arcs) {

@@ -108,8 +108,8 @@ pub(super) struct Span {
 }
 
 impl Span {
-    pub(super) fn is_empty(self) -> bool {
-        self.start == self.end
+    pub(super) fn contains(self, index: u32) -> bool {
+        (self.start..self.end).contains(&index)
     }
 
     pub(super) fn of<T>(self, all: &[T]) -> &[T] {

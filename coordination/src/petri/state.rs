@@ -190,41 +190,66 @@ impl State {
         });
     }
 
-    /// Fires one transition behind the last in its block, if one is ready there that needs at most
-    /// one shared place. Returns which one, and whether a transition is enabled then. This is the
-    /// shortest way for the most frequent case. Between two evaluations only.
+    /// Fires one transition, unless none is ready or the next one needs several shared places.
+    /// Returns which one, and whether a transition is enabled then. This is the shortest way for the
+    /// most frequent case. Between two evaluations only.
     #[inline(always)]
     pub(super) fn step(&mut self, layout: &Layout, ports: &mut Ports) -> Option<(usize, bool)> {
         let block = self.last / BLOCK;
-        let Block {
-            conditions,
-            special,
-            several,
-            ..
-        } = self.blocks[block];
-        let mut words = Words {
-            conditions,
+        let words = Words {
+            conditions: self.blocks[block].conditions,
             open: self.open,
             fresh: !0,
         };
         let lane = match next_behind(words.enabled(), self.last % BLOCK) {
             Some(lane) => lane,
             None if self.is_alone(block) => lowest(words.enabled())?,
-            None => return None,
+            None => return self.step_elsewhere(layout, ports),
         };
+        self.fire_one(layout, ports, block, words, lane)
+    }
+
+    /// As [`step`](Self::step), if nothing is ready behind the last in its block.
+    #[inline(never)]
+    fn step_elsewhere(&mut self, layout: &Layout, ports: &mut Ports) -> Option<(usize, bool)> {
+        let block = self.last / BLOCK;
+        // Those before it have their turn after all other blocks.
+        self.set_active(block, true);
+        let next = self.next_active(layout, block)?;
+        let words = self.words(layout, next);
+        let lane = lowest(words.enabled())?;
+        self.fire_one(layout, ports, next, words, lane)
+    }
+
+    #[inline(always)]
+    fn fire_one(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        block: usize,
+        mut words: Words,
+        lane: usize,
+    ) -> Option<(usize, bool)> {
+        let Block {
+            special, several, ..
+        } = self.blocks[block];
         let transition = block * BLOCK + lane;
         words.flip(&layout.own[block][lane % BLOCK]);
         if special >> lane & 1 == 1 {
             if several >> lane & 1 == 1 {
                 return None;
             }
+            self.last = transition;
             words.open ^= self.apply_special(layout, ports, &layout.specials[transition]);
         }
         self.blocks[block].conditions = words.conditions;
         self.open = words.open;
         self.last = transition;
-        let enabled = words.enabled() & !several != 0;
-        Some((transition, enabled || self.is_any_enabled(layout)))
+        let enabled = match words.enabled() {
+            0 => self.next_active(layout, block).is_some(),
+            enabled => enabled & !several != 0 || self.is_any_enabled(layout),
+        };
+        Some((transition, enabled))
     }
 
     /// Fires as far as `left` allows, and uses it up. Each round begins behind the last that fired:
@@ -428,6 +453,7 @@ impl State {
     }
 
     /// The next block behind `block`, wrapping around to it, that has ready transitions.
+    #[inline(never)]
     fn next_active(&mut self, layout: &Layout, block: usize) -> Option<usize> {
         let mut word = block / BLOCK;
         let mut among = above(block % BLOCK);
