@@ -20,7 +20,7 @@ const EVALUATIONS: usize = 400;
 
 pub fn print() {
     println!("family,places,firings,longest_ns,median_ns,longest_ns_per_firing");
-    for family in [Family::Seq, Family::P1r, Family::Ph] {
+    for family in [Family::Seq, Family::Pr1, Family::P1r, Family::Ph] {
         for wanted in PLACES {
             for firings in FIRINGS {
                 line(family, wanted, firings);
@@ -30,7 +30,10 @@ pub fn print() {
 }
 
 fn line(family: Family, wanted: usize, firings: u32) {
-    let per_process = if family == Family::Seq { 2 } else { 3 };
+    let per_process = match family {
+        Family::Seq | Family::Pr1 => 2,
+        _ => 3,
+    };
     let model = family.model(wanted / per_process);
     let net = model
         .compile(&mut EventTable::new())

@@ -1,0 +1,265 @@
+//! What an executor promises beside firing right: no allocation, bounded queues, errors that change
+//! nothing.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use coordination::event::{EventId, EventTable};
+use coordination::petri::{
+    Binding, Budget, Executor, Net, NetModel, OfferError, PlaceId, TransitionId, WrongMarking,
+};
+
+/// Counts what the present thread allocates.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+fn count() {
+    ALLOCATIONS.with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: all calls are passed on unchanged to the system's allocator; counting does not allocate,
+// since the counter is initialised at compile time and needs no destructor.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(run: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.with(Cell::get);
+    run();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+/// Many processes that wait for events, share resources and produce events.
+fn busy_net(processes: usize, events: &mut EventTable) -> Net {
+    let mut model = NetModel::new("busy");
+    model.place("one").mark("one").place("two").mark("two");
+    for i in 0..processes {
+        let [idle, waiting, using, ask, done] =
+            ["idle", "waiting", "using", "ask", "done"].map(|name| format!("{name}{i}"));
+        model.place(&idle).mark(&idle).place(&waiting).place(&using);
+        model.source(&ask, Binding::event(format!("ask{}", i % 7)));
+        model.sink(&done, Binding::flag("robot", format!("done{i}")));
+        model.transition(format!("ask{i}_"), &[&idle, &ask], &[&waiting]);
+        model.transition(format!("take{i}"), &[&waiting, "one", "two"], &[&using]);
+        let outputs = [&*idle, &*done, "one", "two"];
+        model.transition(format!("give{i}"), &[&using], &outputs);
+    }
+    model.compile(events).unwrap()
+}
+
+#[test]
+fn running_does_not_allocate() {
+    for processes in [3, 30, 300] {
+        let mut events = EventTable::new();
+        let net = busy_net(processes, &mut events);
+        let asks: Vec<_> = (0..7)
+            .filter_map(|i| events.id(&format!("ask{i}")))
+            .collect();
+        let marking: Vec<_> = net.initial_marking().collect();
+        let mut executor = net.executor();
+        let mut trace = vec![TransitionId(0); 100];
+        let mut fired = 0;
+        let found = allocations(|| {
+            for step in 0..200_u32 {
+                for &ask in &asks {
+                    let _ = executor.offer(ask);
+                }
+                let budget = Budget {
+                    firings: 1 + step % 50,
+                    rounds: 1 + step % 3,
+                };
+                fired += executor.evaluate(budget).fired;
+                fired += executor.evaluate_traced(Budget::ROUND, &mut trace).fired;
+                fired += executor.evaluate(Budget::ONE).fired;
+                let mut kept = 0;
+                executor.drain_sinks(|_| {
+                    kept += 1;
+                    kept % 3 != 0
+                });
+                let full = executor.marked_sinks().next();
+                if let Some((sink, _)) = full {
+                    assert!(executor.take(sink));
+                }
+                assert!(executor.marking().count() >= processes);
+                if step == 100 {
+                    executor.reset();
+                    executor.set_marking(&marking).unwrap();
+                }
+            }
+        });
+        assert_eq!(found, 0);
+        assert!(fired > 400, "only {fired} fired");
+    }
+}
+
+#[test]
+fn an_executor_goes_to_another_thread() {
+    fn is_send<T: Send>() {}
+    is_send::<Executor>();
+    fn is_shared<T: Send + Sync>() {}
+    is_shared::<Net>();
+}
+
+#[test]
+fn a_clone_goes_its_own_way_without_allocating() {
+    let mut events = EventTable::new();
+    let net = busy_net(5, &mut events);
+    let original = net.executor();
+    let mut copy = original.clone();
+    copy.offer(events.id("ask0").unwrap()).unwrap();
+    let found = allocations(|| {
+        assert_eq!(copy.evaluate(Budget::ROUND).fired, 3);
+    });
+    assert_eq!(found, 0);
+    assert_eq!(
+        original.marking().collect::<Vec<_>>(),
+        net.initial_marking().collect::<Vec<_>>()
+    );
+}
+
+#[test]
+fn an_event_without_a_source_is_refused_and_counted() {
+    let mut events = EventTable::new();
+    let mut executor = busy_net(1, &mut events).executor();
+    let done = events.id("robot.done0").unwrap();
+    for event in [done, EventId(u16::MAX)] {
+        assert_eq!(executor.offer(event), Err(OfferError::UnknownEvent(event)));
+    }
+    assert_eq!(executor.refused(), 2);
+    assert!(!executor.evaluate(Budget::ROUND).remaining);
+}
+
+#[test]
+fn a_queue_that_is_full_refuses_for_all_its_sources() {
+    let mut model = NetModel::new("two");
+    model.place("p").mark("p");
+    model
+        .source("a", Binding::event("e"))
+        .source("b", Binding::event("e"));
+    model.transition("t", &["p", "a"], &["p"]);
+    model.transition("u", &["p", "b"], &["p"]);
+    let mut events = EventTable::new();
+    let net = model.compile(&mut events).unwrap();
+    let event = events.id("e").unwrap();
+    let [a, b] = ["a", "b"].map(|name| net.place_id(name).unwrap());
+    let mut executor = net.executor();
+    for _ in 0..Executor::MAX_WAITING {
+        executor.offer(event).unwrap();
+    }
+    assert_eq!(executor.offer(event), Err(OfferError::Full(a)));
+    assert_eq!(executor.waiting(b), Executor::MAX_WAITING);
+    let evaluation = executor.evaluate(Budget::ROUND);
+    assert_eq!((evaluation.fired, evaluation.remaining), (2, true));
+    executor.offer(event).unwrap();
+    assert_eq!(executor.waiting(a), Executor::MAX_WAITING);
+    // Every event is used in the end, none twice.
+    let mut fired = 0;
+    while executor.evaluate(Budget::ROUND).remaining {
+        fired += 1;
+    }
+    assert_eq!(fired, Executor::MAX_WAITING - 1);
+    assert_eq!(executor.firings(), 2 * u64::from(Executor::MAX_WAITING + 1));
+}
+
+#[test]
+fn a_wrong_marking_changes_nothing() {
+    let mut events = EventTable::new();
+    let net = busy_net(2, &mut events);
+    let mut executor = net.executor();
+    let before: Vec<_> = executor.marking().collect();
+    let places = net.places().len();
+    let place = PlaceId(places as u16);
+    let wrong = executor.set_marking(&[PlaceId(0), place]);
+    assert_eq!(wrong, Err(WrongMarking { place, places }));
+    assert_eq!(executor.marking().collect::<Vec<_>>(), before);
+    assert!(!executor.is_marked(place));
+    assert!(!executor.take(place));
+    assert!(!executor.take(PlaceId(0)), "an internal place is no sink");
+    assert_eq!(executor.waiting(place), 0);
+}
+
+#[test]
+fn a_full_sink_blocks_until_it_is_taken() {
+    let mut events = EventTable::new();
+    let net = busy_net(1, &mut events);
+    let ask = events.id("ask0").unwrap();
+    let mut executor = net.executor();
+    executor.offer(ask).unwrap();
+    executor.offer(ask).unwrap();
+    assert_eq!(executor.evaluate(Budget::ROUND).fired, 3);
+    // The second time stops before `give`, whose sink is full.
+    let evaluation = executor.evaluate(Budget::ROUND);
+    assert_eq!((evaluation.fired, evaluation.remaining), (2, false));
+    assert_eq!(executor.drain_sinks(|_| false), 0);
+    assert_eq!(executor.evaluate(Budget::ROUND).fired, 0);
+    assert_eq!(executor.drain_sinks(|_| true), 1);
+    assert_eq!(executor.evaluate(Budget::ROUND).fired, 1);
+}
+
+#[test]
+fn sinks_are_shown_in_the_order_in_which_they_filled() {
+    let mut model = NetModel::new("order");
+    model.place("p").mark("p").place("q");
+    model
+        .sink("late", Binding::event("late"))
+        .sink("early", Binding::event("early"));
+    model.transition("second", &["q"], &["p", "late"]);
+    model.transition("first", &["p"], &["q", "early"]);
+    let mut events = EventTable::new();
+    let mut executor = model.compile(&mut events).unwrap().executor();
+    assert_eq!(executor.evaluate(Budget::ROUND).fired, 2);
+    let mut names = Vec::new();
+    executor.drain_sinks(|event| {
+        names.push(events.name(event).unwrap().to_owned());
+        true
+    });
+    assert_eq!(names, ["early", "late"]);
+}
+
+#[test]
+fn choice_goes_round() {
+    let mut model = NetModel::new("fair");
+    model.place("p").mark("p");
+    for name in ["a", "b", "c"] {
+        model.transition(name, &["p"], &["p"]);
+    }
+    let net = model.compile(&mut EventTable::new()).unwrap();
+    let mut executor = net.executor();
+    let mut fired = String::new();
+    for _ in 0..7 {
+        let mut trace = [TransitionId(0)];
+        executor.evaluate_traced(Budget::ONE, &mut trace);
+        fired += net.transition_name(trace[0]);
+    }
+    assert_eq!(fired, "abcabca");
+    // In one round each fires once, whoever is next.
+    let evaluation = executor.evaluate(Budget::ROUND);
+    assert_eq!((evaluation.fired, evaluation.remaining), (3, true));
+    let nothing = Budget {
+        firings: 5,
+        rounds: 0,
+    };
+    assert_eq!(executor.evaluate(nothing).fired, 0);
+}
