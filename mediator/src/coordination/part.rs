@@ -190,3 +190,46 @@ impl Part {
         self.kept.len() != before || !entered
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use contract::protocols;
+
+    #[test]
+    fn what_is_stored_leaves_out_what_was_not_read() {
+        let protocol =
+            Arc::new(protocols::control([("e1", true), ("done1", false)]).expect("valid"));
+        let mut part = Part::new(0, &protocol, false);
+        let mut robot = Replica::new(&protocol, PROTOCOL_ID, MEDIATOR.other(), 0);
+        part.set(protocol.flag("acquire").expect("it has it"))
+            .expect("first");
+        robot.merge(part.level()).expect("follows");
+        robot.poll();
+        robot
+            .set(protocol.flag("acquired").expect("it has it"))
+            .expect("next");
+        part.merge(robot.level()).expect("follows");
+        assert_eq!((part.level().progress, part.read_level().progress), (2, 1));
+        let mut again = Part::resume(0, &protocol, part.read_level(), None).expect("its own");
+        again.merge(robot.level()).expect("the robot says it again");
+        assert_eq!(again.peek(), protocol.flag("acquired"));
+        again.poll();
+        assert_eq!(again.read_level().progress, 2);
+    }
+
+    #[test]
+    fn an_old_grant_does_not_use_up_what_is_kept() {
+        let protocol = Arc::new(protocols::control([]).expect("valid"));
+        let mut part = Part::new(0, &protocol, false);
+        part.keep(&[4]);
+        part.gave_back(4, true);
+        assert!(part.keeps(4), "that was before");
+        part.granted(4);
+        part.gave_back(4, false);
+        assert!(part.keeps(4), "it was not in there");
+        part.granted(4);
+        part.gave_back(4, true);
+        assert!(!part.keeps(4));
+    }
+}

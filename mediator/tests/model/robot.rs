@@ -64,6 +64,15 @@ impl Process {
         while let Some(order) = self.client.next_order() {
             let event = order.event.as_deref().unwrap_or_default();
             if event == "resume" {
+                let was = self.order.as_ref().and_then(|own| own.event.as_deref());
+                // Nobody is released from getting out of the way before it is.
+                assert!(
+                    was != Some("halt")
+                        || self.state != "driving"
+                        || self.client.counters().let_go > 0,
+                    "released while {}",
+                    self.state
+                );
                 self.state = "driving";
                 self.order = None;
                 self.stuck = false;

@@ -1,0 +1,195 @@
+//! Manager and clients step by step: what a fence refuses, what `why` says, what `clear` ends.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use config::{load_net, parse_site};
+use contract::client::{Client, Situation};
+use coordination::analysis::Limits;
+use mediator::coordination::{Plan, plans};
+use mediator::journal::Stored;
+use mediator::manager::{Alarm, Manager};
+use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+const SECOND_NS: u64 = 1_000_000_000;
+
+fn setup(capacity: u32) -> Setup {
+    let robot = |id: &str| RobotSetup {
+        id: id.into(),
+        role: "normal".into(),
+        priority: 0,
+        starts_in: Vec::new(),
+    };
+    Setup {
+        site: "t-junction".into(),
+        areas: vec![AreaSetup {
+            id: "Cr".into(),
+            capacity,
+        }],
+        robots: ["amr-1", "amr-2", "amr-3"].map(robot).into(),
+        silent_after: Duration::from_secs(1),
+    }
+}
+
+/// The crossing by its net, on a setup of its own.
+fn junction(setup: &Setup) -> Vec<Arc<Plan>> {
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+    let text = std::fs::read_to_string(config.join("sites/t-junction.toml")).expect("it ships");
+    let text = text.replace("managed = false", "managed = true");
+    let text = match text.find("\n[coordinations.") {
+        Some(end) => text[..end].to_owned(),
+        None => text,
+    };
+    let section = r#"
+[coordinations.crossing]
+net = "t-junction"
+situations.all-outside = { west = { robot = "amr-1" }, south = { robot = "amr-2" }, east = { robot = "amr-3" } }
+"#;
+    let site = parse_site("site.toml", &(text + section), &[]).expect("valid");
+    let net = load_net(config.join("nets/t-junction.toml")).expect("it ships");
+    plans(&site, setup, &[net], &Limits::default()).expect("it fits")
+}
+
+/// Lets both sides talk until nobody has news.
+fn talk(manager: &mut Manager, clients: &mut [(Client, Situation)], now_ns: u64) {
+    for _ in 0..8 {
+        for (client, situation) in &mut *clients {
+            client.step(situation.clone(), now_ns, SECOND_NS);
+            manager.report(&client.report(), now_ns);
+        }
+        while let Some(message) = manager.next_message(now_ns) {
+            for (client, _) in &mut *clients {
+                client.receive(&message, now_ns);
+            }
+        }
+    }
+}
+
+fn robot(number: usize, wanted: &[&str]) -> (Client, Situation) {
+    let client = Client::new(&format!("amr-{number}"), "t-junction", number as u64);
+    let situation = Situation {
+        located: true,
+        wanted: wanted.iter().map(|&area| area.to_owned()).collect(),
+        ..Situation::default()
+    };
+    (client, situation)
+}
+
+#[test]
+fn a_level_with_the_fence_of_another_grant_is_ignored() {
+    let mut manager = Manager::new(&setup(1), &Stored::default(), 0).expect("valid");
+    let mut clients = [robot(1, &["Cr"])];
+    talk(&mut manager, &mut clients, 0);
+    assert!(clients[0].0.holds("Cr"));
+    clients[0].1.stands_in = vec!["Cr".into()];
+    clients[0].0.step(clients[0].1.clone(), 0, SECOND_NS);
+    let mut stale = clients[0].0.report();
+    stale.stands_in.clear();
+    stale.access[0].fence += 7;
+    manager.report(&stale, 0);
+    assert_eq!(manager.counters().other_fence, 1);
+    assert_eq!(manager.counters().bad, 0);
+    let held = |manager: &Manager| manager.status(0).areas[0].holders.clone();
+    assert_eq!(held(&manager), [("amr-1".to_owned(), 1)]);
+    // With its own fence the same level counts.
+    manager.report(&clients[0].0.report(), 0);
+    clients[0].1 = Situation {
+        located: true,
+        ..Situation::default()
+    };
+    talk(&mut manager, &mut clients, 0);
+    assert!(held(&manager).is_empty());
+}
+
+#[test]
+fn a_net_decides_although_there_is_room_and_why_explains_it() {
+    let setup = setup(3);
+    let plans = junction(&setup);
+    let mut manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+    let mut clients = [robot(1, &["Cr"]), robot(2, &["Cr"]), robot(3, &[])];
+    talk(&mut manager, &mut clients, 0);
+    let holds =
+        |clients: &[(Client, Situation)]| clients.iter().filter(|own| own.0.holds("Cr")).count();
+    assert_eq!(holds(&clients), 1);
+    let waits = if clients[0].0.holds("Cr") {
+        "amr-2"
+    } else {
+        "amr-1"
+    };
+    let why = manager.why(waits, SECOND_NS).expect("it is known");
+    assert!(
+        why.contains("of net t-junction lacks a token in `free`")
+            && why.contains("nobody is on the crossing or may come"),
+        "{why}"
+    );
+    // Whoever gives it back makes room for the other.
+    let first = clients
+        .iter()
+        .position(|own| own.0.holds("Cr"))
+        .expect("one");
+    clients[first].1.wanted.clear();
+    talk(&mut manager, &mut clients, 0);
+    assert!(!clients[first].0.holds("Cr"));
+    assert_eq!(holds(&clients), 1);
+    let status = manager.status(0);
+    assert_eq!(status.coordinations.len(), 1);
+    assert!(status.coordinations[0].fired >= 4, "{status:#?}");
+}
+
+#[test]
+fn a_net_goes_on_where_the_journal_left_it() {
+    let setup = setup(3);
+    let plans = junction(&setup);
+    let mut stored = Stored::default();
+    let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
+    let mut clients = [robot(1, &["Cr"]), robot(2, &["Cr"]), robot(3, &["Cr"])];
+    talk(&mut manager, &mut clients, 0);
+    for entry in manager.entries() {
+        stored.apply(entry);
+    }
+    let before = manager.status(0).coordinations[0].marking.clone();
+    let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("its own");
+    assert_eq!(manager.status(0).coordinations[0].marking, before);
+    talk(&mut manager, &mut clients, 0);
+    assert_eq!(clients.iter().filter(|own| own.0.holds("Cr")).count(), 1);
+
+    // A net that has changed since is given up, and says so.
+    for record in stored.coordinations.values_mut() {
+        record.marking.push("elsewhere".into());
+    }
+    let mut manager = Manager::with_plans(&setup, plans, &stored, 0).expect("still starts");
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    let [alarm @ Alarm::NotResumed { .. }] = &alarms[..] else {
+        panic!("{alarms:?}");
+    };
+    assert!(
+        alarm.to_string().contains("no place `elsewhere` any more"),
+        "{alarm}"
+    );
+}
+
+#[test]
+fn nonsense_about_coordinations_is_named_and_does_no_harm() {
+    let setup = setup(3);
+    let plans = junction(&setup);
+    let mut manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+    let mut clients = [robot(1, &["Cr"])];
+    talk(&mut manager, &mut clients, 0);
+    for number in [7, u64::MAX] {
+        let mut report = clients[0].0.report();
+        report.control = Some(contract::wire::Control {
+            coordination: number,
+            ..contract::wire::Control::default()
+        });
+        manager.report(&report, 0);
+    }
+    let alarms: Vec<String> = manager.alarms().map(|alarm| alarm.to_string()).collect();
+    assert_eq!(alarms.len(), 1, "{alarms:?}");
+    assert!(
+        alarms[0].contains("no coordination has number 18446744073709551615"),
+        "{alarms:?}"
+    );
+    talk(&mut manager, &mut clients, 0);
+    assert!(clients[0].0.holds("Cr"));
+}
