@@ -32,6 +32,7 @@ impl Family {
     }
 
     /// The values of p that are measured.
+    #[allow(dead_code, reason = "the benchmark has its own")]
     pub fn scales(self) -> &'static [usize] {
         match self {
             Self::Square => &[5, 10, 20, 50],

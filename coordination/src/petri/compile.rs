@@ -129,16 +129,10 @@ fn add_to_gate(gates: &mut Vec<Gate>, first: usize, (shared, when_marked): (u32,
     if known.is_none() {
         gates.push(Gate {
             shared,
-            when_marked: 0,
-            when_empty: 0,
+            closed: [0; 2],
         });
     }
-    let gate = &mut gates[index];
-    if when_marked {
-        gate.when_marked |= bit;
-    } else {
-        gate.when_empty |= bit;
-    }
+    gates[index].closed[usize::from(!when_marked)] |= bit;
 }
 
 /// What each firing does.
@@ -211,7 +205,7 @@ impl<'a> Firings<'a> {
                     let index = self.gate_of[shared as usize];
                     if gates.contains(index) {
                         let gate = &self.tables.gates[index as usize];
-                        special.open |= gate.when_marked | gate.when_empty;
+                        special.open |= gate.closed[0] | gate.closed[1];
                     }
                     let (word, bits) = (shared / u64::BITS, 1 << (shared % u64::BITS));
                     merge(&mut special.marks, &mut self.marks, WordBits { word, bits });

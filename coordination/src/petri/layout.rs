@@ -84,10 +84,8 @@ impl Flip {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gate {
     pub(super) shared: u32,
-    /// Open while it is marked.
-    pub(super) when_marked: u64,
-    /// Open while it is empty.
-    pub(super) when_empty: u64,
+    /// Those that are not open while it is empty, and those that are not while it is marked.
+    pub(super) closed: [u64; 2],
 }
 
 /// What the marks of 64 shared places have to be.

@@ -1,8 +1,6 @@
 //! What changes while a net runs; see [the layout](super::layout).
 
-use super::layout::{
-    BLOCK, Bits, Block, Effects, Flip, Layout, PortChange, Special, Witness, WordBits,
-};
+use super::layout::{BLOCK, Bits, Block, Flip, Layout, PortChange, Special, Witness, WordBits};
 use super::net::PlaceId;
 use super::ports::Ports;
 
@@ -133,7 +131,7 @@ impl State {
         }
         state.open = state.open_of(layout, state.last / BLOCK);
         for block in 0..state.blocks.len() {
-            state.look_at(layout, block);
+            state.look_at(block);
         }
         state
     }
@@ -179,7 +177,8 @@ impl State {
             self.open = self.open_of(layout, self.last / BLOCK);
         }
         for flip in place.flips(&layout.flips) {
-            self.flip_block(layout, flip);
+            self.flip_conditions(flip);
+            self.look_at(flip.block as usize);
         }
     }
 
@@ -215,8 +214,7 @@ impl State {
         let block = self.last / BLOCK;
         // Those before it have their turn after all other blocks.
         self.set_active(block, true);
-        let next = self.next_active(layout, block)?;
-        let words = self.words(layout, next);
+        let (next, words) = self.next_active(layout, block)?;
         let lane = lowest(words.enabled())?;
         self.fire_one(layout, ports, next, words, lane)
     }
@@ -267,28 +265,20 @@ impl State {
             if left.firings == 0 || left.rounds == 0 {
                 return self.is_any_enabled(layout);
             }
-            let mut block = self.last / BLOCK;
+            let block = self.last / BLOCK;
             let mut behind = Some(self.last % BLOCK);
-            loop {
-                self.run_block(
-                    layout,
-                    ports,
-                    block,
-                    behind,
-                    &mut left.firings,
-                    &mut on_fire,
-                );
-                if left.firings == 0 {
-                    break;
-                }
-                match self.next_active(layout, block) {
-                    Some(next) => block = next,
-                    None => break,
-                }
+            let mut next = Some((block, self.words(layout, block)));
+            while let Some((block, words)) = next {
+                let firings = &mut left.firings;
+                self.run_block(layout, ports, block, words, behind, firings, &mut on_fire);
                 behind = None;
+                next = match left.firings {
+                    0 => None,
+                    _ => self.next_active(layout, block),
+                };
             }
             if self.any_used {
-                self.begin_round(layout);
+                self.begin_round();
             }
             left.rounds -= 1;
             if left.firings > 0 && left.rounds > 0 && !self.is_any_enabled(layout) {
@@ -299,17 +289,18 @@ impl State {
 
     /// Fires the ready transitions of `block` in order, beginning `behind` this one, until none
     /// behind the last is ready or `left` is used up.
+    #[expect(clippy::too_many_arguments, reason = "they are to be in registers")]
     fn run_block(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
         block: usize,
+        mut words: Words,
         behind: Option<usize>,
         left: &mut u32,
         mut on_fire: impl FnMut(usize),
     ) {
         let special = self.blocks[block].special;
-        let mut words = self.words(layout, block);
         let mut next = match behind {
             Some(last) => self.choose_behind(layout, block, words.ready(), last),
             None => self.choose(layout, block, words.ready()),
@@ -439,11 +430,7 @@ impl State {
     fn open_of(&self, layout: &Layout, block: usize) -> u64 {
         let mut open = !0;
         for gate in layout.gates_of[block].of(&layout.gates) {
-            open &= if self.is_shared_marked(gate.shared) {
-                !gate.when_empty
-            } else {
-                !gate.when_marked
-            };
+            open &= !gate.closed[usize::from(self.is_shared_marked(gate.shared))];
         }
         open
     }
@@ -454,15 +441,17 @@ impl State {
 
     /// The next block behind `block`, wrapping around to it, that has ready transitions.
     #[inline(never)]
-    fn next_active(&mut self, layout: &Layout, block: usize) -> Option<usize> {
+    fn next_active(&mut self, layout: &Layout, block: usize) -> Option<(usize, Words)> {
         let mut word = block / BLOCK;
         let mut among = above(block % BLOCK);
         for _ in 0..=self.sets.len() {
             while let Some(lane) = lowest(self.sets[word].active & among) {
                 let block = word * BLOCK + lane;
-                if self.look_at(layout, block) {
-                    return Some(block);
+                let words = self.words(layout, block);
+                if self.choose(layout, block, words.ready()).is_some() {
+                    return Some((block, words));
                 }
+                self.set_active(block, false);
             }
             word = if word + 1 < self.sets.len() {
                 word + 1
@@ -483,13 +472,13 @@ impl State {
     }
 
     /// Lets every transition fire again; costs what has fired.
-    fn begin_round(&mut self, layout: &Layout) {
+    fn begin_round(&mut self) {
         self.any_used = false;
         for word in 0..self.sets.len() {
             while let Some(lane) = lowest(self.sets[word].used) {
                 self.sets[word].used &= !(1 << lane);
                 self.blocks[word * BLOCK + lane].fresh = !0;
-                self.look_at(layout, word * BLOCK + lane);
+                self.look_at(word * BLOCK + lane);
             }
         }
     }
@@ -499,14 +488,15 @@ impl State {
     fn apply_special(&mut self, layout: &Layout, ports: &mut Ports, special: &Special) -> u64 {
         self.flip_marks(special.marks);
         self.wake(special.wakes);
-        if let Some(effects) = layout.effects.get(special.more as usize) {
-            self.apply_effects(layout, ports, effects);
+        if special.more != Special::NO_MORE {
+            self.apply_effects(layout, ports, special.more as usize);
         }
         special.open
     }
 
     #[inline(never)]
-    fn apply_effects(&mut self, layout: &Layout, ports: &mut Ports, effects: &Effects) {
+    fn apply_effects(&mut self, layout: &Layout, ports: &mut Ports, index: usize) {
+        let effects = &layout.effects[index];
         for &marks in effects.marks.of(&layout.word_bits) {
             self.flip_marks(marks);
         }
@@ -514,7 +504,8 @@ impl State {
             self.wake(wakes);
         }
         for flip in effects.far.of(&layout.far) {
-            self.flip_block(layout, flip);
+            self.flip_conditions(flip);
+            self.look_at(flip.block as usize);
         }
         for change in effects.ports.of(&layout.port_changes) {
             match *change {
@@ -534,11 +525,6 @@ impl State {
         self.sets[blocks.word as usize].active |= blocks.bits;
     }
 
-    fn flip_block(&mut self, layout: &Layout, flip: &Flip) {
-        self.flip_conditions(flip);
-        self.look_at(layout, flip.block as usize);
-    }
-
     fn flip_conditions(&mut self, flip: &Flip) {
         let block = &mut self.blocks[flip.block as usize];
         for (bits, flips) in block.conditions.iter_mut().zip(&flip.bits) {
@@ -546,13 +532,15 @@ impl State {
         }
     }
 
-    /// Puts a block into the active ones if it has ready transitions, which it returns, else out of
-    /// them.
-    fn look_at(&mut self, layout: &Layout, block: usize) -> bool {
-        let ready = self.words(layout, block).ready();
-        let active = self.choose(layout, block, ready).is_some();
-        self.set_active(block, active);
-        active
+    /// Puts a block into the active ones, or out of them if its local conditions say that nothing is
+    /// ready.
+    fn look_at(&mut self, block: usize) {
+        let Block {
+            conditions: [a, b, c, d],
+            fresh,
+            ..
+        } = self.blocks[block];
+        self.set_active(block, a & b & c & d & fresh != 0);
     }
 
     fn set_active(&mut self, block: usize, active: bool) {
