@@ -45,7 +45,10 @@ pub fn course(arguments: &TrialArgs) -> Result<(), Failure> {
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when too many runs failed.
 pub fn clutter(arguments: &TrialArgs) -> Result<(), Failure> {
     // Who goes around boxes leaves the lane farther than a robot in an empty corridor may.
-    let set = ["1", "2"].map(|area| format!("areas.{area}.deviation_limit_m=1.2"));
+    let mut set = ["1", "2"]
+        .map(|area| format!("areas.{area}.deviation_limit_m=1.2"))
+        .to_vec();
+    set.push("tubes.detour_curvature_1_m=2.5".to_owned());
     let files = files(arguments, "config/sites/corridor.toml", &set);
     let plan = Plan::load(&files)?;
     let scenario = Clutter {

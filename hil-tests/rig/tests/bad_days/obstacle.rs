@@ -18,9 +18,11 @@ fn it_stands_before_a_wall_that_appears_and_drives_on_when_it_has_gone() {
     let wall = bench.world.lock().add_obstacle(Obstacle::fixed(wall));
     let wall = wall.expect("added");
     bench.until_standing(Duration::from_secs(6));
-    bench.until("the fault is published", Duration::from_secs(1), |bench| {
+    // What has just appeared may walk on, so at first it waits at a distance.
+    bench.until("the fault is published", Duration::from_secs(20), |bench| {
         bench.publishes("no-free-tube")
     });
+    bench.until_standing(Duration::from_secs(6));
     bench.stands_for(Duration::from_secs(2));
     let truth = bench.truth();
     assert!(
@@ -46,7 +48,11 @@ fn it_stands_before_a_box_in_its_lane() {
     };
     let id = bench.world.lock().add_obstacle(Obstacle::fixed(shape));
     let id = id.expect("added");
-    bench.until_standing(Duration::from_secs(6));
+    bench.until("the fault is published", Duration::from_secs(20), |bench| {
+        bench.publishes("no-free-tube")
+    });
+    // It creeps up to where even the shortest tube ends.
+    bench.until_standing(Duration::from_secs(20));
     bench.stands_for(Duration::from_secs(1));
     let truth = bench.truth();
     assert!(
