@@ -381,7 +381,8 @@ impl Client {
             .is_some_and(|control| control.output(output))
     }
 
-    /// The next order of the mediator, each handed out once.
+    /// The next order of the mediator, each handed out once. Take them before [`step`](Self::step): flags that say that an
+    /// order was received are set only then.
     pub fn next_order(&mut self) -> Option<Order> {
         let order = self.last_order.take();
         let order = order.or_else(|| self.control.as_mut()?.next_order());

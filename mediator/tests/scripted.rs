@@ -1,5 +1,7 @@
 //! Manager and clients step by step: what a fence refuses, what `why` says, what `clear` ends.
 
+mod sites;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -64,6 +66,139 @@ fn talk(manager: &mut Manager, clients: &mut [(Client, Situation)], now_ns: u64)
             }
         }
     }
+}
+
+/// A robot of the corridor, somewhere, in some state.
+fn driver(id: &str, area: &str, state: &str, wanted: &[&str]) -> (Client, Situation) {
+    let situation = Situation {
+        located: true,
+        stands_in: vec![area.to_owned()],
+        wanted: { [&area].into_iter().chain(wanted) }
+            .map(|&area| area.to_owned())
+            .collect(),
+        fsm_state: state.to_owned(),
+        ..Situation::default()
+    };
+    (Client::new(id, "corridor", 5), situation)
+}
+
+/// The emergency robot behind a normal one, both acquired, the normal one told to drive aside.
+fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, [(Client, Situation); 2]) {
+    let (mut setup, plans) = sites::corridor();
+    setup
+        .robots
+        .iter_mut()
+        .for_each(|robot| robot.starts_in.clear());
+    let mut manager =
+        Manager::with_plans(&setup, plans.clone(), &Stored::default(), 0).expect("valid");
+    let mut clients = [
+        driver("slow", "1", "driving", &[]),
+        driver("fast", "7", "driving", &["1"]),
+    ];
+    talk(&mut manager, &mut clients, 0);
+    assert!(clients.iter().all(|own| own.0.is_acquired()));
+    let order = clients[0].0.next_order().expect("there is one");
+    assert_eq!(order.event.as_deref(), Some("aside"));
+    let order = clients[1].0.next_order().expect("there is one");
+    assert_eq!((order.event, order.speed_limit_m_s), (None, Some(0.2)));
+    talk(&mut manager, &mut clients, 0);
+    (setup, plans, manager, clients)
+}
+
+#[test]
+fn what_stands_still_gets_out_of_the_way_before_anything_else_moves() {
+    let (_, _, mut manager, mut clients) = overtaking();
+    let why = manager.why("fast", 0).expect("it is known");
+    assert!(why.contains("lacks a token in `normal-in-5`"), "{why}");
+    // Nothing is done about the order, for longer than the site allows.
+    let now_ns = 7 * SECOND_NS;
+    for now_ns in [0, 2, 4, 6, 7].map(|second| second * SECOND_NS) {
+        talk(&mut manager, &mut clients, now_ns);
+        manager.tick(now_ns);
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(
+        alarms
+            .iter()
+            .any(|alarm| matches!(alarm, Alarm::Still { .. })),
+        "{alarms:?}"
+    );
+    assert!(
+        alarms
+            .iter()
+            .any(|alarm| matches!(alarm, Alarm::Preempted { .. })),
+        "{alarms:?}"
+    );
+    talk(&mut manager, &mut clients, now_ns);
+    let order = |own: &mut (Client, Situation)| {
+        let orders = std::iter::from_fn(|| own.0.next_order());
+        orders.last().and_then(|order| order.event)
+    };
+    for own in &mut clients {
+        assert_eq!(order(own).as_deref(), Some("halt"));
+    }
+    // One of them has not got there yet: nobody goes on.
+    clients[1].1.fsm_state = "halted".into();
+    talk(&mut manager, &mut clients, now_ns);
+    assert!(
+        clients
+            .iter_mut()
+            .all(|own| own.0.is_acquired() && order(own).is_none())
+    );
+    clients[0].1.fsm_state = "halted".into();
+    talk(&mut manager, &mut clients, now_ns);
+    for own in &mut clients {
+        assert!(own.0.is_acquired(), "until it has taken the order");
+        assert_eq!(order(own).as_deref(), Some("resume"));
+    }
+    talk(&mut manager, &mut clients, now_ns);
+    assert!(clients.iter().all(|own| !own.0.is_acquired()));
+    // What stood still does not begin again at once.
+    assert!(
+        manager
+            .status(now_ns)
+            .coordinations
+            .iter()
+            .all(|own| own.over)
+    );
+}
+
+#[test]
+fn a_robot_that_was_let_go_before_a_power_loss_is_not_waited_for() {
+    let (setup, plans, mut manager, mut clients) = overtaking();
+    let mut stored = Stored::default();
+    for entry in manager.entries() {
+        stored.apply(entry);
+    }
+    // What ends the coordination is lost with the power, but the robots have heard it.
+    manager
+        .clear("1", SECOND_NS)
+        .expect_err("somebody is in it");
+    let later_ns = 10 * SECOND_NS;
+    clients[1].0.step(clients[1].1.clone(), later_ns, SECOND_NS);
+    manager.report(&clients[1].0.report(), later_ns);
+    manager.tick(later_ns);
+    manager.clear("1", later_ns).expect("that robot is silent");
+    while let Some(message) = manager.next_message(later_ns) {
+        clients.iter_mut().for_each(|own| {
+            own.0.receive(&message, later_ns);
+        });
+    }
+    assert!(clients.iter().all(|own| !own.0.is_acquired()));
+    let mut manager = Manager::with_plans(&setup, plans, &stored, later_ns).expect("its own");
+    talk(&mut manager, &mut clients, later_ns);
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(
+        alarms
+            .iter()
+            .any(|alarm| matches!(alarm, Alarm::Forgotten { .. })),
+        "{alarms:?}"
+    );
+    let status = manager.status(later_ns);
+    assert!(
+        { status.coordinations.iter() }.all(|own| own.over || own.situation.is_empty()),
+        "{status:#?}"
+    );
 }
 
 fn robot(number: usize, wanted: &[&str]) -> (Client, Situation) {

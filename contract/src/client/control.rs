@@ -176,9 +176,12 @@ impl Control {
         self.orders.pop_back()
     }
 
-    /// Sets the robot's next flags that wait for no output of its machine.
+    /// Sets the robot's next flags that wait for no output of its machine, once it has taken all orders.
     pub(super) fn advance(&mut self) -> bool {
         let mut news = false;
+        if !self.orders.is_empty() {
+            return news;
+        }
         while let Some(flag) = self.next_flag(|said| said.on_output.is_empty()) {
             if self.replica.set(flag).is_err() {
                 break;

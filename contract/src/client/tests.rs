@@ -134,6 +134,14 @@ fn an_acquired_robot_follows_orders_and_asks_for_nothing_else() {
     let mut told = message(5);
     told.control = Some(control(0, 7));
     client.receive(&told, 0);
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    assert!(
+        client.is_acquired(),
+        "as long as it has not taken the order"
+    );
+    let orders = [client.next_order(), client.next_order()];
+    let events = orders.map(|order| order.and_then(|order| order.event));
+    assert_eq!(events, [Some("back".into()), Some("resume".into())]);
     client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
     assert!(!client.is_acquired(), "released at once");
     assert_eq!(progress(&mut client), Some((0, 8)));

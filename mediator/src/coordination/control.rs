@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::plan::Script;
-use contract::protocols;
+use contract::protocols::{self, RELEASE};
 use contract::wire::{ControlFlag, ControlPath, Instruction};
 use coordination::protocol::{Party, Protocol};
 
@@ -36,8 +36,13 @@ pub(crate) fn flags(protocol: &Protocol) -> Vec<ControlFlag> {
         .collect()
 }
 
-/// The array by which a robot yields.
-pub(crate) fn yielding(event: &str, enters: Vec<usize>, areas: Vec<String>) -> Script {
+/// The array by which a robot yields, and what it does when it is released from that.
+pub(crate) fn yielding(
+    event: &str,
+    enters: Vec<usize>,
+    areas: Vec<String>,
+    release: Option<Instruction>,
+) -> Script {
     let protocol = protocols::control([(HALT, true), (HALTED, false)])
         .expect("these flags make a protocol; a test compiles them");
     let mut flags = flags(&protocol);
@@ -49,6 +54,9 @@ pub(crate) fn yielding(event: &str, enters: Vec<usize>, areas: Vec<String>) -> S
             ..Instruction::default()
         });
         entered[halt.index()] = enters;
+    }
+    if let Some(flag) = protocol.flag(RELEASE) {
+        flags[flag.index()].instruction = release;
     }
     Script {
         paths: paths(&protocol),
@@ -64,7 +72,7 @@ mod tests {
 
     #[test]
     fn robots_yield_by_an_array_that_they_can_rebuild() {
-        let script = yielding("halt", vec![4], vec!["5".into()]);
+        let script = yielding("halt", vec![4], vec!["5".into()], None);
         let flags: Vec<(&str, bool)> = script
             .flags
             .iter()

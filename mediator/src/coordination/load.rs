@@ -505,7 +505,7 @@ impl<'a> Loader<'a> {
                 self.wrong("preempt.yields", what);
                 continue;
             };
-            yields.push(self.yields(&role.name, own));
+            yields.push(self.yields(role, own));
         }
         Some(PreemptPlan {
             after_ns: nanoseconds(preempt.after_s),
@@ -514,12 +514,15 @@ impl<'a> Loader<'a> {
         })
     }
 
-    fn yields(&mut self, role: &str, own: &YieldConfig) -> YieldPlan {
-        let place = format!("preempt.yields.{role}");
+    fn yields(&mut self, role: &RolePlan, own: &YieldConfig) -> YieldPlan {
+        let place = format!("preempt.yields.{}", role.name);
+        let mut flags = role.script.flags.iter();
+        let release = flags.find(|flag| flag.name == RELEASE);
+        let release = release.and_then(|flag| flag.instruction.clone());
         let enters = self.areas(&place, &own.enters);
-        self.check_machine(&place, role, Some(&own.event), "");
+        self.check_machine(&place, &role.name, Some(&own.event), "");
         YieldPlan {
-            script: control::yielding(&own.event, enters, own.enters.clone()),
+            script: control::yielding(&own.event, enters, own.enters.clone(), release),
             states: own.states.clone(),
         }
     }

@@ -13,6 +13,8 @@ mod floor;
 mod journal;
 mod random;
 mod robot;
+#[path = "../sites/mod.rs"]
+mod sites;
 
 use fleet::{Faults, Fleet, Tally};
 use floor::Floor;

@@ -159,6 +159,9 @@ impl Robot {
     /// Where the process wants the body next: an area, if it is to go anywhere.
     fn target(&self, floor: &Floor) -> Option<usize> {
         let process = self.process.as_ref()?;
+        if process.state == "halted" {
+            return None;
+        }
         if !process.client.is_acquired() {
             return Some(self.next());
         }
@@ -225,6 +228,8 @@ impl Robot {
             };
             process.state = state;
             news |= process.client.output(output);
+        } else if process.state == "halted" {
+            // Only an order lets it drive on.
         } else {
             process.state = if Some(spot) == floor.lay_by && arrived {
                 "parked"
