@@ -82,8 +82,11 @@ fn driver(id: &str, area: &str, state: &str, wanted: &[&str]) -> (Client, Situat
     (Client::new(id, "corridor", 5), situation)
 }
 
+/// A normal and an emergency robot.
+type Pair = [(Client, Situation); 2];
+
 /// The emergency robot behind a normal one, both acquired, the normal one told to drive aside.
-fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, [(Client, Situation); 2]) {
+fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, Pair) {
     let (mut setup, plans) = sites::corridor();
     setup
         .robots
