@@ -263,3 +263,31 @@ fn choice_goes_round() {
     };
     assert_eq!(executor.evaluate(nothing).fired, 0);
 }
+
+#[test]
+fn a_reset_forgets_what_waits_and_begins_anew() {
+    let mut events = EventTable::new();
+    let net = busy_net(40, &mut events);
+    let ask = events.id("ask0").unwrap();
+    let [mut used, mut fresh] = [net.executor(), net.executor()];
+    for _ in 0..3 {
+        used.offer(ask).unwrap();
+    }
+    used.evaluate(Budget {
+        firings: 7,
+        rounds: 2,
+    });
+    used.reset();
+    let source = net.place_id("ask0").unwrap();
+    assert_eq!(used.waiting(source), 0);
+    assert_eq!(used.marked_sinks().len(), 0);
+    for executor in [&mut used, &mut fresh] {
+        assert_eq!(executor.evaluate(Budget::ROUND).fired, 0);
+        executor.offer(ask).unwrap();
+    }
+    let mut traces = [[TransitionId(0); 50]; 2];
+    for (executor, trace) in [&mut used, &mut fresh].into_iter().zip(&mut traces) {
+        assert!(executor.evaluate_traced(Budget::ROUND, trace).fired > 3);
+    }
+    assert_eq!(traces[0], traces[1]);
+}

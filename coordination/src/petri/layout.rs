@@ -25,9 +25,9 @@
 //! the same, however many transitions wait for a shared place.
 //!
 //! Blocks that may have something to fire are in a set, `active`, which is all that a search goes
-//! through. What changes a local place puts the block in or out; what changes a shared place puts in
-//! all blocks that mention it (64 at a time), and the search puts out those that turn out to have
-//! nothing.
+//! through. What changes local conditions puts their block in or out. What changes a shared place
+//! puts in all blocks that mention it, 64 at a time, and the search puts out those that turn out to
+//! have nothing.
 //!
 //! **Contract.** Between any two firings: (1) a bit in `conditions` equals its condition; (2) `open`
 //! belongs to the block of the transition that fired last; (3) every other block with a transition

@@ -62,6 +62,7 @@
 //! assert_eq!(granted, [events.id("grant").expect("the net uses it")]);
 //! ```
 
+mod check;
 mod compile;
 mod conditions;
 mod dot;
@@ -74,6 +75,7 @@ mod ports;
 mod state;
 mod structure;
 mod symbols;
+mod words;
 
 pub use dot::Dot;
 pub use error::ModelError;

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use super::check;
 use super::error::ModelError;
 use super::net::Net;
-use super::structure::{self, Structure};
+use super::structure::Structure;
 use super::symbols::{Element, NameId, Symbols};
 use crate::event::EventTable;
 
@@ -243,12 +244,12 @@ impl NetModel {
 
     /// Everything that is wrong with the model; nothing if it compiles.
     pub fn check(&self) -> Vec<ModelError> {
-        structure::resolve(&self.data).err().unwrap_or_default()
+        check::resolve(&self.data).err().unwrap_or_default()
     }
 
     /// The checked model in numbers instead of names.
     pub fn structure(&self) -> Result<Structure, Vec<ModelError>> {
-        structure::resolve(&self.data)
+        check::resolve(&self.data)
     }
 
     /// Checks the model and makes the net, whose events are entered into `events`. Not for

@@ -1,8 +1,9 @@
 //! What changes while a net runs; see [the layout](super::layout).
 
-use super::layout::{BLOCK, Bits, Block, Flip, Layout, PortChange, Special, Witness, WordBits};
+use super::layout::{BLOCK, Block, Flip, Layout, PortChange, Special, Witness, WordBits};
 use super::net::PlaceId;
 use super::ports::Ports;
+use super::words::{Words, above, lowest, next_behind};
 
 /// The marking of a net, what has fired in this round, and what fired last.
 #[derive(Clone, Debug)]
@@ -34,73 +35,6 @@ struct Sets {
 pub(super) struct Allowance {
     pub(super) firings: u32,
     pub(super) rounds: u32,
-}
-
-/// The words of a block while it runs, in registers.
-#[derive(Clone, Copy, Debug)]
-struct Words {
-    conditions: Bits,
-    open: u64,
-    fresh: u64,
-}
-
-impl Words {
-    #[inline]
-    fn enabled(&self) -> u64 {
-        let [a, b, c, d] = self.conditions;
-        a & b & c & d & self.open
-    }
-
-    #[inline]
-    fn ready(&self) -> u64 {
-        self.enabled() & self.fresh
-    }
-
-    #[inline]
-    fn flip(&mut self, flips: &Bits) {
-        let [a, b, c, d] = &mut self.conditions;
-        let [flip_a, flip_b, flip_c, flip_d] = flips;
-        *a ^= flip_a;
-        *b ^= flip_b;
-        *c ^= flip_c;
-        *d ^= flip_d;
-    }
-
-    #[inline]
-    fn fire(&mut self, flips: &[Bits; BLOCK], lane: usize) {
-        self.flip(&flips[lane % BLOCK]);
-        self.fresh &= !(1 << lane);
-    }
-
-    /// Fires `lane` and what is ready behind it, at most `left` and up to the next special one.
-    /// Returns the last that fired.
-    #[inline(never)]
-    fn run_plain(
-        &mut self,
-        flips: &[Bits; BLOCK],
-        special: u64,
-        mut lane: usize,
-        left: &mut u32,
-        mut on_fire: impl FnMut(usize),
-    ) -> usize {
-        let mut now = *self;
-        let mut more = *left;
-        loop {
-            now.fire(flips, lane);
-            on_fire(lane);
-            more -= 1;
-            if more == 0 {
-                break;
-            }
-            match next_behind(now.ready(), lane) {
-                Some(next) if special >> next & 1 == 0 => lane = next,
-                _ => break,
-            }
-        }
-        *self = now;
-        *left = more;
-        lane
-    }
 }
 
 impl State {
@@ -237,7 +171,6 @@ impl State {
             if several >> lane & 1 == 1 {
                 return None;
             }
-            self.last = transition;
             words.open ^= self.apply_special(layout, ports, &layout.specials[transition]);
         }
         self.blocks[block].conditions = words.conditions;
@@ -307,8 +240,6 @@ impl State {
         };
         if next.is_some() {
             while let Some(lane) = next {
-                // From here on `open` is this block's.
-                self.last = block * BLOCK + lane;
                 let on_fire = |lane| on_fire(block * BLOCK + lane);
                 let last = if special >> lane & 1 == 0 {
                     words.run_plain(&layout.own[block], special, lane, left, on_fire)
@@ -548,27 +479,4 @@ impl State {
         let lane = block % BLOCK;
         *word = (*word & !(1 << lane)) | u64::from(active) << lane;
     }
-}
-
-/// The bits above bit `lane`.
-#[inline]
-fn above(lane: usize) -> u64 {
-    (!0 << lane) << 1
-}
-
-/// The lowest bit set above `lane`.
-#[inline]
-fn next_behind(bits: u64, lane: usize) -> Option<usize> {
-    // Often that is the next one. To test for just this one lets the processor go on with it before
-    // it knows.
-    if bits >> lane & 2 != 0 {
-        Some(lane + 1)
-    } else {
-        lowest(bits & above(lane))
-    }
-}
-
-#[inline]
-fn lowest(bits: u64) -> Option<usize> {
-    (bits != 0).then_some(bits.trailing_zeros() as usize)
 }

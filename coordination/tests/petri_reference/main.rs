@@ -7,7 +7,7 @@ mod reference;
 use std::collections::BTreeSet;
 
 use coordination::event::EventTable;
-use coordination::petri::{Budget, Executor, NetModel, OfferError, PlaceId, TransitionId};
+use coordination::petri::{Binding, Budget, Executor, NetModel, OfferError, PlaceId, TransitionId};
 use nets::{EVENTS, Random, Recipe};
 use proptest::prelude::*;
 use reference::{Outcome, Reference};
@@ -21,15 +21,14 @@ struct Pair {
 }
 
 impl Pair {
-    fn new(recipe: &Recipe) -> Self {
-        let model = nets::net(recipe);
+    fn new(model: NetModel) -> Self {
         let mut events = EventTable::new();
         for event in 0..EVENTS {
             events.intern(&format!("i{event}")).unwrap();
         }
         let net = match model.compile(&mut events) {
             Ok(net) => net,
-            Err(errors) => panic!("{recipe:?}: {errors:?}"),
+            Err(errors) => panic!("{errors:?}"),
         };
         Self {
             ours: net.executor(),
@@ -150,7 +149,7 @@ fn happening() -> impl Strategy<Value = Happening> {
 
 /// Returns how many fired.
 fn play(recipe: &Recipe, happenings: &[Happening]) -> usize {
-    let mut pair = Pair::new(recipe);
+    let mut pair = Pair::new(nets::net(recipe));
     let mut fired = 0;
     pair.compare();
     for happening in happenings {
@@ -178,11 +177,11 @@ fn play(recipe: &Recipe, happenings: &[Happening]) -> usize {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(1_000))]
 
     #[test]
     fn small_nets_fire_alike(
-        recipe in nets::recipe(8),
+        recipe in nets::recipe(8, 12),
         happenings in proptest::collection::vec(happening(), 1..40),
     ) {
         play(&recipe, &happenings);
@@ -190,11 +189,11 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn nets_of_several_words_fire_alike(
-        recipe in nets::recipe(60),
+        recipe in nets::recipe(60, 100),
         happenings in proptest::collection::vec(happening(), 1..30),
     ) {
         play(&recipe, &happenings);
@@ -216,6 +215,7 @@ fn random_nets_are_large_and_alive() {
             sinks: 10,
             self_loops: 5,
             conflicts: 20,
+            common: 2,
             shuffled: seed % 2 == 0,
         };
         let model = nets::net(&recipe);
@@ -249,9 +249,10 @@ fn a_very_large_net_fires_alike() {
         sinks: 2,
         self_loops: 1,
         conflicts: 10,
+        common: 1,
         shuffled: true,
     };
-    let mut pair = Pair::new(&recipe);
+    let mut pair = Pair::new(nets::net(&recipe));
     assert!(pair.model.transitions().len() > 64 * 64);
     let mut fired = 0;
     for step in 0..60 {
@@ -265,4 +266,57 @@ fn a_very_large_net_fires_alike() {
         pair.compare();
     }
     assert!(fired > 300, "only {fired} fired");
+}
+
+/// One resource for thousands of processes: who gives it back wakes those who wait, however far
+/// away they are.
+#[test]
+fn a_shared_place_wakes_the_most_distant_transition() {
+    const PROCESSES: usize = 3_000;
+    let mut model = NetModel::new("distant");
+    model.place("resource").mark("resource");
+    for i in 0..PROCESSES {
+        let [idle, using, done] = ["idle", "using", "done"].map(|name| format!("{name}{i}"));
+        model.place(&idle).place(&using);
+        model.source(&done, Binding::event(format!("i{}", i % EVENTS)));
+        model.transition(format!("take{i}"), &[&idle, "resource"], &[&using]);
+        model.transition(format!("give{i}"), &[&using, &done], &[&idle, "resource"]);
+    }
+    for i in [0, 1, 1_500, PROCESSES - 1] {
+        model.mark(&format!("idle{i}"));
+    }
+    let mut pair = Pair::new(model);
+    let mut fired = 0;
+    for step in 0..40 {
+        fired += pair.evaluate(Budget::ROUND, 10);
+        pair.compare();
+        pair.offer(step % EVENTS);
+    }
+    assert!(fired > 20, "only {fired} fired");
+}
+
+/// One source for many processes: an event wakes those who wait for it, however far away they are.
+#[test]
+fn a_shared_source_wakes_the_only_transition_that_can_use_it() {
+    let mut model = NetModel::new("call");
+    model.source("call", Binding::event("i0"));
+    for i in 0..300 {
+        let [idle, busy] = ["idle", "busy"].map(|name| format!("{name}{i}"));
+        model.place(&idle).place(&busy);
+        model.transition(format!("start{i}"), &[&idle, "call"], &[&busy]);
+        model.transition(format!("end{i}"), &[&busy], &[&idle]);
+    }
+    model.mark("idle20").mark("idle150").mark("idle280");
+    for budget in [Budget::ONE, Budget::ROUND] {
+        let mut pair = Pair::new(model.clone());
+        let mut fired = 0;
+        for step in 0..30 {
+            if step % 4 == 0 {
+                pair.offer(0);
+            }
+            fired += pair.evaluate(budget, 10);
+            pair.compare();
+        }
+        assert!(fired > 10, "only {fired} fired");
+    }
 }

@@ -36,41 +36,43 @@ pub struct Recipe {
     pub sinks: usize,
     pub self_loops: usize,
     pub conflicts: usize,
+    /// In percent of the transitions: those that wait for the one common source or fill the one
+    /// common sink.
+    pub common: usize,
     /// Declare all transitions in random order.
     pub shuffled: bool,
 }
 
-pub fn recipe(most_processes: usize) -> impl Strategy<Value = Recipe> {
+pub fn recipe(most_processes: usize, most_resources: usize) -> impl Strategy<Value = Recipe> {
     (
         1..u64::MAX,
         1..=most_processes,
-        0..12_usize,
+        0..=most_resources,
         0..=most_processes,
-        (0..30_usize, 0..30_usize, 0..20_usize, 0..40_usize),
+        (
+            0..30_usize,
+            0..30_usize,
+            0..20_usize,
+            0..40_usize,
+            0..15_usize,
+        ),
         any::<bool>(),
     )
-        .prop_map(
-            |(
+        .prop_map(|(seed, processes, resources, wild, percents, shuffled)| {
+            let (sources, sinks, self_loops, conflicts, common) = percents;
+            Recipe {
                 seed,
                 processes,
                 resources,
                 wild,
-                (sources, sinks, self_loops, conflicts),
+                sources,
+                sinks,
+                self_loops,
+                conflicts,
+                common,
                 shuffled,
-            )| {
-                Recipe {
-                    seed,
-                    processes,
-                    resources,
-                    wild,
-                    sources,
-                    sinks,
-                    self_loops,
-                    conflicts,
-                    shuffled,
-                }
-            },
-        )
+            }
+        })
 }
 
 #[derive(Default)]
@@ -106,6 +108,7 @@ pub fn net(recipe: &Recipe) -> NetModel {
     for (number, step) in steps.iter_mut().enumerate() {
         add_ends(&mut model, step, number, recipe, random);
     }
+    add_common(&mut model, &mut steps, recipe, random);
     if recipe.shuffled {
         for number in (1..steps.len()).rev() {
             steps.swap(number, random.below(number + 1));
@@ -144,10 +147,10 @@ fn add_process(
                     held.retain(|other| *other != resource);
                     step.outputs.push(resource);
                 }
-            } else if index + 1 < length && random.chance(15) {
+            } else if index + 1 < length && random.chance(15.min(200 / recipe.resources)) {
                 step.inputs.push(resource.clone());
                 held.push(resource);
-            } else if random.chance(recipe.self_loops) {
+            } else if random.chance(recipe.self_loops.min(200 / recipe.resources)) {
                 step.inputs.push(resource.clone());
                 step.outputs.push(resource);
             }
@@ -216,5 +219,26 @@ fn add_ends(
             model.mark(&name);
         }
         step.outputs.push(name);
+    }
+}
+
+/// A source that many transitions wait for, and a sink that many fill.
+fn add_common(model: &mut NetModel, steps: &mut [Step], recipe: &Recipe, random: &mut Random) {
+    let (mut waits, mut fills) = (false, false);
+    for step in steps {
+        if random.chance(recipe.common) {
+            step.inputs.push("call".to_owned());
+            waits = true;
+        }
+        if random.chance(recipe.common) {
+            step.outputs.push("bell".to_owned());
+            fills = true;
+        }
+    }
+    if waits {
+        model.source("call", Binding::event("i0"));
+    }
+    if fills {
+        model.sink("bell", Binding::flag("o", "0"));
     }
 }

@@ -1,0 +1,93 @@
+//! The words of a block, and the search for bits in them; see [the layout](super::layout).
+
+use super::layout::{BLOCK, Bits};
+
+/// The words of a block while it runs, in registers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Words {
+    pub(super) conditions: Bits,
+    pub(super) open: u64,
+    pub(super) fresh: u64,
+}
+
+impl Words {
+    #[inline]
+    pub(super) fn enabled(&self) -> u64 {
+        let [a, b, c, d] = self.conditions;
+        a & b & c & d & self.open
+    }
+
+    #[inline]
+    pub(super) fn ready(&self) -> u64 {
+        self.enabled() & self.fresh
+    }
+
+    #[inline]
+    pub(super) fn flip(&mut self, flips: &Bits) {
+        let [a, b, c, d] = &mut self.conditions;
+        let [flip_a, flip_b, flip_c, flip_d] = flips;
+        *a ^= flip_a;
+        *b ^= flip_b;
+        *c ^= flip_c;
+        *d ^= flip_d;
+    }
+
+    #[inline]
+    pub(super) fn fire(&mut self, flips: &[Bits; BLOCK], lane: usize) {
+        self.flip(&flips[lane % BLOCK]);
+        self.fresh &= !(1 << lane);
+    }
+
+    /// Fires `lane` and what is ready behind it, at most `left` and up to the next special one.
+    /// Returns the last that fired.
+    #[inline(never)]
+    pub(super) fn run_plain(
+        &mut self,
+        flips: &[Bits; BLOCK],
+        special: u64,
+        mut lane: usize,
+        left: &mut u32,
+        mut on_fire: impl FnMut(usize),
+    ) -> usize {
+        let mut now = *self;
+        let mut more = *left;
+        loop {
+            now.fire(flips, lane);
+            on_fire(lane);
+            more -= 1;
+            if more == 0 {
+                break;
+            }
+            match next_behind(now.ready(), lane) {
+                Some(next) if special >> next & 1 == 0 => lane = next,
+                _ => break,
+            }
+        }
+        *self = now;
+        *left = more;
+        lane
+    }
+}
+
+/// The bits above bit `lane`.
+#[inline]
+pub(super) fn above(lane: usize) -> u64 {
+    (!0 << lane) << 1
+}
+
+/// The lowest bit set above `lane`.
+#[inline]
+pub(super) fn next_behind(bits: u64, lane: usize) -> Option<usize> {
+    // Often that is the next one. To test for just this one lets the processor go on with it before
+    // it knows.
+    if bits >> lane & 2 != 0 {
+        Some(lane + 1)
+    } else {
+        lowest(bits & above(lane))
+    }
+}
+
+#[inline]
+pub(super) fn lowest(bits: u64) -> Option<usize> {
+    (bits != 0).then_some(bits.trailing_zeros() as usize)
+}
