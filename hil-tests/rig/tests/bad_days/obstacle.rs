@@ -17,8 +17,7 @@ fn it_stands_before_a_wall_that_appears_and_drives_on_when_it_has_gone() {
     };
     let wall = bench.world.lock().add_obstacle(Obstacle::fixed(wall));
     let wall = wall.expect("added");
-    bench.until_standing(Duration::from_secs(6));
-    // What has just appeared may walk on, so at first it waits at a distance.
+    // What has just appeared may walk on, so at first it waits at a distance, then creeps up to it.
     bench.until("the fault is published", Duration::from_secs(20), |bench| {
         bench.publishes("no-free-tube")
     });
