@@ -10,11 +10,13 @@
 //!   with [`statistics`];
 //! - [`summary`], [`report`] and [`progress`] are what they leave and show;
 //! - [`map`](mod@map) draws a site file;
+//! - [`fleet`] runs scenarios with several robots and a mediator;
 //! - [`devices`] runs the devices of one robot alone, for any other program.
 
 pub mod campaign;
 pub mod cli;
 pub mod devices;
+pub mod fleet;
 pub mod folder;
 pub mod judge;
 pub mod lap;
