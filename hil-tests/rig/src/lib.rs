@@ -1,7 +1,7 @@
 //! The rig: simulated devices, robots as processes, and a judge that believes the world and not the robot.
 //!
 //! - [`testbed`] puts a world and the devices of its robots together from the users' own files;
-//! - [`robot`] starts a robot, this program with a hidden subcommand, as a process of its own;
+//! - [`process`] starts this program as another; [`robot`] starts a robot, this program with a hidden subcommand, as a process of its own;
 //! - [`listener`] hears the robots on the network, as any third party could;
 //! - [`judge`] finds laps and violations in the world's truth;
 //! - [`stage`] is all of these for one robot; [`lap`] a scenario on it;
@@ -24,6 +24,7 @@ pub mod listener;
 pub mod live;
 pub mod map;
 pub mod process_usage;
+pub mod process;
 pub mod progress;
 pub mod report;
 pub mod robot;

@@ -3,4 +3,5 @@
 //! - [`record`] is all that is known of a run when it is over, [`summary`] its figures.
 
 pub mod record;
+pub mod scenario;
 pub mod summary;
