@@ -39,8 +39,13 @@ impl NetworkSettings {
         set("mode", "peer".into())?;
         set("listen/endpoints", self.listen.clone().into())?;
         set("connect/endpoints", self.connect.clone().into())?;
-        set("connect/timeout_ms", 0.into())?;
+        // For ever, and beside the session, which opens at once. Whoever was restarted is found again within a second.
+        set("connect/timeout_ms", (-1).into())?;
         set("connect/exit_on_failure", false.into())?;
+        let retry = serde_json::json!({
+            "period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5
+        });
+        set("connect/retry", retry)?;
         set("scouting/multicast/enabled", self.scouting.into())?;
         set("scouting/gossip/enabled", self.scouting.into())?;
         if let Some(interface) = &self.interface {
@@ -52,7 +57,46 @@ impl NetworkSettings {
 
 #[cfg(test)]
 mod tests {
+    use std::net::TcpListener;
+    use std::time::{Duration, Instant};
+
     use super::*;
+
+    /// A port that was free a moment ago.
+    fn endpoint() -> String {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+        let port = listener.local_addr().expect("it is bound").port();
+        format!("tcp/127.0.0.1:{port}")
+    }
+
+    #[test]
+    fn a_peer_that_comes_later_is_connected_to_when_it_comes() {
+        let endpoint = endpoint();
+        let connect = NetworkSettings {
+            connect: vec![endpoint.clone()],
+            ..NetworkSettings::default()
+        };
+        let early = Instant::now();
+        let robot = connect.open().expect("it opens although nobody is there");
+        assert!(early.elapsed() < Duration::from_secs(5), "it does not wait");
+        let subscriber = robot.declare_subscriber("late/word").wait();
+        let subscriber = subscriber.expect("it subscribes");
+        std::thread::sleep(Duration::from_millis(500));
+        let listen = NetworkSettings {
+            listen: vec![endpoint],
+            ..NetworkSettings::default()
+        };
+        let mediator = listen.open().expect("the port is still free");
+        let deadline = Instant::now() + Duration::from_secs(20);
+        loop {
+            mediator.put("late/word", "here").wait().expect("it sends");
+            let heard = subscriber.recv_timeout(Duration::from_millis(100));
+            if heard.is_ok_and(|heard| heard.is_some()) {
+                break;
+            }
+            assert!(Instant::now() < deadline, "they never met");
+        }
+    }
 
     #[test]
     fn a_bad_endpoint_is_named() {

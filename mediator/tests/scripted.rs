@@ -241,6 +241,43 @@ fn a_level_with_the_fence_of_another_grant_is_ignored() {
 }
 
 #[test]
+fn nobody_is_accused_before_it_has_said_where_it_stands() {
+    let mut setup = setup(1);
+    for robot in &mut setup.robots {
+        robot.starts_in = vec!["Cr".into()];
+    }
+    let mut manager = Manager::new(&setup, &Stored::default(), 0).expect("valid");
+    let mut clients = [robot(1, &[]), robot(2, &[]), robot(3, &["Cr"])];
+    clients.iter_mut().for_each(|own| own.1.located = false);
+    talk(&mut manager, &mut clients, 0);
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(alarms.is_empty(), "{alarms:?}");
+    // Nobody goes where they may be.
+    clients[2].1.located = true;
+    talk(&mut manager, &mut clients, 0);
+    assert!(!clients[2].0.holds("Cr"));
+    clients[..2].iter_mut().for_each(|own| own.1.located = true);
+    talk(&mut manager, &mut clients, 0);
+    assert!(clients[2].0.holds("Cr"));
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(alarms.is_empty(), "{alarms:?}");
+    // One that goes in later is.
+    clients[0].1.stands_in = vec!["Cr".into()];
+    manager.report(
+        &{
+            clients[0].0.step(clients[0].1.clone(), 0, SECOND_NS);
+            clients[0].0.report()
+        },
+        0,
+    );
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(
+        { alarms.iter() }.any(|alarm| matches!(alarm, Alarm::Intruder { .. })),
+        "{alarms:?}"
+    );
+}
+
+#[test]
 fn a_net_decides_although_there_is_room_and_why_explains_it() {
     let setup = setup(3);
     let plans = junction(&setup);

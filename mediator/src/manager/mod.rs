@@ -27,12 +27,11 @@ mod run;
 pub use alarm::{Alarm, BadReport};
 pub use explain::{AreaStatus, CoordinationStatus, RobotStatus, Status, UnknownRobot};
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::coordination::Plan;
 use crate::journal::{Entry, Stored};
-use crate::setup::{Setup, SetupError, index};
+use crate::setup::{Index, Setup, SetupError, index};
 use contract::wire::MediatorReport;
 use coordinate::{Coordinator, KeptChange};
 use coordination::protocol::MergeError;
@@ -125,8 +124,8 @@ pub struct Manager {
     coordinator: Coordinator,
     areas: Vec<Area>,
     robots: Vec<Robot>,
-    area_index: HashMap<String, usize>,
-    robot_index: HashMap<String, usize>,
+    area_index: Index,
+    robot_index: Index,
     /// Robots known to be somewhere that have not reported since the start.
     awaited: Vec<usize>,
     /// Of the last request.
@@ -177,7 +176,7 @@ impl Manager {
         let robots = setup
             .robots
             .iter()
-            .map(|robot| Robot::new(&robot.id, &robot.role, robot.priority, setup.areas.len()));
+            .map(|robot| Robot::new(&robot.id, &robot.role, robot.priority));
         let silent_after_ns = u64::try_from(setup.silent_after.as_nanos()).unwrap_or(u64::MAX);
         let mut manager = Self {
             site: setup.site.clone(),
@@ -256,7 +255,7 @@ impl Manager {
             self.ticket = self.ticket.max(run.ticket);
             let waits = run.waits();
             let matters = waits || run.is_held();
-            self.robots[robot].runs[area] = Some(Box::new(run));
+            self.robots[robot].runs.set(area, run);
             if matters {
                 self.concern(area, robot);
             }
@@ -265,7 +264,7 @@ impl Manager {
             }
         }
         let somewhere = |robot: &Robot| {
-            !robot.stands_in.is_empty() || robot.runs.iter().flatten().any(|run| run.is_held())
+            !robot.stands_in.is_empty() || robot.runs.iter().any(|(_, run)| run.is_held())
         };
         self.awaited = (0..self.robots.len())
             .filter(|&robot| self.robots[robot].session > 0 && somewhere(&self.robots[robot]))
@@ -407,7 +406,7 @@ impl Manager {
             self.robots[robot].found_in.retain(|&other| other != area);
             self.store_robot(robot);
             if self.robots[robot].holds(area)
-                && let Some(run) = &mut self.robots[robot].runs[area]
+                && let Some(run) = self.robots[robot].runs.get_mut(area)
             {
                 run.abort();
                 self.store_run(robot, area);
@@ -443,8 +442,8 @@ impl Manager {
     }
 
     fn waits_for(&self, robot: usize) -> Vec<usize> {
-        let runs = self.robots[robot].runs.iter().enumerate();
-        runs.filter(|(_, run)| run.as_ref().is_some_and(|run| run.waits()))
+        let runs = self.robots[robot].runs.iter();
+        runs.filter(|(_, run)| run.waits())
             .map(|(area, _)| area)
             .collect()
     }
@@ -551,6 +550,7 @@ impl Manager {
         let standing =
             |manager: &Self, robot: usize| manager.robots[robot].stands_in.contains(&area);
         let kept = self.coordinator.kept(area);
+        let mut inside: Vec<usize> = self.occupants(area).collect();
         let mut order = self.areas[area].queue.clone();
         order.sort_by_key(|robot| (!standing(self, *robot), !kept.contains(robot)));
         for robot in order {
@@ -559,11 +559,9 @@ impl Manager {
                 // It could not use the grant; the next one may.
                 continue;
             }
-            let closed_by_others = self.areas[area].overfull
-                || self
-                    .occupants(area)
-                    .any(|other| other != robot && self.robots[other].intrudes(area));
-            let others = self.occupants(area).filter(|&other| other != robot).count();
+            let closed_by_others = self.areas[area].overfull || { inside.iter() }
+                .any(|&other| other != robot && self.robots[other].intrudes(area));
+            let others = inside.iter().filter(|&&other| other != robot).count();
             if closed_by_others || others >= self.areas[area].capacity as usize {
                 return;
             }
@@ -577,6 +575,8 @@ impl Manager {
                 }
             }
             self.grant(area, robot);
+            inside.clear();
+            inside.extend(self.occupants(area));
         }
     }
 
@@ -587,7 +587,7 @@ impl Manager {
 
     fn grant(&mut self, area: usize, robot: usize) {
         let fence = self.areas[area].fence + 1;
-        let Some(run) = &mut self.robots[robot].runs[area] else {
+        let Some(run) = self.robots[robot].runs.get_mut(area) else {
             return;
         };
         if !self.protocol.grant(run, fence) {
@@ -603,15 +603,16 @@ impl Manager {
             fence,
         });
         self.store_run(robot, area);
+        // Why others go on waiting, they hear with their next level.
         self.tell(robot);
-        for waiting in self.areas[area].queue.clone() {
-            self.tell(waiting);
-        }
     }
 
     /// Notices when an area holds more than it can, and when that is over.
     fn judge_capacity(&mut self, area: usize) {
-        let inside: Vec<usize> = self.occupants(area).collect();
+        // Where a robot stands that has not said so is only guessed.
+        let inside: Vec<usize> = { self.occupants(area) }
+            .filter(|&robot| self.robots[robot].placed || self.robots[robot].holds(area))
+            .collect();
         let Area { capacity, id, .. } = &self.areas[area];
         // As long as somebody has not reported, it may have left: nothing is granted anyway.
         let overfull = self.awaited.is_empty() && inside.len() > *capacity as usize;

@@ -1,7 +1,7 @@
 //! What the manager knows of one robot.
 
 use super::revoke::Revocations;
-use super::run::Run;
+use super::run::{Run, Runs};
 use crate::journal::RobotRecord;
 use contract::wire::Pose;
 
@@ -61,7 +61,7 @@ pub(super) struct Robot {
     pub(super) pose: Option<Pose>,
     pub(super) fsm_state: String,
     /// Protocol 1 by area.
-    pub(super) runs: Vec<Option<Box<Run>>>,
+    pub(super) runs: Runs,
     /// Grants that were asked back.
     pub(super) revocations: Revocations,
     /// A process that was refused, and why.
@@ -74,7 +74,7 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    pub(super) fn new(id: &str, role: &str, priority: u32, areas: usize) -> Self {
+    pub(super) fn new(id: &str, role: &str, priority: u32) -> Self {
         Self {
             id: id.to_owned(),
             role: role.to_owned(),
@@ -95,7 +95,7 @@ impl Robot {
             intrudes_in: Vec::new(),
             pose: None,
             fsm_state: String::new(),
-            runs: (0..areas).map(|_| None).collect(),
+            runs: Runs::default(),
             revocations: Revocations::new(),
             refused: None,
             sent: 0,
@@ -172,7 +172,7 @@ impl Robot {
     }
 
     pub(super) fn run(&self, area: usize) -> Option<&Run> {
-        self.runs[area].as_deref()
+        self.runs.get(area)
     }
 
     /// It has the area by a grant.
@@ -185,8 +185,12 @@ impl Robot {
         self.holds(area) || self.stands_in.contains(&area)
     }
 
-    /// It reaches into the area and was not granted it; one that was found there is no intruder until it has left.
+    /// It reaches into the area and was not granted it; one that was found there is no intruder until it has left. Before it
+    /// has said where it stands, nothing is known of that.
     pub(super) fn intrudes(&self, area: usize) -> bool {
-        self.stands_in.contains(&area) && !self.holds(area) && !self.found_in.contains(&area)
+        self.placed
+            && self.stands_in.contains(&area)
+            && !self.holds(area)
+            && !self.found_in.contains(&area)
     }
 }
