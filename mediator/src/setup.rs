@@ -1,6 +1,7 @@
 //! What the manager knows of its site before any robot speaks.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::time::Duration;
 
 /// A piece of floor that is owned as a whole.
@@ -97,12 +98,37 @@ pub enum SetupError {
     NoCapacity(String),
 }
 
+/// Dense indices by id. All ids are the site file's own, so nobody can make them collide.
+pub(crate) type Index = HashMap<String, usize, BuildHasherDefault<Fnv>>;
+
+/// FNV-1a (Fowler, Noll, Vo): the fastest for short names.
+#[derive(Clone)]
+pub(crate) struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Hasher for Fnv {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
 /// Dense indices by id.
 pub(crate) fn index<'a>(
     kind: &'static str,
     ids: impl Iterator<Item = &'a String>,
-) -> Result<HashMap<String, usize>, SetupError> {
-    let mut index = HashMap::new();
+) -> Result<Index, SetupError> {
+    let mut index = Index::default();
     for (number, id) in ids.enumerate() {
         if id.is_empty() || id.contains('/') {
             let id = id.clone();

@@ -1,6 +1,7 @@
 //! What the manager says to a robot.
 
-use super::Manager;
+use super::run::Run;
+use super::{LEVEL_NS, Manager};
 use contract::wire::{AccessGrant, Control, MediatorReport, RobotReport, TakeUp};
 use contract::{VERSION, level};
 
@@ -17,22 +18,21 @@ impl Manager {
         now_ns: u64,
     ) -> MediatorReport {
         self.robots[robot].sent += 1;
+        self.explain_waits(robot, now_ns);
         let state = &self.robots[robot];
         let refusal = state.refusal(boot_epoch);
         let refused = !refusal.is_empty();
-        let access = state.runs.iter().enumerate();
-        let access = access.filter_map(|(area, run)| {
-            let run = run.as_ref().filter(|run| run.is_known() && !refused)?;
-            Some(AccessGrant {
-                area: self.areas[area].id.clone(),
-                level: Some(level::encode(run.level())),
-                fence: run.fence,
-                waits_for: if run.waits() {
-                    self.explain(robot, area, now_ns)
-                } else {
-                    String::new()
-                },
-            })
+        let access = state.runs.iter();
+        let access = access.filter(|(_, run)| run.is_known() && !refused);
+        let access = access.map(|(area, run)| AccessGrant {
+            area: self.areas[area].id.clone(),
+            level: Some(level::encode(run.level())),
+            fence: run.fence,
+            waits_for: if run.waits() {
+                run.why.1.clone()
+            } else {
+                String::new()
+            },
         });
         MediatorReport {
             version: Some(VERSION.into()),
@@ -47,6 +47,22 @@ impl Manager {
             revocations: self.revocations_of(robot),
             control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),
+        }
+    }
+
+    /// Says why the robot waits. That is for people, and may be as old as a level.
+    fn explain_waits(&mut self, robot: usize, now_ns: u64) {
+        let old = |run: &Run| run.why.0 == 0 || now_ns >= run.why.0.saturating_add(LEVEL_NS);
+        let runs = self.robots[robot].runs.iter();
+        let due: Vec<usize> = runs
+            .filter(|(_, run)| run.waits() && old(run))
+            .map(|(area, _)| area)
+            .collect();
+        for area in due {
+            let why = self.explain(robot, area, now_ns);
+            if let Some(run) = self.robots[robot].runs.get_mut(area) {
+                run.why = (now_ns.max(1), why);
+            }
         }
     }
 

@@ -144,17 +144,21 @@ impl Manager {
         let Some(&area) = self.area_index.get(&access.area) else {
             return Err(BadReport::UnknownArea);
         };
-        let protocol = self.protocol.clone();
-        let run = self.robots[robot].runs[area].get_or_insert_with(|| Box::new(protocol.begin()));
+        let protocol = &self.protocol;
+        let runs = &mut self.robots[robot].runs;
+        let run = runs.get_or_insert_with(area, || protocol.begin());
         if !run.fence_fits(level, access.fence) {
             self.counters.other_fence += 1;
             return Ok(());
         }
-        run.merge(level)?;
+        let news = run.merge(level)?;
         run.complained = false;
+        if !news {
+            return Ok(());
+        }
         let mut changed = false;
-        while let Some(run) = &mut self.robots[robot].runs[area]
-            && let Some(deed) = protocol.next_deed(run)
+        while let Some(run) = self.robots[robot].runs.get_mut(area)
+            && let Some(deed) = self.protocol.next_deed(run)
         {
             changed = true;
             match deed {
@@ -162,6 +166,7 @@ impl Manager {
                     self.ticket += 1;
                     run.ticket = self.ticket;
                     run.asked_ns = now_ns;
+                    run.why.0 = 0;
                     self.counters.requests += 1;
                     self.enqueue(area, robot);
                 }
@@ -209,7 +214,7 @@ impl Manager {
             run.ticket = self.ticket;
             run.asked_ns = now_ns;
         }
-        self.robots[robot].runs[area] = Some(Box::new(run));
+        self.robots[robot].runs.set(area, run);
         if asks {
             self.enqueue(area, robot);
         }
@@ -236,7 +241,7 @@ impl Manager {
         self.counters.bad += 1;
         let area = self.area_index.get(&access.area);
         if let Some(&area) = area
-            && let Some(run) = &mut self.robots[robot].runs[area]
+            && let Some(run) = self.robots[robot].runs.get_mut(area)
             && std::mem::replace(&mut run.complained, true)
         {
             return;

@@ -105,8 +105,8 @@ impl Manager {
     fn revoke(&mut self, robot: usize, area: usize) {
         let state = &mut self.robots[robot];
         let stands = state.stands_in.contains(&area);
-        let Some(run) = { state.runs[area].as_deref() }
-            .filter(|run| run.is_held() && !run.is_entered() && !stands)
+        let Some(run) =
+            { state.runs.get(area) }.filter(|run| run.is_held() && !run.is_entered() && !stands)
         else {
             return;
         };

@@ -6,7 +6,7 @@ use crate::journal::AccessRecord;
 use contract::level::PROTOCOL_ID;
 use contract::protocols::{self, ENTERED, GRANTED, MEDIATOR, RELEASED, REQUEST, RETURNED};
 use coordination::protocol::{
-    Change, FlagId, Level, MergeError, Party, Position, Protocol, Replica, Side,
+    Change, FlagId, Level, MergeError, Merged, Party, Position, Protocol, Replica, Side,
 };
 
 /// The access protocol with its flags looked up.
@@ -46,6 +46,8 @@ pub(super) struct Run {
     pub(super) ticket: u64,
     /// When the request came, for `why`.
     pub(super) asked_ns: u64,
+    /// Why it waits, as of then; 0: never said.
+    pub(super) why: (u64, String),
     /// The robot has been told off for its present level.
     pub(super) complained: bool,
 }
@@ -105,6 +107,7 @@ impl AccessProtocol {
             fence: 0,
             ticket: 0,
             asked_ns: 0,
+            why: (0, String::new()),
             complained: false,
         }
     }
@@ -142,8 +145,11 @@ impl Run {
         self.replica.level()
     }
 
-    pub(super) fn merge(&mut self, level: Level) -> Result<(), MergeError> {
-        self.replica.merge(level).map(|_| ())
+    /// Returns whether there is something new to read.
+    pub(super) fn merge(&mut self, level: Level) -> Result<bool, MergeError> {
+        self.replica
+            .merge(level)
+            .map(|merged| merged != Merged::Nothing)
     }
 
     /// The other side is further than ours, though ours has the last word on what follows.
@@ -196,5 +202,47 @@ impl Run {
             fence: self.fence,
             ticket: self.ticket,
         }
+    }
+}
+
+/// The runs of one robot by area, with room for those it has used only.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Runs(Vec<(usize, Run)>);
+
+impl Runs {
+    fn place(&self, area: usize) -> Result<usize, usize> {
+        self.0.binary_search_by_key(&area, |(own, _)| *own)
+    }
+
+    pub(super) fn get(&self, area: usize) -> Option<&Run> {
+        self.place(area).ok().map(|place| &self.0[place].1)
+    }
+
+    pub(super) fn get_mut(&mut self, area: usize) -> Option<&mut Run> {
+        self.place(area).ok().map(|place| &mut self.0[place].1)
+    }
+
+    pub(super) fn get_or_insert_with(
+        &mut self,
+        area: usize,
+        begin: impl FnOnce() -> Run,
+    ) -> &mut Run {
+        let place = self.place(area).unwrap_or_else(|place| {
+            self.0.insert(place, (area, begin()));
+            place
+        });
+        &mut self.0[place].1
+    }
+
+    pub(super) fn set(&mut self, area: usize, run: Run) {
+        match self.place(area) {
+            Ok(place) => self.0[place].1 = run,
+            Err(place) => self.0.insert(place, (area, run)),
+        }
+    }
+
+    /// In the order of the areas.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &Run)> {
+        self.0.iter().map(|(area, run)| (*area, run))
     }
 }
