@@ -1,6 +1,9 @@
 //! Why a robot waits, and how everything stands.
 
+use std::fmt::Write;
+
 use super::Manager;
+use super::robot::Robot;
 use crate::coordination::{Instance, Kind, Stage};
 use serde::{Deserialize, Serialize};
 
@@ -292,32 +295,37 @@ impl Manager {
                 return text + &format!("a coordination keeps it for {}", name(other));
             }
         }
-        let inside = self.occupants(area).filter(|&other| other != robot);
-        let mut reasons: Vec<String> = inside
-            .map(|other| {
-                let it = &self.robots[other];
-                let how = match it.run(area) {
-                    _ if it.intrudes(area) => "in it without a grant".to_owned(),
-                    Some(run) if run.is_entered() => format!("in it, fence {}", run.fence),
-                    Some(run) if run.is_held() => format!("granted, fence {}", run.fence),
-                    _ => "standing there".to_owned(),
-                };
-                let silent = if it.is_heard() { "" } else { ", silent" };
-                format!("{} ({how}{silent})", it.id)
-            })
-            .collect();
-        let ahead = self.areas[area]
-            .queue
-            .iter()
-            .take_while(|&&other| other != robot);
-        reasons.extend(ahead.map(|&other| {
+        let before = text.len();
+        // A string takes everything, so nothing is lost here.
+        let mut add = |reason: std::fmt::Arguments<'_>| {
+            if text.len() > before {
+                text.push_str(", ");
+            }
+            let _ = text.write_fmt(reason);
+        };
+        for other in self.occupants(area).filter(|&other| other != robot) {
             let it = &self.robots[other];
-            format!("{} ({}, asked before it or goes first)", it.id, it.role)
-        }));
-        if reasons.is_empty() {
-            return text + "it is about to be granted";
+            let (id, silent) = (&it.id, if it.is_heard() { "" } else { ", silent" });
+            match it.run(area) {
+                _ if it.intrudes(area) => add(format_args!("{id} (in it without a grant{silent})")),
+                Some(run) if run.is_entered() => {
+                    add(format_args!("{id} (in it, fence {}{silent})", run.fence));
+                }
+                Some(run) if run.is_held() => {
+                    add(format_args!("{id} (granted, fence {}{silent})", run.fence));
+                }
+                _ => add(format_args!("{id} (standing there{silent})")),
+            }
         }
-        text + &reasons.join(", ")
+        let ahead = { self.areas[area].queue.iter() }.take_while(|&&other| other != robot);
+        for &other in ahead {
+            let Robot { id, role, .. } = &self.robots[other];
+            add(format_args!("{id} ({role}, asked before it or goes first)"));
+        }
+        if text.len() == before {
+            text.push_str("it is about to be granted");
+        }
+        text
     }
 
     /// Why no net lets a robot into an area, if nothing else could.

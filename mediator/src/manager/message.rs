@@ -22,9 +22,9 @@ impl Manager {
         let state = &self.robots[robot];
         let refusal = state.refusal(boot_epoch);
         let refused = !refusal.is_empty();
-        let access = state.runs.iter();
-        let access = access.filter(|(_, run)| run.is_known() && !refused);
-        let access = access.map(|(area, run)| AccessGrant {
+        let mut access = Vec::with_capacity(state.runs.len());
+        let known = { state.runs.iter() }.filter(|(_, run)| run.is_known() && !refused);
+        access.extend(known.map(|(area, run)| AccessGrant {
             area: self.areas[area].id.clone(),
             level: Some(level::encode(run.level())),
             fence: run.fence,
@@ -33,7 +33,7 @@ impl Manager {
             } else {
                 String::new()
             },
-        });
+        }));
         MediatorReport {
             version: Some(VERSION.into()),
             mediator_epoch: self.epoch,
@@ -43,7 +43,7 @@ impl Manager {
             session: if refused { 0 } else { session },
             refusal: refusal.to_owned(),
             role: state.role.clone(),
-            access: access.collect(),
+            access,
             revocations: self.revocations_of(robot),
             control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),

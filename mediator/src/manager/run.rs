@@ -241,6 +241,10 @@ impl Runs {
         }
     }
 
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+
     /// In the order of the areas.
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &Run)> {
         self.0.iter().map(|(area, run)| (*area, run))
