@@ -9,6 +9,7 @@
 
 mod canvas;
 mod charts;
+pub mod fleet;
 mod floor;
 mod footprints;
 mod frame;

@@ -130,6 +130,17 @@ impl Canvas {
         )
     }
 
+    /// A drawing as part of a page that has its own style: with what is said of it to those who cannot see it.
+    #[allow(dead_code)]
+    pub(super) fn finish_inline(self, class: &str, size_px: Px2, label: &str) -> String {
+        let ([width, height], label) = (size_px.map(Px), Escaped(label));
+        let body = &self.body;
+        format!(
+            "<svg class=\"{class}\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             role=\"img\" aria-label=\"{label}\">\n{body}</svg>\n"
+        )
+    }
+
     fn write(&mut self, text: fmt::Arguments<'_>) {
         // Writing to a string cannot fail.
         let _ = self.body.write_fmt(text);
