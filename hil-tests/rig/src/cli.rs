@@ -9,7 +9,7 @@ use clap::{Args, Parser, Subcommand};
 use onboard::cli::EXIT_REFUSED;
 pub use onboard::cli::Failure;
 
-use crate::{devices, lap, map, trials};
+use crate::{devices, fleet, lap, map, trials};
 
 #[derive(Debug, Parser)]
 #[command(
@@ -24,6 +24,14 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// A faster robot overtakes a slower one, which a mediator sends into a lay-by
+    Overtaking(FleetArgs),
+    /// Two small robots and a big one share the access to their docks
+    Docking(FleetArgs),
+    /// Three robots cross a junction
+    TJunction(FleetArgs),
+    /// Robots and a mediator do what a scenario file says
+    Scenario(ScenarioArgs),
     /// One robot drives laps of a corridor
     Lap(LapArgs),
     /// One robot over a course that uses every skill
@@ -61,6 +69,40 @@ pub struct LapArgs {
     /// Folder for summary.json and report.svg
     #[arg(long, value_name = "DIR", default_value = "target/rig/lap")]
     pub out: PathBuf,
+}
+
+/// Arguments of scenarios with a fleet.
+#[derive(Clone, Debug, Args)]
+pub struct FleetArgs {
+    /// Decides wheel errors, start offsets, starting times and noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// No robot drives more rounds than this
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub rounds: Option<u32>,
+    /// Show nothing while it runs
+    #[arg(long)]
+    pub headless: bool,
+    /// Folder for summary.json, report.html and logs [default: target/rig/SCENARIO]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Control: start no mediator, so that it must not complete
+    #[arg(long)]
+    pub without_mediator: bool,
+    /// Control: take the site's coordinations out
+    #[arg(long)]
+    pub without_nets: bool,
+}
+
+/// Arguments of `rig scenario`.
+#[derive(Clone, Debug, Args)]
+pub struct ScenarioArgs {
+    /// Scenario file, or the name of one in config/scenarios
+    #[arg(value_name = "SCENARIO")]
+    pub scenario: PathBuf,
+    /// As for the scenarios that ship.
+    #[command(flatten)]
+    pub fleet: FleetArgs,
 }
 
 /// Arguments of `rig course` and `rig clutter`.
@@ -141,6 +183,10 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     let result = match cli.command {
+        Command::Overtaking(arguments) => fleet::shipped("overtaking", &arguments),
+        Command::Docking(arguments) => fleet::shipped("docking", &arguments),
+        Command::TJunction(arguments) => fleet::shipped("t-junction", &arguments),
+        Command::Scenario(arguments) => fleet::scenario(&arguments),
         Command::Lap(arguments) => lap::lap(&arguments),
         Command::Course(arguments) => trials::course(&arguments),
         Command::Clutter(arguments) => trials::clutter(&arguments),

@@ -60,26 +60,9 @@ impl Listener {
     /// # Errors
     /// A sentence when the network cannot be opened.
     pub fn open(key_prefix: &str) -> Result<Self, String> {
-        // A free port, as the system picks it; another program could take it in between, which `open` then reports.
-        let port = TcpListener::bind("127.0.0.1:0")
-            .and_then(|socket| socket.local_addr())
-            .map_err(|error| format!("no free port for the listener: {error}"))?
-            .port();
-        let endpoint = format!("tcp/127.0.0.1:{port}");
+        let (session, endpoint) = open_session()?;
         let text =
             |error: zenoh::Error| format!("the listener's network cannot be opened: {error}");
-        let mut config = zenoh::Config::default();
-        for (key, value) in [
-            ("mode", "\"peer\"".to_owned()),
-            ("listen/endpoints", format!("[\"{endpoint}\"]")),
-            ("scouting/multicast/enabled", "false".to_owned()),
-            ("scouting/gossip/enabled", "false".to_owned()),
-        ] {
-            config
-                .insert_json5(key, &value)
-                .map_err(|error| format!("{key}: {error}"))?;
-        }
-        let session = zenoh::open(config).wait().map_err(text)?;
         let shared = Arc::<Mutex<Shared>>::default();
         let ear = Arc::clone(&shared);
         let key = keys::all_states(key_prefix).map_err(|error| error.to_string())?;
@@ -119,6 +102,35 @@ impl Listener {
     pub fn malformed(&self) -> u64 {
         lock(&self.shared).malformed
     }
+}
+
+/// A free port on the loopback, as the system picks it; another program could take it before it is used.
+pub(crate) fn free_endpoint() -> Result<String, String> {
+    let port = TcpListener::bind("127.0.0.1:0")
+        .and_then(|socket| socket.local_addr())
+        .map_err(|error| format!("no free port: {error}"))?
+        .port();
+    Ok(format!("tcp/127.0.0.1:{port}"))
+}
+
+/// A session that listens on the loopback, and where.
+pub(crate) fn open_session() -> Result<(zenoh::Session, String), String> {
+    let endpoint = free_endpoint()?;
+    let mut config = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", "\"peer\"".to_owned()),
+        ("listen/endpoints", format!("[\"{endpoint}\"]")),
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("scouting/gossip/enabled", "false".to_owned()),
+    ] {
+        config
+            .insert_json5(key, &value)
+            .map_err(|error| format!("{key}: {error}"))?;
+    }
+    let session = zenoh::open(config)
+        .wait()
+        .map_err(|error| format!("the listener's network cannot be opened: {error}"))?;
+    Ok((session, endpoint))
 }
 
 fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {

@@ -117,7 +117,9 @@ impl Drop for Process {
     }
 }
 
-fn log_tail(path: &Path, lines: usize) -> String {
+/// The last lines of a log.
+#[must_use]
+pub fn log_tail(path: &Path, lines: usize) -> String {
     let text = fs::read_to_string(path).unwrap_or_default();
     let all: Vec<&str> = text.lines().collect();
     all[all.len().saturating_sub(lines)..].join("\n")

@@ -96,6 +96,11 @@ impl RobotProcess {
         self.process.stop()
     }
 
+    /// Ends it without asking.
+    pub fn kill(&mut self) -> ExitStatus {
+        self.process.kill()
+    }
+
     /// Removes what a robot that was killed may have left: shared memory and its control socket.
     fn clean_up(&self) {
         if let Ok(runtime) = Runtime::new(Some(self.setup.runtime.clone())) {

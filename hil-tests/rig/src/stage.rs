@@ -160,29 +160,7 @@ impl Stage {
     /// Violations that the devices recorded, as kind and detail.
     #[must_use]
     pub fn device_violations(&self) -> Vec<(&'static str, String)> {
-        let mut found = Vec::new();
-        let statistics = self.devices.drive.statistics();
-        let limit_rad_s = self.robot.drive.max_wheel_speed_rad_s;
-        let largest_rad_s = self.largest_setpoint_rad_s();
-        if largest_rad_s > limit_rad_s + 1e-3 || statistics.not_finite > 0 {
-            found.push((
-                "setpoint",
-                format!(
-                    "a wheel setpoint of {largest_rad_s:.2} rad/s, expected at most {limit_rad_s}"
-                ),
-            ));
-        }
-        let limit_a = self.robot.drive.drive_current_a;
-        if statistics.max_current_a > limit_a + 1e-3 {
-            found.push((
-                "current",
-                format!(
-                    "a current limit of {:.1} A, expected at most {limit_a}",
-                    statistics.max_current_a
-                ),
-            ));
-        }
-        found
+        device_violations(&self.robot, &self.devices)
     }
 
     /// A robot must end by itself and well when it is asked to.
@@ -202,44 +180,82 @@ impl Stage {
         monotonic_ns().saturating_sub(self.start_ns) as f64 / 1e9
     }
 
-    fn largest_setpoint_rad_s(&self) -> f64 {
-        let statistics = self.devices.drive.statistics();
-        let (left, right) = (&statistics.left_rad_s, &statistics.right_rad_s);
-        left.magnitude().max(right.magnitude())
-    }
-
     /// The robot's part of a summary, as far as all scenarios have it.
     #[must_use]
     pub fn robot_summary(&self, truth: Option<&Truth>, symbols: &Json) -> RobotSummary {
-        let value = |datatype: &str| {
-            let listed = symbols["symbols"].as_array().into_iter().flatten();
-            listed
-                .clone()
-                .find(|symbol| symbol["datatype"] == datatype)
-                .map_or(Json::Null, |symbol| symbol["value"].clone())
-        };
-        let (drive, lidar) = (value("drive_status"), value("lidar_status"));
-        let count = |json: &Json, key: &str| json[key].as_u64().unwrap_or(0);
-        RobotSummary {
-            id: self.robot.identity.id.clone(),
-            distance_m: round(truth.map_or(0.0, |truth| truth.distance_m)),
-            collisions: truth.map_or(0, |truth| truth.collisions),
-            min_clearance_m: round(truth.map_or(0.0, |truth| truth.min_clearance_m)),
-            max_setpoint_rad_s: round(self.largest_setpoint_rad_s()),
-            threads: threads(symbols),
-            ethercat: EthercatSummary {
-                cycles: count(&drive, "cycles"),
-                lost_frames: count(&drive, "lost_frames"),
-                wkc_errors: count(&drive, "wkc_errors"),
-            },
-            lidar: LidarSummary {
-                scans: count(&lidar, "scans"),
-                dropped: count(&lidar, "dropped"),
-            },
-            rss_mib: round(self.usage.largest_rss_mib()),
-            cpu_percent: round(self.usage.cpu_percent()),
-            ..RobotSummary::default()
-        }
+        robot_summary(&self.robot, &self.devices, &self.usage, truth, symbols)
+    }
+}
+
+/// Violations that the devices of a robot recorded, as kind and detail.
+#[must_use]
+pub fn device_violations(robot: &RobotConfig, devices: &Devices) -> Vec<(&'static str, String)> {
+    let mut found = Vec::new();
+    let statistics = devices.drive.statistics();
+    let limit_rad_s = robot.drive.max_wheel_speed_rad_s;
+    let largest_rad_s = largest_setpoint_rad_s(devices);
+    if largest_rad_s > limit_rad_s + 1e-3 || statistics.not_finite > 0 {
+        found.push((
+            "setpoint",
+            format!("a wheel setpoint of {largest_rad_s:.2} rad/s, expected at most {limit_rad_s}"),
+        ));
+    }
+    let limit_a = robot.drive.drive_current_a;
+    if statistics.max_current_a > limit_a + 1e-3 {
+        found.push((
+            "current",
+            format!(
+                "a current limit of {:.1} A, expected at most {limit_a}",
+                statistics.max_current_a
+            ),
+        ));
+    }
+    found
+}
+
+fn largest_setpoint_rad_s(devices: &Devices) -> f64 {
+    let statistics = devices.drive.statistics();
+    let (left, right) = (&statistics.left_rad_s, &statistics.right_rad_s);
+    left.magnitude().max(right.magnitude())
+}
+
+/// A robot's part of a summary, as far as all scenarios have it.
+#[must_use]
+pub fn robot_summary(
+    robot: &RobotConfig,
+    devices: &Devices,
+    usage: &Usage,
+    truth: Option<&Truth>,
+    symbols: &Json,
+) -> RobotSummary {
+    let value = |datatype: &str| {
+        let listed = symbols["symbols"].as_array().into_iter().flatten();
+        listed
+            .clone()
+            .find(|symbol| symbol["datatype"] == datatype)
+            .map_or(Json::Null, |symbol| symbol["value"].clone())
+    };
+    let (drive, lidar) = (value("drive_status"), value("lidar_status"));
+    let count = |json: &Json, key: &str| json[key].as_u64().unwrap_or(0);
+    RobotSummary {
+        id: robot.identity.id.clone(),
+        distance_m: round(truth.map_or(0.0, |truth| truth.distance_m)),
+        collisions: truth.map_or(0, |truth| truth.collisions),
+        min_clearance_m: round(truth.map_or(0.0, |truth| truth.min_clearance_m)),
+        max_setpoint_rad_s: round(largest_setpoint_rad_s(devices)),
+        threads: threads(symbols),
+        ethercat: EthercatSummary {
+            cycles: count(&drive, "cycles"),
+            lost_frames: count(&drive, "lost_frames"),
+            wkc_errors: count(&drive, "wkc_errors"),
+        },
+        lidar: LidarSummary {
+            scans: count(&lidar, "scans"),
+            dropped: count(&lidar, "dropped"),
+        },
+        rss_mib: round(usage.largest_rss_mib()),
+        cpu_percent: round(usage.cpu_percent()),
+        ..RobotSummary::default()
     }
 }
 

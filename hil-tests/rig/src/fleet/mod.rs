@@ -1,7 +1,78 @@
 //! Scenarios with a fleet: world and devices of several robots, every robot and the mediator a process of its own.
 //!
-//! - [`record`] is all that is known of a run when it is over, [`summary`] its figures.
+//! - [`scenario`] is what a scenario file says;
+//! - [`stage`] puts world, devices and processes up, with [`mediator_process`] and [`listener`];
+//! - [`book`] is what can be known from the network, [`board`] what the mediator tells its operators;
+//! - [`judge`] finds violations in the world's truth and the book, [`goals`] what robots have done;
+//! - [`run`](mod@run) is one run of a scenario, [`live`] shows it;
+//! - [`record`] is all that is known of it when it is over, [`summary`] its figures.
 
+pub mod board;
+pub mod book;
+pub mod goals;
+pub mod judge;
+pub mod listener;
+pub mod live;
+pub mod mediator_process;
+mod outcome;
 pub mod record;
+pub mod run;
 pub mod scenario;
+pub mod stage;
 pub mod summary;
+
+use std::path::{Path, PathBuf};
+
+use crate::cli::{Failure, FleetArgs, ScenarioArgs};
+use crate::stage::end_flag;
+
+/// Where the scenarios that ship are.
+const SCENARIOS: &str = "config/scenarios";
+/// Where scenarios leave what they leave, unless told otherwise.
+const OUT: &str = "target/rig";
+
+/// `rig overtaking` and the like: a scenario that ships.
+///
+/// # Errors
+/// As [`scenario`].
+pub fn shipped(name: &str, arguments: &FleetArgs) -> Result<(), Failure> {
+    scenario(&ScenarioArgs {
+        scenario: PathBuf::from(name),
+        fleet: arguments.clone(),
+    })
+}
+
+/// `rig scenario`: robots and a mediator do what a scenario file says.
+///
+/// # Errors
+/// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when goals were not reached or something was violated.
+pub fn scenario(arguments: &ScenarioArgs) -> Result<(), Failure> {
+    let asked_to_end = end_flag()?;
+    let own = &arguments.fleet;
+    let mut scenario = scenario::load(&scenario_file(&arguments.scenario))?;
+    if let Some(rounds) = own.rounds {
+        scenario = scenario.with_at_most(rounds);
+    }
+    let out = { own.out.clone() }.unwrap_or_else(|| Path::new(OUT).join(&scenario.name));
+    let options = run::Options {
+        program: std::env::current_exe().map_err(Failure::refused)?,
+        seed: own.seed,
+        out,
+        headless: own.headless,
+        mediator: !own.without_mediator,
+        nets: !own.without_nets,
+    };
+    run::run(scenario, options, &asked_to_end)
+}
+
+/// A scenario's file: the path itself, or the name of one that ships.
+#[must_use]
+pub fn scenario_file(scenario: &Path) -> PathBuf {
+    let shipped = Path::new(SCENARIOS).join(scenario).with_extension("toml");
+    let is_name = scenario.components().count() == 1 && scenario.extension().is_none();
+    if is_name && !scenario.is_file() {
+        shipped
+    } else {
+        scenario.to_owned()
+    }
+}

@@ -1,0 +1,239 @@
+//! What can be known of a fleet from the messages on its network: who has which area, who waits, which nets have the
+//! discrete control of robots, and how fast the mediator answers.
+//!
+//! Levels only grow, and both sides repeat those of the other, so it does not matter in which order messages are heard.
+//! Times are `u64` nanoseconds of the monotonic clock, when a message was heard.
+
+mod access;
+mod control;
+mod latency;
+
+use std::collections::BTreeMap;
+
+use config::{NetConfig, NetParty, SiteConfig};
+use contract::wire::{MediatorReport, RobotReport, RobotState};
+
+use access::Accesses;
+use control::Controls;
+
+pub use access::{Owning, Waiting};
+pub use control::Controlled;
+pub use latency::Latencies;
+
+/// What a robot said of itself last.
+#[derive(Clone, Debug)]
+pub struct Said {
+    /// The message.
+    pub state: RobotState,
+    /// When it was heard.
+    pub at_ns: u64,
+}
+
+/// A robot's state machine went on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// When it was heard.
+    pub at_ns: u64,
+    /// Robot.
+    pub robot: String,
+    /// State of its machine.
+    pub state: String,
+    /// Area in which it believed to be.
+    pub area: String,
+    /// Skill.
+    pub skill: String,
+}
+
+/// All that was heard.
+#[derive(Clone, Debug)]
+pub struct Book {
+    said: BTreeMap<String, Said>,
+    steps: Vec<Step>,
+    accesses: Accesses,
+    controls: Controls,
+    latencies: Latencies,
+    malformed: u64,
+}
+
+impl Book {
+    /// An empty one.
+    #[must_use]
+    pub fn new(site: &SiteConfig, nets: &[NetConfig]) -> Self {
+        let capacities = { site.areas.iter() }
+            .map(|area| (area.id.clone(), area.capacity))
+            .collect();
+        Self {
+            said: BTreeMap::new(),
+            steps: Vec::new(),
+            accesses: Accesses::new(capacities),
+            controls: Controls::default(),
+            latencies: Latencies::new(governed(nets)),
+            malformed: 0,
+        }
+    }
+
+    /// A robot's state.
+    pub fn state(&mut self, state: RobotState, at_ns: u64) {
+        let before = self.said.get(&state.robot_id);
+        // Levels: an older message of the same start of the robot says nothing new.
+        if before.is_some_and(|said| {
+            said.state.boot_epoch == state.boot_epoch && said.state.sequence >= state.sequence
+        }) {
+            return;
+        }
+        let news = before.is_none_or(|said| {
+            said.state.fsm_state != state.fsm_state || said.state.skill != state.skill
+        });
+        if news && !state.fsm_state.is_empty() {
+            self.steps.push(Step {
+                at_ns,
+                robot: state.robot_id.clone(),
+                state: state.fsm_state.clone(),
+                area: state.area.clone(),
+                skill: state.skill.clone(),
+            });
+        }
+        self.said
+            .insert(state.robot_id.clone(), Said { state, at_ns });
+    }
+
+    /// What a robot told the mediator.
+    pub fn report(&mut self, report: &RobotReport, at_ns: u64) {
+        let robot = &report.robot_id;
+        if report.session == 0 {
+            // It has not taken over the levels of its past yet.
+            return;
+        }
+        for access in &report.access {
+            let Some(level) = &access.level else { continue };
+            let deeds = self
+                .accesses
+                .learn(robot, &access.area, level, access.fence, at_ns);
+            let free = self.accesses.is_free_for(robot, &access.area)
+                && !self.controls.is_controlled(robot);
+            self.latencies
+                .robot(robot, &access.area, deeds, free, at_ns);
+        }
+        if let Some(control) = &report.control {
+            let deeds = self.controls.answer(robot, control, at_ns);
+            self.latencies.control(control.coordination, deeds, at_ns);
+        }
+    }
+
+    /// What the mediator told a robot.
+    pub fn answer(&mut self, answer: &MediatorReport, at_ns: u64) {
+        let robot = &answer.robot_id;
+        if answer.session == 0 {
+            return;
+        }
+        for grant in &answer.access {
+            let Some(level) = &grant.level else { continue };
+            let full = self.accesses.is_full_for(robot, &grant.area);
+            let deeds = self
+                .accesses
+                .learn(robot, &grant.area, level, grant.fence, at_ns);
+            self.accesses.explain(robot, &grant.area, &grant.waits_for);
+            let waits = !grant.waits_for.is_empty();
+            self.latencies
+                .mediator(robot, &grant.area, deeds, waits, full, at_ns);
+        }
+        match &answer.control {
+            Some(control) => {
+                let deeds = self.controls.order(robot, control, at_ns);
+                self.latencies.command(control.coordination, deeds, at_ns);
+            }
+            None => self.controls.free(robot, at_ns),
+        }
+    }
+
+    /// A message that was none.
+    pub fn malformed(&mut self) {
+        self.malformed += 1;
+    }
+
+    /// Messages that were none.
+    #[must_use]
+    pub fn malformed_count(&self) -> u64 {
+        self.malformed
+    }
+
+    /// An operator said that no silent robot is in this area: these are not in it.
+    pub fn cleared(&mut self, area: &str, robots: &[&str], at_ns: u64) {
+        for robot in robots {
+            self.accesses.give_up(robot, area, at_ns);
+        }
+    }
+
+    /// What a robot said of itself last.
+    #[must_use]
+    pub fn said(&self, robot: &str) -> Option<&Said> {
+        self.said.get(robot)
+    }
+
+    /// All steps of state machines, in order.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// Who had which area, in the order of grants.
+    #[must_use]
+    pub fn ownings(&self) -> &[Owning] {
+        self.accesses.ownings()
+    }
+
+    /// All requests, answered or not, in their order.
+    #[must_use]
+    pub fn waitings(&self) -> &[Waiting] {
+        self.accesses.waitings()
+    }
+
+    /// Robots under the discrete control of nets, in the order in which that began.
+    #[must_use]
+    pub fn controlled(&self) -> &[Controlled] {
+        self.controls.all()
+    }
+
+    /// How fast the mediator answers.
+    #[must_use]
+    pub fn latencies(&self) -> &Latencies {
+        &self.latencies
+    }
+
+    /// Whether the robot had the area at this time, give or take.
+    #[must_use]
+    pub fn had(&self, robot: &str, area: &str, at_ns: u64, tolerance_ns: u64) -> bool {
+        self.ownings().iter().rev().any(|owning| {
+            owning.robot == robot && owning.area == area && owning.covers(at_ns, tolerance_ns)
+        })
+    }
+
+    /// Whether a net of this name had the discrete control of any robot at this time.
+    #[must_use]
+    pub fn coordinated(&self, net: &str, at_ns: u64) -> bool {
+        self.controlled()
+            .iter()
+            .any(|own| own.net == net && own.covers(at_ns))
+    }
+}
+
+/// Areas into which a net lets robots by protocol 1, each with the number of its net.
+fn governed(nets: &[NetConfig]) -> BTreeMap<String, usize> {
+    let mut governed = BTreeMap::new();
+    for (number, net) in nets.iter().enumerate() {
+        for role in &net.roles {
+            let protocol = net.protocols.iter().find(|own| own.id == role.protocol);
+            let flags: Vec<_> = { protocol.into_iter() }
+                .flat_map(|protocol| &protocol.arrays)
+                .flat_map(|array| &array.flags)
+                .collect();
+            if !flags.first().is_some_and(|flag| flag.by == NetParty::Robot) {
+                continue;
+            }
+            for area in flags.iter().flat_map(|flag| &flag.command.enters) {
+                governed.insert(area.clone(), number);
+            }
+        }
+    }
+    governed
+}

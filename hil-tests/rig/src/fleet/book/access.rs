@@ -1,0 +1,233 @@
+//! Protocol 1, as heard by a third party.
+
+use std::collections::BTreeMap;
+
+use contract::wire::Level;
+
+const REQUESTED: u32 = 1;
+const GRANTED: u32 = 2;
+const ENTERED_OR_RETURNED: u32 = 3;
+const RELEASED: u32 = 4;
+/// Path of a grant that is given back without entering.
+const RETURNING: u32 = 1;
+
+/// A robot had an area.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Owning {
+    /// Area.
+    pub area: String,
+    /// Robot.
+    pub robot: String,
+    /// Of the grant.
+    pub fence: u64,
+    /// When its request was heard.
+    pub requested_ns: Option<u64>,
+    /// When the grant was heard.
+    pub granted_ns: u64,
+    /// When it said that it entered.
+    pub entered_ns: Option<u64>,
+    /// When it gave it back; none: it has it still.
+    pub released_ns: Option<u64>,
+    /// It was given back without having been entered.
+    pub returned: bool,
+}
+
+impl Owning {
+    /// Whether it was in force at this time, give or take.
+    #[must_use]
+    pub fn covers(&self, at_ns: u64, tolerance_ns: u64) -> bool {
+        self.granted_ns <= at_ns.saturating_add(tolerance_ns) && { self.released_ns }
+            .is_none_or(|released_ns| released_ns.saturating_add(tolerance_ns) >= at_ns)
+    }
+}
+
+/// A robot asked for an area.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Waiting {
+    /// Robot.
+    pub robot: String,
+    /// Area.
+    pub area: String,
+    /// When it asked.
+    pub from_ns: u64,
+    /// When it was granted, or given up; none: it waits still.
+    pub to_ns: Option<u64>,
+    /// Why it waited, as the mediator told it last; empty: it was never told to wait.
+    pub why: String,
+}
+
+/// What a level told that was not known before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Deeds {
+    /// A request.
+    pub(super) requested: bool,
+    /// A grant.
+    pub(super) granted: bool,
+    /// The robot entered, left, or gave a grant back.
+    pub(super) moved: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Run {
+    run: u32,
+    progress: u32,
+    /// In the lists of all.
+    owning: Option<usize>,
+    waiting: Option<usize>,
+}
+
+/// All areas of all robots.
+#[derive(Clone, Debug)]
+pub(super) struct Accesses {
+    capacities: BTreeMap<String, u32>,
+    runs: BTreeMap<(String, String), Run>,
+    ownings: Vec<Owning>,
+    waitings: Vec<Waiting>,
+}
+
+impl Accesses {
+    pub(super) fn new(capacities: BTreeMap<String, u32>) -> Self {
+        Self {
+            capacities,
+            runs: BTreeMap::new(),
+            ownings: Vec::new(),
+            waitings: Vec::new(),
+        }
+    }
+
+    pub(super) fn ownings(&self) -> &[Owning] {
+        &self.ownings
+    }
+
+    pub(super) fn waitings(&self) -> &[Waiting] {
+        &self.waitings
+    }
+
+    /// Takes in a level of either side.
+    pub(super) fn learn(
+        &mut self,
+        robot: &str,
+        area: &str,
+        level: &Level,
+        fence: u64,
+        at_ns: u64,
+    ) -> Deeds {
+        let mut deeds = Deeds::default();
+        let key = (robot.to_owned(), area.to_owned());
+        let run = self.runs.entry(key).or_default();
+        if (level.run, level.progress) <= (run.run, run.progress) {
+            return deeds;
+        }
+        if level.run > run.run {
+            // What is left of the run before is over: its end was not heard, or the mediator gave it up.
+            deeds.moved |= close(&mut self.ownings, &mut self.waitings, run, at_ns);
+            *run = Run {
+                run: level.run,
+                ..Run::default()
+            };
+        }
+        let reaches = |flag: u32| level.progress >= flag && run.progress < flag;
+        if reaches(REQUESTED) {
+            run.waiting = Some(self.waitings.len());
+            self.waitings.push(Waiting {
+                robot: robot.to_owned(),
+                area: area.to_owned(),
+                from_ns: at_ns,
+                to_ns: None,
+                why: String::new(),
+            });
+            deeds.requested = true;
+        }
+        if reaches(GRANTED) {
+            let waiting = run.waiting.and_then(|index| self.waitings.get_mut(index));
+            let requested_ns = waiting.map(|waiting| {
+                waiting.to_ns = Some(at_ns);
+                waiting.from_ns
+            });
+            run.owning = Some(self.ownings.len());
+            self.ownings.push(Owning {
+                area: area.to_owned(),
+                robot: robot.to_owned(),
+                fence,
+                requested_ns,
+                granted_ns: at_ns,
+                entered_ns: None,
+                released_ns: None,
+                returned: false,
+            });
+            deeds.granted = true;
+        }
+        let owning = run.owning.and_then(|index| self.ownings.get_mut(index));
+        if let Some(owning) = owning {
+            if reaches(ENTERED_OR_RETURNED) {
+                deeds.moved = true;
+                if level.path == RETURNING {
+                    owning.returned = true;
+                    owning.released_ns = Some(at_ns);
+                } else {
+                    owning.entered_ns = Some(at_ns);
+                }
+            }
+            if reaches(RELEASED) {
+                deeds.moved = true;
+                owning.released_ns = Some(at_ns);
+            }
+        }
+        run.progress = level.progress;
+        deeds
+    }
+
+    /// Why the request that waits does so.
+    pub(super) fn explain(&mut self, robot: &str, area: &str, why: &str) {
+        let key = (robot.to_owned(), area.to_owned());
+        let waiting = { self.runs.get(&key) }
+            .and_then(|run| run.waiting)
+            .and_then(|index| self.waitings.get_mut(index))
+            .filter(|waiting| waiting.to_ns.is_none());
+        if let Some(waiting) = waiting
+            && !why.is_empty()
+        {
+            why.clone_into(&mut waiting.why);
+        }
+    }
+
+    /// What the robot had of the area it has no more.
+    pub(super) fn give_up(&mut self, robot: &str, area: &str, at_ns: u64) {
+        let key = (robot.to_owned(), area.to_owned());
+        if let Some(run) = self.runs.get(&key) {
+            close(&mut self.ownings, &mut self.waitings, run, at_ns);
+        }
+    }
+
+    /// Nobody but this robot has the last place in the area.
+    pub(super) fn is_full_for(&self, robot: &str, area: &str) -> bool {
+        let holders = { self.ownings.iter() }
+            .filter(|own| own.area == area && own.robot != robot && own.released_ns.is_none())
+            .count();
+        let capacity = self.capacities.get(area).copied().unwrap_or(0);
+        holders >= capacity as usize
+    }
+
+    /// A request of this robot could be granted at once: there is a place, and nobody else waits for it.
+    pub(super) fn is_free_for(&self, robot: &str, area: &str) -> bool {
+        let others_wait = { self.waitings.iter() }.any(|waiting| {
+            waiting.area == area && waiting.robot != robot && waiting.to_ns.is_none()
+        });
+        !others_wait && !self.is_full_for(robot, area)
+    }
+}
+
+/// Ends what a run still has. Returns whether that was an area.
+fn close(ownings: &mut [Owning], waitings: &mut [Waiting], run: &Run, at_ns: u64) -> bool {
+    if let Some(waiting) = run.waiting.and_then(|index| waitings.get_mut(index)) {
+        waiting.to_ns.get_or_insert(at_ns);
+    }
+    let owning = run.owning.and_then(|index| ownings.get_mut(index));
+    match owning {
+        Some(owning) if owning.released_ns.is_none() => {
+            owning.released_ns = Some(at_ns);
+            true
+        }
+        _ => false,
+    }
+}

@@ -1,0 +1,145 @@
+//! Protocol 2, as heard by a third party.
+
+use std::collections::BTreeMap;
+
+use contract::wire::Control;
+
+/// A net had the discrete control of a robot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Controlled {
+    /// Number of the coordination.
+    pub number: u64,
+    /// Name of the net.
+    pub net: String,
+    /// Robot.
+    pub robot: String,
+    /// When it was first asked for.
+    pub from_ns: u64,
+    /// When the robot had it back; none: not yet.
+    pub to_ns: Option<u64>,
+}
+
+impl Controlled {
+    /// Whether it lasted at this time.
+    #[must_use]
+    pub fn covers(&self, at_ns: u64) -> bool {
+        self.from_ns <= at_ns && self.to_ns.is_none_or(|to_ns| to_ns >= at_ns)
+    }
+}
+
+/// Whose flags a level told that were not known before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Deeds {
+    pub(super) by_mediator: bool,
+    pub(super) by_robot: bool,
+}
+
+/// One robot in one coordination.
+#[derive(Clone, Debug)]
+struct Part {
+    /// In the list of all.
+    index: usize,
+    progress: u32,
+    /// Of each flag, whether it is the mediator's.
+    flags: Vec<bool>,
+    paths: Vec<Vec<u32>>,
+}
+
+/// All robots in all coordinations.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Controls {
+    parts: BTreeMap<(u64, String), Part>,
+    all: Vec<Controlled>,
+}
+
+impl Controls {
+    pub(super) fn all(&self) -> &[Controlled] {
+        &self.all
+    }
+
+    pub(super) fn is_controlled(&self, robot: &str) -> bool {
+        self.all
+            .iter()
+            .any(|own| own.robot == robot && own.to_ns.is_none())
+    }
+
+    /// What the mediator says.
+    pub(super) fn order(&mut self, robot: &str, control: &Control, at_ns: u64) -> Deeds {
+        // A larger number replaces a smaller one.
+        for own in &mut self.all {
+            if own.robot == robot && own.number < control.coordination {
+                own.to_ns.get_or_insert(at_ns);
+            }
+        }
+        let key = (control.coordination, robot.to_owned());
+        let part = self.parts.entry(key).or_insert_with(|| {
+            self.all.push(Controlled {
+                number: control.coordination,
+                net: control.net.clone(),
+                robot: robot.to_owned(),
+                from_ns: at_ns,
+                to_ns: None,
+            });
+            Part {
+                index: self.all.len() - 1,
+                progress: 0,
+                flags: Vec::new(),
+                paths: Vec::new(),
+            }
+        });
+        if part.flags.is_empty() {
+            part.flags = control.flags.iter().map(|flag| flag.by_mediator).collect();
+            part.paths = { control.paths.iter() }
+                .map(|path| path.flags.clone())
+                .collect();
+        }
+        let (deeds, ended) = advance(part, control);
+        if ended {
+            self.all[part.index].to_ns.get_or_insert(at_ns);
+        }
+        deeds
+    }
+
+    /// What a robot says. Before the mediator's first word the flags are not known.
+    pub(super) fn answer(&mut self, robot: &str, control: &Control, at_ns: u64) -> Deeds {
+        let key = (control.coordination, robot.to_owned());
+        let Some(part) = self.parts.get_mut(&key) else {
+            return Deeds::default();
+        };
+        let (deeds, ended) = advance(part, control);
+        if ended {
+            self.all[part.index].to_ns.get_or_insert(at_ns);
+        }
+        deeds
+    }
+
+    /// The mediator says that the robot is free.
+    pub(super) fn free(&mut self, robot: &str, at_ns: u64) {
+        for own in &mut self.all {
+            if own.robot == robot {
+                own.to_ns.get_or_insert(at_ns);
+            }
+        }
+    }
+}
+
+/// Whose flags are new, and whether the array is at its end.
+fn advance(part: &mut Part, control: &Control) -> (Deeds, bool) {
+    let mut deeds = Deeds::default();
+    let Some(level) = &control.level else {
+        return (deeds, false);
+    };
+    let path = part.paths.get(level.path as usize);
+    let length = path.map_or(part.flags.len(), Vec::len);
+    for position in part.progress as usize..(level.progress as usize).min(length) {
+        let flag = path.map_or(position, |path| path[position] as usize);
+        match part.flags.get(flag) {
+            Some(true) => deeds.by_mediator = true,
+            Some(false) => deeds.by_robot = true,
+            None => {}
+        }
+    }
+    part.progress = part.progress.max(level.progress);
+    let ended = length > 0 && part.progress as usize >= length;
+    (deeds, ended)
+}

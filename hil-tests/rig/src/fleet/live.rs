@@ -1,0 +1,154 @@
+//! The view of a run in the terminal: robots, areas, who waits for whom, and what nets have marked.
+
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use sim::rt::monotonic_ns;
+
+use super::run::Run;
+
+/// Lines are cut here, so that none is wrapped and the view stays in place.
+const DEFAULT_COLUMNS: usize = 120;
+
+/// Shows how a run gets on: on a terminal as a view that stays in place, elsewhere now and then in a few lines.
+#[derive(Debug)]
+pub struct Live {
+    silent: bool,
+    terminal: bool,
+    shown: Option<Instant>,
+    lines: usize,
+}
+
+impl Live {
+    /// A view; shows nothing when `silent`.
+    #[must_use]
+    pub fn new(silent: bool) -> Self {
+        Self {
+            silent,
+            terminal: std::io::stdout().is_terminal(),
+            shown: None,
+            lines: 0,
+        }
+    }
+
+    /// Shows how everything stands, if it is time to.
+    pub fn show(&mut self, run: &Run) {
+        let period = if self.terminal {
+            Duration::from_millis(250)
+        } else {
+            Duration::from_secs(5)
+        };
+        if self.silent || self.shown.is_some_and(|shown| shown.elapsed() < period) {
+            return;
+        }
+        self.shown = Some(Instant::now());
+        let view = view(run);
+        let mut out = std::io::stdout().lock();
+        let mut text = String::new();
+        if self.terminal {
+            let columns = rustix::termios::tcgetwinsize(&out)
+                .map_or(DEFAULT_COLUMNS, |size| usize::from(size.ws_col).max(20));
+            if self.lines > 0 {
+                let _ = write!(text, "\x1b[{}A", self.lines);
+            }
+            for line in view.lines() {
+                let cut: String = line.chars().take(columns - 1).collect();
+                let _ = writeln!(text, "\x1b[K{cut}");
+            }
+            text.push_str("\x1b[J");
+            self.lines = view.lines().count();
+        } else {
+            text.clone_from(&view);
+        }
+        // A closed terminal is no reason to stop robots.
+        let _ = out.write_all(text.as_bytes());
+        let _ = out.flush();
+    }
+
+    /// What is printed from now on stands below.
+    pub fn end(&mut self) {
+        self.lines = 0;
+    }
+}
+
+/// How everything stands, in lines.
+fn view(run: &Run) -> String {
+    let now_ns = monotonic_ns();
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "{:.0} s of {:.0} s, {} violations",
+        run.stage.seconds(now_ns),
+        run.scenario.patience_s,
+        run.judge.violations().len()
+    );
+    let book = run.stage.listener.book();
+    for (number, (player, track)) in run.scenario.robots.iter().zip(&run.tracks).enumerate() {
+        let said = book.said(&player.id).map(|said| &said.state);
+        let faults: Vec<&str> = { said.iter() }
+            .flat_map(|state| &state.faults)
+            .filter(|fault| fault.active)
+            .map(|fault| fault.name.as_str())
+            .collect();
+        let (speed_m_s, pose) = { track.truth }.map_or((0.0, Default::default()), |truth| {
+            (truth.twist.v_m_s, truth.pose)
+        });
+        let state = said.map_or("-", |state| state.fsm_state.as_str());
+        let inside = run.judge.inside(number).join("+");
+        let _ = writeln!(
+            text,
+            "  {:<8} {:<16} in {:<14} {speed_m_s:5.2} m/s  x {:6.2} y {:6.2}  round {}/{}  {}",
+            player.id,
+            state,
+            if inside.is_empty() { "-" } else { &inside },
+            pose.x_m,
+            pose.y_m,
+            track.way.rounds(),
+            track.way.wanted(),
+            faults.join(" ")
+        );
+    }
+    text.push_str("  areas");
+    for area in &run.scenario.site.areas {
+        let owners: Vec<String> = { book.ownings().iter() }
+            .filter(|own| own.area == area.id && own.released_ns.is_none())
+            .map(|own| format!("{}#{}", own.robot, own.fence))
+            .collect();
+        if !owners.is_empty() {
+            let _ = write!(text, "  {}: {}", area.id, owners.join(" "));
+        }
+    }
+    text.push('\n');
+    for waiting in book.waitings().iter().filter(|own| own.to_ns.is_none()) {
+        let since_s = now_ns.saturating_sub(waiting.from_ns) as f64 / 1e9;
+        if since_s > 0.5 {
+            let _ = writeln!(
+                text,
+                "  {} waits for {} {}",
+                waiting.robot, waiting.area, waiting.why
+            );
+        }
+    }
+    drop(book);
+    if let Some(board) = &run.stage.board {
+        let seen = board.seen();
+        match seen.status() {
+            None => text.push_str("  the mediator does not answer\n"),
+            Some(status) => {
+                for own in status.coordinations.iter().filter(|own| !own.over) {
+                    let _ = writeln!(
+                        text,
+                        "  net {} {} after {} firings: {}",
+                        own.net,
+                        own.number,
+                        own.fired,
+                        own.marking.join(", ")
+                    );
+                }
+            }
+        }
+    }
+    text
+}
