@@ -122,7 +122,9 @@ impl Bench {
             message
                 .encode(&mut self.answers)
                 .expect("a vector grows as needed");
-            let robot = message.robot_id[4..].parse().expect("as this bench named it");
+            let robot = message.robot_id[4..]
+                .parse()
+                .expect("as this bench named it");
             self.ends.push((self.answers.len(), robot));
         }
     }
@@ -205,7 +207,9 @@ fn measure(name: &str, size: Size, disk: Option<Store>, windows: usize, updates:
     }
     let before = bench.moves();
     let longest = Duration::from_secs(2);
-    let windows: Vec<Window> = (0..windows).map(|_| bench.window(updates, longest)).collect();
+    let windows: Vec<Window> = (0..windows)
+        .map(|_| bench.window(updates, longest))
+        .collect();
     assert!(bench.moves() > before, "nobody moved");
     let of = |figure: fn(&Window) -> f64| median(windows.iter().map(figure).collect());
     let p99 = |window: &Window| window.steps.per_mille(990).as_secs_f64() * 1e6;

@@ -1,0 +1,162 @@
+//! The real program, killed at random moments.
+//!
+//! `mediator run` with its journal on disk, zenoh on the loopback, and robots with the contract's own client that go where
+//! they like, some of them over a crossing on which the shipped net lets one robot at a time. The mediator is killed and
+//! started again, and robots forget everything. Two judges look on: the floor, which knows where the bodies are, and an
+//! observer on the network, which knows owners by their fences and asks nobody.
+//!
+//! `MEDIATOR_KILLS` asks for more kills.
+
+mod fleet;
+mod observer;
+#[path = "../program/mod.rs"]
+mod program;
+#[path = "../model/random.rs"]
+mod random;
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use fleet::Fleet;
+use observer::Observer;
+use program::{Program, Site, session};
+use random::Random;
+
+const ROAMERS: usize = 2;
+const CROSSERS: usize = 3;
+const ROOMS: usize = 8;
+const CROSSING: &str = "Cr";
+
+/// Rooms for one, in which robots go from each to any other, and the crossing.
+fn site() -> Site {
+    let mut areas: Vec<(String, u32)> =
+        (0..ROOMS).map(|room| (format!("room-{room}"), 1)).collect();
+    areas.push((CROSSING.to_owned(), 1));
+    let robots = (0..ROAMERS + CROSSERS).map(|robot| (format!("amr-{robot}"), robot));
+    Site {
+        name: "rooms".into(),
+        areas,
+        robots: robots.collect(),
+        more: "[coordinations.crossing]\nnet = \"t-junction\"\nsituations.all-outside = { \
+               west = { robot = \"amr-2\" }, east = { robot = \"amr-3\" }, south = { robot = \"amr-4\" } }\n"
+            .into(),
+        nets: vec!["t-junction"],
+    }
+}
+
+fn kills() -> u64 {
+    let asked = std::env::var("MEDIATOR_KILLS").ok();
+    asked.map_or(8, |text| {
+        text.parse()
+            .unwrap_or_else(|_| panic!("MEDIATOR_KILLS must be a number, found `{text}`"))
+    })
+}
+
+#[test]
+fn the_mediator_may_be_killed_at_any_moment() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let clock = SystemTime::now().duration_since(UNIX_EPOCH);
+    let seed = clock.map_or(1, |since| since.as_nanos() as u64);
+    println!("seed {seed}");
+    let mut random = Random::new(seed);
+    let (watching, observer_at) = session(&[]);
+    let (driving, robots_at) = session(std::slice::from_ref(&observer_at));
+    let observer = Observer::new(watching);
+    let site = site();
+    let mut fleet = Fleet::new(driving, &site, ROAMERS, CROSSING, random.next());
+    let mut program = Program::new(folder.path(), &site, vec![robots_at, observer_at]);
+    program.start();
+    program.wait_ready(Duration::from_secs(20));
+    fleet.run_until(Duration::from_secs(20), |fleet| fleet.moves() >= 20);
+
+    let begun = Instant::now();
+    let (mut during_start, mut worked) = (0, 0);
+    for _ in 0..kills() {
+        let before = fleet.moves();
+        fleet.run(Duration::from_millis(random.below(1000)));
+        if fleet.moves() > before {
+            worked += 1;
+        }
+        if random.chance(25) {
+            fleet.forget(random.below((ROAMERS + CROSSERS) as u64) as usize);
+        }
+        program.kill();
+        if random.chance(50) {
+            fleet.run(Duration::from_millis(random.below(200)));
+        }
+        program.start();
+        if random.chance(20) {
+            // It has hardly begun.
+            fleet.run(Duration::from_millis(random.below(60)));
+            program.kill();
+            program.start();
+            during_start += 1;
+        }
+    }
+    let took = begun.elapsed();
+
+    // Work goes on for everyone.
+    let before = fleet.moves_by_robot();
+    fleet.run_until(Duration::from_secs(30), |fleet| {
+        let after = fleet.moves_by_robot();
+        after
+            .iter()
+            .zip(&before)
+            .all(|(after, before)| *after >= before + 3)
+    });
+    // Nothing is lost: whoever stays where it is has that area, and there is nobody else.
+    fleet.park();
+    fleet.run_until(Duration::from_secs(30), Fleet::is_parked);
+    let until = Instant::now() + Duration::from_secs(10);
+    loop {
+        fleet.run(Duration::from_millis(100));
+        let status = program.wait_ready(Duration::from_secs(5));
+        let held = status.areas.iter().flat_map(|area| {
+            let robots = area.holders.iter();
+            robots.map(|(robot, _)| (robot.clone(), area.id.clone()))
+        });
+        let held: BTreeSet<(String, String)> = held.collect();
+        let crossing =
+            { status.coordinations.iter() }.find(|own| !own.over && own.net == "t-junction");
+        let marking = crossing.map(|own| own.marking.clone());
+        // Requests that nobody wants any more wait on: they are returned when they are granted.
+        if held == fleet.standing() && marking == Some(vec!["free".to_owned()]) {
+            break;
+        }
+        assert!(
+            Instant::now() < until,
+            "robots stand in {:?}, and the mediator says {status:#?}",
+            fleet.standing()
+        );
+    }
+    let epoch = program.wait_ready(Duration::from_secs(5)).epoch;
+    program.kill();
+
+    let seen = observer.finish();
+    let log = program.log();
+    let accused: Vec<&str> = { log.lines() }
+        .filter(|line| line.contains("WARN") || line.contains("ERROR"))
+        .filter(|line| !line.contains(" is silent; ") && !line.contains(" is back"))
+        .collect();
+    println!(
+        "{} kills and {during_start} more right after a start in {:.1} s, {epoch} starts took effect; {} moves, {} over the crossing, \
+         {worked} times work between kills; robots forgot everything {} times; \
+         observer: {} reports, {} owners by fence, {} messages of the mediator",
+        kills(),
+        took.as_secs_f64(),
+        fleet.moves(),
+        fleet.crossings(),
+        fleet.forgot(),
+        seen.reports,
+        seen.owners,
+        seen.messages,
+    );
+    assert!(seen.accusations.is_empty(), "{:#?}", seen.accusations);
+    assert!(accused.is_empty(), "{accused:#?}");
+    assert_eq!(fleet.lost(), 0, "grants were taken from robots");
+    assert!(
+        seen.owners as u64 >= fleet.moves(),
+        "the observer has not seen all: {seen:?}"
+    );
+    assert!(fleet.crossings() > 0 && worked >= kills() / 4);
+}

@@ -1,0 +1,136 @@
+//! The real `mediator run` as a process, a site file for it, and sessions for the robots that it talks to.
+#![allow(
+    dead_code,
+    reason = "tests and benchmarks have their own choice of them"
+)]
+
+mod site;
+
+use std::fs::{File, OpenOptions};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use contract::network::NetworkSettings;
+use mediator::manager::Status;
+use mediator::runtime::{Answer, Question, ask};
+
+pub use site::Site;
+
+/// A session that listens on the loopback, and where.
+pub fn session(connect: &[String]) -> (zenoh::Session, String) {
+    // The system picks a port; somebody else may take it before it is used.
+    for _ in 0..20 {
+        let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
+        let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
+        let settings = NetworkSettings {
+            listen: vec![endpoint.clone()],
+            connect: connect.to_vec(),
+            ..NetworkSettings::default()
+        };
+        if let Ok(session) = settings.open() {
+            return (session, endpoint);
+        }
+    }
+    panic!("no session could be opened on the loopback");
+}
+
+/// A mediator that can be killed and started again with its journal. Killed when dropped.
+pub struct Program {
+    folder: PathBuf,
+    site: String,
+    connect: Vec<String>,
+    child: Option<Child>,
+}
+
+impl Program {
+    /// `folder` is its own, with the site file in `sites/`; it connects to all of `connect`.
+    pub fn new(folder: &Path, site: &Site, connect: Vec<String>) -> Self {
+        site.write(folder);
+        Self {
+            folder: folder.to_owned(),
+            site: site.name.clone(),
+            connect,
+            child: None,
+        }
+    }
+
+    pub fn start(&mut self) {
+        assert!(self.child.is_none(), "it runs already");
+        let path = |name: &str| self.folder.join(name);
+        let log = OpenOptions::new()
+            .append(true)
+            .create(true)
+            .open(path("log"))
+            .expect("a log");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mediator"));
+        command
+            .arg("run")
+            .arg("--site")
+            .arg(path(&format!("sites/{}.toml", self.site)))
+            .arg("--journal")
+            .arg(path("journal.redb"))
+            .arg("--runtime")
+            .arg(path("run"))
+            .args(["--listen", "tcp/127.0.0.1:0"]);
+        for endpoint in &self.connect {
+            command.args(["--connect", endpoint]);
+        }
+        command
+            .env_remove("MEDIATOR_LOG")
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(log);
+        self.child = Some(command.spawn().expect("the program starts"));
+    }
+
+    /// SIGKILL: it has no time for anything.
+    pub fn kill(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            // Dead already is told by the wait.
+            let _ = child.kill();
+            let status = child.wait().expect("it was our child");
+            assert!(
+                status.code().is_none(),
+                "it ended by itself with {status}: {}",
+                self.log()
+            );
+        }
+    }
+
+    pub fn status(&self) -> Result<Status, String> {
+        let socket = self.folder.join("run").join(format!("{}.ctl", self.site));
+        match ask(&socket, &Question::Status)? {
+            Answer::Status(status) => Ok(*status),
+            answer => Err(format!("unexpected answer {answer:?}")),
+        }
+    }
+
+    /// Waits until it answers.
+    pub fn wait_ready(&self, longest: Duration) -> Status {
+        let until = Instant::now() + longest;
+        loop {
+            match self.status() {
+                Ok(status) => return status,
+                Err(error) => assert!(Instant::now() < until, "{error}: {}", self.log()),
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// All it has said.
+    pub fn log(&self) -> String {
+        let log = File::open(self.folder.join("log")).and_then(std::io::read_to_string);
+        log.unwrap_or_default()
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}

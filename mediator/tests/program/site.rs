@@ -1,0 +1,98 @@
+//! Site files of any size, for robots without wheels.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Square areas side by side, robots that start in them.
+pub struct Site {
+    pub name: String,
+    /// Names and capacities.
+    pub areas: Vec<(String, u32)>,
+    /// Ids and where they start.
+    pub robots: Vec<(String, usize)>,
+    /// What follows in the file.
+    pub more: String,
+    /// Shipped nets that it needs.
+    pub nets: Vec<&'static str>,
+}
+
+const SIDE_M: f64 = 8.0;
+
+impl Site {
+    pub fn write(&self, folder: &Path) {
+        let make = |path: PathBuf, text: &str| {
+            std::fs::create_dir_all(path.parent().expect("it has one")).expect("a folder");
+            std::fs::write(&path, text).expect("it can be written");
+        };
+        make(
+            folder.join(format!("sites/{}.toml", self.name)),
+            &self.text(),
+        );
+        for net in &self.nets {
+            let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/nets");
+            let shipped = shipped.join(format!("{net}.toml"));
+            let text = std::fs::read_to_string(shipped).expect("it ships");
+            make(folder.join(format!("nets/{net}.toml")), &text);
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!("name = \"{}\"\n{FLOOR}", self.name);
+        let mut transitions = String::new();
+        let mut states = String::new();
+        for (place, (id, capacity)) in self.areas.iter().enumerate() {
+            let x_m = place as f64 * SIDE_M;
+            let _ = write!(
+                text,
+                "[areas.{id}]\nregion = {{ min_m = [{x_m:.1}, 0.0], max_m = [{:.1}, {SIDE_M:.1}] }}\n\
+                 capacity = {capacity}\nmanoeuvre = \"any\"\nspeed_limit_m_s = 0.4\ndeviation_limit_m = 0.3\n",
+                x_m + SIDE_M
+            );
+            let next = &self.areas[(place + 1) % self.areas.len()].0;
+            let _ = writeln!(
+                transitions,
+                "    {{ from = \"in-{id}\", on = \"go\", to = \"in-{next}\" }},"
+            );
+            let _ = writeln!(states, "in-{id} = {{ area = \"{id}\", skill = \"stop\" }}");
+        }
+        let _ = write!(
+            text,
+            "[fsm.normal]\ninitial = \"in-{}\"\nexternal = [\"go\"]\ntransitions = [\n{transitions}]\n[fsm.normal.states]\n{states}",
+            self.areas[0].0
+        );
+        for (id, place) in &self.robots {
+            let x_m = (*place as f64 + 0.5) * SIDE_M;
+            let _ = write!(
+                text,
+                "[robots.{id}]\nrole = \"normal\"\nstart = {{ x_m = {x_m:.1}, y_m = 4.0, theta_rad = 0.0 }}\nstart_state = \"in-{}\"\n",
+                self.areas[*place].0
+            );
+        }
+        text + &self.more
+    }
+}
+
+const FLOOR: &str = r#"
+[walls.south]
+from_m = [0.0, 0.0]
+to_m = [8.0, 0.0]
+
+[lanes.east]
+from_m = [1.0, 2.0]
+to_m = [7.0, 2.0]
+
+[areas]
+managed = true
+
+[perception.kinds.none]
+tracks = []
+
+[skills.stop]
+controller = "stop"
+perception = "none"
+monitors = []
+
+[monitors.done]
+kind = "manoeuvre-done"
+
+"#;
