@@ -130,4 +130,8 @@ fn a_site_without_mediator_coordinates_nobody() {
     let error = parse_site("site.toml", &text, &[]).expect_err("refused");
     let error = format!("{:?}", miette::Report::new(error));
     assert!(error.contains("areas.managed = true"), "{error}");
+    // On the command line it is meant: one robot drives alone.
+    let alone = ["areas.managed=false".parse().expect("an override")];
+    let site = parse_site("site.toml", &(corridor() + OVERTAKING), &alone).expect("accepted");
+    assert!(!site.areas_managed);
 }

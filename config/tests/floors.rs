@@ -97,8 +97,7 @@ fn a_stub_of_wall_inside_an_area_is_accepted() {
 
 #[test]
 fn states_with_lanes_and_areas_of_their_own() {
-    let middle =
-        "\nmiddle-in = { area = \"access-in\", also = [\"access-out\"], lane = \"middle-in\"";
+    let middle = "\nmiddle-in = { area = \"access-in\", also = [\"access-out\", \"bay-in\"], lane = \"middle-in\"";
     let mistakes = [
         Mistake {
             name: "unknown lane",
@@ -139,8 +138,8 @@ fn states_with_lanes_and_areas_of_their_own() {
             to: "skill = \"back-off\"",
             kind: Inconsistent,
             key: "fsm.small.states.back-off.area",
-            line: "{ area = \"bay\", skill = \"back-off\"",
-            found: "area `bay`, which has no lane",
+            line: "{ area = \"dock\", skill = \"back-off\"",
+            found: "area `dock`, which has no lane",
             expected: "an area with a lane, for skill `back-off`",
             hint: "or give the state a `lane` of its own",
         },
@@ -279,9 +278,9 @@ fn skills_of_the_course() {
 #[test]
 fn a_lane_far_from_its_state() {
     // The small robots' state: the big ones' is followed by another.
-    let next = "\nback-off = { area = \"bay\", lane = \"in\", skill = \"back-off\"";
+    let next = "\nback-off = { area = \"dock\", lane = \"in\", skill = \"back-off\"";
     let wait = |lane: &str| {
-        format!("wait = {{ area = \"bay\", lane = \"{lane}\", skill = \"wait\" }}{next}")
+        format!("wait = {{ area = \"dock\", lane = \"{lane}\", skill = \"wait\" }}{next}")
     };
     let text = edit(DOCKING, &wait("in"), &wait("far")).replace(
         "[lanes.middle-in]",
@@ -295,7 +294,10 @@ fn a_lane_far_from_its_state() {
         "{}",
         lines(&error)
     );
-    assert_eq!(problem.found, "lane `far`, which does not touch area `bay`");
+    assert_eq!(
+        problem.found,
+        "lane `far`, which does not touch area `dock`"
+    );
 }
 
 #[test]
@@ -362,7 +364,7 @@ fn a_robot_too_wide_for_its_lane_or_areas() {
     // In the access the big robot needs both areas.
     let alone = edit(
         DOCKING,
-        "\nmiddle-in = { area = \"access-in\", also = [\"access-out\"], lane",
+        "\nmiddle-in = { area = \"access-in\", also = [\"access-out\", \"bay-in\"], lane",
         "\nmiddle-in = { area = \"access-in\", lane",
     );
     let big =

@@ -38,7 +38,7 @@ fn a_file_says_what_its_net_is() {
     assert_eq!(e5.command.speed_limit_m_s, Some(0.2));
     let pose = PoseConfig {
         x_m: 4.5,
-        y_m: -1.2,
+        y_m: -1.25,
         theta_rad: 0.0,
     };
     assert_eq!(e5.command.stop_pose, Some(pose));
@@ -244,7 +244,7 @@ fn alternatives() {
         },
         Mistake {
             name: "half a pose",
-            from: "stop_pose = { x_m = 4.5, y_m = -1.2, theta_rad = 0.0 }",
+            from: "stop_pose = { x_m = 4.5, y_m = -1.25, theta_rad = 0.0 }",
             to: "stop_pose = { x_m = 4.5, y_m = -1.2 }",
             kind: MissingKey,
             key: "protocols.giving-way.arrays.aside.flags[0].stop_pose.theta_rad",

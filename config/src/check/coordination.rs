@@ -10,9 +10,12 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
     for role in site.roles.keys() {
         reference(report, &format!("roles.{role}"), role, "role", &roles);
     }
+    // Whoever takes the mediator away on the command line, to drive one robot alone, knows that nobody is coordinated.
+    let managed = "areas.managed";
+    let by_override = report.origin.is_written(managed) && report.origin.line(managed).is_none();
     for (id, coordination) in &site.coordinations {
         let key = format!("coordinations.{id}");
-        if !site.areas_managed {
+        if !site.areas_managed && !by_override {
             report.wrong(
                 ProblemKind::Inconsistent,
                 &key,

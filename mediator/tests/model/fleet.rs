@@ -40,7 +40,7 @@ impl Faults {
         network: true,
         crashes: true,
         power: true,
-        stuck_per_mille: 100,
+        stuck_per_mille: 150,
         every: 250,
     };
 }

@@ -127,7 +127,7 @@ impl Floor {
         let spots: Vec<Vec<usize>> = [
             &["apron"][..],
             &["access-in"],
-            &["bay"],
+            &["dock"],
             &["access-out"],
             &["access-in", "access-out"],
         ]
