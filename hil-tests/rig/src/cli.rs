@@ -32,6 +32,8 @@ enum Command {
     TJunction(FleetArgs),
     /// Robots and a mediator do what a scenario file says
     Scenario(ScenarioArgs),
+    /// A scenario with a fleet many times, with one seed after the other
+    Campaign(CampaignArgs),
     /// One robot drives laps of a corridor
     Lap(LapArgs),
     /// One robot over a course that uses every skill
@@ -103,6 +105,29 @@ pub struct ScenarioArgs {
     /// As for the scenarios that ship.
     #[command(flatten)]
     pub fleet: FleetArgs,
+}
+
+/// Arguments of `rig campaign`.
+#[derive(Clone, Debug, Args)]
+pub struct CampaignArgs {
+    /// Scenario file, or the name of one in config/scenarios
+    #[arg(value_name = "SCENARIO")]
+    pub scenario: PathBuf,
+    /// Runs, with this seed and the following ones
+    #[arg(long, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=100_000))]
+    pub runs: usize,
+    /// Runs at once; each takes a processor or two
+    #[arg(long, default_value_t = 1, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=64))]
+    pub jobs: usize,
+    /// Seed of the first run
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
+    pub seed: u64,
+    /// No robot drives more rounds than this
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub rounds: Option<u32>,
+    /// Folder for campaign.json and a folder for each run [default: target/rig/campaign/SCENARIO]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `rig course` and `rig clutter`.
@@ -187,6 +212,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Docking(arguments) => fleet::shipped("docking", &arguments),
         Command::TJunction(arguments) => fleet::shipped("t-junction", &arguments),
         Command::Scenario(arguments) => fleet::scenario(&arguments),
+        Command::Campaign(arguments) => fleet::many(&arguments),
         Command::Lap(arguments) => lap::lap(&arguments),
         Command::Course(arguments) => trials::course(&arguments),
         Command::Clutter(arguments) => trials::clutter(&arguments),

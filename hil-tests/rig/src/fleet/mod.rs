@@ -4,11 +4,12 @@
 //! - [`stage`] puts world, devices and processes up, with [`mediator_process`] and [`listener`];
 //! - [`book`] is what can be known from the network, [`board`] what the mediator tells its operators;
 //! - [`judge`] finds violations in the world's truth and the book, [`goals`] what robots have done;
-//! - [`run`](mod@run) is one run of a scenario, [`live`] shows it;
+//! - [`run`](mod@run) is one run of a scenario, [`live`] shows it, [`campaign`] is many of them;
 //! - [`record`] is all that is known of it when it is over, [`summary`] its figures.
 
 pub mod board;
 pub mod book;
+pub mod campaign;
 pub mod goals;
 pub mod judge;
 pub mod listener;
@@ -23,7 +24,7 @@ pub mod summary;
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::{Failure, FleetArgs, ScenarioArgs};
+use crate::cli::{CampaignArgs, Failure, FleetArgs, ScenarioArgs};
 use crate::stage::end_flag;
 
 /// Where the scenarios that ship are.
@@ -63,6 +64,18 @@ pub fn scenario(arguments: &ScenarioArgs) -> Result<(), Failure> {
         nets: !own.without_nets,
     };
     run::run(scenario, options, &asked_to_end)
+}
+
+/// `rig campaign`: a scenario many times.
+///
+/// # Errors
+/// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a run failed.
+pub fn many(arguments: &CampaignArgs) -> Result<(), Failure> {
+    let file = scenario_file(&arguments.scenario);
+    let scenario = scenario::load(&file)?;
+    let out = { arguments.out.clone() }
+        .unwrap_or_else(|| Path::new(OUT).join("campaign").join(&scenario.name));
+    campaign::campaign(arguments, &scenario, &file, &out)
 }
 
 /// A scenario's file: the path itself, or the name of one that ships.

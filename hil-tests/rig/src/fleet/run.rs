@@ -15,7 +15,7 @@ use super::live::Live;
 use super::outcome;
 use super::record::{Incident, PathPoint, Record};
 use super::scenario::Scenario;
-use super::stage::{FleetStage, StageSetup};
+use super::stage::{FleetStage, Member, StageSetup};
 use crate::cli::Failure;
 
 /// How often the judge looks at the world's log.
@@ -292,14 +292,18 @@ impl Run {
 
     /// Stops robots, then the mediator; what they leave is judged.
     fn stop(&mut self) {
-        self.stage.tell_robots_to_stop();
         let mut found: Vec<(&str, String, String)> = Vec::new();
-        for (member, track) in self.stage.members.iter_mut().zip(&self.tracks) {
+        let has_ended = |member: &mut Member| {
+            { member.process() }.is_some_and(|process| process.poll().is_some())
+        };
+        let ended: Vec<bool> = self.stage.members.iter_mut().map(has_ended).collect();
+        self.stage.tell_robots_to_stop();
+        let members = self.stage.members.iter_mut();
+        for ((member, track), by_itself) in members.zip(&self.tracks).zip(ended) {
             let id = member.id().to_owned();
             let Some(process) = member.process() else {
                 continue;
             };
-            let by_itself = process.poll().is_some();
             let status = process.stop();
             if !track.ended_on_purpose && (by_itself || !status.success()) {
                 let how = if by_itself { " by itself" } else { "" };
