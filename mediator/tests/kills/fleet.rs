@@ -77,7 +77,7 @@ impl Fleet {
             .expect("it subscribes");
         let mut publishers = BTreeMap::new();
         let mut robots = Vec::new();
-        for (number, (id, place)) in site.robots.iter().enumerate() {
+        for (number, (id, _, place)) in site.robots.iter().enumerate() {
             let publisher = session
                 .declare_publisher(keys::report(PREFIX, id).expect("a plain name"))
                 // The observer must hear everything, in this order.

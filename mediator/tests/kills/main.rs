@@ -32,11 +32,12 @@ fn site() -> Site {
     let mut areas: Vec<(String, u32)> =
         (0..ROOMS).map(|room| (format!("room-{room}"), 1)).collect();
     areas.push((CROSSING.to_owned(), 1));
-    let robots = (0..ROAMERS + CROSSERS).map(|robot| (format!("amr-{robot}"), robot));
+    let robots = (0..ROAMERS + CROSSERS).map(|robot| (format!("amr-{robot}"), "normal", robot));
     Site {
         name: "rooms".into(),
         areas,
         robots: robots.collect(),
+        events: Vec::new(),
         more: "[coordinations.crossing]\nnet = \"t-junction\"\nsituations.all-outside = { \
                west = { robot = \"amr-2\" }, east = { robot = \"amr-3\" }, south = { robot = \"amr-4\" } }\n"
             .into(),

@@ -119,6 +119,17 @@ impl Program {
         }
     }
 
+    /// Processor time of the running process, by the kernel's clock ticks of 10 ms.
+    pub fn cpu_time(&self) -> Duration {
+        let id = self.child.as_ref().map_or(0, Child::id);
+        let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+        // Behind the name, which may have spaces: fields 14 and 15 of proc_pid_stat(5).
+        let fields = stat.rsplit(')').next().unwrap_or_default();
+        let ticks = fields.split_whitespace().skip(11).take(2);
+        let ticks: u64 = ticks.filter_map(|field| field.parse::<u64>().ok()).sum();
+        Duration::from_millis(10 * ticks)
+    }
+
     /// All it has said.
     pub fn log(&self) -> String {
         let log = File::open(self.folder.join("log")).and_then(std::io::read_to_string);

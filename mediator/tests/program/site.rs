@@ -1,5 +1,6 @@
 //! Site files of any size, for robots without wheels.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -8,8 +9,10 @@ pub struct Site {
     pub name: String,
     /// Names and capacities.
     pub areas: Vec<(String, u32)>,
-    /// Ids and where they start.
-    pub robots: Vec<(String, usize)>,
+    /// Ids, roles, and in which area they start.
+    pub robots: Vec<(String, &'static str, usize)>,
+    /// What every state machine understands besides, and what it outputs then.
+    pub events: Vec<(&'static str, &'static str)>,
     /// What follows in the file.
     pub more: String,
     /// Shipped nets that it needs.
@@ -38,7 +41,16 @@ impl Site {
 
     fn text(&self) -> String {
         let mut text = format!("name = \"{}\"\n{FLOOR}", self.name);
+        let first = &self.areas[0].0;
         let mut transitions = String::new();
+        let mut external = "\"go\"".to_owned();
+        for (event, output) in &self.events {
+            let _ = write!(external, ", \"{event}\"");
+            let _ = writeln!(
+                transitions,
+                "    {{ from = \"in-{first}\", on = \"{event}\", to = \"in-{first}\", outputs = [\"{output}\"] }},"
+            );
+        }
         let mut states = String::new();
         for (place, (id, capacity)) in self.areas.iter().enumerate() {
             let x_m = place as f64 * SIDE_M;
@@ -55,16 +67,19 @@ impl Site {
             );
             let _ = writeln!(states, "in-{id} = {{ area = \"{id}\", skill = \"stop\" }}");
         }
-        let _ = write!(
-            text,
-            "[fsm.normal]\ninitial = \"in-{}\"\nexternal = [\"go\"]\ntransitions = [\n{transitions}]\n[fsm.normal.states]\n{states}",
-            self.areas[0].0
-        );
-        for (id, place) in &self.robots {
+        let roles: BTreeSet<&str> = self.robots.iter().map(|(_, role, _)| *role).collect();
+        for role in roles {
+            let _ = write!(
+                text,
+                "[fsm.{role}]\ninitial = \"in-{first}\"\nexternal = [{external}]\ntransitions = [\n{transitions}]\n\
+                 [fsm.{role}.states]\n{states}"
+            );
+        }
+        for (id, role, place) in &self.robots {
             let x_m = (*place as f64 + 0.5) * SIDE_M;
             let _ = write!(
                 text,
-                "[robots.{id}]\nrole = \"normal\"\nstart = {{ x_m = {x_m:.1}, y_m = 4.0, theta_rad = 0.0 }}\nstart_state = \"in-{}\"\n",
+                "[robots.{id}]\nrole = \"{role}\"\nstart = {{ x_m = {x_m:.1}, y_m = 4.0, theta_rad = 0.0 }}\nstart_state = \"in-{}\"\n",
                 self.areas[*place].0
             );
         }

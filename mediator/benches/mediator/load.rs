@@ -1,0 +1,177 @@
+//! A thousand robots talk to the real program over zenoh on the loopback, ten thousand times a second.
+
+use std::time::{Duration, Instant};
+
+use contract::wire::{Access, MediatorReport};
+
+use super::figures::{Times, ms};
+use super::floor::{Robot, SITE, Size};
+use super::program::{Program, Site, session};
+use super::wire::Wire;
+
+const OFFERED_PER_S: f64 = 10_000.0;
+const WARM_UP: Duration = Duration::from_secs(4);
+const MEASURED: Duration = Duration::from_secs(10);
+/// Without an answer for so long a robot goes on.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// What a robot waits for an answer to.
+struct Open {
+    at: Instant,
+    levels: Vec<Access>,
+}
+
+/// The answer knows at least as much as the report has told.
+fn answers(message: &MediatorReport, levels: &[Access]) -> bool {
+    levels.iter().all(|own| {
+        let theirs = message.access.iter().find(|grant| grant.area == own.area);
+        let (Some(theirs), Some(own)) = (theirs.and_then(|it| it.level), own.level) else {
+            return false;
+        };
+        (theirs.run, theirs.progress) >= (own.run, own.progress)
+    })
+}
+
+fn site(size: Size) -> Site {
+    let setup = size.setup();
+    let place = |id: &str| setup.areas.iter().position(|area| area.id == id);
+    let robots = setup.robots.iter().map(|robot| {
+        let place = place(&robot.starts_in[0]).expect("it has it");
+        (robot.id.clone(), "normal", place)
+    });
+    Site {
+        name: SITE.into(),
+        areas: setup
+            .areas
+            .iter()
+            .map(|area| (area.id.clone(), area.capacity))
+            .collect(),
+        robots: robots.collect(),
+        events: Vec::new(),
+        more: String::new(),
+        nets: Vec::new(),
+    }
+}
+
+struct Load {
+    wire: Wire,
+    robots: Vec<Robot>,
+    open: Vec<Option<Open>>,
+    begun: Instant,
+    cursor: usize,
+    sent: u64,
+    unanswered: u64,
+    times: Vec<u64>,
+}
+
+impl Load {
+    /// Offers updates as fast as `OFFERED_PER_S` asks; each from a robot that has news and no open question.
+    fn run(&mut self, time: Duration) {
+        let begun = Instant::now();
+        let mut offered = 0.0;
+        while begun.elapsed() < time {
+            while let Some((at, message)) = self.wire.receive(Duration::from_micros(200)) {
+                self.take_in(at, &message);
+                if begun.elapsed().as_secs_f64() * OFFERED_PER_S > offered + 1.0 {
+                    break;
+                }
+            }
+            let due = begun.elapsed().as_secs_f64() * OFFERED_PER_S;
+            // What could not be offered in time is not made up for later.
+            offered = f64::max(offered, due - 100.0);
+            for _ in 0..self.robots.len() {
+                if offered >= due {
+                    break;
+                }
+                offered += f64::from(u8::from(self.offer()));
+            }
+        }
+    }
+
+    fn take_in(&mut self, at: Instant, message: &MediatorReport) {
+        let robot: usize = message.robot_id[4..]
+            .parse()
+            .expect("as this bench named it");
+        let now_ns = (at - self.begun).as_nanos() as u64;
+        self.robots[robot].client.receive(message, now_ns);
+        if let Some(open) = self.open[robot].take_if(|open| answers(message, &open.levels)) {
+            self.times.push((at - open.at).as_nanos() as u64);
+        }
+    }
+
+    /// The next robot moves on and reports if there is something to say.
+    fn offer(&mut self) -> bool {
+        self.cursor = (self.cursor + 1) % self.robots.len();
+        let now = Instant::now();
+        let open = &mut self.open[self.cursor];
+        match open {
+            Some(own) if now < own.at + PATIENCE => return false,
+            Some(_) => self.unanswered += 1,
+            None => {}
+        }
+        *open = None;
+        let robot = &mut self.robots[self.cursor];
+        let now_ns = (now - self.begun).as_nanos() as u64;
+        if !robot.step(now_ns) {
+            return false;
+        }
+        let report = robot.client.report();
+        if robot.client.is_registered() {
+            let (at, levels) = (Instant::now(), report.access.clone());
+            *open = Some(Open { at, levels });
+        }
+        self.wire.send(&report);
+        self.sent += 1;
+        true
+    }
+}
+
+pub fn run() {
+    let size = Size {
+        robots: 1000,
+        areas: 200,
+        round_trip: 10,
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let (session, endpoint) = session(&[]);
+    let mut program = Program::new(folder.path(), &site(size), vec![endpoint]);
+    program.start();
+    program.wait_ready(Duration::from_secs(20));
+    let ids = (0..size.robots).map(|robot| size.robot_id(robot));
+    let mut load = Load {
+        wire: Wire::new(session, ids),
+        robots: size.robots(),
+        open: (0..size.robots).map(|_| None).collect(),
+        begun: Instant::now(),
+        cursor: 0,
+        sent: 0,
+        unanswered: 0,
+        times: Vec::new(),
+    };
+    load.run(WARM_UP);
+    load.times.clear();
+    (load.sent, load.unanswered) = (0, 0);
+    let moves = |load: &Load| load.robots.iter().map(|robot| robot.moves).sum::<u64>();
+    let (before, cpu) = (moves(&load), program.cpu_time());
+    let begun = Instant::now();
+    load.run(MEASURED);
+    let took = begun.elapsed().as_secs_f64();
+    let cpu = (program.cpu_time() - cpu).as_secs_f64() / took;
+    let moved = moves(&load) - before;
+    let times = Times::new(load.times);
+    println!(
+        "\nover zenoh on the loopback, program of its own, journal on disk: 1,000 moving robots, 200 areas, {took:.1} s\n\
+         offered {:.0} reports/s, answered {:.0}/s, unanswered within 1 s: {}; {:.0} moves/s\n\
+         report -> answer: median {}, p99 {}, max {} ({} answers); mediator took {:.0} % of a core",
+        load.sent as f64 / took,
+        times.count() as f64 / took,
+        load.unanswered,
+        moved as f64 / took,
+        ms(times.per_mille(500)),
+        ms(times.per_mille(990)),
+        ms(times.max()),
+        times.count(),
+        cpu * 100.0
+    );
+    assert!(moved > 0, "nobody moved: {}", program.log());
+}
