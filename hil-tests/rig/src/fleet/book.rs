@@ -237,3 +237,6 @@ fn governed(nets: &[NetConfig]) -> BTreeMap<String, usize> {
     }
     governed
 }
+
+#[cfg(test)]
+mod tests;

@@ -86,3 +86,71 @@ impl Way {
         self.stops.get(self.reached).map(|stop| stop.name.as_str())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::Rect;
+    use sim::world::{Pose, Twist};
+
+    fn stop(x_m: f64, stands_s: f64) -> Stop {
+        Stop {
+            name: format!("{x_m}"),
+            region: Rect {
+                min_m: [x_m, 0.0],
+                max_m: [x_m + 1.0, 1.0],
+            },
+            stands_s,
+        }
+    }
+
+    fn truth(at_s: f64, x_m: f64, v_m_s: f64) -> Truth {
+        Truth {
+            time_ns: (at_s * 1e9) as u64,
+            pose: Pose::new(x_m, 0.5, 0.0),
+            twist: Twist {
+                v_m_s,
+                ..Twist::default()
+            },
+            ..Truth::default()
+        }
+    }
+
+    #[test]
+    fn places_count_in_their_order_only() {
+        let mut way = Way::new(&Goal {
+            rounds: 2,
+            through: vec![stop(0.0, 0.0), stop(5.0, 0.0)],
+            then: vec![stop(9.0, 0.0)],
+        });
+        for x_m in [5.5, 9.5, 0.5, 3.0, 9.5, 5.5, 5.6] {
+            way.observe(&truth(1.0, x_m, 0.4));
+        }
+        assert_eq!((way.rounds(), way.next()), (1, Some("0")));
+        for x_m in [0.5, 5.5] {
+            way.observe(&truth(2.0, x_m, 0.4));
+        }
+        assert_eq!((way.rounds(), way.is_done()), (2, false));
+        way.observe(&truth(3.0, 9.5, 0.4));
+        assert!(way.is_done());
+        assert_eq!((way.rounds(), way.done_ns()), (2, Some(3_000_000_000)));
+    }
+
+    #[test]
+    fn where_it_has_to_stand_passing_through_is_not_enough() {
+        let mut way = Way::new(&Goal {
+            rounds: 1,
+            through: vec![stop(0.0, 2.0)],
+            then: Vec::new(),
+        });
+        way.observe(&truth(0.0, 0.5, 0.4));
+        way.observe(&truth(9.0, 0.6, 0.4));
+        way.observe(&truth(10.0, 0.7, 0.0));
+        way.observe(&truth(11.5, 0.7, 0.0));
+        way.observe(&truth(11.6, 0.7, 0.1));
+        way.observe(&truth(12.5, 0.7, 0.0));
+        assert!(!way.is_done());
+        way.observe(&truth(14.6, 0.7, 0.0));
+        assert!(way.is_done());
+    }
+}

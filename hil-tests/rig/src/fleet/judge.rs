@@ -310,3 +310,6 @@ fn grown(region: &Rect, by_m: f64) -> Rect {
         max_m: region.max_m.map(|value| value + by_m),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,6 +12,7 @@ use super::summary::{
     MemberSummary, OwnerSummary, PartSummary,
 };
 use crate::cli::Failure;
+use crate::report;
 use crate::stage::{robot_summary, write};
 use crate::summary::{Machine, RobotSummary, round};
 
@@ -287,6 +288,7 @@ fn in_words(run: &Run, ending: &Ending) -> String {
 pub(super) fn leave(out: &Path, record: &Record) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(&record.summary).map_err(Failure::failed)?;
     write(out, "summary.json", &json)?;
+    write(out, "report.html", &report::fleet::html(record))?;
     Ok(())
 }
 
@@ -357,5 +359,8 @@ pub(super) fn print(record: &Record, out: &Path) {
             violation.kind, violation.robot, violation.at_s, violation.detail
         );
     }
-    println!("wrote {}", out.join("summary.json").display());
+    println!(
+        "wrote {} and report.html",
+        out.join("summary.json").display()
+    );
 }

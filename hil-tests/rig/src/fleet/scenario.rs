@@ -140,3 +140,6 @@ impl During {
         )
     }
 }
+
+#[cfg(test)]
+mod tests;
