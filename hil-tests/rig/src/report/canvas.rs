@@ -131,7 +131,6 @@ impl Canvas {
     }
 
     /// A drawing as part of a page that has its own style: with what is said of it to those who cannot see it.
-    #[allow(dead_code)]
     pub(super) fn finish_inline(self, class: &str, size_px: Px2, label: &str) -> String {
         let ([width, height], label) = (size_px.map(Px), Escaped(label));
         let body = &self.body;
@@ -168,6 +167,24 @@ impl Curve {
     pub(super) fn vertical_to(&mut self, y_px: f64) {
         // Writing to a string cannot fail.
         let _ = write!(self.data, "V{}", Px(y_px));
+    }
+
+    /// Goes on in a bend that begins and ends upright.
+    pub(super) fn bend_to(&mut self, from: Px2, to: Px2) {
+        let middle = (from[1] + to[1]) / 2.0;
+        self.bezier_to([from[0], middle], [to[0], middle], to);
+    }
+
+    /// Goes on in a bend that begins and ends level.
+    pub(super) fn lean_to(&mut self, from: Px2, to: Px2) {
+        let middle = (from[0] + to[0]) / 2.0;
+        self.bezier_to([middle, from[1]], [middle, to[1]], to);
+    }
+
+    fn bezier_to(&mut self, first: Px2, second: Px2, to: Px2) {
+        self.push('C', first);
+        self.push(' ', second);
+        self.push(' ', to);
     }
 
     /// Goes back to where the piece began.

@@ -30,12 +30,25 @@ impl Frame {
         path: impl Iterator<Item = [f64; 2]>,
         top_px: f64,
     ) -> Self {
+        let room = Field {
+            min: [PLOT_LEFT_PX, top_px],
+            max: [PLOT_RIGHT_PX, top_px + MOST_HEIGHT_PX],
+        };
+        Self::within(site, path, room)
+    }
+
+    /// The same in a part of the page: as large as fits, at its upper border.
+    pub(super) fn within(
+        site: &SiteConfig,
+        path: impl Iterator<Item = [f64; 2]>,
+        room: Field,
+    ) -> Self {
         let extent = Extent::of(site, path);
         let [width_m, height_m] = extent.size_m();
-        let room_px = PLOT_RIGHT_PX - PLOT_LEFT_PX;
-        let px_per_m = (room_px / width_m).min(MOST_HEIGHT_PX / height_m);
+        let [left_px, top_px, room_px, most_px] = room.rectangle();
+        let px_per_m = (room_px / width_m).min(most_px / height_m);
         let size = [width_m * px_per_m, height_m * px_per_m];
-        let left_px = PLOT_LEFT_PX + (room_px - size[0]) / 2.0;
+        let left_px = left_px + (room_px - size[0]) / 2.0;
         let field = Field {
             min: [left_px, top_px],
             max: [left_px + size[0], top_px + size[1]],

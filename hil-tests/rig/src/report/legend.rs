@@ -81,6 +81,11 @@ fn draw_signs(canvas: &mut Canvas, at: Px2) {
 
 /// How long a metre, or another round length, is.
 pub(super) fn draw_scale_bar(canvas: &mut Canvas, frame: &Frame, y: f64) {
+    draw_scale_bar_at(canvas, frame, [PLOT_RIGHT_PX, y]);
+}
+
+/// The same with its right end at a place.
+pub(super) fn draw_scale_bar_at(canvas: &mut Canvas, frame: &Frame, [right, y]: Px2) {
     // The longest round length under 180 px.
     let most_m = 180.0 / frame.px_per_m;
     let power = 10f64.powf(most_m.log10().floor());
@@ -88,7 +93,7 @@ pub(super) fn draw_scale_bar(canvas: &mut Canvas, frame: &Frame, y: f64) {
         .into_iter()
         .find(|digit| digit * power <= most_m);
     let length_m = digit.unwrap_or(1.0) * power;
-    let (right, left) = (PLOT_RIGHT_PX, PLOT_RIGHT_PX - length_m * frame.px_per_m);
+    let left = right - length_m * frame.px_per_m;
     canvas.line("scale", [left, y], [right, y]);
     for x in [left, right] {
         canvas.line("scale", [x, y - 5.0], [x, y + 5.0]);

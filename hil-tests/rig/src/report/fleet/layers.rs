@@ -28,22 +28,23 @@ pub(super) struct Extent {
 pub(super) struct Layout {
     /// By node.
     pub(super) nodes: Vec<Px2>,
-    /// By edge: from its beginning to its end, each pass through a layer in between.
+    /// By edge, from its beginning to its end: the two nodes' places, and in between where it leaves and enters each
+    /// layer. Within a layer it is upright; aside it goes only between layers.
     pub(super) routes: Vec<Vec<Px2>>,
     /// Width and height of all.
     pub(super) size: Px2,
 }
 
-/// Lays out a graph. Nodes that stand early in `order` come first where cycles and ties leave a choice; edges from a
-/// node to itself are not allowed.
-pub(super) fn lay_out(extents: &[Extent], edges: &[(usize, usize)], order: &[usize]) -> Layout {
+/// Lays out a graph. The nodes in `top` stand at the top, whatever leads back to them; edges from a node to itself are
+/// not allowed.
+pub(super) fn lay_out(extents: &[Extent], edges: &[(usize, usize)], top: &[usize]) -> Layout {
     if extents.is_empty() {
         return Layout {
             routes: vec![Vec::new(); edges.len()],
             ..Layout::default()
         };
     }
-    let (downward, visited) = without_cycles(extents.len(), edges, order);
+    let (downward, visited) = without_cycles(extents.len(), edges, top);
     let layer_of = layers_of(extents.len(), &downward);
     let mut graph = Layered::new(extents, &downward, &layer_of, &visited);
     graph.order();
@@ -55,7 +56,7 @@ pub(super) fn lay_out(extents: &[Extent], edges: &[(usize, usize)], order: &[usi
 fn without_cycles(
     nodes: usize,
     edges: &[(usize, usize)],
-    order: &[usize],
+    top: &[usize],
 ) -> (Vec<(usize, usize)>, Vec<usize>) {
     const NEW: u8 = 0;
     const OPEN: u8 = 1;
@@ -66,7 +67,7 @@ fn without_cycles(
     }
     let mut downward = edges.to_vec();
     let (mut state, mut visited) = (vec![NEW; nodes], Vec::new());
-    for root in order.iter().copied().chain(0..nodes) {
+    for root in top.iter().copied().chain(0..nodes) {
         if state[root] != NEW {
             continue;
         }
@@ -80,6 +81,10 @@ fn without_cycles(
             };
             stack.push((node, next + 1));
             let to = edges[edge].1;
+            if top.contains(&to) && !top.contains(&node) {
+                downward[edge] = (to, node);
+                continue;
+            }
             match state[to] {
                 NEW => {
                     state[to] = OPEN;
@@ -341,8 +346,9 @@ impl Layered {
                 return (x_px, total);
             }
             if 2.0 * sum > total - 1e-9 {
-                let next = near.get(index + 1).map_or(x_px, |next| next.0);
-                return (0.5 * (x_px + next), total);
+                // Anywhere between the two is as good: where it is.
+                let next_px = near.get(index + 1).map_or(x_px, |next| next.0);
+                return (self.x_px[node].clamp(x_px, next_px), total);
             }
         }
         (near[near.len() - 1].0, total)
@@ -390,6 +396,18 @@ impl Layered {
         }
     }
 
+    /// Room under a layer: more where many edges lead far aside.
+    fn gap_px(&self, layer: usize) -> f64 {
+        const ASIDE_PX: f64 = 120.0;
+        const EACH_PX: f64 = 2.5;
+        const MOST_PX: f64 = 30.0;
+        let nodes = self.layers[layer].iter();
+        let aside = nodes
+            .flat_map(|&node| self.below[node].iter().map(move |&(to, _)| (node, to)))
+            .filter(|&(from, to)| (self.x_px[from] - self.x_px[to]).abs() > ASIDE_PX);
+        LAYER_GAP_PX + (EACH_PX * aside.count() as f64).min(MOST_PX)
+    }
+
     fn finish(self, nodes: usize, edges: &[(usize, usize)], downward: &[(usize, usize)]) -> Layout {
         let bound = |pick: fn(&Extent) -> f64, layer: &[usize]| {
             let picked = layer.iter().map(|&node| pick(&self.extents[node]));
@@ -403,21 +421,34 @@ impl Layered {
             .map(|(extent, x_px)| x_px + extent.right_px)
             .fold(f64::NEG_INFINITY, f64::max);
         let mut at = vec![[0.0; 2]; self.extents.len()];
+        // Where the layer of a node begins and ends.
+        let mut within = vec![[0.0; 2]; self.extents.len()];
         let mut y_px = 0.0;
         for (index, layer) in self.layers.iter().enumerate() {
             if index > 0 {
-                y_px += LAYER_GAP_PX;
+                y_px += self.gap_px(index - 1);
             }
+            let top_px = y_px;
             y_px += bound(|extent| extent.above_px, layer);
             for &node in layer {
                 at[node] = [self.x_px[node] - left_px, y_px];
             }
             y_px += bound(|extent| extent.below_px, layer);
+            for &node in layer {
+                within[node] = [top_px, y_px];
+            }
         }
         let routes = self.chains.iter().zip(edges).zip(downward);
         let routes = routes
             .map(|((chain, edge), downward)| {
-                let mut route: Vec<Px2> = chain.iter().map(|&node| at[node]).collect();
+                let borders = |&node: &usize| within[node].map(|y_px| [at[node][0], y_px]);
+                let passed = chain.iter().flat_map(borders);
+                let mut route: Vec<Px2> = passed.collect();
+                // Not above the first node, nor below the last.
+                if let (Some(first), Some(last)) = (chain.first(), chain.last()) {
+                    let end = route.len() - 1;
+                    (route[0], route[end]) = (at[*first], at[*last]);
+                }
                 if edge != downward {
                     route.reverse();
                 }
@@ -446,8 +477,8 @@ mod tests {
 
     fn apart(layout: &Layout) {
         for (index, a) in layout.nodes.iter().enumerate() {
-            assert!(a[0] >= BOX.left_px && a[0] + BOX.right_px <= layout.size[0] + 1e-6);
-            assert!(a[1] >= BOX.above_px && a[1] + BOX.below_px <= layout.size[1] + 1e-6);
+            assert!(a[0] >= BOX.left_px - 1e-6 && a[0] + BOX.right_px <= layout.size[0] + 1e-6);
+            assert!(a[1] >= BOX.above_px - 1e-6 && a[1] + BOX.below_px <= layout.size[1] + 1e-6);
             for b in &layout.nodes[..index] {
                 let beside = (a[0] - b[0]).abs() >= BOX.left_px + BOX.right_px - 1e-6;
                 let under = (a[1] - b[1]).abs() >= BOX.above_px + BOX.below_px - 1e-6;
@@ -471,12 +502,10 @@ mod tests {
         let layout = lay_out(&[BOX; 4], &edges, &[0]);
         apart(&layout);
         let back = &layout.routes[3];
-        assert_eq!((back[0], back[3]), (layout.nodes[3], layout.nodes[0]));
-        assert_eq!(back.len(), 4);
-        for between in &back[1..3] {
-            let clear =
-                |node: &Px2| node[1] != between[1] || (node[0] - between[0]).abs() > BOX.left_px;
-            assert!(layout.nodes.iter().all(clear), "{between:?}");
+        assert_eq!((back[0], back[7]), (layout.nodes[3], layout.nodes[0]));
+        for between in &back[2..6] {
+            let beside = |node: &Px2| (node[0] - between[0]).abs() > BOX.left_px;
+            assert!(layout.nodes[1..3].iter().all(beside), "{between:?}");
         }
     }
 

@@ -4,16 +4,21 @@
 //! word. Each robot has one colour throughout. The page reads in light, in dark and on paper; however long the run
 //! was, it stays under [`LARGEST_BYTES`], because curves are thinned to what can be seen.
 
-#[allow(dead_code)]
+mod floorplan;
+mod frames;
 mod headline;
-#[allow(dead_code)]
 mod html;
-#[allow(dead_code)]
+mod lanes;
 mod layers;
+mod net;
+mod nets;
+mod spacetime;
 mod style;
 mod tables;
-#[allow(dead_code)]
 mod view;
+
+#[cfg(test)]
+mod tests;
 
 use crate::fleet::record::Record;
 
@@ -41,6 +46,12 @@ pub fn html(record: &Record) -> String {
     headline::write(&mut page, &view);
     tables::robots(&mut page, &view);
     tables::areas(&mut page, &view);
+    let (drawing, step_s) = floorplan::draw(&view);
+    page.figure(&drawing, &format!("{step_s}"));
+    frames::write(&mut page, &view, 9);
+    let drawing = spacetime::draw(&view);
+    page.figure(&drawing, "Figure 2.");
+    let _figure = nets::write(&mut page, &view, 3);
     tables::latencies(&mut page, &view);
     tables::threads(&mut page, &view);
     page.raw("</body></html>\n");

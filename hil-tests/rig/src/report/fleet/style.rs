@@ -26,14 +26,14 @@ h3{font-size:15px;color:var(--ink);margin:22px 0 4px}p{margin:.3em 0 .7em;max-wi
 ul.wrong{margin:.4em 0 1em;padding-left:1.2em}ul.wrong b{color:var(--bad)}
 .scroll{overflow-x:auto;margin:8px 0 14px}table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}
 th,td{padding:3px 10px;text-align:right;border-bottom:1px solid var(--faint);white-space:nowrap;vertical-align:top}
-th{font-weight:600;color:var(--soft);border-bottom-color:var(--line);vertical-align:bottom}
+th{white-space:normal;max-width:8em;font-weight:600;color:var(--soft);border-bottom-color:var(--line);vertical-align:bottom}
 th.l,td.l{text-align:left}td.w{white-space:normal;min-width:16em}th:first-child,td:first-child{padding-left:2px}
 .sw{display:inline-block;width:11px;height:11px;border-radius:3px;background:var(--c);margin-right:7px;vertical-align:-1px}
 figure{margin:10px 0 20px;break-inside:avoid}figcaption{font-size:13px;color:var(--soft);max-width:110ch;margin-top:2px}
 .keys{display:flex;flex-wrap:wrap;gap:3px 20px;margin:4px 0 6px;font-size:13px}\
 .keys span{display:inline-flex;align-items:center;gap:6px}
 svg{max-width:100%;height:auto;display:block}.frames{display:grid;grid-template-columns:repeat(3,1fr);gap:10px 14px}\
-.frames svg{width:100%}.frames figure{margin:0}
+.frames svg{width:100%}.frames div{font-size:13px}.frames .wall{stroke-width:2.5}
 .net{display:flex;flex-wrap:wrap;gap:10px 28px;align-items:flex-start}
 details{margin:6px 0 14px}summary{cursor:pointer;color:var(--soft)}
 text{font:13px 'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:var(--text)}.m{text-anchor:middle}.e{text-anchor:end}
@@ -42,7 +42,7 @@ text{font:13px 'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:var(--text)}
 .halo{paint-order:stroke;stroke:var(--bg);stroke-width:3.5px;stroke-linejoin:round}
 .frame{fill:none;stroke:var(--line)}.grid{stroke:var(--faint)}.mark{stroke:var(--soft)}.rule{stroke:var(--line)}
 .area{fill:var(--floor);stroke:var(--line);stroke-width:1}.id{font-size:17px;font-weight:700;fill:var(--soft)}
-.wall{stroke:var(--wall);stroke-width:4;stroke-linecap:round}.lane{stroke:var(--line);stroke-width:1.2;stroke-dasharray:9 5}
+.free{fill:var(--bg);stroke:var(--line);stroke-width:.8}.wall{stroke:var(--wall);stroke-width:4;stroke-linecap:round}.lane{stroke:var(--line);stroke-width:1.2;stroke-dasharray:9 5}
 .arrow{fill:none;stroke:var(--line);stroke-width:1.6}.scale{stroke:var(--wall);stroke-width:2.5;stroke-linecap:round}
 .path{fill:none;stroke:var(--c);stroke-linejoin:round;stroke-linecap:round}
 .ghost{fill:var(--c);fill-opacity:.09;stroke:var(--c);stroke-opacity:.55}
@@ -53,7 +53,7 @@ text{font:13px 'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:var(--text)}
 .own{fill:var(--c)}.hold{fill:var(--c);fill-opacity:.28}.edge{fill:none;stroke:var(--c);stroke-width:1}
 .onbar{fill:var(--on);font-size:11px;font-weight:700}.inbar{fill:var(--c);font-size:11px;font-weight:700}
 .band{fill:var(--coord);fill-opacity:.1}.bandedge{stroke:var(--coord);stroke-dasharray:3 3}\
-.bandbar{fill:var(--coord)}.fire{stroke:var(--bg);stroke-width:1.2}
+.bandbar{fill:var(--coord)}.fire{fill:none;stroke:var(--coord);stroke-width:1.2}
 .row{fill:var(--floor)}.off{fill:var(--bad);fill-opacity:.1}
 .speed{fill:none;stroke:var(--c);stroke-width:1.4;stroke-linejoin:round}.under{fill:var(--c);fill-opacity:.12}
 .state{fill:var(--floor);stroke:var(--line);stroke-width:.6}
