@@ -97,7 +97,7 @@ fn a_stub_of_wall_inside_an_area_is_accepted() {
 
 #[test]
 fn states_with_lanes_and_areas_of_their_own() {
-    let middle = "\nmiddle-in = { area = \"access-in\", also = [\"access-out\", \"bay-in\"], lane = \"middle-in\"";
+    let middle = "\nmiddle-in = { area = \"access-in\", also = [\"access-out\"], lane = \"middle-in\"";
     let mistakes = [
         Mistake {
             name: "unknown lane",
@@ -364,7 +364,7 @@ fn a_robot_too_wide_for_its_lane_or_areas() {
     // In the access the big robot needs both areas.
     let alone = edit(
         DOCKING,
-        "\nmiddle-in = { area = \"access-in\", also = [\"access-out\", \"bay-in\"], lane",
+        "\nmiddle-in = { area = \"access-in\", also = [\"access-out\"], lane",
         "\nmiddle-in = { area = \"access-in\", lane",
     );
     let big =

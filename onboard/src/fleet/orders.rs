@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use contract::client::Order;
+use contract::protocols::RELEASE;
 use contract::wire;
 use skills::geometry::Pose2;
 
@@ -103,8 +104,9 @@ impl Orders {
                 self.asked_ns = Some(now_ns);
                 return Some(directive);
             }
-            if order.repeated {
-                // Its state machine has taken the event before it restarted.
+            if order.repeated || order.flag == RELEASE {
+                // Its state machine has taken the event before it restarted; or it goes on by itself, and nothing is to be
+                // resumed.
                 self.waiting.pop_front();
             } else if self.waiting.len() > 1 {
                 let why = format!(
@@ -243,6 +245,18 @@ mod tests {
             ..order("e5", Some("aside"), None)
         });
         assert_eq!(orders.next(Some(&state("other")), 0), None);
+        assert!(orders.first().is_none() && orders.next_complaint().is_none());
+    }
+
+    #[test]
+    fn a_robot_that_drives_on_by_itself_has_nothing_to_resume() {
+        let mut orders = Orders::default();
+        orders.add(order(RELEASE, Some("resume"), None));
+        assert_eq!(orders.next(Some(&state("resume")), 0), instruct("resume"));
+        orders.answered(Answer::Taken);
+        // It must not be resumed some day, in the middle of another coordination.
+        orders.add(order(RELEASE, Some("resume"), None));
+        assert_eq!(orders.next(Some(&state("other")), 1), None);
         assert!(orders.first().is_none() && orders.next_complaint().is_none());
     }
 

@@ -178,7 +178,7 @@ mod tests {
         let setup = setup("amr-big", "docking", "amr-big", true).expect("managed");
         let middle = setup.states.iter().find(|state| state.name == "to-middle");
         let middle = middle.expect("a state");
-        assert_eq!(middle.areas.len(), 4);
+        assert_eq!(middle.areas.len(), 3);
         assert!(middle.least_way_m > 0.0);
     }
 
