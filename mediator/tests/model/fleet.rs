@@ -6,8 +6,10 @@ use super::floor::{Floor, SILENT_NS};
 use super::journal::Journal;
 use super::random::Random;
 use super::robot::{Process, Robot};
+use super::tally::Tally;
 use contract::client::Client;
 use contract::wire::{MediatorReport, RobotReport};
+use mediator::journal::Entry;
 use mediator::manager::{Alarm, CoordinationStatus, Manager};
 
 const STEP_MS: u64 = 20;
@@ -16,8 +18,10 @@ const REPORT_MS: u64 = 200;
 /// What goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Faults {
-    /// Messages are lost, repeated, late, or come again from long ago.
+    /// Messages are lost, repeated, or late.
     pub network: bool,
+    /// Messages come again from long ago, and reports with levels and fences of long ago.
+    pub replays: bool,
     /// Robots and mediator crash.
     pub crashes: bool,
     /// The journal may lose its last writes with a crash.
@@ -31,6 +35,7 @@ pub struct Faults {
 impl Faults {
     pub const NONE: Self = Self {
         network: false,
+        replays: false,
         crashes: false,
         power: false,
         stuck_per_mille: 0,
@@ -38,6 +43,7 @@ impl Faults {
     };
     pub const ALL: Self = Self {
         network: true,
+        replays: true,
         crashes: true,
         power: true,
         stuck_per_mille: 150,
@@ -51,38 +57,37 @@ enum Message {
     ToRobot(MediatorReport),
 }
 
-/// What has happened, for tests that must see it happen.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
-    pub moves: u64,
-    pub crashes: u64,
-    pub power_losses: u64,
-    pub passed: u64,
-    pub preempted: u64,
-    pub forgotten: u64,
-    pub bypassed: u64,
-    pub adopted: u64,
-    pub replayed: u64,
-    pub yielded: u64,
-    pub kept: u64,
-    pub finished: u64,
+/// Where a mediator stops for good within a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Point {
+    BeforeJournal,
+    AfterJournal,
+    AmidMessages,
+    AfterMessages,
 }
 
-impl std::ops::AddAssign for Tally {
-    fn add_assign(&mut self, other: Self) {
-        self.moves += other.moves;
-        self.crashes += other.crashes;
-        self.power_losses += other.power_losses;
-        self.passed += other.passed;
-        self.preempted += other.preempted;
-        self.forgotten += other.forgotten;
-        self.bypassed += other.bypassed;
-        self.adopted += other.adopted;
-        self.replayed += other.replayed;
-        self.yielded += other.yielded;
-        self.kept += other.kept;
-        self.finished += other.finished;
-    }
+impl Point {
+    pub const ALL: [Self; 4] = [
+        Self::BeforeJournal,
+        Self::AfterJournal,
+        Self::AmidMessages,
+        Self::AfterMessages,
+    ];
+}
+
+/// What is made wrong on purpose, to see that it is noticed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Broken {
+    /// A restarted mediator knows its epoch and nothing else.
+    ForgetsJournal,
+    /// A restarted mediator does not know that it has restarted.
+    ForgetsEpoch,
+    /// A mediator that stops has told what it has not written.
+    TellsFirst,
+    /// Levels do not say which grant they are about.
+    NoFences,
+    /// Robots do not wait for grants.
+    Reckless,
 }
 
 pub struct Fleet {
@@ -98,6 +103,11 @@ pub struct Fleet {
     seed: u64,
     accusations: Vec<String>,
     tally: Tally,
+    /// Steps of mediators so far that had something to write.
+    writes: u64,
+    /// After so many the mediator stops, at that point.
+    stop: Option<(u64, Point)>,
+    broken: Option<Broken>,
 }
 
 impl Fleet {
@@ -114,7 +124,27 @@ impl Fleet {
             seed,
             accusations: Vec::new(),
             tally: Tally::default(),
+            writes: 0,
+            stop: None,
+            broken: None,
         }
+    }
+
+    /// Stops the mediator once, in its so-many-th step that has something to write.
+    pub fn stop_at(&mut self, write: u64, point: Point) {
+        self.stop = Some((write, point));
+    }
+
+    pub fn break_something(&mut self, broken: Broken) {
+        self.broken = Some(broken);
+        for robot in &mut self.robots {
+            robot.reckless = broken == Broken::Reckless;
+        }
+    }
+
+    /// Steps of mediators so far that had something to write.
+    pub fn writes(&self) -> u64 {
+        self.writes
     }
 
     pub fn run(&mut self, for_ms: u64, faults: Faults, random: &mut Random) {
@@ -159,8 +189,10 @@ impl Fleet {
             .iter()
             .filter_map(|robot| robot.process.as_ref())
         {
-            tally.yielded += process.client.counters().yielded;
-            tally.kept += process.client.counters().kept;
+            tally.add_client(&process.client.counters());
+        }
+        if let Some(manager) = &self.manager {
+            tally.add_manager(&manager.counters());
         }
         tally
     }
@@ -213,10 +245,9 @@ impl Fleet {
             if let Some(process) = &robot.process
                 && random.below(faults.every) == 0
             {
-                self.tally.yielded += process.client.counters().yielded;
-                self.tally.kept += process.client.counters().kept;
+                self.tally.add_client(&process.client.counters());
                 robot.crash(self.now_ms, random);
-                self.tally.crashes += 1;
+                self.tally.robot_crashes += 1;
             }
         }
         if self.manager.is_some() && random.below(faults.every) == 0 {
@@ -225,12 +256,19 @@ impl Fleet {
     }
 
     fn crash_manager(&mut self, faults: Faults, random: &mut Random) {
-        self.manager = None;
+        if let Some(manager) = self.manager.take() {
+            self.tally.add_manager(&manager.counters());
+        }
         self.manager_restart_ms = self.now_ms + random.below(3_000);
-        self.tally.crashes += 1;
+        self.tally.mediator_crashes += 1;
         if faults.power && random.chance(30) {
-            self.journal.lose_power(random);
+            self.tally.writes_lost += self.journal.lose_power(random);
             self.tally.power_losses += 1;
+        }
+        match self.broken {
+            Some(Broken::ForgetsJournal) => self.journal.forget(true),
+            Some(Broken::ForgetsEpoch) => self.journal.forget(false),
+            _ => {}
         }
     }
 
@@ -262,7 +300,7 @@ impl Fleet {
             .partition(|(at_ms, _)| *at_ms <= now_ms);
         self.network = later;
         let mut due: Vec<Message> = due.into_iter().map(|(_, message)| message).collect();
-        if faults.network && !self.past.is_empty() && random.chance(5) {
+        if faults.replays && !self.past.is_empty() && random.chance(5) {
             due.push(self.past[random.below(self.past.len() as u64) as usize].clone());
             self.tally.replayed += 1;
         }
@@ -281,15 +319,15 @@ impl Fleet {
     }
 
     fn send(&mut self, message: Message, faults: Faults, random: &mut Random) {
+        if faults.replays && self.past.len() < 100 {
+            self.past.push(message.clone());
+        } else if faults.replays && random.chance(10) {
+            let place = random.below(100) as usize;
+            self.past[place] = message.clone();
+        }
         if !faults.network {
             self.network.push((self.now_ms + STEP_MS, message));
             return;
-        }
-        if self.past.len() < 100 {
-            self.past.push(message.clone());
-        } else if random.chance(10) {
-            let place = random.below(100) as usize;
-            self.past[place] = message.clone();
         }
         let copies = match random.below(10) {
             0..3 => 0,
@@ -333,6 +371,7 @@ impl Fleet {
 
     fn step_robots(&mut self, faults: Faults, random: &mut Random) {
         let now_ms = self.now_ms;
+        let fences = self.broken != Some(Broken::NoFences);
         let mut reports = Vec::new();
         for robot in &mut self.robots {
             if let Some(process) = &mut robot.process {
@@ -343,8 +382,15 @@ impl Fleet {
                 && (news || now_ms >= robot.report_ms + REPORT_MS)
             {
                 robot.report_ms = now_ms;
-                if faults.network && random.chance(2) {
-                    reports.extend(stale(&mut process.client, &self.past, random));
+                if faults.replays && random.chance(2) {
+                    if random.chance(50) {
+                        let old = stale(&mut process.client, &self.past, random);
+                        self.tally.stale_levels += u64::from(old.is_some());
+                        reports.extend(old);
+                    } else if let Some(late) = late_release(&mut process.client, fences) {
+                        self.tally.late_releases += 1;
+                        reports.push(late);
+                    }
                 }
                 reports.push(process.client.report());
             }
@@ -381,21 +427,48 @@ impl Fleet {
         while let Some(message) = manager.next_message(now_ns) {
             messages.push(message);
         }
-        let crash = (faults.crashes && !entries.is_empty() && random.below(40) == 0)
-            .then(|| random.below(3));
-        if crash == Some(0) {
-            // Before the journal: nobody hears of it.
-            return self.crash_manager(faults, random);
+        for entry in &entries {
+            match entry {
+                Entry::Number(_) => self.tally.coordinations += 1,
+                Entry::Coordination { record: None, .. } => self.tally.finished += 1,
+                _ => {}
+            }
+        }
+        let mut stop = None;
+        if !entries.is_empty() {
+            let planned = self.stop.take_if(|(write, _)| *write == self.writes);
+            self.writes += 1;
+            let random_stop = (faults.crashes && random.below(40) == 0)
+                .then(|| Point::ALL[random.below(4) as usize]);
+            stop = planned.map(|(_, point)| point).or(random_stop);
+        }
+        match stop {
+            Some(Point::BeforeJournal) => {
+                self.tally.before_journal += 1;
+                if self.broken == Some(Broken::TellsFirst) {
+                    for message in messages {
+                        self.send(Message::ToRobot(message), faults, random);
+                    }
+                }
+                // Nobody hears of it.
+                return self.crash_manager(faults, random);
+            }
+            Some(Point::AfterJournal) => {
+                self.tally.after_journal += 1;
+                messages.clear();
+            }
+            Some(Point::AmidMessages) => {
+                self.tally.amid_messages += 1;
+                messages.truncate(messages.len() / 2);
+            }
+            Some(Point::AfterMessages) => self.tally.after_messages += 1,
+            None => {}
         }
         self.journal.write(entries);
-        if crash == Some(1) {
-            // After the journal, before the network.
-            return self.crash_manager(faults, random);
-        }
         for message in messages {
             self.send(Message::ToRobot(message), faults, random);
         }
-        if crash == Some(2) {
+        if stop.is_some() {
             self.crash_manager(faults, random);
         }
     }
@@ -440,4 +513,22 @@ fn stale(client: &mut Client, past: &[Message], random: &mut Random) -> Option<R
         }
     }
     Some(report)
+}
+
+/// A new report that gives back what the robot has, by fences of grants before: as a release that comes too late would, if
+/// its run could be mistaken for the present one.
+fn late_release(client: &mut Client, fences: bool) -> Option<RobotReport> {
+    let mut report = client.report();
+    let mut found = false;
+    for access in &mut report.access {
+        if let Some(level) = &mut access.level
+            && access.fence > 1
+        {
+            // Path 0 ends with `released`.
+            (level.path, level.progress) = (0, 4);
+            access.fence = if fences { access.fence - 1 } else { 0 };
+            found = true;
+        }
+    }
+    found.then_some(report)
 }

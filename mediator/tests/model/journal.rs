@@ -50,9 +50,22 @@ impl Journal {
         }
     }
 
-    pub fn lose_power(&mut self, random: &mut Random) {
+    /// Returns how many writes are lost.
+    pub fn lose_power(&mut self, random: &mut Random) -> u64 {
+        let before = self.last.len();
         let lost = random.below(LAST as u64 + 1) as usize;
-        self.last.truncate(self.last.len().saturating_sub(lost));
+        self.last.truncate(before.saturating_sub(lost));
+        (before - self.last.len()) as u64
+    }
+
+    /// As no disk does: loses all, but for the epoch if that is kept.
+    pub fn forget(&mut self, keep_epoch: bool) {
+        self.keep();
+        let epoch = if keep_epoch { self.safe.epoch } else { 0 };
+        self.safe = Stored {
+            epoch,
+            ..Stored::default()
+        };
     }
 
     /// What the next start reads.

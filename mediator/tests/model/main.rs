@@ -3,8 +3,9 @@
 //! Robots drive by the contract's own client: round a ring of areas with different priorities; through the shipped corridor,
 //! where the shipped net lets the emergency robot overtake; in and out of the shipped docking bay, by its net. Messages are lost, repeated, delayed by up to two
 //! seconds and so reordered, and replayed much later; reports come with old levels and fences; robots and mediator crash at any
-//! moment, the mediator also between journal and network; a power loss takes the last writes of the journal; some orders
-//! are never carried out. What is judged is where the robots truly are.
+//! moment, the mediator also just before it writes to its journal, just after, amid its messages, and when all are sent; a
+//! power loss takes the last writes of the journal; some orders are never carried out. What is judged is where the robots
+//! truly are. Mediators and robots that are broken on purpose show that it would be noticed.
 //!
 //! `MEDIATOR_MODEL_RUNS` and `MEDIATOR_MODEL_SEED` ask for more, or for one again.
 
@@ -15,11 +16,15 @@ mod random;
 mod robot;
 #[path = "../sites/mod.rs"]
 mod sites;
+mod tally;
 
-use fleet::{Faults, Fleet, Tally};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use fleet::{Broken, Faults, Fleet, Point};
 use floor::Floor;
 use random::Random;
 use robot::Robot;
+use tally::Tally;
 
 fn number(name: &str) -> Option<u64> {
     let text = std::env::var(name).ok()?;
@@ -36,73 +41,218 @@ fn seeds(runs: u64) -> Vec<u64> {
     }
 }
 
-/// All faults, then none: everyone gets on.
-fn survive(
-    runs: u64,
-    floor: impl Fn(&mut Random) -> (Floor, Vec<Robot>),
-    faults: Faults,
-    settle_ms: u64,
-) -> (usize, Tally) {
+type Place = fn(&mut Random) -> (Floor, Vec<Robot>);
+
+/// Faults, then none, then a while in which everyone must get on.
+fn survive_one(fleet: &mut Fleet, seed: u64, faults: Faults, settle_ms: u64, random: &mut Random) {
+    fleet.run(20_000, faults, random);
+    get_on(fleet, seed, settle_ms, 10_000, random);
+}
+
+/// Everything in flight arrives, everyone registers again, what is stuck is got out of the way; then all must move.
+fn get_on(fleet: &mut Fleet, seed: u64, settle_ms: u64, for_ms: u64, random: &mut Random) {
+    fleet.recover();
+    fleet.run(settle_ms, Faults::NONE, random);
+    let before = fleet.moves();
+    let running: Vec<u64> = { fleet.coordinations().into_iter() }
+        .filter(|own| !own.over)
+        .map(|own| own.number)
+        .collect();
+    fleet.run(for_ms, Faults::NONE, random);
+    for (robot, (own, after)) in before.iter().zip(fleet.moves()).enumerate() {
+        // Priority may let one wait for ever, but only while those that go first get on.
+        let others = before.iter().zip(fleet.moves()).enumerate();
+        let passed = others
+            .filter(|(other, _)| fleet.priority(*other) > fleet.priority(robot))
+            .map(|(_, (before, after))| after - before);
+        assert!(
+            after > *own || passed.sum::<u64>() > 5,
+            "seed {seed}: robot {robot} has not moved in {for_ms} ms without faults: {}",
+            fleet.explain()
+        );
+    }
+    let mut after = fleet.coordinations();
+    after.retain(|own| !own.over && own.net != "docking" && running.contains(&own.number));
+    assert!(after.is_empty(), "seed {seed}: {after:#?} have not ended");
+    fleet.assert_no_violation_was_claimed();
+}
+
+fn survive(name: &str, runs: u64, floor: Place, settle_ms: u64) -> (u64, Tally) {
     let mut tally = Tally::default();
     let seeds = seeds(runs);
     for &seed in &seeds {
         let mut random = Random::new(seed);
         let mut fleet = Fleet::new(floor(&mut random), seed);
-        fleet.run(20_000, faults, &mut random);
-        fleet.recover();
-        // Everything in flight arrives, everyone registers again, what is stuck is got out of the way.
-        fleet.run(settle_ms, Faults::NONE, &mut random);
-        let before = fleet.moves();
-        let running: Vec<u64> = { fleet.coordinations().into_iter() }
-            .filter(|own| !own.over)
-            .map(|own| own.number)
-            .collect();
-        fleet.run(10_000, Faults::NONE, &mut random);
-        let before_all = &before;
-        for (robot, (before, after)) in before.iter().zip(fleet.moves()).enumerate() {
-            // Priority may let one wait for ever, but only while those that go first get on.
-            let others = before_all.iter().zip(fleet.moves()).enumerate();
-            let passed = others
-                .filter(|(other, _)| fleet.priority(*other) > fleet.priority(robot))
-                .map(|(_, (before, after))| after - before);
-            assert!(
-                after > *before || passed.sum::<u64>() > 5,
-                "seed {seed}: robot {robot} has not moved in 10 s without faults: {}",
-                fleet.explain()
-            );
-        }
-        let mut after = fleet.coordinations();
-        after.retain(|own| !own.over && own.net != "docking" && running.contains(&own.number));
-        assert!(after.is_empty(), "seed {seed}: {after:#?} have not ended");
-        fleet.assert_no_violation_was_claimed();
+        survive_one(&mut fleet, seed, Faults::ALL, settle_ms, &mut random);
         tally += fleet.tally();
     }
-    eprintln!("{} runs: {tally:?}", seeds.len());
-    (seeds.len(), tally)
+    eprintln!("{name}, {} runs: {tally:#?}", seeds.len());
+    let Tally {
+        before_journal,
+        after_journal,
+        amid_messages,
+        after_messages,
+        robot_crashes,
+        power_losses,
+        writes_lost,
+        replayed,
+        stale_levels,
+        stale_reports,
+        stale_messages,
+        ..
+    } = tally;
+    let (runs, rare) = (seeds.len() as u64, seeds.len() as u64 / 10);
+    // Faults that do not happen prove nothing.
+    for count in [before_journal, after_journal, amid_messages, after_messages] {
+        assert!(count >= rare, "{name}: {tally:?}");
+    }
+    assert!(
+        robot_crashes >= runs && replayed >= runs,
+        "{name}: {tally:?}"
+    );
+    assert!(
+        power_losses >= rare && writes_lost >= rare,
+        "{name}: {tally:?}"
+    );
+    assert!(stale_levels >= rare && stale_reports >= runs && stale_messages >= runs);
+    (runs, tally)
 }
 
 #[test]
 fn never_two_owners_and_always_progress_once_faults_stop() {
-    let (runs, tally) = survive(400, Floor::ring, Faults::ALL, 4_000);
-    let many = runs as u64 / 10;
-    assert!(tally.crashes >= many && tally.power_losses >= many && tally.replayed >= many);
+    let (runs, tally) = survive("ring", 400, Floor::ring, 4_000);
+    assert!(
+        tally.moves > 10 * runs && tally.late_releases >= runs / 2 && tally.other_fence >= runs / 4,
+        "{tally:?}"
+    );
 }
 
 #[test]
 fn coordinations_end_whatever_happens() {
-    let (runs, tally) = survive(300, Floor::corridor, Faults::ALL, 20_000);
-    let some = runs as u64 / 20;
-    // Faults that do not happen prove nothing.
+    let (runs, tally) = survive("corridor", 300, Floor::corridor, 20_000);
     assert!(
-        tally.passed >= some && tally.preempted >= some && tally.yielded + tally.kept >= some,
+        tally.passed >= runs
+            && tally.coordinations >= runs
+            && tally.finished >= runs
+            && tally.preempted >= runs / 100
+            && tally.revocations >= runs / 20
+            && tally.yielded >= runs / 20
+            && tally.kept >= runs / 100,
         "{tally:?}"
     );
 }
 
 #[test]
 fn a_net_lets_robots_in_one_after_the_other() {
-    let (runs, tally) = survive(300, Floor::docking, Faults::ALL, 6_000);
-    assert!(tally.moves > 10 * runs as u64, "{tally:?}");
+    let (runs, tally) = survive("docking", 300, Floor::docking, 6_000);
+    assert!(tally.moves > 10 * runs, "{tally:?}");
+}
+
+/// The mediator stops once in every run: in every step that writes something, at every point of that step.
+#[test]
+fn a_mediator_may_stop_in_every_step() {
+    const WORK_MS: u64 = 5_000;
+    let work = Faults {
+        replays: true,
+        ..Faults::NONE
+    };
+    // All steps if more runs are asked for, else some.
+    let asked = number("MEDIATOR_MODEL_RUNS");
+    let (seeds, stride) = asked.map_or((4, 13), |runs| (runs / 500, 1));
+    let floors: [(&str, Place, u64); 3] = [
+        ("ring", Floor::ring, 3_000),
+        ("corridor", Floor::corridor, 12_000),
+        ("docking", Floor::docking, 4_000),
+    ];
+    for (name, floor, settle_ms) in floors {
+        let (mut steps, mut stops) = (0, 0);
+        let mut tally = Tally::default();
+        for seed in 0..seeds {
+            let start = || {
+                let mut random = Random::new(seed);
+                let fleet = Fleet::new(floor(&mut random), seed);
+                (fleet, random)
+            };
+            let (mut fleet, mut random) = start();
+            fleet.run(WORK_MS, work, &mut random);
+            steps += fleet.writes();
+            for write in (0..fleet.writes()).step_by(stride) {
+                for point in Point::ALL {
+                    let (mut fleet, mut random) = start();
+                    fleet.stop_at(write, point);
+                    fleet.run(WORK_MS, work, &mut random);
+                    assert_eq!(
+                        fleet.tally().mediator_crashes,
+                        1,
+                        "{point:?} of step {write}"
+                    );
+                    get_on(&mut fleet, seed, settle_ms, 5_000, &mut random);
+                    tally += fleet.tally();
+                    stops += 1;
+                }
+            }
+        }
+        eprintln!("{name}: {stops} runs for {steps} steps: {tally:?}");
+        assert!(stops > 40, "{name}: {stops} stops");
+    }
+}
+
+/// Whether what is broken is noticed in a run, and how.
+fn is_noticed(broken: Broken, seed: u64, faults: Faults) -> Option<String> {
+    let run = || {
+        let mut random = Random::new(seed);
+        let mut fleet = Fleet::new(Floor::ring(&mut random), seed);
+        fleet.break_something(broken);
+        survive_one(&mut fleet, seed, faults, 4_000, &mut random);
+    };
+    let panic = catch_unwind(AssertUnwindSafe(run)).err()?;
+    let text = panic.downcast_ref::<String>();
+    Some(text.cloned().unwrap_or_default())
+}
+
+#[test]
+fn what_is_broken_is_noticed() {
+    const RUNS: u64 = 24;
+    let crashes = Faults {
+        crashes: true,
+        ..Faults::NONE
+    };
+    let crashes = Faults {
+        every: 250,
+        ..crashes
+    };
+    let old = Faults {
+        replays: true,
+        ..Faults::NONE
+    };
+    // Power losses excuse that the journal lacks something, so that only bodies can tell.
+    let power = Faults {
+        power: true,
+        ..crashes
+    };
+    for (broken, faults, how, at_least) in [
+        (Broken::Reckless, Faults::NONE, "are in it", RUNS / 2),
+        (Broken::ForgetsJournal, power, "are in it", 1),
+        (Broken::ForgetsJournal, crashes, "journal", RUNS / 2),
+        (Broken::ForgetsEpoch, power, "", RUNS / 2),
+        (Broken::NoFences, old, "without a grant", RUNS / 2),
+        (Broken::TellsFirst, crashes, "journal", 1),
+    ] {
+        let noticed = (0..RUNS).filter_map(|seed| is_noticed(broken, seed, faults));
+        let (so, otherwise): (Vec<String>, Vec<String>) =
+            noticed.partition(|text| text.contains(how));
+        eprintln!(
+            "{broken:?}: noticed in {} of {RUNS} runs, {} of them by `{how}`",
+            so.len() + otherwise.len(),
+            so.len()
+        );
+        assert!(so.len() as u64 >= at_least, "{broken:?}: {otherwise:#?}");
+    }
+    for seed in 0..RUNS {
+        let mut random = Random::new(seed);
+        let mut fleet = Fleet::new(Floor::ring(&mut random), seed);
+        survive_one(&mut fleet, seed, power, 4_000, &mut random);
+    }
 }
 
 #[test]

@@ -1,0 +1,83 @@
+//! What has happened: faults that do not happen prove nothing.
+
+use contract::client::ClientCounters;
+use mediator::manager::Counters;
+
+macro_rules! tally {
+    ($($(#[$about:meta])* $name:ident),* $(,)?) => {
+        /// How often what has happened.
+        #[derive(Clone, Copy, Debug, Default)]
+        pub struct Tally {
+            $($(#[$about])* pub $name: u64,)*
+        }
+
+        impl std::ops::AddAssign for Tally {
+            fn add_assign(&mut self, other: Self) {
+                $(self.$name += other.$name;)*
+            }
+        }
+    };
+}
+
+tally! {
+    /// Areas entered.
+    moves,
+    grants,
+    robot_crashes,
+    mediator_crashes,
+    /// Stops of the mediator before it has written what it was to write,
+    before_journal,
+    /// after it has, and nobody was told,
+    after_journal,
+    /// when half of the messages were sent,
+    amid_messages,
+    /// and when all were.
+    after_messages,
+    power_losses,
+    /// Writes of the journal that were lost with the power.
+    writes_lost,
+    /// Messages of long ago that were delivered.
+    replayed,
+    /// Reports that were sent with levels and fences of long ago.
+    stale_levels,
+    /// Reports that were sent to give areas back by fences of grants before.
+    late_releases,
+    /// Reports that the mediator knew to be from the past,
+    stale_reports,
+    /// levels of another grant than the present one,
+    other_fence,
+    /// messages that robots knew to be from the past.
+    stale_messages,
+    /// Taken over from robots, since the journal lacked it.
+    adopted,
+    forgotten,
+    bypassed,
+    /// Coordinations begun, also again in another situation.
+    coordinations,
+    /// Those that ended.
+    finished,
+    preempted,
+    /// The emergency robot drove past.
+    passed,
+    /// Grants asked back, and the answers.
+    revocations,
+    yielded,
+    kept,
+}
+
+impl Tally {
+    /// What a mediator has counted until it stopped.
+    pub fn add_manager(&mut self, counters: &Counters) {
+        self.grants += counters.grants;
+        self.stale_reports += counters.stale;
+        self.other_fence += counters.other_fence;
+        self.revocations += counters.revocations;
+    }
+
+    /// What a robot's process has counted until it stopped.
+    pub fn add_client(&mut self, counters: &ClientCounters) {
+        self.stale_messages += counters.stale;
+        self.yielded += counters.yielded;
+        self.kept += counters.kept;
+    }
+}
