@@ -6,21 +6,18 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().collect();
     // Robots and the mediator are this very program, told to be one: one `cargo run` builds all there is.
-    if arguments
-        .get(1)
-        .is_some_and(|first| first == rig::robot::SUBCOMMAND)
-    {
-        return onboard::main_from(
-            std::iter::once(OsString::from("onboard")).chain(arguments.into_iter().skip(2)),
-        );
-    }
-    if arguments
-        .get(1)
-        .is_some_and(|first| first == rig::fleet::mediator_process::SUBCOMMAND)
-    {
-        return mediator::main_from(
-            std::iter::once(OsString::from("mediator")).chain(arguments.into_iter().skip(2)),
-        );
+    let told = arguments.get(1).and_then(|first| first.to_str());
+    let named =
+        |name: &str| std::iter::once(OsString::from(name)).chain(arguments.iter().skip(2).cloned());
+    match told {
+        Some(rig::robot::SUBCOMMAND) => return onboard::main_from(named("onboard")),
+        Some(rig::fleet::mediator_process::SUBCOMMAND) => {
+            return mediator::main_from(named("mediator"));
+        }
+        Some(rig::fleet::janitor::SUBCOMMAND) => {
+            return rig::fleet::janitor::main_from(arguments.into_iter().skip(2));
+        }
+        _ => {}
     }
     rig::cli::main_from(arguments)
 }

@@ -61,6 +61,8 @@ struct Presence {
     inside: bool,
     /// It stands there since before anybody could have granted it.
     excused: bool,
+    /// An operator said that it is not there any more.
+    cleared: bool,
     /// Since when it is inside without a grant.
     without_ns: Option<u64>,
 }
@@ -142,7 +144,7 @@ impl Judge {
             if let Some(presence) = index.and_then(|index| watched.presence.get_mut(index))
                 && robots.contains(&watched.id.as_str())
             {
-                presence.excused = true;
+                presence.cleared = true;
             }
         }
     }
@@ -215,6 +217,7 @@ impl Judge {
         for (area, presence) in self.areas.iter().zip(&mut watched.presence) {
             presence.inside = body.distance_to_rectangle_m(&area.inner) <= 0.0;
             presence.excused &= presence.inside;
+            presence.cleared &= presence.inside;
             presence.excused |= first && presence.inside;
             if !presence.inside {
                 presence.without_ns = None;
@@ -225,7 +228,7 @@ impl Judge {
                 presence.without_ns = None;
                 continue;
             }
-            if presence.excused {
+            if presence.excused || presence.cleared {
                 continue;
             }
             let since_ns = *presence.without_ns.get_or_insert(truth.time_ns);

@@ -2,6 +2,7 @@
 //!
 //! - [`scenario`] is what a scenario file says;
 //! - [`stage`] puts world, devices and processes up, with [`mediator_process`] and [`listener`];
+//! - [`janitor`] removes what a killed rig leaves;
 //! - [`book`] is what can be known from the network, [`board`] what the mediator tells its operators;
 //! - [`judge`] finds violations in the world's truth and the book, [`goals`] what robots have done;
 //! - [`run`](mod@run) is one run of a scenario, [`live`] shows it, [`campaign`] is many of them;
@@ -11,6 +12,7 @@ pub mod board;
 pub mod book;
 pub mod campaign;
 pub mod goals;
+pub mod janitor;
 pub mod judge;
 pub mod listener;
 pub mod live;

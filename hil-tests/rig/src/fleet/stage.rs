@@ -12,6 +12,7 @@ use sim::rt::monotonic_ns;
 use sim::world::{Pose, Random, SharedWorld, TruthRecord};
 
 use super::board::Board;
+use super::janitor::Janitor;
 use super::listener::FleetListener;
 use super::mediator_process::{MediatorProcess, MediatorSetup};
 use super::scenario::Scenario;
@@ -69,6 +70,7 @@ pub struct FleetStage {
     runtime: Runtime,
     seen: u64,
     _folder: Folder,
+    _janitor: Janitor,
 }
 
 impl FleetStage {
@@ -84,6 +86,7 @@ impl FleetStage {
             ))
         })?;
         let folder = Folder::new()?;
+        let janitor = Janitor::start(&setup.program, folder.path()).map_err(Failure::refused)?;
         let site = &scenario.site;
         let site_file = if setup.nets {
             scenario.site_file.clone()
@@ -184,6 +187,7 @@ impl FleetStage {
             runtime,
             seen: 0,
             _folder: folder,
+            _janitor: janitor,
         })
     }
 

@@ -93,6 +93,25 @@ fn who_enters_without_a_grant_is_found_and_who_stood_there_is_excused() {
 }
 
 #[test]
+fn who_was_cleared_by_an_operator_is_excused_until_it_leaves() {
+    let scenario = scenario();
+    let (mut judge, mut book) = (Judge::new(&scenario, 0), book(&scenario));
+    grant(&mut book, "amr-1", "1", 3, 0);
+    judge.observe(0, &truth(0, 3.0, -0.4), &book);
+    judge.cleared("1", &["amr-1"]);
+    book.cleared("1", &["amr-1"], 10 * MS);
+    for at_ms in (20..1000).step_by(20) {
+        judge.observe(0, &truth(at_ms, 3.0, -0.4), &book);
+    }
+    assert_eq!(kinds(&judge), Vec::<&str>::new());
+    judge.observe(0, &truth(1000, 9.0, 0.0), &book);
+    for at_ms in (1020..1300).step_by(20) {
+        judge.observe(0, &truth(at_ms, 3.0, -0.4), &book);
+    }
+    assert_eq!(kinds(&judge)[0], "entry-without-grant");
+}
+
+#[test]
 fn more_robots_than_an_area_holds_are_found() {
     let scenario = scenario();
     let (mut judge, book) = (Judge::new(&scenario, 0), book(&scenario));

@@ -1,0 +1,74 @@
+//! Removes the folder of a rig that was killed: a process that waits for the rig's end and does nothing else.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::{self, Read};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+/// Hidden subcommand by which this program becomes a janitor.
+pub const SUBCOMMAND: &str = "__janitor";
+
+/// Robots and mediator end by themselves when the rig does, and remove their sockets last; so long they may take.
+const PATIENCE: Duration = Duration::from_secs(12);
+
+/// A running janitor. Dropping it lets it look after the folder, and waits until it has.
+#[derive(Debug)]
+pub struct Janitor(Child);
+
+impl Janitor {
+    /// Starts one for this folder. It learns of the rig's end by its standard input, which only the rig holds open.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn start(program: &Path, folder: &Path) -> io::Result<Self> {
+        Command::new(program)
+            .arg(SUBCOMMAND)
+            .arg(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .process_group(0)
+            .spawn()
+            .map(Self)
+    }
+}
+
+impl Drop for Janitor {
+    fn drop(&mut self) {
+        drop(self.0.stdin.take());
+        // It ends by itself.
+        let _ = self.0.wait();
+    }
+}
+
+/// What the janitor's process does.
+#[must_use]
+pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let Some(folder) = arguments.into_iter().next().map(PathBuf::from) else {
+        return ExitCode::FAILURE;
+    };
+    // Nothing is ever written: it ends when the rig does.
+    let _ = io::stdin().read_to_end(&mut Vec::new());
+    let since = Instant::now();
+    while has_sockets(&folder) && since.elapsed() < PATIENCE {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    match fs::remove_dir_all(&folder) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => ExitCode::FAILURE,
+        _ => ExitCode::SUCCESS,
+    }
+}
+
+/// Whether a robot or the mediator still has its control socket in one of the folders below.
+fn has_sockets(folder: &Path) -> bool {
+    let entries = |path: &Path| fs::read_dir(path).into_iter().flatten().flatten();
+    entries(folder).any(|below| {
+        entries(&below.path()).any(|entry| {
+            let path = entry.path();
+            path.extension().is_some_and(|extension| extension == "ctl")
+        })
+    })
+}

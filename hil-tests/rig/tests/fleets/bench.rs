@@ -1,0 +1,129 @@
+//! One run of a scenario that ships, step by step.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use rig::cli::Failure;
+use rig::fleet::run::{Ending, Options, Run};
+use rig::fleet::scenario::{self, Scenario};
+use tempfile::TempDir;
+
+use crate::turn::Turn;
+
+/// The program under test.
+pub const RIG: &str = env!("CARGO_BIN_EXE_rig");
+/// The user's files that ship.
+pub const CONFIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
+const LOOK: Duration = Duration::from_millis(20);
+
+/// A scenario that ships.
+pub fn shipped(name: &str) -> Scenario {
+    let file = Path::new(CONFIG).join("scenarios").join(name);
+    scenario::load(&file.with_extension("toml")).unwrap_or_else(|failure| panic!("{failure:?}"))
+}
+
+/// A run under way, and where it leaves what it leaves.
+pub struct Bench {
+    /// The run.
+    pub run: Run,
+    folder: TempDir,
+    _turn: Turn,
+}
+
+impl Bench {
+    /// Sets the stage.
+    pub fn start(scenario: Scenario, mediator: bool) -> Self {
+        let turn = Turn::take();
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let options = Options {
+            program: PathBuf::from(RIG),
+            seed: 3,
+            out: folder.path().join("out"),
+            headless: true,
+            mediator,
+            nets: true,
+        };
+        let run = Run::start(scenario, options).unwrap_or_else(|failure| panic!("{failure:?}"));
+        Self {
+            run,
+            folder,
+            _turn: turn,
+        }
+    }
+
+    /// Looks on until this holds; the run must not end before.
+    pub fn until(&mut self, what: &str, patience: Duration, mut holds: impl FnMut(&Run) -> bool) {
+        let began = Instant::now();
+        while !holds(&self.run) {
+            assert!(began.elapsed() < patience, "{what}\n{}", self.logs());
+            if let Some(ending) = self.look() {
+                panic!("{what}, and it ended: {ending:?}\n{}", self.logs());
+            }
+        }
+    }
+
+    /// Looks on for so long, all the time of which this holds.
+    pub fn holds_for(&mut self, what: &str, time: Duration, mut holds: impl FnMut(&Run) -> bool) {
+        let began = Instant::now();
+        while began.elapsed() < time {
+            assert!(holds(&self.run), "{what}\n{}", self.logs());
+            if let Some(ending) = self.look() {
+                panic!("{what}, and it ended: {ending:?}\n{}", self.logs());
+            }
+        }
+    }
+
+    /// Looks on until the run ends.
+    pub fn until_end(&mut self) -> Ending {
+        loop {
+            if let Some(ending) = self.look() {
+                return ending;
+            }
+        }
+    }
+
+    fn look(&mut self) -> Option<Ending> {
+        std::thread::sleep(LOOK);
+        let looked = self.run.look();
+        looked.unwrap_or_else(|failure| panic!("{failure:?}"))
+    }
+
+    /// Stops everything. Returns what it came to, and the summary.
+    pub fn finish(self, ending: &Ending) -> (Result<(), Failure>, serde_json::Value) {
+        let result = self.run.finish(ending);
+        let file = self.folder.path().join("out/summary.json");
+        let text = std::fs::read_to_string(file).expect("a summary");
+        (result, serde_json::from_str(&text).expect("JSON"))
+    }
+
+    fn logs(&self) -> String {
+        let out = self.folder.path().join("out");
+        let logs = { std::fs::read_dir(out).into_iter() }.flatten().flatten();
+        logs.map(|entry| entry.path())
+            .filter(|path| path.extension().is_some_and(|own| own == "log"))
+            .map(|path| {
+                format!(
+                    "{}:\n{}\n",
+                    path.display(),
+                    rig::process::log_tail(&path, 20)
+                )
+            })
+            .collect()
+    }
+}
+
+/// Whether a robot has an area, as the listener heard.
+pub fn has(run: &Run, robot: &str, area: &str) -> bool {
+    let book = run.stage.listener.book();
+    book.ownings()
+        .iter()
+        .any(|own| own.robot == robot && own.area == area && own.released_ns.is_none())
+}
+
+/// Whether a robot waits for an area, as the listener heard.
+pub fn waits(run: &Run, robot: &str, area: &str) -> bool {
+    let book = run.stage.listener.book();
+    book.waitings()
+        .iter()
+        .any(|own| own.robot == robot && own.area == area && own.to_ns.is_none())
+}

@@ -1,0 +1,14 @@
+//! Scenarios with a fleet, through the real programs: every robot and the mediator is a process, their devices speak
+//! their protocols, and what happened is judged by the world's truth and an independent listener.
+//!
+//! - [`bench`] sets the stage, in turn with all other tests that run whole robots;
+//! - [`program`]: the rig itself does what it says, and leaves nothing when it is killed;
+//! - [`controls`]: without the mediator nothing goes;
+//! - [`deaths`]: mediator and robots are killed.
+
+mod bench;
+mod controls;
+mod deaths;
+mod program;
+#[path = "../bad_days/turn.rs"]
+mod turn;

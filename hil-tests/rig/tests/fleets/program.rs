@@ -1,0 +1,175 @@
+//! The rig as a program.
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+use tempfile::TempDir;
+
+use crate::bench::{CONFIG, RIG};
+use crate::turn::Turn;
+
+/// A rig under way, with a folder of its own for all temporary files.
+struct Program {
+    child: Child,
+    folder: TempDir,
+    _turn: Turn,
+}
+
+impl Program {
+    fn start(scenario: &str) -> Self {
+        let turn = Turn::take();
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let log = File::create(folder.path().join("rig.log")).expect("created");
+        let file = Path::new(CONFIG).join("scenarios").join(scenario);
+        let child = Command::new(RIG)
+            .arg("scenario")
+            .arg(file.with_extension("toml"))
+            .args(["--headless", "--rounds", "1", "--seed", "5", "--out"])
+            .arg(folder.path().join("out"))
+            .env("TMPDIR", folder.path())
+            .stdin(Stdio::null())
+            .stdout(log.try_clone().expect("cloned"))
+            .stderr(log)
+            .spawn()
+            .expect("the program starts");
+        Self {
+            child,
+            folder,
+            _turn: turn,
+        }
+    }
+
+    fn ended(&mut self, patience: Duration) -> ExitStatus {
+        let began = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().expect("a child") {
+                return status;
+            }
+            assert!(began.elapsed() < patience, "it ends: {}", self.said());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// The mediator and all robots, which are its children.
+    fn children(&self) -> Vec<Pid> {
+        let id = self.child.id();
+        let tasks = { fs::read_dir(format!("/proc/{id}/task")).into_iter() }.flatten();
+        tasks
+            .flatten()
+            .filter_map(|task| fs::read_to_string(task.path().join("children")).ok())
+            .flat_map(|children| {
+                let numbers = children.split_whitespace();
+                let pids = numbers.filter_map(|number| Pid::from_raw(number.parse().ok()?));
+                pids.collect::<Vec<_>>()
+            })
+            .collect()
+    }
+
+    fn said(&self) -> String {
+        fs::read_to_string(self.folder.path().join("rig.log")).unwrap_or_default()
+    }
+
+    /// What is in the folder of temporary files, without what is to be there.
+    fn left(&self) -> Vec<String> {
+        { fs::read_dir(self.folder.path()).into_iter() }
+            .flatten()
+            .flatten()
+            .map(|entry| entry.file_name().to_string_lossy().into_owned())
+            .filter(|name| name != "out" && name != "rig.log")
+            .collect()
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // Ended already is as good.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn overtaking_succeeds_and_says_how() {
+    let mut program = Program::start("overtaking");
+    let status = program.ended(Duration::from_secs(200));
+    assert!(status.success(), "{status}: {}", program.said());
+    let out = program.folder.path().join("out");
+    let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(summary["outcome"], "done");
+    assert_eq!(summary["violations"], serde_json::json!([]));
+    let count = |list: &serde_json::Value| list.as_array().map_or(0, Vec::len);
+    assert_eq!(count(&summary["robots"]), 2);
+    for robot in summary["robots"].as_array().into_iter().flatten() {
+        assert_eq!(robot["laps"], robot["wanted"], "{robot}");
+        assert_eq!(robot["collisions"], 0, "{robot}");
+        assert!(robot["threads"]["fieldbus"]["cycles"].as_u64() > Some(1000));
+    }
+    // The net has run to its end, in this order at least.
+    let coordination = &summary["coordinations"][0];
+    assert_eq!(coordination["net"], "overtaking");
+    let firings = coordination["firings"].as_array().into_iter().flatten();
+    let firings: Vec<&str> = { firings }
+        .filter_map(|own| own["transition"].as_str())
+        .collect();
+    let at = |name: &str| firings.iter().position(|own| *own == name);
+    assert!(
+        at("aside") < at("pass") && at("pass") < at("back"),
+        "{firings:?}"
+    );
+    assert!(at("aside").is_some(), "{firings:?}");
+    assert!(summary["during"][0]["checked_s"].as_f64() > Some(1.0));
+    assert_eq!(summary["during"][0]["broken_s"].as_f64(), Some(0.0));
+    assert!(summary["grants"]["count"].as_u64() > Some(3));
+    assert!(summary["commands"]["count"].as_u64() > Some(2));
+    let area = &summary["areas"][0];
+    assert!(count(&area["owners"]) >= 2, "{area}");
+    let page = fs::read_to_string(out.join("report.html")).expect("a report");
+    assert!(page.contains("<svg"));
+    assert_eq!(program.left(), Vec::<String>::new(), "temporary folders");
+}
+
+#[test]
+fn killed_it_takes_mediator_and_robots_with_it() {
+    let mut program = Program::start("overtaking");
+    let began = Instant::now();
+    let mut children = program.children();
+    while children.len() < 3 {
+        assert!(
+            began.elapsed() < Duration::from_secs(15),
+            "{}",
+            program.said()
+        );
+        std::thread::sleep(Duration::from_millis(20));
+        children = program.children();
+    }
+    std::thread::sleep(Duration::from_secs(4));
+    let rig = i32::try_from(program.child.id())
+        .ok()
+        .and_then(Pid::from_raw);
+    kill_process(rig.expect("a process id"), Signal::KILL).expect("it runs");
+    program.ended(Duration::from_secs(5));
+    let began = Instant::now();
+    while children
+        .iter()
+        .any(|&child| test_kill_process(child).is_ok())
+    {
+        assert!(
+            began.elapsed() < Duration::from_secs(10),
+            "{}",
+            program.said()
+        );
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    while !program.left().is_empty() {
+        assert!(
+            began.elapsed() < Duration::from_secs(15),
+            "{:?}",
+            program.left()
+        );
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
