@@ -92,6 +92,13 @@ pub fn corridor() -> (Setup, Vec<Arc<Plan>>) {
     planned(&site, "overtaking")
 }
 
+/// A site as it ships, with its coordinations.
+pub fn shipped(name: &str, net: &str) -> (Setup, Vec<Arc<Plan>>) {
+    let site = parse_site(name, &read(&format!("sites/{name}.toml")), &[])
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    planned(&site, net)
+}
+
 const DOCKING_SECTION: &str = r#"
 [coordinations.docking]
 net = "docking"

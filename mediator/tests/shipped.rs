@@ -1,0 +1,265 @@
+//! The coordinations of the sites that ship, step by step, with robots that say by script where they are.
+
+mod sites;
+
+use contract::client::{Client, Order, Situation};
+use mediator::journal::Stored;
+use mediator::manager::{Alarm, Manager};
+
+const SECOND_NS: u64 = 1_000_000_000;
+
+struct Robot {
+    client: Client,
+    now: Situation,
+}
+
+impl Robot {
+    fn new(id: &str, site: &str) -> Self {
+        Self {
+            client: Client::new(id, site, 5),
+            now: Situation {
+                located: true,
+                ..Situation::default()
+            },
+        }
+    }
+
+    fn is(&mut self, state: &str, stands_in: &[&str], wanted: &[&str]) {
+        let names = |list: &[&str]| list.iter().map(|&area| area.to_owned()).collect();
+        self.now.fsm_state = state.to_owned();
+        self.now.stands_in = names(stands_in);
+        self.now.wanted = names(&[stands_in, wanted].concat());
+    }
+
+    fn orders(&mut self) -> Vec<Order> {
+        std::iter::from_fn(|| self.client.next_order()).collect()
+    }
+
+    /// The event of the only order there is.
+    fn event(&mut self) -> Option<String> {
+        let orders = self.orders();
+        assert_eq!(orders.len(), 1, "{orders:?}");
+        orders[0].event.clone()
+    }
+}
+
+struct Scene {
+    manager: Manager,
+    normal: Robot,
+    emergency: Robot,
+    now_ns: u64,
+}
+
+impl Scene {
+    /// The emergency robot has come up behind: the normal one drives through area 1, before the lay-by.
+    fn overtaking() -> Self {
+        let (setup, plans) = sites::shipped("overtaking", "overtaking");
+        let manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+        let mut scene = Self {
+            manager,
+            normal: Robot::new("amr-1", "overtaking"),
+            emergency: Robot::new("amr-2", "overtaking"),
+            now_ns: 0,
+        };
+        scene.normal.is("drive-1", &["1"], &[]);
+        scene.emergency.is("end-6", &["6"], &["7"]);
+        scene.talk();
+        assert!(scene.emergency.client.holds("7"));
+        scene.emergency.is("u-turn-7", &["7"], &["1"]);
+        scene.talk();
+        assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
+        scene
+    }
+
+    /// Both sides talk until nobody has news.
+    fn talk(&mut self) {
+        for _ in 0..8 {
+            for robot in [&mut self.normal, &mut self.emergency] {
+                robot.client.step(robot.now.clone(), self.now_ns, SECOND_NS);
+                self.manager.report(&robot.client.report(), self.now_ns);
+            }
+            while let Some(message) = self.manager.next_message(self.now_ns) {
+                for robot in [&mut self.normal, &mut self.emergency] {
+                    robot.client.receive(&message, self.now_ns);
+                }
+            }
+        }
+    }
+
+    /// Nothing happens for so long, except that everybody is heard.
+    fn wait(&mut self, seconds: u64) {
+        for _ in 0..2 * seconds {
+            self.now_ns += SECOND_NS / 2;
+            self.talk();
+            self.manager.tick(self.now_ns);
+        }
+        self.talk();
+    }
+
+    fn alarms(&mut self) -> Vec<Alarm> {
+        self.manager.alarms().collect()
+    }
+
+    fn why(&self, robot: &str) -> String {
+        self.manager.why(robot, self.now_ns).expect("it is known")
+    }
+
+    fn runs(&self) -> usize {
+        let status = self.manager.status(self.now_ns);
+        status.coordinations.iter().filter(|own| !own.over).count()
+    }
+
+    /// The normal robot is in the lay-by, and the emergency robot is let into area 1.
+    fn park(&mut self) {
+        assert_eq!(self.normal.event().as_deref(), Some("aside"));
+        let slow = self.emergency.orders();
+        assert_eq!(
+            (slow[0].speed_limit_m_s, &slow[0].event),
+            (Some(0.2), &None)
+        );
+        self.talk();
+        assert!(self.normal.client.holds("5") && !self.emergency.client.holds("1"));
+        self.normal.is("pull-over", &["1", "5"], &[]);
+        self.talk();
+        self.normal.is("wait-5", &["5"], &[]);
+        self.normal.client.output("parked");
+        self.talk();
+        assert!(self.emergency.client.holds("1"));
+        assert_eq!(
+            self.emergency.event(),
+            None,
+            "its machine drives on by itself"
+        );
+    }
+}
+
+#[test]
+fn the_emergency_robot_passes_while_the_normal_one_waits_aside() {
+    let mut scene = Scene::overtaking();
+    scene.park();
+    let why = scene.why("amr-1");
+    assert!(
+        why.contains("coordination overtaking as normal")
+            && why.contains("amr-2 has not set `done2`"),
+        "{why}"
+    );
+    scene.emergency.is("drive-on-1", &["1"], &["2"]);
+    scene.emergency.client.output("past-lay-by");
+    scene.talk();
+    assert!(scene.emergency.client.holds("2"));
+    assert_eq!(scene.emergency.event(), None);
+    scene.emergency.is("end-2", &["1", "2"], &["3"]);
+    scene.emergency.client.output("through-2");
+    scene.talk();
+    assert_eq!(scene.emergency.event().as_deref(), Some("resume"));
+    assert_eq!(scene.normal.event().as_deref(), Some("back"));
+    scene.talk();
+    assert!(
+        !scene.normal.client.holds("1"),
+        "the other one is in there still"
+    );
+    assert!(!scene.emergency.client.is_acquired());
+    scene.emergency.is("end-2", &["2"], &["3"]);
+    scene.talk();
+    assert!(scene.normal.client.holds("1") && scene.emergency.client.holds("3"));
+    scene.normal.is("drive-on-1", &["1"], &["2"]);
+    scene.normal.client.output("back-on-lane");
+    scene.talk();
+    assert_eq!(scene.normal.event().as_deref(), Some("resume"));
+    scene.talk();
+    assert!(!scene.normal.client.is_acquired());
+    assert_eq!(scene.runs(), 0);
+    assert!(scene.alarms().is_empty());
+}
+
+#[test]
+fn a_normal_robot_that_has_passed_the_lay_by_is_not_overtaken() {
+    let (setup, plans) = sites::shipped("overtaking", "overtaking");
+    let manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+    let mut scene = Scene {
+        manager,
+        normal: Robot::new("amr-1", "overtaking"),
+        emergency: Robot::new("amr-2", "overtaking"),
+        now_ns: 0,
+    };
+    scene.normal.is("drive-on-1", &["1"], &[]);
+    scene.emergency.is("u-turn-7", &["7"], &["1"]);
+    scene.talk();
+    assert_eq!(scene.runs(), 0);
+    assert!(scene.why("amr-2").contains("amr-1 (in it"));
+}
+
+/// The normal robot has passed the lay-by before it heard of it: both stand where they are, and go on by themselves.
+#[test]
+fn what_stands_still_is_broken_off_from_states_that_the_site_names() {
+    let mut scene = Scene::overtaking();
+    scene.normal.orders();
+    scene.emergency.orders();
+    scene.normal.is("drive-on-1", &["1"], &[]);
+    scene.wait(45);
+    let alarms = scene.alarms();
+    let [Alarm::Still { what, .. }] = &alarms[..] else {
+        panic!("{alarms:?}");
+    };
+    assert!(
+        what.contains("amr-1: it is to set the flag `done5` itself")
+            && what.contains("fires `parked`"),
+        "{what}"
+    );
+    scene.wait(20);
+    assert!(matches!(scene.alarms()[..], [Alarm::Preempted { .. }]));
+    for robot in [&mut scene.normal, &mut scene.emergency] {
+        assert_eq!(robot.event().as_deref(), Some("halt"));
+        assert!(robot.client.is_acquired());
+    }
+    // The emergency robot turns in its own area, which is out of the way; the normal one drives still.
+    scene.wait(2);
+    for robot in [&mut scene.normal, &mut scene.emergency] {
+        assert!(robot.client.is_acquired() && robot.orders().is_empty());
+    }
+    scene.normal.is("yield-on-1", &["1"], &[]);
+    scene.talk();
+    for robot in [&mut scene.normal, &mut scene.emergency] {
+        assert_eq!(robot.event().as_deref(), Some("resume"));
+    }
+    scene.talk();
+    assert!(!scene.normal.client.is_acquired() && !scene.emergency.client.is_acquired());
+    assert_eq!(scene.runs(), 0);
+    // In the ordinary way the emergency robot gets area 1 when that is free.
+    scene.normal.is("search-2", &["2"], &[]);
+    scene.wait(1);
+    assert!(scene.emergency.client.holds("1"));
+}
+
+/// Something stands in the lay-by for a while: when the normal robot has got there after all, the net begins again.
+#[test]
+fn what_stands_still_begins_again_with_the_normal_robot_aside() {
+    let mut scene = Scene::overtaking();
+    scene.normal.orders();
+    scene.emergency.orders();
+    scene.talk();
+    scene.normal.is("pull-over", &["1", "5"], &[]);
+    scene.wait(65);
+    let alarms = scene.alarms();
+    assert!(
+        matches!(alarms[..], [Alarm::Still { .. }, Alarm::Preempted { .. }]),
+        "{alarms:?}"
+    );
+    for robot in [&mut scene.normal, &mut scene.emergency] {
+        assert_eq!(robot.event().as_deref(), Some("halt"));
+    }
+    scene.wait(2);
+    assert!(scene.normal.client.holds("5") && !scene.emergency.client.holds("1"));
+    scene.normal.is("wait-5", &["5"], &[]);
+    scene.wait(1);
+    let status = scene.manager.status(scene.now_ns);
+    let runs: Vec<&str> = { status.coordinations.iter() }
+        .filter(|own| !own.over)
+        .map(|own| own.situation.as_str())
+        .collect();
+    assert_eq!(runs, ["normal-aside"]);
+    assert!(scene.normal.orders().is_empty(), "it waits where it is");
+    assert_eq!(scene.emergency.orders()[0].speed_limit_m_s, Some(0.2));
+    scene.talk();
+    assert!(scene.emergency.client.holds("1"));
+}
