@@ -300,7 +300,7 @@ impl<'a> Track<'a> {
     /// A text beside what it names, with a line if it stands farther away; left out when there is no room.
     fn label(&self, canvas: &mut Canvas, labels: &mut Labels, named: &Field, text: &str) {
         const NEAR_PX: f64 = 12.0;
-        let size = [text_width_px(text, TEXT_PX) + 2.0, TEXT_PX + 2.0];
+        let size = [text_width_px(text, TEXT_PX) + 8.0, TEXT_PX + 2.0];
         let Some(field) = labels.place(named, size) else {
             return;
         };

@@ -48,8 +48,8 @@ pub(super) fn write(page: &mut Page, view: &View<'_>, figure: usize) -> bool {
         "figcaption",
         format!(
             "Figure {figure}. Coordination {} ({}) step by step: the robots where they truly were when the transition \
-             fired, with the last {TRAIL_S:.0} s of their paths. Areas in the colour of the robot that had them; white \
-             areas were free.",
+             fired, with the last {TRAIL_S:.0} s of their paths. Areas in the colour of the robot that had them; areas \
+             without a colour were free.",
             run.number, run.id
         ),
     );
@@ -60,7 +60,7 @@ pub(super) fn write(page: &mut Page, view: &View<'_>, figure: usize) -> bool {
 /// Times with the transitions that fired then; as many as there is room for, evenly among them.
 fn moments(run: &CoordinationRecord) -> Vec<(f64, String)> {
     let mut moments: Vec<(f64, String)> = Vec::new();
-    for (transition, at_s) in &run.firings {
+    for (transition, at_s) in run.firings.iter().filter(|firing| firing.1.is_finite()) {
         match moments.last_mut().filter(|last| at_s - last.0 < LEAST_S) {
             Some(last) => {
                 let _ = write!(last.1, ", {transition}");
@@ -86,7 +86,7 @@ fn picture(view: &View<'_>, at_s: f64, index: usize) -> String {
     let mut canvas = Canvas::default();
     let mut labels = Labels::new(frame.field);
     open_clipped(&mut canvas, &format!("at{index}"), &frame);
-    draw_areas(&mut canvas, view, &frame, at_s);
+    draw_areas(&mut canvas, view, &frame, &mut labels, at_s);
     floor::draw_walls(&mut canvas, &record.site, &frame, &mut labels);
     let mut named = Vec::new();
     for robot in &record.robots {
@@ -133,7 +133,7 @@ fn picture(view: &View<'_>, at_s: f64, index: usize) -> String {
     canvas.finish_inline("at", [WIDTH_PX, frame.field.max[1] + 1.0], &label)
 }
 
-fn draw_areas(canvas: &mut Canvas, view: &View<'_>, frame: &Frame, at_s: f64) {
+fn draw_areas(canvas: &mut Canvas, view: &View<'_>, frame: &Frame, labels: &mut Labels, at_s: f64) {
     for area in &view.record.site.areas {
         let field = frame.region(&area.region);
         let [x, y, width, height] = field.rectangle().map(Px);
@@ -153,6 +153,10 @@ fn draw_areas(canvas: &mut Canvas, view: &View<'_>, frame: &Frame, at_s: f64) {
             canvas.close("g");
         }
         let [left, top] = field.min;
+        labels.take(Field {
+            min: [left + 2.0, top + 2.0],
+            max: [left + 6.0 + text_width_px(&area.id, 11.0), top + 14.0],
+        });
         canvas.text("small", [left + 4.0, top + 12.0], &shortened(&area.id, 12));
     }
 }

@@ -8,6 +8,8 @@ use super::view::View;
 const AT_ONCE_S: f64 = 0.02;
 /// A wait and a request of the same robot that began within this are the same.
 const SAME_S: f64 = 0.5;
+/// Waits for one area that are shown.
+const MOST_ASKS: usize = 400;
 
 /// What is shown of an area.
 #[derive(Debug)]
@@ -99,6 +101,9 @@ fn row<'a>(view: &View<'a>, area: &'a Area) -> AreaRow<'a> {
             _ => {}
         }
     }
+    // Of very many the longest.
+    asks.sort_by(|a, b| (b.span.1 - b.span.0).total_cmp(&(a.span.1 - a.span.0)));
+    asks.truncate(MOST_ASKS);
     asks.sort_by(|a, b| a.span.0.total_cmp(&b.span.0));
     let slot = stacked(holds.iter().map(|bar| bar.span));
     let lane = stacked(asks.iter().map(|bar| bar.span));

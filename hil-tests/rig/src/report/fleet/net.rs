@@ -12,6 +12,7 @@ use crate::fleet::record::CoordinationRecord;
 
 use super::super::canvas::{Canvas, Curve, Px, Px2, shortened};
 use super::super::labels::text_width_px;
+use super::html::quantity;
 use super::layers::{Extent, Layout, lay_out};
 use super::view::View;
 
@@ -217,7 +218,7 @@ impl Drawing<'_> {
         };
         [
             listed(&|firing| firing.0.to_string()) + &more,
-            listed(&|firing| format!("{:.1}", firing.1)) + " s",
+            listed(&|firing| quantity(firing.1, 1, "s")),
         ]
     }
 

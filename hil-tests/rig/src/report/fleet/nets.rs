@@ -214,7 +214,9 @@ fn firings(page: &mut Page, net: &NetConfig, run: &CoordinationRecord) {
                 Cell::new(index + 1),
                 Cell::new(id),
                 Cell::new(quantity(*at_s, 2, "s")),
-                Cell::new(short_time(after_ms)),
+                Cell::new(short_time(
+                    Some(after_ms).filter(|after_ms| *after_ms > 0.0),
+                )),
                 Cell::new(events(transition.map(|own| &own.from), PlaceKind::Source)),
                 Cell::new(events(transition.map(|own| &own.to), PlaceKind::Sink)),
             ]

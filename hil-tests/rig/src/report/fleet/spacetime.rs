@@ -30,6 +30,8 @@ const TEXT_PX: f64 = 11.0;
 const GAP_S: f64 = 0.5;
 /// Bars and states narrower than this are drawn together with what is before them.
 const LEAST_PX: f64 = 0.4;
+/// Moments nearer to each other than this share a line.
+const MOMENT_PX: f64 = 1.5;
 
 /// Draws the diagram.
 pub(super) fn draw(view: &View<'_>) -> String {
@@ -302,10 +304,15 @@ impl Diagram<'_> {
             .incidents
             .iter()
             .map(|incident| (incident.at_s, "mark", incident.what.clone()));
+        let mut moments: Vec<(f64, &str, String)> = done
+            .chain(wrong)
+            .filter(|moment| window.holds(moment.0))
+            .collect();
+        moments.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut last_px = f64::NEG_INFINITY;
-        for (at_s, class, what) in done.chain(wrong).filter(|moment| window.holds(moment.0)) {
+        for (at_s, class, what) in moments {
             let x = window.x(at_s);
-            if (x - last_px).abs() < LEAST_PX {
+            if x - last_px < MOMENT_PX {
                 continue;
             }
             last_px = x;
@@ -313,7 +320,7 @@ impl Diagram<'_> {
             canvas.element_with_hint(
                 "line",
                 format_args!("class=\"{class}\" x1=\"{x}\" x2=\"{x}\" y1=\"{from}\" y2=\"{to}\""),
-                &what,
+                &shortened(&what, 100),
             );
         }
     }

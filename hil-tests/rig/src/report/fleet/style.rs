@@ -37,7 +37,7 @@ svg{max-width:100%;height:auto;display:block}.frames{display:grid;grid-template-
 .net{display:flex;flex-wrap:wrap;gap:10px 28px;align-items:flex-start}
 details{margin:6px 0 14px}summary{cursor:pointer;color:var(--soft)}
 text{font:13px 'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:var(--text)}.m{text-anchor:middle}.e{text-anchor:end}
-.b{font-weight:700}.tick,.note{font-size:12px;fill:var(--soft)}.axis{font-size:13px;fill:var(--soft)}\
+.b{font-weight:700}text.bad{fill:var(--bad)}.tick,.note{font-size:12px;fill:var(--soft)}.axis{font-size:13px;fill:var(--soft)}\
 .small{font-size:11px}.cap{font-size:14px;font-weight:600;fill:var(--ink)}
 .halo{paint-order:stroke;stroke:var(--bg);stroke-width:3.5px;stroke-linejoin:round}
 .frame{fill:none;stroke:var(--line)}.grid{stroke:var(--faint)}.mark{stroke:var(--soft)}.rule{stroke:var(--line)}
