@@ -1,11 +1,12 @@
 //! Checks a model and puts numbers in the place of names.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::error::ModelError;
+use super::lists::{Lists, NumberedArc};
 use super::model::{Binding, ModelData, NetModel, PlaceKind, SetData};
 use super::net::PlaceId;
-use super::structure::{Degrees, Structure};
+use super::structure::Structure;
 use super::symbols::{Element, NameId};
 
 /// The structure of a sound model, or everything that is wrong with it.
@@ -72,7 +73,7 @@ impl Check<'_> {
 
     fn names(&mut self) {
         let data = self.data;
-        match data.symbols.find("") {
+        match data.symbols.nameless() {
             Element::Unknown => {}
             element => self.errors.push(ModelError::EmptyName {
                 net: self.net(),
@@ -88,13 +89,14 @@ impl Check<'_> {
             });
         }
         for (what, sets) in [("an exclusion", &data.exclusions), ("an end", &data.ends)] {
-            for (index, set) in sets.iter().enumerate() {
+            let mut known = HashSet::new();
+            for set in sets {
                 if set.name.is_empty() {
                     self.errors.push(ModelError::EmptyName {
                         net: self.net(),
                         what,
                     });
-                } else if sets[..index].iter().any(|other| other.name == set.name) {
+                } else if !known.insert(&set.name) {
                     self.errors.push(ModelError::DuplicateName {
                         net: self.net(),
                         name: set.name.clone(),
@@ -147,11 +149,18 @@ impl Check<'_> {
         });
     }
 
-    /// Checks exclusions and ends; which places are marked at an end.
+    /// Checks exclusions and ends; which places are marked at an end, none if there is no end.
     fn sets(&mut self) -> Vec<bool> {
         let data = self.data;
+        if data.exclusions.is_empty() && data.ends.is_empty() {
+            return Vec::new();
+        }
+        // By name: the last set that has it, counted from one.
+        let mut last_set = vec![0; data.symbols.len()];
+        let mut number = 0;
         for set in &data.exclusions {
-            self.set("exclusion", set);
+            number += 1;
+            self.set("exclusion", set, number, &mut last_set);
             if set.places.len() < 2 {
                 self.errors.push(ModelError::ExclusionTooSmall {
                     net: self.net(),
@@ -162,14 +171,14 @@ impl Check<'_> {
         }
         let mut ending = vec![false; data.places.len()];
         for set in &data.ends {
-            for place in self.set("end", set) {
+            number += 1;
+            for place in self.set("end", set, number, &mut last_set) {
                 ending[place] = true;
-                let found = &data.places[place];
-                if found.kind != PlaceKind::Internal {
+                if data.kinds[place] != PlaceKind::Internal {
                     self.errors.push(ModelError::EndNotInternal {
                         net: self.net(),
                         end: set.name.clone(),
-                        place: self.owned(found.name),
+                        place: self.owned(data.places[place]),
                     });
                 }
             }
@@ -177,14 +186,18 @@ impl Check<'_> {
         ending
     }
 
-    fn set(&mut self, what: &str, set: &SetData) -> Vec<usize> {
+    fn set(
+        &mut self,
+        what: &str,
+        set: &SetData,
+        number: usize,
+        last_set: &mut [usize],
+    ) -> Vec<usize> {
         let user = || format!("{what} `{}`", set.name);
         let mut places = Vec::with_capacity(set.places.len());
-        for (index, &name) in set.places.iter().enumerate() {
-            if let Some(place) = self.place(name, user) {
-                places.push(place);
-            }
-            if set.places[..index].contains(&name) {
+        for &name in &set.places {
+            places.extend(self.place(name, user));
+            if std::mem::replace(&mut last_set[name.index()], number) == number {
                 self.named_twice(name, user());
             }
         }
@@ -195,17 +208,15 @@ impl Check<'_> {
         let data = self.data;
         // Events are known by their names alone, so no flag may share one.
         let mut events: HashMap<String, (&Binding, NameId)> = HashMap::new();
-        for place in &data.places {
-            let Some(binding) = &place.binding else {
-                continue;
-            };
+        for (place, binding) in &data.bindings {
+            let place = data.places[*place as usize];
             let event = binding.event_name();
-            let (first, name) = *events.entry(event.clone()).or_insert((binding, place.name));
+            let (first, name) = *events.entry(event.clone()).or_insert((binding, place));
             if first != binding {
                 self.errors.push(ModelError::AmbiguousFlag {
                     net: self.net(),
                     first: self.owned(name),
-                    second: self.owned(place.name),
+                    second: self.owned(place),
                     event,
                 });
             }
@@ -225,64 +236,66 @@ impl Check<'_> {
 
     fn arcs(&mut self, marked: Box<[bool]>, ending: &[bool]) -> Structure {
         let data = self.data;
-        let lists = 2 * data.transitions.len();
-        let mut starts = vec![0_u32; lists + 1];
-        let mut degrees = vec![Degrees::default(); data.places.len()];
-        // In numbers: list and place.
-        let mut arcs = Vec::with_capacity(data.arcs.len());
-        for &(from, to) in &data.arcs {
-            let arc = match (data.symbols.element(from), data.symbols.element(to)) {
-                (Element::Place(place), Element::Transition(transition)) => {
-                    degrees[place as usize].out += 1;
-                    (2 * transition, place)
-                }
-                (Element::Transition(transition), Element::Place(place)) => {
-                    degrees[place as usize].into += 1;
-                    (2 * transition + 1, place)
-                }
-                (from_is, to_is) => {
-                    self.bad_arc((from, from_is), (to, to_is));
-                    continue;
-                }
-            };
-            starts[arc.0 as usize + 1] += 1;
-            arcs.push(arc);
-        }
-        let mut sum = 0;
-        for start in &mut starts {
-            sum += *start;
-            *start = sum;
-        }
-        // Where the next place of each list goes.
-        let mut next = starts.clone();
-        let mut places = vec![PlaceId(0); arcs.len()];
-        for (list, place) in arcs {
-            let next = &mut next[list as usize];
-            places[*next as usize] = PlaceId(place as u16);
-            *next += 1;
-        }
-        let mut structure = Structure {
-            kinds: data.places.iter().map(|place| place.kind).collect(),
+        let (places, transitions) = (data.places.len(), data.transitions.len());
+        let arcs = data.arcs.iter().map(|&(from, to)| self.number(from, to));
+        let lists = Lists::of_ordered(arcs, places, transitions);
+        let lists = lists.or_else(|| {
+            let arcs = self.ordered_arcs().into_iter().map(Some);
+            Lists::of_ordered(arcs, places, transitions)
+        });
+        let lists = lists.expect("sorted arcs are in order");
+        let structure = Structure {
+            kinds: data.kinds.clone().into(),
             marked,
-            starts: starts.into(),
-            places: places.into(),
-            self_loops: vec![false; data.transitions.len()].into(),
-            degrees: degrees.into(),
+            starts: lists.starts,
+            places: lists.places,
+            self_loops: lists.self_loops,
+            uses: lists.uses,
         };
-        structure.self_loops = self.transitions(&structure);
-        self.degrees(&structure, ending);
+        self.transitions(&structure, lists.has_duplicates);
+        self.uses(&structure, ending);
         structure
     }
 
-    fn bad_arc(&mut self, from: (NameId, Element), to: (NameId, Element)) {
+    #[inline]
+    fn number(&self, from: NameId, to: NameId) -> Option<NumberedArc> {
+        let symbols = &self.data.symbols;
+        match (symbols.element(from), symbols.element(to)) {
+            (Element::Place(place), Element::Transition(transition)) => Some(NumberedArc {
+                list: 2 * transition,
+                place,
+            }),
+            (Element::Transition(transition), Element::Place(place)) => Some(NumberedArc {
+                list: 2 * transition + 1,
+                place,
+            }),
+            _ => None,
+        }
+    }
+
+    /// All arcs between a place and a transition, and errors for the others.
+    fn ordered_arcs(&mut self) -> Vec<NumberedArc> {
+        let data = self.data;
+        let mut arcs = Vec::with_capacity(data.arcs.len());
+        for &(from, to) in &data.arcs {
+            match self.number(from, to) {
+                Some(arc) => arcs.push(arc),
+                None => self.bad_arc(from, to),
+            }
+        }
+        arcs.sort_by_key(|arc| arc.list);
+        arcs
+    }
+
+    fn bad_arc(&mut self, from: NameId, to: NameId) {
         let user = format!(
             "the arc from `{}` to `{}`",
-            self.data.name_of(from.0),
-            self.data.name_of(to.0)
+            self.data.name_of(from),
+            self.data.name_of(to)
         );
         let mut known = true;
-        for (name, element) in [from, to] {
-            if element == Element::Unknown {
+        for name in [from, to] {
+            if self.data.symbols.element(name) == Element::Unknown {
                 known = false;
                 self.errors.push(ModelError::UnknownName {
                     net: self.net(),
@@ -294,9 +307,9 @@ impl Check<'_> {
         if known {
             self.errors.push(ModelError::ArcBetweenEquals {
                 net: self.net(),
-                from: self.owned(from.0),
-                to: self.owned(to.0),
-                what: match from.1 {
+                from: self.owned(from),
+                to: self.owned(to),
+                what: match self.data.symbols.element(from) {
                     Element::Transition(_) => "transitions",
                     _ => "places",
                 },
@@ -304,44 +317,38 @@ impl Check<'_> {
         }
     }
 
-    /// Arcs of each transition: none twice, none into a source or out of a sink, at least one in.
-    /// Returns which have self-loops.
-    fn transitions(&mut self, structure: &Structure) -> Box<[bool]> {
-        let mut self_loops = vec![false; structure.transition_count()].into_boxed_slice();
-        // By place: the last list that has it.
-        let mut last_list = vec![usize::MAX; structure.place_count()];
-        let ends = structure.starts.windows(2).enumerate();
-        for (list, ends) in ends {
-            let (transition, is_output) = (list / 2, list % 2 == 1);
-            let places = &structure.places[ends[0] as usize..ends[1] as usize];
-            if places.is_empty() && !is_output {
+    /// Each transition has an input, and no arc twice.
+    fn transitions(&mut self, structure: &Structure, has_duplicates: bool) {
+        for (transition, ends) in structure.starts.windows(3).step_by(2).enumerate() {
+            if ends[0] == ends[1] {
                 self.errors.push(ModelError::TransitionWithoutInput {
                     net: self.net(),
                     transition: self.owned(self.data.transitions[transition]),
                 });
             }
-            let wrong = if is_output {
-                PlaceKind::Source
-            } else {
-                PlaceKind::Sink
-            };
-            for &place in places {
-                let last = std::mem::replace(&mut last_list[place.index()], list);
-                if last == list {
-                    self.duplicate_arc(transition, place, is_output);
+        }
+        if has_duplicates {
+            // By place: the last list that has it.
+            let mut last_list = vec![usize::MAX; structure.place_count()];
+            self.for_arcs(structure, |check, list, place| {
+                if std::mem::replace(&mut last_list[place.index()], list) == list {
+                    check.duplicate_arc(list / 2, place, list % 2 == 1);
                 }
-                self_loops[transition] |= is_output && last == list - 1;
-                if structure.kind(place) == wrong {
-                    self.wrong_arc(transition, place, is_output);
-                }
+            });
+        }
+    }
+
+    fn for_arcs(&mut self, structure: &Structure, mut each: impl FnMut(&mut Self, usize, PlaceId)) {
+        for (list, ends) in structure.starts.windows(2).enumerate() {
+            for &place in &structure.places[ends[0] as usize..ends[1] as usize] {
+                each(self, list, place);
             }
         }
-        self_loops
     }
 
     fn duplicate_arc(&mut self, transition: usize, place: PlaceId, is_output: bool) {
         let transition = self.owned(self.data.transitions[transition]);
-        let place = self.owned(self.data.places[place.index()].name);
+        let place = self.owned(self.data.places[place.index()]);
         let (from, to) = if is_output {
             (transition, place)
         } else {
@@ -354,7 +361,7 @@ impl Check<'_> {
     fn wrong_arc(&mut self, transition: usize, place: PlaceId, is_output: bool) {
         let net = self.net();
         let transition = self.owned(self.data.transitions[transition]);
-        let place = self.owned(self.data.places[place.index()].name);
+        let place = self.owned(self.data.places[place.index()]);
         self.errors.push(if is_output {
             ModelError::ArcIntoSource {
                 net,
@@ -370,23 +377,44 @@ impl Check<'_> {
         });
     }
 
-    /// Every place is connected, and something marks and something empties it.
-    fn degrees(&mut self, structure: &Structure, ending: &[bool]) {
-        for (index, degrees) in structure.degrees.iter().enumerate() {
-            let (leaves, enters) = (degrees.out > 0, degrees.into > 0);
-            if leaves && enters {
+    /// Every place is connected, something marks it, something empties it, and nothing does that
+    /// may not.
+    fn uses(&mut self, structure: &Structure, ending: &[bool]) {
+        let mut has_wrong_arcs = false;
+        for (index, user) in structure.uses.iter().enumerate() {
+            let (leaves, enters) = (user.arcs > user.into, user.into > 0);
+            let kind = structure.kinds[index];
+            let internal = kind == PlaceKind::Internal;
+            if leaves && enters && internal {
                 continue;
             }
-            let net = self.net();
-            let place = self.owned(self.data.places[index].name);
-            let internal = structure.kinds[index] == PlaceKind::Internal;
+            has_wrong_arcs |= kind == PlaceKind::Source && enters;
+            has_wrong_arcs |= kind == PlaceKind::Sink && leaves;
+            let net = || self.net();
+            let place = || self.owned(self.data.places[index]);
             if !leaves && !enters {
+                let (net, place) = (net(), place());
                 self.errors.push(ModelError::IsolatedPlace { net, place });
             } else if internal && !enters && !structure.marked[index] {
+                let (net, place) = (net(), place());
                 self.errors.push(ModelError::UnboundSource { net, place });
-            } else if internal && !leaves && !ending[index] {
+            } else if internal && !leaves && !ending.get(index).is_some_and(|&ends| ends) {
+                let (net, place) = (net(), place());
                 self.errors.push(ModelError::UnboundSink { net, place });
             }
+        }
+        if has_wrong_arcs {
+            self.for_arcs(structure, |check, list, place| {
+                let is_output = list % 2 == 1;
+                let wrong = if is_output {
+                    PlaceKind::Source
+                } else {
+                    PlaceKind::Sink
+                };
+                if structure.kind(place) == wrong {
+                    check.wrong_arc(list / 2, place, is_output);
+                }
+            });
         }
     }
 }

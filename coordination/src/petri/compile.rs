@@ -1,14 +1,13 @@
 //! Lays a net out; see [the layout](super::layout).
 
-use super::conditions::{for_conditions, places};
-use super::layout::{
-    BLOCK, Bits, Block, Effects, Flip, Gate, Layout, Need, Place, PortChange, SLOTS, Span, Special,
-    Witness, WordBits,
-};
+use super::conditions::{Places, for_conditions};
+use super::firings::Firings;
+use super::layout::{BLOCK, Bits, Block, Demand, Gate, Layout, Place, Position, SLOTS, Span};
 use super::model::PlaceKind;
 use super::net::PlaceId;
 use super::state::State;
-use super::structure::{Arcs, Structure};
+use super::structure::Structure;
+use super::words::lowest;
 use crate::event::EventId;
 
 /// The tables of `structure`, and its state in the initial marking. `sources` and `sinks` are in the
@@ -18,41 +17,81 @@ pub(super) fn compile(
     sources: &[(PlaceId, EventId)],
     sinks: &[(PlaceId, EventId)],
 ) -> (Layout, State) {
+    let has_ports = !sources.is_empty() || !sinks.is_empty();
     let mut tables = Tables::new(structure);
-    let mut transitions = structure.arcs();
     for block in 0..tables.blocks.len() {
-        tables.add_block(block, transitions.by_ref().take(BLOCK));
+        tables.add_block(block, structure, has_ports);
     }
-    let mut firings = Firings::new(tables, structure, sources, sinks);
-    let mut transitions = structure.arcs();
-    for block in 0..firings.own.len() {
-        firings.add_block(block, transitions.by_ref().take(BLOCK));
+    tables.add_flips_of_others();
+    Firings::of(tables, structure, sources, sinks)
+}
+
+/// The conditions of one transition.
+struct Conditions<'a> {
+    transition: usize,
+    /// The words of its block.
+    words: &'a mut Bits,
+    /// What it flips in its own block.
+    own: &'a mut Bits,
+    /// How many are on local places.
+    local: usize,
+    /// Whether other blocks mention one of them.
+    is_far: bool,
+    /// How many are on shared places.
+    shared: usize,
+    /// The last of these.
+    last_shared: (u32, Demand),
+}
+
+impl Conditions<'_> {
+    #[inline(always)]
+    fn add(&mut self, place: &mut Place, positions: &mut [Position], demand: Demand) {
+        if let Some(shared) = place.as_shared() {
+            self.last_shared = (shared, demand);
+            self.shared += 1;
+            return;
+        }
+        positions[place.next_position()] = Position::new(self.transition, self.local, demand);
+        let slot = self.local % SLOTS;
+        self.local += 1;
+        let lane = self.transition % BLOCK;
+        self.words[slot] ^= u64::from(!demand.is_met(place.is_marked())) << lane;
+        self.own[slot] = u64::from(demand.changes()) << lane;
+        self.is_far |= place.is_in_several_blocks();
     }
-    firings.finish()
 }
 
 /// Where each condition is.
-struct Tables {
-    /// With all places empty.
-    blocks: Vec<Block>,
-    places: Vec<Place>,
-    flips: Vec<Flip>,
-    gates_of: Vec<Span>,
-    gates: Vec<Gate>,
-    shared: usize,
+pub(super) struct Tables {
+    /// In the initial marking.
+    pub(super) blocks: Vec<Block>,
+    pub(super) places: Vec<Place>,
+    pub(super) positions: Vec<Position>,
+    pub(super) gates_of: Vec<Span>,
+    pub(super) gates: Vec<Gate>,
+    /// By block: the transitions that are special only since they change the place of a gate.
+    pub(super) gated: Vec<u64>,
+    pub(super) shared: usize,
+    /// By shared place: index of its gate in the block at hand, if that is in the block's span.
+    pub(super) gate_of: Vec<u32>,
+    pub(super) own: Vec<[Bits; BLOCK]>,
     /// By shared place: the set of the blocks that mention it.
-    users: Vec<u64>,
+    pub(super) users: Vec<u64>,
 }
 
 /// Words of a set of blocks.
-fn set_words(blocks: usize) -> usize {
+pub(super) fn set_words(blocks: usize) -> usize {
     blocks.div_ceil(BLOCK)
 }
 
 impl Tables {
     fn new(structure: &Structure) -> Self {
         let transitions = structure.transition_count();
-        let (places, shared) = places(structure);
+        let Places {
+            places,
+            shared,
+            positions,
+        } = Places::new(structure);
         let block = Block {
             conditions: [!0; SLOTS],
             fresh: !0,
@@ -64,298 +103,149 @@ impl Tables {
         blocks[block_count - 1].conditions[0] = !0 >> (block_count * BLOCK - transitions);
         Self {
             blocks,
-            flips: Vec::with_capacity(places.len() + places.len() / 4),
+            positions: vec![Position::default(); positions],
             places,
             gates_of: vec![Span::default(); block_count],
             gates: Vec::new(),
+            gated: vec![0; block_count],
             shared,
+            gate_of: vec![u32::MAX; shared],
+            own: vec![[[0; SLOTS]; BLOCK]; block_count],
             users: vec![0; shared * set_words(block_count)],
         }
     }
 
-    fn add_block<'a>(&mut self, block: usize, transitions: impl Iterator<Item = Arcs<'a>>) {
-        let words = set_words(self.blocks.len());
+    /// Adds the conditions of the transitions of a block, and what their firings flip of them.
+    fn add_block(&mut self, block: usize, structure: &Structure, has_ports: bool) {
+        let first = block * BLOCK;
+        let behind = structure.transition_count().min(first + BLOCK);
         let first_gate = self.gates.len();
-        let Block {
-            conditions,
-            several,
-            ..
-        } = &mut self.blocks[block];
-        for (lane, arcs) in transitions.enumerate() {
-            let bit = 1 << lane;
-            let mut slot = 0;
-            let mut shared_count = 0;
-            let mut last_shared = (0, false);
-            for_conditions(arcs, |condition| {
-                let place = &mut self.places[condition.place.index()];
-                if let Some(shared) = place.as_shared() {
-                    let word = shared as usize * words + block / BLOCK;
-                    self.users[word] |= 1 << (block % BLOCK);
-                    last_shared = (shared, condition.when_marked);
-                    shared_count += 1;
-                    return;
+        let (places, positions) = (&mut self.places[..], &mut self.positions[..]);
+        let mut words = self.blocks[block].conditions;
+        let mut others = 0;
+        for (transition, own) in (first..behind).zip(&mut self.own[block]) {
+            let arcs = structure.arcs_of(transition);
+            let mut one = Conditions {
+                transition,
+                words: &mut words,
+                own,
+                local: 0,
+                is_far: has_ports || arcs.has_self_loop,
+                shared: 0,
+                last_shared: (0, Demand::Marked),
+            };
+            if arcs.has_self_loop {
+                for_conditions(arcs, |place, demand| {
+                    one.add(&mut places[place.index()], positions, demand);
+                });
+            } else {
+                let (inputs, outputs) = arcs.places.split_at(arcs.inputs);
+                for place in inputs {
+                    one.add(&mut places[place.index()], positions, Demand::Marked);
                 }
-                if condition.when_marked {
-                    conditions[slot] &= !bit;
+                for place in outputs {
+                    one.add(&mut places[place.index()], positions, Demand::Empty);
                 }
-                if place.add_flip(&mut self.flips, block as u32, slot, bit) {
-                    place.witness = Witness {
-                        transition: (block * BLOCK + lane) as u16,
-                        slot: slot as u8,
-                        when_marked: condition.when_marked,
-                    };
+            }
+            let bit = 1 << (transition % BLOCK);
+            if one.shared == 1 {
+                let (shared, demand) = one.last_shared;
+                let gate = &mut self.gate_of[shared as usize];
+                if !(first_gate..self.gates.len()).contains(&(*gate as usize)) {
+                    *gate = self.gates.len() as u32;
+                    self.gates.push(Gate::new(shared));
                 }
-                slot += 1;
-            });
-            match shared_count {
-                0 => {}
-                1 => add_to_gate(&mut self.gates, first_gate, last_shared, bit),
-                _ => *several |= bit,
+                self.gates[*gate as usize].closed[usize::from(!demand.is_met(true))] |= bit;
+                self.gated[block] |= bit;
+            }
+            if one.is_far || one.shared > 1 {
+                others |= bit;
             }
         }
+        self.blocks[block].conditions = words;
+        self.blocks[block].special = self.gated[block];
         self.gates_of[block] = span(first_gate, self.gates.len());
+        let words = set_words(self.blocks.len());
+        for gate in &self.gates[first_gate..] {
+            self.users[gate.shared as usize * words + block / BLOCK] |= 1 << (block % BLOCK);
+        }
+        if words > 1 {
+            others |= self.gated[block];
+        }
+        self.gated[block] &= !others;
+        while let Some(lane) = lowest(others) {
+            others &= others - 1;
+            self.add_other(block, lane, structure);
+        }
     }
 
-    fn users_of(&self, shared: u32) -> &[u64] {
+    /// Finds out whether a transition is special, and which shared places it needs, if several.
+    fn add_other(&mut self, block: usize, lane: usize, structure: &Structure) {
+        let words = set_words(self.blocks.len());
+        let mut is_special = false;
+        let mut shared_count = 0;
+        for_conditions(structure.arcs_of(block * BLOCK + lane), |place, demand| {
+            is_special |= structure.kind(place) != PlaceKind::Internal;
+            let place = &self.places[place.index()];
+            is_special |= place.is_in_several_blocks() && demand.changes();
+            if let Some(shared) = place.as_shared() {
+                self.users[shared as usize * words + block / BLOCK] |= 1 << (block % BLOCK);
+                shared_count += 1;
+            }
+        });
+        let several = shared_count > 1;
+        let block = &mut self.blocks[block];
+        block.several |= u64::from(several) << lane;
+        block.special &= !(1 << lane);
+        block.special |= u64::from(is_special || several) << lane;
+    }
+
+    /// Adds what a firing of each transition flips of others in its own block: for each place that
+    /// it changes, all conditions on it.
+    fn add_flips_of_others(&mut self) {
+        let own: &mut [Bits] = self.own.as_flattened_mut();
+        for place in &self.places {
+            match *place.positions(&self.positions) {
+                [] => {}
+                // Most places have one transition before and one behind.
+                [a, b] => {
+                    if a.block() == b.block() {
+                        own[a.transition()][b.slot()] |= if a.changes() { b.bit() } else { 0 };
+                        own[b.transition()][a.slot()] |= if b.changes() { a.bit() } else { 0 };
+                    }
+                }
+                ref few if place.is_in_several_blocks() => {
+                    for by in few.iter().filter(|by| by.changes()) {
+                        let own = &mut own[by.transition()];
+                        for position in few {
+                            let is_here = position.block() == by.block();
+                            own[position.slot()] |= if is_here { position.bit() } else { 0 };
+                        }
+                    }
+                }
+                // They are all in one block.
+                ref many => {
+                    let mut flips = [0; SLOTS];
+                    for position in many {
+                        flips[position.slot()] |= position.bit();
+                    }
+                    for by in many.iter().filter(|by| by.changes()) {
+                        for (own, flips) in own[by.transition()].iter_mut().zip(&flips) {
+                            *own |= flips;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    pub(super) fn users_of(&self, shared: u32) -> &[u64] {
         let words = set_words(self.blocks.len());
         &self.users[shared as usize * words..][..words]
     }
 }
 
-/// Adds a transition to the gate of its one shared place, among those from `first` on.
-fn add_to_gate(gates: &mut Vec<Gate>, first: usize, (shared, when_marked): (u32, bool), bit: u64) {
-    let known = gates[first..].iter().position(|gate| gate.shared == shared);
-    let index = known.map_or(gates.len(), |index| first + index);
-    if known.is_none() {
-        gates.push(Gate {
-            shared,
-            closed: [0; 2],
-        });
-    }
-    gates[index].closed[usize::from(!when_marked)] |= bit;
-}
-
-/// What each firing does.
-struct Firings<'a> {
-    tables: Tables,
-    structure: &'a Structure,
-    sources: &'a [(PlaceId, EventId)],
-    sinks: &'a [(PlaceId, EventId)],
-    own: Vec<[Bits; BLOCK]>,
-    specials: Vec<Special>,
-    effects: Vec<Effects>,
-    needs: Vec<Need>,
-    far: Vec<Flip>,
-    ports: Vec<PortChange>,
-    word_bits: Vec<WordBits>,
-    /// By shared place: index of its gate in the block at hand, if that is in the block's span.
-    gate_of: Vec<u32>,
-    // Of the transition at hand:
-    marks: Vec<WordBits>,
-    wakes: Vec<WordBits>,
-    needed: Vec<(u32, bool)>,
-}
-
-impl<'a> Firings<'a> {
-    fn new(
-        tables: Tables,
-        structure: &'a Structure,
-        sources: &'a [(PlaceId, EventId)],
-        sinks: &'a [(PlaceId, EventId)],
-    ) -> Self {
-        Self {
-            own: vec![[[0; SLOTS]; BLOCK]; tables.blocks.len()],
-            gate_of: vec![u32::MAX; tables.shared],
-            specials: Vec::with_capacity(match tables.shared {
-                0 => 0,
-                _ => structure.transition_count(),
-            }),
-            tables,
-            structure,
-            sources,
-            sinks,
-            effects: Vec::new(),
-            needs: Vec::new(),
-            far: Vec::new(),
-            ports: Vec::new(),
-            word_bits: Vec::new(),
-            marks: Vec::new(),
-            wakes: Vec::new(),
-            needed: Vec::new(),
-        }
-    }
-
-    fn add_block<'b>(&mut self, block: usize, transitions: impl Iterator<Item = Arcs<'b>>) {
-        let gates = self.tables.gates_of[block];
-        for (gate, index) in gates.of(&self.tables.gates).iter().zip(gates.start..) {
-            self.gate_of[gate.shared as usize] = index;
-        }
-        let several = self.tables.blocks[block].several;
-        let has_ports = !self.sources.is_empty() || !self.sinks.is_empty();
-        let mut all_own = std::mem::take(&mut self.own);
-        for (lane, (arcs, own)) in transitions.zip(&mut all_own[block]).enumerate() {
-            let (first_far, first_port) = (self.far.len(), self.ports.len());
-            let mut special = Special::NOTHING;
-            for_conditions(arcs, |condition| {
-                if !condition.changes {
-                    return;
-                }
-                let place = &self.tables.places[condition.place.index()];
-                if let Some(shared) = place.as_shared() {
-                    let index = self.gate_of[shared as usize];
-                    if gates.contains(index) {
-                        let gate = &self.tables.gates[index as usize];
-                        special.open |= gate.closed[0] | gate.closed[1];
-                    }
-                    let (word, bits) = (shared / u64::BITS, 1 << (shared % u64::BITS));
-                    merge(&mut special.marks, &mut self.marks, WordBits { word, bits });
-                    for (&bits, word) in self.tables.users_of(shared).iter().zip(0..) {
-                        if bits != 0 {
-                            merge(&mut special.wakes, &mut self.wakes, WordBits { word, bits });
-                        }
-                    }
-                    return;
-                }
-                for flip in place.flips(&self.tables.flips) {
-                    if flip.block as usize == block {
-                        flip_bits(own, &flip.bits);
-                    } else {
-                        add_flip(&mut self.far, first_far, flip);
-                    }
-                }
-            });
-            if has_ports {
-                self.add_ports(arcs);
-            }
-            let several = several >> lane & 1 == 1;
-            let effects = (first_far, first_port) != (self.far.len(), self.ports.len());
-            if effects || several || special.marks.bits != 0 {
-                if effects || !self.marks.is_empty() || !self.wakes.is_empty() {
-                    special.more = self.effects.len() as u32;
-                    self.effects.push(Effects {
-                        far: span(first_far, self.far.len()),
-                        ports: span(first_port, self.ports.len()),
-                        marks: append(&mut self.word_bits, &mut self.marks),
-                        wakes: append(&mut self.word_bits, &mut self.wakes),
-                    });
-                }
-                if several {
-                    special.needs = self.add_needs(arcs);
-                }
-                self.tables.blocks[block].special |= 1 << lane;
-                self.specials.resize(block * BLOCK + lane, Special::NOTHING);
-                self.specials.push(special);
-            }
-        }
-        self.own = all_own;
-    }
-
-    fn add_ports(&mut self, arcs: Arcs) {
-        for_conditions(arcs, |condition| {
-            if !condition.changes {
-                return;
-            }
-            let index_of = |ports: &[(PlaceId, EventId)]| {
-                ports.partition_point(|&(place, _)| place < condition.place) as u16
-            };
-            self.ports
-                .extend(match self.structure.kind(condition.place) {
-                    PlaceKind::Internal => None,
-                    PlaceKind::Source => Some(PortChange::SourceEmptied(index_of(self.sources))),
-                    PlaceKind::Sink => Some(PortChange::SinkFilled(index_of(self.sinks))),
-                });
-        });
-    }
-
-    /// What a transition needs of several shared places.
-    fn add_needs(&mut self, arcs: Arcs) -> Span {
-        self.needed.clear();
-        for_conditions(arcs, |condition| {
-            let place = &self.tables.places[condition.place.index()];
-            if let Some(shared) = place.as_shared() {
-                self.needed.push((shared, condition.when_marked));
-            }
-        });
-        self.needed.sort_unstable();
-        let start = self.needs.len();
-        for &(shared, when_marked) in &self.needed {
-            let (word, bit) = (shared / u64::BITS, 1 << (shared % u64::BITS));
-            let last = self.needs[start..].last();
-            if last.is_none_or(|last| last.word != word) {
-                self.needs.push(Need {
-                    word,
-                    care: 0,
-                    value: 0,
-                });
-            }
-            if let Some(need) = self.needs.last_mut() {
-                need.care |= bit;
-                need.value |= if when_marked { bit } else { 0 };
-            }
-        }
-        span(start, self.needs.len())
-    }
-
-    fn finish(self) -> (Layout, State) {
-        let tables = self.tables;
-        let layout = Layout {
-            transitions: self.structure.transition_count(),
-            own: self.own.into(),
-            specials: self.specials.into(),
-            effects: self.effects.into(),
-            needs: self.needs.into(),
-            far: self.far.into(),
-            port_changes: self.ports.into(),
-            word_bits: self.word_bits.into(),
-            gates_of: tables.gates_of.into(),
-            gates: tables.gates.into(),
-            places: tables.places.into(),
-            flips: tables.flips,
-            users: tables.users.into(),
-        };
-        let marked = self.structure.places();
-        let marked = marked.filter(|&place| self.structure.marked(place));
-        let state = State::new(&layout, tables.blocks.into(), tables.shared, marked);
-        (layout, state)
-    }
-}
-
-fn flip_bits(bits: &mut Bits, flips: &Bits) {
-    for (bits, flips) in bits.iter_mut().zip(flips) {
-        *bits ^= flips;
-    }
-}
-
-/// Combines a flip with those from `first` on.
-fn add_flip(flips: &mut Vec<Flip>, first: usize, more: &Flip) {
-    let mut known = flips[first..].iter_mut();
-    match known.find(|flip| flip.block == more.block) {
-        Some(flip) => flip_bits(&mut flip.bits, &more.bits),
-        None => flips.push(*more),
-    }
-}
-
-/// Adds some members to a set.
-fn merge(first: &mut WordBits, others: &mut Vec<WordBits>, more: WordBits) {
-    if first.bits == 0 || first.word == more.word {
-        first.word = more.word;
-        first.bits |= more.bits;
-        return;
-    }
-    let mut known = others.iter_mut();
-    match known.find(|known| known.word == more.word) {
-        Some(known) => known.bits |= more.bits,
-        None => others.push(more),
-    }
-}
-
-fn append<T>(all: &mut Vec<T>, list: &mut Vec<T>) -> Span {
-    let start = all.len();
-    all.append(list);
-    span(start, all.len())
-}
-
-fn span(start: usize, end: usize) -> Span {
+pub(super) fn span(start: usize, end: usize) -> Span {
     Span {
         start: start as u32,
         end: end as u32,

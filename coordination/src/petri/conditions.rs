@@ -1,22 +1,12 @@
 //! What each transition needs, and which places are shared.
 
-use super::layout::{BLOCK, LOCAL, Place, SLOTS};
+use super::layout::{BLOCK, Demand, LOCAL, Place, SLOTS};
 use super::net::PlaceId;
 use super::structure::{Arcs, Structure};
 
-/// A place in the conditions of one transition.
-#[derive(Clone, Copy)]
-pub(super) struct Condition {
-    pub(super) place: PlaceId,
-    /// Holds while the place is marked, else while it is empty.
-    pub(super) when_marked: bool,
-    /// Firing changes the place, after which the condition does not hold.
-    pub(super) changes: bool,
-}
-
-/// Calls `each` with the conditions of a transition: its inputs, then its outputs that are no inputs.
+/// Calls `each` with what a transition demands: of its inputs, then of its outputs that are no inputs.
 #[inline(always)]
-pub(super) fn for_conditions(arcs: Arcs, mut each: impl FnMut(Condition)) {
+pub(super) fn for_conditions(arcs: Arcs, mut each: impl FnMut(PlaceId, Demand)) {
     let loops = if arcs.has_self_loop {
         self_loops(arcs)
     } else {
@@ -26,11 +16,12 @@ pub(super) fn for_conditions(arcs: Arcs, mut each: impl FnMut(Condition)) {
         let is_input = index < arcs.inputs;
         let is_kept = arcs.has_self_loop && loops.binary_search(&place).is_ok();
         if is_input || !is_kept {
-            each(Condition {
-                place,
-                when_marked: is_input,
-                changes: !is_kept,
-            });
+            let demand = match (is_input, is_kept) {
+                (false, _) => Demand::Empty,
+                (true, false) => Demand::Marked,
+                (true, true) => Demand::MarkedAndKept,
+            };
+            each(place, demand);
         }
     }
 }
@@ -48,58 +39,59 @@ fn self_loops(arcs: Arcs) -> Vec<PlaceId> {
     loops
 }
 
-/// All places, none of which has flips yet, and how many of them are shared.
-pub(super) fn places(structure: &Structure) -> (Vec<Place>, usize) {
-    let mut places = vec![Place::LOCAL; structure.place_count()];
-    let transitions = structure.transition_count();
-    let too_many = structure.arcs().any(|arcs| arcs.places.len() > SLOTS);
-    if !too_many && (transitions <= BLOCK || structure.most_arcs() <= LOCAL) {
-        return (places, 0);
-    }
-    let mut uses = vec![Use::default(); places.len()];
-    for (transition, arcs) in structure.arcs().enumerate() {
-        let block = (transition / BLOCK) as u32;
-        for place in arcs.places {
-            let user = &mut uses[place.index()];
-            user.blocks += u32::from(user.arcs == 0 || user.last_block != block);
-            user.last_block = block;
-            user.arcs += 1;
-        }
-    }
-    let mut shared = 0;
-    let mut share = |place: &mut Place| {
-        *place = Place::shared(shared);
-        shared += 1;
-    };
-    for (place, user) in places.iter_mut().zip(&uses) {
-        if user.blocks > 1 && user.arcs > LOCAL {
-            share(place);
-        }
-    }
-    // Of conditions that find no word, the places are shared: those that are used most.
-    let mut local = Vec::new();
-    for arcs in structure.arcs().filter(|arcs| arcs.places.len() > SLOTS) {
-        local.clear();
-        for_conditions(arcs, |condition| {
-            if !places[condition.place.index()].is_shared() {
-                local.push(condition.place.index());
-            }
-        });
-        if local.len() > SLOTS {
-            local.sort_by_key(|&place| uses[place].arcs);
-            for &place in &local[SLOTS..] {
-                share(&mut places[place]);
-            }
-        }
-    }
-    (places, shared as usize)
+/// All places, of which none has positions yet.
+pub(super) struct Places {
+    pub(super) places: Vec<Place>,
+    pub(super) shared: usize,
+    /// For how many positions there has to be room.
+    pub(super) positions: usize,
 }
 
-/// How a place is used.
-#[derive(Clone, Copy, Default)]
-struct Use {
-    arcs: u32,
-    /// Blocks that mention it.
-    blocks: u32,
-    last_block: u32,
+impl Places {
+    pub(super) fn new(structure: &Structure) -> Self {
+        let (mut shared, mut positions) = (0, 0);
+        let all = structure.uses.iter().zip(&structure.marked);
+        let places = all.map(|(user, &marked)| {
+            let is_in_several_blocks = user.spans_groups_of(BLOCK);
+            let mut place = Place::local(positions, is_in_several_blocks, marked);
+            if is_in_several_blocks && user.arcs > LOCAL {
+                place.share(shared);
+                shared += 1;
+            } else {
+                positions += user.arcs;
+            }
+            place
+        });
+        let places = places.collect();
+        let mut all = Self {
+            places,
+            shared: shared as usize,
+            positions: positions as usize,
+        };
+        let mut lists = structure.starts.windows(3).step_by(2);
+        if lists.any(|ends| ends[2] - ends[0] > SLOTS as u32) {
+            all.share_for_words(structure);
+        }
+        all
+    }
+
+    /// Of conditions that find no word, the places are shared: those that are used most.
+    fn share_for_words(&mut self, structure: &Structure) {
+        let mut local = Vec::new();
+        for arcs in structure.arcs().filter(|arcs| arcs.places.len() > SLOTS) {
+            local.clear();
+            for_conditions(arcs, |place, _| {
+                if !self.places[place.index()].is_shared() {
+                    local.push(place.index());
+                }
+            });
+            if local.len() > SLOTS {
+                local.sort_by_key(|&place| structure.uses[place].arcs);
+                for &place in &local[SLOTS..] {
+                    self.places[place].share(self.shared as u32);
+                    self.shared += 1;
+                }
+            }
+        }
+    }
 }

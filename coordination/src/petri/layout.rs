@@ -62,8 +62,8 @@ pub(super) struct Block {
 /// Bits in a word of a set.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WordBits {
-    /// Index of the word.
-    pub(super) word: u32,
+    /// Index of the word; a set has at most 2^16 / 64.
+    pub(super) word: u16,
     pub(super) bits: u64,
 }
 
@@ -71,13 +71,7 @@ pub(super) struct WordBits {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flip {
     pub(super) block: u32,
-    /// Index of another flip of the same place, in a block before, or [`Flip::NONE`].
-    pub(super) before: u32,
     pub(super) bits: Bits,
-}
-
-impl Flip {
-    pub(super) const NONE: u32 = u32::MAX;
 }
 
 /// A shared place, and the transitions of one block for which it is the only one.
@@ -88,10 +82,19 @@ pub(super) struct Gate {
     pub(super) closed: [u64; 2],
 }
 
+impl Gate {
+    pub(super) fn new(shared: u32) -> Self {
+        Self {
+            shared,
+            closed: [0; 2],
+        }
+    }
+}
+
 /// What the marks of 64 shared places have to be.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Need {
-    pub(super) word: u32,
+    pub(super) word: u16,
     /// The places that matter.
     pub(super) care: u64,
     /// Their marks.
@@ -115,20 +118,21 @@ impl Span {
     }
 }
 
-/// What a special transition needs, and what its firing changes, beside the conditions of its own
-/// block.
+/// What the firing of a special transition changes beside the conditions of its own block.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
 pub(super) struct Special {
     /// Flips in `open`.
     pub(super) open: u64,
     /// Shared places that change.
-    pub(super) marks: WordBits,
+    pub(super) marks: u64,
     /// The blocks that mention them.
-    pub(super) wakes: WordBits,
-    /// Index of further effects, or [`Special::NO_MORE`].
+    pub(super) wakes: u64,
+    /// The words of `marks` and `wakes`.
+    pub(super) marks_word: u16,
+    pub(super) wakes_word: u16,
+    /// Index of what else there is to know, or [`Special::NO_MORE`].
     pub(super) more: u32,
-    /// [`Need`]s, if it has several conditions on shared places.
-    pub(super) needs: Span,
 }
 
 impl Special {
@@ -136,17 +140,20 @@ impl Special {
 
     pub(super) const NOTHING: Self = Self {
         open: 0,
-        marks: WordBits { word: 0, bits: 0 },
-        wakes: WordBits { word: 0, bits: 0 },
+        marks: 0,
+        wakes: 0,
+        marks_word: 0,
+        wakes_word: 0,
         more: Self::NO_MORE,
-        needs: Span { start: 0, end: 0 },
     };
 }
 
-/// Effects that most special transitions do not have.
+/// What most special transitions do not have.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Effects {
-    /// Conditions in other blocks: [`Flip`]s.
+pub(super) struct More {
+    /// [`Need`]s, if there are several conditions on shared places.
+    pub(super) needs: Span,
+    /// Conditions in other blocks that change: [`Flip`]s.
     pub(super) far: Span,
     /// [`PortChange`]s.
     pub(super) ports: Span,
@@ -163,94 +170,145 @@ pub(super) enum PortChange {
     SinkFilled(u16),
 }
 
-/// A place; either it is local and has flips, or it is shared.
+/// A place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// Index of the latest of its flips, or among the shared places.
-    index: u32,
-    is_shared: bool,
-    /// Of a local place, a condition from which its mark is read.
-    pub(super) witness: Witness,
-}
-
-/// A condition.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Witness {
-    pub(super) transition: u16,
-    /// Its word.
-    pub(super) slot: u8,
-    /// It holds while the place is marked, else while it is empty.
-    pub(super) when_marked: bool,
+    /// Index of the first of its [`Position`]s, and the flags.
+    first: u32,
+    /// Behind the last position, or its index among the shared places.
+    end: u32,
 }
 
 impl Place {
-    /// Without flips.
-    pub(super) const LOCAL: Self = Self {
-        index: Flip::NONE,
-        is_shared: false,
-        witness: Witness {
-            transition: 0,
-            slot: 0,
-            when_marked: false,
-        },
-    };
+    const SHARED: u32 = 1 << 31;
+    /// Several blocks mention it, or it is shared.
+    const SEVERAL_BLOCKS: u32 = 1 << 30;
+    /// Initially.
+    const MARKED: u32 = 1 << 29;
+    const FLAGS: u32 = Self::SHARED | Self::SEVERAL_BLOCKS | Self::MARKED;
 
-    pub(super) fn shared(index: u32) -> Self {
+    /// With room for positions from `first` on.
+    #[inline]
+    pub(super) fn local(first: u32, is_in_several_blocks: bool, is_marked: bool) -> Self {
+        let flags = u32::from(is_in_several_blocks) << 30 | u32::from(is_marked) << 29;
         Self {
-            index,
-            is_shared: true,
-            ..Self::LOCAL
+            first: first | flags,
+            end: first,
         }
     }
 
+    /// Makes it shared.
+    pub(super) fn share(&mut self, index: u32) {
+        self.first |= Self::SHARED | Self::SEVERAL_BLOCKS;
+        self.end = index;
+    }
+
+    #[inline]
     pub(super) fn is_shared(&self) -> bool {
-        self.is_shared
+        self.first & Self::SHARED != 0
+    }
+
+    /// Whether several blocks mention it, or it is shared.
+    #[inline]
+    pub(super) fn is_in_several_blocks(&self) -> bool {
+        self.first & Self::SEVERAL_BLOCKS != 0
+    }
+
+    /// Whether it is marked initially.
+    #[inline]
+    pub(super) fn is_marked(&self) -> bool {
+        self.first & Self::MARKED != 0
     }
 
     /// The index of a shared place.
+    #[inline]
     pub(super) fn as_shared(&self) -> Option<u32> {
-        self.is_shared.then_some(self.index)
+        self.is_shared().then_some(self.end)
     }
 
-    /// Adds a bit, behind all others, to the flips of a local place; whether that took a new flip.
+    /// Where the next position of a local place goes.
     #[inline]
-    pub(super) fn add_flip(
-        &mut self,
-        all: &mut Vec<Flip>,
-        block: u32,
-        slot: usize,
-        bit: u64,
-    ) -> bool {
-        let latest = all.get_mut(self.index as usize);
-        if let Some(latest) = latest.filter(|latest| latest.block == block) {
-            latest.bits[slot] |= bit;
-            return false;
+    pub(super) fn next_position(&mut self) -> usize {
+        self.end += 1;
+        self.end as usize - 1
+    }
+
+    /// The conditions on a local place, which are in one block or at most [`LOCAL`]; none of a shared
+    /// one.
+    #[inline]
+    pub(super) fn positions<'a>(&self, all: &'a [Position]) -> &'a [Position] {
+        if self.is_shared() {
+            return &[];
         }
-        let mut bits = [0; SLOTS];
-        bits[slot] = bit;
-        let before = self.index;
-        self.index = all.len() as u32;
-        all.push(Flip {
-            block,
-            before,
-            bits,
-        });
-        true
+        &all[(self.first & !Self::FLAGS) as usize..self.end as usize]
+    }
+}
+
+/// What a condition asks of its place, and what the transition does to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Demand {
+    /// It is marked, and is emptied.
+    Marked,
+    /// It is marked, and stays so.
+    MarkedAndKept,
+    /// It is empty, and is marked.
+    Empty,
+}
+
+impl Demand {
+    #[inline]
+    pub(super) fn is_met(self, marked: bool) -> bool {
+        marked == (self != Self::Empty)
     }
 
-    /// The flips of a local place.
+    /// Whether the place changes.
     #[inline]
-    pub(super) fn flips<'a>(&self, all: &'a [Flip]) -> impl Iterator<Item = &'a Flip> {
-        let mut index = if self.is_shared {
-            Flip::NONE
-        } else {
-            self.index
-        };
-        std::iter::from_fn(move || {
-            let flip = all.get(index as usize)?;
-            index = flip.before;
-            Some(flip)
-        })
+    pub(super) fn changes(self) -> bool {
+        self != Self::MarkedAndKept
+    }
+}
+
+/// Where a condition on a local place is: from the lowest bit its transition, its word, whether the
+/// place stays as it is, and whether it has to be empty.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Position(u32);
+
+impl Position {
+    #[inline]
+    pub(super) fn new(transition: usize, slot: usize, demand: Demand) -> Self {
+        let demand = u32::from(!demand.changes()) << 18 | u32::from(!demand.is_met(true)) << 19;
+        Self(transition as u32 | (slot as u32) << 16 | demand)
+    }
+
+    #[inline]
+    pub(super) fn transition(self) -> usize {
+        self.0 as usize & 0xffff
+    }
+
+    #[inline]
+    pub(super) fn block(self) -> usize {
+        self.transition() / BLOCK
+    }
+
+    /// Its bit in the word.
+    #[inline]
+    pub(super) fn bit(self) -> u64 {
+        1 << (self.0 as usize % BLOCK)
+    }
+
+    #[inline]
+    pub(super) fn slot(self) -> usize {
+        (self.0 >> 16) as usize % SLOTS
+    }
+
+    #[inline]
+    pub(super) fn changes(self) -> bool {
+        self.0 >> 18 & 1 == 0
+    }
+
+    #[inline]
+    pub(super) fn when_marked(self) -> bool {
+        self.0 >> 19 & 1 == 0
     }
 }
 
@@ -262,7 +320,7 @@ pub(super) struct Layout {
     pub(super) own: Box<[[Bits; BLOCK]]>,
     /// By transition, up to the last special one.
     pub(super) specials: Box<[Special]>,
-    pub(super) effects: Box<[Effects]>,
+    pub(super) more: Box<[More]>,
     pub(super) needs: Box<[Need]>,
     pub(super) far: Box<[Flip]>,
     pub(super) port_changes: Box<[PortChange]>,
@@ -272,7 +330,7 @@ pub(super) struct Layout {
     pub(super) gates: Box<[Gate]>,
     pub(super) places: Box<[Place]>,
     /// Of all local places.
-    pub(super) flips: Vec<Flip>,
+    pub(super) positions: Box<[Position]>,
     /// By shared place: the set of the blocks that mention it.
     pub(super) users: Box<[u64]>,
 }

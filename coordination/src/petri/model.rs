@@ -91,13 +91,6 @@ pub struct PlaceSet<'a> {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct PlaceData {
-    pub(super) name: NameId,
-    pub(super) kind: PlaceKind,
-    pub(super) binding: Option<Binding>,
-}
-
-#[derive(Clone, Debug)]
 pub(super) struct SetData {
     pub(super) name: String,
     pub(super) places: Vec<NameId>,
@@ -115,7 +108,12 @@ pub(super) struct Duplicate {
 pub(super) struct ModelData {
     pub(super) name: String,
     pub(super) symbols: Symbols,
-    pub(super) places: Vec<PlaceData>,
+    /// By place: its name.
+    pub(super) places: Vec<NameId>,
+    /// By place.
+    pub(super) kinds: Vec<PlaceKind>,
+    /// The sources and sinks, as indices into the places, in order.
+    pub(super) bindings: Vec<(u32, Binding)>,
     pub(super) transitions: Vec<NameId>,
     pub(super) duplicates: Vec<Duplicate>,
     /// From and to.
@@ -156,6 +154,8 @@ impl NetModel {
                 name: name.into(),
                 symbols: Symbols::default(),
                 places: Vec::new(),
+                kinds: Vec::new(),
+                bindings: Vec::new(),
                 transitions: Vec::new(),
                 duplicates: Vec::new(),
                 arcs: Vec::new(),
@@ -267,11 +267,16 @@ impl NetModel {
                 marked[number as usize] = true;
             }
         }
-        data.places.iter().zip(marked).map(|(place, marked)| Place {
-            name: data.name_of(place.name),
-            kind: place.kind,
-            binding: place.binding.as_ref(),
-            marked,
+        let mut bindings = data.bindings.iter().peekable();
+        let all = data.places.iter().zip(&data.kinds).zip(marked).enumerate();
+        all.map(move |(index, ((&name, &kind), marked))| {
+            let binding = bindings.next_if(|&&(place, _)| place as usize == index);
+            Place {
+                name: data.name_of(name),
+                kind,
+                binding: binding.map(|(_, binding)| binding),
+                marked,
+            }
         })
     }
 
@@ -324,11 +329,10 @@ impl NetModel {
         let data = self.edit();
         let number = data.places.len() as u32;
         let name = data.symbols.intern(name);
-        data.places.push(PlaceData {
-            name,
-            kind,
-            binding,
-        });
+        data.places.push(name);
+        data.kinds.push(kind);
+        data.bindings
+            .extend(binding.map(|binding| (number, binding)));
         declare(data, name, Element::Place(number));
         self
     }

@@ -70,10 +70,8 @@ impl Net {
     ) -> Result<Self, ModelError> {
         let mut sources = Vec::new();
         let mut sinks = Vec::new();
-        for (index, place) in data.places.iter().enumerate() {
-            let Some(binding) = &place.binding else {
-                continue;
-            };
+        for (place, binding) in &data.bindings {
+            let place = PlaceId::from_index(*place as usize);
             let event =
                 events
                     .intern(&binding.event_name())
@@ -81,10 +79,9 @@ impl Net {
                         net: data.name.clone(),
                         reason,
                     })?;
-            let bound = (PlaceId::from_index(index), event);
-            match place.kind {
-                PlaceKind::Source => sources.push(bound),
-                PlaceKind::Sink => sinks.push(bound),
+            match structure.kind(place) {
+                PlaceKind::Source => sources.push((place, event)),
+                PlaceKind::Sink => sinks.push((place, event)),
                 PlaceKind::Internal => {}
             }
         }
@@ -135,7 +132,7 @@ impl Net {
     pub fn place_name(&self, place: PlaceId) -> &str {
         let data = &self.inner.data;
         let place = data.places.get(place.index());
-        place.map_or("?", |place| data.name_of(place.name))
+        place.map_or("?", |&name| data.name_of(name))
     }
 
     /// The transition called `name`.

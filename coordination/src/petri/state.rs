@@ -1,6 +1,6 @@
 //! What changes while a net runs; see [the layout](super::layout).
 
-use super::layout::{BLOCK, Block, Flip, Layout, PortChange, Special, Witness, WordBits};
+use super::layout::{BLOCK, Block, Flip, Layout, More, PortChange, Special};
 use super::net::PlaceId;
 use super::ports::Ports;
 use super::words::{Words, above, lowest, next_behind};
@@ -38,31 +38,16 @@ pub(super) struct Allowance {
 }
 
 impl State {
-    /// With these places marked, out of blocks in which all are empty.
-    pub(super) fn new(
-        layout: &Layout,
-        blocks: Box<[Block]>,
-        shared: usize,
-        marked: impl Iterator<Item = PlaceId>,
-    ) -> Self {
+    /// With these blocks, and these shared places marked.
+    pub(super) fn new(layout: &Layout, blocks: Box<[Block]>, marks: Box<[u64]>) -> Self {
         let mut state = Self {
             sets: vec![Sets::default(); blocks.len().div_ceil(BLOCK)].into(),
             blocks,
-            // Special transitions may name the first word without any bit.
-            marks: vec![0; shared.div_ceil(BLOCK).max(1)].into(),
+            marks,
             last: layout.transitions - 1,
             open: 0,
             any_used: false,
         };
-        for place in marked {
-            let place = &layout.places[place.index()];
-            if let Some(shared) = place.as_shared() {
-                state.flip_shared(shared);
-            }
-            for flip in place.flips(&layout.flips) {
-                state.flip_conditions(flip);
-            }
-        }
         state.open = state.open_of(layout, state.last / BLOCK);
         for block in 0..state.blocks.len() {
             state.look_at(block);
@@ -85,24 +70,17 @@ impl State {
         if let Some(shared) = place.as_shared() {
             return self.is_shared_marked(shared);
         }
-        let Witness {
-            transition,
-            slot,
-            when_marked,
-        } = place.witness;
-        let (block, lane) = (
-            usize::from(transition) / BLOCK,
-            usize::from(transition) % BLOCK,
-        );
-        let word = self.blocks[block].conditions[usize::from(slot)];
-        (word >> lane & 1 == 1) == when_marked
+        // All conditions on it tell the same; there is one, as no place is without an arc.
+        let position = place.positions(&layout.positions)[0];
+        let word = self.blocks[position.block()].conditions[position.slot()];
+        position.when_marked() == (word & position.bit() != 0)
     }
 
     /// Marks a place that is empty or empties one that is marked. Between two evaluations only.
     pub(super) fn flip(&mut self, layout: &Layout, place: PlaceId) {
         let place = &layout.places[place.index()];
         if let Some(shared) = place.as_shared() {
-            self.flip_shared(shared);
+            self.marks[shared as usize / BLOCK] ^= 1 << (shared as usize % BLOCK);
             let words = self.sets.len();
             let users = &layout.users[shared as usize * words..][..words];
             for (sets, users) in self.sets.iter_mut().zip(users) {
@@ -110,17 +88,11 @@ impl State {
             }
             self.open = self.open_of(layout, self.last / BLOCK);
         }
-        for flip in place.flips(&layout.flips) {
-            self.flip_conditions(flip);
-            self.look_at(flip.block as usize);
+        for position in place.positions(&layout.positions) {
+            let conditions = &mut self.blocks[position.block()].conditions;
+            conditions[position.slot()] ^= position.bit();
+            self.look_at(position.block());
         }
-    }
-
-    fn flip_shared(&mut self, shared: u32) {
-        self.flip_marks(WordBits {
-            word: shared / u64::BITS,
-            bits: 1 << (shared % u64::BITS),
-        });
     }
 
     /// Fires one transition, unless none is ready or the next one needs several shared places.
@@ -336,7 +308,8 @@ impl State {
     }
 
     fn is_met(&self, layout: &Layout, block: usize, lane: usize) -> bool {
-        let needs = layout.specials[block * BLOCK + lane].needs;
+        let more = layout.specials[block * BLOCK + lane].more;
+        let needs = layout.more[more as usize].needs;
         let mut needs = needs.of(&layout.needs).iter();
         needs.all(|need| self.marks[need.word as usize] & need.care == need.value)
     }
@@ -417,43 +390,32 @@ impl State {
     /// What a special firing changes beside the conditions of its block. Returns the flips in `open`.
     #[inline(always)]
     fn apply_special(&mut self, layout: &Layout, ports: &mut Ports, special: &Special) -> u64 {
-        self.flip_marks(special.marks);
-        self.wake(special.wakes);
+        self.marks[usize::from(special.marks_word)] ^= special.marks;
+        self.sets[usize::from(special.wakes_word)].active |= special.wakes;
         if special.more != Special::NO_MORE {
-            self.apply_effects(layout, ports, special.more as usize);
+            self.apply_more(layout, ports, &layout.more[special.more as usize]);
         }
         special.open
     }
 
     #[inline(never)]
-    fn apply_effects(&mut self, layout: &Layout, ports: &mut Ports, index: usize) {
-        let effects = &layout.effects[index];
-        for &marks in effects.marks.of(&layout.word_bits) {
-            self.flip_marks(marks);
+    fn apply_more(&mut self, layout: &Layout, ports: &mut Ports, more: &More) {
+        for marks in more.marks.of(&layout.word_bits) {
+            self.marks[usize::from(marks.word)] ^= marks.bits;
         }
-        for &wakes in effects.wakes.of(&layout.word_bits) {
-            self.wake(wakes);
+        for blocks in more.wakes.of(&layout.word_bits) {
+            self.sets[usize::from(blocks.word)].active |= blocks.bits;
         }
-        for flip in effects.far.of(&layout.far) {
+        for flip in more.far.of(&layout.far) {
             self.flip_conditions(flip);
             self.look_at(flip.block as usize);
         }
-        for change in effects.ports.of(&layout.port_changes) {
+        for change in more.ports.of(&layout.port_changes) {
             match *change {
                 PortChange::SourceEmptied(source) => ports.emptied(usize::from(source)),
                 PortChange::SinkFilled(sink) => ports.filled(usize::from(sink)),
             }
         }
-    }
-
-    #[inline]
-    fn flip_marks(&mut self, marks: WordBits) {
-        self.marks[marks.word as usize] ^= marks.bits;
-    }
-
-    #[inline]
-    fn wake(&mut self, blocks: WordBits) {
-        self.sets[blocks.word as usize].active |= blocks.bits;
     }
 
     fn flip_conditions(&mut self, flip: &Flip) {

@@ -1,5 +1,6 @@
 //! A checked model in numbers.
 
+use super::lists::Use;
 use super::model::PlaceKind;
 use super::net::{PlaceId, TransitionId};
 
@@ -15,8 +16,8 @@ pub struct Structure {
     pub(super) places: Box<[PlaceId]>,
     /// Whether some place is input and output of the same transition, by transition.
     pub(super) self_loops: Box<[bool]>,
-    /// By place: how many arcs leave it and how many enter it.
-    pub(super) degrees: Box<[Degrees]>,
+    /// By place.
+    pub(super) uses: Box<[Use]>,
 }
 
 /// The arcs of one transition.
@@ -28,12 +29,6 @@ pub(super) struct Arcs<'a> {
     pub(super) inputs: usize,
     /// Whether some place is both.
     pub(super) has_self_loop: bool,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Degrees {
-    pub(super) out: u32,
-    pub(super) into: u32,
 }
 
 impl Structure {
@@ -91,10 +86,13 @@ impl Structure {
             })
     }
 
-    /// The most arcs that one place has.
-    pub(super) fn most_arcs(&self) -> u32 {
-        let arcs = self.degrees.iter().map(|place| place.out + place.into);
-        arcs.max().unwrap_or(0)
+    pub(super) fn arcs_of(&self, transition: usize) -> Arcs<'_> {
+        let ends = &self.starts[2 * transition..2 * transition + 3];
+        Arcs {
+            places: &self.places[ends[0] as usize..ends[2] as usize],
+            inputs: (ends[1] - ends[0]) as usize,
+            has_self_loop: self.self_loops[transition],
+        }
     }
 
     /// Who marks and empties a place.

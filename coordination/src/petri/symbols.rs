@@ -7,6 +7,12 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct NameId(u32);
 
+impl NameId {
+    pub(super) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
 /// What a name stands for; numbers count in the order of declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Element {
@@ -32,6 +38,8 @@ pub(super) struct Symbols {
     names: Vec<Arc<str>>,
     elements: Vec<Element>,
     ids: HashMap<Arc<str>, NameId>,
+    /// The id of the empty name.
+    empty: Option<NameId>,
 }
 
 impl Symbols {
@@ -41,6 +49,9 @@ impl Symbols {
             return id;
         }
         let id = NameId(self.names.len() as u32);
+        if name.is_empty() {
+            self.empty = Some(id);
+        }
         let name: Arc<str> = name.into();
         self.names.push(Arc::clone(&name));
         self.elements.push(Element::Unknown);
@@ -66,6 +77,17 @@ impl Symbols {
 
     pub(super) fn name(&self, id: NameId) -> &str {
         &self.names[id.0 as usize]
+    }
+
+    /// How many names there are.
+    pub(super) fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// What the empty name stands for.
+    pub(super) fn nameless(&self) -> Element {
+        self.empty
+            .map_or(Element::Unknown, |empty| self.element(empty))
     }
 
     pub(super) fn find(&self, name: &str) -> Element {

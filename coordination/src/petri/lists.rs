@@ -1,0 +1,93 @@
+//! The arcs of a model, transition by transition.
+
+use super::net::PlaceId;
+
+/// An arc in numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NumberedArc {
+    /// At twice the index of a transition are its inputs, behind that are its outputs.
+    pub(super) list: u32,
+    pub(super) place: u32,
+}
+
+/// How a place is used.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Use {
+    /// The first list that it is in, and the last, both counted from one; 0 if it is in none.
+    first: u32,
+    last: u32,
+    /// How many arcs it has, and how many of them enter it.
+    pub(super) arcs: u32,
+    pub(super) into: u32,
+}
+
+impl Use {
+    /// Whether the first and the last transition that mention the place are in different groups of
+    /// so many.
+    pub(super) fn spans_groups_of(&self, transitions: usize) -> bool {
+        let group = |list: u32| list.saturating_sub(1) as usize / 2 / transitions;
+        group(self.first) != group(self.last)
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Lists {
+    /// Where each list begins, and where the last ends.
+    pub(super) starts: Box<[u32]>,
+    pub(super) places: Box<[PlaceId]>,
+    /// By place.
+    pub(super) uses: Box<[Use]>,
+    /// By transition, whether some place is in both of its lists.
+    pub(super) self_loops: Box<[bool]>,
+    /// Whether some place is in a list twice.
+    pub(super) has_duplicates: bool,
+}
+
+impl Lists {
+    /// Of arcs that come list by list, as they do from most models; nothing of others, or if one is
+    /// no arc.
+    #[inline]
+    pub(super) fn of_ordered(
+        arcs: impl ExactSizeIterator<Item = Option<NumberedArc>>,
+        place_count: usize,
+        transition_count: usize,
+    ) -> Option<Self> {
+        let mut starts = vec![0; 2 * transition_count + 1];
+        let mut places = vec![PlaceId(0); arcs.len()];
+        let mut uses = vec![Use::default(); place_count];
+        let mut self_loops = vec![false; transition_count];
+        let mut has_duplicates = false;
+        let mut begun = 0;
+        for ((arc, entry), index) in arcs.zip(&mut places).zip(0..) {
+            let NumberedArc { list, place } = arc?;
+            if list as usize + 1 < begun {
+                return None;
+            }
+            while begun <= list as usize {
+                starts[begun] = index;
+                begun += 1;
+            }
+            *entry = PlaceId(place as u16);
+            let user = &mut uses[place as usize];
+            let before = std::mem::replace(&mut user.last, list + 1);
+            if before == 0 {
+                user.first = list + 1;
+            }
+            has_duplicates |= before == list + 1;
+            let is_output = list % 2;
+            user.arcs += 1;
+            user.into += is_output;
+            if is_output == 1 && before == list {
+                self_loops[list as usize / 2] = true;
+            }
+        }
+        starts[begun..].fill(places.len() as u32);
+        Some(Self {
+            starts: starts.into(),
+            places: places.into(),
+            uses: uses.into(),
+            self_loops: self_loops.into(),
+            has_duplicates,
+        })
+    }
+}
