@@ -20,7 +20,7 @@ const EVALUATIONS: usize = 400;
 
 pub fn print() {
     println!("family,places,firings,longest_ns,median_ns,longest_ns_per_firing");
-    for family in [Family::Seq, Family::Pr1, Family::P1r, Family::Ph] {
+    for family in Family::ALL {
         for wanted in PLACES {
             for firings in FIRINGS {
                 line(family, wanted, firings);
@@ -30,11 +30,13 @@ pub fn print() {
 }
 
 fn line(family: Family, wanted: usize, firings: u32) {
-    let per_process = match family {
-        Family::Seq | Family::Pr1 => 2,
-        _ => 3,
+    let p = match family {
+        Family::Seq | Family::Pr1 => wanted / 2,
+        Family::P1r | Family::Ph => wanted / 3,
+        // Nearly p² places.
+        Family::Square => wanted.isqrt(),
     };
-    let model = family.model(wanted / per_process);
+    let model = family.model(p);
     let net = model
         .compile(&mut EventTable::new())
         .expect("the families are sound");

@@ -2,7 +2,9 @@
 
 use super::conditions::{Places, for_conditions};
 use super::firings::Firings;
-use super::layout::{BLOCK, Bits, Block, Demand, Gate, Layout, Place, Position, SLOTS, Span};
+use super::layout::{
+    BLOCK, Bits, Block, Demand, Gate, Layout, Place, Position, SLOTS, Span, set_words,
+};
 use super::model::PlaceKind;
 use super::net::PlaceId;
 use super::state::State;
@@ -75,13 +77,8 @@ pub(super) struct Tables {
     /// By shared place: index of its gate in the block at hand, if that is in the block's span.
     pub(super) gate_of: Vec<u32>,
     pub(super) own: Vec<[Bits; BLOCK]>,
-    /// By shared place: the set of the blocks that mention it.
+    /// As [`Layout::users`].
     pub(super) users: Vec<u64>,
-}
-
-/// Words of a set of blocks.
-pub(super) fn set_words(blocks: usize) -> usize {
-    blocks.div_ceil(BLOCK)
 }
 
 impl Tables {
@@ -111,7 +108,7 @@ impl Tables {
             shared,
             gate_of: vec![u32::MAX; shared],
             own: vec![[[0; SLOTS]; BLOCK]; block_count],
-            users: vec![0; shared * set_words(block_count)],
+            users: vec![0; 2 * shared * set_words(block_count)],
         }
     }
 
@@ -167,7 +164,12 @@ impl Tables {
         self.gates_of[block] = span(first_gate, self.gates.len());
         let words = set_words(self.blocks.len());
         for gate in &self.gates[first_gate..] {
-            self.users[gate.shared as usize * words + block / BLOCK] |= 1 << (block % BLOCK);
+            for (closed, when_marked) in gate.closed.into_iter().zip([true, false]) {
+                if closed != 0 {
+                    let users = users_of(&mut self.users, words, gate.shared, when_marked);
+                    users[block / BLOCK] |= 1 << (block % BLOCK);
+                }
+            }
         }
         if words > 1 {
             others |= self.gated[block];
@@ -189,7 +191,8 @@ impl Tables {
             let place = &self.places[place.index()];
             is_special |= place.is_in_several_blocks() && demand.changes();
             if let Some(shared) = place.as_shared() {
-                self.users[shared as usize * words + block / BLOCK] |= 1 << (block % BLOCK);
+                let users = users_of(&mut self.users, words, shared, demand.is_met(true));
+                users[block / BLOCK] |= 1 << (block % BLOCK);
                 shared_count += 1;
             }
         });
@@ -238,11 +241,11 @@ impl Tables {
             }
         }
     }
+}
 
-    pub(super) fn users_of(&self, shared: u32) -> &[u64] {
-        let words = set_words(self.blocks.len());
-        &self.users[shared as usize * words..][..words]
-    }
+fn users_of(users: &mut [u64], words: usize, shared: u32, when_marked: bool) -> &mut [u64] {
+    let set = 2 * shared as usize + usize::from(when_marked);
+    &mut users[set * words..][..words]
 }
 
 pub(super) fn span(start: usize, end: usize) -> Span {

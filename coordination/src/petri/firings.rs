@@ -1,10 +1,10 @@
 //! What a firing changes beside the local conditions of its block; see [the layout](super::layout).
 
-use super::compile::{Tables, set_words, span};
+use super::compile::{Tables, span};
 use super::conditions::for_conditions;
 use super::layout::{
     BLOCK, Block, Demand, Flip, Layout, More, Need, PortChange, Position, SLOTS, Span, Special,
-    WordBits,
+    WordBits, set_words, users_of,
 };
 use super::model::PlaceKind;
 use super::net::PlaceId;
@@ -21,6 +21,7 @@ pub(super) struct Firings<'a> {
     sinks: &'a [(PlaceId, EventId)],
     specials: Vec<Special>,
     more: Vec<More>,
+    needs_of: Vec<Span>,
     needs: Vec<Need>,
     far: Vec<Flip>,
     ports: Vec<PortChange>,
@@ -58,13 +59,18 @@ impl<'a> Firings<'a> {
         sources: &'a [(PlaceId, EventId)],
         sinks: &'a [(PlaceId, EventId)],
     ) -> Self {
-        let last = tables.blocks.iter().rposition(|block| block.special != 0);
-        let specials = last.map_or(0, |last| {
-            (last + 1) * BLOCK - tables.blocks[last].special.leading_zeros() as usize
-        });
+        let behind_last = |of: fn(&Block) -> u64| {
+            let last = tables.blocks.iter().rposition(|block| of(block) != 0);
+            last.map_or(0, |last| {
+                (last + 1) * BLOCK - of(&tables.blocks[last]).leading_zeros() as usize
+            })
+        };
+        let specials = behind_last(|block| block.special);
+        let several = behind_last(|block| block.several);
         let wakes = vec![0; set_words(tables.blocks.len())];
         Self {
             specials: vec![Special::NOTHING; specials],
+            needs_of: vec![Span::default(); several],
             tables,
             structure,
             sources,
@@ -85,18 +91,23 @@ impl<'a> Firings<'a> {
             self.tables.gate_of[gate.shared as usize] = index;
             let open = gate.closed[0] | gate.closed[1];
             let marks = word_of(gate.shared);
-            let special = Special {
-                open,
-                marks: marks.bits,
-                wakes: self.tables.users_of(gate.shared)[0],
-                marks_word: marks.word,
-                wakes_word: 0,
-                more: Special::NO_MORE,
-            };
-            let mut gated = open & self.tables.gated[block];
-            while let Some(lane) = lowest(gated) {
-                gated &= gated - 1;
-                self.specials[block * BLOCK + lane] = special;
+            for (transitions, marks_it) in gate.closed.into_iter().zip([false, true]) {
+                let mut gated = transitions & self.tables.gated[block];
+                if gated == 0 {
+                    continue;
+                }
+                let special = Special {
+                    open,
+                    marks: marks.bits,
+                    wakes: self.users_of(gate.shared, marks_it)[0],
+                    marks_word: marks.word,
+                    wakes_word: 0,
+                    more: Special::NO_MORE,
+                };
+                while let Some(lane) = lowest(gated) {
+                    gated &= gated - 1;
+                    self.specials[block * BLOCK + lane] = special;
+                }
             }
         }
         let Block {
@@ -145,14 +156,13 @@ impl<'a> Firings<'a> {
         let (marks, further_marks) = self.marks_of_touched();
         let (wakes, further_wakes) = self.wakes_of_touched();
         let more = More {
-            needs: self.needs_of_touched(several),
             far: span(starts.0, self.far.len()),
             ports: span(starts.1, self.ports.len()),
             marks: further_marks,
             wakes: further_wakes,
         };
         let is_nothing = {
-            let all = [more.needs, more.far, more.ports, more.marks, more.wakes];
+            let all = [more.far, more.ports, more.marks, more.wakes];
             all.iter().all(|span| span.start == span.end)
         };
         let index = if is_nothing {
@@ -161,6 +171,9 @@ impl<'a> Firings<'a> {
             self.more.push(more);
             self.more.len() as u32 - 1
         };
+        if several {
+            self.needs_of[transition] = self.needs_of_touched();
+        }
         self.specials[transition] = Special {
             open,
             marks: marks.bits,
@@ -201,15 +214,27 @@ impl<'a> Firings<'a> {
         (first, span(start, self.word_bits.len()))
     }
 
-    /// The blocks that mention them: the first word of them, and the others.
+    fn users_of(&self, shared: u32, when_marked: bool) -> &[u64] {
+        users_of(
+            &self.tables.users,
+            self.tables.blocks.len(),
+            shared,
+            when_marked,
+        )
+    }
+
+    /// The blocks that may have more to fire then: the first word of them, and the others.
     fn wakes_of_touched(&mut self) -> (WordBits, Span) {
-        self.wakes.fill(0);
+        let mut wakes = std::mem::take(&mut self.wakes);
+        wakes.fill(0);
         for touched in self.touched.iter().filter(|it| it.demand.changes()) {
-            let users = self.tables.users_of(touched.shared);
-            for (wakes, users) in self.wakes.iter_mut().zip(users) {
+            let marks_it = touched.demand == Demand::Empty;
+            let users = self.users_of(touched.shared, marks_it);
+            for (wakes, users) in wakes.iter_mut().zip(users) {
                 *wakes |= users;
             }
         }
+        self.wakes = wakes;
         let all = (0..).zip(&self.wakes).filter(|&(_, &bits)| bits != 0);
         let mut all = all.map(|(word, &bits)| WordBits { word, bits });
         let first = all.next().unwrap_or_default();
@@ -218,10 +243,10 @@ impl<'a> Firings<'a> {
         (first, span(start, self.word_bits.len()))
     }
 
-    /// What it needs of them, if they are several.
-    fn needs_of_touched(&mut self, several: bool) -> Span {
+    /// What it needs of them.
+    fn needs_of_touched(&mut self) -> Span {
         let start = self.needs.len();
-        for touched in self.touched.iter().filter(|_| several) {
+        for touched in &self.touched {
             let WordBits { word, bits } = word_of(touched.shared);
             if self.needs[start..]
                 .last()
@@ -256,6 +281,7 @@ impl<'a> Firings<'a> {
             own: tables.own.into(),
             specials: self.specials.into(),
             more: self.more.into(),
+            needs_of: self.needs_of.into(),
             needs: self.needs.into(),
             far: self.far.into(),
             port_changes: self.ports.into(),

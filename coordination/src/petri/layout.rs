@@ -25,9 +25,18 @@
 //! the same, however many transitions wait for a shared place.
 //!
 //! Blocks that may have something to fire are in a set, `active`, which is all that a search goes
-//! through. What changes local conditions puts their block in or out. What changes a shared place
-//! puts in all blocks that mention it, 64 at a time, and the search puts out those that turn out to
-//! have nothing.
+//! through. What changes local conditions puts their block in or out. What marks a shared place puts
+//! in all blocks that need it marked, what empties it those that need it empty, 64 at a time, and the
+//! search puts out those that turn out to have nothing.
+//!
+//! **Bound.** A firing costs its arcs, and a word per 4,096 transitions of the net for each shared
+//! place that it changes. Only a search costs more: it looks in vain at blocks that wait for a shared
+//! place which somebody else took before their turn came. An evaluation ends if it has looked in vain
+//! at as many blocks as [`State::VAIN_LOOKS`], and [`State::VAIN_LOOKS_PER_FIRING`] more for each
+//! firing of its budget; the next one goes on behind the last block that it looked at, whatever
+//! happens in between, so that all have their turn. A look costs the conditions of 64 transitions on
+//! shared places. Altogether an evaluation costs at most a constant and its budget of firings times
+//! another, for any net; without a limit on firings, it costs what it fires times the blocks.
 //!
 //! **Contract.** Between any two firings: (1) a bit in `conditions` equals its condition; (2) `open`
 //! belongs to the block of the transition that fired last; (3) every other block with a transition
@@ -131,7 +140,7 @@ pub(super) struct Special {
     /// The words of `marks` and `wakes`.
     pub(super) marks_word: u16,
     pub(super) wakes_word: u16,
-    /// Index of what else there is to know, or [`Special::NO_MORE`].
+    /// Index of what else changes, or [`Special::NO_MORE`].
     pub(super) more: u32,
 }
 
@@ -148,11 +157,9 @@ impl Special {
     };
 }
 
-/// What most special transitions do not have.
+/// What most firings do not change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct More {
-    /// [`Need`]s, if there are several conditions on shared places.
-    pub(super) needs: Span,
     /// Conditions in other blocks that change: [`Flip`]s.
     pub(super) far: Span,
     /// [`PortChange`]s.
@@ -321,6 +328,8 @@ pub(super) struct Layout {
     /// By transition, up to the last special one.
     pub(super) specials: Box<[Special]>,
     pub(super) more: Box<[More]>,
+    /// By transition, up to the last with several conditions on shared places: its [`Need`]s.
+    pub(super) needs_of: Box<[Span]>,
     pub(super) needs: Box<[Need]>,
     pub(super) far: Box<[Flip]>,
     pub(super) port_changes: Box<[PortChange]>,
@@ -331,6 +340,21 @@ pub(super) struct Layout {
     pub(super) places: Box<[Place]>,
     /// Of all local places.
     pub(super) positions: Box<[Position]>,
-    /// By shared place: the set of the blocks that mention it.
+    /// By shared place: the set of the blocks that may have more to fire when it is emptied, and
+    /// of those that may when it is marked.
     pub(super) users: Box<[u64]>,
+}
+
+/// Words of a set of blocks.
+pub(super) fn set_words(blocks: usize) -> usize {
+    blocks.div_ceil(BLOCK)
+}
+
+/// The set of the blocks that have a condition which holds while the shared place is marked, or
+/// while it is empty.
+#[inline]
+pub(super) fn users_of(all: &[u64], blocks: usize, shared: u32, when_marked: bool) -> &[u64] {
+    let words = set_words(blocks);
+    let set = 2 * shared as usize + usize::from(when_marked);
+    &all[set * words..][..words]
 }

@@ -1,6 +1,6 @@
 //! What changes while a net runs; see [the layout](super::layout).
 
-use super::layout::{BLOCK, Block, Flip, Layout, More, PortChange, Special};
+use super::layout::{BLOCK, Block, Flip, Layout, More, PortChange, Special, users_of};
 use super::net::PlaceId;
 use super::ports::Ports;
 use super::words::{Words, above, lowest, next_behind};
@@ -81,8 +81,8 @@ impl State {
         let place = &layout.places[place.index()];
         if let Some(shared) = place.as_shared() {
             self.marks[shared as usize / BLOCK] ^= 1 << (shared as usize % BLOCK);
-            let words = self.sets.len();
-            let users = &layout.users[shared as usize * words..][..words];
+            let is_marked = self.is_shared_marked(shared);
+            let users = users_of(&layout.users, self.blocks.len(), shared, is_marked);
             for (sets, users) in self.sets.iter_mut().zip(users) {
                 sets.active |= users;
             }
@@ -308,8 +308,7 @@ impl State {
     }
 
     fn is_met(&self, layout: &Layout, block: usize, lane: usize) -> bool {
-        let more = layout.specials[block * BLOCK + lane].more;
-        let needs = layout.more[more as usize].needs;
+        let needs = layout.needs_of[block * BLOCK + lane];
         let mut needs = needs.of(&layout.needs).iter();
         needs.all(|need| self.marks[need.word as usize] & need.care == need.value)
     }
