@@ -42,7 +42,8 @@ pub struct Evaluation {
     /// How many transitions fired.
     pub fired: u32,
     /// A transition is enabled, or an empty source has an event waiting: the next evaluation has
-    /// something to do.
+    /// something to do. Also if the search for an enabled transition was cut short; see
+    /// [`Executor::limit_search`].
     pub remaining: bool,
 }
 
@@ -79,6 +80,7 @@ pub struct Executor {
     net: Net,
     state: State,
     ports: Ports,
+    search_limit: u32,
     firings: u64,
     refused: u64,
 }
@@ -86,11 +88,16 @@ pub struct Executor {
 impl Executor {
     /// The most events that wait for one source.
     pub const MAX_WAITING: u32 = u16::MAX as u32;
+    /// What [`limit_search`](Self::limit_search) is at first.
+    pub const SEARCH_LIMIT: u32 = 256;
+    /// Further groups of 64 transitions for each firing that the budget allows.
+    pub const SEARCH_PER_FIRING: u32 = 64;
 
     pub(super) fn new(net: Net) -> Self {
         let mut executor = Self {
             state: net.initial().clone(),
             ports: Ports::new(net.sources().len(), net.sinks().len()),
+            search_limit: Self::SEARCH_LIMIT,
             firings: 0,
             refused: 0,
             net,
@@ -102,6 +109,19 @@ impl Executor {
     /// The net that runs.
     pub fn net(&self) -> &Net {
         &self.net
+    }
+
+    /// Limits how many groups of 64 transitions an evaluation may look at in vain, beside
+    /// [`SEARCH_PER_FIRING`](Self::SEARCH_PER_FIRING) for each firing of its budget. One that has
+    /// done so ends early, with work remaining, and the next goes on behind the last group. With the
+    /// limit that it has at first, a net of up to 2,048 transitions never comes to that.
+    pub fn limit_search(&mut self, groups: u32) {
+        self.search_limit = groups;
+    }
+
+    fn looks(&self, firings: u32) -> u32 {
+        let more = firings.saturating_mul(Self::SEARCH_PER_FIRING);
+        self.search_limit.saturating_add(more)
     }
 
     /// Lets an event wait for every source bound to it; the next evaluation fills those that are
@@ -151,7 +171,8 @@ impl Executor {
     #[inline]
     fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
         if budget.firings == 1 && budget.rounds > 0 && !self.ports.can_fill() {
-            let step = self.state.step(self.net.layout(), &mut self.ports);
+            let looks = self.looks(1);
+            let step = self.state.step(self.net.layout(), &mut self.ports, looks);
             if let Some((fired, enabled)) = step {
                 on_fire(fired);
                 self.firings += 1;
@@ -166,6 +187,7 @@ impl Executor {
 
     #[inline(never)]
     fn run_rounds(&mut self, budget: Budget, on_fire: impl FnMut(usize)) -> Evaluation {
+        let looks = self.looks(budget.firings);
         let Self {
             net, state, ports, ..
         } = self;
@@ -175,6 +197,7 @@ impl Executor {
         let mut left = Allowance {
             firings: budget.firings,
             rounds: budget.rounds,
+            looks,
         };
         let enabled = state.run(net.layout(), ports, &mut left, on_fire);
         let fired = budget.firings - left.firings;
@@ -188,12 +211,14 @@ impl Executor {
     /// What [`Evaluation::remaining`] would say now: whether the next evaluation has something to do.
     /// Nothing changes but notes about where to look first.
     pub fn has_work(&mut self) -> bool {
+        let looks = self.looks(0);
         let Self {
             net, state, ports, ..
         } = self;
         let mut nothing = Allowance {
             firings: 0,
             rounds: 0,
+            looks,
         };
         ports.can_fill() || state.run(net.layout(), ports, &mut nothing, |_| {})
     }

@@ -30,13 +30,13 @@
 //! search puts out those that turn out to have nothing.
 //!
 //! **Bound.** A firing costs its arcs, and a word per 4,096 transitions of the net for each shared
-//! place that it changes. Only a search costs more: it looks in vain at blocks that wait for a shared
-//! place which somebody else took before their turn came. An evaluation ends if it has looked in vain
-//! at as many blocks as [`State::VAIN_LOOKS`], and [`State::VAIN_LOOKS_PER_FIRING`] more for each
-//! firing of its budget; the next one goes on behind the last block that it looked at, whatever
-//! happens in between, so that all have their turn. A look costs the conditions of 64 transitions on
-//! shared places. Altogether an evaluation costs at most a constant and its budget of firings times
-//! another, for any net; without a limit on firings, it costs what it fires times the blocks.
+//! place that it changes. A search looks in vain only at blocks where a transition waits for a shared
+//! place that another one took before its turn came, or for the local places of a block that a
+//! shared place put in; each such block is put out. There may be one in each block, after each
+//! firing, so looks have a limit of their own, that grows with the budget of firings: then the
+//! evaluation ends, and the next goes on behind the last block looked at, whatever happens in between,
+//! so that all have their turn. A look costs the conditions of 64 transitions on shared places. So an
+//! evaluation costs at most a constant plus its firings times another, in nets of any size.
 //!
 //! **Contract.** Between any two firings: (1) a bit in `conditions` equals its condition; (2) `open`
 //! belongs to the block of the transition that fired last; (3) every other block with a transition

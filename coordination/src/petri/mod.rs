@@ -16,7 +16,9 @@
 //! **Budget.** An evaluation fires at most [`Budget::firings`] times and lasts at most
 //! [`Budget::rounds`] rounds. In one round each transition fires at most once; the next round
 //! begins when no enabled transition is left that has not fired in this one. What is left waits
-//! for the next evaluation.
+//! for the next evaluation. In nets of more than 2,048 transitions the search for the next enabled one
+//! is limited too ([`Executor::limit_search`]): then an evaluation may end before its budget does,
+//! and says that something remains.
 //!
 //! Round robin protects a transition that stays enabled: it fires before another one fires twice.
 //! One that is enabled only now and then may be missed for ever by an unlucky rhythm of the others.

@@ -35,6 +35,17 @@ struct Sets {
 pub(super) struct Allowance {
     pub(super) firings: u32,
     pub(super) rounds: u32,
+    /// Looks in vain; a search ends when they are used up, but not before its first one.
+    pub(super) looks: u32,
+}
+
+/// The blocks behind one, in turn.
+enum Search {
+    /// The first that has ready transitions.
+    Found(usize, Words),
+    Nothing,
+    /// The looks are used up; this was the last block.
+    CutShort(usize),
 }
 
 impl State {
@@ -99,7 +110,12 @@ impl State {
     /// Returns which one, and whether a transition is enabled then. This is the shortest way for the
     /// most frequent case. Between two evaluations only.
     #[inline(always)]
-    pub(super) fn step(&mut self, layout: &Layout, ports: &mut Ports) -> Option<(usize, bool)> {
+    pub(super) fn step(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        looks: u32,
+    ) -> Option<(usize, bool)> {
         let block = self.last / BLOCK;
         let words = Words {
             conditions: self.blocks[block].conditions,
@@ -109,20 +125,27 @@ impl State {
         let lane = match next_behind(words.enabled(), self.last % BLOCK) {
             Some(lane) => lane,
             None if self.is_alone(block) => lowest(words.enabled())?,
-            None => return self.step_elsewhere(layout, ports),
+            None => return self.step_elsewhere(layout, ports, looks),
         };
-        self.fire_one(layout, ports, block, words, lane)
+        self.fire_one(layout, ports, block, words, lane, looks)
     }
 
     /// As [`step`](Self::step), if nothing is ready behind the last in its block.
     #[inline(never)]
-    fn step_elsewhere(&mut self, layout: &Layout, ports: &mut Ports) -> Option<(usize, bool)> {
+    fn step_elsewhere(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        mut looks: u32,
+    ) -> Option<(usize, bool)> {
         let block = self.last / BLOCK;
         // Those before it have their turn after all other blocks.
         self.set_active(block, true);
-        let (next, words) = self.next_active(layout, block)?;
+        let Search::Found(next, words) = self.next_active(layout, block, &mut looks) else {
+            return None;
+        };
         let lane = lowest(words.enabled())?;
-        self.fire_one(layout, ports, next, words, lane)
+        self.fire_one(layout, ports, next, words, lane, looks)
     }
 
     #[inline(always)]
@@ -133,6 +156,7 @@ impl State {
         block: usize,
         mut words: Words,
         lane: usize,
+        mut looks: u32,
     ) -> Option<(usize, bool)> {
         let Block {
             special, several, ..
@@ -149,15 +173,15 @@ impl State {
         self.open = words.open;
         self.last = transition;
         let enabled = match words.enabled() {
-            0 => self.next_active(layout, block).is_some(),
-            enabled => enabled & !several != 0 || self.is_any_enabled(layout),
+            0 => self.may_find(layout, block, &mut looks),
+            enabled => enabled & !several != 0 || self.is_any_enabled(layout, &mut looks),
         };
         Some((transition, enabled))
     }
 
     /// Fires as far as `left` allows, and uses it up. Each round begins behind the last that fired:
     /// first what is behind it in its block, then block by block, at last the rest of its block.
-    /// Returns whether a transition is enabled.
+    /// Returns whether a transition is enabled, or may be, if the search for one was cut short.
     #[inline(never)]
     pub(super) fn run(
         &mut self,
@@ -168,25 +192,32 @@ impl State {
     ) -> bool {
         loop {
             if left.firings == 0 || left.rounds == 0 {
-                return self.is_any_enabled(layout);
+                return self.is_any_enabled(layout, &mut left.looks);
             }
             let block = self.last / BLOCK;
             let mut behind = Some(self.last % BLOCK);
-            let mut next = Some((block, self.words(layout, block)));
-            while let Some((block, words)) = next {
+            let mut next = Search::Found(block, self.words(layout, block));
+            while let Search::Found(block, words) = next {
                 let firings = &mut left.firings;
                 self.run_block(layout, ports, block, words, behind, firings, &mut on_fire);
                 behind = None;
                 next = match left.firings {
-                    0 => None,
-                    _ => self.next_active(layout, block),
+                    0 => Search::Nothing,
+                    _ => self.next_active(layout, block, &mut left.looks),
                 };
             }
             if self.any_used {
                 self.begin_round();
             }
+            if let Search::CutShort(block) = next {
+                // The next evaluation goes on behind it.
+                self.last = (block * BLOCK + BLOCK - 1).min(layout.transitions - 1);
+                self.open = self.open_of(layout, block);
+                return true;
+            }
             left.rounds -= 1;
-            if left.firings > 0 && left.rounds > 0 && !self.is_any_enabled(layout) {
+            if left.firings > 0 && left.rounds > 0 && !self.is_any_enabled(layout, &mut left.looks)
+            {
                 return false;
             }
         }
@@ -344,7 +375,7 @@ impl State {
 
     /// The next block behind `block`, wrapping around to it, that has ready transitions.
     #[inline(never)]
-    fn next_active(&mut self, layout: &Layout, block: usize) -> Option<(usize, Words)> {
+    fn next_active(&mut self, layout: &Layout, block: usize, looks: &mut u32) -> Search {
         let mut word = block / BLOCK;
         let mut among = above(block % BLOCK);
         for _ in 0..=self.sets.len() {
@@ -352,9 +383,13 @@ impl State {
                 let block = word * BLOCK + lane;
                 let words = self.words(layout, block);
                 if self.choose(layout, block, words.ready()).is_some() {
-                    return Some((block, words));
+                    return Search::Found(block, words);
                 }
                 self.set_active(block, false);
+                *looks = looks.saturating_sub(1);
+                if *looks == 0 {
+                    return Search::CutShort(block);
+                }
             }
             word = if word + 1 < self.sets.len() {
                 word + 1
@@ -363,15 +398,20 @@ impl State {
             };
             among = !0;
         }
-        None
+        Search::Nothing
     }
 
-    /// Whether a transition is enabled; between two rounds only, when all that are enabled are ready.
+    fn may_find(&mut self, layout: &Layout, block: usize, looks: &mut u32) -> bool {
+        !matches!(self.next_active(layout, block, looks), Search::Nothing)
+    }
+
+    /// Whether a transition is enabled, or may be, if the search for one is cut short; between two
+    /// rounds only, when all that are enabled are ready.
     #[inline(never)]
-    fn is_any_enabled(&mut self, layout: &Layout) -> bool {
+    fn is_any_enabled(&mut self, layout: &Layout, looks: &mut u32) -> bool {
         let block = self.last / BLOCK;
         let ready = self.words(layout, block).ready();
-        self.choose(layout, block, ready).is_some() || self.next_active(layout, block).is_some()
+        self.choose(layout, block, ready).is_some() || self.may_find(layout, block, looks)
     }
 
     /// Lets every transition fire again; costs what has fired.

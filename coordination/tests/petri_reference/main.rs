@@ -320,3 +320,56 @@ fn a_shared_source_wakes_the_only_transition_that_can_use_it() {
         assert!(fired > 10, "only {fired} fired");
     }
 }
+
+/// A search that is cut short goes on in the next evaluation, fires the same in the same order, and
+/// nothing that wakes blocks in between keeps it from what is far away.
+#[test]
+fn a_search_in_parts_finds_what_a_search_at_once_does() {
+    const PROCESSES: usize = 9_000;
+    let mut model = NetModel::new("apart");
+    model.place("resource").mark("resource");
+    model.source("tick", Binding::event("i0"));
+    model.place("never").mark("never");
+    for i in 0..PROCESSES {
+        let [idle, using] = ["idle", "using"].map(|name| format!("{name}{i}"));
+        model.place(&idle).mark(&idle).place(&using);
+        model.transition(format!("take{i}"), &[&idle, "resource"], &[&using]);
+        if i % 50 == 0 {
+            // Woken by each tick, and never enabled.
+            model.transition(format!("wake{i}"), &[&using, "tick"], &["never"]);
+        }
+    }
+    for i in 0..PROCESSES {
+        let [idle, using] = ["idle", "using"].map(|name| format!("{name}{i}"));
+        model.transition(format!("give{i}"), &[&using], &[&idle, "resource"]);
+    }
+    model.transition("clear", &["never", "tick"], &["resource"]);
+    for ticks in [false, true] {
+        let mut pair = Pair::new(model.clone());
+        pair.ours.limit_search(0);
+        let tick = pair.events.id("i0").unwrap();
+        let source = PlaceId(1);
+        let (mut fired, mut in_vain, mut longest) = (0, 0, 0);
+        while fired < 12 {
+            if ticks {
+                pair.ours.void_source(source);
+                pair.ours.offer(tick).unwrap();
+                pair.simple.marking.insert(source.index());
+            }
+            let mut trace = [TransitionId(0)];
+            let evaluation = pair.ours.evaluate_traced(Budget::ONE, &mut trace);
+            assert!(evaluation.remaining);
+            if evaluation.fired == 0 {
+                in_vain += 1;
+                longest += 1;
+                assert!(longest < 10, "the search does not get on");
+                continue;
+            }
+            longest = 0;
+            fired += 1;
+            let expected = pair.simple.evaluate(1, 1);
+            assert_eq!(expected.fired, [trace[0].index()]);
+        }
+        assert!(in_vain > 5, "only {in_vain} searches were cut short");
+    }
+}
