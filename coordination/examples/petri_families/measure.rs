@@ -154,6 +154,28 @@ pub fn evaluation(
     )
 }
 
+/// How many times as long one firing takes in a net as in another, measured in turns.
+#[allow(dead_code, reason = "the benchmark does not compare sizes")]
+pub fn ratio_of_ones(model: &NetModel, other: &NetModel, effort: Effort) -> f64 {
+    let mut slices = [Vec::new(), Vec::new()];
+    let mut executors = [model, other].map(|model| {
+        let net = model.compile(&mut EventTable::new());
+        net.expect("the families are sound").executor()
+    });
+    let mut batches = 0;
+    let begin = Instant::now();
+    while effort.wants_more(batches, begin) {
+        for (executor, slices) in executors.iter_mut().zip(&mut slices) {
+            time_batch(FIRINGS_IN_SLICE, slices, || {
+                executor.evaluate(Mode::One.budget()).fired
+            });
+        }
+        batches += 1;
+    }
+    let [ours, others] = slices.map(|slices| figures(&slices).ns_per_firing());
+    ours / others
+}
+
 /// Evaluations that were timed together.
 #[derive(Clone, Copy)]
 struct Slice {

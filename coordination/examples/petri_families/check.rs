@@ -1,0 +1,113 @@
+//! Compares what was measured in one run with thresholds, whose margins are wide: other programs may
+//! run beside it. Only ratios are judged, of things measured in turns.
+
+use std::time::Duration;
+
+use crate::families::Family;
+use crate::measure::{self, Effort, Mode};
+
+/// Together with the thresholds, short enough for every change of the code.
+const EFFORT: Effort = Effort {
+    least: 5,
+    most: 61,
+    time: Duration::from_millis(300),
+};
+
+/// A failure is measured again so often, since it may be due to what else runs.
+const AGAIN: usize = 2;
+
+/// How many times as fast as the executor of Fig. 4 ours is at least.
+struct Floor {
+    family: Family,
+    p: usize,
+    generate: f64,
+    one: f64,
+    saturated: f64,
+}
+
+const FLOORS: [Floor; 10] = [
+    floor(Family::Seq, 20, [0.7, 1.8, 3.5]),
+    floor(Family::Pr1, 20, [0.7, 2.4, 5.0]),
+    floor(Family::P1r, 20, [0.7, 2.4, 5.0]),
+    floor(Family::Ph, 20, [0.65, 3.0, 5.0]),
+    floor(Family::Square, 20, [0.35, 1.0, 2.8]),
+    floor(Family::Seq, 100, [0.55, 1.7, 3.2]),
+    floor(Family::Pr1, 100, [0.6, 1.9, 4.0]),
+    floor(Family::P1r, 100, [0.55, 2.0, 4.0]),
+    floor(Family::Ph, 100, [0.5, 2.5, 4.0]),
+    floor(Family::Square, 10, [0.35, 0.9, 2.4]),
+];
+
+const fn floor(family: Family, p: usize, [generate, one, saturated]: [f64; 3]) -> Floor {
+    Floor {
+        family,
+        p,
+        generate,
+        one,
+        saturated,
+    }
+}
+
+/// One firing in a net of [`LARGE`] takes at most so many times as long as in one of [`SMALL`].
+const FLATNESS: f64 = 1.8;
+const FLAT: [Family; 4] = [Family::Seq, Family::Pr1, Family::P1r, Family::Ph];
+const SMALL: usize = 5;
+const LARGE: usize = 100;
+
+/// Whether all is as fast as it is to be; what is not is said on standard error.
+pub fn passes() -> bool {
+    let mut all = true;
+    println!("what,measured,threshold");
+    for floor in &FLOORS {
+        let name = |mode| format!("{}({}) {mode}", floor.family.name(), floor.p);
+        let model = floor.family.model(floor.p);
+        all &= judge(&name("generate"), floor.generate, Bound::AtLeast, || {
+            let (ours, theirs) = measure::generation(&model, true, EFFORT);
+            theirs.unwrap_or(f64::NAN) / ours
+        });
+        for (mode, least) in [(Mode::One, floor.one), (Mode::Saturated, floor.saturated)] {
+            all &= judge(&name(mode.name()), least, Bound::AtLeast, || {
+                let (ours, theirs) = measure::evaluation(&model, mode, true, EFFORT);
+                theirs.map_or(f64::NAN, |it| it.ns_per_firing()) / ours.ns_per_firing()
+            });
+        }
+    }
+    for family in FLAT {
+        let name = format!("{}: one at {LARGE} by one at {SMALL}", family.name());
+        all &= judge(&name, FLATNESS, Bound::AtMost, || {
+            let [small, large] = [SMALL, LARGE].map(|p| family.model(p));
+            measure::ratio_of_ones(&large, &small, EFFORT)
+        });
+    }
+    all
+}
+
+#[derive(Clone, Copy)]
+enum Bound {
+    AtLeast,
+    AtMost,
+}
+
+fn judge(what: &str, threshold: f64, bound: Bound, measure: impl Fn() -> f64) -> bool {
+    let mut measured = f64::NAN;
+    for _ in 0..=AGAIN {
+        measured = measure();
+        // Nothing compares with what is no number.
+        let good = match bound {
+            Bound::AtLeast => measured >= threshold,
+            Bound::AtMost => measured <= threshold,
+        };
+        if good {
+            println!("{what},{measured:.2},{threshold}");
+            return true;
+        }
+    }
+    println!("{what},{measured:.2},{threshold}");
+    match bound {
+        Bound::AtLeast => eprintln!(
+            "{what}: {measured:.2} times as fast as the executor of Fig. 4, expected at least {threshold}"
+        ),
+        Bound::AtMost => eprintln!("{what}: {measured:.2}, expected at most {threshold}"),
+    }
+    false
+}
