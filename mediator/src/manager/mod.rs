@@ -535,22 +535,33 @@ impl Manager {
     /// Grants what can be granted in every area where something changed.
     fn serve(&mut self) {
         while let Some(area) = self.dirty.pop() {
-            self.areas[area].dirty = false;
-            self.judge_capacity(area);
-            self.serve_area(area);
+            let own = &mut self.areas[area];
+            own.dirty = false;
+            if own.queue.is_empty() && own.concerned.len() <= own.capacity as usize {
+                // Nobody waits, and there cannot be too many.
+                own.overfull = false;
+                continue;
+            }
+            let inside: Vec<usize> = self.occupants(area).collect();
+            self.judge_capacity(area, &inside);
+            self.serve_area(area, inside);
         }
         self.revoke_what_is_kept();
     }
 
-    fn serve_area(&mut self, area: usize) {
-        if !self.awaited.is_empty() || self.areas[area].queue.is_empty() {
+    fn serve_area(&mut self, area: usize, mut inside: Vec<usize>) {
+        let Area {
+            queue, capacity, ..
+        } = &self.areas[area];
+        let nobody_fits =
+            inside.len() >= *capacity as usize && !queue.iter().any(|robot| inside.contains(robot));
+        if !self.awaited.is_empty() || queue.is_empty() || nobody_fits {
             return;
         }
         // Whoever stands there already comes first: letting somebody else in would only make it worse.
         let standing =
             |manager: &Self, robot: usize| manager.robots[robot].stands_in.contains(&area);
         let kept = self.coordinator.kept(area);
-        let mut inside: Vec<usize> = self.occupants(area).collect();
         let mut order = self.areas[area].queue.clone();
         order.sort_by_key(|robot| (!standing(self, *robot), !kept.contains(robot)));
         for robot in order {
@@ -608,9 +619,13 @@ impl Manager {
     }
 
     /// Notices when an area holds more than it can, and when that is over.
-    fn judge_capacity(&mut self, area: usize) {
+    fn judge_capacity(&mut self, area: usize, inside: &[usize]) {
+        if inside.len() <= self.areas[area].capacity as usize {
+            self.areas[area].overfull = false;
+            return;
+        }
         // Where a robot stands that has not said so is only guessed.
-        let inside: Vec<usize> = { self.occupants(area) }
+        let inside: Vec<usize> = { inside.iter().copied() }
             .filter(|&robot| self.robots[robot].placed || self.robots[robot].holds(area))
             .collect();
         let Area { capacity, id, .. } = &self.areas[area];

@@ -205,21 +205,23 @@ impl Run {
     }
 }
 
-/// The runs of one robot by area, with room for those it has used only.
+/// The runs of one robot by area, with room for those it has used only. Areas apart from runs: most questions are about
+/// areas, and are answered without a look at the runs.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Runs(Vec<(usize, Run)>);
+pub(super) struct Runs {
+    areas: Vec<usize>,
+    runs: Vec<Run>,
+}
 
 impl Runs {
-    fn place(&self, area: usize) -> Result<usize, usize> {
-        self.0.binary_search_by_key(&area, |(own, _)| *own)
-    }
-
     pub(super) fn get(&self, area: usize) -> Option<&Run> {
-        self.place(area).ok().map(|place| &self.0[place].1)
+        let place = self.areas.binary_search(&area).ok()?;
+        self.runs.get(place)
     }
 
     pub(super) fn get_mut(&mut self, area: usize) -> Option<&mut Run> {
-        self.place(area).ok().map(|place| &mut self.0[place].1)
+        let place = self.areas.binary_search(&area).ok()?;
+        self.runs.get_mut(place)
     }
 
     pub(super) fn get_or_insert_with(
@@ -227,26 +229,30 @@ impl Runs {
         area: usize,
         begin: impl FnOnce() -> Run,
     ) -> &mut Run {
-        let place = self.place(area).unwrap_or_else(|place| {
-            self.0.insert(place, (area, begin()));
+        let place = self.areas.binary_search(&area).unwrap_or_else(|place| {
+            self.areas.insert(place, area);
+            self.runs.insert(place, begin());
             place
         });
-        &mut self.0[place].1
+        &mut self.runs[place]
     }
 
     pub(super) fn set(&mut self, area: usize, run: Run) {
-        match self.place(area) {
-            Ok(place) => self.0[place].1 = run,
-            Err(place) => self.0.insert(place, (area, run)),
+        match self.areas.binary_search(&area) {
+            Ok(place) => self.runs[place] = run,
+            Err(place) => {
+                self.areas.insert(place, area);
+                self.runs.insert(place, run);
+            }
         }
     }
 
     pub(super) fn len(&self) -> usize {
-        self.0.len()
+        self.areas.len()
     }
 
     /// In the order of the areas.
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, &Run)> {
-        self.0.iter().map(|(area, run)| (*area, run))
+        self.areas.iter().copied().zip(&self.runs)
     }
 }

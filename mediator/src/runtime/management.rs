@@ -15,7 +15,7 @@ use tokio::sync::mpsc::error::TrySendError;
 /// Time passes for the manager at least this often.
 const TICK: Duration = Duration::from_millis(20);
 /// So many inputs are taken in before the journal is written: one commit for all of them.
-const BATCH: usize = 64;
+const BATCH: usize = 256;
 
 /// What management takes in.
 pub(super) enum Input {
