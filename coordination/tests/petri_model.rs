@@ -1,7 +1,7 @@
 //! What is wrong with a model is said of the element that it is wrong with.
 
 use coordination::event::EventTable;
-use coordination::petri::{Binding, ModelError, NetModel, PlaceKind};
+use coordination::petri::{Binding, ModelError, NetModel, PlaceId, PlaceKind};
 
 /// A gate that is asked for, taken and left.
 fn gate() -> NetModel {
@@ -193,6 +193,45 @@ fn marks_ends_and_exclusions_make_sense() {
     let mut model = gate();
     model.end("over", &["granted"]);
     refused(&model, &["over", "granted", "not internal"]);
+}
+
+#[test]
+fn a_set_names_each_place_once_and_shares_places_with_others() {
+    let mut model = gate();
+    model.exclusion("one", &["free", "taken", "free"]);
+    refused(&model, &["exclusion `one`", "free", "twice"]);
+    let mut model = gate();
+    model.end("over", &["free", "free"]);
+    refused(&model, &["end `over`", "free", "twice"]);
+    let mut model = gate();
+    model
+        .exclusion("one", &["free", "taken"])
+        .exclusion("same", &["taken", "free"]);
+    model.end("over", &["free"]).end("also", &["free", "taken"]);
+    assert_eq!(model.check(), []);
+    // Names of exclusions and of ends are apart.
+    model.exclusion("over", &["free", "taken"]);
+    assert_eq!(model.check(), []);
+    model.exclusion("one", &["free", "taken"]);
+    refused(&model, &["`one`", "an exclusion"]);
+}
+
+#[test]
+fn arcs_in_any_order_make_the_same_net() {
+    let mut model = NetModel::new("mixed");
+    model.place("a").mark("a").place("b");
+    model.transition("t", &["a"], &[]);
+    model.transition("back", &["b"], &["a"]);
+    model.arc("t", "b");
+    let structure = model.structure().unwrap();
+    let names = |places: &[PlaceId]| places.iter().map(|place| place.0).collect::<Vec<_>>();
+    let lists: Vec<_> = structure
+        .transitions()
+        .map(|t| (names(structure.inputs(t)), names(structure.outputs(t))))
+        .collect();
+    assert_eq!(lists, [(vec![0], vec![1]), (vec![1], vec![0])]);
+    model.arc("a", "t");
+    refused(&model, &["`a` to `t`", "twice"]);
 }
 
 #[test]
