@@ -246,6 +246,8 @@ pub struct TubeConfig {
     pub detour_speed_m_s: f64,
     /// Hindered for so long before such a way begins.
     pub detour_after_s: f64,
+    /// Where no way leads on it backs out so far; 0: never.
+    pub detour_retreat_m: f64,
     /// Things that are seen to move may come this fast; 0: takes no notice of motion.
     pub moving_speed_m_s: f64,
     /// What remains between a moving thing and the robot when it stands.

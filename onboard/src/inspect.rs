@@ -14,7 +14,7 @@ use crate::runtime::Runtime;
 use crate::values::{
     ActivityState, AllowedAreas, CommandValue, Describe, DriveStatus, Encoders, FleetState,
     LidarStatus, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
-    ThreadReport, TubeState, WheelSetpointsValue, Whereabouts,
+    ThreadReport, TubeState, WantedMotion, WheelSetpointsValue, Whereabouts,
 };
 
 const WATCH_PERIOD: Duration = Duration::from_secs(1);
@@ -117,6 +117,7 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
         RobotMode,
         ThreadReport,
         TubeState,
+        WantedMotion,
         WheelSetpointsValue,
         Whereabouts,
     )

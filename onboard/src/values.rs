@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use coordination::datatype;
 use skills::borders::{AreaSet, MAX_AREAS};
 use skills::geometry::{MotionCommand, Pose2, Twist2};
+use skills::tubes::Room;
 
 use crate::faults::{Fault, FaultTable};
 use crate::rt::histogram::Histogram;
@@ -249,6 +250,64 @@ value! {
         curvature_1_m: f64,
         /// 1: stop with the stop deceleration.
         stop: u64,
+    }
+}
+
+value! {
+    /// The motion that navigation wants, and the path that it is on.
+    WantedMotion, "wanted_motion" {
+        /// Forward speed.
+        speed_m_s: f64,
+        /// Curvature, positive to the left.
+        curvature_1_m: f64,
+        /// `base_link` from the path of the controller, positive to the left.
+        lateral_m: f64,
+        /// Heading relative to that path.
+        heading_rad: f64,
+        /// Curvature of that path.
+        path_curvature_1_m: f64,
+        /// The robot keeps so near to that path; infinite: no limit.
+        keep_within_m: f64,
+        /// So far behind the robot it may be.
+        behind_m: f64,
+        /// Tightest curve on which navigation leads back to it.
+        tightest_1_m: f64,
+    }
+}
+
+impl WantedMotion {
+    /// What navigation says.
+    #[must_use]
+    pub fn new(command: MotionCommand, room: Room) -> Self {
+        Self {
+            speed_m_s: command.speed_m_s,
+            curvature_1_m: command.curvature_1_m,
+            lateral_m: room.lateral_m,
+            heading_rad: room.heading_rad,
+            path_curvature_1_m: room.path_curvature_1_m,
+            keep_within_m: room.limit_m,
+            behind_m: room.behind_m,
+            tightest_1_m: room.tightest_1_m,
+        }
+    }
+
+    /// The motion.
+    #[must_use]
+    pub fn command(&self) -> MotionCommand {
+        MotionCommand::new(self.speed_m_s, self.curvature_1_m)
+    }
+
+    /// The room about the path.
+    #[must_use]
+    pub fn room(&self) -> Room {
+        Room {
+            lateral_m: self.lateral_m,
+            heading_rad: self.heading_rad,
+            path_curvature_1_m: self.path_curvature_1_m,
+            limit_m: self.keep_within_m,
+            behind_m: self.behind_m,
+            tightest_1_m: self.tightest_1_m,
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use crate::supervisor;
 use crate::values::{
     ActivityState, AllowedAreas, CommandValue, DriveStatus, Encoders, FleetState, LidarStatus,
     NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
-    ThreadReport, TubeState, WheelSetpointsValue, Whereabouts,
+    ThreadReport, TubeState, WantedMotion, WheelSetpointsValue, Whereabouts,
 };
 
 // Names in the table: activities as the robot file calls them, and models.
@@ -193,7 +193,7 @@ fn declare(builder: &mut TableBuilder, threads: &[String]) -> Result<(), SymbolE
     one::<Whereabouts>(builder, NAVIGATION, FLEET)?;
     one::<AllowedAreas>(builder, COMMUNICATION, FLEET)?;
     one::<FleetState>(builder, COMMUNICATION, FLEET)?;
-    one::<CommandValue>(builder, NAVIGATION, WANTED)?;
+    one::<WantedMotion>(builder, NAVIGATION, WANTED)?;
     one::<CommandValue>(builder, MOTION_TUBE, SAFE)?;
     one::<TubeState>(builder, MOTION_TUBE, ADAPTIVE)?;
     one::<WheelSetpointsValue>(builder, CONTROL, KELO)?;

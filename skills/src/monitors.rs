@@ -2,12 +2,23 @@
 //!
 //! A monitor fires once per schedule; a deviation fires again after the robot was back within half its limit. What is
 //! not a number fires nothing. Real time.
+//!
+//! A robot that strayed stands off its path when an operator sends it on. Its deviation is not news, then: it is raised
+//! again only when the robot gets farther off than it takes to turn back, or comes no nearer for a while.
 
 use crate::geometry::{Pose2, Rect};
 use crate::perception::Feature;
 use crate::perception::corridor::CorridorEstimate;
 use crate::perception::lane_end::LaneEndEstimate;
 use coordination::event::EventId;
+
+/// What is over so much of a limit is not over it yet.
+const RETURNED_SHARE: f64 = 0.9;
+/// On its way back the robot gets no farther off than when it began, beyond what turning takes, and this.
+const FARTHER_M: f64 = 0.10;
+/// In so long a time it comes nearer by so much.
+const NEARER_S: f64 = 20.0;
+const NEARER_M: f64 = 0.05;
 
 /// A condition.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +64,8 @@ pub struct Situation {
     pub manoeuvre_done: bool,
     /// From the controller's path.
     pub lateral_error_m: f64,
+    /// How much farther off it gets before it has turned back along that path.
+    pub turning_back_m: f64,
     /// Of the state's area.
     pub deviation_limit_m: f64,
     /// Since the state was entered.
@@ -67,6 +80,49 @@ pub struct Monitor {
     /// The condition.
     pub kind: MonitorKind,
     fired: bool,
+    way_back: Option<WayBack>,
+}
+
+/// A robot that is off its path comes back to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum WayBack {
+    Begins,
+    Goes {
+        /// It may get so far off.
+        most_m: f64,
+        /// The nearest that it came, and when.
+        nearest_m: f64,
+        nearest_s: f64,
+    },
+}
+
+impl WayBack {
+    /// Whether it is still under way, and as it should be.
+    fn goes_on(&mut self, situation: &Situation, limit_m: f64) -> bool {
+        let (off_m, now_s) = (situation.lateral_error_m.abs(), situation.in_state_s);
+        let (most_m, before_m, before_s) = match *self {
+            Self::Begins => {
+                let most_m = off_m + situation.turning_back_m + FARTHER_M;
+                (most_m, f64::INFINITY, now_s)
+            }
+            Self::Goes {
+                most_m,
+                nearest_m,
+                nearest_s,
+            } => (most_m, nearest_m, nearest_s),
+        };
+        let (nearest_m, nearest_s) = if off_m < before_m - NEARER_M {
+            (off_m, now_s)
+        } else {
+            (before_m, before_s)
+        };
+        *self = Self::Goes {
+            most_m,
+            nearest_m,
+            nearest_s,
+        };
+        off_m >= RETURNED_SHARE * limit_m && off_m <= most_m && now_s - nearest_s <= NEARER_S
+    }
 }
 
 impl Monitor {
@@ -77,12 +133,20 @@ impl Monitor {
             event,
             kind,
             fired: false,
+            way_back: None,
         }
     }
 
     /// Begins anew, as when its skill starts.
     pub fn reset(&mut self) {
         self.fired = false;
+        self.way_back = None;
+    }
+
+    /// The same for a robot that is sent on by somebody who has seen where it stands: it may come back from there.
+    pub fn reset_for_return(&mut self) {
+        self.reset();
+        self.way_back = Some(WayBack::Begins);
     }
 
     /// The event, when the condition has just become true.
@@ -91,6 +155,12 @@ impl Monitor {
             let limit_m = limit_m.unwrap_or(situation.deviation_limit_m);
             if situation.lateral_error_m.abs() < limit_m / 2.0 {
                 self.fired = false;
+            }
+            if let Some(way_back) = &mut self.way_back {
+                if way_back.goes_on(situation, limit_m) {
+                    return None;
+                }
+                self.way_back = None;
             }
         }
         if self.fired || !self.holds(situation) {
@@ -206,5 +276,56 @@ mod tests {
         assert!(fired(-0.31));
         assert!(!fired(0.2) && !fired(0.4));
         assert!(!fired(0.1) && fired(0.4));
+    }
+
+    /// One that has been reset for a return, asked at times with deviations.
+    fn returning() -> impl FnMut(f64, f64) -> bool {
+        let mut monitor = monitor(MonitorKind::Deviation { limit_m: None });
+        monitor.reset_for_return();
+        move |in_state_s, lateral_error_m| {
+            let situation = Situation {
+                deviation_limit_m: 0.3,
+                turning_back_m: 0.2,
+                lateral_error_m,
+                in_state_s,
+                ..Situation::default()
+            };
+            monitor.step(&situation).is_some()
+        }
+    }
+
+    #[test]
+    fn a_deviation_that_an_operator_has_seen_is_news_only_when_it_grows() {
+        let mut fired = returning();
+        assert!(!fired(0.1, -0.8) && !fired(1.0, -1.05));
+        assert!(fired(2.0, -1.11), "farther than turning takes");
+        assert!(!fired(3.0, -1.2));
+    }
+
+    #[test]
+    fn who_does_not_come_nearer_has_strayed_again() {
+        let mut fired = returning();
+        for step in 0..400 {
+            // Half a centimetre each second.
+            let at_s = 0.1 * f64::from(step);
+            assert!(!fired(at_s, 0.8 - 0.005 * at_s), "{at_s}");
+        }
+        let standing_m = 0.8 - 0.005 * 40.0;
+        let later_s = (400..700).map(|step| 0.1 * f64::from(step));
+        let raised: Vec<f64> = later_s.filter(|&at_s| fired(at_s, standing_m)).collect();
+        assert!(
+            raised.len() == 1 && (50.0..62.0).contains(&raised[0]),
+            "{raised:?}"
+        );
+    }
+
+    #[test]
+    fn who_is_back_strays_as_ever() {
+        let mut fired = returning();
+        assert!(!fired(0.1, 0.8) && !fired(1.0, 0.31) && !fired(2.0, 0.28));
+        assert!(!fired(2.5, 0.31), "not back yet");
+        assert!(!fired(3.0, 0.25) && fired(3.1, 0.31));
+        let mut fired = returning();
+        assert!(!fired(0.1, 0.0) && fired(1.0, 0.35), "never away");
     }
 }

@@ -20,7 +20,7 @@ pub use error::ScheduleError;
 pub use setup::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 
 use crate::control::{EndOfLane, TurnDirection};
-use crate::monitors::Monitor;
+use crate::monitors::{Monitor, MonitorKind};
 use crate::perception::FeatureSet;
 
 /// A controller bound to a state.
@@ -114,6 +114,21 @@ pub struct Schedule {
     pub speed_limit_m_s: f64,
     /// Of the area.
     pub deviation_limit_m: f64,
+}
+
+impl Schedule {
+    /// The least of the area's limit and of those that its monitors watch.
+    #[must_use]
+    pub fn keep_within_m(&self) -> f64 {
+        let limits = self
+            .monitors
+            .iter()
+            .filter_map(|monitor| match monitor.kind {
+                MonitorKind::Deviation { limit_m } => limit_m,
+                _ => None,
+            });
+        limits.fold(self.deviation_limit_m, f64::min)
+    }
 }
 
 #[cfg(test)]

@@ -336,6 +336,7 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
         .at_most(FRAC_PI_2);
     let moving = Quantity::new("a speed", "m/s").at_least(0.0).at_most(5.0);
     let margin = Quantity::new("a length", "m").at_least(0.0).at_most(2.0);
+    let retreat = margin;
     let rows = |key: &'static str| {
         s.list(key, "tables { horizon_s = …, speed_m_s = … }", |s| {
             TubeHorizon {
@@ -367,6 +368,7 @@ fn tubes(s: &Section<'_>) -> TubeConfig {
         detour_heading_rad: s.number_or("detour_heading_rad", heading, 1.5),
         detour_speed_m_s: s.number_or("detour_speed_m_s", SPEED, 0.25),
         detour_after_s: s.number_or("detour_after_s", DURATION, 0.1),
+        detour_retreat_m: s.number_or("detour_retreat_m", retreat, 0.4),
         moving_speed_m_s: s.number_or("moving_speed_m_s", moving, 1.0),
         moving_margin_m: s.number_or("moving_margin_m", margin, 0.05),
         moving_rest_s: s.number_or("moving_rest_s", DURATION, 4.0),

@@ -48,7 +48,7 @@ pub fn clutter(arguments: &TrialArgs) -> Result<(), Failure> {
     let mut set = ["1", "2"]
         .map(|area| format!("areas.{area}.deviation_limit_m=1.2"))
         .to_vec();
-    set.push("tubes.detour_curvature_1_m=2.5".to_owned());
+    set.push("tubes.detour_curvature_1_m=4".to_owned());
     let files = files(arguments, "config/sites/corridor.toml", &set);
     let plan = Plan::load(&files)?;
     let scenario = Clutter {

@@ -46,7 +46,7 @@ fn clutter() -> (Files, Clutter) {
     let set = [
         "areas.1.deviation_limit_m=1.2",
         "areas.2.deviation_limit_m=1.2",
-        "tubes.detour_curvature_1_m=2.5",
+        "tubes.detour_curvature_1_m=4",
     ];
     let scenario = Clutter {
         patience_s: 120.0,

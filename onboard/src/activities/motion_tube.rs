@@ -11,7 +11,9 @@ use crate::port::{Command, Port};
 use crate::reload::Exchange;
 use crate::rt::clock::now_ns;
 use crate::runner::RobotActivity;
-use crate::values::{CommandValue, OdometryTrace, OdometryValue, RangeScan, TubeState};
+use crate::values::{
+    CommandValue, OdometryTrace, OdometryValue, RangeScan, TubeState, WantedMotion,
+};
 
 /// The symbols it reads and owns.
 #[derive(Debug)]
@@ -23,7 +25,7 @@ pub struct Symbols {
     /// Dead reckoning of the last third of a second.
     pub trace: Reader<OdometryTrace>,
     /// What navigation wants.
-    pub wanted: Reader<CommandValue>,
+    pub wanted: Reader<WantedMotion>,
     /// What is safe.
     pub safe: Writer<CommandValue>,
     /// What was made of it, and why.
@@ -39,7 +41,7 @@ pub struct MotionTube {
     tubes: Box<MotionTubes>,
     command_timeout_ns: u64,
     fresh_scan: bool,
-    wanted: Stamped<CommandValue>,
+    wanted: Stamped<WantedMotion>,
     odometry: Stamped<OdometryValue>,
     stopped_by_operator: bool,
     safe: CommandValue,
@@ -88,6 +90,7 @@ impl MotionTube {
     }
 
     fn adapt(&mut self, now_ns: u64) {
+        self.tubes.keep_within(Some(self.wanted.value.room()));
         let adapted = self.tubes.adapt(
             self.wanted.value.command(),
             self.odometry.value.twist(),
@@ -96,7 +99,7 @@ impl MotionTube {
         self.report(&adapted);
         let old = |stamp_ns: u64| now_ns.saturating_sub(stamp_ns) > self.command_timeout_ns;
         let stale = old(self.wanted.stamp_ns) || old(self.odometry.stamp_ns);
-        let halt = stale || self.stopped_by_operator || self.wanted.value.stop != 0;
+        let halt = stale || self.stopped_by_operator;
         self.safe = if halt || must_stop_hard(&adapted) {
             CommandValue::stop(adapted.command.curvature_1_m)
         } else {

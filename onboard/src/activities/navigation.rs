@@ -18,7 +18,7 @@ use crate::port::{Command, Instructed, Port, Report};
 use crate::reload::Exchange;
 use crate::runner::RobotActivity;
 use crate::values::{
-    CommandValue, Name, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan,
+    Name, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, WantedMotion,
 };
 
 use membership::Membership;
@@ -36,7 +36,7 @@ pub struct Symbols {
     /// Dead reckoning of the last third of a second.
     pub trace: Reader<OdometryTrace>,
     /// The motion that it wants.
-    pub command: Writer<CommandValue>,
+    pub command: Writer<WantedMotion>,
     /// Pose in `map`.
     pub pose: Writer<PoseEstimate>,
     /// State, area, skill.
@@ -265,7 +265,7 @@ impl Navigation {
         self.symbols.state.write(now_ns, &state);
         self.symbols
             .command
-            .write(now_ns, &CommandValue::drive(command));
+            .write(now_ns, &WantedMotion::new(command, output.room));
     }
 }
 

@@ -158,6 +158,7 @@ impl Plan {
                 heading_rad: tubes.detour_heading_rad,
                 speed_m_s: tubes.detour_speed_m_s,
                 after_s: tubes.detour_after_s,
+                retreat_m: tubes.detour_retreat_m,
             },
             moving: MovingPolicy {
                 speed_m_s: tubes.moving_speed_m_s,

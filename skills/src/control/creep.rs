@@ -50,6 +50,7 @@ impl Creep {
             } else {
                 path_curvature(error, 0.0, gains)
             },
+            path_curvature_1_m: 0.0,
             direction: if backward { -1.0 } else { 1.0 },
             speed_share: 1.0,
         }

@@ -91,6 +91,7 @@ impl Follower {
         Steer {
             error,
             curvature_1_m: path_curvature(error, curvature_1_m, gains),
+            path_curvature_1_m: self.track.curvature_1_m(self.along_m),
             direction: 1.0,
             speed_share: speed_share(error),
         }

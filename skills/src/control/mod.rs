@@ -105,6 +105,8 @@ pub struct Steer {
     pub curvature_1_m: f64,
     /// +1 forward, −1 backward.
     pub direction: f64,
+    /// Of the path there.
+    pub path_curvature_1_m: f64,
     /// Of the speed limit, what is sensible with this error.
     pub speed_share: f64,
 }
@@ -115,6 +117,7 @@ pub fn keep_lane(error: PathError, gains: &ControlGains) -> Steer {
     Steer {
         error,
         curvature_1_m: path_curvature(error, 0.0, gains),
+        path_curvature_1_m: 0.0,
         direction: 1.0,
         speed_share: speed_share(error),
     }

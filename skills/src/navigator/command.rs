@@ -3,12 +3,14 @@
 use super::control::Control;
 use super::motion::{Ahead, PATH_POSES};
 use super::{Hold, NavigationInput, Navigator};
-use crate::borders::{AreaSet, BorderVerdict};
+use crate::borders::{AreaSet, BorderVerdict, Curve};
 use crate::control::{REACTION_S, approach_speed_m_s};
 use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 
 /// The border guard looks at least this far.
 const LOOK_M: f64 = 0.15;
+/// And so far behind the robot.
+const BEHIND_M: f64 = 0.5;
 /// Slower than this is standing: the wheels do not turn evenly.
 const SLOWEST_M_S: f64 = 0.008;
 /// Areas that a robot can be leaving at once.
@@ -23,6 +25,8 @@ pub(super) struct Commanded {
     pub(super) hold: Option<Hold>,
     pub(super) border: BorderVerdict,
     pub(super) at_border: bool,
+    /// Behind the robot no area is forbidden so far, straight or on the tightest curves.
+    pub(super) behind_m: f64,
 }
 
 impl Navigator {
@@ -74,6 +78,7 @@ impl Navigator {
             hold,
             border,
             at_border,
+            behind_m: self.look_behind_m(&input.allowed),
         }
     }
 
@@ -126,6 +131,21 @@ impl Navigator {
             }
         }
         verdict
+    }
+
+    /// How far back the robot might go, straight or on the tightest curves.
+    fn look_behind_m(&self, allowed: &AreaSet) -> f64 {
+        let tightest_1_m = self.control.max_curvature_1_m;
+        let (pose, covariance) = (self.pose.pose(), self.pose.covariance());
+        let back = [-tightest_1_m, 0.0, tightest_1_m].map(|curvature_1_m| {
+            let curve = Curve {
+                curvature_1_m,
+                reach_m: -BEHIND_M,
+            };
+            let verdict = self.guard.along_curve(allowed, pose, covariance, curve);
+            verdict.distance_m
+        });
+        back.into_iter().fold(BEHIND_M, f64::min)
     }
 
     fn judge(&self, allowed: &AreaSet, ahead: &[Pose2]) -> BorderVerdict {

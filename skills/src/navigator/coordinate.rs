@@ -2,8 +2,11 @@
 
 use super::control::Control;
 use super::{EventList, Instruction, Navigator, Parameters, end_wall};
+use crate::control::PathError;
 use crate::monitors::Situation;
+use crate::schedule::Controller;
 use coordination::fsm::StateId;
+use std::f64::consts::PI;
 
 impl Navigator {
     /// Steps the schedule's monitors.
@@ -21,6 +24,7 @@ impl Navigator {
                 .filter(|_| schedule.features.lane_end),
             manoeuvre_done: control.done,
             lateral_error_m: control.steer.error.lateral_m,
+            turning_back_m: turning_back_m(control.steer.error, self.control.max_curvature_1_m),
             deviation_limit_m: schedule.deviation_limit_m,
             in_state_s: self.in_state_s,
         };
@@ -36,7 +40,10 @@ impl Navigator {
     /// Steps the machine with what was posted, then with what fired here.
     pub(super) fn coordinate(&mut self, fired: &EventList, outputs: &mut EventList) {
         while let Some(instruction) = self.inbox.pop_front() {
-            self.trigger(instruction, outputs);
+            let stood = matches!(self.schedule_now().controller, Controller::Stop);
+            if self.trigger(instruction, outputs) && stood {
+                self.let_return();
+            }
         }
         let state = self.machine.state();
         for &event in fired.as_slice() {
@@ -48,7 +55,8 @@ impl Navigator {
         }
     }
 
-    fn trigger(&mut self, instruction: Instruction, outputs: &mut EventList) {
+    /// Steps the machine; whether it is in another state now.
+    fn trigger(&mut self, instruction: Instruction, outputs: &mut EventList) -> bool {
         let step = self.machine.step(instruction.event);
         let (from, to, ignored) = (step.from, step.to, step.ignored);
         for &output in step.outputs {
@@ -64,6 +72,15 @@ impl Navigator {
             // The state goes on, its path as well.
             self.parameters = parameters;
             self.begin_parameters();
+        }
+        from != to
+    }
+
+    /// Somebody sent the robot on from where it stood, be it off its path.
+    fn let_return(&mut self) {
+        let state = self.machine.state().index();
+        for monitor in &mut self.schedules[state].monitors {
+            monitor.reset_for_return();
         }
     }
 
@@ -103,4 +120,10 @@ impl Navigator {
             monitor.reset();
         }
     }
+}
+
+/// How much farther off its path a robot gets that turns back along it.
+fn turning_back_m(error: PathError, tightest_1_m: f64) -> f64 {
+    let outward_rad = error.heading_rad * error.lateral_m.signum();
+    (1.0 - outward_rad.clamp(0.0, PI).cos()) / tightest_1_m
 }

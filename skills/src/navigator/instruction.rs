@@ -43,15 +43,7 @@ impl Instruction {
 
     /// Checks the parameters.
     pub fn validate(&self) -> Result<(), InstructionError> {
-        if let Some(limit_m_s) = self.speed_limit_m_s
-            && !(limit_m_s.is_finite() && limit_m_s >= 0.0)
-        {
-            return Err(InstructionError::SpeedLimit(limit_m_s));
-        }
-        match self.stop_at {
-            Some(pose) if !pose.is_finite() => Err(InstructionError::StopPose),
-            _ => Ok(()),
-        }
+        self.parameters().validate()
     }
 
     pub(super) fn parameters(&self) -> Parameters {
@@ -62,11 +54,28 @@ impl Instruction {
     }
 }
 
-/// What holds for the present state.
+/// What holds for the present state, until it is left or they are exchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Parameters {
-    pub(super) speed_limit_m_s: Option<f64>,
-    pub(super) stop_at: Option<Pose2>,
+pub struct Parameters {
+    /// No faster than this, below every other limit; 0 stands still.
+    pub speed_limit_m_s: Option<f64>,
+    /// Stop with `base_link` here, in `map`.
+    pub stop_at: Option<Pose2>,
+}
+
+impl Parameters {
+    /// Checks them.
+    pub fn validate(&self) -> Result<(), InstructionError> {
+        if let Some(limit_m_s) = self.speed_limit_m_s
+            && !(limit_m_s.is_finite() && limit_m_s >= 0.0)
+        {
+            return Err(InstructionError::SpeedLimit(limit_m_s));
+        }
+        match self.stop_at {
+            Some(pose) if !pose.is_finite() => Err(InstructionError::StopPose),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Instructions that wait for the next step, in their order, without allocation.

@@ -23,7 +23,7 @@ mod output;
 mod setup;
 mod take_over;
 
-pub use instruction::{Instruction, InstructionError};
+pub use instruction::{Instruction, InstructionError, Parameters};
 pub use output::{
     EventList, Hold, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput,
 };
@@ -39,12 +39,13 @@ use crate::perception::lane_end::LaneEndTracker;
 use crate::perception::line::LineFitter;
 use crate::perception::walls::WallMatcher;
 use crate::schedule::{RobotLimits, Schedule, compile};
+use crate::tubes::Room;
 use command::Commanded;
 use control::Control;
 use coordination::event::EventId;
 use coordination::fsm::{Machine, StateId};
 use goal::Goal;
-use instruction::{Inbox, Parameters};
+use instruction::Inbox;
 use motion::{Motion, PATH_POSES};
 
 /// Poses of the planned path lie at least so far apart.
@@ -216,6 +217,24 @@ impl Navigator {
         Err(InstructionError::Full)
     }
 
+    /// What holds for the present state.
+    #[must_use]
+    pub fn parameters(&self) -> Parameters {
+        self.parameters
+    }
+
+    /// Exchanges what holds for the present state, without an event; the default clears it. The state and its path go
+    /// on. What is refused changes nothing. Real time.
+    pub fn set_parameters(&mut self, parameters: Parameters) -> Result<(), InstructionError> {
+        parameters.validate()?;
+        let same_stop = parameters.stop_at == self.parameters.stop_at;
+        self.parameters = parameters;
+        if !same_stop {
+            self.begin_parameters();
+        }
+        Ok(())
+    }
+
     /// Puts the robot somewhere else in the map, as an operator does. A pose that is not finite is refused.
     pub fn relocate(&mut self, pose: Pose2, std_m: f64, std_rad: f64) -> bool {
         if !(pose.is_finite() && std_m > 0.0 && std_rad > 0.0) {
@@ -313,6 +332,14 @@ impl Navigator {
             skill: schedule.skill,
             lateral_error_m: error.lateral_m,
             heading_error_rad: error.heading_rad,
+            room: Room {
+                lateral_m: error.lateral_m,
+                heading_rad: error.heading_rad,
+                path_curvature_1_m: control.steer.path_curvature_1_m,
+                limit_m: schedule.keep_within_m(),
+                behind_m: commanded.behind_m,
+                tightest_1_m: self.control.max_curvature_1_m,
+            },
             corridor: self
                 .corridor
                 .estimate()

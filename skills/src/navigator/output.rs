@@ -7,6 +7,7 @@ use crate::odometry::Odometry;
 use crate::perception::corridor::CorridorEstimate;
 use crate::perception::lane_end::LaneEndEstimate;
 use crate::scan::AlignedScan;
+use crate::tubes::Room;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
 
@@ -121,6 +122,8 @@ pub struct NavigationOutput {
     pub lateral_error_m: f64,
     /// Of `base_link` from the direction of that path.
     pub heading_error_rad: f64,
+    /// How far from that path the state's area, and what watches for deviation, let it be.
+    pub room: Room,
     /// The corridor, when it is tracked.
     pub corridor: Option<CorridorEstimate>,
     /// The lane's end, when it is looked for and was found.

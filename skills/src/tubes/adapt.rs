@@ -16,6 +16,8 @@ use super::memory::Memory;
 use super::moving::{Moving, highest_speed_m_s};
 use super::outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
 use super::parameters::AdaptPolicy;
+use super::retreat::{self, Retreat};
+use super::room::Room;
 use super::select::{Search, Selection, Selector};
 use super::set::{Surroundings, TubeId, TubeSet};
 use crate::geometry::{MotionCommand, Pose2, Twist2};
@@ -61,6 +63,8 @@ pub struct MotionTubes {
     odom_pose: Pose2,
     block: Option<Block>,
     detour: Detour,
+    retreat: Retreat,
+    room: Option<Room>,
     driven: Option<Selection>,
     /// The highest speed allowed until the next scan.
     ceiling_m_s: f64,
@@ -105,6 +109,8 @@ impl MotionTubes {
             odom_pose: Pose2::IDENTITY,
             block: None,
             detour: Detour::default(),
+            retreat: Retreat::default(),
+            room: None,
             driven: None,
             ceiling_m_s: f64::INFINITY,
             last_curvature_1_m: 0.0,
@@ -179,7 +185,13 @@ impl MotionTubes {
             self.floor.clear();
             self.moving.clear();
             self.detour.reset();
+            self.retreat.reset();
         }
+    }
+
+    /// Detours from now on stay in this room; `None`: nobody knows the path, and none is kept to.
+    pub fn keep_within(&mut self, room: Option<Room>) {
+        self.room = room;
     }
 
     /// What to drive instead of `wanted`, while the robot moves at `current`.
@@ -196,6 +208,9 @@ impl MotionTubes {
             return self.stop(Reason::Backwards, None, now_ns, now_ns);
         }
         let search = self.search(wanted, now_ns);
+        if let Some(adapted) = self.back_out(wanted, current, search, now_ns) {
+            return adapted;
+        }
         let blocked_ns = self.settle_block(search, wanted.speed_m_s != 0.0, now_ns);
         let selection = match (search, blocked_ns) {
             (Search::Found(selection), None) => selection,
@@ -239,10 +254,73 @@ impl MotionTubes {
             now_ns,
             heading_rad: self.odom_pose.theta_rad,
             crowded: self.moving.nearest_m() < CROWDED_M,
+            room: self.room,
             known: &self.known,
         };
         let nominal = selector.search(wanted, self.driven);
         self.detour.search(&selector, nominal, wanted, moment)
+    }
+
+    /// What to drive while the robot backs out of where no way leads on; `None` while it does not.
+    fn back_out(
+        &mut self,
+        wanted: MotionCommand,
+        current: Twist2,
+        search: Search,
+        now_ns: u64,
+    ) -> Option<Adapted> {
+        let policy = self.policy.detour;
+        let goes = policy.curvature_1_m > 0.0 && wanted.speed_m_s > 0.0 && self.set.has_backward();
+        let blocked = matches!(search, Search::Blocked);
+        let moment = retreat::Moment {
+            now_ns,
+            at: self.odom_pose.position(),
+            blocked_since_ns: self.block.filter(|_| blocked).map(|block| block.since_ns),
+            moving_m: self.moving.nearest_m(),
+        };
+        let was_active = self.retreat.is_active();
+        if !(goes && self.retreat.goes(&policy, moment)) {
+            self.retreat.end();
+            return None;
+        }
+        if !was_active {
+            // From there it chooses its way anew.
+            self.detour.reset_way();
+        }
+        let slowest_m_s = self.set.rows[self.set.rows.len() - 1].horizon.speed_m_s;
+        let left_m = self.retreat.left_m(&policy, moment.at);
+        // Straight, or else as it came, no tighter than what was looked at.
+        let tightest_1_m = self
+            .room
+            .map_or(policy.curvature_1_m, |room| room.tightest_1_m);
+        let before_1_m = self.last_curvature_1_m;
+        let back = [0.0, before_1_m.max(-tightest_1_m).min(tightest_1_m)].map(|back_1_m| {
+            let back = MotionCommand::new(-slowest_m_s, back_1_m);
+            let Search::Found(selection) = self.selector().search(back, None) else {
+                return None;
+            };
+            let stays = |room: Room| room.holds_behind(selection.curvature_1_m, left_m);
+            self.room.is_none_or(stays).then_some((back, selection))
+        });
+        let Some((back, selection)) = back[0].or(back[1]) else {
+            self.retreat.end();
+            return None;
+        };
+        let adapted = self.drive(back, current, selection, now_ns);
+        // It is not what was wanted.
+        let verdict = match adapted.verdict {
+            Verdict::Stopped => Verdict::Stopped,
+            _ => Verdict::Shifted,
+        };
+        let reason = match adapted.reason {
+            Reason::None => Reason::Blocked,
+            reason => reason,
+        };
+        Some(Adapted {
+            verdict,
+            reason,
+            ..adapted
+        })
     }
 
     /// Only the want of knowledge of the floor keeps the tube nearest to a wanted command from being free.
@@ -442,6 +520,7 @@ impl MotionTubes {
             blind_stops: self.sight.blind_stops,
             detours: self.detour.begun,
             detour_side_changes: self.detour.changed_sides,
+            retreats: self.retreat.begun,
             ..self.counters
         }
     }
@@ -452,6 +531,7 @@ impl MotionTubes {
         self.floor.clear();
         self.moving.clear();
         self.detour.reset();
+        self.retreat.reset();
         self.sight.reset();
         self.streaks.fill(0);
         self.block = None;

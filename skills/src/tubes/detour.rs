@@ -5,13 +5,15 @@
 //! curvature is driven, slowly. As long as navigation wants back onto its lane that is the tube that hugs the thing, and
 //! behind it the lane again.
 //!
-//! A detour keeps to the side that it began on, and turns no farther than a limit away from the direction in which the
-//! robot last drove freely: before a wall across the corridor it does not turn back. It ends when the wanted curvature
+//! A detour keeps to the side that it began on, and turns no farther than a limit away from the path that it is to keep
+//! to, or, where it knows none, from the direction in which the robot last drove freely: before a wall across the corridor
+//! it does not turn back. Nor does it leave the [`Room`] beside that path. It ends when the wanted curvature
 //! is free for a good way. It never leads backwards. While something moves nearby the robot stays where it still has room
 //! to turn, and waits for a while before it begins one.
 
 use super::known::KnownRanges;
 use super::parameters::DetourPolicy;
+use super::room::Room;
 use super::select::{Search, Selection, Selector};
 use crate::geometry::{MotionCommand, wrap_angle};
 
@@ -61,6 +63,8 @@ pub(super) struct Moment<'a> {
     pub heading_rad: f64,
     /// Something moves nearby.
     pub crowded: bool,
+    /// About the path that it is to keep to.
+    pub room: Option<Room>,
     /// The newest scan.
     pub known: &'a KnownRanges,
 }
@@ -82,6 +86,12 @@ impl Detour {
             changed_sides: self.changed_sides,
             ..Self::default()
         };
+    }
+
+    /// Gives up the way that it is on; another may be chosen.
+    pub fn reset_way(&mut self) {
+        self.active = None;
+        self.waits = false;
     }
 
     /// What to drive, given what was found near to the wanted command.
@@ -152,10 +162,13 @@ impl Detour {
         let Some(active) = &mut self.active else {
             return Search::Blocked;
         };
-        let off_rad =
-            wrap_angle(moment.heading_rad - self.heading_rad.unwrap_or(moment.heading_rad));
-        let left = longest(selector, wanted, off_rad, 1.0);
-        let right = longest(selector, wanted, off_rad, -1.0);
+        let before_rad = self.heading_rad.unwrap_or(moment.heading_rad);
+        let off_rad = moment.room.map_or_else(
+            || wrap_angle(moment.heading_rad - before_rad),
+            |room| room.heading_rad,
+        );
+        let left = longest(selector, wanted, off_rad, moment.room, 1.0);
+        let right = longest(selector, wanted, off_rad, moment.room, -1.0);
         let (found, other) = match active.side {
             side if side > 0.0 => (left, right),
             side if side < 0.0 => (right, left),
@@ -206,14 +219,17 @@ fn longest(
     selector: &Selector<'_>,
     wanted: MotionCommand,
     off_rad: f64,
+    room: Option<Room>,
     side: f64,
 ) -> Option<Selection> {
     let policy: &DetourPolicy = &selector.policy.detour;
+    let path_1_m = room.map_or(0.0, |room| room.path_curvature_1_m);
     let allowed = |selection: &Selection| {
-        let end_rad = off_rad + selection.curvature_1_m * selection.length_m;
+        let end_rad = off_rad + (selection.curvature_1_m - path_1_m) * selection.length_m;
         let turns_back = off_rad.abs() > policy.heading_rad && end_rad.abs() < off_rad.abs();
         selection.curvature_1_m.abs() <= policy.curvature_1_m
             && (end_rad.abs() <= policy.heading_rad || turns_back)
+            && room.is_none_or(|room| room.holds(selection.curvature_1_m, selection.length_m))
     };
     let wanted_1_m = wanted.curvature_1_m;
     selector.ahead().find_map(|row| {

@@ -261,17 +261,14 @@ impl Memory {
     }
 }
 
-/// The beam at a point, and those beside it, measure clearly farther.
+/// The beam at a point, and those that there are beside it, measure clearly farther.
 fn looks_through(scan: &AlignedScan, point: Point2) -> bool {
     let in_laser = scan.geometry().mount.inverse_transform(point);
     let range_m = in_laser.norm_m() as f32 + LOOKED_THROUGH_M;
     let Some(beam) = scan.geometry().nearest_beam(in_laser.direction_rad()) else {
         return false;
     };
-    let last = scan.ranges_m().len() - 1;
-    beam > 0
-        && beam < last
-        && scan.ranges_m()[beam - 1..=beam + 1]
-            .iter()
-            .all(|&free_m| free_m > range_m)
+    let beams = scan.ranges_m();
+    let beside = beam.saturating_sub(1)..(beam + 2).min(beams.len());
+    beams[beside].iter().all(|&free_m| free_m > range_m)
 }

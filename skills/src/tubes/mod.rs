@@ -18,6 +18,8 @@
 //! | `sight` | whether scans come, and have come for long enough |
 //! | `select` | the tube for a wanted command |
 //! | `detour` | the way around what stands in the way |
+//! | `retreat` | backing out of where no way leads on |
+//! | [`room`] | how far aside of its path that may lead |
 //! | [`adapt`] | the run-time object: scans in, safe commands out |
 //! | [`outcome`] | its verdicts and reasons |
 //!
@@ -50,6 +52,8 @@ pub mod moving;
 pub mod outcome;
 pub mod parameters;
 mod report;
+mod retreat;
+pub mod room;
 mod select;
 pub mod set;
 mod sight;
@@ -59,6 +63,7 @@ pub use error::TubeError;
 pub use known::KnownRanges;
 pub use outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
 pub use parameters::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, TubeParameters};
+pub use room::Room;
 pub use set::{Refusal, Surroundings, TubeId, TubeReport, TubeSet};
 
 #[cfg(test)]

@@ -39,6 +39,8 @@ const FARTHEST_M: f64 = 2.5;
 const SPOTS: usize = 16;
 /// A thing moves no farther between two scans.
 const SPOT_STEP_M: f64 = 0.5;
+/// One that has not moved for longer rests; what moves past it is another.
+const TRACKED_NS: u64 = 500_000_000;
 /// What is hit so near to where it was last seen moving is the same thing.
 const SPOT_REACH_M: f64 = 0.3;
 
@@ -157,13 +159,18 @@ impl Moving {
 
 /// Remembers where something moves.
 fn mark(spots: &mut [Spot; SPOTS], at: Point2, now_ns: u64) {
-    let mut place = 0;
+    let (mut place, mut nearest_m) = (0, f64::INFINITY);
     for (index, spot) in spots.iter().enumerate() {
-        if spot.moved_ns > 0 && spot.at.distance_m(at) <= SPOT_STEP_M {
-            place = index;
-            break;
+        let reach_m = if now_ns.saturating_sub(spot.moved_ns) <= TRACKED_NS {
+            SPOT_STEP_M
+        } else {
+            SPOT_REACH_M
+        };
+        let away_m = spot.at.distance_m(at);
+        if spot.moved_ns > 0 && away_m <= reach_m && away_m < nearest_m {
+            (place, nearest_m) = (index, away_m);
         }
-        if spot.moved_ns < spots[place].moved_ns {
+        if nearest_m.is_infinite() && spot.moved_ns < spots[place].moved_ns {
             place = index;
         }
     }
@@ -283,6 +290,28 @@ pub fn highest_speed_m_s(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn who_rests_is_not_forgotten_when_another_passes() {
+        let mut spots = [Spot::default(); SPOTS];
+        let resting = Point2::new(2.0, 0.0);
+        mark(&mut spots, resting, 1_000_000_000);
+        for step in 0..20_u32 {
+            let passing = Point2::new(1.0 + 0.1 * f64::from(step), 0.4);
+            mark(
+                &mut spots,
+                passing,
+                2_000_000_000 + 100_000_000 * u64::from(step),
+            );
+        }
+        let known: Vec<Point2> = { spots.iter() }
+            .filter(|spot| spot.moved_ns > 0)
+            .map(|spot| spot.at)
+            .collect();
+        assert_eq!(known.len(), 2, "{known:?}");
+        assert_eq!(known[0], resting);
+        assert!(known[1].distance_m(Point2::new(2.9, 0.4)) < 1e-9);
+    }
 
     #[test]
     fn a_robot_at_the_allowed_speed_stands_when_it_is_met() {

@@ -117,6 +117,8 @@ pub struct Counters {
     pub detours: u64,
     /// How often such a way was given up for the other side.
     pub detour_side_changes: u64,
+    /// How often it backed out of where no way led on.
+    pub retreats: u64,
     /// Jumps of the odometry, or of the clock, after which everything remembered was forgotten.
     pub jumps: u64,
 }

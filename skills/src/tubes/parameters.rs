@@ -105,6 +105,9 @@ pub struct DetourPolicy {
     pub speed_m_s: f64,
     /// Hindered for so long before a detour begins.
     pub after_s: f64,
+    /// Where no way leads on it backs out so far, where it may drive backwards; 0: never. What comes up behind a
+    /// standing robot is not seen.
+    pub retreat_m: f64,
 }
 
 impl Default for DetourPolicy {
@@ -114,6 +117,7 @@ impl Default for DetourPolicy {
             heading_rad: 1.5,
             speed_m_s: 0.25,
             after_s: 0.1,
+            retreat_m: 0.4,
         }
     }
 }
@@ -278,12 +282,14 @@ impl AdaptPolicy {
             heading_rad,
             speed_m_s,
             after_s,
+            retreat_m,
         } = self.detour;
         within("detour curvature_1_m", curvature_1_m, 0.0, 20.0)?;
         let most_rad = std::f64::consts::FRAC_PI_2;
         within("detour heading_rad", heading_rad, 0.0, most_rad)?;
         within("detour speed_m_s", speed_m_s, 0.01, 10.0)?;
         within("detour after_s", after_s, 0.0, 60.0)?;
+        within("detour retreat_m", retreat_m, 0.0, 2.0)?;
         within("moving speed_m_s", self.moving.speed_m_s, 0.0, 10.0)?;
         within("moving margin_m", self.moving.margin_m, 0.0, 2.0)?;
         within("moving rest_s", self.moving.rest_s, 0.0, 60.0)

@@ -4,7 +4,7 @@ use crate::floor::{Floor, corridor};
 use crate::robot::Robot;
 use skills::geometry::Pose2;
 use skills::monitors::MonitorKind;
-use skills::navigator::{Hold, Instruction, InstructionError};
+use skills::navigator::{Hold, Instruction, InstructionError, Parameters};
 use skills::schedule::{ControllerSetup, StopTarget};
 
 pub const START: Pose2 = Pose2::new(2.0, -0.5, 0.0);
@@ -189,6 +189,52 @@ fn a_transition_onto_the_same_state_exchanges_the_parameters() {
     robot.run_for(8.0);
     assert!((robot.plant.pose.x_m - x_m).abs() < 0.04);
     assert!(robot.output.unwrap().manoeuvre_done);
+}
+
+#[test]
+fn parameters_are_exchanged_and_cleared_without_an_event() {
+    let mut robot = instructed().robot(1, FAR);
+    robot.run_for(2.0);
+    let state = robot.state().to_owned();
+    let limits = [(Some(0.1), 0.1), (Some(0.0), 0.0), (Some(0.2), 0.2)];
+    for (speed_limit_m_s, expected_m_s) in limits {
+        let parameters = Parameters {
+            speed_limit_m_s,
+            stop_at: None,
+        };
+        robot.navigator.set_parameters(parameters).unwrap();
+        robot.run_for(2.0);
+        let output = robot.output.unwrap();
+        assert!(
+            (output.command.speed_m_s - expected_m_s).abs() < 0.01,
+            "{output:?}"
+        );
+        let bad = Parameters {
+            speed_limit_m_s: Some(f64::NAN),
+            ..parameters
+        };
+        assert!(robot.navigator.set_parameters(bad).is_err());
+        assert_eq!(robot.navigator.parameters(), parameters);
+    }
+    let x_m = robot.plant.pose.x_m + 0.6;
+    let stop = Parameters {
+        speed_limit_m_s: None,
+        stop_at: Some(Pose2::new(x_m, -0.5, 0.0)),
+    };
+    robot.navigator.set_parameters(stop).unwrap();
+    robot.run_for(8.0);
+    assert!((robot.plant.pose.x_m - x_m).abs() < 0.04);
+    // The same again changes nothing; nothing at all lets it drive on.
+    robot.navigator.set_parameters(stop).unwrap();
+    robot.run_for(1.0);
+    assert!(robot.output.unwrap().manoeuvre_done);
+    robot
+        .navigator
+        .set_parameters(Parameters::default())
+        .unwrap();
+    robot.run_for(2.0);
+    assert!(robot.output.unwrap().command.speed_m_s > 0.3);
+    assert_eq!((robot.state(), robot.allocations), (state.as_str(), 0));
 }
 
 #[test]

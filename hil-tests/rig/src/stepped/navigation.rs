@@ -13,7 +13,7 @@ use onboard::activities::scans::{Intake, ScanIntake};
 use onboard::faults::Fault;
 use onboard::port::{Command, Instructed, Port, Report};
 use onboard::runner::RobotActivity;
-use onboard::values::{CommandValue, Name, NavigationState, OdometryValue, PoseEstimate};
+use onboard::values::{Name, NavigationState, OdometryValue, PoseEstimate, WantedMotion};
 use skills::borders::AreaSet;
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
@@ -131,7 +131,7 @@ impl LeaveNavigation {
             ignored_events: machine.ignored(),
             ..NavigationState::default()
         };
-        let command = CommandValue::drive(output.command);
+        let command = WantedMotion::new(output.command, output.room);
         self.symbols.pose.write(now_ns, &pose);
         self.symbols.state.write(now_ns, &state);
         self.symbols.command.write(now_ns, &command);
