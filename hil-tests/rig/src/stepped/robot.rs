@@ -1,15 +1,15 @@
 //! One robot's activities on a simulated clock.
 
 use std::path::Path;
-use std::sync::PoisonError;
 
 use config::{ActivityKind, ThreadConfig, Trigger};
 use coordination::activity::event_loop_once;
 use coordination::event::EventId;
 use coordination::symbols::{Reader, SymbolTable, Writer};
 use onboard::activities::control::Control;
+use onboard::activities::fleet_link::NavigationEnd;
 use onboard::activities::motion_tube::MotionTube;
-use onboard::activities::navigation::Navigation;
+use onboard::activities::navigation::{FleetSymbols, Navigation};
 use onboard::activities::proprioception::Proprioception;
 use onboard::activities::scans::ScanIntake;
 use onboard::cli::Files;
@@ -27,8 +27,8 @@ use skills::geometry::Pose2;
 
 use super::director::{Director, Note};
 use super::drive::SteppedDrive;
+use super::leave::Leave;
 use super::lidar::SteppedLidar;
-use super::navigation::{LeaveNavigation, SharedLeave};
 use crate::cli::Failure;
 use crate::trial::insight::{Belief, Insight};
 use crate::trial::operator::Instruction;
@@ -64,7 +64,7 @@ pub struct SteppedRobot {
     insight: Insight,
     // The external events of its machine.
     events: Vec<(String, EventId)>,
-    leave: Option<SharedLeave>,
+    leave: Option<Leave>,
     // What nothing reads or writes here, and the shared memory itself.
     _idle: Idle,
 }
@@ -100,17 +100,19 @@ impl SteppedRobot {
         let (reload, ends) = Reload::new(files.clone(), plan);
         let mut states: Vec<_> = ACTIVITIES.into_iter().zip(wiring.states).collect();
         let mut events = Vec::new();
-        let leave = takes_leave.then(SharedLeave::default);
+        let (leave, end) = takes_leave
+            .then(|| Leave::new(wiring.communication_fleet.allowed))
+            .unzip();
         let mut activities = compose(
             plan,
             &mut director,
             &mut states,
             &mut events,
-            leave.clone(),
             ends,
             Ends {
                 proprioception: wiring.proprioception,
                 navigation: wiring.navigation,
+                managed: end.map(|end| (wiring.navigation_fleet, end)),
                 motion_tube: wiring.motion_tube,
                 control: wiring.control,
             },
@@ -145,6 +147,9 @@ impl SteppedRobot {
 
     /// Everything that is due at `now_ns`, which advances by a millisecond each time: bus, motion, scan, navigation.
     pub fn step(&mut self, world: &mut World, now_ns: u64) {
+        if let Some(leave) = &mut self.leave {
+            leave.cycle(now_ns);
+        }
         self.drive.cycle(world, now_ns);
         let scanned = self.lidar.cycle(world, now_ns);
         for thread in &mut self.threads {
@@ -172,8 +177,8 @@ impl SteppedRobot {
         for (index, _) in granted.iter().enumerate().filter(|(_, granted)| **granted) {
             areas.insert(index);
         }
-        if let Some(leave) = &self.leave {
-            *leave.lock().unwrap_or_else(PoisonError::into_inner) = areas;
+        if let Some(leave) = &mut self.leave {
+            leave.give(areas);
         }
     }
 
@@ -284,6 +289,8 @@ fn stepped_thread(
 struct Ends {
     proprioception: onboard::activities::proprioception::Symbols,
     navigation: onboard::activities::navigation::Symbols,
+    /// Where leave is withheld.
+    managed: Option<(FleetSymbols, NavigationEnd)>,
     motion_tube: onboard::activities::motion_tube::Symbols,
     control: onboard::activities::control::Symbols,
 }
@@ -294,7 +301,6 @@ fn compose(
     director: &mut Director,
     states: &mut Vec<(&'static str, Writer<ActivityState>)>,
     events: &mut Vec<(String, EventId)>,
-    leave: Option<SharedLeave>,
     reload: ReloadEnds,
     ends: Ends,
 ) -> Result<Activities, PlanError> {
@@ -327,24 +333,17 @@ fn compose(
         ends.proprioception,
         plan.dead_reckoning()?,
     );
-    let navigation_port = port(ActivityKind::Navigation);
-    let navigation: Box<dyn RobotActivity> = match leave {
-        Some(leave) => Box::new(LeaveNavigation::new(
-            navigation_port,
-            ends.navigation,
-            intake()?,
-            navigator,
-            leave,
-        )),
-        None => Box::new(Navigation::new(
-            navigation_port,
-            ends.navigation,
-            intake()?,
-            navigator,
-            reload.navigator,
-            start,
-        )),
-    };
+    let mut navigation = Navigation::new(
+        port(ActivityKind::Navigation),
+        ends.navigation,
+        intake()?,
+        navigator,
+        reload.navigator,
+        start,
+    );
+    if let Some((symbols, end)) = ends.managed {
+        navigation = navigation.managed(symbols, end);
+    }
     let motion_tube = MotionTube::new(
         port(ActivityKind::MotionTube),
         ends.motion_tube,
@@ -362,7 +361,7 @@ fn compose(
     director.name_states(names);
     Ok(vec![
         (ActivityKind::Proprioception, Box::new(proprioception) as _),
-        (ActivityKind::Navigation, navigation),
+        (ActivityKind::Navigation, Box::new(navigation) as _),
         (ActivityKind::MotionTube, Box::new(motion_tube) as _),
         (ActivityKind::Control, Box::new(control) as _),
     ])

@@ -1,0 +1,48 @@
+//! In the place of communication on a managed site: tells navigation which areas it may use.
+
+use coordination::symbols::Writer;
+use onboard::activities::fleet_link::{CommunicationEnd, NavigationEnd, link};
+use onboard::rt::wake::Wake;
+use onboard::values::AllowedAreas;
+use skills::borders::AreaSet;
+
+/// Leave is repeated this often; navigation takes what is old for none.
+const REPEAT_NS: u64 = 100_000_000;
+
+/// Leave for areas.
+pub(super) struct Leave {
+    symbol: Writer<AllowedAreas>,
+    link: CommunicationEnd,
+    areas: AreaSet,
+    /// When it is to be said again.
+    next_ns: u64,
+}
+
+impl Leave {
+    /// None at first, with the end that belongs to navigation.
+    pub(super) fn new(symbol: Writer<AllowedAreas>) -> (Self, NavigationEnd) {
+        let (navigation, link) = link(Wake::default());
+        let leave = Self {
+            symbol,
+            link,
+            areas: AreaSet::EMPTY,
+            next_ns: 0,
+        };
+        (leave, navigation)
+    }
+
+    /// From the next step on.
+    pub(super) fn give(&mut self, areas: AreaSet) {
+        self.areas = areas;
+        self.next_ns = 0;
+    }
+
+    /// Says it when it is due, and hears what navigation says, which nobody here wants to know.
+    pub(super) fn cycle(&mut self, now_ns: u64) {
+        while self.link.events.receive().is_some() {}
+        if now_ns >= self.next_ns {
+            self.next_ns = now_ns + REPEAT_NS;
+            self.symbol.write(now_ns, &AllowedAreas::new(&self.areas));
+        }
+    }
+}
