@@ -71,6 +71,27 @@ fn a_robot_drives_the_whole_course_within_its_leave() {
 }
 
 #[test]
+fn a_big_robot_docks_turns_and_leaves_without_a_pause() {
+    let big = Files {
+        robot: concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../config/robots/amr-big.toml"
+        )
+        .into(),
+        ..files("sites/docking.toml", &[])
+    };
+    let plan = Plan::load(&big).unwrap_or_else(|failure| panic!("{failure:?}"));
+    let round = Course {
+        start_state: (plan.start.start_state.clone()).unwrap_or_else(|| plan.fsm.initial.clone()),
+        patience_s: 200.0,
+    };
+    let outcome = trial(&big, &round, 3, true);
+    assert!(outcome.done && outcome.clean, "{}", outcome.reason());
+    let paused = { outcome.faults.iter() }.any(|(fault, _)| fault == "no-free-tube");
+    assert!(!paused, "{:?}", outcome.faults);
+}
+
+#[test]
 fn a_robot_that_heeds_no_leave_is_found_out() {
     let files = files("sites/course.toml", &[]);
     let outcome = trial(&files, &course(100.0), 11, false);
@@ -130,7 +151,7 @@ impl Scenario for Closed {
     }
 
     fn patience_s(&self) -> f64 {
-        30.0
+        90.0
     }
 
     fn is_done(

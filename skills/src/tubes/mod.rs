@@ -36,6 +36,8 @@
 //!
 //! Things that move: the robot drives no faster than lets it stand before one that it sees moving arrives, at up to
 //! [`MovingPolicy::speed_m_s`]. One that comes from out of view can run into a driving robot.
+//! Where no way leads on, a robot that makes detours also backs out, slowly, over floor that it knows; who has come up
+//! behind it since is not seen: where that may be, [`DetourPolicy::retreat_m`] should be 0.
 //!
 //! # Real time
 //! Generation allocates. [`MotionTubes::observe`] and [`MotionTubes::adapt`] do not, and take a bounded time.
