@@ -11,9 +11,10 @@ use coordination::petri::{Binding, PlaceKind};
 use crate::fleet::record::CoordinationRecord;
 
 use super::super::canvas::{Canvas, Curve, Px, Px2, shortened};
-use super::super::labels::text_width_px;
+use super::super::labels;
 use super::html::quantity;
 use super::layers::{Extent, Layout, lay_out};
+use super::spacetime::WIDTH_PX;
 use super::view::View;
 
 /// Nets with more places and transitions are not drawn.
@@ -62,15 +63,21 @@ pub(super) fn draw(
             .or_default()
             .push((index + 1, *at_s));
     }
-    let drawing = Drawing {
+    let mut drawing = Drawing {
         view,
         net,
         run,
         places,
         marked,
         fired,
+        short: false,
     };
-    Some(drawing.draw())
+    let (drawn, width_px) = drawing.draw();
+    if width_px <= WIDTH_PX {
+        return Some(drawn);
+    }
+    drawing.short = true;
+    Some(drawing.draw().0)
 }
 
 struct Drawing<'a> {
@@ -81,6 +88,8 @@ struct Drawing<'a> {
     places: Vec<&'a NetPlace>,
     marked: Vec<&'a str>,
     fired: Firings<'a>,
+    /// Flags without their roles, which their colours tell: the drawing would be too wide.
+    short: bool,
 }
 
 /// An arc between an internal place and a transition.
@@ -93,7 +102,8 @@ struct Arc<'a> {
 }
 
 impl Drawing<'_> {
-    fn draw(&self) -> String {
+    /// The drawing and its width.
+    fn draw(&self) -> (String, f64) {
         let arcs = self.arcs();
         let mut extents: Vec<Extent> = self
             .places
@@ -124,7 +134,7 @@ impl Drawing<'_> {
         }
         let size = layout.size.map(|length| length + 2.0 * MARGIN_PX);
         let label = format!("Petri net {}", self.net.name);
-        canvas.finish_inline("petri", size, &label)
+        (canvas.finish_inline("petri", size, &label), size[0])
     }
 
     fn arcs(&self) -> Vec<Arc<'_>> {
@@ -165,6 +175,9 @@ impl Drawing<'_> {
                 .filter(|place| place.kind == kind)
                 .map(|place| {
                     let (role, name) = match &place.binding {
+                        Some(Binding::Flag { protocol, flag }) if self.short => {
+                            (Some(protocol.as_str()), flag.clone())
+                        }
                         Some(binding @ Binding::Flag { protocol, .. }) => {
                             (Some(protocol.as_str()), binding.event_name())
                         }
@@ -426,6 +439,11 @@ impl Drawing<'_> {
         canvas.text("about e halo", [at[0] - PORT_PX - 5.0, at[1] + 3.8], name);
         canvas.close("g");
     }
+}
+
+/// About the width of a text; names here are of small letters, which are narrower than others.
+fn text_width_px(text: &str, size_px: f64) -> f64 {
+    0.93 * labels::text_width_px(text, size_px)
 }
 
 fn place_extent(place: &NetPlace) -> Extent {

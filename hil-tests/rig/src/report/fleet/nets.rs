@@ -13,6 +13,8 @@ use super::view::{View, cast};
 const MOST_LISTED: usize = 40;
 const MOST_FIRINGS: usize = 200;
 const MOST_DRAWN: usize = 3;
+/// Times of firings are told in milliseconds.
+const FINEST_MS: f64 = 0.5;
 
 /// Writes the section; returns the number of the next figure.
 pub(super) fn write(page: &mut Page, view: &View<'_>, mut figure: usize) -> usize {
@@ -213,10 +215,12 @@ fn firings(page: &mut Page, net: &NetConfig, run: &CoordinationRecord) {
             vec![
                 Cell::new(index + 1),
                 Cell::new(id),
-                Cell::new(quantity(*at_s, 2, "s")),
-                Cell::new(short_time(
-                    Some(after_ms).filter(|after_ms| *after_ms > 0.0),
-                )),
+                Cell::new(quantity(*at_s, 3, "s")),
+                Cell::new(if after_ms.abs() < FINEST_MS {
+                    quantity(0.0, 0, "ms")
+                } else {
+                    short_time(after_ms)
+                }),
                 Cell::new(events(transition.map(|own| &own.from), PlaceKind::Source)),
                 Cell::new(events(transition.map(|own| &own.to), PlaceKind::Sink)),
             ]

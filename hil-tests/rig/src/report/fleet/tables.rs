@@ -238,8 +238,11 @@ pub(super) fn threads(page: &mut Page, view: &View<'_>) {
     );
 }
 
-/// A figure of a thread in milliseconds.
+/// A figure of a thread in milliseconds; none where nothing was measured.
 pub(super) fn micros(thread: &Json, group: &str, key: &str) -> Option<f64> {
+    thread[group]["max"]
+        .as_f64()
+        .filter(|max_us| *max_us > 0.0)?;
     thread[group][key].as_f64().map(|value_us| value_us / 1e3)
 }
 

@@ -201,7 +201,7 @@ fn histogram(
 /// Wake-up latency and execution time of every thread of every robot; `None` if nothing is known of any.
 pub(super) fn threads(view: &View<'_>) -> Option<String> {
     const LEFT_PX: f64 = 176.0;
-    const GAP_PX: f64 = 34.0;
+    const GAP_PX: f64 = 56.0;
     const TOP_PX: f64 = 28.0;
     let members = &view.record.summary.robots;
     let mut names: Vec<&String> = members
@@ -214,7 +214,7 @@ pub(super) fn threads(view: &View<'_>) -> Option<String> {
     if names.is_empty() {
         return None;
     }
-    let half_px = (WIDTH_PX - LEFT_PX - GAP_PX - 16.0) / 2.0;
+    let half_px = (WIDTH_PX - LEFT_PX - GAP_PX - 28.0) / 2.0;
     let group_px = STRIP_STEP_PX * members.len() as f64 + GROUP_GAP_PX;
     let bottom_px = TOP_PX + group_px * names.len() as f64 - GROUP_GAP_PX + 4.0;
     let mut canvas = Canvas::default();
@@ -267,10 +267,6 @@ fn strip(canvas: &mut Canvas, axis: &LogAxis, figures: [Option<f64>; 4], top_px:
     let [Some(p50), Some(p99), Some(p999), Some(max)] = figures else {
         return;
     };
-    // Nothing was measured.
-    if max <= 0.0 {
-        return;
-    }
     let [p50, p99, p999, max] = [p50, p99, p999, max].map(|value| axis.x(value));
     let hint = figures.map(short_time);
     let hint = format!(
