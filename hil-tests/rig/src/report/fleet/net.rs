@@ -88,7 +88,7 @@ struct Drawing<'a> {
     places: Vec<&'a NetPlace>,
     marked: Vec<&'a str>,
     fired: Firings<'a>,
-    /// Flags without their roles, which their colours tell: the drawing would be too wide.
+    /// The drawing would be too wide: flags without their roles, which their colours tell, and only first firings.
     short: bool,
 }
 
@@ -217,15 +217,15 @@ impl Drawing<'_> {
 
     /// Which firings a transition was, and when.
     fn firing_texts(&self, transition: &str) -> [String; 2] {
-        const SHOWN: usize = 3;
+        let shown = if self.short { 1 } else { 3 };
         let Some(fired) = self.fired.get(transition) else {
             return [String::new(), String::new()];
         };
         let listed = |text: &dyn Fn(&(usize, f64)) -> String| {
-            let texts: Vec<String> = fired.iter().take(SHOWN).map(text).collect();
+            let texts: Vec<String> = fired.iter().take(shown).map(text).collect();
             texts.join(", ")
         };
-        let more = match fired.len().checked_sub(SHOWN) {
+        let more = match fired.len().checked_sub(shown) {
             None | Some(0) => String::new(),
             Some(_) => format!(" … {}×", fired.len()),
         };
@@ -457,7 +457,7 @@ fn place_extent(place: &NetPlace) -> Extent {
 
 /// Width of the badge with the numbers of firings; none without any.
 fn badge_px(numbers: &str) -> Option<f64> {
-    (!numbers.is_empty()).then(|| (text_width_px(numbers, SMALL_PX) + 8.0).max(17.0))
+    (!numbers.is_empty()).then(|| (labels::text_width_px(numbers, SMALL_PX) + 10.0).max(17.0))
 }
 
 /// Adds the tip of an arrow; returns where the line ends.
