@@ -16,6 +16,7 @@ pub mod journal;
 pub mod manager;
 pub mod runtime;
 pub mod setup;
+mod jam;
 mod site;
 
 pub use cli::main_from;

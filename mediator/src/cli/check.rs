@@ -1,10 +1,12 @@
 //! `mediator check` and `mediator show`: what a site's nets are, and whether they may run.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Failure, load_site};
 use crate::coordination::{self, Plan};
+use crate::jam::{self, Verdict};
 use crate::setup::Setup;
 use ::coordination::analysis::Limits;
 use ::coordination::petri::Dot;
@@ -13,8 +15,38 @@ use config::{NetConfig, SiteConfig};
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
     let setup = Setup::of(&site).map_err(|error| Failure::Refused(error.to_string()))?;
-    println!(
-        "site {}: {}",
+    let mut text = describe_site(&site, &setup);
+    let plans = plans(path, &site, &setup)?;
+    if !plans.is_empty() {
+        text += "\ncoordinations\n";
+    }
+    for plan in &plans {
+        text += &format!("  {:<12} by net {}\n", plan.id, plan.net);
+    }
+    if site.areas_managed {
+        text += &describe_order(&site, &plans);
+    }
+    let mut refused = 0;
+    for net in nets(path)? {
+        let (about, may_run) = describe_net(&net);
+        text += &about;
+        refused += u32::from(!may_run);
+    }
+    say(&text);
+    if refused > 0 {
+        return Err(Failure::Refused(format!("{refused} nets may not run")));
+    }
+    Ok(())
+}
+
+/// A reader that has seen enough is no failure.
+fn say(text: &str) {
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
+    let mut text = format!(
+        "site {}: {}\n\nareas\n",
         site.name,
         if site.areas_managed {
             "a mediator grants its areas"
@@ -22,55 +54,72 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
             "not managed, robots need no mediator (areas.managed = false)"
         }
     );
-    println!("\nareas");
     for area in &setup.areas {
-        println!("  {:<12} holds {}", area.id, area.capacity);
+        text += &format!("  {:<12} holds {}\n", area.id, area.capacity);
     }
-    println!("\nrobots");
+    text += "\nrobots\n";
     for robot in &setup.robots {
         let starts = if robot.starts_in.is_empty() {
             "outside all areas".to_owned()
         } else {
-            format!("in {}", robot.starts_in.join(", "))
+            format!("in {} or so", robot.starts_in.join(", "))
         };
-        println!(
-            "  {:<12} {}, priority {}, starts {starts}",
+        text += &format!(
+            "  {:<12} {}, priority {}, starts {starts}\n",
             robot.id, robot.role, robot.priority
         );
     }
-    let plans = plans(path, &site, &setup)?;
-    println!("\ncoordinations");
-    for plan in &plans {
-        println!("  {:<12} by net {}", plan.id, plan.net);
-    }
-    let mut refused = 0;
-    for net in nets(path)? {
-        println!("\nnet {}{}", net.name, about(net.about.as_deref()));
-        match net.analyse(&Limits::default()) {
-            Ok(reports) => {
-                for report in reports {
-                    let situation = report.situation.as_deref().unwrap_or("as it begins");
-                    println!(
-                        "  {situation}: may run; {} states, {} steps, ends: {}",
-                        report.states,
-                        report.steps,
-                        report.ends.join(", ")
-                    );
-                    for warning in report.warnings {
-                        println!("    note: {warning}");
-                    }
-                }
+    text
+}
+
+/// Whether the order in which robots take areas lets them block each other.
+fn describe_order(site: &SiteConfig, plans: &[Arc<Plan>]) -> String {
+    let together: Vec<Vec<usize>> = { plans.iter() }.flat_map(|plan| plan.passages()).collect();
+    match jam::look(site, &together) {
+        Verdict::Never { looked } => format!(
+            "\norder of areas: in none of the {looked} ways to stand do robots wait for each other for ever\n"
+        ),
+        Verdict::Unknown => {
+            "\norder of areas: there are too many ways to stand to look at them all\n".to_owned()
+        }
+        Verdict::May(waits) => {
+            let mut text =
+                "\nwarning: by the order of their areas, robots can wait for each other for ever:\n"
+                    .to_owned();
+            for own in waits {
+                text += &format!(
+                    "  {} has {} and waits for {}\n",
+                    own.robot,
+                    own.has.join(", "),
+                    own.needs.join(", ")
+                );
             }
-            Err(refusal) => {
-                refused += 1;
-                println!("  may not run: {refusal}");
-            }
+            text
         }
     }
-    if refused > 0 {
-        return Err(Failure::Refused(format!("{refused} nets may not run")));
+}
+
+/// What a net is, and whether it may run.
+fn describe_net(net: &NetConfig) -> (String, bool) {
+    let mut text = format!("\nnet {}{}\n", net.name, about(net.about.as_deref()));
+    match net.analyse(&Limits::default()) {
+        Ok(reports) => {
+            for report in reports {
+                let situation = report.situation.as_deref().unwrap_or("as it begins");
+                text += &format!(
+                    "  {situation}: may run; {} states, {} steps, ends: {}\n",
+                    report.states,
+                    report.steps,
+                    report.ends.join(", ")
+                );
+                for warning in report.warnings {
+                    text += &format!("    note: {warning}\n");
+                }
+            }
+            (text, true)
+        }
+        Err(refusal) => (text + &format!("  may not run: {refusal}\n"), false),
     }
-    Ok(())
 }
 
 pub(super) fn show(path: &Path, name: &str, situation: Option<&str>) -> Result<(), Failure> {
@@ -91,7 +140,7 @@ pub(super) fn show(path: &Path, name: &str, situation: Option<&str>) -> Result<(
             known(net.situations.iter().map(|own| own.id.as_str()).collect())
         ))
     })?;
-    print!("{}", Dot::new(&model));
+    say(&Dot::new(&model).to_string());
     Ok(())
 }
 

@@ -1,0 +1,318 @@
+//! Whether robots can come to stand so that each waits for an area which another one has, for ever.
+//!
+//! Looks at all ways in which the site's robots can stand, each in the areas of its machine's state, asking for those of the
+//! states that follow and keeping what it has until it is there. Only the order of areas counts: speeds, priorities, and how
+//! nets decide, do not, except that a net gives all areas of a passage at once. Events from outside lead nowhere here, nor do
+//! states that only an operator leads out of.
+
+use std::collections::{HashSet, VecDeque};
+
+use config::{FsmConfig, SiteConfig};
+
+/// More ways to stand are not looked at.
+const MOST: usize = 200_000;
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// It cannot happen.
+    Never {
+        /// So many ways to stand there are.
+        looked: usize,
+    },
+    /// It can.
+    May(Vec<Waits>),
+    /// There are too many ways to stand.
+    Unknown,
+}
+
+/// One of the robots that wait for each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Waits {
+    pub(crate) robot: String,
+    pub(crate) has: Vec<String>,
+    pub(crate) needs: Vec<String>,
+}
+
+/// Sets of areas by their numbers.
+type Areas = Vec<usize>;
+
+/// A robot's machine as far as areas go: states of the same areas that follow on each other are one.
+struct Route {
+    robot: String,
+    start: usize,
+    areas: Vec<Areas>,
+    next: Vec<Vec<usize>>,
+}
+
+/// Where a robot stands: the node of its route, and what it was granted beyond that.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Place {
+    node: usize,
+    ahead: Areas,
+}
+
+/// Looks at a site; each of `together` is given to a robot as a whole.
+pub(crate) fn look(site: &SiteConfig, together: &[Areas]) -> Verdict {
+    let routes: Vec<Route> = { site.robots.iter() }
+        .filter_map(|(id, robot)| {
+            let fsm = site.fsm.get(&robot.role)?;
+            let start = robot.start_state.as_ref().unwrap_or(&fsm.initial);
+            Route::of(id, site, fsm, start)
+        })
+        .collect();
+    let floor = Floor {
+        capacities: { site.areas.iter() }
+            .map(|area| area.capacity as usize)
+            .collect(),
+        together,
+        routes: &routes,
+    };
+    let start: Vec<Place> = { routes.iter() }
+        .map(|route| Place {
+            node: route.start,
+            ahead: Vec::new(),
+        })
+        .collect();
+    let mut seen = HashSet::from([start.clone()]);
+    let mut open = VecDeque::from([start]);
+    while let Some(places) = open.pop_front() {
+        let stuck = floor.stuck(&places);
+        if !stuck.is_empty() {
+            let name = |areas: Areas| -> Vec<String> {
+                { areas.into_iter() }
+                    .map(|area| site.areas[area].id.clone())
+                    .collect()
+            };
+            let waits = stuck.into_iter().map(|robot| Waits {
+                robot: routes[robot].robot.clone(),
+                has: name(floor.has(robot, &places[robot])),
+                needs: name(floor.needs(robot, &places[robot])),
+            });
+            return Verdict::May(waits.collect());
+        }
+        for robot in 0..places.len() {
+            for place in floor.moves(robot, &places, |_| true) {
+                let mut after = places.clone();
+                after[robot] = place;
+                if !seen.contains(&after) {
+                    if seen.len() == MOST {
+                        return Verdict::Unknown;
+                    }
+                    seen.insert(after.clone());
+                    open.push_back(after);
+                }
+            }
+        }
+    }
+    Verdict::Never { looked: seen.len() }
+}
+
+impl Route {
+    fn of(robot: &str, site: &SiteConfig, fsm: &FsmConfig, start: &str) -> Option<Self> {
+        let number = |name: &str| fsm.states.iter().position(|state| state.name == name);
+        let areas: Vec<Areas> = { fsm.states.iter() }
+            .map(|state| {
+                let mut areas: Areas = { state.areas() }
+                    .filter_map(|id| site.areas.iter().position(|area| area.id == id))
+                    .collect();
+                areas.sort_unstable();
+                areas
+            })
+            .collect();
+        let mut next: Vec<Vec<usize>> = vec![Vec::new(); areas.len()];
+        for transition in &fsm.transitions {
+            if !fsm.external.contains(&transition.on)
+                && let (Some(from), Some(to)) = (number(&transition.from), number(&transition.to))
+            {
+                next[from].push(to);
+            }
+        }
+        let leads_on: Vec<bool> = next.iter().map(|next| !next.is_empty()).collect();
+        // States of the same areas that follow on each other: the first of them stands for all.
+        let mut node: Vec<usize> = (0..areas.len()).collect();
+        for _ in 0..areas.len() {
+            for from in 0..areas.len() {
+                for &to in next[from].iter().filter(|&&to| leads_on[to]) {
+                    if areas[from] == areas[to] {
+                        let least = node[from].min(node[to]);
+                        (node[from], node[to]) = (least, least);
+                    }
+                }
+            }
+        }
+        let mut joined: Vec<Vec<usize>> = vec![Vec::new(); areas.len()];
+        for from in 0..areas.len() {
+            for &to in next[from].iter().filter(|&&to| leads_on[to]) {
+                let (from, to) = (node[from], node[to]);
+                if from != to && !joined[from].contains(&to) {
+                    joined[from].push(to);
+                }
+            }
+        }
+        Some(Self {
+            robot: robot.to_owned(),
+            start: node[number(start)?],
+            areas,
+            next: joined,
+        })
+    }
+}
+
+struct Floor<'a> {
+    capacities: Vec<usize>,
+    together: &'a [Areas],
+    routes: &'a [Route],
+}
+
+impl Floor<'_> {
+    fn has(&self, robot: usize, place: &Place) -> Areas {
+        let mut has = self.routes[robot].areas[place.node].clone();
+        has.extend(&place.ahead);
+        has.sort_unstable();
+        has.dedup();
+        has
+    }
+
+    /// What it lacks for going on, by all the ways that it may go.
+    fn needs(&self, robot: usize, place: &Place) -> Areas {
+        let (route, has) = (&self.routes[robot], self.has(robot, place));
+        let mut needs: Areas = { route.next[place.node].iter() }
+            .flat_map(|&next| route.areas[next].iter().copied())
+            .filter(|area| !has.contains(area))
+            .collect();
+        needs.sort_unstable();
+        needs.dedup();
+        needs
+    }
+
+    /// What a robot can do next while those that `count` are where they are.
+    fn moves(&self, robot: usize, places: &[Place], counts: impl Fn(usize) -> bool) -> Vec<Place> {
+        let (route, place) = (&self.routes[robot], &places[robot]);
+        let has = self.has(robot, place);
+        let mut moves = Vec::new();
+        for &next in &route.next[place.node] {
+            if route.areas[next].iter().all(|area| has.contains(area)) {
+                moves.push(Place {
+                    node: next,
+                    ahead: Vec::new(),
+                });
+            }
+        }
+        let has_room = |area: usize| {
+            let others = (0..places.len()).filter(|&other| other != robot && counts(other));
+            let inside = others.filter(|&other| self.has(other, &places[other]).contains(&area));
+            inside.count() < self.capacities[area]
+        };
+        let needs = self.needs(robot, place);
+        for &area in &needs {
+            let whole = self.together.iter().find(|whole| whole.contains(&area));
+            let asked: Areas = match whole {
+                Some(whole) => { needs.iter().copied() }
+                    .filter(|need| whole.contains(need))
+                    .collect(),
+                None => vec![area],
+            };
+            if asked.iter().all(|&area| has_room(area)) {
+                let mut ahead = place.ahead.clone();
+                ahead.extend(asked);
+                ahead.sort_unstable();
+                moves.push(Place {
+                    node: place.node,
+                    ahead,
+                });
+            }
+        }
+        moves
+    }
+
+    /// Robots that can do nothing as long as the others of them do nothing.
+    fn stuck(&self, places: &[Place]) -> Vec<usize> {
+        let goes_on = |robot: usize| !self.routes[robot].next[places[robot].node].is_empty();
+        let mut stuck: Vec<usize> = (0..places.len()).filter(|&robot| goes_on(robot)).collect();
+        loop {
+            let still: Vec<usize> = { stuck.iter().copied() }
+                .filter(|&robot| {
+                    let moves = self.moves(robot, places, |other| stuck.contains(&other));
+                    moves.is_empty()
+                })
+                .collect();
+            if still.len() == stuck.len() {
+                return stuck;
+            }
+            stuck = still;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::parse_site;
+
+    fn shipped(name: &str, edit: impl Fn(String) -> String) -> SiteConfig {
+        let path = format!("{}/../config/sites/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = edit(std::fs::read_to_string(path).expect("it ships"));
+        parse_site("site.toml", &text, &[])
+            .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
+    }
+
+    fn numbers(site: &SiteConfig, ids: &[&str]) -> Areas {
+        let number = |id: &&str| site.areas.iter().position(|area| area.id == *id);
+        let mut numbers: Areas = ids.iter().filter_map(number).collect();
+        numbers.sort_unstable();
+        numbers
+    }
+
+    #[test]
+    fn robots_of_the_shipped_sites_never_block_each_other() {
+        for name in ["overtaking", "t-junction", "docking"] {
+            let site = shipped(name, |text| text);
+            let together = [numbers(&site, &["access-in", "access-out"])];
+            let verdict = look(&site, &together);
+            assert!(
+                matches!(verdict, Verdict::Never { looked } if looked > 10),
+                "{name}: {verdict:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn two_that_keep_what_the_other_needs_block_each_other() {
+        // One has the crossing and waits for the road behind it, which another has that waits for the crossing.
+        let site = shipped("t-junction", |text| {
+            text.replace(
+                "lane = \"1-out\", skill",
+                "also = [\"R1o\"], lane = \"1-out\", skill",
+            )
+        });
+        let Verdict::May(waits) = look(&site, &[]) else {
+            panic!("it can happen");
+        };
+        assert_eq!(waits.len(), 2, "{waits:?}");
+        for (own, other) in [(0, 1), (1, 0)] {
+            let needs = &waits[own].needs;
+            assert!(
+                needs.iter().all(|area| waits[other].has.contains(area)),
+                "{waits:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_place_kept_before_the_way_there_is_free_blocks_robots() {
+        let site = shipped("docking", |text| {
+            text.replace(
+                "\naccess-in = { area = \"access-in\", skill",
+                "\naccess-in = { area = \"access-in\", also = [\"bay-in\"], skill",
+            )
+            .replace(
+                "also = [\"access-out\", \"gate\"]",
+                "also = [\"access-out\", \"gate\", \"bay-in\"]",
+            )
+        });
+        let together = [numbers(&site, &["access-in", "access-out"])];
+        let verdict = look(&site, &together);
+        assert!(matches!(verdict, Verdict::May(_)), "{verdict:?}");
+    }
+}
