@@ -28,6 +28,7 @@ pub struct Course {
     /// What fired, in order.
     pub firings: Vec<(String, u64)>,
     fired: u64,
+    epoch: u64,
     /// Where the mediator counts from.
     base_ns: u64,
 }
@@ -50,12 +51,12 @@ impl Seen {
 
     fn take(&mut self, status: Status, now_ns: u64) {
         for own in &status.coordinations {
-            self.follow(own, now_ns);
+            self.follow(own, status.epoch, now_ns);
         }
         self.status = Some((now_ns, status));
     }
 
-    fn follow(&mut self, own: &CoordinationStatus, now_ns: u64) {
+    fn follow(&mut self, own: &CoordinationStatus, epoch: u64, now_ns: u64) {
         let ns = |ms: u64| ms.saturating_mul(1_000_000);
         // Since it began; or since the mediator did, which restarted meanwhile.
         let base_ns = now_ns.saturating_sub(ns(own.age_ms));
@@ -65,6 +66,7 @@ impl Seen {
             to_ns: None,
             firings: Vec::new(),
             fired: 0,
+            epoch,
             base_ns,
         });
         if course.to_ns.is_some() {
@@ -76,12 +78,13 @@ impl Seen {
         }
         let base_ns = course.base_ns;
         // A restarted mediator counts anew.
-        let known = if own.fired < course.fired {
-            0
-        } else {
+        let known = if epoch == course.epoch {
             course.fired
+        } else {
+            0
         };
-        let new = usize::try_from(own.fired - known).unwrap_or(usize::MAX);
+        course.epoch = epoch;
+        let new = usize::try_from(own.fired.saturating_sub(known)).unwrap_or(usize::MAX);
         let skip = own.firings.len().saturating_sub(new);
         for (transition, at_ms) in own.firings.iter().skip(skip) {
             course
@@ -149,4 +152,83 @@ impl Drop for Board {
 
 fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
     seen.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn status(epoch: u64, fired: u64, firings: &[(&str, u64)], age_ms: u64, over: bool) -> Status {
+        let own = CoordinationStatus {
+            number: 1,
+            id: "passing".into(),
+            net: "passing".into(),
+            situation: "ahead".into(),
+            robots: Vec::new(),
+            marking: Vec::new(),
+            firings: { firings.iter() }
+                .map(|&(transition, at_ms)| (transition.to_owned(), at_ms))
+                .collect(),
+            fired,
+            waits: Vec::new(),
+            age_ms,
+            still_ms: 0,
+            over,
+        };
+        Status {
+            epoch,
+            awaited: Vec::new(),
+            areas: Vec::new(),
+            robots: Vec::new(),
+            coordinations: vec![own],
+        }
+    }
+
+    fn firings(seen: &Seen) -> Vec<(&str, u64)> {
+        { seen.courses[&1].firings.iter() }
+            .map(|(transition, at_ns)| (transition.as_str(), at_ns / MS))
+            .collect()
+    }
+
+    #[test]
+    fn firings_are_written_down_once_with_times_of_our_clock() {
+        let mut seen = Seen::default();
+        seen.take(status(1, 1, &[("a", 5)], 100, false), 1_100 * MS);
+        seen.take(status(1, 1, &[("a", 5)], 300, false), 1_300 * MS);
+        // Only the last ones are told.
+        seen.take(
+            status(1, 3, &[("b", 350), ("c", 390)], 500, false),
+            1_500 * MS,
+        );
+        seen.take(
+            status(1, 4, &[("c", 390), ("d", 600)], 620, true),
+            1_700 * MS,
+        );
+        // What is over stays as it is.
+        seen.take(
+            status(1, 4, &[("c", 390), ("d", 600)], 620, true),
+            9_000 * MS,
+        );
+        let expected = [("a", 1_005), ("b", 1_350), ("c", 1_390), ("d", 1_600)];
+        assert_eq!(firings(&seen), expected);
+        let course = &seen.courses[&1];
+        assert_eq!(
+            (course.from_ns, course.to_ns),
+            (1_000 * MS, Some(1_620 * MS))
+        );
+    }
+
+    #[test]
+    fn a_mediator_that_restarted_counts_from_its_own_start() {
+        let mut seen = Seen::default();
+        seen.take(status(1, 1, &[("a", 5)], 100, false), 1_100 * MS);
+        seen.take(status(2, 1, &[("b", 50)], 60, false), 5_060 * MS);
+        let course = &seen.courses[&1];
+        assert_eq!(course.from_ns, 1_000 * MS);
+        seen.take(status(2, 2, &[("b", 50), ("c", 70)], 80, true), 5_100 * MS);
+        assert_eq!(seen.courses[&1].to_ns, Some(5_080 * MS));
+        assert_eq!(firings(&seen).last(), Some(&("c", 5_070)));
+    }
 }
