@@ -387,7 +387,10 @@ impl Fleet {
                         let old = stale(&mut process.client, &self.past, random);
                         self.tally.stale_levels += u64::from(old.is_some());
                         reports.extend(old);
-                    } else if let Some(late) = late_release(&mut process.client, fences) {
+                    } else if self.tally.power_losses == 0
+                        && let Some(late) = late_release(&mut process.client, fences)
+                    {
+                        // What a journal has lost, robots are believed in their first reports.
                         self.tally.late_releases += 1;
                         reports.push(late);
                     }

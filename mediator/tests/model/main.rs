@@ -122,7 +122,7 @@ fn survive(name: &str, runs: u64, floor: Place, settle_ms: u64) -> (u64, Tally) 
 fn never_two_owners_and_always_progress_once_faults_stop() {
     let (runs, tally) = survive("ring", 400, Floor::ring, 4_000);
     assert!(
-        tally.moves > 10 * runs && tally.late_releases >= runs / 2 && tally.other_fence >= runs / 4,
+        tally.moves > 10 * runs && tally.late_releases >= runs / 4 && tally.other_fence >= runs / 8,
         "{tally:?}"
     );
 }
