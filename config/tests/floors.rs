@@ -97,7 +97,8 @@ fn a_stub_of_wall_inside_an_area_is_accepted() {
 
 #[test]
 fn states_with_lanes_and_areas_of_their_own() {
-    let middle = "\nmiddle-in = { area = \"access-in\", also = [\"access-out\"], lane = \"middle-in\"";
+    let middle =
+        "\nmiddle-in = { area = \"access-in\", also = [\"access-out\"], lane = \"middle-in\"";
     let mistakes = [
         Mistake {
             name: "unknown lane",
