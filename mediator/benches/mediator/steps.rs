@@ -30,7 +30,7 @@ impl Journal {
     fn batch(&self) -> usize {
         match self {
             Self::Memory(_) => 1,
-            Self::Disk(_) => 64,
+            Self::Disk(_) => 256,
         }
     }
 
