@@ -12,11 +12,11 @@
 
 pub mod cli;
 pub mod coordination;
+mod jam;
 pub mod journal;
 pub mod manager;
 pub mod runtime;
 pub mod setup;
-mod jam;
 mod site;
 
 pub use cli::main_from;

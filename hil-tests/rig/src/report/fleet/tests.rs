@@ -460,7 +460,7 @@ fn a_net_is_drawn_with_its_marking_and_the_order_of_its_firings() {
         .sum();
     assert_eq!(tips + count(drawn, "class=\"iotip\""), arcs);
     for (index, name) in FIRED.iter().take(12).enumerate() {
-        assert_eq!(count(drawn, &format!("class=\"nrtext\" x=")), 12, "{name}");
+        assert_eq!(count(drawn, "class=\"nrtext\" x="), 12, "{name}");
         assert!(drawn.contains(&format!(">{}</text>", index + 1)), "{name}");
     }
     // The pale ones are the transitions of the other situation, with their arcs.
@@ -697,7 +697,9 @@ fn odd_numbers_leave_gaps_and_no_more() {
     {
         let point = &mut record.robots[0].path[100 * index + 7];
         (point.pose.x_m, point.speed_m_s) = (odd, odd);
-        record.robots[1].path[100 * index].at_s = odd.max(-5.0).min(50.0);
+        // Unlike `clamp` this leaves no NaN.
+        let at_least = odd.max(-5.0);
+        record.robots[1].path[100 * index].at_s = at_least.min(50.0);
         record.holdings[index].granted_s = if odd.is_finite() { 5.0 } else { odd };
         record.holdings[index].requested_s = Some(odd);
         record.holdings[index].released_s = Some(odd).filter(|odd| *odd < 1e200);
