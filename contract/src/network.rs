@@ -46,6 +46,13 @@ impl NetworkSettings {
             "period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5
         });
         set("connect/retry", retry)?;
+        // A mediator answers many robots in one burst. With the usual two batches, and a millisecond for a sender that
+        // was not scheduled, much of that would be dropped.
+        set("transport/link/tx/queue/size/data", 16.into())?;
+        set(
+            "transport/link/tx/queue/congestion_control/drop/wait_before_drop",
+            5_000.into(),
+        )?;
         set("scouting/multicast/enabled", self.scouting.into())?;
         set("scouting/gossip/enabled", self.scouting.into())?;
         if let Some(interface) = &self.interface {

@@ -78,6 +78,8 @@ pub struct Robot {
     /// It reaches over the border to the next area.
     crossing: bool,
     reported_ns: u64,
+    /// The last step has changed what the robot says; otherwise it only repeats itself.
+    pub has_news: bool,
     pub moves: u64,
 }
 
@@ -90,6 +92,7 @@ impl Robot {
             leg: 0,
             crossing: false,
             reported_ns: 0,
+            has_news: false,
             moves: 0,
         }
     }
@@ -131,8 +134,8 @@ impl Robot {
             fsm_state: if self.crossing { "turning" } else { "driving" }.to_owned(),
         };
         let silent_ns = SILENT_AFTER.as_nanos() as u64;
-        let news = self.client.step(situation, now_ns, silent_ns);
-        let due = news || now_ns >= self.reported_ns + REPORT_NS || self.reported_ns == 0;
+        self.has_news = self.client.step(situation, now_ns, silent_ns);
+        let due = self.has_news || now_ns >= self.reported_ns + REPORT_NS || self.reported_ns == 0;
         if due {
             self.reported_ns = now_ns.max(1);
         }

@@ -12,6 +12,8 @@ use super::wire::Wire;
 const OFFERED_PER_S: f64 = 10_000.0;
 const WARM_UP: Duration = Duration::from_secs(4);
 const MEASURED: Duration = Duration::from_secs(10);
+/// So many robots are looked at for something to say before messages are taken in again.
+const LOOKS: usize = 50;
 /// Without an answer for so long a robot goes on.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -70,16 +72,16 @@ impl Load {
         let begun = Instant::now();
         let mut offered = 0.0;
         while begun.elapsed() < time {
-            while let Some((at, message)) = self.wire.receive(Duration::from_micros(200)) {
+            let mut patience = Duration::from_micros(200);
+            while let Some((at, message)) = self.wire.receive(patience) {
                 self.take_in(at, &message);
-                if begun.elapsed().as_secs_f64() * OFFERED_PER_S > offered + 1.0 {
-                    break;
-                }
+                // What has come by now, all of it: robots that hear late ask late.
+                patience = Duration::ZERO;
             }
             let due = begun.elapsed().as_secs_f64() * OFFERED_PER_S;
             // What could not be offered in time is not made up for later.
             offered = f64::max(offered, due - 100.0);
-            for _ in 0..self.robots.len() {
+            for _ in 0..LOOKS {
                 if offered >= due {
                     break;
                 }
@@ -116,7 +118,8 @@ impl Load {
             return false;
         }
         let report = robot.client.report();
-        if robot.client.is_registered() {
+        // What is only repeated is answered by the mediator's own repeating, and tells nothing.
+        if robot.has_news && robot.client.is_registered() {
             let (at, levels) = (Instant::now(), report.access.clone());
             *open = Some(Open { at, levels });
         }

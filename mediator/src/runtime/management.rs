@@ -47,6 +47,7 @@ fn run_until_stopped(
     let mut entries: Vec<Entry> = manager.entries().collect();
     store.write(&entries).map_err(|error| error.to_string())?;
     let mut next_tick_ns = 0;
+    let mut overflows = Overflows::default();
     let mut answers = Vec::new();
     while !shared.is_stopping() {
         match inbox.recv_timeout(TICK) {
@@ -62,6 +63,7 @@ fn run_until_stopped(
         let now_ns = shared.now_ns();
         if now_ns >= next_tick_ns {
             manager.tick(now_ns);
+            overflows.tell(shared, now_ns);
             next_tick_ns = now_ns + TICK.as_nanos() as u64;
         }
         entries.clear();
@@ -86,6 +88,30 @@ fn run_until_stopped(
         }
     }
     Ok(())
+}
+
+/// What was dropped because a queue was full, told at most once a second.
+#[derive(Default)]
+struct Overflows {
+    told: [u64; 2],
+    again_ns: u64,
+}
+
+impl Overflows {
+    fn tell(&mut self, shared: &Shared, now_ns: u64) {
+        let dropped = [&shared.dropped_inputs, &shared.dropped_outputs];
+        let dropped = dropped.map(|count| count.load(Ordering::Relaxed));
+        if dropped == self.told || now_ns < self.again_ns {
+            return;
+        }
+        let [reports, messages] = dropped;
+        tracing::warn!(
+            "too much to do: {reports} reports and {messages} messages dropped since the start; they come again, later: \
+             let robots report less often, or use a faster machine"
+        );
+        self.told = dropped;
+        self.again_ns = now_ns + 1_000_000_000;
+    }
 }
 
 fn take_in(
