@@ -19,8 +19,9 @@ pub struct Latencies {
     governed: BTreeMap<String, usize>,
     /// By robot and area: requests that could be granted at once, and when they were heard.
     requests: BTreeMap<(String, String), u64>,
-    /// By net with protocol 1: the last flag of a robot, while no command has followed.
-    accesses: BTreeMap<usize, u64>,
+    /// By net with protocol 1: the last flag, of which robot and area and when it was heard, while no command has
+    /// followed.
+    accesses: BTreeMap<usize, ((String, String), u64)>,
     /// By coordination with protocol 2: the same.
     controls: BTreeMap<u64, u64>,
 }
@@ -40,13 +41,13 @@ impl Latencies {
             // Heard from the robot first: when it was sent is not known.
             self.requests.remove(&key);
         } else if deeds.requested && free {
-            self.requests.insert(key, at_ns);
+            self.requests.insert(key.clone(), at_ns);
         }
         if let Some(&net) = self.governed.get(area) {
             if deeds.granted {
                 self.accesses.remove(&net);
             } else if deeds.requested || deeds.moved {
-                self.accesses.insert(net, at_ns);
+                self.accesses.insert(net, (key, at_ns));
             }
         }
     }
@@ -67,6 +68,12 @@ impl Latencies {
             self.requests.remove(&request);
         }
         let net = self.governed.get(area).copied();
+        if waits && let Some(net) = net {
+            // The net has heard this robot and lets it wait: what comes later is not the answer to it.
+            if { self.accesses.get(&net) }.is_some_and(|(last, _)| *last == request) {
+                self.accesses.remove(&net);
+            }
+        }
         if (deeds.requested || deeds.moved)
             && let Some(net) = net
         {
@@ -79,7 +86,7 @@ impl Latencies {
         if let Some(requested_ns) = self.requests.remove(&request) {
             self.grants_ns.push(at_ns.saturating_sub(requested_ns));
         }
-        if let Some(flag_ns) = net.and_then(|net| self.accesses.remove(&net))
+        if let Some((_, flag_ns)) = net.and_then(|net| self.accesses.remove(&net))
             && !full
         {
             self.commands_ns.push(at_ns.saturating_sub(flag_ns));

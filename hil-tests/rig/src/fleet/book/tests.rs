@@ -226,6 +226,12 @@ fn nets_that_let_robots_in_are_measured_by_their_areas() {
     book.report(&says("a", "Cr", level(1, 0, 4), 1), 30);
     book.answer(&hears("b", "Cr", level(1, 0, 2), 2, ""), 34);
     assert_eq!(book.latencies().commands_ns, [2, 4]);
+    // The net has heard `a` and lets it wait, for something that is no flag: its grant answers none.
+    book.answer(&hears("b", "Cr", level(2, 0, 0), 2, ""), 35);
+    book.report(&says("a", "Cr", level(2, 0, 1), 0), 40);
+    book.answer(&hears("a", "Cr", level(2, 0, 1), 0, "the others"), 41);
+    book.answer(&hears("a", "Cr", level(2, 0, 2), 3, ""), 300);
+    assert_eq!(book.latencies().commands_ns, [2, 4]);
     assert_eq!(book.latencies().grants_ns, [2]);
 }
 
