@@ -5,6 +5,7 @@ use std::net::TcpListener;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use contract::network::NetworkSettings;
 use contract::wire::RobotState;
 use contract::{decode, keys};
 use zenoh::Wait;
@@ -116,19 +117,11 @@ pub(crate) fn free_endpoint() -> Result<String, String> {
 /// A session that listens on the loopback, and where.
 pub(crate) fn open_session() -> Result<(zenoh::Session, String), String> {
     let endpoint = free_endpoint()?;
-    let mut config = zenoh::Config::default();
-    for (key, value) in [
-        ("mode", "\"peer\"".to_owned()),
-        ("listen/endpoints", format!("[\"{endpoint}\"]")),
-        ("scouting/multicast/enabled", "false".to_owned()),
-        ("scouting/gossip/enabled", "false".to_owned()),
-    ] {
-        config
-            .insert_json5(key, &value)
-            .map_err(|error| format!("{key}: {error}"))?;
-    }
-    let session = zenoh::open(config)
-        .wait()
+    let settings = NetworkSettings {
+        listen: vec![endpoint.clone()],
+        ..NetworkSettings::default()
+    };
+    let session = { settings.open() }
         .map_err(|error| format!("the listener's network cannot be opened: {error}"))?;
     Ok((session, endpoint))
 }

@@ -71,12 +71,7 @@ impl Stage {
         let robot = config::load_robot(setup.robot_file, &overrides).map_err(report)?;
         let site = config::load_site(setup.site_file, &overrides).map_err(report)?;
         config::check_together(&robot, &site).map_err(report)?;
-        std::fs::create_dir_all(setup.out).map_err(|error| {
-            Failure::refused(format_args!(
-                "folder {} cannot be made: {error}",
-                setup.out.display()
-            ))
-        })?;
+        make_folder(setup.out)?;
         let folder = Folder::new()?;
         let start = drawn_start(start_pose(&site, &robot.identity.id)?, setup.seed);
         let world = world(&site, &[(&robot, start)], setup.seed)?;
@@ -90,28 +85,14 @@ impl Stage {
             Some(lidar_link.clone()),
             setup.seed,
         )?;
-        let bus = devices
-            .bus
-            .local_addr()
-            .ok_or_else(|| Failure::refused("the bus has no address"))?;
         // A name of this run's own, so that two rigs on one machine never meet.
         let key_prefix = format!("rig-{}", std::process::id());
         let listener = Listener::open(&key_prefix).map_err(Failure::refused)?;
         let runtime_folder = folder.path().join("run");
-        let runtime = Runtime::new(Some(runtime_folder.clone())).map_err(|_| {
-            Failure::refused(format_args!(
-                "folder {} cannot be made",
-                runtime_folder.display()
-            ))
-        })?;
+        let runtime = runtime_in(&runtime_folder)?;
         let mut set = setup.set.to_vec();
-        set.extend([
-            format!("ethercat.udp={:?}", bus.to_string()),
-            format!("lidar.device={:?}", lidar_link.display().to_string()),
-            format!("fleet.connect=[{:?}]", listener.endpoint()),
-            "fleet.scouting=false".to_owned(),
-            format!("fleet.key_prefix={key_prefix:?}"),
-        ]);
+        let peers = [listener.endpoint()];
+        set.extend(settings(&devices, &lidar_link, &peers, &key_prefix)?);
         let process = RobotProcess::start(RobotSetup {
             program: std::env::current_exe().map_err(Failure::refused)?,
             id: robot.identity.id.clone(),
@@ -185,6 +166,40 @@ impl Stage {
     pub fn robot_summary(&self, truth: Option<&Truth>, symbols: &Json) -> RobotSummary {
         robot_summary(&self.robot, &self.devices, &self.usage, truth, symbols)
     }
+}
+
+/// Makes a folder with all that leads there.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        Failure::refused(format_args!(
+            "folder {} cannot be made: {error}",
+            folder.display()
+        ))
+    })
+}
+
+/// Where robots leave their names.
+pub(crate) fn runtime_in(folder: &Path) -> Result<Runtime, Failure> {
+    Runtime::new(Some(folder.to_owned()))
+        .map_err(|_| Failure::refused(format_args!("folder {} cannot be made", folder.display())))
+}
+
+/// What a robot is told to find its devices, and its fleet at these endpoints.
+pub(crate) fn settings(
+    devices: &Devices,
+    lidar_link: &Path,
+    peers: &[&str],
+    key_prefix: &str,
+) -> Result<[String; 5], Failure> {
+    let bus =
+        { devices.bus.local_addr() }.ok_or_else(|| Failure::refused("the bus has no address"))?;
+    Ok([
+        format!("ethercat.udp={:?}", bus.to_string()),
+        format!("lidar.device={:?}", lidar_link.display().to_string()),
+        format!("fleet.connect={peers:?}"),
+        "fleet.scouting=false".to_owned(),
+        format!("fleet.key_prefix={key_prefix:?}"),
+    ])
 }
 
 /// Violations that the devices of a robot recorded, as kind and detail.

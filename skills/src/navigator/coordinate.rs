@@ -2,11 +2,10 @@
 
 use super::control::Control;
 use super::{EventList, Instruction, Navigator, Parameters, end_wall};
-use crate::control::PathError;
 use crate::monitors::Situation;
 use crate::schedule::Controller;
+use crate::tubes::room::turning_back_m;
 use coordination::fsm::StateId;
-use std::f64::consts::PI;
 
 impl Navigator {
     /// Steps the schedule's monitors.
@@ -24,7 +23,11 @@ impl Navigator {
                 .filter(|_| schedule.features.lane_end),
             manoeuvre_done: control.done,
             lateral_error_m: control.steer.error.lateral_m,
-            turning_back_m: turning_back_m(control.steer.error, self.control.max_curvature_1_m),
+            turning_back_m: turning_back_m(
+                control.steer.error.lateral_m,
+                control.steer.error.heading_rad,
+                self.control.max_curvature_1_m,
+            ),
             deviation_limit_m: schedule.deviation_limit_m,
             in_state_s: self.in_state_s,
         };
@@ -120,10 +123,4 @@ impl Navigator {
             monitor.reset();
         }
     }
-}
-
-/// How much farther off its path a robot gets that turns back along it.
-fn turning_back_m(error: PathError, tightest_1_m: f64) -> f64 {
-    let outward_rad = error.heading_rad * error.lateral_m.signum();
-    (1.0 - outward_rad.clamp(0.0, PI).cos()) / tightest_1_m
 }

@@ -1,5 +1,7 @@
 //! How far aside of its path a robot may go around things.
 
+use std::f64::consts::PI;
+
 use crate::geometry::{Pose2, Twist2};
 
 /// A detour keeps this much inside the limit: the robot does not follow a tube to the centimetre, nor know its path so.
@@ -36,11 +38,8 @@ impl Room {
             let way_m = length_m * place as f64 / PLACES as f64;
             let pose = start.advance(Twist2::new(way_m, way_m * curvature_1_m), 1.0);
             let (lateral_m, off_rad) = self.beside(pose);
-            let outward_rad = off_rad * lateral_m.signum();
             // What is not a number is not in the room.
-            lateral_m.abs() <= most_m
-                && (outward_rad <= 0.0
-                    || lateral_m.abs() + turning_back_m(outward_rad, self.tightest_1_m) <= most_m)
+            lateral_m.abs() + turning_back_m(lateral_m, off_rad, self.tightest_1_m) <= most_m
         })
     }
 
@@ -65,9 +64,10 @@ impl Room {
     }
 }
 
-/// How much farther aside a robot gets that turns back from a heading.
-fn turning_back_m(outward_rad: f64, tightest_1_m: f64) -> f64 {
-    (1.0 - outward_rad.min(std::f64::consts::PI).cos()) / tightest_1_m
+/// How much farther aside of its path a robot gets that turns back along it on its tightest curve.
+pub(crate) fn turning_back_m(lateral_m: f64, heading_rad: f64, tightest_1_m: f64) -> f64 {
+    let outward_rad = heading_rad * lateral_m.signum();
+    (1.0 - outward_rad.clamp(0.0, PI).cos()) / tightest_1_m
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ use crate::folder::Folder;
 use crate::listener::free_endpoint;
 use crate::process_usage::Usage;
 use crate::robot::{RobotProcess, RobotSetup};
+use crate::stage::{make_folder, runtime_in, settings};
 use crate::testbed::{BusPlace, Devices, drawn_start, start_pose, world};
 
 /// Numbers drawn for starting times have nothing to do with those that the world draws.
@@ -79,12 +80,7 @@ impl FleetStage {
     /// # Errors
     /// [`Failure::Refused`] naming what is wrong or cannot be had.
     pub fn set(scenario: &Scenario, setup: &StageSetup<'_>) -> Result<Self, Failure> {
-        fs::create_dir_all(setup.out).map_err(|error| {
-            Failure::refused(format_args!(
-                "folder {} cannot be made: {error}",
-                setup.out.display()
-            ))
-        })?;
+        make_folder(setup.out)?;
         let folder = Folder::new()?;
         let janitor = Janitor::start(&setup.program, folder.path()).map_err(Failure::refused)?;
         let site = &scenario.site;
@@ -105,12 +101,7 @@ impl FleetStage {
             FleetListener::open(&key_prefix, site, &scenario.nets).map_err(Failure::refused)?;
         let mediator_endpoint = free_endpoint().map_err(Failure::refused)?;
         let runtime_folder = folder.path().join("run");
-        let runtime = Runtime::new(Some(runtime_folder.clone())).map_err(|_| {
-            Failure::refused(format_args!(
-                "folder {} cannot be made",
-                runtime_folder.display()
-            ))
-        })?;
+        let runtime = runtime_in(&runtime_folder)?;
         let mediator = setup.mediator.then(|| {
             MediatorProcess::start(MediatorSetup {
                 program: setup.program.clone(),
@@ -143,22 +134,10 @@ impl FleetStage {
             let seed = setup.seed.wrapping_add(1_000_003 * number as u64);
             let link = Some(lidar_link.clone());
             let devices = Devices::start(&world, &player.config, &any_port, link, seed)?;
-            let bus = devices
-                .bus
-                .local_addr()
-                .ok_or_else(|| Failure::refused("the bus has no address"))?;
             let mut set = player.set.clone();
-            set.extend([
-                format!("ethercat.udp={:?}", bus.to_string()),
-                format!("lidar.device={:?}", lidar_link.display().to_string()),
-                format!(
-                    "fleet.connect=[{:?}, {mediator_endpoint:?}]",
-                    listener.endpoint()
-                ),
-                "fleet.listen=[]".to_owned(),
-                "fleet.scouting=false".to_owned(),
-                format!("fleet.key_prefix={key_prefix:?}"),
-            ]);
+            let peers = [listener.endpoint(), &mediator_endpoint];
+            set.extend(settings(&devices, &lidar_link, &peers, &key_prefix)?);
+            set.push("fleet.listen=[]".to_owned());
             members.push(Member {
                 process: None,
                 devices,

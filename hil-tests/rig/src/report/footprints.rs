@@ -1,5 +1,6 @@
 //! The robot's footprint along its way.
 
+use config::Footprint;
 use sim::world::Pose;
 
 use super::canvas::{Canvas, Curve, Px2};
@@ -26,7 +27,10 @@ pub(super) fn draw_faint(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame) {
         }
         due_s = sample.at_s + period_s;
         last = Some(sample);
-        canvas.curve("class=\"ghost\"", &outline(run, frame, &sample.pose));
+        canvas.curve(
+            "class=\"ghost\"",
+            &outline(&run.robot.footprint, &sample.pose, frame),
+        );
     }
 }
 
@@ -47,27 +51,26 @@ pub(super) fn draw_ends(
         .map(|(class, name, sample)| {
             canvas.curve(
                 &format!("class=\"{class}\""),
-                &outline(run, frame, &sample.pose),
+                &outline(&run.robot.footprint, &sample.pose, frame),
             );
-            (*name, covered(run, frame, &sample.pose))
+            (*name, covered(&run.robot.footprint, &sample.pose, frame))
         })
         .collect()
 }
 
 /// The body with a triangle that shows its front.
-fn outline(run: &Run<'_>, frame: &Frame, pose: &Pose) -> Curve {
-    let body = &run.robot.footprint;
+pub(super) fn outline(body: &Footprint, pose: &Pose, frame: &Frame) -> Curve {
     let nose_m = 0.3 * body.left_m.min(body.right_m);
     let mut curve = Curve::default();
-    for corners in [
-        &corners(run)[..],
+    for polygon in [
+        &corners(body)[..],
         &[
             [body.front_m - nose_m, nose_m],
             [body.front_m, 0.0],
             [body.front_m - nose_m, -nose_m],
         ],
     ] {
-        for (index, corner) in corners.iter().enumerate() {
+        for (index, corner) in polygon.iter().enumerate() {
             let at = frame.at(pose.transform(*corner));
             if index == 0 {
                 curve.move_to(at);
@@ -80,18 +83,9 @@ fn outline(run: &Run<'_>, frame: &Frame, pose: &Pose) -> Curve {
     curve
 }
 
-fn corners(run: &Run<'_>) -> [[f64; 2]; 4] {
-    let body = &run.robot.footprint;
-    [
-        [body.front_m, body.left_m],
-        [-body.rear_m, body.left_m],
-        [-body.rear_m, -body.right_m],
-        [body.front_m, -body.right_m],
-    ]
-}
-
-fn covered(run: &Run<'_>, frame: &Frame, pose: &Pose) -> Field {
-    let at: [Px2; 4] = corners(run).map(|corner| frame.at(pose.transform(corner)));
+/// The upright rectangle about what the body covers.
+pub(super) fn covered(body: &Footprint, pose: &Pose, frame: &Frame) -> Field {
+    let at: [Px2; 4] = corners(body).map(|corner| frame.at(pose.transform(corner)));
     let least = |axis: usize| at.iter().map(|at| at[axis]).fold(f64::INFINITY, f64::min);
     let most = |axis: usize| {
         at.iter()
@@ -102,6 +96,15 @@ fn covered(run: &Run<'_>, frame: &Frame, pose: &Pose) -> Field {
         min: [least(0), least(1)],
         max: [most(0), most(1)],
     }
+}
+
+fn corners(body: &Footprint) -> [[f64; 2]; 4] {
+    [
+        [body.front_m, body.left_m],
+        [-body.rear_m, body.left_m],
+        [-body.rear_m, -body.right_m],
+        [body.front_m, -body.right_m],
+    ]
 }
 
 fn distance_m(a: &Sample, b: &Sample) -> f64 {

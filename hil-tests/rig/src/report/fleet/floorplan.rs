@@ -4,6 +4,7 @@ use crate::fleet::record::{PathPoint, RobotRecord};
 
 use super::super::canvas::{Canvas, Curve, Px, Px2, shortened};
 use super::super::floor;
+use super::super::footprints::{covered, outline};
 use super::super::frame::Frame;
 use super::super::labels::{Field, Labels, text_width_px};
 use super::super::legend;
@@ -96,60 +97,6 @@ pub(super) fn open_clipped(canvas: &mut Canvas, id: &str, frame: &Frame) {
     canvas.open("g", format_args!("clip-path=\"url(#{id})\""));
 }
 
-/// The body with a triangle that shows its front.
-pub(super) fn outline(robot: &RobotRecord, point: &PathPoint, frame: &Frame) -> Curve {
-    let body = &robot.footprint;
-    let nose_m = 0.3 * body.left_m.min(body.right_m);
-    let (front_m, rear_m) = (body.front_m, -body.rear_m);
-    let corners = [
-        [front_m, body.left_m],
-        [rear_m, body.left_m],
-        [rear_m, -body.right_m],
-        [front_m, -body.right_m],
-    ];
-    let nose = [
-        [front_m - nose_m, nose_m],
-        [front_m, 0.0],
-        [front_m - nose_m, -nose_m],
-    ];
-    let mut curve = Curve::default();
-    for polygon in [&corners[..], &nose] {
-        for (index, corner) in polygon.iter().enumerate() {
-            let at = frame.at(point.pose.transform(*corner));
-            if index == 0 {
-                curve.move_to(at);
-            } else {
-                curve.line_to(at);
-            }
-        }
-        curve.close();
-    }
-    curve
-}
-
-/// About what the body covers.
-pub(super) fn covered(robot: &RobotRecord, point: &PathPoint, frame: &Frame) -> Field {
-    let body = &robot.footprint;
-    let corners = [
-        [body.front_m, body.left_m],
-        [-body.rear_m, body.left_m],
-        [-body.rear_m, -body.right_m],
-        [body.front_m, -body.right_m],
-    ]
-    .map(|corner| frame.at(point.pose.transform(corner)));
-    let bound = |axis: usize, better: fn(f64, f64) -> f64| {
-        corners
-            .iter()
-            .map(|at| at[axis])
-            .reduce(better)
-            .unwrap_or(0.0)
-    };
-    Field {
-        min: [bound(0, f64::min), bound(1, f64::min)],
-        max: [bound(0, f64::max), bound(1, f64::max)],
-    }
-}
-
 fn at_m(point: &PathPoint) -> [f64; 2] {
     [point.pose.x_m, point.pose.y_m]
 }
@@ -194,7 +141,10 @@ impl<'a> Track<'a> {
             let near = |other: &[f64; 2]| distance_px(*other, at_m(point)) < APART_M;
             if drawn.len() < MOST_FOOTPRINTS && !drawn.iter().any(near) {
                 drawn.push(at_m(point));
-                canvas.curve("class=\"ghost\"", &outline(self.robot, point, frame));
+                canvas.curve(
+                    "class=\"ghost\"",
+                    &outline(&self.robot.footprint, &point.pose, frame),
+                );
             }
         }
         canvas.close("g");
@@ -232,8 +182,14 @@ impl<'a> Track<'a> {
             return;
         };
         self.open(canvas);
-        canvas.curve("class=\"start\"", &outline(self.robot, first, frame));
-        canvas.curve("class=\"here\"", &outline(self.robot, last, frame));
+        canvas.curve(
+            "class=\"start\"",
+            &outline(&self.robot.footprint, &first.pose, frame),
+        );
+        canvas.curve(
+            "class=\"here\"",
+            &outline(&self.robot.footprint, &last.pose, frame),
+        );
         let id = shortened(&self.robot.id, 16);
         let ends = if distance_px(at_m(first), at_m(last)) < 0.05 {
             vec![(first, format!("{id} start, end"))]
@@ -241,10 +197,15 @@ impl<'a> Track<'a> {
             vec![(first, format!("{id} start")), (last, format!("{id} end"))]
         };
         for (point, _) in &ends {
-            labels.take(covered(self.robot, point, frame));
+            labels.take(covered(&self.robot.footprint, &point.pose, frame));
         }
         for (point, text) in &ends {
-            self.label(canvas, labels, &covered(self.robot, point, frame), text);
+            self.label(
+                canvas,
+                labels,
+                &covered(&self.robot.footprint, &point.pose, frame),
+                text,
+            );
         }
         canvas.close("g");
     }

@@ -6,9 +6,10 @@ use crate::fleet::record::CoordinationRecord;
 
 use super::super::canvas::{Canvas, Curve, Escaped, Px, shortened};
 use super::super::floor;
+use super::super::footprints::{covered, outline};
 use super::super::frame::Frame;
 use super::super::labels::{Field, Labels, text_width_px};
-use super::floorplan::{covered, open_clipped, outline};
+use super::floorplan::open_clipped;
 use super::html::{Page, quantity};
 use super::view::View;
 
@@ -113,9 +114,12 @@ fn picture(view: &View<'_>, at_s: f64, index: usize) -> String {
             }
         }
         canvas.curve("class=\"path\" stroke-width=\"1.8\"", &trail);
-        canvas.curve("class=\"here\"", &outline(robot, here, &frame));
+        canvas.curve(
+            "class=\"here\"",
+            &outline(&robot.footprint, &here.pose, &frame),
+        );
         canvas.close("g");
-        let body = covered(robot, here, &frame);
+        let body = covered(&robot.footprint, &here.pose, &frame);
         labels.take(body);
         named.push((shortened(&robot.id, 12), class, body));
     }
