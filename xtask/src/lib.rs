@@ -1,0 +1,18 @@
+//! What must hold of the workspace itself, checked from its sources.
+//!
+//! - [`source`] reads a crate into modules, one for each file, with the names that each uses;
+//! - [`circles`]: no file may depend on itself through others, and no part of a crate either;
+//! - [`arrows`]: a crate uses only crates below it;
+//! - [`lengths`]: a long file says why it is long.
+//!
+//! `cargo xtask house` prints all findings; `tests/house.rs` holds them at none.
+
+pub mod arrows;
+pub mod circles;
+mod files;
+mod house;
+pub mod lengths;
+pub mod source;
+
+pub use files::ReadError;
+pub use house::findings;
