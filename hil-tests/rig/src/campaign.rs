@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Instant;
 
 use onboard::cli::Files;
-use onboard::plan::Plan;
+use onboard::composition::plan::Plan;
 
 use crate::cli::Failure;
 use crate::folder::Folder;

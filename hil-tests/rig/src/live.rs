@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use onboard::cli::Files;
-use onboard::plan::Plan;
+use onboard::composition::plan::Plan;
 use sim::rt::monotonic_ns;
 use sim::world::{Shape, Truth};
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::ExitStatus;
 
 use coordination::symbols::remove_stale;
-use onboard::runtime::Runtime;
+use onboard::process::runtime::Runtime;
 use rustix::process::Signal;
 
 use crate::process::Process;

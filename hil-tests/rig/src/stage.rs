@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 
 use config::{RobotConfig, SiteConfig};
-use onboard::inspect;
-use onboard::runtime::Runtime;
+use onboard::process::inspect;
+use onboard::process::runtime::Runtime;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
 use sim::world::{SharedWorld, Truth, World, WorldError};

@@ -1,7 +1,7 @@
 //! `rig course` and `rig clutter`: trials on the simulated clock by the thousand, and through the real programs.
 
 use onboard::cli::Files;
-use onboard::plan::Plan;
+use onboard::composition::plan::Plan;
 
 use crate::campaign::campaign;
 use crate::cli::{Failure, TrialArgs};

@@ -1,7 +1,7 @@
 //! A few trials on the simulated clock, and controls that must fail.
 
 use onboard::cli::Files;
-use onboard::plan::Plan;
+use onboard::composition::plan::Plan;
 use rig::folder::Folder;
 use rig::stepped::{Outcome, Setup, run};
 use rig::trial::Rules;

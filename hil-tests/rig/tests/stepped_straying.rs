@@ -1,8 +1,8 @@
 //! On the simulated clock: detours keep to the deviation limit, and a robot that strayed comes back when it is reset.
 
+use onboard::activities::port::Command;
 use onboard::cli::Files;
-use onboard::plan::Plan;
-use onboard::port::Command;
+use onboard::composition::plan::Plan;
 use rig::folder::Folder;
 use rig::stepped::SteppedRobot;
 use rig::testbed::plain_world;

@@ -4,12 +4,12 @@ use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState
 use coordination::symbols::{Reader, Stamped, Writer};
 use skills::drive::{StopKind, WheelController, WheelSpeeds};
 
-use crate::faults::Fault;
-use crate::port::Port;
-use crate::reload::Exchange;
-use crate::rt::clock::{MILLISECOND_NS, SECOND_NS};
-use crate::runner::RobotActivity;
-use crate::values::{CommandValue, DriveStatus, Encoders, WheelSetpointsValue};
+use crate::activities::port::Port;
+use crate::process::reload::Exchange;
+use crate::process::runner::RobotActivity;
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{CommandValue, DriveStatus, Encoders, WheelSetpointsValue};
 
 /// Longest time that one step of the controller stands for.
 const LONGEST_STEP_NS: u64 = 50 * MILLISECOND_NS;

@@ -13,14 +13,14 @@ use drivers::kelo::{
 };
 
 use super::ramp::WheelRamp;
-use crate::faults::Fault;
-use crate::log::{Complaints, LogSender};
-use crate::panic::has_panicked;
-use crate::port::{Command, Port};
-use crate::rt::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
-use crate::rt::guard;
-use crate::runner::RobotActivity;
-use crate::values::{DriveStatus, Encoders, WheelSetpointsValue};
+use crate::activities::port::{Command, Port};
+use crate::process::runner::RobotActivity;
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
+use crate::realtime::guard;
+use crate::realtime::log::{Complaints, LogSender};
+use crate::realtime::panic::has_panicked;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{DriveStatus, Encoders, WheelSetpointsValue};
 
 const BRING_UP: BringUpOptions = BringUpOptions {
     timeout: Duration::from_secs(3),

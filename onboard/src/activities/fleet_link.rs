@@ -9,7 +9,7 @@ use skills::geometry::Pose2;
 use skills::navigator::Instruction;
 
 use crate::fleet::Answer;
-use crate::rt::wake::Wake;
+use crate::realtime::wake::Wake;
 
 /// Capacity of the queue to navigation.
 const ORDERS: usize = 16;

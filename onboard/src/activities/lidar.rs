@@ -6,14 +6,14 @@ use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState
 use coordination::symbols::Writer;
 use drivers::hokuyo::{Hokuyo, Options, ReadError, Scan, ScanFormat};
 
-use crate::faults::Fault;
-use crate::log::{Complaints, LogSender};
-use crate::port::Port;
-use crate::rt::clock::{MILLISECOND_NS, now_ns, sleep_until};
-use crate::rt::guard;
-use crate::rt::wake::Wake;
-use crate::runner::RobotActivity;
-use crate::values::{LidarStatus, MAX_STEPS, RangeScan};
+use crate::activities::port::Port;
+use crate::process::runner::RobotActivity;
+use crate::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
+use crate::realtime::guard;
+use crate::realtime::log::{Complaints, LogSender};
+use crate::realtime::wake::Wake;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{LidarStatus, MAX_STEPS, RangeScan};
 
 /// Longest wait for the device in one event loop: bounds how late a command of the supervisor is heard.
 const WAIT_NS: u64 = 100 * MILLISECOND_NS;

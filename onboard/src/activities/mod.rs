@@ -7,6 +7,7 @@ pub mod fleet_link;
 pub mod lidar;
 pub mod motion_tube;
 pub mod navigation;
+pub mod port;
 pub mod proprioception;
 mod ramp;
 pub mod scans;

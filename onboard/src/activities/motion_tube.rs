@@ -6,12 +6,12 @@ use skills::scan::AlignError;
 use skills::tubes::{Adapted, MotionTubes, Reason, Verdict};
 
 use super::scans::{Intake, ScanIntake};
-use crate::faults::Fault;
-use crate::port::{Command, Port};
-use crate::reload::Exchange;
-use crate::rt::clock::now_ns;
-use crate::runner::RobotActivity;
-use crate::values::{
+use crate::activities::port::{Command, Port};
+use crate::process::reload::Exchange;
+use crate::process::runner::RobotActivity;
+use crate::realtime::clock::now_ns;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{
     CommandValue, OdometryTrace, OdometryValue, RangeScan, TubeState, WantedMotion,
 };
 

@@ -4,11 +4,11 @@ use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
 use coordination::symbols::{Reader, Stamped, Writer};
 use skills::odometry::{DeadReckoning, EncoderSample};
 
-use crate::faults::Fault;
-use crate::port::Port;
-use crate::rt::clock::MILLISECOND_NS;
-use crate::runner::RobotActivity;
-use crate::values::{Encoders, OdometryTrace, OdometryValue, TraceSample};
+use crate::activities::port::Port;
+use crate::process::runner::RobotActivity;
+use crate::realtime::clock::MILLISECOND_NS;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{Encoders, OdometryTrace, OdometryValue, TraceSample};
 
 /// Refused readings are reported no more often than this; all are counted.
 const NOTE_NS: u64 = 200 * MILLISECOND_NS;

@@ -1,6 +1,6 @@
 //! The last guard on wheel setpoints: a limit, and a ramp to zero that keeps the wheels' ratio.
 
-use crate::rt::clock::SECOND_NS;
+use crate::realtime::clock::SECOND_NS;
 
 /// Remembers what was sent, so that a stop begins where the wheels are.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use skills::geometry::{Pose2, Twist2};
 use skills::history::OdometryHistory;
 use skills::scan::{AlignError, AlignedScan, ScanGeometry, ScanGeometryError};
 
-use crate::values::{MAX_STEPS, OdometryTrace, RangeScan};
+use crate::symbols::values::{MAX_STEPS, OdometryTrace, RangeScan};
 
 /// What one look at the symbols brought.
 #[derive(Clone, Copy, Debug, PartialEq)]

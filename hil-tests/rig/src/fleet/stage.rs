@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use config::SiteConfig;
-use onboard::inspect;
-use onboard::runtime::Runtime;
+use onboard::process::inspect;
+use onboard::process::runtime::Runtime;
 use rustix::process::Signal;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;

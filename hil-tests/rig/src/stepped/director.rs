@@ -2,9 +2,9 @@
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender, queue};
-use onboard::faults::Fault;
-use onboard::port::{COMMANDS, Command, Instructed, Port, REPORTS, Report};
-use onboard::values::ActivityState;
+use onboard::activities::port::{COMMANDS, Command, Instructed, Port, REPORTS, Report};
+use onboard::symbols::faults::Fault;
+use onboard::symbols::values::ActivityState;
 
 /// Something an activity reported.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use coordination::symbols::{Reader, Writer};
 use onboard::activities::drive::{Settings, Symbols};
-use onboard::values::{DriveStatus, Encoders, WheelSetpointsValue};
+use onboard::symbols::values::{DriveStatus, Encoders, WheelSetpointsValue};
 use sim::plant::DriveCommand;
 use sim::world::World;
 

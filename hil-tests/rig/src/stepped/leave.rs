@@ -2,8 +2,8 @@
 
 use coordination::symbols::Writer;
 use onboard::activities::fleet_link::{CommunicationEnd, NavigationEnd, link};
-use onboard::rt::wake::Wake;
-use onboard::values::AllowedAreas;
+use onboard::realtime::wake::Wake;
+use onboard::symbols::values::AllowedAreas;
 use skills::borders::AreaSet;
 
 /// Leave is repeated this often; navigation takes what is old for none.

@@ -2,7 +2,7 @@
 
 use coordination::symbols::Writer;
 use onboard::activities::lidar::{Settings, Symbols};
-use onboard::values::{MAX_STEPS, RangeScan};
+use onboard::symbols::values::{MAX_STEPS, RangeScan};
 use sim::world::{RANGE_STEPS, Random, RangeFinder, RangeModel, STEPS_PER_TURN, World};
 
 /// A URG-04LX turns ten times a second.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use onboard::cli::Files;
-use onboard::faults::{Fault, Resumes};
-use onboard::plan::Plan;
+use onboard::composition::plan::Plan;
+use onboard::symbols::faults::{Fault, Resumes};
 use serde::Serialize;
 use sim::world::{Shape, Truth, World};
 

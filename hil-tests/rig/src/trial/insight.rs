@@ -1,7 +1,7 @@
 //! What a robot believes, read from its symbols as any program of the same user can.
 
 use coordination::symbols::{Inspector, Place, Reader};
-use onboard::values::{NavigationState, PoseEstimate, TubeState};
+use onboard::symbols::values::{NavigationState, PoseEstimate, TubeState};
 use sim::world::Pose;
 
 /// A window into one running robot.

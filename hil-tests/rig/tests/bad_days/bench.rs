@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use config::RobotConfig;
 use contract::wire::RobotState;
-use onboard::runtime::Runtime;
+use onboard::process::runtime::Runtime;
 use rig::listener::Listener;
 use rig::robot::{RobotProcess, RobotSetup, SUBCOMMAND};
 use rig::testbed::{BusPlace, Devices, start_pose, world};

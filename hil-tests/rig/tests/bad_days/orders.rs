@@ -6,8 +6,8 @@ use std::process::Output;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use onboard::inspect;
-use onboard::runtime::Runtime;
+use onboard::process::inspect;
+use onboard::process::runtime::Runtime;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
 

@@ -13,9 +13,9 @@ use super::network::{Mailbox, Network};
 use crate::activities::fleet_link::{CommunicationEnd, Event, Order};
 use crate::activities::navigation::MachineNames;
 use crate::fleet::{Answer, Directive, Member, Place, Sense, Setup, Troubles};
-use crate::log::{Complaints, LogSender};
-use crate::rt::clock::SECOND_NS;
-use crate::values::{AllowedAreas, FleetState, Line, Whereabouts};
+use crate::realtime::clock::SECOND_NS;
+use crate::realtime::log::{Complaints, LogSender};
+use crate::symbols::values::{AllowedAreas, FleetState, Line, Whereabouts};
 
 /// A pose that is older says nothing of where the robot is.
 const POSE_AGE_NS: u64 = SECOND_NS;

@@ -3,9 +3,9 @@
 use contract::wire::{Fault as FaultMessage, Pose, RobotState};
 
 use super::Snapshot;
-use crate::faults::{Fault, FaultTable};
-use crate::rt::clock::MILLISECOND_NS;
-use crate::supervisor::Mode;
+use crate::process::supervisor::Mode;
+use crate::realtime::clock::MILLISECOND_NS;
+use crate::symbols::faults::{Fault, FaultTable};
 
 /// The message; its sequence and the ages of faults are filled in when it is sent.
 pub(super) fn message(

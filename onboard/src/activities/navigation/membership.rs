@@ -7,11 +7,11 @@ use skills::navigator::{InstructionError, NavigationOutput};
 
 use super::{Asked, Navigation};
 use crate::activities::fleet_link::{Event, NavigationEnd, Order};
-use crate::faults::Fault;
+use crate::activities::port::Instructed;
 use crate::fleet::Answer;
-use crate::port::Instructed;
-use crate::rt::clock::SECOND_NS;
-use crate::values::{AllowedAreas, Whereabouts};
+use crate::realtime::clock::SECOND_NS;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{AllowedAreas, Whereabouts};
 
 /// Leave that communication has not repeated for longer is none.
 const LEAVE_AGE_NS: u64 = SECOND_NS;

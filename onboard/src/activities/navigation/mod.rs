@@ -12,12 +12,12 @@ use skills::odometry::Odometry;
 
 use super::fleet_link::{Event, NavigationEnd};
 use super::scans::{Intake, ScanIntake};
-use crate::faults::Fault;
+use crate::activities::port::{Command, Instructed, Port, Report};
 use crate::fleet::Answer;
-use crate::port::{Command, Instructed, Port, Report};
-use crate::reload::Exchange;
-use crate::runner::RobotActivity;
-use crate::values::{
+use crate::process::reload::Exchange;
+use crate::process::runner::RobotActivity;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{
     Name, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, WantedMotion,
 };
 

@@ -3,7 +3,7 @@
 use coordination::event::EventId;
 use skills::navigator::Navigator;
 
-use crate::values::Name;
+use crate::symbols::values::Name;
 
 /// Event of the machine that an operator's reset raises, if the machine knows it.
 const RESET_EVENT: &str = "reset";

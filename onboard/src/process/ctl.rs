@@ -16,7 +16,7 @@ use skills::geometry::Pose2;
 use skills::navigator::Instruction;
 
 use crate::cli::Failure;
-use crate::runtime::Runtime;
+use crate::process::runtime::Runtime;
 
 /// How long either side waits for the other's line.
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -19,7 +19,7 @@ use skills::tubes::{
 
 use super::{Plan, PlanError, ns_from_ms};
 use crate::activities::{communication, drive, lidar};
-use crate::site_parts;
+use crate::composition::site_parts;
 
 impl Plan {
     /// Vehicle geometry.

@@ -12,10 +12,10 @@ use coordination::activity::event_loop_once;
 use tokio::sync::Notify;
 use tokio::time::{MissedTickBehavior, interval};
 
-use crate::rt::clock::{MILLISECOND_NS, now_ns};
-use crate::rt::scheduling::promote;
-use crate::rt::wake::Wake;
-use crate::runner::{RobotActivity, ThreadSetup, Timing, Trigger};
+use crate::process::runner::{RobotActivity, ThreadSetup, Timing, Trigger};
+use crate::realtime::clock::{MILLISECOND_NS, now_ns};
+use crate::realtime::scheduling::promote;
+use crate::realtime::wake::Wake;
 
 /// How soon the thread that passes wake-ups on notices the end.
 const GLANCE_NS: u64 = 100 * MILLISECOND_NS;
@@ -150,9 +150,9 @@ mod tests {
     use coordination::symbols::{Place, TableBuilder};
 
     use super::*;
-    use crate::rt::clock::SECOND_NS;
-    use crate::rt::scheduling::{CoreClass, Wanted};
-    use crate::values::ThreadReport;
+    use crate::realtime::clock::SECOND_NS;
+    use crate::realtime::scheduling::{CoreClass, Wanted};
+    use crate::symbols::values::ThreadReport;
 
     /// Counts its turns.
     struct Counter(LifeCycle, Arc<AtomicU64>);
@@ -191,7 +191,7 @@ mod tests {
             },
             report: table.writer("thread", "test").expect("writer"),
             stop: Arc::clone(&stop),
-            log: crate::log::queue().0,
+            log: crate::realtime::log::queue().0,
         };
         let turns = Arc::<AtomicU64>::default();
         let counter = Counter(LifeCycle::new(), Arc::clone(&turns));

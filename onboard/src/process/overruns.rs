@@ -2,8 +2,8 @@
 
 use coordination::symbols::Reader;
 
-use crate::rt::clock::SECOND_NS;
-use crate::values::ThreadReport;
+use crate::realtime::clock::SECOND_NS;
+use crate::symbols::values::ThreadReport;
 
 /// Share of cycles in a second from which the robot slows down.
 const DEGRADED_SHARE: f64 = 0.10;

@@ -1,5 +1,7 @@
 //! The command line.
 
+pub mod check;
+
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -7,9 +9,9 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 use config::Override;
 
-use crate::ctl::Request;
-use crate::runtime::Runtime;
-use crate::{check, ctl, inspect, run};
+use crate::process::ctl::Request;
+use crate::process::runtime::Runtime;
+use crate::process::{ctl, inspect, run};
 
 /// Exit code for a mistake in files, arguments or names: nothing was started.
 pub const EXIT_REFUSED: u8 = 2;

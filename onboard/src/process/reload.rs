@@ -15,9 +15,9 @@ use skills::tubes::MotionTubes;
 
 use crate::activities::navigation::{self, MachineNames};
 use crate::cli::{Failure, Files};
-use crate::ctl::Pending;
-use crate::plan::Plan;
-use crate::rt::clock::SECOND_NS;
+use crate::composition::plan::Plan;
+use crate::process::ctl::Pending;
+use crate::realtime::clock::SECOND_NS;
 
 /// How long a robot may take to stand, and activities to pause, before the reload is given up.
 const PATIENCE_NS: u64 = 8 * SECOND_NS;
@@ -118,7 +118,7 @@ impl Parts {
                 gone.name
             ));
         }
-        let text = |error: crate::plan::PlanError| error.to_string();
+        let text = |error: crate::composition::plan::PlanError| error.to_string();
         let navigator = plan.navigator().map_err(text)?;
         let start = plan.start(navigator.machine().state());
         let names = MachineNames::of(&navigator);

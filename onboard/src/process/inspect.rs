@@ -8,10 +8,10 @@ use coordination::symbols::{Datatype, Inspector, SymbolError, SymbolInfo};
 use serde_json::{Value as Json, json};
 
 use crate::cli::Failure;
-use crate::faults::FaultTable;
-use crate::rt::clock::now_ns;
-use crate::runtime::Runtime;
-use crate::values::{
+use crate::process::runtime::Runtime;
+use crate::realtime::clock::now_ns;
+use crate::symbols::faults::FaultTable;
+use crate::symbols::values::{
     ActivityState, AllowedAreas, CommandValue, Describe, DriveStatus, Encoders, FleetState,
     LidarStatus, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
     ThreadReport, TubeState, WantedMotion, WheelSetpointsValue, Whereabouts,

@@ -8,9 +8,9 @@ use skills::borders::{AreaSet, MAX_AREAS};
 use skills::geometry::{MotionCommand, Pose2, Twist2};
 use skills::tubes::Room;
 
-use crate::faults::{Fault, FaultTable};
-use crate::rt::histogram::Histogram;
-use crate::rt::scheduling::Granted;
+use crate::realtime::histogram::Histogram;
+use crate::realtime::scheduling::Granted;
+use crate::symbols::faults::{Fault, FaultTable};
 
 type Json = serde_json::Value;
 

@@ -11,18 +11,18 @@ use crate::activities::fleet_link;
 use crate::activities::lidar::Lidar;
 use crate::activities::motion_tube::MotionTube;
 use crate::activities::navigation::{MachineNames, Navigation};
+use crate::activities::port::Port;
 use crate::activities::proprioception::Proprioception;
 use crate::activities::scans::ScanIntake;
-use crate::asynchronous::Alarm;
 use crate::cli::Failure;
-use crate::log::LogSender;
-use crate::plan::{Plan, PlanError, ns_from_ms};
-use crate::port::Port;
-use crate::reload::ReloadEnds;
-use crate::rt::clock::now_ns;
-use crate::runner::RobotActivity;
-use crate::supervisor;
-use crate::wiring::{ACTIVITIES, Wiring};
+use crate::composition::plan::{Plan, PlanError, ns_from_ms};
+use crate::process::asynchronous::Alarm;
+use crate::process::reload::ReloadEnds;
+use crate::process::runner::RobotActivity;
+use crate::process::supervisor;
+use crate::realtime::clock::now_ns;
+use crate::realtime::log::LogSender;
+use crate::symbols::wiring::{ACTIVITIES, Wiring};
 
 /// All activities, until their threads take them.
 pub struct Activities(Vec<(&'static str, Box<dyn RobotActivity>)>);

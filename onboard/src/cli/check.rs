@@ -4,8 +4,8 @@ use config::{ActivityKind, Core, Link, RobotConfig, Scheduling, SiteConfig, Trig
 use coordination::symbols::Place;
 
 use crate::cli::{Failure, Files};
-use crate::plan::{Plan, thread_names};
-use crate::wiring::Wiring;
+use crate::composition::plan::{Plan, thread_names};
+use crate::symbols::wiring::Wiring;
 
 /// Validates and prints.
 ///

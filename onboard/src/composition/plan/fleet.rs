@@ -9,9 +9,9 @@ use skills::navigator::Navigator;
 use skills::schedule::{Controller, Schedule};
 
 use super::Plan;
+use crate::composition::site_parts;
 use crate::fleet::{AreaPlace, Setup, StatePlan};
-use crate::rt::clock::SECOND_NS;
-use crate::site_parts;
+use crate::realtime::clock::SECOND_NS;
 
 /// A mediator that was not heard for longer is silent.
 const SILENT_AFTER_NS: u64 = SECOND_NS;

@@ -20,7 +20,7 @@ use skills::tubes::{TubeError, TubeReport};
 
 use crate::activities::navigation;
 use crate::cli::{Failure, Files, overrides};
-use crate::rt::scheduling::{CoreClass, Wanted};
+use crate::realtime::scheduling::{CoreClass, Wanted};
 
 /// What the two files say, checked as far as that can be done without a device.
 #[derive(Clone, Debug)]

@@ -7,10 +7,10 @@ use coordination::symbols::{
 use crate::activities::{
     communication, control, drive, lidar, motion_tube, navigation, proprioception,
 };
-use crate::faults::FaultTable;
-use crate::rt::wake::Wake;
-use crate::supervisor;
-use crate::values::{
+use crate::process::supervisor;
+use crate::realtime::wake::Wake;
+use crate::symbols::faults::FaultTable;
+use crate::symbols::values::{
     ActivityState, AllowedAreas, CommandValue, DriveStatus, Encoders, FleetState, LidarStatus,
     NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
     ThreadReport, TubeState, WantedMotion, WheelSetpointsValue, Whereabouts,

@@ -5,6 +5,8 @@
 pub mod clock;
 pub mod guard;
 pub mod histogram;
+pub mod log;
 pub mod memory;
+pub mod panic;
 pub mod scheduling;
 pub mod wake;

@@ -7,8 +7,8 @@ use coordination::event::{Receiver, Sender};
 use coordination::symbols::Writer;
 use skills::navigator::{Hold, Instruction, InstructionError};
 
-use crate::faults::{FAULTS, Fault};
-use crate::values::ActivityState;
+use crate::symbols::faults::{FAULTS, Fault};
+use crate::symbols::values::ActivityState;
 
 /// What the supervisor tells an activity.
 #[derive(Clone, Copy, Debug, PartialEq)]

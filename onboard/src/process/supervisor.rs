@@ -11,15 +11,15 @@ use coordination::event::{Receiver, Sender};
 use coordination::symbols::{Reader, Writer};
 
 use crate::activities::navigation::{MachineNames, hold_name};
-use crate::ctl::{Event, Pending, Request, Server};
-use crate::faults::{Fault, FaultTable, Resumes};
-use crate::log::LogDrain;
-use crate::overruns::{Load, OverrunWatch};
-use crate::panic::has_panicked;
-use crate::port::{Command, Instructed, Report};
-use crate::reload::{RECONFIGURED, Reload, Step, View};
-use crate::rt::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
-use crate::values::{DriveStatus, Encoders, RobotMode};
+use crate::activities::port::{Command, Instructed, Report};
+use crate::process::ctl::{Event, Pending, Request, Server};
+use crate::process::overruns::{Load, OverrunWatch};
+use crate::process::reload::{RECONFIGURED, Reload, Step, View};
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
+use crate::realtime::log::LogDrain;
+use crate::realtime::panic::has_panicked;
+use crate::symbols::faults::{Fault, FaultTable, Resumes};
+use crate::symbols::values::{DriveStatus, Encoders, RobotMode};
 
 /// Period of the supervisor.
 pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
@@ -422,7 +422,7 @@ impl Supervisor {
         }
     }
 
-    /// Steps a reload: see [`crate::reload`].
+    /// Steps a reload: see [`crate::process::reload`].
     fn go_on_reloading(&mut self, now_ns: u64) {
         if !self.reload.in_progress() {
             return;

@@ -9,13 +9,13 @@ use bytemuck::Zeroable;
 use coordination::activity::{Activity, LifeCycleState, event_loop_once};
 use coordination::symbols::Writer;
 
-use crate::log::LogSender;
-use crate::rt::clock::{MILLISECOND_NS, now_ns, sleep_until};
-use crate::rt::guard;
-use crate::rt::memory::prefault_stack;
-use crate::rt::scheduling::{Wanted, granted, promote};
-use crate::rt::wake::Wake;
-use crate::values::ThreadReport;
+use crate::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
+use crate::realtime::guard;
+use crate::realtime::log::LogSender;
+use crate::realtime::memory::prefault_stack;
+use crate::realtime::scheduling::{Wanted, granted, promote};
+use crate::realtime::wake::Wake;
+use crate::symbols::values::ThreadReport;
 
 /// How often a thread publishes its report.
 const REPORT_PERIOD_NS: u64 = 100 * MILLISECOND_NS;
@@ -237,7 +237,7 @@ mod tests {
     use coordination::symbols::{Place, Reader, SymbolTable, TableBuilder};
 
     use super::*;
-    use crate::rt::scheduling::CoreClass;
+    use crate::realtime::scheduling::CoreClass;
 
     /// Counts its turns, panics when told to, and then needs three steps to come to rest.
     struct Fragile {
@@ -297,7 +297,7 @@ mod tests {
             },
             report,
             stop: Arc::clone(&stop),
-            log: crate::log::queue().0,
+            log: crate::realtime::log::queue().0,
         };
         Bench {
             setup: Some(setup),

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::rt::guard;
+use crate::realtime::guard;
 
 static PANICKED: AtomicBool = AtomicBool::new(false);
 

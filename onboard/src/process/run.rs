@@ -11,23 +11,23 @@ use coordination::activity::LifeCycleState;
 use coordination::event::queue;
 
 use crate::activities::communication;
-use crate::asynchronous::{Alarm, spawn_asynchronous};
+use crate::activities::port::{COMMANDS, Port, REPORTS};
 use crate::cli::{Failure, Files};
-use crate::compose::{Activities, compose};
-use crate::ctl::Server;
-use crate::log::{self, LogSender};
-use crate::overruns::OverrunWatch;
-use crate::plan::{Plan, thread_names, wanted_scheduling};
-use crate::port::{COMMANDS, Port, REPORTS};
-use crate::reload::Reload;
-use crate::rt::clock::{SECOND_NS, now_ns, sleep_until};
-use crate::rt::memory::{MemoryLock, lock_memory};
-use crate::rt::{guard, scheduling};
-use crate::runner::{RobotActivity, ThreadSetup, Trigger};
-use crate::runtime::Runtime;
-use crate::supervisor::{Ending, Handle, Supervisor, termination_flag};
-use crate::values::{Name, RobotMode};
-use crate::wiring::{ACTIVITIES, Wiring};
+use crate::composition::compose::{Activities, compose};
+use crate::composition::plan::{Plan, thread_names, wanted_scheduling};
+use crate::process::asynchronous::{Alarm, spawn_asynchronous};
+use crate::process::ctl::Server;
+use crate::process::overruns::OverrunWatch;
+use crate::process::reload::Reload;
+use crate::process::runner::{RobotActivity, ThreadSetup, Trigger};
+use crate::process::runtime::Runtime;
+use crate::process::supervisor::{Ending, Handle, Supervisor, termination_flag};
+use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
+use crate::realtime::log::{self, LogSender};
+use crate::realtime::memory::{MemoryLock, lock_memory};
+use crate::realtime::{guard, scheduling};
+use crate::symbols::values::{Name, RobotMode};
+use crate::symbols::wiring::{ACTIVITIES, Wiring};
 
 /// How long threads may take to end.
 const JOIN_NS: u64 = 5 * SECOND_NS;
@@ -40,7 +40,7 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     start_logging();
     let plan = Plan::load(files)?;
     check_cores(&plan)?;
-    crate::panic::install_hook();
+    crate::realtime::panic::install_hook();
     let asked_to_end = termination_flag().map_err(Failure::refused)?;
     let wiring = Wiring::build(
         &plan.robot.identity.id,
@@ -248,7 +248,7 @@ fn ports(wiring: &mut Wiring) -> (Vec<Port>, Vec<Handle>) {
         .unzip()
 }
 
-fn trigger(thread: &ThreadConfig, scan_wake: &crate::rt::wake::Wake) -> Trigger {
+fn trigger(thread: &ThreadConfig, scan_wake: &crate::realtime::wake::Wake) -> Trigger {
     let ns = |duration: std::time::Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
     match thread.trigger {
         ConfigTrigger::Period(period) => Trigger::Period(ns(period)),

@@ -1,6 +1,6 @@
 //! The log queue: threads put lines in, the supervisor writes them out.
 //!
-//! Real-time threads in state *running* report by [`crate::port::Report`], which allocates nothing; lines of text are for
+//! Real-time threads in state *running* report by [`crate::activities::port::Report`], which allocates nothing; lines of text are for
 //! the states in which the rules are suspended. A full queue drops the line and counts it.
 
 use std::sync::Arc;

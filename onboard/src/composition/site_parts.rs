@@ -12,7 +12,7 @@ use skills::monitors::MonitorKind;
 use skills::perception::{Feature, FeatureSet};
 use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 
-use crate::plan::PlanError;
+use crate::composition::plan::PlanError;
 
 /// The robot's outline.
 #[must_use]

@@ -1,0 +1,11 @@
+//! The process around the activities: threads, supervisor, control socket, and views from outside.
+
+pub mod asynchronous;
+pub mod ctl;
+pub mod inspect;
+pub mod overruns;
+pub mod reload;
+pub mod run;
+pub mod runner;
+pub mod runtime;
+pub mod supervisor;
