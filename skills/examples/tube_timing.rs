@@ -6,7 +6,7 @@
 //! Brute force is what tubes save: each tube as a limit for every beam of the scan, all compared, eight or more at a time
 //! by the vector unit.
 
-use skills::geometry::{Footprint, MotionCommand, Point2, Pose2, Segment, Twist2};
+use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Segment, Twist2};
 use skills::history::OdometryHistory;
 use skills::map::{LaneData, MapData, SemanticMap, WallData};
 use skills::perception::PerceptionGains;

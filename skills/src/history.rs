@@ -3,7 +3,7 @@
 //! A ring of fixed capacity: `push` overwrites the oldest entry, `at` interpolates. Neither allocates; both may run
 //! in a real-time thread. Poses are of `base_link` in `odom`, stamps in nanoseconds of the monotonic clock.
 
-use crate::geometry::{Pose2, Twist2};
+use description::geometry::{Pose2, Twist2};
 use thiserror::Error;
 
 /// How far past the newest entry `at` extrapolates with the newest twist.

@@ -1,6 +1,5 @@
 //! Pure algorithms of one robot: no device, no file, no thread, no clock of their own.
 //!
-//! * [`geometry`]: poses, twists, segments, footprints;
 //! * [`odometry`], [`history`]: dead reckoning from wheel and pivot encoders, and its recent past;
 //! * [`drive`]: motion commands to wheel setpoints;
 //! * [`scan`]: range scans, aligned to the motion during the sensor's turn;
@@ -17,7 +16,6 @@
 pub mod borders;
 pub mod control;
 pub mod drive;
-pub mod geometry;
 pub mod history;
 pub mod localisation;
 pub mod map;

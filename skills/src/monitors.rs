@@ -6,11 +6,11 @@
 //! A robot that strayed stands off its path when an operator sends it on. Its deviation is not news, then: it is raised
 //! again only when the robot gets farther off than it takes to turn back, or comes no nearer for a while.
 
-use crate::geometry::{Pose2, Rect};
 use crate::perception::Feature;
 use crate::perception::corridor::CorridorEstimate;
 use crate::perception::lane_end::LaneEndEstimate;
 use coordination::event::EventId;
+use description::geometry::{Pose2, Rect};
 
 /// What is over so much of a limit is not over it yet.
 const RETURNED_SHARE: f64 = 0.9;
@@ -202,7 +202,7 @@ impl Monitor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point2;
+    use description::geometry::Point2;
 
     fn monitor(kind: MonitorKind) -> Monitor {
         Monitor::new(EventId(3), kind)

@@ -5,7 +5,7 @@
 
 use coordination::event::{EventId, Receiver, Sender, queue};
 use coordination::fsm::StateId;
-use skills::geometry::Pose2;
+use description::geometry::Pose2;
 use skills::navigator::Instruction;
 
 use crate::fleet::Answer;

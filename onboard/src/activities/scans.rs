@@ -1,7 +1,7 @@
 //! Takes in scans and odometry, and aligns each scan to the robot's motion during its turn.
 
 use coordination::symbols::{Reader, Stamped};
-use skills::geometry::{Pose2, Twist2};
+use description::geometry::{Pose2, Twist2};
 use skills::history::OdometryHistory;
 use skills::scan::{AlignError, AlignedScan, ScanGeometry, ScanGeometryError};
 

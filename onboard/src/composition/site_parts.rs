@@ -5,8 +5,8 @@ use config::{
     PoseConfig, SiteConfig, StopPlace,
 };
 use coordination::event::EventTable;
+use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};
 use skills::control::TurnDirection;
-use skills::geometry::{Footprint, Point2, Pose2, Rect, Segment};
 use skills::map::{AreaData, LaneData, MapData, WallData};
 use skills::monitors::MonitorKind;
 use skills::perception::{Feature, FeatureSet};

@@ -1,8 +1,8 @@
 //! The floor under the robot: which areas its footprint reaches into, and how far it is from others.
 
+use description::geometry::{Footprint, Point2, Pose2, Rect};
 use nalgebra::Matrix3;
 use skills::borders::{AreaSet, BorderGains, BorderGuard, Curve};
-use skills::geometry::{Footprint, Point2, Pose2, Rect};
 
 use super::Setup;
 

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use contract::client::Order;
 use contract::protocols::RELEASE;
 use contract::wire;
-use skills::geometry::Pose2;
+use description::geometry::Pose2;
 
 use super::StatePlan;
 

@@ -1,7 +1,7 @@
 //! What the robot's side of the mediator knows of robot and site before anybody speaks.
 
+use description::geometry::{Footprint, Pose2, Rect};
 use skills::borders::BorderGains;
-use skills::geometry::{Footprint, Pose2, Rect};
 
 /// One robot on one site.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,9 +6,9 @@ use contract::protocols::{self, GRANTED, MEDIATOR};
 use contract::wire::{self, AccessGrant, MediatorReport, RobotReport, TakeUp};
 use contract::{VERSION, level};
 use coordination::protocol::{FlagId, Party, Protocol, Replica, Side};
+use description::geometry::{Footprint, Point2, Pose2, Rect};
 use nalgebra::Matrix3;
 use skills::borders::BorderGains;
-use skills::geometry::{Footprint, Point2, Pose2, Rect};
 use std::sync::Arc;
 
 use super::*;

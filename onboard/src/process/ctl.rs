@@ -11,8 +11,8 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use coordination::event::EventId;
+use description::geometry::Pose2;
 use serde::{Deserialize, Serialize};
-use skills::geometry::Pose2;
 use skills::navigator::Instruction;
 
 use crate::cli::Failure;

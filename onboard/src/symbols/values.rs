@@ -4,8 +4,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use coordination::datatype;
+use description::geometry::{MotionCommand, Pose2, Twist2};
 use skills::borders::{AreaSet, MAX_AREAS};
-use skills::geometry::{MotionCommand, Pose2, Twist2};
 use skills::tubes::Room;
 
 use crate::realtime::histogram::Histogram;

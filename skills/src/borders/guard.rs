@@ -1,7 +1,7 @@
 //! The search along a path for the first forbidden place.
 
 use super::{AreaSet, MAX_AREAS};
-use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect, wrap_angle};
+use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 
 /// A gap smaller than this counts as none, so that the search ends.

@@ -13,7 +13,7 @@
 //! ```
 //! use nalgebra::Matrix3;
 //! use skills::borders::{AreaSet, BorderGains, BorderGuard, Curve};
-//! use skills::geometry::{Footprint, Point2, Pose2, Rect};
+//! use description::geometry::{Footprint, Point2, Pose2, Rect};
 //! let ahead = Rect::new(Point2::new(2.0, -1.0), Point2::new(4.0, 1.0));
 //! let footprint = Footprint { front_m: 0.32, rear_m: 0.08, left_m: 0.15, right_m: 0.15 };
 //! let guard = BorderGuard::new(vec![ahead], footprint, BorderGains::default());

@@ -1,5 +1,5 @@
 use super::*;
-use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
+use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use super::law::{path_curvature, reverse_curvature};
 use super::{ControlGains, PathError, Steer};
-use crate::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 
 /// Creeping without a speed of its own, m/s.
 pub const CREEP_SPEED_M_S: f64 = 0.10;

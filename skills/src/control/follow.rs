@@ -2,7 +2,7 @@
 
 use super::law::{path_curvature, speed_share};
 use super::{ControlGains, Steer, Track};
-use crate::geometry::Pose2;
+use description::geometry::Pose2;
 
 /// How close to the lane a manoeuvre is done, and when it stops being choosy.
 #[derive(Clone, Copy, Debug, PartialEq)]

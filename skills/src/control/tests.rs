@@ -1,6 +1,6 @@
 use super::manoeuvre::{self, Fillet};
 use super::*;
-use crate::geometry::{MotionCommand, Point2, Pose2, Segment, wrap_angle};
+use description::geometry::{MotionCommand, Point2, Pose2, Segment, wrap_angle};
 use std::f64::consts::PI;
 
 const LANE: Segment = Segment::new(Point2::new(0.0, 0.0), Point2::new(10.0, 0.0));

@@ -1,7 +1,7 @@
 //! Paths of manoeuvres: a few pieces of straight line, circle and blend, the last of them a lane without end.
 
 use super::PathError;
-use crate::geometry::{Point2, Pose2, Segment, Twist2, wrap_angle};
+use description::geometry::{Point2, Pose2, Segment, Twist2, wrap_angle};
 use std::f64::consts::PI;
 
 /// Pieces of a track, at most.

@@ -8,8 +8,8 @@
 //!
 //! Real time: [`WheelController::step`] does not allocate, lock or panic; what is not finite makes it stop.
 
-use crate::geometry::{MotionCommand, wrap_angle};
 use crate::odometry::{GeometryError, TricycleGeometry};
+use description::geometry::{MotionCommand, wrap_angle};
 
 /// How far the ramp may run ahead of the measured speed before it waits, m/s.
 const RAMP_AHEAD_M_S: f64 = 0.2;

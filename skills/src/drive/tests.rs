@@ -1,5 +1,5 @@
 use super::*;
-use crate::geometry::Pose2;
+use description::geometry::Pose2;
 use proptest::prelude::*;
 
 const DT_S: f64 = 0.005;
@@ -39,8 +39,10 @@ impl Unit {
         let caster_m = self.geometry.caster_offset_m;
         let omega_rad_s =
             (unit_m_s * sin + caster_m * turn_rad_s * cos) / self.geometry.wheelbase_m;
-        let twist =
-            crate::geometry::Twist2::new(unit_m_s * cos - caster_m * turn_rad_s * sin, omega_rad_s);
+        let twist = description::geometry::Twist2::new(
+            unit_m_s * cos - caster_m * turn_rad_s * sin,
+            omega_rad_s,
+        );
         self.v_m_s = twist.v_m_s;
         self.pose = self.pose.advance(twist, DT_S);
         self.pivot_rad = wrap_angle(self.pivot_rad + (turn_rad_s - omega_rad_s) * DT_S);
@@ -56,7 +58,7 @@ fn drives_the_circle_that_was_asked_for() {
     }
     let start = unit.pose;
     assert!((unit.v_m_s - 0.3).abs() < 0.005, "{}", unit.v_m_s);
-    let centre = start.transform(crate::geometry::Point2::new(0.0, 0.5));
+    let centre = start.transform(description::geometry::Point2::new(0.0, 0.5));
     for _ in 0..1000 {
         unit.step(command, StopKind::None);
         let radius_m = unit.pose.position().distance_m(centre);

@@ -20,9 +20,9 @@ pub use walls::WallsOutcome;
 
 use doubt::Doubt;
 
-use crate::geometry::{Pose2, Segment, wrap_angle};
 use crate::odometry::Odometry;
 use crate::perception::WallFit;
+use description::geometry::{Pose2, Segment, wrap_angle};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Uncertainty that grows even at standstill: (1 mm)² and (1 mrad)² per second.

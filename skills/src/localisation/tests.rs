@@ -1,6 +1,6 @@
 use super::doubt::{BLIND_SCANS, GOOD_SCANS, REFUSED_SCANS};
 use super::*;
-use crate::geometry::Point2;
+use description::geometry::Point2;
 use proptest::prelude::*;
 
 fn filter(pose: Pose2) -> PoseFilter {

@@ -1,10 +1,10 @@
 //! Corrections by every mapped wall in view.
 
 use super::{PoseFilter, ScanVerdict};
-use crate::geometry::{Pose2, Twist2, wrap_angle};
 use crate::perception::WallFit;
 use crate::perception::walls::{BeamCounts, SeenWall, WallMatcher};
 use crate::scan::AlignedScan;
+use description::geometry::{Pose2, Twist2, wrap_angle};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
 /// A scan is matched again from the corrected pose, at most so often,

@@ -1,7 +1,7 @@
 //! What surrounds a lane: the walls beside it, in pieces, and the wall that closes it.
 
 use super::{LaneData, LaneGeometry, LaneWall, MapError, WallData, check_length};
-use crate::geometry::{Point2, Segment, wrap_angle};
+use description::geometry::{Point2, Segment, wrap_angle};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Walls beside a lane are parallel to it within this.

@@ -3,7 +3,7 @@
 //! A lane knows the walls that perception should expect beside it and at its end. Everything is in the `map` frame.
 //!
 //! ```
-//! use skills::geometry::{Point2, Rect, Segment};
+//! use description::geometry::{Point2, Rect, Segment};
 //! use skills::map::{LaneData, MapData, SemanticMap, WallData};
 //! let wall = |id: &str, x0, y0, x1, y1| WallData {
 //!     id: id.into(),
@@ -26,7 +26,7 @@
 mod lane;
 
 use crate::borders::MAX_AREAS;
-use crate::geometry::{Point2, Pose2, Rect, Segment, wrap_angle};
+use description::geometry::{Point2, Pose2, Rect, Segment, wrap_angle};
 use lane::lane_geometry;
 
 /// A straight wall.

@@ -5,7 +5,7 @@ use super::motion::{Ahead, PATH_POSES};
 use super::{Hold, NavigationInput, Navigator};
 use crate::borders::{AreaSet, BorderVerdict, Curve};
 use crate::control::{REACTION_S, approach_speed_m_s};
-use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
+use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 
 /// The border guard looks at least this far.
 const LOOK_M: f64 = 0.15;

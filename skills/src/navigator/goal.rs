@@ -3,9 +3,9 @@
 use super::Hold;
 use super::motion::{Motion, pose_error};
 use crate::control::{ControlGains, EndOfLane, Stopping, approach_speed_m_s};
-use crate::geometry::{Footprint, Point2, Pose2, wrap_angle};
 use crate::map::{LaneGeometry, LaneWall};
 use crate::schedule::{Controller, Schedule, StopPlace};
+use description::geometry::{Footprint, Point2, Pose2, wrap_angle};
 
 /// A place that lies so far behind the robot was missed.
 const MISSED_M: f64 = 0.05;

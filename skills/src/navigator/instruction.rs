@@ -1,8 +1,8 @@
 //! Instructions: events that bring parameters for the state that they enter.
 
 use super::output::MAX_EVENTS;
-use crate::geometry::Pose2;
 use coordination::event::EventId;
+use description::geometry::Pose2;
 
 /// An event for the machine with parameters. They hold for the state that the event enters, until that state is left; a
 /// transition onto the same state exchanges them if it brings some. An event that the machine ignores brings nothing.

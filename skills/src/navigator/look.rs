@@ -1,10 +1,10 @@
 //! The navigator's eyes: from a new scan to trackers and pose.
 
 use super::{NavigationInput, Navigator, end_wall};
-use crate::geometry::{Pose2, Segment};
 use crate::localisation::{PoseFilter, ScanVerdict};
 use crate::perception::WallFit;
 use crate::scan::AlignedScan;
+use description::geometry::{Pose2, Segment};
 use std::f64::consts::FRAC_PI_2;
 
 /// A scan taken farther away than this from where odometry is now is of no use.

@@ -31,7 +31,6 @@ pub use setup::{NavigationGains, NavigatorSetup, SetupError};
 
 use crate::borders::{BorderGains, BorderGuard};
 use crate::control::{ControlGains, SpeedRamp, Stopping};
-use crate::geometry::{Footprint, Point2, Pose2};
 use crate::localisation::PoseFilter;
 use crate::map::{LaneWall, SemanticMap};
 use crate::perception::corridor::CorridorTracker;
@@ -44,6 +43,7 @@ use command::Commanded;
 use control::Control;
 use coordination::event::EventId;
 use coordination::fsm::{Machine, StateId};
+use description::geometry::{Footprint, Point2, Pose2};
 use goal::Goal;
 use instruction::Inbox;
 use motion::{Motion, PATH_POSES};

@@ -3,9 +3,9 @@
 use crate::control::{
     Arrival, ControlGains, Creep, Follower, PathError, Steer, Track, keep_lane, manoeuvre,
 };
-use crate::geometry::{Pose2, Segment, Twist2, wrap_angle};
 use crate::map::{LaneGeometry, SemanticMap};
 use crate::schedule::{Controller, Schedule, StopPlace};
+use description::geometry::{Pose2, Segment, Twist2, wrap_angle};
 
 /// Poses of a path that is planned ahead.
 pub(super) const PATH_POSES: usize = 32;

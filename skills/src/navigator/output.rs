@@ -1,7 +1,6 @@
 //! What goes into a navigation step and what comes out of it.
 
 use crate::borders::AreaSet;
-use crate::geometry::{MotionCommand, Pose2};
 use crate::localisation::PoseCounters;
 use crate::odometry::Odometry;
 use crate::perception::corridor::CorridorEstimate;
@@ -10,6 +9,7 @@ use crate::scan::AlignedScan;
 use crate::tubes::Room;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
+use description::geometry::{MotionCommand, Pose2};
 
 /// Events that one step can report.
 pub const MAX_EVENTS: usize = 16;

@@ -1,12 +1,12 @@
 //! What a navigator is made of, as plain data, and the checks.
 
 use crate::control::ControlGains;
-use crate::geometry::{Footprint, Pose2};
 use crate::localisation::PoseGains;
 use crate::map::{MapData, MapError};
 use crate::perception::PerceptionGains;
 use crate::schedule::{MonitorSetup, ScheduleError, SkillSetup, StateSetup};
 use coordination::fsm::Machine;
+use description::geometry::{Footprint, Pose2};
 
 /// Everything that a [`Navigator`](super::Navigator) needs to know.
 #[derive(Clone, Debug)]

@@ -31,7 +31,7 @@ mod tricycle;
 
 pub use tricycle::{GeometryError, TricycleGeometry};
 
-use crate::geometry::{Pose2, Twist2, wrap_angle};
+use description::geometry::{Pose2, Twist2, wrap_angle};
 
 /// Longest step that is bridged with the last twist when a sample has to be rejected.
 const BRIDGE_S: f64 = 0.05;

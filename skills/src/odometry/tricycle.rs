@@ -1,6 +1,6 @@
 //! Measures of the vehicle and its kinematics.
 
-use crate::geometry::Twist2;
+use description::geometry::Twist2;
 
 /// Measures of the wheel unit and where it sits.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 //! of the angle under which it is seen. Deterministic; no allocation after construction.
 
 use super::{PerceptionGains, RANGE_STD_SHARE, WallFit};
-use crate::geometry::{Point2, Segment, wrap_angle};
+use description::geometry::{Point2, Segment, wrap_angle};
 use nalgebra::Matrix2;
 
 /// Pairs of points that are tried.
@@ -379,7 +379,7 @@ fn tukey(ratio: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pose2;
+    use description::geometry::Pose2;
 
     fn wall_points(wall: &Segment, pose: Pose2, noise_m: f64) -> Vec<Point2> {
         (0..120)

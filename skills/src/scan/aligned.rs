@@ -1,8 +1,8 @@
 //! One scan, aligned to one instant.
 
 use super::{FIRST_LENGTH_MM, ScanGeometry, ScanGeometryError, UNKNOWN_RANGE_M};
-use crate::geometry::{Point2, Pose2};
 use crate::history::OdometryHistory;
+use description::geometry::{Point2, Pose2};
 use thiserror::Error;
 
 /// Poses are looked up at this many instants of a turn, and interpolated between.

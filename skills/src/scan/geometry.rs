@@ -1,7 +1,7 @@
 //! Where the beams of a sensor point.
 
 use super::MAX_BEAMS;
-use crate::geometry::{Pose2, wrap_angle};
+use description::geometry::{Pose2, wrap_angle};
 use std::f64::consts::TAU;
 use thiserror::Error;
 

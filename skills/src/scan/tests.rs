@@ -1,8 +1,8 @@
 //! Tests of `scan`.
 
 use super::*;
-use crate::geometry::{Point2, Pose2, Segment, Twist2};
 use crate::history::OdometryHistory;
+use description::geometry::{Point2, Pose2, Segment, Twist2};
 
 const MS: u64 = 1_000_000;
 

@@ -3,10 +3,10 @@
 use super::graph::{Bound, Graph};
 use super::manoeuvres::Manoeuvres;
 use super::{MonitorSetup, Schedule, ScheduleError, SkillSetup, StateSetup};
-use crate::geometry::Footprint;
 use crate::map::SemanticMap;
 use crate::monitors::{Monitor, MonitorKind};
 use coordination::fsm::{Machine, StateId};
+use description::geometry::Footprint;
 
 /// What the robot can do, as far as plans depend on it.
 #[derive(Clone, Copy, Debug, PartialEq)]

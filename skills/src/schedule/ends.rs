@@ -4,8 +4,8 @@ use super::manoeuvres::{Case, Manoeuvres, Plan, finite, parameter, positive};
 use super::room::border_ahead_m;
 use super::{Controller, ScheduleError, StopPlace, StopTarget};
 use crate::control::{CREEP_SPEED_M_S, MAX_BACKWARD_M_S};
-use crate::geometry::{Pose2, wrap_angle};
 use crate::map::LaneGeometry;
+use description::geometry::{Pose2, wrap_angle};
 
 /// A stop pose is turned from its lane by no more.
 const STOP_HEADING_RAD: f64 = 0.2;

@@ -6,9 +6,9 @@ use super::room::wall_in_the_way;
 use super::{Controller, ControllerSetup, ScheduleError, SkillSetup};
 use crate::control::manoeuvre::{self, Fillet};
 use crate::control::{EndOfLane, Track, TrackError, TurnDirection};
-use crate::geometry::Pose2;
 use crate::map::{LaneGeometry, SemanticMap};
 use coordination::fsm::StateId;
+use description::geometry::Pose2;
 
 /// Between the robot's side and a wall that it passes.
 const BESIDE_M: f64 = 0.05;

@@ -1,7 +1,7 @@
 //! Whether there is room: the footprint along a path and the walls of the map, borders ahead on a lane.
 
 use crate::control::Track;
-use crate::geometry::{Footprint, Point2, Pose2, Rect, Segment};
+use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};
 
 /// Way between the poses that are looked at.
 const STEP_M: f64 = 0.04;

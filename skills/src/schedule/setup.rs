@@ -1,10 +1,10 @@
 //! What a site says about skills, monitors and states, as plain data.
 
 use crate::control::TurnDirection;
-use crate::geometry::Pose2;
 use crate::monitors::MonitorKind;
 use crate::perception::FeatureSet;
 use coordination::event::EventId;
+use description::geometry::Pose2;
 
 /// A controller by its parameters.
 #[derive(Clone, Debug, PartialEq)]

@@ -20,8 +20,8 @@ use super::retreat::{self, Retreat};
 use super::room::Room;
 use super::select::{Search, Selection, Selector};
 use super::set::{Surroundings, TubeId, TubeSet};
-use crate::geometry::{MotionCommand, Pose2, Twist2};
 use crate::scan::AlignedScan;
+use description::geometry::{MotionCommand, Pose2, Twist2};
 
 use super::sight::Sight;
 

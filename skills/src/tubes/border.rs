@@ -10,7 +10,7 @@
 //!
 //! Where the robot stands at t0 needs no border: it stands there.
 
-use crate::geometry::{Footprint, Point2, Pose2, Twist2};
+use description::geometry::{Footprint, Point2, Pose2, Twist2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A path of `base_link`: so long, negative when driven backwards, at this curvature.

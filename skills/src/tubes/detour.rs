@@ -15,7 +15,7 @@ use super::known::KnownRanges;
 use super::parameters::DetourPolicy;
 use super::room::Room;
 use super::select::{Search, Selection, Selector};
-use crate::geometry::{MotionCommand, wrap_angle};
+use description::geometry::{MotionCommand, wrap_angle};
 
 /// The wanted way must be free for so long before a detour ends.
 const FREE_NS: u64 = 250_000_000;

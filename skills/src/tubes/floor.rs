@@ -14,8 +14,8 @@
 
 use super::known::KnownRanges;
 use super::memory::NearGrid;
-use crate::geometry::{Footprint, Point2, Pose2};
 use crate::scan::{AlignedScan, ScanGeometry};
+use description::geometry::{Footprint, Point2, Pose2};
 
 /// Cells of one side of the grid; a power of two.
 const SIDE: usize = 128;

@@ -12,8 +12,8 @@ use super::memory::NearGrid;
 use super::parameters::{Horizon, TubeParameters};
 use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
 use super::set::{Row, Tube, TubeSet};
-use crate::geometry::{Footprint, Point2};
 use crate::scan::ScanGeometry;
+use description::geometry::{Footprint, Point2};
 use std::collections::BTreeMap;
 
 /// The share of `d_sample_m` that must remain as step.

@@ -4,8 +4,8 @@
 //! their known neighbours; so up to the range where that gap spans `d_sample_m` the nearer neighbour answers for
 //! them, and beyond they count as blocked.
 
-use crate::geometry::Point2;
 use crate::scan::{MAX_BEAMS, ScanGeometry};
+use description::geometry::Point2;
 
 /// Free range per beam. A fixed array, so that a beam of a sample needs no bounds check.
 #[derive(Clone, Debug)]
@@ -97,7 +97,7 @@ impl KnownRanges {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pose2;
+    use description::geometry::Pose2;
 
     fn known(ranges_m: &[f32]) -> KnownRanges {
         let geometry = ScanGeometry::urg_04lx(Pose2::IDENTITY, 4.0);

@@ -10,8 +10,8 @@
 //!
 //! Bounded: a ring of fixed capacity; when more comes in within the memory's time, the oldest goes and is counted.
 
-use crate::geometry::{Point2, Pose2};
 use crate::scan::AlignedScan;
+use description::geometry::{Point2, Pose2};
 
 /// A robot that moved less than this between two scans stands.
 const STANDS_M: f64 = 0.005;

@@ -14,8 +14,8 @@
 
 use super::known::KnownRanges;
 use super::parameters::MovingPolicy;
-use crate::geometry::{Footprint, Point2, Pose2};
 use crate::scan::{AlignedScan, BeamState, ScanGeometry};
+use description::geometry::{Footprint, Point2, Pose2};
 
 /// Scans that are kept.
 const KEPT: usize = 16;

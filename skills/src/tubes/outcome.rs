@@ -1,7 +1,7 @@
 //! What the tubes answer: verdicts, reasons, refused scans, counters.
 
 use super::set::TubeId;
-use crate::geometry::MotionCommand;
+use description::geometry::MotionCommand;
 use thiserror::Error;
 
 /// What became of a wanted command.

@@ -1,7 +1,7 @@
 //! What the generation of a set of tubes has to say.
 
 use super::parameters::Horizon;
-use crate::geometry::Point2;
+use description::geometry::Point2;
 use std::fmt;
 use std::mem::discriminant;
 use thiserror::Error;

@@ -5,7 +5,7 @@
 //! looks again: what was beside it lies before it then. It does so a few times in one place, not for ever.
 
 use super::parameters::DetourPolicy;
-use crate::geometry::Point2;
+use description::geometry::Point2;
 
 /// Blocked for so long before it backs out.
 const AFTER_NS: u64 = 3_000_000_000;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::geometry::{Pose2, Twist2};
+use description::geometry::{Pose2, Twist2};
 
 /// A detour keeps this much inside the limit: the robot does not follow a tube to the centimetre, nor know its path so.
 const MARGIN_M: f64 = 0.05;

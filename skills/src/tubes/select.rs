@@ -7,7 +7,7 @@
 
 use super::parameters::AdaptPolicy;
 use super::set::{TubeId, TubeSet};
-use crate::geometry::MotionCommand;
+use description::geometry::MotionCommand;
 
 /// A shift must lead into a tube so many rows longer than the longest without.
 const SHIFT_BUYS_ROWS: usize = 2;

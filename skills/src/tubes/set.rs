@@ -4,8 +4,8 @@ use super::error::TubeError;
 use super::known::KnownRanges;
 use super::memory::NearGrid;
 use super::parameters::{Horizon, TubeParameters};
-use crate::geometry::{Footprint, Twist2};
 use crate::scan::{MAX_BEAMS, ScanGeometry};
+use description::geometry::{Footprint, Twist2};
 
 pub use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
 

@@ -2,8 +2,8 @@
 
 use crate::floor::{Floor, corridor};
 use crate::stops::front_x_m;
+use description::geometry::Pose2;
 use skills::control::TurnDirection;
-use skills::geometry::Pose2;
 use skills::monitors::MonitorKind;
 use skills::schedule::ControllerSetup;
 

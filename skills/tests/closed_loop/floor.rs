@@ -4,7 +4,7 @@ use crate::plant::Plant;
 use crate::robot::Robot;
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
-use skills::geometry::{Footprint, Point2, Pose2, Rect, Segment};
+use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};
 use skills::map::{AreaData, LaneData, MapData, WallData};
 use skills::monitors::MonitorKind;
 use skills::navigator::{NavigationGains, NavigatorSetup};

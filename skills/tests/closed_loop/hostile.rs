@@ -2,10 +2,10 @@
 
 use crate::allocations;
 use crate::floor::{Floor, corridor, lidar};
+use description::geometry::{Pose2, Rect, Twist2};
 use proptest::prelude::*;
 use skills::borders::AreaSet;
 use skills::control::TurnDirection;
-use skills::geometry::{Pose2, Rect, Twist2};
 use skills::history::OdometryHistory;
 use skills::monitors::MonitorKind;
 use skills::navigator::{Instruction, NavigationInput, Navigator};
@@ -164,7 +164,7 @@ fn inside(pose: Pose2, region: &Rect) -> bool {
         (0..=30).any(|across| {
             let x_m = -body.rear_m + body.length_m() * f64::from(along) / 40.0;
             let y_m = -body.right_m + body.width_m() * f64::from(across) / 30.0;
-            region.contains(pose.transform(skills::geometry::Point2::new(x_m, y_m)))
+            region.contains(pose.transform(description::geometry::Point2::new(x_m, y_m)))
         })
     })
 }

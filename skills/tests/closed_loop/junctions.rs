@@ -1,8 +1,8 @@
 //! Left, right and straight on at a junction, until the next corridor is reacquired.
 
 use crate::floor::{Floor, junction};
+use description::geometry::{Pose2, wrap_angle};
 use skills::control::manoeuvre;
-use skills::geometry::{Pose2, wrap_angle};
 use skills::monitors::MonitorKind;
 use skills::perception::Feature;
 use skills::schedule::ControllerSetup;

@@ -2,8 +2,8 @@
 
 use crate::floor::{Floor, corridor};
 use crate::robot::Robot;
+use description::geometry::{Pose2, wrap_angle};
 use skills::control::TurnDirection;
-use skills::geometry::{Pose2, wrap_angle};
 use skills::monitors::MonitorKind;
 use skills::perception::Feature;
 use skills::schedule::ControllerSetup;

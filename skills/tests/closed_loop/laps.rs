@@ -1,5 +1,5 @@
 use crate::robot::Robot;
-use skills::geometry::{Pose2, wrap_angle};
+use description::geometry::{Pose2, wrap_angle};
 
 const START: Pose2 = Pose2::new(2.0, -0.5, 0.0);
 /// No lap takes longer.

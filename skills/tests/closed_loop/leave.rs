@@ -2,8 +2,8 @@
 
 use crate::floor::{Floor, corridor, junction};
 use crate::stops::{FAR, START, front_x_m};
+use description::geometry::Pose2;
 use skills::borders::AreaSet;
-use skills::geometry::Pose2;
 use skills::monitors::MonitorKind;
 use skills::navigator::Hold;
 use skills::perception::Feature;

@@ -1,7 +1,7 @@
 //! A tricycle with a caster between walls, and the lidar on it: ideal ray casting plus noise.
 
+use description::geometry::{Footprint, Point2, Pose2, Rect, Segment, wrap_angle};
 use skills::drive::WheelSetpoints;
-use skills::geometry::{Footprint, Point2, Pose2, Rect, Segment, wrap_angle};
 use skills::odometry::{EncoderSample, TricycleGeometry};
 use skills::scan::ScanGeometry;
 
@@ -88,7 +88,7 @@ impl Plant {
         let v_m_s = unit_m_s * cos - caster_m * turn_rad_s * sin;
         self.pose = self
             .pose
-            .advance(skills::geometry::Twist2::new(v_m_s, omega_rad_s), dt_s);
+            .advance(description::geometry::Twist2::new(v_m_s, omega_rad_s), dt_s);
         self.driven_m += v_m_s.abs() * dt_s;
         self.encoders.left_rad += self.speeds.left_rad_s * dt_s;
         self.encoders.right_rad += self.speeds.right_rad_s * dt_s;

@@ -3,8 +3,8 @@
 use crate::floor::{FOOTPRINT, lidar, line, rect};
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
+use description::geometry::{Pose2, Segment};
 use skills::control::TurnDirection;
-use skills::geometry::{Pose2, Segment};
 use skills::map::{AreaData, LaneData, MapData, WallData};
 use skills::monitors::MonitorKind;
 use skills::navigator::{NavigationGains, NavigatorSetup};

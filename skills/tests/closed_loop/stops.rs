@@ -2,7 +2,7 @@
 
 use crate::floor::{Floor, corridor};
 use crate::robot::Robot;
-use skills::geometry::Pose2;
+use description::geometry::Pose2;
 use skills::monitors::MonitorKind;
 use skills::navigator::{Hold, Instruction, InstructionError, Parameters};
 use skills::schedule::{ControllerSetup, StopTarget};

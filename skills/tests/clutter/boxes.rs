@@ -3,7 +3,7 @@
 use crate::plant::Random;
 use crate::robot::Robot;
 use crate::world::{World, rect};
-use skills::geometry::{Pose2, Rect};
+use description::geometry::{Pose2, Rect};
 use skills::tubes::AdaptPolicy;
 
 const START: Pose2 = Pose2::new(1.0, -0.5, 0.0);

@@ -3,7 +3,7 @@
 use crate::plant::Random;
 use crate::robot::Robot;
 use crate::world::{Disc, World};
-use skills::geometry::{Point2, Pose2};
+use description::geometry::{Point2, Pose2};
 use skills::tubes::AdaptPolicy;
 
 const START: Pose2 = Pose2::new(1.0, -0.5, 0.0);

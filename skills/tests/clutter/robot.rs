@@ -3,8 +3,8 @@
 
 use crate::plant::{Plant, Random, STEP_NS};
 use crate::world::{self, Disc, World};
+use description::geometry::{Footprint, MotionCommand, Pose2, wrap_angle};
 use skills::drive::{DriveLimits, StopKind, WheelController, WheelSetpoints};
-use skills::geometry::{Footprint, MotionCommand, Pose2, wrap_angle};
 use skills::history::OdometryHistory;
 use skills::odometry::{DeadReckoning, TricycleGeometry};
 use skills::scan::{AlignedScan, ScanGeometry};

@@ -1,6 +1,6 @@
 //! Boxes that stand and discs that move in a hall.
 
-use skills::geometry::{Footprint, Point2, Pose2, Rect, Segment};
+use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Disc {

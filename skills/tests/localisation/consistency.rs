@@ -3,7 +3,7 @@
 use crate::floor::{Floor, Random, Vehicle};
 use crate::maps::{self, Place};
 use crate::run::Drive;
-use skills::geometry::{Pose2, Twist2, wrap_angle};
+use description::geometry::{Pose2, Twist2, wrap_angle};
 use skills::localisation::{PoseFilter, PoseGains};
 
 /// Average and largest normalised error squared (three degrees of freedom) and its share above 11.3 (one per cent).

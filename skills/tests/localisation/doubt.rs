@@ -3,7 +3,7 @@
 use crate::floor::Floor;
 use crate::maps;
 use crate::run::{Drive, TARGET_M, TARGET_RAD};
-use skills::geometry::{Pose2, Twist2};
+use description::geometry::{Pose2, Twist2};
 use skills::localisation::ScanVerdict;
 
 const STAND: Twist2 = Twist2::new(0.0, 0.0);

@@ -1,6 +1,6 @@
 //! What really stands on the floor, and a lidar and odometry with errors among it.
 
-use skills::geometry::{Point2, Pose2, Segment, Twist2};
+use description::geometry::{Point2, Pose2, Segment, Twist2};
 use skills::history::OdometryHistory;
 use skills::odometry::Odometry;
 use skills::scan::{AlignedScan, ScanGeometry};

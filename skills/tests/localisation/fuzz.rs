@@ -2,8 +2,8 @@
 
 use crate::maps;
 use crate::run::{START_STD_M, START_STD_RAD};
+use description::geometry::{Pose2, Twist2};
 use proptest::prelude::*;
-use skills::geometry::{Pose2, Twist2};
 use skills::history::OdometryHistory;
 use skills::localisation::{PoseFilter, PoseGains};
 use skills::odometry::Odometry;

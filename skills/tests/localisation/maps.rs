@@ -1,6 +1,6 @@
 //! The reference maps and ways through them.
 
-use skills::geometry::{Point2, Pose2, Segment};
+use description::geometry::{Point2, Pose2, Segment};
 use skills::map::{MapData, SemanticMap, WallData};
 
 pub struct Place {

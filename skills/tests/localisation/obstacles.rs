@@ -3,7 +3,7 @@
 use crate::floor::{Disc, Floor, Random};
 use crate::maps::{self, Place};
 use crate::run::{Drive, TARGET_M, TARGET_RAD, seeds};
-use skills::geometry::{Point2, Pose2};
+use description::geometry::{Point2, Pose2};
 
 /// A robot parked parallel to each short wall and two before each long one, 2 to 25 cm away; three people walk about.
 fn cluttered(place: &Place, seed: u64) -> Floor {

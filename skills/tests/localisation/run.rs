@@ -2,8 +2,8 @@
 
 use crate::floor::{Floor, Vehicle};
 use crate::maps::Place;
+use description::geometry::{Point2, Pose2, Twist2, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
-use skills::geometry::{Point2, Pose2, Twist2, wrap_angle};
 use skills::localisation::{PoseFilter, PoseGains, WallsOutcome};
 use skills::perception::PerceptionGains;
 use skills::perception::walls::WallMatcher;

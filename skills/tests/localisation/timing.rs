@@ -3,8 +3,8 @@
 use crate::floor::Floor;
 use crate::maps;
 use crate::run::Drive;
+use description::geometry::{Footprint, Point2, Rect};
 use skills::borders::{AreaSet, BorderGains, BorderGuard};
-use skills::geometry::{Footprint, Point2, Rect};
 use std::time::Instant;
 
 /// The corridor with so many more walls around it, all within the sensor's range of somewhere on the way.
@@ -67,7 +67,7 @@ fn of_a_scan_and_of_the_borders() {
     let mut times_ns = Vec::new();
     while let Some(sample) = drive.next() {
         let pose = sample.truth;
-        let unit = skills::geometry::Twist2::new(1.0, 0.3);
+        let unit = description::geometry::Twist2::new(1.0, 0.3);
         let poses = (1..=60).map(|step| pose.advance(unit, 0.02 * f64::from(step)));
         let start = Instant::now();
         let judged = guard.along_poses(&AreaSet::EMPTY, pose, &sample.covariance, poses);

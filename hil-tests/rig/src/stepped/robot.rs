@@ -6,6 +6,7 @@ use config::{ActivityKind, ThreadConfig, Trigger};
 use coordination::activity::event_loop_once;
 use coordination::event::EventId;
 use coordination::symbols::{Reader, SymbolTable, Writer};
+use description::geometry::Pose2;
 use onboard::activities::control::Control;
 use onboard::activities::fleet_link::NavigationEnd;
 use onboard::activities::motion_tube::MotionTube;
@@ -23,7 +24,6 @@ use onboard::symbols::values::{ActivityState, ThreadReport};
 use onboard::symbols::wiring::{ACTIVITIES, Wiring};
 use sim::world::{Random, World};
 use skills::borders::AreaSet;
-use skills::geometry::Pose2;
 
 use super::director::{Director, Note};
 use super::drive::SteppedDrive;

@@ -5,8 +5,8 @@ use contract::{Message, decode};
 use coordination::event::EventId;
 use coordination::fsm::StateId;
 use coordination::symbols::{Reader, Writer};
+use description::geometry::Pose2;
 use nalgebra::Matrix3;
-use skills::geometry::Pose2;
 use skills::navigator::Instruction;
 
 use super::network::{Mailbox, Network};

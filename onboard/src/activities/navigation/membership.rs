@@ -1,8 +1,8 @@
 //! Navigation on a managed site: which areas it may use, and what the mediator orders.
 
 use coordination::symbols::{Reader, Stamped, Writer};
+use description::geometry::MotionCommand;
 use skills::borders::AreaSet;
-use skills::geometry::MotionCommand;
 use skills::navigator::{InstructionError, NavigationOutput};
 
 use super::{Asked, Navigation};

@@ -6,7 +6,7 @@ mod names;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::fsm::StateId;
 use coordination::symbols::{Reader, Stamped, Writer};
-use skills::geometry::Pose2;
+use description::geometry::Pose2;
 use skills::navigator::{Hold, Instruction, NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use description::geometry::{Pose2, wrap_angle};
 use skills::borders::BorderGains;
-use skills::geometry::{Pose2, wrap_angle};
 use skills::map::SemanticMap;
 use skills::navigator::Navigator;
 use skills::schedule::{Controller, Schedule};

@@ -12,8 +12,8 @@ use config::{
     load_robot, load_site,
 };
 use coordination::fsm::{ModelError, StateId};
+use description::geometry::Pose2;
 use skills::drive::DriveLimitError;
-use skills::geometry::Pose2;
 use skills::navigator::SetupError;
 use skills::odometry::GeometryError;
 use skills::tubes::{TubeError, TubeReport};

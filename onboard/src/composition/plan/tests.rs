@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
+use description::geometry::{MotionCommand, Twist2};
 use skills::borders::AreaSet;
-use skills::geometry::{MotionCommand, Twist2};
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
 

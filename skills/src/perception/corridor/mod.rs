@@ -6,8 +6,8 @@
 
 use super::line::LineFitter;
 use super::{PerceptionGains, WallFit};
-use crate::geometry::{Point2, Pose2, wrap_angle};
 use crate::map::{LaneGeometry, LaneWall};
+use description::geometry::{Point2, Pose2, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
 
 /// A wall is looked for at least this far, and at most that far, from where it is expected.

@@ -1,6 +1,6 @@
 use super::*;
-use crate::geometry::Segment;
 use crate::map::{LaneData, MapData, SemanticMap, WallData};
+use description::geometry::Segment;
 
 fn map(both: bool) -> SemanticMap {
     let wall = |id: &str, y_m| WallData {

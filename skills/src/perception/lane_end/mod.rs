@@ -5,7 +5,7 @@
 
 use super::line::LineFitter;
 use super::{PerceptionGains, WallFit};
-use crate::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 
 /// Gate around the expected wall.
 const GATE_MIN_M: f64 = 0.12;

@@ -17,9 +17,9 @@ mod view;
 
 use super::line::LineFitter;
 use super::{PerceptionGains, RANGE_STD_SHARE, WallFit};
-use crate::geometry::{Point2, Pose2, Segment};
 use crate::map::SemanticMap;
 use crate::scan::{AlignedScan, BeamState};
+use description::geometry::{Point2, Pose2, Segment};
 use nalgebra::{Matrix3, Vector3};
 use view::{Expected, View};
 

@@ -1,8 +1,8 @@
 use super::*;
-use crate::geometry::Twist2;
 use crate::history::OdometryHistory;
 use crate::map::{MapData, WallData};
 use crate::scan::ScanGeometry;
+use description::geometry::Twist2;
 use std::f64::consts::PI;
 
 fn segment(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
@@ -105,7 +105,7 @@ fn walls_hide_each_other_and_openings_show_what_is_behind() {
         let fit = &wall.fit;
         let lateral_m = wall.line.lateral_m(truth.position());
         assert!((fit.lateral_m - lateral_m).abs() < 3.0 * fit.lateral_std_m());
-        let heading_rad = crate::geometry::wrap_angle(
+        let heading_rad = description::geometry::wrap_angle(
             truth.theta_rad - wall.line.direction_rad() - fit.heading_rad,
         );
         assert!(heading_rad.abs() < 3.0 * fit.heading_std_rad());

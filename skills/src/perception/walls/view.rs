@@ -1,6 +1,6 @@
 //! Which wall is to be seen in which direction from a place in the map.
 
-use crate::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 use std::f64::consts::TAU;
 
 /// Directions that are told apart: half a degree.

@@ -1,7 +1,7 @@
 //! A junction, a shoulder and a wall to dock at: what can be driven there.
 
 use super::*;
-use crate::geometry::Pose2;
+use description::geometry::Pose2;
 
 type Change = fn(&mut Yard);
 

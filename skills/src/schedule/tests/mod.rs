@@ -1,11 +1,11 @@
 use super::*;
 use crate::control::TurnDirection;
-use crate::geometry::{Footprint, Point2, Rect, Segment};
 use crate::map::{AreaData, LaneData, MapData, SemanticMap, WallData};
 use crate::monitors::MonitorKind;
 use crate::perception::Feature;
 use coordination::event::EventTable;
 use coordination::fsm::{Machine, MachineModel};
+use description::geometry::{Footprint, Point2, Rect, Segment};
 
 mod manoeuvres;
 

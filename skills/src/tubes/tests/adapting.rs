@@ -1,12 +1,12 @@
 //! How commands are adapted, one rule a test.
 
 use super::world::{MS, Random, Robot, SMALL, Thing, corridor, urg};
-use crate::geometry::{MotionCommand, Point2, Pose2, Segment, Twist2};
 use crate::scan::{AlignedScan, ScanGeometry};
 use crate::tubes::{
     AdaptPolicy, Adapted, DetourPolicy, Horizon, MotionTubes, ObserveError, Reason, TubeError,
     TubeParameters, TubeSet, Verdict,
 };
+use description::geometry::{MotionCommand, Point2, Pose2, Segment, Twist2};
 
 /// Keeps to what is wanted within the band, and stops otherwise.
 fn without_detours() -> AdaptPolicy {

@@ -1,10 +1,10 @@
 //! Usefulness: in the empty reference corridor nothing that is needed is declared blocked.
 
 use super::world::{Drive, MS, Random, Robot, SMALL, corridor, urg};
-use crate::geometry::{MotionCommand, Pose2, wrap_angle};
 use crate::tubes::{
     AdaptPolicy, DetourPolicy, MotionTubes, Reason, TubeParameters, TubeSet, Verdict,
 };
+use description::geometry::{MotionCommand, Pose2, wrap_angle};
 use std::f64::consts::PI;
 
 fn tubes(d_aug_m: f64) -> MotionTubes {

@@ -1,8 +1,8 @@
 //! Driving among things: whatever is wanted, nothing is touched.
 
 use super::world::{Drive, Random, Robot, SMALL, Thing, corridor, urg};
-use crate::geometry::{MotionCommand, Point2, Pose2};
 use crate::tubes::{AdaptPolicy, MotionTubes, TubeParameters, TubeSet, Verdict};
+use description::geometry::{MotionCommand, Point2, Pose2};
 
 fn world(random: &mut Random, start: Pose2) -> Vec<Thing> {
     let mut things = corridor();

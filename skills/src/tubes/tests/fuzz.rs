@@ -1,11 +1,11 @@
 //! Whatever comes in: no panic, and no motion without a scan, against a number that is none, or faster than wanted.
 
 use super::world::{MS, Random, SMALL, urg};
-use crate::geometry::{MotionCommand, Twist2};
 use crate::history::OdometryHistory;
 use crate::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
 use crate::scan::AlignedScan;
 use crate::tubes::{AdaptPolicy, MotionTubes, Reason, TubeParameters, TubeSet, Verdict};
+use description::geometry::{MotionCommand, Twist2};
 use proptest::prelude::*;
 use std::sync::OnceLock;
 

@@ -1,9 +1,9 @@
 //! What generation counts, reports and refuses.
 
 use super::world::{SMALL, urg};
-use crate::geometry::{Footprint, Pose2};
 use crate::scan::ScanGeometry;
 use crate::tubes::{Horizon, Refusal, TubeError, TubeParameters, TubeSet};
+use description::geometry::{Footprint, Pose2};
 
 fn one(length_m: f64, d_sample_m: f64) -> TubeParameters {
     TubeParameters {

@@ -1,10 +1,10 @@
 //! The guarantee: what is declared free is not entered.
 
 use super::world::{BIG, Random, Robot, SMALL, Thing, urg};
-use crate::geometry::{Footprint, Point2, Pose2, Twist2};
 use crate::scan::ScanGeometry;
 use crate::tubes::set::TubeId;
 use crate::tubes::{AdaptPolicy, Horizon, MotionTubes, TubeParameters, TubeSet};
+use description::geometry::{Footprint, Point2, Pose2, Twist2};
 use proptest::prelude::*;
 
 /// What became of tubes, ahead or behind.

@@ -1,9 +1,9 @@
 //! A world of discs, boxes and walls: ideal ranges by ray casting, exact overlaps.
 
-use crate::geometry::{Footprint, MotionCommand, Point2, Pose2, Segment, Twist2};
 use crate::history::OdometryHistory;
 use crate::scan::{AlignedScan, ScanGeometry};
 use crate::tubes::{Adapted, MotionTubes, Verdict};
+use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Segment, Twist2};
 
 pub const MS: u64 = 1_000_000;
 

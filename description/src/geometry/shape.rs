@@ -4,6 +4,8 @@ use super::motion::{Point2, Pose2};
 
 /// The robot's outline: a rectangle given by its distances from `base_link`, all positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
 pub struct Footprint {
     /// From `base_link` to the front edge.
     pub front_m: f64,
@@ -18,6 +20,7 @@ pub struct Footprint {
 impl Footprint {
     /// The corners: front left, rear left, rear right, front right.
     #[must_use]
+    #[inline]
     pub fn corners(&self) -> [Point2; 4] {
         [
             Point2::new(self.front_m, self.left_m),
@@ -29,18 +32,21 @@ impl Footprint {
 
     /// Front to rear.
     #[must_use]
+    #[inline]
     pub fn length_m(&self) -> f64 {
         self.front_m + self.rear_m
     }
 
     /// Left to right.
     #[must_use]
+    #[inline]
     pub fn width_m(&self) -> f64 {
         self.left_m + self.right_m
     }
 
     /// Distance from `base_link` to the farthest corner.
     #[must_use]
+    #[inline]
     pub fn radius_m(&self) -> f64 {
         self.front_m
             .max(self.rear_m)
@@ -49,6 +55,7 @@ impl Footprint {
 
     /// The outline moved outwards by a margin.
     #[must_use]
+    #[inline]
     pub fn grown(&self, margin_m: f64) -> Self {
         Self {
             front_m: self.front_m + margin_m,
@@ -60,6 +67,7 @@ impl Footprint {
 
     /// Whether a point, in `base_link`, lies inside or on the outline.
     #[must_use]
+    #[inline]
     pub fn contains(&self, point: Point2) -> bool {
         point.x_m >= -self.rear_m
             && point.x_m <= self.front_m
@@ -69,12 +77,14 @@ impl Footprint {
 
     /// Distance of a point, in `base_link`, from the outline; 0 inside.
     #[must_use]
+    #[inline]
     pub fn distance_m(&self, point: Point2) -> f64 {
         self.as_rect().distance_m(point)
     }
 
     /// The outline as a rectangle of `base_link`.
     #[must_use]
+    #[inline]
     pub fn as_rect(&self) -> Rect {
         Rect {
             min: Point2::new(-self.rear_m, -self.right_m),
@@ -84,6 +94,7 @@ impl Footprint {
 
     /// All four distances are finite and positive.
     #[must_use]
+    #[inline]
     pub fn is_valid(&self) -> bool {
         [self.front_m, self.rear_m, self.left_m, self.right_m]
             .iter()
@@ -93,6 +104,8 @@ impl Footprint {
 
 /// A directed straight segment from `a` to `b`: a wall, or the centre line of a lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
 pub struct Segment {
     /// Where it starts.
     pub a: Point2,
@@ -109,18 +122,21 @@ impl Segment {
 
     /// From start to end.
     #[must_use]
+    #[inline]
     pub fn length_m(&self) -> f64 {
         self.a.distance_m(self.b)
     }
 
     /// The direction from start to end.
     #[must_use]
+    #[inline]
     pub fn direction_rad(&self) -> f64 {
         (self.b - self.a).direction_rad()
     }
 
     /// The unit vector from start to end; zero when both coincide.
     #[must_use]
+    #[inline]
     pub fn unit(&self) -> Point2 {
         let length_m = self.length_m();
         if length_m > 0.0 {
@@ -132,18 +148,21 @@ impl Segment {
 
     /// Where the foot of the perpendicular from `point` lies along the line, from the start; may lie outside the segment.
     #[must_use]
+    #[inline]
     pub fn along_m(&self, point: Point2) -> f64 {
         (point - self.a).dot(self.unit())
     }
 
     /// Distance of `point` from the infinite line, positive to the left of its direction.
     #[must_use]
+    #[inline]
     pub fn lateral_m(&self, point: Point2) -> f64 {
         self.unit().cross(point - self.a)
     }
 
     /// The point of the segment closest to `point`.
     #[must_use]
+    #[inline]
     pub fn closest_point(&self, point: Point2) -> Point2 {
         let along_m = self.along_m(point).clamp(0.0, self.length_m());
         self.a + self.unit() * along_m
@@ -151,12 +170,14 @@ impl Segment {
 
     /// Distance of `point` from the segment.
     #[must_use]
+    #[inline]
     pub fn distance_m(&self, point: Point2) -> f64 {
         self.closest_point(point).distance_m(point)
     }
 
     /// How far a ray from `origin` along `direction_rad` travels until it meets the segment.
     #[must_use]
+    #[inline]
     pub fn ray_range_m(&self, origin: Point2, direction_rad: f64) -> Option<f64> {
         let (sin, cos) = direction_rad.sin_cos();
         let ray = Point2::new(cos, sin);
@@ -173,6 +194,7 @@ impl Segment {
 
     /// The same segment seen from the inner frame of `pose`.
     #[must_use]
+    #[inline]
     pub fn seen_from(&self, pose: Pose2) -> Self {
         Self::new(
             pose.inverse_transform(self.a),
@@ -183,6 +205,8 @@ impl Segment {
 
 /// A rectangle with its sides along the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
 pub struct Rect {
     /// The corner with the smaller coordinates.
     pub min: Point2,
@@ -193,6 +217,7 @@ pub struct Rect {
 impl Rect {
     /// The rectangle that two opposite corners span, in any order.
     #[must_use]
+    #[inline]
     pub fn new(one: Point2, other: Point2) -> Self {
         Self {
             min: Point2::new(one.x_m.min(other.x_m), one.y_m.min(other.y_m)),
@@ -202,6 +227,7 @@ impl Rect {
 
     /// Whether a point lies inside or on the border.
     #[must_use]
+    #[inline]
     pub fn contains(&self, point: Point2) -> bool {
         point.x_m >= self.min.x_m
             && point.x_m <= self.max.x_m
@@ -211,6 +237,7 @@ impl Rect {
 
     /// Distance of a point from the rectangle; 0 inside.
     #[must_use]
+    #[inline]
     pub fn distance_m(&self, point: Point2) -> f64 {
         let dx_m = (self.min.x_m - point.x_m)
             .max(point.x_m - self.max.x_m)
@@ -223,6 +250,7 @@ impl Rect {
 
     /// The middle.
     #[must_use]
+    #[inline]
     pub fn centre(&self) -> Point2 {
         (self.min + self.max) * 0.5
     }

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 /// An angle brought into (−π, π]. A value that is not finite stays as it is.
 #[must_use]
+#[inline]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {
         return angle_rad;
@@ -14,6 +15,8 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
 
 /// A point, or a free vector, in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
 pub struct Point2 {
     /// Forward.
     pub x_m: f64,
@@ -30,36 +33,42 @@ impl Point2 {
 
     /// Length of the vector from the origin.
     #[must_use]
+    #[inline]
     pub fn norm_m(self) -> f64 {
         self.x_m.hypot(self.y_m)
     }
 
     /// Direction of the vector from the origin.
     #[must_use]
+    #[inline]
     pub fn direction_rad(self) -> f64 {
         self.y_m.atan2(self.x_m)
     }
 
     /// Distance to `other`.
     #[must_use]
+    #[inline]
     pub fn distance_m(self, other: Self) -> f64 {
         (self - other).norm_m()
     }
 
     /// Scalar product.
     #[must_use]
+    #[inline]
     pub fn dot(self, other: Self) -> f64 {
         self.x_m * other.x_m + self.y_m * other.y_m
     }
 
     /// The component of the cross product that stands on the plane; positive when `other` lies to the left.
     #[must_use]
+    #[inline]
     pub fn cross(self, other: Self) -> f64 {
         self.x_m * other.y_m - self.y_m * other.x_m
     }
 
     /// Both coordinates are finite.
     #[must_use]
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite()
     }
@@ -67,6 +76,7 @@ impl Point2 {
 
 impl std::ops::Add for Point2 {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self::new(self.x_m + other.x_m, self.y_m + other.y_m)
     }
@@ -74,6 +84,7 @@ impl std::ops::Add for Point2 {
 
 impl std::ops::Sub for Point2 {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self::new(self.x_m - other.x_m, self.y_m - other.y_m)
     }
@@ -81,6 +92,7 @@ impl std::ops::Sub for Point2 {
 
 impl std::ops::Mul<f64> for Point2 {
     type Output = Self;
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         Self::new(self.x_m * factor, self.y_m * factor)
     }
@@ -94,6 +106,8 @@ impl From<[f64; 2]> for Point2 {
 
 /// A rigid placement of one frame in another.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
 pub struct Pose2 {
     /// Forward, in the outer frame.
     pub x_m: f64,
@@ -125,6 +139,7 @@ impl Pose2 {
 
     /// `self ∘ inner`: the pose, in the outer frame, of a pose given in this one.
     #[must_use]
+    #[inline]
     pub fn compose(self, inner: Self) -> Self {
         let position = self.transform(inner.position());
         Self::new(
@@ -136,6 +151,7 @@ impl Pose2 {
 
     /// The pose of the outer frame in this one.
     #[must_use]
+    #[inline]
     pub fn inverse(self) -> Self {
         let (sin, cos) = self.theta_rad.sin_cos();
         Self::new(
@@ -147,18 +163,21 @@ impl Pose2 {
 
     /// The pose of `other` seen from this one; both are given in the same frame.
     #[must_use]
+    #[inline]
     pub fn between(self, other: Self) -> Self {
         self.inverse().compose(other)
     }
 
     /// A point of the inner frame, in the outer one.
     #[must_use]
+    #[inline]
     pub fn transform(self, point: Point2) -> Point2 {
         self.position() + self.rotate(point)
     }
 
     /// A point of the outer frame, in the inner one.
     #[must_use]
+    #[inline]
     pub fn inverse_transform(self, point: Point2) -> Point2 {
         let (sin, cos) = self.theta_rad.sin_cos();
         let delta = point - self.position();
@@ -170,6 +189,7 @@ impl Pose2 {
 
     /// A free vector of the inner frame, in the outer one.
     #[must_use]
+    #[inline]
     pub fn rotate(self, vector: Point2) -> Point2 {
         let (sin, cos) = self.theta_rad.sin_cos();
         Point2::new(
@@ -180,12 +200,14 @@ impl Pose2 {
 
     /// Where this pose gets to when it moves with a constant twist for a time.
     #[must_use]
+    #[inline]
     pub fn advance(self, twist: Twist2, duration_s: f64) -> Self {
         self.compose(twist.displacement(duration_s))
     }
 
     /// The pose `fraction` of the way to `other`: straight in position, the short way round in angle.
     #[must_use]
+    #[inline]
     pub fn interpolate(self, other: Self, fraction: f64) -> Self {
         Self::new(
             self.x_m + fraction * (other.x_m - self.x_m),
@@ -196,6 +218,7 @@ impl Pose2 {
 
     /// All three numbers are finite.
     #[must_use]
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite() && self.theta_rad.is_finite()
     }
@@ -203,6 +226,8 @@ impl Pose2 {
 
 /// Speed along x and turning speed of `base_link`; the fixed axle allows no speed along y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
 pub struct Twist2 {
     /// Forward speed.
     pub v_m_s: f64,
@@ -219,6 +244,7 @@ impl Twist2 {
 
     /// The pose reached from the origin after moving so for a time: an arc, or a straight line.
     #[must_use]
+    #[inline]
     pub fn displacement(self, duration_s: f64) -> Pose2 {
         let angle = self.omega_rad_s * duration_s;
         let distance = self.v_m_s * duration_s;
@@ -233,6 +259,7 @@ impl Twist2 {
 
     /// Both numbers are finite.
     #[must_use]
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.v_m_s.is_finite() && self.omega_rad_s.is_finite()
     }
@@ -242,6 +269,8 @@ impl Twist2 {
 ///
 /// The path, not the turning speed, is the intention: a command that is slowed down still follows the same curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
 pub struct MotionCommand {
     /// Forward speed of `base_link`.
     pub speed_m_s: f64,
@@ -264,18 +293,21 @@ impl MotionCommand {
 
     /// The twist that drives it.
     #[must_use]
+    #[inline]
     pub fn twist(self) -> Twist2 {
         Twist2::new(self.speed_m_s, self.speed_m_s * self.curvature_1_m)
     }
 
     /// The same path at another speed.
     #[must_use]
+    #[inline]
     pub fn with_speed(self, speed_m_s: f64) -> Self {
         Self { speed_m_s, ..self }
     }
 
     /// Both numbers are finite.
     #[must_use]
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.speed_m_s.is_finite() && self.curvature_1_m.is_finite()
     }
