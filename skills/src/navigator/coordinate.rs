@@ -4,7 +4,7 @@ use super::control::Control;
 use super::{EventList, Instruction, Navigator, Parameters, end_wall};
 use crate::monitors::Situation;
 use crate::schedule::Controller;
-use crate::tubes::room::turning_back_m;
+use crate::tubes::turning_back_m;
 use coordination::fsm::StateId;
 
 impl Navigator {

@@ -95,7 +95,7 @@ pub enum TubeError {
         /// How many were tried.
         tubes: usize,
         /// Why the first was refused.
-        first: super::set::Refusal,
+        first: super::set::report::Refusal,
     },
 }
 

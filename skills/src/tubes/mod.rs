@@ -8,20 +8,9 @@
 //! | part | does |
 //! |---|---|
 //! | [`parameters`], [`error`] | what a set of tubes is made of, and what can be wrong with it |
-//! | `border` | the border of one tube as a list of points |
-//! | `generate`, `report` | the whole set: samples to beams, what memory must answer for, what is refused and why |
-//! | [`set`] | the flat arrays and their evaluation |
-//! | [`known`] | what one scan says per beam, with unknown beams settled |
-//! | [`memory`] | what was seen beside the robot in the last two seconds of driving |
-//! | [`floor`] | which floor out of view is known to be free |
-//! | [`moving`] | how near something is that moves |
-//! | `sight` | whether scans come, and have come for long enough |
-//! | `select` | the tube for a wanted command |
-//! | `detour` | the way around what stands in the way |
-//! | `retreat` | backing out of where no way leads on |
-//! | [`room`] | how far aside of its path that may lead |
+//! | [`memory`] | what is known of the floor around the robot |
+//! | [`set`] | the set of tubes, how it is made, and its evaluation |
 //! | [`adapt`] | the run-time object: scans in, safe commands out |
-//! | [`outcome`] | its verdicts and reasons |
 //!
 //! # What is guaranteed
 //! A disc, or a box, whose every side is longer than `d_sample_m`, that stands still, that the sensor measures without
@@ -43,30 +32,20 @@
 //! Generation allocates. [`MotionTubes::observe`] and [`MotionTubes::adapt`] do not, and take a bounded time.
 
 pub mod adapt;
-mod border;
-mod detour;
 pub mod error;
-pub mod floor;
-mod generate;
-pub mod known;
 pub mod memory;
-pub mod moving;
-pub mod outcome;
 pub mod parameters;
-mod report;
-mod retreat;
-pub mod room;
-mod select;
 pub mod set;
-mod sight;
 
-pub use adapt::MotionTubes;
+pub use adapt::motion_tubes::MotionTubes;
+pub use adapt::outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
+pub use adapt::room::Room;
+pub(crate) use adapt::room::turning_back_m;
 pub use error::TubeError;
-pub use known::KnownRanges;
-pub use outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
+pub use memory::known::KnownRanges;
 pub use parameters::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, TubeParameters};
-pub use room::Room;
-pub use set::{Refusal, Surroundings, TubeId, TubeReport, TubeSet};
+pub use set::report::{Refusal, TubeReport};
+pub use set::tube_set::{Surroundings, TubeId, TubeSet};
 
 #[cfg(test)]
 mod tests;

@@ -466,7 +466,7 @@ fn memory_is_bounded() {
             .tubes
             .observe(&stand.robot.scan, stand.robot.now_ns)
             .unwrap();
-        assert!(stand.tubes.memory().len() <= crate::tubes::memory::CAPACITY);
+        assert!(stand.tubes.memory().len() <= crate::tubes::memory::seen::CAPACITY);
     }
     assert!(stand.tubes.memory().overwritten() > 0);
 }

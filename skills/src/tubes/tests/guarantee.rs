@@ -2,7 +2,7 @@
 
 use super::world::{BIG, Random, Robot, SMALL, Thing, urg};
 use crate::scan::ScanGeometry;
-use crate::tubes::set::TubeId;
+use crate::tubes::TubeId;
 use crate::tubes::{AdaptPolicy, Horizon, MotionTubes, TubeParameters, TubeSet};
 use description::geometry::{Footprint, Point2, Pose2, Twist2};
 use proptest::prelude::*;

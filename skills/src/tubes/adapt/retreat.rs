@@ -4,7 +4,7 @@
 //! turn and sees nothing new. After a while it backs out a little, straight, over floor that it knows to be free, and
 //! looks again: what was beside it lies before it then. It does so a few times in one place, not for ever.
 
-use super::parameters::DetourPolicy;
+use crate::tubes::parameters::DetourPolicy;
 use description::geometry::Point2;
 
 /// Blocked for so long before it backs out.

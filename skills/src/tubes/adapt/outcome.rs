@@ -1,6 +1,6 @@
 //! What the tubes answer: verdicts, reasons, refused scans, counters.
 
-use super::set::TubeId;
+use crate::tubes::set::tube_set::TubeId;
 use description::geometry::MotionCommand;
 use thiserror::Error;
 

@@ -9,18 +9,18 @@
 //! reason has been gone for the time that the policy names.
 
 use super::detour::{Detour, Moment};
-use super::error::TubeError;
-use super::floor::Floor;
-use super::known::KnownRanges;
-use super::memory::Memory;
-use super::moving::{Moving, highest_speed_m_s};
 use super::outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
-use super::parameters::AdaptPolicy;
 use super::retreat::{self, Retreat};
 use super::room::Room;
 use super::select::{Search, Selection, Selector};
-use super::set::{Surroundings, TubeId, TubeSet};
 use crate::scan::AlignedScan;
+use crate::tubes::error::TubeError;
+use crate::tubes::memory::floor::Floor;
+use crate::tubes::memory::known::KnownRanges;
+use crate::tubes::memory::moving::{Moving, highest_speed_m_s};
+use crate::tubes::memory::seen::Memory;
+use crate::tubes::parameters::AdaptPolicy;
+use crate::tubes::set::tube_set::{Surroundings, TubeId, TubeSet};
 use description::geometry::{MotionCommand, Pose2, Twist2};
 
 use super::sight::Sight;

@@ -13,8 +13,8 @@
 //! All memory is taken at construction.
 
 use super::known::KnownRanges;
-use super::parameters::MovingPolicy;
 use crate::scan::{AlignedScan, BeamState, ScanGeometry};
+use crate::tubes::parameters::MovingPolicy;
 use description::geometry::{Footprint, Point2, Pose2};
 
 /// Scans that are kept.

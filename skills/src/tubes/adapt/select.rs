@@ -5,8 +5,8 @@
 //! serves, shifted, if it is at least two rows longer. Rows compete by cost: the shift of the curvature, and the speed
 //! lost; of equals the longest wins. Backwards is served by the rows behind in the same way.
 
-use super::parameters::AdaptPolicy;
-use super::set::{TubeId, TubeSet};
+use crate::tubes::parameters::AdaptPolicy;
+use crate::tubes::set::tube_set::{TubeId, TubeSet};
 use description::geometry::MotionCommand;
 
 /// A shift must lead into a tube so many rows longer than the longest without.

@@ -7,12 +7,12 @@
 //! all cells out of view that the tube sweeps there; farther ones refuse the tube.
 
 use super::border::{MAX_TURN_RAD, Path, Sweep, sample_border};
-use super::error::TubeError;
-use super::memory::NearGrid;
-use super::parameters::{Horizon, TubeParameters};
 use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
-use super::set::{Row, Tube, TubeSet};
+use super::tube_set::{Row, Tube, TubeSet};
 use crate::scan::ScanGeometry;
+use crate::tubes::error::TubeError;
+use crate::tubes::memory::seen::NearGrid;
+use crate::tubes::parameters::{Horizon, TubeParameters};
 use description::geometry::{Footprint, Point2};
 use std::collections::BTreeMap;
 
@@ -72,45 +72,49 @@ fn check(
     Ok(())
 }
 
-pub(super) fn generate(
-    parameters: &TubeParameters,
-    footprint: &Footprint,
-    geometry: &ScanGeometry,
-) -> Result<(TubeSet, TubeReport), TubeError> {
-    check(parameters, footprint, geometry)?;
-    let cell_m = parameters.d_sample_m / 2.0;
-    let grid = NearGrid::new(near_m(footprint) + parameters.d_aug_m + cell_m, cell_m);
-    let mut generator = Generator {
-        parameters,
-        footprint,
-        geometry,
-        grid,
-        blind_cells: Vec::new(),
-        tubes: Vec::new(),
-        sample_beams: Vec::new(),
-        sample_ranges_m: Vec::new(),
-        mask_words: Vec::new(),
-        report: TubeReport::default(),
-    };
-    generator.find_blind_cells();
-    let mut rows = Vec::new();
-    let ahead = parameters.sorted_horizons();
-    let behind = parameters.sorted_backward();
-    let directed = ahead.iter().map(|horizon| (*horizon, false));
-    for (horizon, backward) in directed.chain(behind.iter().map(|horizon| (*horizon, true))) {
-        let row = Row {
-            horizon,
-            backward,
-            length_m: horizon.length_m(),
-            curvature_step_1_m: parameters.omega_step_rad_s() / horizon.speed_m_s,
+impl TubeSet {
+    /// Samples the border of every tube and maps the samples to beams. Tubes that the sensor cannot judge are refused,
+    /// and the report says why.
+    pub fn generate(
+        parameters: &TubeParameters,
+        footprint: &Footprint,
+        geometry: &ScanGeometry,
+    ) -> Result<(Self, TubeReport), TubeError> {
+        check(parameters, footprint, geometry)?;
+        let cell_m = parameters.d_sample_m / 2.0;
+        let grid = NearGrid::new(near_m(footprint) + parameters.d_aug_m + cell_m, cell_m);
+        let mut generator = Generator {
+            parameters,
+            footprint,
+            geometry,
+            grid,
+            blind_cells: Vec::new(),
+            tubes: Vec::new(),
+            sample_beams: Vec::new(),
+            sample_ranges_m: Vec::new(),
+            mask_words: Vec::new(),
+            report: TubeReport::default(),
         };
-        rows.push(row);
-        for step in 0..parameters.omega_steps {
-            let from_middle = step as f64 - (parameters.omega_steps / 2) as f64;
-            generator.tube(row, from_middle * row.curvature_step_1_m)?;
+        generator.find_blind_cells();
+        let mut rows = Vec::new();
+        let ahead = parameters.sorted_horizons();
+        let behind = parameters.sorted_backward();
+        let directed = ahead.iter().map(|horizon| (*horizon, false));
+        for (horizon, backward) in directed.chain(behind.iter().map(|horizon| (*horizon, true))) {
+            let row = Row {
+                horizon,
+                backward,
+                length_m: horizon.length_m(),
+                curvature_step_1_m: parameters.omega_step_rad_s() / horizon.speed_m_s,
+            };
+            rows.push(row);
+            for step in 0..parameters.omega_steps {
+                let from_middle = step as f64 - (parameters.omega_steps / 2) as f64;
+                generator.tube(row, from_middle * row.curvature_step_1_m)?;
+            }
         }
+        generator.finish(rows, ahead.len())
     }
-    generator.finish(rows, ahead.len())
 }
 
 struct Generator<'a> {

@@ -11,10 +11,10 @@
 //! is free for a good way. It never leads backwards. While something moves nearby the robot stays where it still has room
 //! to turn, and waits for a while before it begins one.
 
-use super::known::KnownRanges;
-use super::parameters::DetourPolicy;
 use super::room::Room;
 use super::select::{Search, Selection, Selector};
+use crate::tubes::memory::known::KnownRanges;
+use crate::tubes::parameters::DetourPolicy;
 use description::geometry::{MotionCommand, wrap_angle};
 
 /// The wanted way must be free for so long before a detour ends.

@@ -1,13 +1,10 @@
 //! A set of tubes, flat in memory, and its evaluation.
 
-use super::error::TubeError;
-use super::known::KnownRanges;
-use super::memory::NearGrid;
-use super::parameters::{Horizon, TubeParameters};
 use crate::scan::{MAX_BEAMS, ScanGeometry};
+use crate::tubes::memory::known::KnownRanges;
+use crate::tubes::memory::seen::NearGrid;
+use crate::tubes::parameters::{Horizon, TubeParameters};
 use description::geometry::{Footprint, Twist2};
-
-pub use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
 
 /// A tube, as an index into its set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -15,7 +12,7 @@ pub struct TubeId(pub u32);
 
 /// A row of tubes of one horizon, their curvatures evenly spread and growing with the index.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Row {
+pub(in crate::tubes) struct Row {
     pub horizon: Horizon,
     pub backward: bool,
     pub length_m: f64,
@@ -24,7 +21,7 @@ pub(super) struct Row {
 
 /// Where a tube's samples and mask are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Tube {
+pub(in crate::tubes) struct Tube {
     pub first_sample: u32,
     pub samples: u32,
     pub first_word: u32,
@@ -60,32 +57,22 @@ impl<'a> Surroundings<'a> {
 /// All tubes of a robot. Made once; evaluation reads it only.
 #[derive(Clone, Debug)]
 pub struct TubeSet {
-    pub(super) parameters: TubeParameters,
-    pub(super) footprint: Footprint,
-    pub(super) geometry: ScanGeometry,
-    pub(super) grid: NearGrid,
+    pub(in crate::tubes) parameters: TubeParameters,
+    pub(in crate::tubes) footprint: Footprint,
+    pub(in crate::tubes) geometry: ScanGeometry,
+    pub(in crate::tubes) grid: NearGrid,
     /// Rows ahead, the longest first, then rows behind, the longest first; `steps` tubes each.
-    pub(super) rows: Box<[Row]>,
+    pub(in crate::tubes) rows: Box<[Row]>,
     /// Rows ahead.
-    pub(super) ahead: usize,
-    pub(super) steps: usize,
-    pub(super) tubes: Box<[Tube]>,
-    pub(super) sample_beams: Box<[u16]>,
-    pub(super) sample_ranges_m: Box<[f32]>,
-    pub(super) mask_words: Box<[u64]>,
+    pub(in crate::tubes) ahead: usize,
+    pub(in crate::tubes) steps: usize,
+    pub(in crate::tubes) tubes: Box<[Tube]>,
+    pub(in crate::tubes) sample_beams: Box<[u16]>,
+    pub(in crate::tubes) sample_ranges_m: Box<[f32]>,
+    pub(in crate::tubes) mask_words: Box<[u64]>,
 }
 
 impl TubeSet {
-    /// Samples the border of every tube and maps the samples to beams. Tubes that the sensor cannot judge are refused,
-    /// and the report says why.
-    pub fn generate(
-        parameters: &TubeParameters,
-        footprint: &Footprint,
-        geometry: &ScanGeometry,
-    ) -> Result<(Self, TubeReport), TubeError> {
-        super::generate::generate(parameters, footprint, geometry)
-    }
-
     /// How many tubes, the refused ones among them.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -247,7 +234,7 @@ impl TubeSet {
     }
 
     /// A tube that would be free if the floor out of view were known.
-    pub(super) fn lacks_floor(
+    pub(in crate::tubes) fn lacks_floor(
         &self,
         id: TubeId,
         known: &KnownRanges,
@@ -301,15 +288,15 @@ impl TubeSet {
                 == 0
     }
 
-    pub(super) fn id(&self, row: usize, step: usize) -> TubeId {
+    pub(in crate::tubes) fn id(&self, row: usize, step: usize) -> TubeId {
         TubeId((row * self.steps + step) as u32)
     }
 
-    pub(super) fn row_of(&self, id: TubeId) -> usize {
+    pub(in crate::tubes) fn row_of(&self, id: TubeId) -> usize {
         id.0 as usize / self.steps
     }
 
-    pub(super) fn row_curvature_1_m(&self, row: usize, step: usize) -> f64 {
+    pub(in crate::tubes) fn row_curvature_1_m(&self, row: usize, step: usize) -> f64 {
         let middle = (self.steps / 2) as f64;
         (step as f64 - middle) * self.rows[row].curvature_step_1_m
     }

@@ -1,6 +1,6 @@
 //! What the generation of a set of tubes has to say.
 
-use super::parameters::Horizon;
+use crate::tubes::parameters::Horizon;
 use description::geometry::Point2;
 use std::fmt;
 use std::mem::discriminant;

@@ -1,7 +1,7 @@
 //! Whether scans come, and have come for long enough.
 
 use super::outcome::{ObserveError, Reason};
-use super::parameters::AdaptPolicy;
+use crate::tubes::parameters::AdaptPolicy;
 
 /// Two threads' looks at one clock may differ by this much.
 const CLOCK_SLACK_NS: u64 = 20_000_000;

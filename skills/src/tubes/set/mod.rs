@@ -1,0 +1,11 @@
+//! A set of tubes: made once, then only read.
+//!
+//! * `border`: the border of one tube as a list of points;
+//! * `generate`: samples to beams, what memory must answer for, what is refused and why;
+//! * [`report`]: what generation has to say;
+//! * [`tube_set`]: the flat arrays and their evaluation.
+
+mod border;
+mod generate;
+pub mod report;
+pub mod tube_set;
