@@ -9,7 +9,8 @@ use clap::{Args, Parser, Subcommand};
 use onboard::cli::EXIT_REFUSED;
 pub use onboard::cli::Failure;
 
-use crate::{devices, fleet, lap, map, trials};
+use crate::one_robot::{lap, trials};
+use crate::{commands, devices, map};
 
 #[derive(Debug, Parser)]
 #[command(
@@ -208,11 +209,11 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     let result = match cli.command {
-        Command::Overtaking(arguments) => fleet::shipped("overtaking", &arguments),
-        Command::Docking(arguments) => fleet::shipped("docking", &arguments),
-        Command::TJunction(arguments) => fleet::shipped("t-junction", &arguments),
-        Command::Scenario(arguments) => fleet::scenario(&arguments),
-        Command::Campaign(arguments) => fleet::many(&arguments),
+        Command::Overtaking(arguments) => commands::shipped("overtaking", &arguments),
+        Command::Docking(arguments) => commands::shipped("docking", &arguments),
+        Command::TJunction(arguments) => commands::shipped("t-junction", &arguments),
+        Command::Scenario(arguments) => commands::scenario(&arguments),
+        Command::Campaign(arguments) => commands::many(&arguments),
         Command::Lap(arguments) => lap::lap(&arguments),
         Command::Course(arguments) => trials::course(&arguments),
         Command::Clutter(arguments) => trials::clutter(&arguments),

@@ -10,12 +10,12 @@ fn main() -> ExitCode {
     let named =
         |name: &str| std::iter::once(OsString::from(name)).chain(arguments.iter().skip(2).cloned());
     match told {
-        Some(rig::robot::SUBCOMMAND) => return onboard::main_from(named("onboard")),
-        Some(rig::fleet::mediator_process::SUBCOMMAND) => {
+        Some(rig::process::robot::SUBCOMMAND) => return onboard::main_from(named("onboard")),
+        Some(rig::process::mediator::SUBCOMMAND) => {
             return mediator::main_from(named("mediator"));
         }
-        Some(rig::fleet::janitor::SUBCOMMAND) => {
-            return rig::fleet::janitor::main_from(arguments.into_iter().skip(2));
+        Some(rig::process::janitor::SUBCOMMAND) => {
+            return rig::process::janitor::main_from(arguments.into_iter().skip(2));
         }
         _ => {}
     }

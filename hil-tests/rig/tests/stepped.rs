@@ -3,11 +3,11 @@
 use onboard::cli::Files;
 use onboard::composition::plan::Plan;
 use rig::folder::Folder;
+use rig::judge::Rules;
+use rig::one_robot::course::Course;
+use rig::one_robot::trial::Scenario;
+use rig::stand_ins::clutter::Clutter;
 use rig::stepped::{Outcome, Setup, run};
-use rig::trial::Rules;
-use rig::trial::clutter::Clutter;
-use rig::trial::course::Course;
-use rig::trial::scenario::Scenario;
 
 fn files(site: &str, set: &[&str]) -> Files {
     let shipped = |file: &str| {
@@ -158,7 +158,7 @@ impl Scenario for Closed {
         &self,
         site: &config::SiteConfig,
         fsm: &config::FsmConfig,
-        figures: &rig::trial::Figures,
+        figures: &rig::judge::Figures,
         truth: &sim::world::Truth,
     ) -> bool {
         self.0.is_done(site, fsm, figures, truth)
@@ -168,7 +168,7 @@ impl Scenario for Closed {
         &self,
         site: &config::SiteConfig,
         fsm: &config::FsmConfig,
-        figures: &rig::trial::Figures,
+        figures: &rig::judge::Figures,
     ) -> String {
         self.0.missing(site, fsm, figures)
     }

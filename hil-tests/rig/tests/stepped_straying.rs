@@ -3,10 +3,10 @@
 use onboard::activities::port::Command;
 use onboard::cli::Files;
 use onboard::composition::plan::Plan;
+use rig::belief::Belief;
 use rig::folder::Folder;
 use rig::stepped::SteppedRobot;
 use rig::testbed::plain_world;
-use rig::trial::insight::Belief;
 use sim::world::{Obstacle, Pose, Shape, World};
 
 const MILLISECOND_NS: u64 = 1_000_000;

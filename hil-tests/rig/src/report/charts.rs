@@ -5,7 +5,7 @@ use super::labels::text_width_px;
 use super::run::{Run, Sample};
 use super::thin::{Column, columns};
 use super::{PLOT_LEFT_PX, PLOT_RIGHT_PX, scale};
-use crate::judge::LARGEST_LATERAL_ERROR_M;
+use crate::one_robot::judge::LARGEST_LATERAL_ERROR_M;
 
 const HEIGHT_PX: f64 = 130.0;
 const GAP_PX: f64 = 58.0;

@@ -31,9 +31,9 @@ mod tests;
 use config::{RobotConfig, SiteConfig};
 use sim::world::{Shape, Truth};
 
-use crate::judge::{LARGEST_LATERAL_ERROR_M, LEAST_CLEARANCE_M};
-use crate::listener::Change;
-use crate::summary::Summary;
+use crate::one_robot::judge::{LARGEST_LATERAL_ERROR_M, LEAST_CLEARANCE_M};
+use crate::one_robot::listener::Change;
+use crate::one_robot::summary::Summary;
 
 use canvas::Canvas;
 pub use page::html;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::canvas::Escaped;
-use crate::summary::Summary;
+use crate::one_robot::summary::Summary;
 
 const STYLE: &str = "body{font-family:Helvetica,Arial,sans-serif;margin:2em;color:#334155}\
 svg{max-width:100%;height:auto}table{border-collapse:collapse}\

@@ -4,7 +4,7 @@ use config::{Area, Manoeuvre, RobotConfig, SiteConfig};
 use sim::world::{Pose, Shape, Truth};
 
 use super::Limits;
-use crate::summary::{RobotSummary, Summary, Violation};
+use crate::one_robot::summary::{RobotSummary, Summary, Violation};
 
 /// One robot's run.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! Where the schedule changed: the first change to each state in full, later ones as places only.
 
-use crate::listener::Change;
+use crate::one_robot::listener::Change;
 
 /// More states than this are counted, not listed.
 const MOST_ENTRIES: usize = 24;

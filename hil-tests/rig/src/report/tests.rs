@@ -4,8 +4,10 @@ use config::{RobotConfig, SiteConfig};
 use sim::world::{Pose, Truth, Twist};
 
 use super::{LARGEST_BYTES, Limits};
-use crate::listener::Change;
-use crate::summary::{EthercatSummary, LidarSummary, Machine, RobotSummary, Summary, Violation};
+use crate::one_robot::listener::Change;
+use crate::one_robot::summary::{
+    EthercatSummary, LidarSummary, Machine, RobotSummary, Summary, Violation,
+};
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
 

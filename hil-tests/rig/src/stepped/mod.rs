@@ -4,18 +4,18 @@
 //! the order and with the periods of its thread table. Where leave for areas is withheld, [`leave`] tells navigation so in
 //! the place of communication. Simulated are the two ends of the circle: [`drive`] stands for
 //! the drive activity with bus and wheel unit, [`lidar`] for the lidar activity with the sensor and its serial line. In
-//! the supervisor's place a [`director`](self::director) brings the activities to life and takes down what they report.
+//! the supervisor's place a [`supervisor`](self::supervisor) brings the activities to life and takes down what they report.
 //!
 //! The same seed gives the same run. What real threads add (late wake-ups, lost frames, broken scans) is left to the
 //! runs through the real programs.
 
-mod director;
 mod drive;
 mod leave;
 mod lidar;
 mod robot;
 mod run;
+mod supervisor;
 
-pub use director::Note;
 pub use robot::{SteppedRobot, send};
 pub use run::{Outcome, Setup, Trace, run};
+pub use supervisor::Note;

@@ -25,13 +25,13 @@ use onboard::symbols::wiring::{ACTIVITIES, Wiring};
 use sim::world::{Random, World};
 use skills::borders::AreaSet;
 
-use super::director::{Director, Note};
 use super::drive::SteppedDrive;
 use super::leave::Leave;
 use super::lidar::SteppedLidar;
+use super::supervisor::{Director, Note};
+use crate::belief::{Belief, Insight};
 use crate::cli::Failure;
-use crate::trial::insight::{Belief, Insight};
-use crate::trial::operator::Instruction;
+use crate::stand_ins::operator::Instruction;
 
 const MILLISECOND_NS: u64 = 1_000_000;
 /// The supervisor's period.

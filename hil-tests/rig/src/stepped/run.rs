@@ -8,15 +8,16 @@ use onboard::symbols::faults::{Fault, Resumes};
 use serde::Serialize;
 use sim::world::{Shape, Truth, World};
 
-use super::director::Note;
 use super::robot::SteppedRobot;
+use super::supervisor::Note;
 use crate::cli::Failure;
-use crate::listener::Change;
-use crate::summary::Violation;
+use crate::judge::{Figures, Look, conduct::Judge};
+use crate::one_robot::listener::Change;
+use crate::one_robot::summary::Violation;
+use crate::one_robot::trial::Scenario;
+use crate::stand_ins::leave::LeaveKeeper;
+use crate::stand_ins::operator::Operator;
 use crate::testbed::{drawn_start, plain_world, start_pose};
-use crate::trial::operator::Operator;
-use crate::trial::scenario::Scenario;
-use crate::trial::{Figures, Judge, LeaveKeeper, Look};
 
 /// The simulated clock begins here: 0 means "never" to the robot.
 const START_NS: u64 = 1_000_000_000;
@@ -329,7 +330,7 @@ impl Trace {
         }
     }
 
-    fn add(&mut self, truth: &Truth, belief: &crate::trial::insight::Belief) {
+    fn add(&mut self, truth: &Truth, belief: &crate::belief::Belief) {
         use std::fmt::Write;
         if self.table.is_empty() {
             self.table.push_str(

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rig::cli::Failure;
-use rig::fleet::run::{Ending, Options, Run};
-use rig::fleet::scenario::{self, Scenario};
+use rig::run::{Ending, Options, Run};
+use rig::scenario::{self, Scenario};
 use tempfile::TempDir;
 
 use crate::turn::Turn;

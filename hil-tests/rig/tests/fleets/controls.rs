@@ -1,6 +1,6 @@
 //! What makes a scenario succeed is taken away.
 
-use rig::fleet::run::Ending;
+use rig::run::Ending;
 
 use crate::bench::{Bench, shipped};
 

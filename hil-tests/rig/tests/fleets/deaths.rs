@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rig::fleet::run::{Ending, Run};
+use rig::run::{Ending, Run};
 
 use crate::bench::{Bench, has, shipped, waits};
 

@@ -1,6 +1,6 @@
 //! The map: every robot's true path in its colour, with the time along it.
 
-use crate::fleet::record::{PathPoint, RobotRecord};
+use crate::record::{PathPoint, RobotRecord};
 
 use super::super::canvas::{Canvas, Curve, Px, Px2, shortened};
 use super::super::floor;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::fleet::record::CoordinationRecord;
+use crate::record::CoordinationRecord;
 
 use super::super::canvas::{Canvas, Curve, Escaped, Px, shortened};
 use super::super::floor;

@@ -1,6 +1,6 @@
 //! What comes first: outcome, seed, duration, machine, and what went wrong, in words.
 
-use crate::summary::Violation;
+use crate::one_robot::summary::Violation;
 
 use super::html::{Page, quantity};
 use super::view::View;
@@ -25,7 +25,7 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
         page.element("p class=\"soft\"", &record.about);
     }
     page.raw("<dl class=\"facts\">\n");
-    let ended = |run: &&crate::fleet::record::CoordinationRecord| run.to_s.is_some();
+    let ended = |run: &&crate::record::CoordinationRecord| run.to_s.is_some();
     let firings: usize = record
         .coordinations
         .iter()

@@ -22,7 +22,7 @@ mod view;
 #[cfg(test)]
 mod tests;
 
-use crate::fleet::record::Record;
+use crate::record::Record;
 
 use super::canvas::Escaped;
 use html::Page;

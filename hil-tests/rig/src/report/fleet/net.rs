@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use config::{NetConfig, NetPlace, NetTransition};
 use coordination::petri::{Binding, PlaceKind};
 
-use crate::fleet::record::CoordinationRecord;
+use crate::record::CoordinationRecord;
 
 use super::super::canvas::{Canvas, Curve, Px, Px2, shortened};
 use super::super::labels;

@@ -3,7 +3,7 @@
 use config::NetConfig;
 use coordination::petri::PlaceKind;
 
-use crate::fleet::record::CoordinationRecord;
+use crate::record::CoordinationRecord;
 
 use super::html::{Cell, Page, quantity, short_time};
 use super::net;

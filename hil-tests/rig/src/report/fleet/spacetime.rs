@@ -2,7 +2,7 @@
 //!
 //! Long runs are broken into several panels, one under the other.
 
-use crate::fleet::record::{CoordinationRecord, RobotRecord, Span};
+use crate::record::{CoordinationRecord, RobotRecord, Span};
 
 use super::super::canvas::{Canvas, Curve, Px, shortened};
 use super::super::labels::text_width_px;

@@ -2,7 +2,7 @@
 
 use serde_json::Value as Json;
 
-use crate::fleet::summary::Latency;
+use crate::summary::Latency;
 
 use super::html::{Cell, Page, quantity, short_time};
 use super::view::View;

@@ -6,11 +6,11 @@ use sim::world::Pose;
 
 use super::super::tests::check_body;
 use super::LARGEST_BYTES;
-use crate::fleet::record::{
+use crate::one_robot::summary::{Machine, RobotSummary, Violation};
+use crate::record::{
     CoordinationRecord, Holding, Incident, PathPoint, Record, RobotRecord, Span, StateChange, Wait,
 };
-use crate::fleet::summary::{DuringSummary, FleetSummary, Latency, MediatorSummary, MemberSummary};
-use crate::summary::{Machine, RobotSummary, Violation};
+use crate::summary::{DuringSummary, FleetSummary, Latency, MediatorSummary, MemberSummary};
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
 

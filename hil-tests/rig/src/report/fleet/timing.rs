@@ -6,7 +6,7 @@ use super::html::short_time;
 use super::spacetime::WIDTH_PX;
 use super::tables::{WANTED_P99_MS, micros};
 use super::view::View;
-use crate::fleet::summary::Latency;
+use crate::summary::Latency;
 
 const HISTOGRAM_PX: f64 = 150.0;
 const BINS: usize = 56;

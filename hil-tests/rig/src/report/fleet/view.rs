@@ -1,6 +1,6 @@
 //! A record as figures and tables need it: robots by identity, colours, and the range of time.
 
-use crate::fleet::record::{CoordinationRecord, Record, RobotRecord};
+use crate::record::{CoordinationRecord, Record, RobotRecord};
 
 use super::style::COLOURS;
 

@@ -1,0 +1,4 @@
+//! Many runs.
+
+pub mod processes;
+pub mod statistics;

@@ -1,0 +1,379 @@
+//! `rig campaign`: a scenario many times, each run a process of its own with a seed and a folder of its own.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use serde::Serialize;
+use serde_json::Value as Json;
+
+use crate::cli::{CampaignArgs, Failure};
+use crate::one_robot::stage::{end_flag, write};
+use crate::one_robot::summary::{Machine, round};
+use crate::process::Process;
+use crate::scenario::Scenario;
+use crate::summary::Latency;
+
+/// How often runs are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// `campaign.json`.
+#[derive(Debug, Serialize)]
+struct Campaign {
+    scenario: String,
+    /// With the rounds and controls of the runs.
+    arguments: Vec<String>,
+    machine: Machine,
+    jobs: usize,
+    succeeded: usize,
+    violations: usize,
+    collisions: u64,
+    /// Seconds of runs that succeeded.
+    duration_s: Spread,
+    /// Of all runs together: the median of their medians, the largest of their 99th percentiles, and the largest.
+    grants: Latency,
+    /// The same.
+    commands: Latency,
+    runs: Vec<Outcome>,
+}
+
+/// Least, median and most.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+struct Spread {
+    min: f64,
+    p50: f64,
+    max: f64,
+}
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+struct Outcome {
+    seed: u64,
+    succeeded: bool,
+    outcome: String,
+    duration_s: f64,
+    collisions: u64,
+    least_clearance_m: f64,
+    longest_wait_s: f64,
+    coordinations: usize,
+    grants: Latency,
+    commands: Latency,
+    violations: Vec<String>,
+    folder: PathBuf,
+}
+
+/// Runs the scenario so many times.
+///
+/// # Errors
+/// [`Failure::Refused`] when no run can be started, [`Failure::Failed`] when a run failed.
+pub fn campaign(
+    arguments: &CampaignArgs,
+    scenario: &Scenario,
+    file: &Path,
+    out: &Path,
+) -> Result<(), Failure> {
+    let asked_to_end = end_flag()?;
+    let program = std::env::current_exe().map_err(Failure::refused)?;
+    let mut passed_on: Vec<String> = Vec::new();
+    if let Some(rounds) = arguments.rounds {
+        passed_on.extend(["--rounds".to_owned(), rounds.to_string()]);
+    }
+    println!(
+        "campaign: {} times {}, seeds {} to {}, {} at once; in {}",
+        arguments.runs,
+        scenario.name,
+        arguments.seed,
+        arguments.seed + arguments.runs as u64 - 1,
+        arguments.jobs,
+        out.display()
+    );
+    print_head();
+    let next = AtomicUsize::new(0);
+    let outcomes = Mutex::new(Vec::new());
+    let trouble = Mutex::new(None);
+    std::thread::scope(|scope| {
+        for _ in 0..arguments.jobs.min(arguments.runs) {
+            scope.spawn(|| {
+                while !asked_to_end.load(Ordering::Relaxed) {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= arguments.runs {
+                        break;
+                    }
+                    let seed = arguments.seed + number as u64;
+                    let folder = out.join(seed.to_string());
+                    match one(&program, file, &passed_on, seed, &folder, &asked_to_end) {
+                        Ok(outcome) => {
+                            print_line(&outcome);
+                            lock(&outcomes).push(outcome);
+                        }
+                        Err(failure) => {
+                            next.store(arguments.runs, Ordering::Relaxed);
+                            *lock(&trouble) = Some(failure);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    if let Some(failure) = lock(&trouble).take() {
+        return Err(failure);
+    }
+    let mut runs = std::mem::take(&mut *lock(&outcomes));
+    runs.sort_by_key(|run| run.seed);
+    let campaign = sum_up(scenario, passed_on, arguments.jobs, runs);
+    let json = serde_json::to_string_pretty(&campaign).map_err(Failure::failed)?;
+    let file = write(out, "campaign.json", &json)?;
+    print_sum(&campaign, &file);
+    if campaign.succeeded == arguments.runs {
+        return Ok(());
+    }
+    Err(Failure::failed(format_args!(
+        "{} of {} runs succeeded{}",
+        campaign.succeeded,
+        arguments.runs,
+        if campaign.runs.len() < arguments.runs {
+            format!("; interrupted after {}", campaign.runs.len())
+        } else {
+            String::new()
+        }
+    )))
+}
+
+/// One run as a process; a refusal ends the campaign, since the next run would meet the same.
+fn one(
+    program: &Path,
+    file: &Path,
+    passed_on: &[String],
+    seed: u64,
+    folder: &Path,
+    asked_to_end: &AtomicBool,
+) -> Result<Outcome, Failure> {
+    let cannot = |what: String| Failure::refused(format_args!("the run of seed {seed}: {what}"));
+    fs::create_dir_all(folder)
+        .map_err(|error| cannot(format!("folder {}: {error}", folder.display())))?;
+    let summary = folder.join("summary.json");
+    let log = folder.join("rig.log");
+    for old in [&summary, &log] {
+        // What an earlier campaign left must not be taken for this one's.
+        let _ = fs::remove_file(old);
+    }
+    let mut arguments: Vec<OsString> = vec!["scenario".into(), file.into(), "--headless".into()];
+    arguments.extend(["--seed".into(), seed.to_string().into()]);
+    arguments.extend(["--out".into(), folder.into()]);
+    arguments.extend(passed_on.iter().map(OsString::from));
+    let mut process = Process::start(program, &arguments, &[], &log)
+        .map_err(|error| cannot(error.to_string()))?;
+    let status = loop {
+        if let Some(status) = process.poll() {
+            break status;
+        }
+        if asked_to_end.load(Ordering::Relaxed) {
+            break process.stop();
+        }
+        std::thread::sleep(LOOK);
+    };
+    if status.code() == Some(i32::from(onboard::cli::EXIT_REFUSED)) {
+        return Err(cannot(format!("refused:\n{}", process.log_tail(20))));
+    }
+    let json: Json = fs::read_to_string(&summary)
+        .ok()
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or(Json::Null);
+    Ok(read(&json, seed, status.success(), folder))
+}
+
+fn read(json: &Json, seed: u64, succeeded: bool, folder: &Path) -> Outcome {
+    let list = |key: &str| json[key].as_array().cloned().unwrap_or_default();
+    let latency = |key: &str| Latency {
+        count: usize::try_from(json[key]["count"].as_u64().unwrap_or(0)).unwrap_or(usize::MAX),
+        p50_ms: json[key]["p50_ms"].as_f64(),
+        p99_ms: json[key]["p99_ms"].as_f64(),
+        max_ms: json[key]["max_ms"].as_f64(),
+    };
+    let text = |json: &Json| json.as_str().unwrap_or_default().to_owned();
+    let robots = list("robots");
+    let clearances = { robots.iter() }.filter_map(|robot| robot["min_clearance_m"].as_f64());
+    let waits = list("areas");
+    Outcome {
+        seed,
+        succeeded,
+        outcome: match json["outcome"].as_str() {
+            Some(outcome) => outcome.to_owned(),
+            None => format!("left no summary; see {}", folder.join("rig.log").display()),
+        },
+        duration_s: json["duration_s"].as_f64().unwrap_or(0.0),
+        collisions: { robots.iter() }
+            .filter_map(|robot| robot["collisions"].as_u64())
+            .sum(),
+        least_clearance_m: round(clearances.fold(f64::INFINITY, f64::min)),
+        longest_wait_s: { waits.iter() }
+            .filter_map(|area| area["longest_wait_s"].as_f64())
+            .fold(0.0, f64::max),
+        coordinations: list("coordinations").len(),
+        grants: latency("grants"),
+        commands: latency("commands"),
+        violations: { list("violations").into_iter() }
+            .map(|own| format!("{} of {}", text(&own["kind"]), text(&own["robot"])))
+            .collect(),
+        folder: folder.to_owned(),
+    }
+}
+
+fn sum_up(
+    scenario: &Scenario,
+    arguments: Vec<String>,
+    jobs: usize,
+    runs: Vec<Outcome>,
+) -> Campaign {
+    let durations: Vec<f64> = { runs.iter() }
+        .filter(|run| run.succeeded)
+        .map(|run| run.duration_s)
+        .collect();
+    Campaign {
+        scenario: scenario.name.clone(),
+        arguments,
+        machine: Machine::here(),
+        jobs,
+        succeeded: durations.len(),
+        violations: runs.iter().map(|run| run.violations.len()).sum(),
+        collisions: runs.iter().map(|run| run.collisions).sum(),
+        duration_s: spread(&durations),
+        grants: together(runs.iter().map(|run| &run.grants)),
+        commands: together(runs.iter().map(|run| &run.commands)),
+        runs,
+    }
+}
+
+fn spread(values: &[f64]) -> Spread {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    match (sorted.first(), sorted.last()) {
+        (Some(&min), Some(&max)) => Spread {
+            min,
+            p50: sorted[(sorted.len() - 1) / 2],
+            max,
+        },
+        _ => Spread::default(),
+    }
+}
+
+fn together<'a>(latencies: impl Iterator<Item = &'a Latency> + Clone) -> Latency {
+    let largest = |of: fn(&Latency) -> Option<f64>| {
+        latencies
+            .clone()
+            .filter_map(of)
+            .max_by(|a, b| a.total_cmp(b))
+    };
+    let medians: Vec<f64> = latencies.clone().filter_map(|own| own.p50_ms).collect();
+    Latency {
+        count: latencies.clone().map(|own| own.count).sum(),
+        p50_ms: (!medians.is_empty()).then(|| spread(&medians).p50),
+        p99_ms: largest(|own| own.p99_ms),
+        max_ms: largest(|own| own.max_ms),
+    }
+}
+
+fn print_head() {
+    println!(
+        "{:>6}  {:<9} {:>8}  {:>9} {:>9}  {:>9} {:>9}  {:>9}  outcome",
+        "seed", "", "time s", "grant p50", "p99 ms", "cmd p50", "p99 ms", "clear m"
+    );
+}
+
+fn print_line(run: &Outcome) {
+    let ms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    let violations = if run.violations.is_empty() {
+        String::new()
+    } else {
+        format!("; VIOLATIONS {}", run.violations.join(", "))
+    };
+    println!(
+        "{:>6}  {:<9} {:>8.1}  {:>9} {:>9}  {:>9} {:>9}  {:>9.3}  {}{violations}",
+        run.seed,
+        if run.succeeded { "succeeded" } else { "FAILED" },
+        run.duration_s,
+        ms(run.grants.p50_ms),
+        ms(run.grants.p99_ms),
+        ms(run.commands.p50_ms),
+        ms(run.commands.p99_ms),
+        run.least_clearance_m,
+        run.outcome
+    );
+}
+
+fn print_sum(campaign: &Campaign, file: &Path) {
+    let ms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    println!(
+        "{} of {} succeeded, {} violations, {} collisions; {:.1} to {:.1} s, median {:.1} s",
+        campaign.succeeded,
+        campaign.runs.len(),
+        campaign.violations,
+        campaign.collisions,
+        campaign.duration_s.min,
+        campaign.duration_s.max,
+        campaign.duration_s.p50
+    );
+    for (what, own) in [
+        ("grants", &campaign.grants),
+        ("commands", &campaign.commands),
+    ] {
+        println!(
+            "{what}: {} measured, p50 {} ms, worst p99 of a run {} ms, max {} ms",
+            own.count,
+            ms(own.p50_ms),
+            ms(own.p99_ms),
+            ms(own.max_ms)
+        );
+    }
+    println!("wrote {}", file.display());
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_without_a_summary_has_failed_and_says_where_to_look() {
+        let run = read(&Json::Null, 7, false, Path::new("somewhere/7"));
+        assert!(!run.succeeded);
+        assert!(
+            run.outcome.contains("somewhere/7/rig.log"),
+            "{}",
+            run.outcome
+        );
+    }
+
+    #[test]
+    fn figures_of_runs_are_put_together() {
+        let run = |ms: f64, seconds: f64| {
+            let json = serde_json::json!({
+                "outcome": "done", "duration_s": seconds,
+                "robots": [{ "collisions": 1, "min_clearance_m": ms }, { "collisions": 0 }],
+                "areas": [{ "longest_wait_s": ms }],
+                "grants": { "count": 2, "p50_ms": ms, "p99_ms": 2.0 * ms, "max_ms": 2.0 * ms },
+                "violations": [{ "kind": "collision", "robot": "a" }],
+            });
+            read(&json, 1, true, Path::new("x"))
+        };
+        let runs = [run(1.0, 10.0), run(2.0, 30.0), run(9.0, 20.0)];
+        let grants = together(runs.iter().map(|run| &run.grants));
+        assert_eq!(
+            (grants.count, grants.p50_ms, grants.p99_ms),
+            (6, Some(2.0), Some(18.0))
+        );
+        assert_eq!(together(runs.iter().map(|run| &run.commands)).p50_ms, None);
+        assert_eq!(runs[0].violations, ["collision of a"]);
+        assert_eq!((runs[2].collisions, runs[2].longest_wait_s), (1, 9.0));
+        let spread = spread(&runs.map(|run| run.duration_s));
+        assert_eq!((spread.min, spread.p50, spread.max), (10.0, 20.0, 30.0));
+    }
+}

@@ -1,0 +1,224 @@
+use std::path::Path;
+
+use contract::wire::{AccessGrant, Control, Level, MediatorReport};
+use sim::world::{Pose, Twist};
+
+use super::*;
+use crate::network::observations::Owning;
+use crate::scenario::{self, Coordination, During, Stop};
+
+const MS: u64 = 1_000_000;
+
+fn scenario() -> Scenario {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../config/scenarios/overtaking.toml"
+    );
+    scenario::load(Path::new(file)).expect("the scenario that ships is good")
+}
+
+fn book(scenario: &Scenario) -> Book {
+    Book::new(&scenario.site, &scenario.nets)
+}
+
+fn truth(at_ms: u64, x_m: f64, y_m: f64) -> Truth {
+    Truth {
+        time_ns: at_ms * MS,
+        pose: Pose::new(x_m, y_m, 0.0),
+        twist: Twist::default(),
+        clearance_m: 0.5,
+        min_clearance_m: 0.5,
+        ..Truth::default()
+    }
+}
+
+fn grant(book: &mut Book, robot: &str, area: &str, progress: u32, at_ms: u64) {
+    let report = MediatorReport {
+        robot_id: robot.into(),
+        session: 1,
+        access: vec![AccessGrant {
+            area: area.into(),
+            level: Some(Level {
+                run: 1,
+                progress,
+                ..Level::default()
+            }),
+            fence: 1,
+            ..AccessGrant::default()
+        }],
+        ..MediatorReport::default()
+    };
+    book.answer(&report, at_ms * MS);
+}
+
+fn kinds(judge: &Judge) -> Vec<&str> {
+    { judge.violations().iter() }
+        .map(|violation| violation.kind.as_str())
+        .collect()
+}
+
+#[test]
+fn who_enters_without_a_grant_is_found_and_who_stood_there_is_excused() {
+    let scenario = scenario();
+    let (mut judge, mut book) = (Judge::new(&scenario, 0), book(&scenario));
+    // It starts in area 1, and its front, 0.32 m ahead, reaches into area 2.
+    let border_m = scenario.site.area("1").expect("there").region.max_m[0];
+    let front_at = |at_ms, over_m| truth(at_ms, border_m + over_m - 0.32, -0.5);
+    for at_ms in (0..500).step_by(20) {
+        judge.observe(0, &front_at(at_ms, -0.2), &book);
+        judge.observe(0, &front_at(at_ms + 10, 0.015), &book);
+    }
+    assert_eq!((judge.inside(0), kinds(&judge)), (vec!["1"], vec![]));
+    judge.observe(0, &front_at(500, 0.07), &book);
+    judge.observe(0, &front_at(590, 0.07), &book);
+    assert_eq!(
+        kinds(&judge),
+        Vec::<&str>::new(),
+        "its grant may be heard late"
+    );
+    judge.observe(0, &front_at(620, 0.07), &book);
+    assert_eq!(kinds(&judge), ["entry-without-grant"]);
+    assert_eq!(judge.violations()[0].at_s, 0.5);
+    judge.observe(0, &front_at(900, 0.07), &book);
+    assert_eq!(judge.violations().len(), 1, "once while it lasts");
+    // Having had area 1 and left it, it is not excused there any more.
+    grant(&mut book, "amr-1", "2", 3, 1000);
+    grant(&mut book, "amr-1", "1", 3, 1000);
+    judge.observe(0, &front_at(1100, -0.2), &book);
+    grant(&mut book, "amr-1", "1", 4, 1200);
+    judge.observe(0, &front_at(3000, -0.2), &book);
+    judge.observe(0, &front_at(3200, -0.2), &book);
+    assert_eq!(kinds(&judge).len(), 2);
+    assert!(judge.violations()[1].detail.contains("area 1"));
+}
+
+#[test]
+fn who_was_cleared_by_an_operator_is_excused_until_it_leaves() {
+    let scenario = scenario();
+    let (mut judge, mut book) = (Judge::new(&scenario, 0), book(&scenario));
+    grant(&mut book, "amr-1", "1", 3, 0);
+    judge.observe(0, &truth(0, 3.0, -0.4), &book);
+    judge.cleared("1", &["amr-1"]);
+    book.cleared("1", &["amr-1"], 10 * MS);
+    for at_ms in (20..1000).step_by(20) {
+        judge.observe(0, &truth(at_ms, 3.0, -0.4), &book);
+    }
+    assert_eq!(kinds(&judge), Vec::<&str>::new());
+    judge.observe(0, &truth(1000, 9.0, 0.0), &book);
+    for at_ms in (1020..1300).step_by(20) {
+        judge.observe(0, &truth(at_ms, 3.0, -0.4), &book);
+    }
+    assert_eq!(kinds(&judge)[0], "entry-without-grant");
+}
+
+#[test]
+fn more_robots_than_an_area_holds_are_found() {
+    let scenario = scenario();
+    let (mut judge, book) = (Judge::new(&scenario, 0), book(&scenario));
+    judge.observe(0, &truth(0, 2.5, -0.5), &book);
+    judge.observe(1, &truth(0, 7.0, -0.5), &book);
+    assert_eq!(kinds(&judge), Vec::<&str>::new());
+    judge.observe(1, &truth(20, 4.0, -0.5), &book);
+    assert_eq!(kinds(&judge), ["over-capacity"]);
+}
+
+#[test]
+fn contact_and_little_clearance_are_found() {
+    let scenario = scenario();
+    let (mut judge, book) = (Judge::new(&scenario, 0), book(&scenario));
+    let near = Truth {
+        clearance_m: 0.05,
+        ..truth(0, 2.5, -0.5)
+    };
+    judge.observe(0, &near, &book);
+    let hit = Truth {
+        collisions: 1,
+        clearance_m: 0.0,
+        ..truth(20, 2.5, -0.5)
+    };
+    judge.observe(0, &hit, &book);
+    judge.observe(0, &hit, &book);
+    assert_eq!(kinds(&judge), ["clearance", "collision", "clearance"][..2]);
+}
+
+#[test]
+fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
+    let mut scenario = scenario();
+    let area = |id: &str| Stop {
+        name: format!("area {id}"),
+        region: scenario.site.area(id).expect("there").region,
+        stands_s: 0.0,
+    };
+    scenario.during = vec![During {
+        robot: "amr-2".into(),
+        area: area("1"),
+        coordination: Some(Coordination {
+            id: "overtaking".into(),
+            net: "overtaking".into(),
+        }),
+        other: "amr-1".into(),
+        other_area: area("5"),
+    }];
+    let (mut judge, mut book) = (Judge::new(&scenario, 0), book(&scenario));
+    let aside = scenario.during[0].other_area.region;
+    let middle = [0, 1].map(|axis| 0.5 * (aside.min_m[axis] + aside.max_m[axis]));
+    // Before the coordination nothing is asked.
+    judge.observe(0, &truth(0, middle[0], aside.max_m[1]), &book);
+    judge.observe(1, &truth(0, 3.0, -0.5), &book);
+    judge.observe(1, &truth(20, 3.0, -0.5), &book);
+    assert_eq!(judge.rules()[0].checked_s, 0.0);
+    book.answer(
+        &MediatorReport {
+            robot_id: "amr-2".into(),
+            session: 1,
+            control: Some(Control {
+                coordination: 1,
+                net: "overtaking".into(),
+                ..Control::default()
+            }),
+            ..MediatorReport::default()
+        },
+        30 * MS,
+    );
+    judge.observe(0, &truth(40, middle[0], middle[1]), &book);
+    judge.observe(1, &truth(40, 3.0, -0.5), &book);
+    assert_eq!(judge.rules()[0].checked_s, 0.02);
+    let rules = |judge: &Judge| {
+        let found = { judge.violations().iter() }.filter(|own| own.kind == "during");
+        found.count()
+    };
+    assert_eq!(rules(&judge), 0);
+    // Half of it reaches out.
+    judge.observe(0, &truth(60, middle[0], aside.max_m[1]), &book);
+    judge.observe(1, &truth(60, 3.0, -0.5), &book);
+    assert_eq!((rules(&judge), judge.rules()[0].broken_s), (1, 0.02));
+}
+
+#[test]
+fn two_owners_are_found_when_it_is_not_only_the_order_of_hearing() {
+    let scenario = scenario();
+    let own = |robot: &str, granted_ms: u64, released_ms: Option<u64>| Owning {
+        area: "1".into(),
+        robot: robot.into(),
+        fence: granted_ms,
+        requested_ns: None,
+        granted_ns: granted_ms * MS,
+        entered_ns: None,
+        released_ns: released_ms.map(|ms| ms * MS),
+        returned: false,
+    };
+    let found = |ownings: &[Owning]| two_owners(&scenario.site, ownings, 60_000 * MS).len();
+    let good = [
+        own("a", 1000, Some(5000)),
+        own("b", 4990, Some(9000)),
+        own("a", 9000, None),
+    ];
+    assert_eq!(found(&good), 0);
+    assert_eq!(
+        found(&[own("a", 1000, Some(5000)), own("b", 2000, None)]),
+        1
+    );
+    assert_eq!(found(&[own("a", 1000, None), own("b", 2000, None)]), 1);
+    let late = [own("b", 2000, Some(3000)), own("a", 1000, Some(2500))];
+    assert_eq!(found(&late), 1, "whatever their order");
+}

@@ -1,0 +1,10 @@
+//! The rig's own processes: robots, the mediator, and what cleans up after them.
+
+mod child;
+pub mod janitor;
+pub mod mediator;
+pub mod robot;
+mod usage;
+
+pub use child::{Process, log_tail};
+pub use usage::Usage;

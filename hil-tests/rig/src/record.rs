@@ -1,0 +1,159 @@
+//! All that is known of a run with a fleet when it is over: what reports are made of.
+//!
+//! Times are seconds since the first robot was started. Paths are the world's truth; holdings, waits and latencies
+//! are what an independent listener heard on the network; only firings and markings of nets are the mediator's own
+//! word.
+
+use config::{Footprint, NetConfig, SiteConfig};
+use sim::world::Pose;
+
+use crate::summary::FleetSummary;
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// What it is about, in a sentence; may be empty.
+    pub about: String,
+    /// The site.
+    pub site: SiteConfig,
+    /// The nets that the site's coordinations use.
+    pub nets: Vec<NetConfig>,
+    /// The robots, in the order of their identities.
+    pub robots: Vec<RobotRecord>,
+    /// Who had which area, in the order of grants.
+    pub holdings: Vec<Holding>,
+    /// Who waited for which area, in the order in which they began.
+    pub waits: Vec<Wait>,
+    /// Coordinations, in the order of their numbers.
+    pub coordinations: Vec<CoordinationRecord>,
+    /// When a mediator ran; several spans when it was restarted, none without one.
+    pub mediator: Vec<Span>,
+    /// What the rig or an operator did to the run, such as killing a robot.
+    pub incidents: Vec<Incident>,
+    /// From requests that could be granted at once to their grants.
+    pub grant_latency_ms: Vec<f64>,
+    /// From a robot's flag to the mediator's next command through the net.
+    pub command_latency_ms: Vec<f64>,
+    /// The figures, with outcome and violations.
+    pub summary: FleetSummary,
+}
+
+/// What was seen of one robot.
+#[derive(Clone, Debug)]
+pub struct RobotRecord {
+    /// Its identity.
+    pub id: String,
+    /// Its role on the site.
+    pub role: String,
+    /// From `base_link` to the edges of its body.
+    pub footprint: Footprint,
+    /// Where it truly was, at most every 50 ms.
+    pub path: Vec<PathPoint>,
+    /// What its state machine was in, by its own word.
+    pub states: Vec<StateChange>,
+}
+
+/// Where a robot truly was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathPoint {
+    /// When.
+    pub at_s: f64,
+    /// `base_link` in `map`.
+    pub pose: Pose,
+    /// Forward speed.
+    pub speed_m_s: f64,
+    /// Distance of its footprint to anything.
+    pub clearance_m: f64,
+}
+
+/// A robot said that its state machine went on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateChange {
+    /// When it was heard.
+    pub at_s: f64,
+    /// State of its machine.
+    pub state: String,
+    /// Area in which it believed to be; may be empty.
+    pub area: String,
+    /// Skill that is scheduled.
+    pub skill: String,
+}
+
+/// A robot had an area: one run of protocol 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Holding {
+    /// Area.
+    pub area: String,
+    /// Robot.
+    pub robot: String,
+    /// Of the grant.
+    pub fence: u64,
+    /// When its request was heard; none when the grant was heard without one.
+    pub requested_s: Option<f64>,
+    /// When the grant was heard.
+    pub granted_s: f64,
+    /// When it said that it entered.
+    pub entered_s: Option<f64>,
+    /// When it said that it left, or gave the grant back; none: it had it until the end.
+    pub released_s: Option<f64>,
+    /// It gave the grant back without having entered.
+    pub returned: bool,
+}
+
+/// A robot asked for an area and did not get it at once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wait {
+    /// Robot.
+    pub robot: String,
+    /// Area.
+    pub area: String,
+    /// When its request was heard.
+    pub from_s: f64,
+    /// When the grant was heard; none: it waited until the end.
+    pub to_s: Option<f64>,
+    /// Why, as the mediator told it last; may be empty.
+    pub why: String,
+}
+
+/// A net was run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoordinationRecord {
+    /// Its number.
+    pub number: u64,
+    /// Its id in the site file.
+    pub id: String,
+    /// The net.
+    pub net: String,
+    /// In which situation it began; empty: its robots were told to get out of the way.
+    pub situation: String,
+    /// Roles of the net and the robots that play them.
+    pub robots: Vec<(String, String)>,
+    /// When it began.
+    pub from_s: f64,
+    /// When it was over; none: it ran until the end.
+    pub to_s: Option<f64>,
+    /// What fired, in order: transition and time.
+    pub firings: Vec<(String, f64)>,
+    /// Places that were marked when it was seen last.
+    pub marking: Vec<String>,
+}
+
+/// A stretch of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// Its beginning.
+    pub from_s: f64,
+    /// Its end.
+    pub to_s: f64,
+}
+
+/// Something was done to the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Incident {
+    /// When.
+    pub at_s: f64,
+    /// What, in a few words.
+    pub what: String,
+}
