@@ -1,6 +1,6 @@
 //! The search along a path for the first forbidden place.
 
-use super::{AreaSet, MAX_AREAS};
+use super::set::{AreaSet, MAX_AREAS};
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,7 +1,8 @@
 //! A short way forward or backward along a direction, by dead reckoning and pose.
 
+use super::gains::ControlGains;
 use super::law::{path_curvature, reverse_curvature};
-use super::{ControlGains, PathError, Steer};
+use super::steer::{PathError, Steer};
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 
 /// Creeping without a speed of its own, m/s.

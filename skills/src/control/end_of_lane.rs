@@ -1,6 +1,6 @@
 //! Up to a distance from the wall at the lane's end.
 
-use super::ControlGains;
+use super::gains::ControlGains;
 
 /// Closer than this counts as there when it has to stop, m.
 const STOP_WITHIN_M: f64 = 0.01;

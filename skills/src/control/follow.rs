@@ -1,7 +1,9 @@
 //! Drives along a track and says when the robot is on the lane at its end.
 
+use super::gains::ControlGains;
 use super::law::{path_curvature, speed_share};
-use super::{ControlGains, Steer, Track};
+use super::steer::Steer;
+use super::track::Track;
 use description::geometry::Pose2;
 
 /// How close to the lane a manoeuvre is done, and when it stops being choosy.

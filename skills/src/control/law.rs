@@ -1,6 +1,7 @@
 //! The steering laws.
 
-use super::{ControlGains, PathError};
+use super::gains::ControlGains;
+use super::steer::{PathError, Steer};
 
 /// Steepest angle at which a path is approached from the side, rad.
 const APPROACH_RAD: f64 = 0.7;
@@ -44,4 +45,16 @@ pub fn speed_share(error: PathError) -> f64 {
     let turned = error.heading_rad.cos().max(0.0);
     let aside = 1.0 / (1.0 + (2.0 * error.lateral_m).powi(2));
     (turned * aside).max(SLOWEST_SHARE)
+}
+
+/// Keeps on a straight path: `error` relative to it.
+#[must_use]
+pub fn keep_lane(error: PathError, gains: &ControlGains) -> Steer {
+    Steer {
+        error,
+        curvature_1_m: path_curvature(error, 0.0, gains),
+        path_curvature_1_m: 0.0,
+        direction: 1.0,
+        speed_share: speed_share(error),
+    }
 }

@@ -1,6 +1,7 @@
 //! The tracks of manoeuvres between lanes, and why there is none.
 
-use super::{Track, TurnDirection};
+use super::steer::TurnDirection;
+use super::track::Track;
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 use std::f64::consts::{FRAC_PI_2, PI};
 

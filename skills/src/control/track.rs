@@ -1,6 +1,6 @@
 //! Paths of manoeuvres: a few pieces of straight line, circle and blend, the last of them a lane without end.
 
-use super::PathError;
+use super::steer::PathError;
 use description::geometry::{Point2, Pose2, Segment, Twist2, wrap_angle};
 use std::f64::consts::PI;
 

@@ -1,6 +1,9 @@
 use super::doubt::{BLIND_SCANS, GOOD_SCANS, REFUSED_SCANS};
 use super::*;
-use description::geometry::Point2;
+use crate::odometry::Odometry;
+use crate::perception::WallFit;
+use description::geometry::{Point2, Pose2, Segment, wrap_angle};
+use nalgebra::Matrix2;
 use proptest::prelude::*;
 
 fn filter(pose: Pose2) -> PoseFilter {

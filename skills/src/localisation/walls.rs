@@ -1,6 +1,7 @@
 //! Corrections by every mapped wall in view.
 
-use super::{PoseFilter, ScanVerdict};
+use super::doubt::ScanVerdict;
+use super::filter::PoseFilter;
 use crate::perception::WallFit;
 use crate::perception::walls::{BeamCounts, SeenWall, WallMatcher};
 use crate::scan::AlignedScan;

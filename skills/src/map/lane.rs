@@ -1,7 +1,8 @@
 //! What surrounds a lane: the walls beside it, in pieces, and the wall that closes it.
 
-use super::{LaneData, LaneGeometry, LaneWall, MapError, WallData, check_length};
-use description::geometry::{Point2, Segment, wrap_angle};
+use super::data::{LaneData, WallData};
+use super::error::{MapError, check_length};
+use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Walls beside a lane are parallel to it within this.
@@ -20,6 +21,53 @@ const REACH_M: f64 = 4.0;
 const AHEAD_M: f64 = 5.0;
 /// The face of a lane's side is looked at in steps of this length.
 const STEP_M: f64 = 0.05;
+
+/// A wall as a lane knows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneWall {
+    /// Index of the wall in the map.
+    pub index: usize,
+    /// Directed like the lane when it runs beside it.
+    pub line: Segment,
+    /// Direction of `line`.
+    pub direction_rad: f64,
+}
+
+/// A lane with its surroundings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneGeometry {
+    /// Name.
+    pub id: String,
+    /// Centre line.
+    pub line: Segment,
+    /// Direction of driving.
+    pub direction_rad: f64,
+    /// The nearest wall to the left that runs along a good part of the lane.
+    pub left: Option<LaneWall>,
+    /// The same to the right.
+    pub right: Option<LaneWall>,
+    /// All pieces of wall that face the lane from the left, from its start to its end; between them it is open.
+    pub left_walls: Vec<LaneWall>,
+    /// The same from the right.
+    pub right_walls: Vec<LaneWall>,
+    /// The wall that closes the lane.
+    pub end: Option<LaneWall>,
+}
+
+impl LaneGeometry {
+    /// The pose in `map` at a place along the lane, off its centre, turned against it.
+    #[must_use]
+    pub fn pose_at(&self, along_m: f64, lateral_m: f64, heading_rad: f64) -> Pose2 {
+        let unit = self.line.unit();
+        let left = Point2::new(-unit.y_m, unit.x_m);
+        let position = self.line.a + unit * along_m + left * lateral_m;
+        Pose2::new(
+            position.x_m,
+            position.y_m,
+            wrap_angle(self.direction_rad + heading_rad),
+        )
+    }
+}
 
 pub(super) fn lane_geometry(lane: &LaneData, walls: &[WallData]) -> Result<LaneGeometry, MapError> {
     check_length("lane", &lane.id, &lane.line)?;

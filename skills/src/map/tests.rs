@@ -1,4 +1,5 @@
 use super::*;
+use description::geometry::{Point2, Rect, Segment, wrap_angle};
 
 type Spoil = fn(&mut MapData);
 

@@ -7,7 +7,8 @@
 //! in front of the wall does not pull it. A point weighs by its noise across the wall: that of the range, times the sine
 //! of the angle under which it is seen. Deterministic; no allocation after construction.
 
-use super::{PerceptionGains, RANGE_STD_SHARE, WallFit};
+use super::gains::{PerceptionGains, RANGE_STD_SHARE};
+use super::wall_fit::WallFit;
 use description::geometry::{Point2, Segment, wrap_angle};
 use nalgebra::Matrix2;
 

@@ -1,9 +1,14 @@
 //! One scan, aligned to one instant.
 
-use super::{FIRST_LENGTH_MM, ScanGeometry, ScanGeometryError, UNKNOWN_RANGE_M};
+use super::geometry::{ScanGeometry, ScanGeometryError};
 use crate::history::OdometryHistory;
 use description::geometry::{Point2, Pose2};
 use thiserror::Error;
+
+/// Raw values under this are codes.
+pub const FIRST_LENGTH_MM: u16 = 20;
+/// In the ranges of [`AlignedScan::ranges_m`]: nothing is known of this direction.
+pub const UNKNOWN_RANGE_M: f32 = -1.0;
 
 /// Poses are looked up at this many instants of a turn, and interpolated between.
 const KNOTS: usize = 16;

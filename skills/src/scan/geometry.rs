@@ -1,9 +1,11 @@
 //! Where the beams of a sensor point.
 
-use super::MAX_BEAMS;
 use description::geometry::{Pose2, wrap_angle};
 use std::f64::consts::TAU;
 use thiserror::Error;
+
+/// The largest number of beams that a scan may have.
+pub const MAX_BEAMS: usize = 8192;
 
 /// Where the beams of a sensor point, where it is mounted and how fast it turns.
 #[derive(Clone, Copy, Debug, PartialEq)]

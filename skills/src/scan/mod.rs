@@ -13,15 +13,10 @@
 mod aligned;
 mod geometry;
 
-pub use aligned::{AlignError, AlignedScan, BeamState, ScanPoint};
-pub use geometry::{ScanGeometry, ScanGeometryError};
-
-/// Raw values under this are codes.
-pub const FIRST_LENGTH_MM: u16 = 20;
-/// The largest number of beams that a scan may have.
-pub const MAX_BEAMS: usize = 8192;
-/// In the ranges of [`AlignedScan::ranges_m`]: nothing is known of this direction.
-pub const UNKNOWN_RANGE_M: f32 = -1.0;
+pub use aligned::{
+    AlignError, AlignedScan, BeamState, FIRST_LENGTH_MM, ScanPoint, UNKNOWN_RANGE_M,
+};
+pub use geometry::{MAX_BEAMS, ScanGeometry, ScanGeometryError};
 
 #[cfg(test)]
 mod tests;

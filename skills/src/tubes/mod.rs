@@ -41,10 +41,10 @@ pub use adapt::motion_tubes::MotionTubes;
 pub use adapt::outcome::{Adapted, Counters, ObserveError, Reason, Verdict};
 pub use adapt::room::Room;
 pub(crate) use adapt::room::turning_back_m;
-pub use error::TubeError;
+pub use error::{Refusal, TubeError};
 pub use memory::known::KnownRanges;
 pub use parameters::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, TubeParameters};
-pub use set::report::{Refusal, TubeReport};
+pub use set::report::TubeReport;
 pub use set::tube_set::{Surroundings, TubeId, TubeSet};
 
 #[cfg(test)]

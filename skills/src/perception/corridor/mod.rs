@@ -5,8 +5,9 @@
 //! of several pieces with openings between them: nothing is expected in an opening.
 
 use super::line::LineFitter;
-use super::{PerceptionGains, WallFit};
 use crate::map::{LaneGeometry, LaneWall};
+use crate::perception::gains::PerceptionGains;
+use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Pose2, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
 

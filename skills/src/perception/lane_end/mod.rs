@@ -4,7 +4,8 @@
 //! follows its own estimate. A single scan proves nothing: only a row of consistent scans makes the estimate stable.
 
 use super::line::LineFitter;
-use super::{PerceptionGains, WallFit};
+use crate::perception::gains::PerceptionGains;
+use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 
 /// Gate around the expected wall.

@@ -16,8 +16,9 @@
 mod view;
 
 use super::line::LineFitter;
-use super::{PerceptionGains, RANGE_STD_SHARE, WallFit};
 use crate::map::SemanticMap;
+use crate::perception::gains::{PerceptionGains, RANGE_STD_SHARE};
+use crate::perception::wall_fit::WallFit;
 use crate::scan::{AlignedScan, BeamState};
 use description::geometry::{Point2, Pose2, Segment};
 use nalgebra::{Matrix3, Vector3};

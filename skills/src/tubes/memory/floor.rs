@@ -12,8 +12,8 @@
 //!
 //! All memory is taken at construction; [`Floor::observe`] takes a time that does not depend on what is seen.
 
+use super::grid::NearGrid;
 use super::known::KnownRanges;
-use super::seen::NearGrid;
 use crate::scan::{AlignedScan, ScanGeometry};
 use description::geometry::{Footprint, Point2, Pose2};
 

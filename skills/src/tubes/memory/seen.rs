@@ -10,6 +10,7 @@
 //!
 //! Bounded: a ring of fixed capacity; when more comes in within the memory's time, the oldest goes and is counted.
 
+use super::grid::NearGrid;
 use crate::scan::AlignedScan;
 use description::geometry::{Point2, Pose2};
 
@@ -21,69 +22,6 @@ const LOOKED_THROUGH_M: f32 = 0.1;
 
 /// Points that a memory holds.
 pub const CAPACITY: usize = 8192;
-
-/// A square grid of bits centred on `base_link`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NearGrid {
-    cell_m: f64,
-    half_m: f64,
-    side: usize,
-}
-
-impl NearGrid {
-    /// A grid that reaches at least `half_m` to all sides.
-    #[must_use]
-    pub fn new(half_m: f64, cell_m: f64) -> Self {
-        let half_cells = (half_m / cell_m).ceil().max(1.0) as usize;
-        Self {
-            cell_m,
-            half_m: half_cells as f64 * cell_m,
-            side: 2 * half_cells,
-        }
-    }
-
-    /// Bits in 64-bit words.
-    #[must_use]
-    pub fn words(&self) -> usize {
-        (self.side * self.side).div_ceil(64)
-    }
-
-    /// Cells.
-    #[must_use]
-    pub fn cells(&self) -> usize {
-        self.side * self.side
-    }
-
-    /// Length of a cell's side.
-    #[must_use]
-    pub fn cell_m(&self) -> f64 {
-        self.cell_m
-    }
-
-    /// The cell that a point of `base_link` lies in.
-    #[must_use]
-    pub fn cell(&self, point: Point2) -> Option<usize> {
-        let column = ((point.x_m + self.half_m) / self.cell_m).floor();
-        let row = ((point.y_m + self.half_m) / self.cell_m).floor();
-        let side = self.side as f64;
-        let inside = column >= 0.0 && column < side && row >= 0.0 && row < side;
-        inside.then(|| row as usize * self.side + column as usize)
-    }
-
-    /// How far it reaches to each side.
-    #[must_use]
-    pub fn half_m(&self) -> f64 {
-        self.half_m
-    }
-
-    /// The middle of a cell.
-    #[must_use]
-    pub fn centre(&self, cell: usize) -> Point2 {
-        let (row, column) = (cell / self.side, cell % self.side);
-        let middle = |index: usize| (index as f64 + 0.5) * self.cell_m - self.half_m;
-        Point2::new(middle(column), middle(row))
-    }
-}
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Remembered {
@@ -123,7 +61,7 @@ impl Memory {
             len: 0,
             keep_ns: (keep_s.max(0.0) * 1e9) as u64,
             reach_m,
-            spacing_m: grid.cell_m / 2.0,
+            spacing_m: grid.cell_m() / 2.0,
             overwritten: 0,
             grid,
             occupied: vec![0; grid.words()].into_boxed_slice(),

@@ -7,11 +7,11 @@
 //! all cells out of view that the tube sweeps there; farther ones refuse the tube.
 
 use super::border::{MAX_TURN_RAD, Path, Sweep, sample_border};
-use super::report::{Refusal, RefusedTube, TubeReport, UnseenSample};
+use super::report::{RefusedTube, TubeReport, UnseenSample};
 use super::tube_set::{Row, Tube, TubeSet};
 use crate::scan::ScanGeometry;
-use crate::tubes::error::TubeError;
-use crate::tubes::memory::seen::NearGrid;
+use crate::tubes::error::{Refusal, TubeError};
+use crate::tubes::memory::grid::NearGrid;
 use crate::tubes::parameters::{Horizon, TubeParameters};
 use description::geometry::{Footprint, Point2};
 use std::collections::BTreeMap;

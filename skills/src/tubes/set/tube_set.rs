@@ -1,8 +1,8 @@
 //! A set of tubes, flat in memory, and its evaluation.
 
 use crate::scan::{MAX_BEAMS, ScanGeometry};
+use crate::tubes::memory::grid::NearGrid;
 use crate::tubes::memory::known::KnownRanges;
-use crate::tubes::memory::seen::NearGrid;
 use crate::tubes::parameters::{Horizon, TubeParameters};
 use description::geometry::{Footprint, Twist2};
 
