@@ -1,13 +1,15 @@
 //! From nothing to OP, with everything checked on the way.
 
 use super::al::{AlState, AlStatus};
-use super::bus::{Bus, Group, MAX_IMAGE, MAX_SUB_DEVICES, PROCESS_DATA_WKC};
-use super::channel::Channel;
+use super::bus::Bus;
 use super::clock::{monotonic_ns, sleep_until};
 use super::error::{BringUpError, Phase, ProcessData};
 use super::expectation::{BringUpOptions, Expectation, Identity};
-use super::link::Link;
-use super::pump::{Patience, Pump, Resend, Stopped};
+use super::links::Link;
+use super::sub_device::{
+    FIRST_ADDRESS, Group, MAX_IMAGE, MAX_SUB_DEVICES, PROCESS_DATA_WKC, read_status, request_state,
+};
+use super::transport::{Channel, Patience, Pump, Resend, Stopped};
 use super::watchdog;
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::PreOp;
@@ -15,43 +17,46 @@ use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGrou
 use std::pin::pin;
 use std::time::Duration;
 
-/// The address that ethercrab gives to the first SubDevice.
-const FIRST_ADDRESS: u16 = 0x1000;
 /// One drive, one bus.
 const SUB_DEVICES: u16 = 1;
 /// For a last look at the SubDevice's state when a step has failed.
 const POST_MORTEM: Duration = Duration::from_millis(50);
 
-/// Brings the SubDevice behind `link` to OP. See [`Bus::bring_up`].
-pub(super) fn bring_up(
-    link: Box<dyn Link>,
-    expected: &Expectation,
-    options: BringUpOptions,
-) -> Result<Bus, BringUpError> {
-    let channel = Channel::take().ok_or(BringUpError::TooManyBuses)?;
-    let mut steps = Steps {
-        pump: Pump::new(link),
-        channel,
-        options,
-        deadline_ns: monotonic_ns().saturating_add(nanoseconds(options.timeout)),
-    };
-    steps.count()?;
-    let group = steps.initialise()?;
-    let identity = steps.identify(&group, expected)?;
-    let group = steps.map(group, expected)?;
-    let (outputs, watchdog_ms) = (expected.outputs_bytes, expected.watchdog_ms);
-    steps.run(Phase::Watchdog, async |main_device| {
-        watchdog::arm(main_device, FIRST_ADDRESS, outputs, watchdog_ms).await
-    })??;
-    steps.reach_safe_op()?;
-    steps.reach_op(&group)?;
-    Ok(Bus::new(
-        steps.pump,
-        steps.channel,
-        group,
-        identity,
-        expected,
-    ))
+impl Bus {
+    /// Brings the one SubDevice behind `link` from any state to OP and checks it against `expected`.
+    ///
+    /// Takes at most `options.timeout` and a little for finding out what went wrong. Not for a thread that has to keep
+    /// a period meanwhile; allocates.
+    pub fn bring_up(
+        link: Box<dyn Link>,
+        expected: &Expectation,
+        options: BringUpOptions,
+    ) -> Result<Bus, BringUpError> {
+        let channel = Channel::take().ok_or(BringUpError::TooManyBuses)?;
+        let mut steps = Steps {
+            pump: Pump::new(link),
+            channel,
+            options,
+            deadline_ns: monotonic_ns().saturating_add(nanoseconds(options.timeout)),
+        };
+        steps.count()?;
+        let group = steps.initialise()?;
+        let identity = steps.identify(&group, expected)?;
+        let group = steps.map(group, expected)?;
+        let (outputs, watchdog_ms) = (expected.outputs_bytes, expected.watchdog_ms);
+        steps.run(Phase::Watchdog, async |main_device| {
+            watchdog::arm(main_device, FIRST_ADDRESS, outputs, watchdog_ms).await
+        })??;
+        steps.reach_safe_op()?;
+        steps.reach_op(&group)?;
+        Ok(Bus::new(
+            steps.pump,
+            steps.channel,
+            group,
+            identity,
+            expected,
+        ))
+    }
 }
 
 struct Steps {
@@ -324,26 +329,6 @@ impl Steps {
     fn pause(&self, started_ns: u64) {
         sleep_until(started_ns.saturating_add(nanoseconds(self.options.cycle)));
     }
-}
-
-/// Asks for a state without waiting for it.
-pub(super) async fn request_state(
-    main_device: &MainDevice<'_>,
-    wanted: AlState,
-) -> Result<(), Error> {
-    let write = Command::fpwr(FIRST_ADDRESS, RegisterAddress::AlControl.into());
-    write
-        .send_receive::<u16>(main_device, u16::from(wanted.bits()))
-        .await
-        .map(|_| ())
-}
-
-/// Reads state, error flag and status code in one go.
-pub(super) async fn read_status(main_device: &MainDevice<'static>) -> Result<AlStatus, Error> {
-    let read = Command::fprd(FIRST_ADDRESS, RegisterAddress::AlStatus.into());
-    read.receive::<[u8; 6]>(main_device)
-        .await
-        .map(AlStatus::from_registers)
 }
 
 fn nanoseconds(duration: Duration) -> u64 {

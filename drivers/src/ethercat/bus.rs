@@ -1,47 +1,14 @@
 //! A SubDevice in OP, and the exchange of process data with it.
 
 use super::al::{AlState, AlStatus};
-use super::bring_up::{bring_up, read_status, request_state};
-use super::channel::Channel;
-use super::error::{BringUpError, ExchangeError, ProcessData};
-use super::expectation::{BringUpOptions, Expectation, Identity};
-use super::link::Link;
-use super::pump::{Patience, Pump, Stopped};
+use super::error::{ExchangeError, ProcessData};
+use super::expectation::{Expectation, Identity};
+use super::links::Link;
+use super::sub_device::{Group, PROCESS_DATA_WKC, read_status, request_state};
+use super::transport::{Channel, Counters, Patience, Pump, Stopped};
+use ethercrab::MainDevice;
 use ethercrab::error::Error;
-use ethercrab::subdevice_group::PreOpPdi;
-use ethercrab::{DefaultLock, MainDevice, SubDeviceGroup};
 use std::pin::pin;
-
-/// ethercrab wants a power of two greater than one.
-pub(super) const MAX_SUB_DEVICES: usize = 2;
-/// Room for the process data of both directions; fits into one frame.
-pub(super) const MAX_IMAGE: usize = 1024;
-/// One SubDevice that is read (1) and written (2) by one LRW.
-pub(super) const PROCESS_DATA_WKC: u16 = 3;
-
-/// The state is asked for and checked by us, with the reasons that ethercrab drops; so the typestate stays here.
-pub(super) type Group = SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOpPdi>;
-
-/// What happened since bring-up.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Exchanges begun.
-    pub cycles: u64,
-    /// Exchanges without an answer by the deadline.
-    pub lost_frames: u64,
-    /// Answers with a wrong working counter.
-    pub wkc_errors: u64,
-    /// Answers from a SubDevice that was not in OP.
-    pub not_operational: u64,
-    /// Exchanges that the link or the protocol ended.
-    pub errors: u64,
-    /// Frames received that were whole but no answer to the current one: late, duplicated or of somebody else.
-    pub foreign_frames: u64,
-    /// Frames received that no SubDevice had touched.
-    pub echoed_frames: u64,
-    /// Frames received that were damaged.
-    pub malformed_frames: u64,
-}
 
 /// A successful exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,18 +32,6 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// Brings the one SubDevice behind `link` from any state to OP and checks it against `expected`.
-    ///
-    /// Takes at most `options.timeout` and a little for finding out what went wrong. Not for a thread that has to keep
-    /// a period meanwhile; allocates.
-    pub fn bring_up(
-        link: Box<dyn Link>,
-        expected: &Expectation,
-        options: BringUpOptions,
-    ) -> Result<Bus, BringUpError> {
-        bring_up(link, expected, options)
-    }
-
     pub(super) fn new(
         mut pump: Pump,
         channel: Channel,

@@ -53,22 +53,18 @@
 mod al;
 mod bring_up;
 mod bus;
-mod channel;
 mod clock;
 mod error;
 mod expectation;
-mod frame;
-mod link;
-mod pump;
-mod raw_link;
-mod udp_link;
+mod links;
+mod sub_device;
+mod transport;
 mod watchdog;
 
 pub use al::{AlState, AlStatus};
-pub use bus::{Bus, Counters, Exchange};
+pub use bus::{Bus, Exchange};
 pub use clock::monotonic_ns;
 pub use error::{BringUpError, ExchangeError, Phase, ProcessData};
 pub use expectation::{BringUpOptions, Expectation, Identity};
-pub use link::{Link, LinkError};
-pub use raw_link::RawLink;
-pub use udp_link::UdpLink;
+pub use links::{Link, LinkError, RawLink, UdpLink};
+pub use transport::Counters;

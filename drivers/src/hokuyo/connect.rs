@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::clock::ClockBounds;
 use super::codec::{self, STREAM_COMMAND_BYTES, Status};
-use super::command::{Answer, Conversation, Reply, Trouble};
+use super::conversation::{Answer, Conversation, Reply, Trouble};
 use super::error::ConnectError;
 use super::identity::{DeviceState, Fields, Identity, Parameters};
 use super::options::{BIT_RATES, Options, ScanFormat};

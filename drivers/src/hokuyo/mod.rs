@@ -33,16 +33,14 @@
 
 mod clock;
 pub mod codec;
-mod command;
 mod connect;
+mod conversation;
 mod device;
 mod error;
 mod identity;
 mod line;
 mod options;
 mod parser;
-#[cfg(test)]
-mod parser_tests;
 mod port;
 mod scan;
 

@@ -4,10 +4,10 @@
 //! broken line is dropped and reported once, and the search goes on at the next echo of the stream command, even when
 //! that stands behind rubbish on the same line.
 
-use super::codec::{self, LINE_DATA_BYTES, STREAM_COMMAND_BYTES, Status};
-use super::line::LineBuffer;
-use super::options::ScanFormat;
-use super::scan::MAX_BEAMS;
+use crate::hokuyo::codec::{self, LINE_DATA_BYTES, STREAM_COMMAND_BYTES, Status};
+use crate::hokuyo::line::LineBuffer;
+use crate::hokuyo::options::ScanFormat;
+use crate::hokuyo::scan::MAX_BEAMS;
 
 /// Digits of the remaining scans at the end of an echo; they may differ from those in the command.
 const REMAINING_DIGITS: usize = 2;
@@ -80,7 +80,7 @@ pub struct StreamParser {
 }
 
 impl StreamParser {
-    /// For the stream that `command` starts. Beams beyond [`MAX_BEAMS`] would be left out; [`super::Options::format`]
+    /// For the stream that `command` starts. Beams beyond [`MAX_BEAMS`] would be left out; [`crate::hokuyo::Options::format`]
     /// refuses them.
     pub fn new(command: &[u8; STREAM_COMMAND_BYTES], format: &ScanFormat) -> Self {
         let mut echo = [0; STREAM_COMMAND_BYTES - REMAINING_DIGITS];
@@ -250,3 +250,6 @@ impl StreamParser {
         Some(Event::Dropped(fault))
     }
 }
+
+#[cfg(test)]
+mod tests;

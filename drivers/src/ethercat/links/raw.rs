@@ -1,6 +1,7 @@
 //! EtherCAT as raw Ethernet frames on a network interface of its own.
 
-use super::link::{Link, LinkError, Socket};
+use super::link::{Link, LinkError};
+use super::socket::Socket;
 use std::ffi::CStr;
 use std::io;
 use std::mem;

@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 
-use super::codec::{self, Encoding, LINE_DATA_BYTES};
-use super::options::ScanFormat;
-use super::parser::{Event, Fault, StreamParser};
+use super::{Event, Fault, StreamParser};
+use crate::hokuyo::codec::{self, Encoding, LINE_DATA_BYTES};
+use crate::hokuyo::options::ScanFormat;
 
 const FULL: ScanFormat = ScanFormat {
     first_step: 44,

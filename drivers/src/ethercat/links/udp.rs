@@ -1,6 +1,7 @@
 //! EtherCAT over UDP port 34980: the same datagrams without an Ethernet header, and without privileges.
 
-use super::link::{Link, LinkError, Socket};
+use super::link::{Link, LinkError};
+use super::socket::Socket;
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 

@@ -8,9 +8,9 @@
 use std::ops::Range;
 
 /// The longest Ethernet frame, without its checksum.
-pub(super) const MAX_FRAME: usize = 1514;
+pub const MAX_FRAME: usize = 1514;
 /// What sealing adds.
-pub(super) const SEAL: usize = DATAGRAM_OVERHEAD + SEAL_DATA;
+pub const SEAL: usize = DATAGRAM_OVERHEAD + SEAL_DATA;
 
 const ETHERNET_HEADER: usize = 14;
 const HEADER: usize = ETHERNET_HEADER + 2;
@@ -25,7 +25,7 @@ const NOP: u8 = 0;
 
 /// What a received frame is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub enum Verdict {
     /// The answer to the frame that was sent.
     Answer,
     /// A whole frame, but the answer to another one: late, duplicated, or of another MainDevice.
@@ -39,7 +39,7 @@ pub(super) enum Verdict {
 /// Appends `number` to the `length` bytes of frame in `buffer` and returns the new length.
 ///
 /// `None` when there is no room or the bytes are not an EtherCAT frame.
-pub(super) fn seal(buffer: &mut [u8], length: usize, number: u64) -> Option<usize> {
+pub fn seal(buffer: &mut [u8], length: usize, number: u64) -> Option<usize> {
     let sealed = length
         .checked_add(SEAL)
         .filter(|&sealed| sealed <= buffer.len())?;
@@ -56,7 +56,7 @@ pub(super) fn seal(buffer: &mut [u8], length: usize, number: u64) -> Option<usiz
 }
 
 /// Takes the number off a frame that [`verify`] has accepted.
-pub(super) fn open(frame: &mut [u8]) {
+pub fn open(frame: &mut [u8]) {
     let Some(payload) = payload_range(frame) else {
         return;
     };
@@ -80,7 +80,7 @@ pub(super) fn open(frame: &mut [u8]) {
 ///
 /// SubDevices change data, working counters, event requests, and the addresses of position-addressed datagrams.
 /// Everything else must come back as it left.
-pub(super) fn verify(sent: &[u8], received: &[u8]) -> Verdict {
+pub fn verify(sent: &[u8], received: &[u8]) -> Verdict {
     let (Some(ours), Some(theirs)) = (payload_range(sent), payload_range(received)) else {
         return Verdict::Malformed;
     };

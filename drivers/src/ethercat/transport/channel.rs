@@ -4,7 +4,7 @@
 //! buses are alive at the same time than ever before, and goes back to a pool when its bus ends, so that bringing a bus
 //! up a thousand times costs the memory of one.
 
-use super::frame::{MAX_FRAME, SEAL};
+use super::seal::{MAX_FRAME, SEAL};
 use ethercrab::{
     MainDevice, MainDeviceConfig, PduLoop, PduRx, PduStorage, PduTx, RetryBehaviour, Timeouts,
 };
@@ -33,14 +33,14 @@ static POOL: Mutex<Pool> = Mutex::new(Pool {
 });
 
 /// A MainDevice with its frame storage. Gives the storage back when dropped.
-pub(super) struct Channel {
+pub struct Channel {
     /// `Some` until dropped.
     parts: Option<(PduTx<'static>, PduRx<'static>, MainDevice<'static>)>,
 }
 
 impl Channel {
     /// `None` when there are already [`MAX_CHANNELS`].
-    pub(super) fn take() -> Option<Channel> {
+    pub fn take() -> Option<Channel> {
         let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
         let (tx, rx, pdu_loop) = match pool.free.pop() {
             Some(parts) => parts,
@@ -58,7 +58,7 @@ impl Channel {
     }
 
     /// The sending and receiving ends, and the MainDevice between them.
-    pub(super) fn split(
+    pub fn split(
         &mut self,
     ) -> (
         &mut PduTx<'static>,

@@ -1,7 +1,7 @@
 //! The poll loop against links that behave as told.
 
 use super::*;
-use crate::ethercat::channel::Channel;
+use crate::ethercat::transport::channel::Channel;
 use ethercrab::Command;
 use ethercrab::error::Error;
 use std::collections::VecDeque;

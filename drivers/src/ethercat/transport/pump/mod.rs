@@ -4,10 +4,10 @@
 //! storage. So one round is: poll, send the frame, wait for its answer, poll again. Frames are carried one at a time.
 //! A future given up at the deadline must be dropped by the caller, which frees its frame for reuse.
 
-use super::bus::Counters;
-use super::clock::monotonic_ns;
-use super::frame::{self, MAX_FRAME, Verdict};
-use super::link::Link;
+use super::counters::Counters;
+use super::seal::{self, MAX_FRAME, Verdict};
+use crate::ethercat::clock::{monotonic_ns, sleep_until};
+use crate::ethercat::links::Link;
 use ethercrab::{PduRx, PduTx};
 use std::io;
 use std::pin::Pin;
@@ -18,7 +18,7 @@ const OVERTIME_FRAMES: u32 = 64;
 
 /// Why a future did not become ready.
 #[derive(Debug)]
-pub(super) enum Stopped {
+pub enum Stopped {
     /// The deadline came first.
     Deadline,
     /// A frame was sent as often as allowed and never answered.
@@ -31,36 +31,36 @@ pub(super) enum Stopped {
 
 /// How long to go on.
 #[derive(Clone, Copy)]
-pub(super) struct Patience {
+pub struct Patience {
     /// `CLOCK_MONOTONIC`.
-    pub(super) deadline_ns: u64,
+    pub deadline_ns: u64,
     /// Send a frame again when it stays unanswered; without it one unanswered frame uses up the whole deadline.
-    pub(super) resend: Option<Resend>,
+    pub resend: Option<Resend>,
 }
 
 /// When to send a frame again, and how often it is sent in all.
 #[derive(Clone, Copy)]
-pub(super) struct Resend {
-    pub(super) after_ns: u64,
-    pub(super) attempts: u32,
+pub struct Resend {
+    pub after_ns: u64,
+    pub attempts: u32,
 }
 
 /// A link with what is needed to carry ethercrab's frames over it.
-pub(super) struct Pump {
+pub struct Pump {
     link: Box<dyn Link>,
     sent: Box<[u8; MAX_FRAME]>,
     sent_length: usize,
     received: Box<[u8; MAX_FRAME]>,
     /// The number of the last frame sent.
     number: u64,
-    pub(super) counters: Counters,
+    pub counters: Counters,
     /// When the last frame was sent, and when the last answer arrived.
-    pub(super) sent_ns: u64,
-    pub(super) received_ns: u64,
+    pub sent_ns: u64,
+    pub received_ns: u64,
 }
 
 impl Pump {
-    pub(super) fn new(link: Box<dyn Link>) -> Pump {
+    pub fn new(link: Box<dyn Link>) -> Pump {
         // Numbers of this run of the program are not those of the run before, nor of another program on the wire.
         let number = (u64::from(std::process::id()) << 48) ^ monotonic_ns();
         Pump {
@@ -75,16 +75,16 @@ impl Pump {
         }
     }
 
-    pub(super) fn describe(&self) -> String {
+    pub fn describe(&self) -> String {
         self.link.describe()
     }
 
-    pub(super) fn into_link(self) -> Box<dyn Link> {
+    pub fn into_link(self) -> Box<dyn Link> {
         self.link
     }
 
     /// Runs `future` until it is ready. It must be one that uses these ends.
-    pub(super) fn run<F: Future>(
+    pub fn run<F: Future>(
         &mut self,
         (tx, rx): (&mut PduTx<'static>, &mut PduRx<'static>),
         mut future: Pin<&mut F>,
@@ -114,7 +114,7 @@ impl Pump {
                 return Ok(0);
             };
             room.copy_from_slice(bytes);
-            let Some(length) = frame::seal(&mut sent[..], bytes.len(), number) else {
+            let Some(length) = seal::seal(&mut sent[..], bytes.len(), number) else {
                 return Ok(0);
             };
             sealed_length = length;
@@ -155,7 +155,7 @@ impl Pump {
                 // Nobody listens yet, or the network is coming up: worth the attempts that are left.
                 Err(Stopped::Link(error)) => {
                     last_error = Some(error);
-                    super::clock::sleep_until(until_ns);
+                    sleep_until(until_ns);
                 }
                 Err(other) => return Err(other),
             }
@@ -179,10 +179,10 @@ impl Pump {
                 return Ok(false);
             };
             let received = &mut self.received[..length.min(MAX_FRAME)];
-            match frame::verify(&self.sent[..self.sent_length], received) {
+            match seal::verify(&self.sent[..self.sent_length], received) {
                 Verdict::Answer => {
                     self.received_ns = monotonic_ns();
-                    frame::open(received);
+                    seal::open(received);
                     if let Ok(ethercrab::ReceiveAction::Processed) = rx.receive_frame(received) {
                         return Ok(true);
                     }
@@ -209,5 +209,4 @@ fn is_transient(error: &io::Error) -> bool {
 }
 
 #[cfg(test)]
-#[path = "pump_tests.rs"]
 mod tests;

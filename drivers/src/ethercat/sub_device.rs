@@ -1,0 +1,38 @@
+//! The one SubDevice of a bus: its sizes, its address, and its state.
+
+use super::al::{AlState, AlStatus};
+use ethercrab::error::Error;
+use ethercrab::subdevice_group::PreOpPdi;
+use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGroup};
+
+/// The address that ethercrab gives to the first SubDevice.
+pub(super) const FIRST_ADDRESS: u16 = 0x1000;
+/// ethercrab wants a power of two greater than one.
+pub(super) const MAX_SUB_DEVICES: usize = 2;
+/// Room for the process data of both directions; fits into one frame.
+pub(super) const MAX_IMAGE: usize = 1024;
+/// One SubDevice that is read (1) and written (2) by one LRW.
+pub(super) const PROCESS_DATA_WKC: u16 = 3;
+
+/// The state is asked for and checked by us, with the reasons that ethercrab drops; so the typestate stays here.
+pub(super) type Group = SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOpPdi>;
+
+/// Asks for a state without waiting for it.
+pub(super) async fn request_state(
+    main_device: &MainDevice<'_>,
+    wanted: AlState,
+) -> Result<(), Error> {
+    let write = Command::fpwr(FIRST_ADDRESS, RegisterAddress::AlControl.into());
+    write
+        .send_receive::<u16>(main_device, u16::from(wanted.bits()))
+        .await
+        .map(|_| ())
+}
+
+/// Reads state, error flag and status code in one go.
+pub(super) async fn read_status(main_device: &MainDevice<'static>) -> Result<AlStatus, Error> {
+    let read = Command::fprd(FIRST_ADDRESS, RegisterAddress::AlStatus.into());
+    read.receive::<[u8; 6]>(main_device)
+        .await
+        .map(AlStatus::from_registers)
+}
