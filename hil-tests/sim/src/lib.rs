@@ -11,5 +11,6 @@ pub mod ethercat;
 pub mod kelo;
 pub mod lidar;
 pub mod plant;
+mod range_source;
 pub mod rt;
 pub mod world;

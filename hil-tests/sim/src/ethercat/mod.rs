@@ -14,22 +14,14 @@
 //! BOOT, and protection of registers.
 
 pub mod al;
-pub mod clock;
-pub mod eeprom;
-pub mod esc;
+pub mod controller;
 pub mod faults;
-pub mod fmmu;
 pub mod frame;
-mod memory;
-pub mod registers;
 pub mod segment;
 pub mod server;
-pub mod sii;
 pub mod subdevice;
-pub mod sync_manager;
-pub mod watchdog;
-mod wire;
 
+pub use controller::{clock, eeprom, esc, fmmu, registers, sii, sync_manager, watchdog};
 pub use faults::FaultHandle;
 pub use segment::{Reply, Segment, Statistics, StatisticsHandle};
 pub use server::{ServeError, ServeOptions, ServerHandle, serve_raw, serve_udp};

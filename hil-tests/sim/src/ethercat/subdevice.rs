@@ -1,11 +1,11 @@
 //! One SubDevice: controller, state machine and the application behind it.
 
 use super::al::{AlCode, AlState, AlStatus};
-use super::eeprom::{Eeprom, ReadSize};
-use super::esc::Esc;
+use super::controller::eeprom::{Eeprom, ReadSize};
+use super::controller::esc::Esc;
+use super::controller::sii::{Sii, SyncManagerUse};
+use super::controller::sync_manager::SyncManager;
 use super::frame::Datagram;
-use super::sii::{Sii, SyncManagerUse};
-use super::sync_manager::SyncManager;
 
 /// Longest time between two cycles of an application while it is being served.
 const APPLICATION_PERIOD_NS: u64 = 1_000_000;

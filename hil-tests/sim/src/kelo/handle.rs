@@ -2,8 +2,9 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::demand::{MAX_WHEEL_RAD_S, drive_command};
+use super::injected::Injected;
 use super::pdo::{Mode, Outputs, command};
-use super::{MAX_WHEEL_RAD_S, drive_command};
 
 /// Injects faults into one drive and tells which setpoints it received; can be cloned and used from any thread.
 #[derive(Debug, Clone, Default)]
@@ -13,17 +14,6 @@ pub struct DriveHandle(Arc<Mutex<Shared>>);
 struct Shared {
     injected: Injected,
     statistics: DriveStatistics,
-}
-
-/// What is injected.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Injected {
-    pub bus_voltage_v: Option<f64>,
-    pub status1_set: u16,
-    pub status1_cleared: u16,
-    pub status2: Option<u16>,
-    pub emergency_stop: bool,
-    pub sensors_frozen: bool,
 }
 
 /// Smallest and largest value seen; both 0 before the first.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::MAX_SUPPLY_V;
+use super::demand::MAX_SUPPLY_V;
 use super::pdo::{Inputs, MotorInputs, status};
 use crate::plant::{DriveCommand, DriveFeedback};
 

@@ -1,5 +1,8 @@
+use super::demand::drive_command;
+use super::pdo::{self, Outputs};
 use super::*;
 use crate::ethercat::al::AlState;
+use crate::ethercat::{Application, Cycle};
 use crate::plant::TestStand;
 
 const MS: u64 = 1_000_000;

@@ -2,7 +2,7 @@
 
 use super::codec::{data_lines, encode, summed_line};
 use super::command::Section;
-use crate::world::RANGE_STEPS;
+use crate::range_source::RANGE_STEPS;
 
 /// Readings under this are error codes.
 const FIRST_LENGTH_MM: u16 = 20;

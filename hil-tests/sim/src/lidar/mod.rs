@@ -23,17 +23,9 @@ mod pty;
 mod reports;
 mod server;
 
+pub use crate::range_source::RangeSource;
 pub use codec::{checksum, encode};
 pub use device::{BIT_RATES, Device, DeviceOptions, Emission, Kind, Protocol};
 pub use faults::{Counters, FaultHandle};
 pub use line::Line;
 pub use server::{LidarError, LidarOptions, LidarServer};
-
-use crate::world::RANGE_STEPS;
-
-/// Where a lidar's readings come from.
-pub trait RangeSource: Send {
-    /// Fills in the readings of the turn that began at `turn_start_ns` (step 0, monotonic): millimetres, or error
-    /// codes under 20. Called after the last step was measured, three quarters of a turn later.
-    fn measure(&mut self, turn_start_ns: u64, turn_ns: u64, readings_mm: &mut [u16; RANGE_STEPS]);
-}

@@ -22,6 +22,7 @@
 //! ```
 
 mod collision;
+mod error;
 mod geometry;
 mod random;
 mod range_finder;
@@ -34,40 +35,15 @@ mod tests;
 mod truth;
 mod walker;
 
+pub use crate::range_source::{RANGE_STEPS, STEPS_PER_TURN};
 pub use collision::{Cause, Collision, STANDING_M_S};
+pub use error::WorldError;
 pub use geometry::{Footprint, Point, Pose, Rectangle, Segment, Twist, ray_hit_disc_m};
 pub use random::Random;
-pub use range_finder::{RANGE_STEPS, RangeFinder, RangeModel, STEPS_PER_TURN};
+pub use range_finder::{RangeFinder, RangeModel};
 pub use robot::RobotModel;
 pub use scene::{MAX_OBSTACLES, Obstacle, ObstacleId, Shape};
 pub use shared::{RobotHandle, SharedWorld, WorldRangeSource};
 pub use simulation::{COMMAND_TIMEOUT, STEP, World, WorldConfig};
 pub use truth::{Truth, TruthLog, TruthRecord};
 pub use walker::{BEHIND_RAD, Body, Route, Walker};
-
-/// Why a world cannot be built or changed as asked.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum WorldError {
-    /// A robot's model makes no sense.
-    #[error("robot \"{id}\": {reason}")]
-    Robot {
-        /// Its name.
-        id: String,
-        /// What was expected and found.
-        reason: String,
-    },
-    /// An obstacle makes no sense.
-    #[error("obstacle: {0}")]
-    Obstacle(String),
-    /// A walker makes no sense.
-    #[error("walker: {0}")]
-    Walker(String),
-    /// There is no robot of that name.
-    #[error("no robot \"{id}\" in this world; it has: {known}")]
-    UnknownRobot {
-        /// The name asked for.
-        id: String,
-        /// The names there are.
-        known: String,
-    },
-}

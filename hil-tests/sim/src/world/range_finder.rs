@@ -5,15 +5,11 @@
 //! robots where they are then; it never meets its own robot. Readings are millimetres; under 20 they are the
 //! device's error codes: 0 nothing within reach, 1 too little light, 6 too near, 19 a step it does not measure.
 
-use super::World;
 use super::geometry::{Footprint, Point, Pose, Segment, add, ray_hit_disc_m};
 use super::random::Random;
 use super::scene::{Outline, Target};
-
-/// Steps of a whole turn.
-pub const STEPS_PER_TURN: usize = 1024;
-/// Steps that can be asked for: 0 to 768.
-pub const RANGE_STEPS: usize = 769;
+use super::simulation::World;
+use crate::range_source::{RANGE_STEPS, STEPS_PER_TURN};
 
 const FIRST_STEP: usize = 44;
 const LAST_STEP: usize = 725;

@@ -4,7 +4,7 @@
 //! of turn Ω = (v_right − v_left) / separation, the pivot at (L, 0) moves as the platform does:
 //! v = v_u·cos δ − s·Ω·sin δ and ω·L = v_u·sin δ + s·Ω·cos δ, and the pivot angle changes by δ' = Ω − ω.
 
-use super::WorldError;
+use super::error::WorldError;
 use super::geometry::{Footprint, Pose, Twist};
 use super::random::Random;
 use crate::plant::{DriveCommand, DriveFeedback};

@@ -1,6 +1,6 @@
 //! What stands and moves in the world besides robots.
 
-use super::WorldError;
+use super::error::WorldError;
 use super::geometry::{Footprint, Point, Pose, Rectangle, Segment, add, norm, sub};
 
 /// More obstacles than this are refused.

@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::range_finder::{RANGE_STEPS, RangeFinder, RangeModel, STEPS_PER_TURN};
+use super::error::WorldError;
+use super::range_finder::{RangeFinder, RangeModel};
+use super::simulation::{World, WorldConfig};
 use super::truth::Truth;
-use super::{World, WorldConfig, WorldError};
-use crate::lidar::RangeSource;
 use crate::plant::{DriveCommand, DriveFeedback, Plant};
+use crate::range_source::{RANGE_STEPS, RangeSource, STEPS_PER_TURN};
 
 /// A world that threads share. It is locked for microseconds at a time.
 #[derive(Debug, Clone)]

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use super::WorldError;
 use super::collision::{Cause, Collision, MOST_COLLISIONS};
+use super::error::WorldError;
 use super::geometry::{Footprint, Pose, norm, sub};
 use super::random::Random;
 use super::robot::{Motion, RobotModel};

@@ -4,7 +4,7 @@
 //! robots it takes notice as far as it [heeds](Walker::heed_m) them; one that it runs into it does not pass through, but
 //! turns elsewhere. Where it goes follows from the world's seed.
 
-use super::WorldError;
+use super::error::WorldError;
 use super::geometry::{Point, Pose, Rectangle, add, norm, sub};
 use super::random::Random;
 use super::scene::{Obstacle, ObstacleId, Scene, Shape};

@@ -1,9 +1,10 @@
 //! The old language: one status character, no checksums, no streams.
 
-use super::super::command::{number, section};
-use super::super::measurement::Measurement;
-use super::super::reports;
-use super::{Device, Emission, Protocol, Section, reply};
+use super::sensor::Device;
+use super::types::{BIT_RATES, Emission, Protocol};
+use crate::lidar::command::{Section, number, section};
+use crate::lidar::measurement::Measurement;
+use crate::lidar::reports;
 
 const OK: u8 = b'0';
 const BAD_PARAMETER: u8 = b'1';
@@ -43,9 +44,7 @@ impl Device {
             // Six digits and seven reserved characters.
             [b'S', digits @ ..] if digits.len() == 6 || digits.len() == 13 => {
                 let rate = number(&digits[..6]);
-                let known = super::BIT_RATES
-                    .into_iter()
-                    .find(|known| Some(*known) == rate);
+                let known = BIT_RATES.into_iter().find(|known| Some(*known) == rate);
                 if let Some(rate) = known {
                     self.bit_rate = rate;
                     rate_after = known;
@@ -73,7 +72,7 @@ impl Device {
         bytes.push(b'\n');
         Some(Emission {
             bit_rate_after: rate_after,
-            ..reply(bytes)
+            ..Emission::reply(bytes)
         })
     }
 }
@@ -91,5 +90,5 @@ pub(super) fn scan_reply(line: &[u8], section: &Section, measurement: &Measureme
         bytes.push(b'\n');
     }
     bytes.push(b'\n');
-    reply(bytes)
+    Emission::reply(bytes)
 }

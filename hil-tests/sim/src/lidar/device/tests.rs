@@ -2,7 +2,10 @@
 
 use proptest::prelude::*;
 
+use super::firmware::MAX_LINE;
 use super::*;
+use crate::lidar::checksum;
+use crate::world::RANGE_STEPS;
 
 const MS: u64 = 1_000_000;
 const SECOND_NS: u64 = 1_000 * MS;

@@ -62,3 +62,14 @@ pub struct Emission {
     /// The line's bit rate after the last of them.
     pub bit_rate_after: Option<u32>,
 }
+
+impl Emission {
+    /// A reply after which the bit rate stays.
+    pub(super) fn reply(bytes: Vec<u8>) -> Emission {
+        Emission {
+            bytes,
+            kind: Kind::Reply,
+            bit_rate_after: None,
+        }
+    }
+}

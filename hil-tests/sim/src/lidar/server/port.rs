@@ -3,9 +3,9 @@
 use std::io;
 use std::path::Path;
 
-use super::super::line::Line;
-use super::super::pty::{Link, Pty};
-use super::LidarError;
+use super::options::LidarError;
+use crate::lidar::line::Line;
+use crate::lidar::pty::{Link, Pty};
 use crate::world::Random;
 
 /// The kernel keeps 4095 bytes for a reader; what does not fit waits in the line, where its bit rate is known.

@@ -6,13 +6,14 @@ use std::sync::atomic::Ordering;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::super::RangeSource;
-use super::super::device::{Device, DeviceOptions, Emission, Kind};
-use super::super::faults::{Counters, Request, Shared, lock};
-use super::super::line::Line;
-use super::{LidarOptions, Port};
+use super::options::LidarOptions;
+use super::port::Port;
+use crate::lidar::device::{Device, DeviceOptions, Emission, Kind};
+use crate::lidar::faults::{Counters, Request, Shared, lock};
+use crate::lidar::line::Line;
+use crate::range_source::{RANGE_STEPS, RangeSource, STEPS_PER_TURN};
 use crate::rt::monotonic_ns;
-use crate::world::{RANGE_STEPS, Random, STEPS_PER_TURN};
+use crate::world::Random;
 
 /// Faults take effect within this.
 const IDLE_WAIT_NS: u64 = 5_000_000;

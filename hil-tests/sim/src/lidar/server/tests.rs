@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::os::fd::OwnedFd;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -12,7 +12,8 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use super::*;
 use crate::lidar::Protocol;
-use crate::world::{Obstacle, Pose, RANGE_STEPS, RobotModel, WorldConfig};
+use crate::lidar::{DeviceOptions, RangeSource};
+use crate::world::{Obstacle, Pose, RANGE_STEPS, RobotModel, SharedWorld, WorldConfig};
 
 /// Far longer than anything takes here; a test that gets there has failed.
 const WATCHDOG: Duration = Duration::from_secs(10);

@@ -15,8 +15,8 @@ use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::segment::{Reply, Segment};
 use super::wire::{RawError, RawWire, UdpWire, Wire};
+use crate::ethercat::segment::{Reply, Segment};
 use crate::rt::{self, Granted, monotonic_ns};
 
 /// Longest time between two calls of the segment.

@@ -3,8 +3,8 @@
 
 use super::esc::Esc;
 use super::fmmu::copy_bits;
-use super::frame::{Datagram, MAX_PAYLOAD};
 use super::registers as reg;
+use crate::ethercat::frame::{Datagram, MAX_PAYLOAD};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Direction {

@@ -6,8 +6,8 @@ use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 
 use rustix::net::{AddressFamily, RecvFlags, SendFlags, SocketFlags, SocketType};
 
-use super::frame::ETHERTYPE;
-use super::segment::{Reply, Segment};
+use crate::ethercat::frame::ETHERTYPE;
+use crate::ethercat::segment::{Reply, Segment};
 
 /// Carries frames; never blocks.
 pub(super) trait Wire: Send {

@@ -6,10 +6,10 @@
 use super::clock::Clock;
 use super::eeprom::Eeprom;
 use super::fmmu::Fmmu;
-use super::frame::{Command, Datagram};
 use super::registers as reg;
 use super::sync_manager::SyncManager;
 use super::watchdog::{self, Watchdog};
+use crate::ethercat::frame::{Command, Datagram, MAX_PAYLOAD};
 
 /// One controller.
 #[derive(Debug, Clone)]
@@ -203,7 +203,7 @@ impl Esc {
     ) {
         let mut counted = 0;
         if reads && writes {
-            let mut old = [0; super::frame::MAX_PAYLOAD];
+            let mut old = [0; MAX_PAYLOAD];
             let Some(old) = old.get_mut(..datagram.data.len()) else {
                 return;
             };
@@ -215,7 +215,7 @@ impl Esc {
             }
             merge(datagram.data, old, broadcast, counted & 1 != 0);
         } else if reads {
-            let mut old = [0; super::frame::MAX_PAYLOAD];
+            let mut old = [0; MAX_PAYLOAD];
             let Some(old) = old.get_mut(..datagram.data.len()) else {
                 return;
             };
