@@ -10,7 +10,7 @@ mod figures;
 mod floor;
 mod latency;
 mod load;
-#[path = "../../tests/program/mod.rs"]
+#[path = "../../tests/it/program/mod.rs"]
 mod program;
 mod steps;
 mod wire;

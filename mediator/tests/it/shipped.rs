@@ -1,7 +1,6 @@
 //! The coordinations of the sites that ship, step by step, with robots that say by script where they are.
 
-mod sites;
-
+use crate::sites;
 use contract::client::{Client, Order, Situation};
 use mediator::journal::Stored;
 use mediator::manager::{Alarm, Manager};

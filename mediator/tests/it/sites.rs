@@ -1,5 +1,4 @@
 //! The shipped sites and nets, with coordinations for tests.
-#![allow(dead_code, reason = "every test has its own choice of them")]
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

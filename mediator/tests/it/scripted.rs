@@ -1,11 +1,10 @@
 //! Manager and clients step by step: what a fence refuses, what `why` says, what `clear` ends.
 
-mod sites;
-
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::sites;
 use config::{load_net, parse_site};
 use contract::client::{Client, Situation};
 use coordination::analysis::Limits;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::floor::{Floor, SILENT_NS};
 use super::journal::Journal;
-use super::random::Random;
 use super::robot::{Process, Robot};
 use super::tally::Tally;
+use crate::random::Random;
 use contract::client::Client;
 use contract::wire::{MediatorReport, RobotReport};
 use mediator::journal::Entry;

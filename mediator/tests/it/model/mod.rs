@@ -12,17 +12,14 @@
 mod fleet;
 mod floor;
 mod journal;
-mod random;
 mod robot;
-#[path = "../sites/mod.rs"]
-mod sites;
 mod tally;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::random::Random;
 use fleet::{Broken, Faults, Fleet, Point};
 use floor::Floor;
-use random::Random;
 use robot::Robot;
 use tally::Tally;
 

@@ -11,8 +11,8 @@ use zenoh::Wait;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
 
-use super::program::Site;
-use super::random::Random;
+use crate::program::Site;
+use crate::random::Random;
 
 pub const PREFIX: &str = "fleet";
 const SILENT_NS: u64 = 1_000_000_000;

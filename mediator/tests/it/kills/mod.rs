@@ -9,18 +9,14 @@
 
 mod fleet;
 mod observer;
-#[path = "../program/mod.rs"]
-mod program;
-#[path = "../model/random.rs"]
-mod random;
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use crate::program::{Program, Site, session};
+use crate::random::Random;
 use fleet::Fleet;
 use observer::Observer;
-use program::{Program, Site, session};
-use random::Random;
 
 const ROAMERS: usize = 2;
 const CROSSERS: usize = 3;

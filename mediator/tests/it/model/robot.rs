@@ -1,7 +1,7 @@
 //! A robot: a body, which no crash moves, and the process in it.
 
 use super::floor::Floor;
-use super::random::Random;
+use crate::random::Random;
 use contract::client::{Client, Order, Situation};
 
 /// The body.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::random::Random;
+use crate::random::Random;
 use mediator::journal::{Entry, Stored};
 
 /// At most so many writes are lost.

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::random::Random;
 use super::robot::Robot;
-use super::sites;
+use crate::random::Random;
+use crate::sites;
 use mediator::coordination::Plan;
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 

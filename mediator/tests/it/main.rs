@@ -1,0 +1,10 @@
+//! Integration tests, in one binary so that the network is linked once.
+
+mod kills;
+mod model;
+mod plans;
+mod program;
+mod random;
+mod scripted;
+mod shipped;
+mod sites;
