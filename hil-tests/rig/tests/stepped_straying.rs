@@ -1,5 +1,6 @@
 //! On the simulated clock: detours keep to the deviation limit, and a robot that strayed comes back when it is reset.
 
+use config::ActivityKind;
 use onboard::activities::port::Command;
 use onboard::cli::Files;
 use onboard::composition::plan::Plan;
@@ -76,7 +77,7 @@ impl Stage {
     }
 
     fn reset(&mut self) {
-        for activity in ["navigation", "motion-tube"] {
+        for activity in [ActivityKind::Navigation, ActivityKind::MotionTube] {
             self.robot.tell(activity, Command::Reset);
         }
     }

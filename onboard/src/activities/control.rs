@@ -1,15 +1,16 @@
 //! Control: turns the safe motion command into wheel setpoints.
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
-use coordination::symbols::{Reader, Stamped, Writer};
+use coordination::symbols::Stamped;
 use skills::drive::{StopKind, WheelController, WheelSpeeds};
 
+use crate::activities::exchange::Exchange;
 use crate::activities::port::Port;
-use crate::process::reload::Exchange;
-use crate::process::runner::RobotActivity;
+use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{CommandValue, DriveStatus, Encoders, WheelSetpointsValue};
+use crate::symbols::values::{CommandValue, Encoders, WheelSetpointsValue};
+use crate::symbols::wiring::ControlSymbols;
 
 /// Longest time that one step of the controller stands for.
 const LONGEST_STEP_NS: u64 = 50 * MILLISECOND_NS;
@@ -17,23 +18,10 @@ const LONGEST_STEP_NS: u64 = 50 * MILLISECOND_NS;
 /// Wheels slower than this stand.
 const STANDING_RAD_S: f64 = 0.2;
 
-/// The symbols it reads and owns.
-#[derive(Debug)]
-pub struct Symbols {
-    /// The command that the motion tubes let through.
-    pub command: Reader<CommandValue>,
-    /// Where wheels and pivot are.
-    pub encoders: Reader<Encoders>,
-    /// Whether the drive follows.
-    pub drive: Reader<DriveStatus>,
-    /// What the wheels are to do.
-    pub setpoints: Writer<WheelSetpointsValue>,
-}
-
 /// The activity.
 pub struct Control {
     port: Port,
-    symbols: Symbols,
+    symbols: ControlSymbols,
     controller: Box<WheelController>,
     exchange: Option<Exchange<WheelController>>,
     command_timeout_ns: u64,
@@ -50,7 +38,7 @@ impl Control {
     #[must_use]
     pub fn new(
         port: Port,
-        symbols: Symbols,
+        symbols: ControlSymbols,
         controller: WheelController,
         command_timeout_ns: u64,
     ) -> Self {

@@ -6,7 +6,6 @@
 use std::time::Duration;
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
-use coordination::symbols::{Reader, Writer};
 use drivers::ethercat::{BringUpOptions, Bus, Counters, ExchangeError, Expectation, Link};
 use drivers::kelo::{
     self, Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch, VoltageLimits,
@@ -14,13 +13,14 @@ use drivers::kelo::{
 
 use super::ramp::WheelRamp;
 use crate::activities::port::{Command, Port};
-use crate::process::runner::RobotActivity;
+use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
 use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{DriveStatus, Encoders, WheelSetpointsValue};
+use crate::symbols::values::{DriveStatus, Encoders};
+use crate::symbols::wiring::DriveSymbols;
 
 const BRING_UP: BringUpOptions = BringUpOptions {
     timeout: Duration::from_secs(3),
@@ -70,17 +70,6 @@ pub struct Settings {
     pub pivot_zero_rad: f64,
 }
 
-/// The symbols it reads and owns.
-#[derive(Debug)]
-pub struct Symbols {
-    /// What control wants.
-    pub setpoints: Reader<WheelSetpointsValue>,
-    /// What the encoders say.
-    pub encoders: Writer<Encoders>,
-    /// What the bus and the drive are doing.
-    pub status: Writer<DriveStatus>,
-}
-
 /// Opens the link to the bus; called again after each loss.
 pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
 
@@ -88,7 +77,7 @@ pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
 pub struct Drive {
     port: Port,
     settings: Settings,
-    symbols: Symbols,
+    symbols: DriveSymbols,
     open_link: OpenLink,
     log: LogSender,
     bus: Option<Bus>,
@@ -125,7 +114,7 @@ impl Drive {
     pub fn new(
         port: Port,
         settings: Settings,
-        symbols: Symbols,
+        symbols: DriveSymbols,
         open_link: OpenLink,
         log: LogSender,
     ) -> Self {

@@ -3,17 +3,17 @@
 use std::path::PathBuf;
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
-use coordination::symbols::Writer;
 use drivers::hokuyo::{Hokuyo, Options, ReadError, Scan, ScanFormat};
 
 use crate::activities::port::Port;
-use crate::process::runner::RobotActivity;
+use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
 use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::realtime::wake::Wake;
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{LidarStatus, MAX_STEPS, RangeScan};
+use crate::symbols::wiring::LidarSymbols;
 
 /// Longest wait for the device in one event loop: bounds how late a command of the supervisor is heard.
 const WAIT_NS: u64 = 100 * MILLISECOND_NS;
@@ -35,22 +35,12 @@ pub struct Settings {
     pub silent_ns: u64,
 }
 
-/// The symbols it owns, and whom it wakes.
-#[derive(Debug)]
-pub struct Symbols {
-    /// The last scan.
-    pub scan: Writer<RangeScan>,
-    /// State of the device.
-    pub status: Writer<LidarStatus>,
-    /// Wakes the thread that waits for scans.
-    pub wake: Wake,
-}
-
 /// The activity.
 pub struct Lidar {
     port: Port,
     settings: Settings,
-    symbols: Symbols,
+    symbols: LidarSymbols,
+    wake: Wake,
     log: LogSender,
     device: Option<Hokuyo>,
     scan: Box<Scan>,
@@ -67,10 +57,17 @@ pub struct Lidar {
 }
 
 impl Lidar {
-    /// An activity in state *created*.
+    /// An activity in state *created*. `wake` wakes the thread that waits for scans.
     #[must_use]
-    pub fn new(port: Port, settings: Settings, symbols: Symbols, log: LogSender) -> Self {
+    pub fn new(
+        port: Port,
+        settings: Settings,
+        symbols: LidarSymbols,
+        wake: Wake,
+        log: LogSender,
+    ) -> Self {
         Self {
+            wake,
             port,
             settings,
             symbols,
@@ -216,7 +213,7 @@ impl Activity for Lidar {
             self.value.count = count as u64;
             self.value.ranges_mm[..count].copy_from_slice(&self.scan.ranges_mm[..count]);
             self.symbols.scan.write(self.scan.stamp_ns, &self.value);
-            self.symbols.wake.wake();
+            self.wake.wake();
         }
         self.port.publish(now_ns);
     }

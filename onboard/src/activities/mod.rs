@@ -3,11 +3,15 @@
 pub mod communication;
 pub mod control;
 pub mod drive;
+pub mod exchange;
 pub mod fleet_link;
 pub mod lidar;
+pub mod machine_names;
 pub mod motion_tube;
 pub mod navigation;
+pub mod news;
 pub mod port;
 pub mod proprioception;
 mod ramp;
+pub mod robot_activity;
 pub mod scans;

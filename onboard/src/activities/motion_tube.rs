@@ -1,41 +1,23 @@
 //! Adaptive motion tube: lets a wanted motion through as far as the floor ahead is free.
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
-use coordination::symbols::{Reader, Stamped, Writer};
+use coordination::symbols::Stamped;
 use skills::scan::AlignError;
 use skills::tubes::{Adapted, MotionTubes, Reason, Verdict};
 
 use super::scans::{Intake, ScanIntake};
+use crate::activities::exchange::Exchange;
 use crate::activities::port::{Command, Port};
-use crate::process::reload::Exchange;
-use crate::process::runner::RobotActivity;
+use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::now_ns;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{
-    CommandValue, OdometryTrace, OdometryValue, RangeScan, TubeState, WantedMotion,
-};
-
-/// The symbols it reads and owns.
-#[derive(Debug)]
-pub struct Symbols {
-    /// The lidar's scans.
-    pub scan: Reader<RangeScan>,
-    /// Dead reckoning.
-    pub odometry: Reader<OdometryValue>,
-    /// Dead reckoning of the last third of a second.
-    pub trace: Reader<OdometryTrace>,
-    /// What navigation wants.
-    pub wanted: Reader<WantedMotion>,
-    /// What is safe.
-    pub safe: Writer<CommandValue>,
-    /// What was made of it, and why.
-    pub state: Writer<TubeState>,
-}
+use crate::symbols::values::{CommandValue, OdometryValue, TubeState, WantedMotion};
+use crate::symbols::wiring::MotionTubeSymbols;
 
 /// The activity.
 pub struct MotionTube {
     port: Port,
-    symbols: Symbols,
+    symbols: MotionTubeSymbols,
     intake: ScanIntake,
     exchange: Exchange<MotionTubes>,
     tubes: Box<MotionTubes>,
@@ -53,7 +35,7 @@ impl MotionTube {
     #[must_use]
     pub fn new(
         port: Port,
-        symbols: Symbols,
+        symbols: MotionTubeSymbols,
         intake: ScanIntake,
         tubes: Box<MotionTubes>,
         exchange: Exchange<MotionTubes>,

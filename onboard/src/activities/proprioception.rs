@@ -1,33 +1,23 @@
 //! Proprioception: dead reckoning from the drive's encoders.
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
-use coordination::symbols::{Reader, Stamped, Writer};
+use coordination::symbols::Stamped;
 use skills::odometry::{DeadReckoning, EncoderSample};
 
 use crate::activities::port::Port;
-use crate::process::runner::RobotActivity;
+use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{Encoders, OdometryTrace, OdometryValue, TraceSample};
+use crate::symbols::wiring::ProprioceptionSymbols;
 
 /// Refused readings are reported no more often than this; all are counted.
 const NOTE_NS: u64 = 200 * MILLISECOND_NS;
 
-/// The symbols it reads and owns.
-#[derive(Debug)]
-pub struct Symbols {
-    /// Wheel and pivot encoders.
-    pub encoders: Reader<Encoders>,
-    /// Pose and twist in `odom`.
-    pub odometry: Writer<OdometryValue>,
-    /// The same, for the last third of a second.
-    pub trace: Writer<OdometryTrace>,
-}
-
 /// The activity.
 pub struct Proprioception {
     port: Port,
-    symbols: Symbols,
+    symbols: ProprioceptionSymbols,
     reckoning: DeadReckoning,
     sample: Stamped<Encoders>,
     trace: Box<OdometryTrace>,
@@ -38,7 +28,7 @@ pub struct Proprioception {
 impl Proprioception {
     /// An activity in state *created*.
     #[must_use]
-    pub fn new(port: Port, symbols: Symbols, reckoning: DeadReckoning) -> Self {
+    pub fn new(port: Port, symbols: ProprioceptionSymbols, reckoning: DeadReckoning) -> Self {
         Self {
             port,
             symbols,

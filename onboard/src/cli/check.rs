@@ -3,7 +3,8 @@
 use config::{ActivityKind, Core, Link, RobotConfig, Scheduling, SiteConfig, Trigger};
 use coordination::symbols::Place;
 
-use crate::cli::{Failure, Files};
+use crate::composition::failure::Failure;
+use crate::composition::files::Files;
 use crate::composition::plan::{Plan, thread_names};
 use crate::symbols::wiring::Wiring;
 

@@ -9,28 +9,29 @@ use crate::activities::control::Control;
 use crate::activities::drive::{Drive, OpenLink};
 use crate::activities::fleet_link;
 use crate::activities::lidar::Lidar;
+use crate::activities::machine_names::MachineNames;
 use crate::activities::motion_tube::MotionTube;
-use crate::activities::navigation::{MachineNames, Navigation};
+use crate::activities::navigation::Navigation;
+use crate::activities::news::Alarm;
 use crate::activities::port::Port;
 use crate::activities::proprioception::Proprioception;
+use crate::activities::robot_activity::RobotActivity;
 use crate::activities::scans::ScanIntake;
-use crate::cli::Failure;
+use crate::composition::failure::Failure;
 use crate::composition::plan::{Plan, PlanError, ns_from_ms};
-use crate::process::asynchronous::Alarm;
-use crate::process::reload::ReloadEnds;
-use crate::process::runner::RobotActivity;
-use crate::process::supervisor;
+use crate::composition::replacement::ReloadEnds;
 use crate::realtime::clock::now_ns;
 use crate::realtime::log::LogSender;
-use crate::symbols::wiring::{ACTIVITIES, Wiring};
+use crate::realtime::wake::Wake;
+use crate::symbols::wiring::{ACTIVITIES, SupervisorSymbols, Wiring};
 
 /// All activities, until their threads take them.
-pub struct Activities(Vec<(&'static str, Box<dyn RobotActivity>)>);
+pub struct Activities(Vec<(ActivityKind, Box<dyn RobotActivity>)>);
 
 impl Activities {
     /// Takes one out. The configuration has each of them on exactly one thread.
     pub fn take(&mut self, kind: ActivityKind) -> Option<Box<dyn RobotActivity>> {
-        let index = self.0.iter().position(|(name, _)| *name == kind.name())?;
+        let index = self.0.iter().position(|(own, _)| *own == kind)?;
         Some(self.0.swap_remove(index).1)
     }
 }
@@ -40,11 +41,13 @@ pub struct Composed {
     /// The activities.
     pub activities: Activities,
     /// The supervisor's symbols.
-    pub supervisor: supervisor::Symbols,
+    pub supervisor: SupervisorSymbols,
     /// Names of the robot's machine.
     pub names: MachineNames,
     /// Wakes the thread of communication.
     pub alarm: Alarm,
+    /// Wakes the thread that waits for scans.
+    pub scan_wake: Wake,
     /// Keeps the shared memory.
     pub table: SymbolTable,
 }
@@ -72,9 +75,9 @@ fn build(
     boot_epoch: u64,
     log: &LogSender,
 ) -> Result<Composed, PlanError> {
-    let mut ports: Vec<(&str, Port)> = ACTIVITIES.into_iter().zip(ports).collect();
+    let mut ports: Vec<(ActivityKind, Port)> = ACTIVITIES.into_iter().zip(ports).collect();
     let mut port = |kind: ActivityKind| {
-        let index = ports.iter().position(|(name, _)| *name == kind.name());
+        let index = ports.iter().position(|(own, _)| *own == kind);
         // Every kind is in `ACTIVITIES`; the test below holds them together.
         ports
             .swap_remove(index.expect("every activity has a port"))
@@ -87,7 +90,7 @@ fn build(
     let navigator = Box::new(plan.navigator()?);
     let start = plan.start(navigator.machine().state());
     let names = MachineNames::of(&navigator);
-    let alarm = Alarm::default();
+    let (alarm, scan_wake) = (Alarm::default(), Wake::default());
     let fleet = plan.fleet_setup(&navigator, boot_epoch).map(|setup| {
         let (navigation_end, link) = fleet_link::link(alarm.wake.clone());
         let names = names.clone();
@@ -110,6 +113,7 @@ fn build(
         port(ActivityKind::Lidar),
         plan.lidar_settings()?,
         wiring.lidar,
+        scan_wake.clone(),
         log.clone(),
     );
     let mut navigation = Navigation::new(
@@ -148,25 +152,21 @@ fn build(
         now_ns(),
     );
     communication.open_network(now_ns());
-    let activities: Vec<Box<dyn RobotActivity>> = vec![
-        Box::new(drive),
-        Box::new(proprioception),
-        Box::new(lidar),
-        Box::new(navigation),
-        Box::new(motion_tube),
-        Box::new(control),
-        Box::new(communication),
+    let activities: Vec<(ActivityKind, Box<dyn RobotActivity>)> = vec![
+        (ActivityKind::Drive, Box::new(drive)),
+        (ActivityKind::Proprioception, Box::new(proprioception)),
+        (ActivityKind::Lidar, Box::new(lidar)),
+        (ActivityKind::Navigation, Box::new(navigation)),
+        (ActivityKind::MotionTube, Box::new(motion_tube)),
+        (ActivityKind::Control, Box::new(control)),
+        (ActivityKind::Communication, Box::new(communication)),
     ];
     Ok(Composed {
-        activities: Activities(
-            activities
-                .into_iter()
-                .map(|activity| (activity.name(), activity))
-                .collect(),
-        ),
+        activities: Activities(activities),
         supervisor: wiring.supervisor,
         names,
         alarm,
+        scan_wake,
         table: wiring.table,
     })
 }
@@ -189,10 +189,9 @@ mod tests {
 
     #[test]
     fn every_activity_has_a_port() {
-        let mut kinds = ActivityKind::ALL.map(ActivityKind::name);
-        let mut names = ACTIVITIES;
-        kinds.sort_unstable();
-        names.sort_unstable();
-        assert_eq!(kinds, names);
+        let (mut all, mut wired) = (ActivityKind::ALL, ACTIVITIES);
+        all.sort_unstable();
+        wired.sort_unstable();
+        assert_eq!(all, wired);
     }
 }

@@ -1,5 +1,8 @@
 //! Composition: the two files become parts, and parts, symbols and ports become activities.
 
 pub mod compose;
+pub mod failure;
+pub mod files;
 pub mod plan;
+pub mod replacement;
 mod site_parts;

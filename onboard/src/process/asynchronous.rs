@@ -4,67 +4,21 @@
 //! a thread of our own passes on: waking tokio takes a lock.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use coordination::activity::event_loop_once;
-use tokio::sync::Notify;
 use tokio::time::{MissedTickBehavior, interval};
 
-use crate::process::runner::{RobotActivity, ThreadSetup, Timing, Trigger};
+use crate::activities::news::{Alarm, News};
+use crate::activities::robot_activity::RobotActivity;
+use crate::process::runner::{ThreadSetup, Timing, Trigger};
 use crate::realtime::clock::{MILLISECOND_NS, now_ns};
 use crate::realtime::scheduling::promote;
-use crate::realtime::wake::Wake;
 
 /// How soon the thread that passes wake-ups on notices the end.
 const GLANCE_NS: u64 = 100 * MILLISECOND_NS;
-
-/// Wakes the loop, from any thread that may take a lock.
-#[derive(Clone, Debug, Default)]
-pub struct News(Arc<Told>);
-
-#[derive(Debug, Default)]
-struct Told {
-    notify: Notify,
-    /// When the oldest news came that the loop has not begun to look at; 0: there is none.
-    since_ns: AtomicU64,
-}
-
-impl News {
-    /// There is something to look at.
-    pub fn tell(&self) {
-        // Fails when there are older news.
-        let _ = { &self.0.since_ns }.compare_exchange(
-            0,
-            now_ns().max(1),
-            Ordering::AcqRel,
-            Ordering::Relaxed,
-        );
-        self.0.notify.notify_one();
-    }
-
-    async fn wait(&self) {
-        self.0.notify.notified().await;
-    }
-
-    /// When the news came that are looked at from now on.
-    fn take(&self) -> Option<u64> {
-        match self.0.since_ns.swap(0, Ordering::AcqRel) {
-            0 => None,
-            since_ns => Some(since_ns),
-        }
-    }
-}
-
-/// What wakes the thread beside its period.
-#[derive(Clone, Debug, Default)]
-pub struct Alarm {
-    /// For threads that may take a lock.
-    pub news: News,
-    /// For real-time threads.
-    pub wake: Wake,
-}
 
 /// Starts the thread. zenoh refuses tokio's current-thread scheduler, so there is one worker beside it.
 ///
@@ -143,7 +97,7 @@ async fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
+    use std::sync::atomic::{AtomicBool, AtomicU64};
     use std::time::Instant;
 
     use coordination::activity::{Activity, LifeCycle};

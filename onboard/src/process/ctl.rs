@@ -15,7 +15,7 @@ use description::geometry::Pose2;
 use serde::{Deserialize, Serialize};
 use skills::navigator::Instruction;
 
-use crate::cli::Failure;
+use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
 
 /// How long either side waits for the other's line.

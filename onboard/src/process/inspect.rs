@@ -7,7 +7,7 @@ use coordination::activity::LifeCycleState;
 use coordination::symbols::{Datatype, Inspector, SymbolError, SymbolInfo};
 use serde_json::{Value as Json, json};
 
-use crate::cli::Failure;
+use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
 use crate::realtime::clock::now_ns;
 use crate::symbols::faults::FaultTable;

@@ -9,139 +9,35 @@
 
 use std::thread::JoinHandle;
 
-use rtrb::{Consumer, Producer, RingBuffer};
-use skills::drive::WheelController;
-use skills::tubes::MotionTubes;
+use config::ActivityKind;
 
-use crate::activities::navigation::{self, MachineNames};
-use crate::cli::{Failure, Files};
+use super::ctl::Pending;
+use crate::activities::machine_names::MachineNames;
+use crate::composition::files::Files;
 use crate::composition::plan::Plan;
-use crate::process::ctl::Pending;
+use crate::composition::replacement::{ReloadEnds, ReloadHands, Replacement};
 use crate::realtime::clock::SECOND_NS;
 
 /// How long a robot may take to stand, and activities to pause, before the reload is given up.
 const PATIENCE_NS: u64 = 8 * SECOND_NS;
 
 /// Activities that are reconfigured.
-pub const RECONFIGURED: [&str; 3] = ["navigation", "motion-tube", "control"];
-
-/// An activity's end: takes a new part and gives the old one back.
-pub struct Exchange<T> {
-    new: Consumer<Box<T>>,
-    old: Producer<Box<T>>,
-}
-
-impl<T> Exchange<T> {
-    /// The new part, if there is one.
-    pub fn take(&mut self) -> Option<Box<T>> {
-        self.new.pop().ok()
-    }
-
-    /// Gives the old part back. There is room: parts are handed out one at a time.
-    pub fn give_back(&mut self, old: Box<T>) {
-        if let Err(rtrb::PushError::Full(old)) = self.old.push(old) {
-            // Never released on this thread.
-            std::mem::forget(old);
-        }
-    }
-}
-
-/// The supervisor's end.
-struct Hand<T> {
-    new: Producer<Box<T>>,
-    old: Consumer<Box<T>>,
-}
-
-impl<T> Hand<T> {
-    fn pair() -> (Self, Exchange<T>) {
-        let (new, new_end) = RingBuffer::new(1);
-        let (old_end, old) = RingBuffer::new(2);
-        (
-            Self { new, old },
-            Exchange {
-                new: new_end,
-                old: old_end,
-            },
-        )
-    }
-
-    fn hand_over(&mut self, part: Box<T>) {
-        // Empty: one reload at a time, and each waits until its part was taken.
-        let _ = self.new.push(part);
-    }
-
-    /// Whether the part was taken: the old one is back.
-    fn taken(&self) -> bool {
-        !self.old.is_empty()
-    }
-
-    fn release_old(&mut self) {
-        while self.old.pop().is_ok() {}
-    }
-}
-
-/// The activities' ends.
-pub struct ReloadEnds {
-    /// Of navigation.
-    pub navigator: Exchange<navigation::Part>,
-    /// Of the motion tube.
-    pub tubes: Exchange<MotionTubes>,
-    /// Of control.
-    pub controller: Exchange<WheelController>,
-}
-
-/// What the files were made into.
-struct Parts {
-    plan: Plan,
-    navigator: Box<navigation::Part>,
-    tubes: Box<MotionTubes>,
-    controller: Box<WheelController>,
-    names: MachineNames,
-}
-
-impl Parts {
-    /// Reads and checks the files and builds everything; the reason why not.
-    fn prepare(files: &Files, present: &Plan) -> Result<Self, String> {
-        let plan = Plan::load(files).map_err(|failure| match failure {
-            Failure::Refused(report) | Failure::Failed(report) => format!("{report:?}"),
-        })?;
-        if let Some(key) = present.first_fixed_difference(&plan) {
-            return Err(format!(
-                "`{key}` has changed, which takes a restart; [navigation], [tubes], gains in [control], limits of \
-                 speed, steering and acceleration in [drive], and the site can be reloaded"
-            ));
-        }
-        let state = |name: &str| plan.fsm.state(name).is_some();
-        if let Some(gone) = present.fsm.states.iter().find(|own| !state(&own.name)) {
-            return Err(format!(
-                "the robot may be in state `{}`, which the new state machine does not have",
-                gone.name
-            ));
-        }
-        let text = |error: crate::composition::plan::PlanError| error.to_string();
-        let navigator = plan.navigator().map_err(text)?;
-        let start = plan.start(navigator.machine().state());
-        let names = MachineNames::of(&navigator);
-        Ok(Self {
-            navigator: Box::new(navigation::Part::new(Box::new(navigator), start)),
-            tubes: Box::new(plan.motion_tubes().map_err(text)?),
-            controller: Box::new(plan.wheel_controller().map_err(text)?),
-            names,
-            plan,
-        })
-    }
-}
+pub const RECONFIGURED: [ActivityKind; 3] = [
+    ActivityKind::Navigation,
+    ActivityKind::MotionTube,
+    ActivityKind::Control,
+];
 
 /// How far a reload is.
 enum Stage {
     /// The files are read and the parts built.
-    Preparing(JoinHandle<Result<Parts, String>>),
+    Preparing(JoinHandle<Result<Replacement, String>>),
     /// Navigation pauses, the robot comes to a stand.
-    Stopping(Parts),
+    Stopping(Replacement),
     /// The others pause as well.
-    Pausing(Parts),
+    Pausing(Replacement),
     /// All are told to reconfigure.
-    Reconfiguring(Parts),
+    Reconfiguring(Replacement),
     /// The parts were handed over.
     HandedOver(Plan, MachineNames),
 }
@@ -181,9 +77,7 @@ struct UnderWay {
 pub struct Reload {
     files: Files,
     plan: Plan,
-    navigator: Hand<navigation::Part>,
-    tubes: Hand<MotionTubes>,
-    controller: Hand<WheelController>,
+    hands: ReloadHands,
     under_way: Option<UnderWay>,
 }
 
@@ -191,25 +85,14 @@ impl Reload {
     /// For a robot that runs `plan`, read from `files`.
     #[must_use]
     pub fn new(files: Files, plan: &Plan) -> (Self, ReloadEnds) {
-        let (navigator, navigator_end) = Hand::pair();
-        let (tubes, tubes_end) = Hand::pair();
-        let (controller, controller_end) = Hand::pair();
+        let (hands, ends) = ReloadHands::pair();
         let reload = Self {
             files,
             plan: plan.clone(),
-            navigator,
-            tubes,
-            controller,
+            hands,
             under_way: None,
         };
-        (
-            reload,
-            ReloadEnds {
-                navigator: navigator_end,
-                tubes: tubes_end,
-                controller: controller_end,
-            },
-        )
+        (reload, ends)
     }
 
     /// The plan that runs.
@@ -227,7 +110,7 @@ impl Reload {
         let (files, plan) = (self.files.clone(), self.plan.clone());
         let thread = std::thread::Builder::new()
             .name("reload".into())
-            .spawn(move || Parts::prepare(&files, &plan));
+            .spawn(move || Replacement::prepare(&files, &plan));
         match thread {
             Ok(thread) => {
                 self.under_way = Some(UnderWay {
@@ -248,7 +131,7 @@ impl Reload {
 
     /// Whether this activity is to pause for it.
     #[must_use]
-    pub fn holds(&self, activity: &str) -> bool {
+    pub fn holds(&self, activity: ActivityKind) -> bool {
         match self.under_way.as_ref().map(|reload| &reload.stage) {
             None | Some(Stage::Preparing(_)) => false,
             Some(Stage::Stopping(_)) => activity == RECONFIGURED[0],
@@ -285,10 +168,8 @@ impl Reload {
                 (Stage::Reconfiguring(parts), Step::Reconfigure)
             }
             Stage::Reconfiguring(parts) if view.reconfiguring => {
-                self.navigator.hand_over(parts.navigator);
-                self.tubes.hand_over(parts.tubes);
-                self.controller.hand_over(parts.controller);
-                (Stage::HandedOver(parts.plan, parts.names), Step::Wait)
+                let (plan, names) = self.hands.hand_over(parts);
+                (Stage::HandedOver(plan, names), Step::Wait)
             }
             Stage::Stopping(_) if late => {
                 return give_up(pending, "the robot does not come to a stand".into());
@@ -296,10 +177,8 @@ impl Reload {
             Stage::Pausing(_) | Stage::Reconfiguring(_) if late => {
                 return give_up(pending, "not every activity has paused".into());
             }
-            Stage::HandedOver(plan, names) if self.taken() => {
-                self.navigator.release_old();
-                self.tubes.release_old();
-                self.controller.release_old();
+            Stage::HandedOver(plan, names) if self.hands.taken() => {
+                self.hands.release_old();
                 self.plan = plan;
                 pending.answer(&Ok("reloaded".into()));
                 return Step::Done(names);
@@ -312,10 +191,6 @@ impl Reload {
             deadline_ns,
         });
         step
-    }
-
-    fn taken(&self) -> bool {
-        self.navigator.taken() && self.tubes.taken() && self.controller.taken()
     }
 }
 

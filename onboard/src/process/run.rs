@@ -11,15 +11,18 @@ use coordination::activity::LifeCycleState;
 use coordination::event::queue;
 
 use crate::activities::communication;
+use crate::activities::news::Alarm;
 use crate::activities::port::{COMMANDS, Port, REPORTS};
-use crate::cli::{Failure, Files};
+use crate::activities::robot_activity::RobotActivity;
 use crate::composition::compose::{Activities, compose};
+use crate::composition::failure::Failure;
+use crate::composition::files::Files;
 use crate::composition::plan::{Plan, thread_names, wanted_scheduling};
-use crate::process::asynchronous::{Alarm, spawn_asynchronous};
+use crate::process::asynchronous::spawn_asynchronous;
 use crate::process::ctl::Server;
 use crate::process::overruns::OverrunWatch;
 use crate::process::reload::Reload;
-use crate::process::runner::{RobotActivity, ThreadSetup, Trigger};
+use crate::process::runner::{ThreadSetup, Trigger};
 use crate::process::runtime::Runtime;
 use crate::process::supervisor::{Ending, Handle, Supervisor, termination_flag};
 use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
@@ -129,7 +132,6 @@ impl Robot {
         let threads = std::mem::take(&mut wiring.threads);
         let (reports, watched): (Vec<_>, Vec<_>) = threads.into_iter().unzip();
         let (reload, reload_ends) = Reload::new(files.clone(), &plan);
-        let scan_wake = wiring.scan_wake.clone();
         let composed = compose(&plan, wiring, ports, reload_ends, boot_epoch, log)?;
         let mode = RobotMode {
             mode: 0,
@@ -165,7 +167,7 @@ impl Robot {
         for (thread, report) in plan.robot.threads.iter().zip(reports) {
             let setup = ThreadSetup {
                 name: thread.name.clone(),
-                trigger: trigger(thread, &scan_wake),
+                trigger: trigger(thread, &composed.scan_wake),
                 wanted: wanted_scheduling(thread),
                 report,
                 stop: Arc::clone(&robot.stop),
@@ -231,14 +233,14 @@ fn ports(wiring: &mut Wiring) -> (Vec<Port>, Vec<Handle>) {
     ACTIVITIES
         .into_iter()
         .zip(states)
-        .map(|(name, state)| {
+        .map(|(kind, state)| {
             let (commands, command_receiver) = queue(COMMANDS);
             let (report_sender, reports) = queue(REPORTS);
             let port = Port::new(command_receiver, report_sender, state);
             (
                 port,
                 Handle {
-                    name,
+                    kind,
                     commands,
                     reports,
                     state: LifeCycleState::Created,

@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 
 use bytemuck::Zeroable;
-use coordination::activity::{Activity, LifeCycleState, event_loop_once};
+use coordination::activity::{LifeCycleState, event_loop_once};
 use coordination::symbols::Writer;
 
+use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
 use crate::realtime::guard;
 use crate::realtime::log::LogSender;
@@ -22,19 +23,6 @@ const REPORT_PERIOD_NS: u64 = 100 * MILLISECOND_NS;
 /// Cadence of the loop that remains after a panic.
 const AFTER_PANIC_PERIOD_NS: u64 = MILLISECOND_NS;
 const STACK_BYTES: usize = 1 << 20;
-
-/// An activity as a thread runs it.
-pub trait RobotActivity: Activity {
-    /// Time that the last event loop spent waiting for its device, to be left out of the execution time.
-    fn waited_ns(&self) -> u64 {
-        0
-    }
-
-    /// One step of what must still be done after a panic in this thread; returns whether that is finished.
-    fn after_panic(&mut self, _now_ns: u64) -> bool {
-        true
-    }
-}
 
 /// What makes a thread's loop run.
 #[derive(Clone, Debug)]
@@ -233,7 +221,7 @@ mod tests {
     use std::sync::atomic::AtomicU64;
     use std::time::{Duration, Instant};
 
-    use coordination::activity::{LifeCycle, LifeCycleEvent};
+    use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
     use coordination::symbols::{Place, Reader, SymbolTable, TableBuilder};
 
     use super::*;

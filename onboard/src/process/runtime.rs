@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use coordination::symbols::Place;
 
-use crate::cli::Failure;
+use crate::composition::failure::Failure;
 
 /// Where running robots of this user are found.
 #[derive(Clone, Debug)]

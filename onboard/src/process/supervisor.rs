@@ -6,11 +6,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use config::ActivityKind;
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender};
-use coordination::symbols::{Reader, Writer};
 
-use crate::activities::navigation::{MachineNames, hold_name};
+use crate::activities::machine_names::MachineNames;
 use crate::activities::port::{Command, Instructed, Report};
 use crate::process::ctl::{Event, Pending, Request, Server};
 use crate::process::overruns::{Load, OverrunWatch};
@@ -19,7 +19,8 @@ use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
 use crate::realtime::log::LogDrain;
 use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::{Fault, FaultTable, Resumes};
-use crate::symbols::values::{DriveStatus, Encoders, RobotMode};
+use crate::symbols::values::{Mode, RobotMode};
+use crate::symbols::wiring::SupervisorSymbols;
 
 /// Period of the supervisor.
 pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
@@ -34,41 +35,11 @@ const ANSWER_NS: u64 = SECOND_NS;
 /// An encoder reading older than this says nothing.
 const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
-/// What the robot as a whole is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u64)]
-pub enum Mode {
-    /// Activities acquire their resources.
-    Configuring = 0,
-    /// It drives, or would if nothing were in the way.
-    Running = 1,
-    /// An operator paused it.
-    Paused = 2,
-    /// A fault or an operator stopped it; it waits for a reset.
-    Stopped = 3,
-    /// It stops, then the program ends.
-    Ending = 4,
-}
-
-impl Mode {
-    /// Its name on the network and in `inspect`.
-    #[must_use]
-    pub fn name_of(number: u64) -> &'static str {
-        match number {
-            0 => "configuring",
-            1 => "running",
-            2 => "paused",
-            3 => "stopped",
-            _ => "ending",
-        }
-    }
-}
-
 /// The supervisor's side of one activity.
 #[derive(Debug)]
 pub struct Handle {
-    /// Its name.
-    pub name: &'static str,
+    /// Which.
+    pub kind: ActivityKind,
     /// Commands to it.
     pub commands: Sender<Command>,
     /// Reports from it.
@@ -77,23 +48,10 @@ pub struct Handle {
     pub state: LifeCycleState,
 }
 
-/// Symbols that the supervisor reads and owns.
-#[derive(Debug)]
-pub struct Symbols {
-    /// Faults of the whole robot.
-    pub faults: Writer<FaultTable>,
-    /// What the robot is doing.
-    pub mode: Writer<RobotMode>,
-    /// To know when it stands.
-    pub encoders: Reader<Encoders>,
-    /// To know whether there is a bus to stop it with.
-    pub drive: Reader<DriveStatus>,
-}
-
 /// The supervisor.
 pub struct Supervisor {
     handles: Vec<Handle>,
-    symbols: Symbols,
+    symbols: SupervisorSymbols,
     table: FaultTable,
     mode_value: RobotMode,
     operator_paused: bool,
@@ -126,7 +84,7 @@ impl Supervisor {
     #[must_use]
     pub fn new(
         handles: Vec<Handle>,
-        symbols: Symbols,
+        symbols: SupervisorSymbols,
         mode_value: RobotMode,
         watch: OverrunWatch,
         names: MachineNames,
@@ -192,7 +150,7 @@ impl Supervisor {
     }
 
     fn take(&mut self, index: usize, report: Report, now_ns: u64) {
-        let name = self.handles[index].name;
+        let name = self.handles[index].kind.name();
         match report {
             Report::LifeCycle(state) => {
                 self.handles[index].state = state;
@@ -234,11 +192,11 @@ impl Supervisor {
         // A fleet network that cannot be reached keeps no robot from starting.
         let all_configured = self.mode_value.mode != Mode::Configuring as u64
             || self.handles.iter().all(|handle| {
-                handle.state == LifeCycleState::Ready || handle.name == "communication"
+                handle.state == LifeCycleState::Ready || handle.kind == ActivityKind::Communication
             });
         for handle in &mut self.handles {
             let held =
-                (self.operator_paused && is_mover(handle.name)) || self.reload.holds(handle.name);
+                (self.operator_paused && is_mover(handle.kind)) || self.reload.holds(handle.kind);
             let wakes =
                 handle.state == LifeCycleState::Ready || handle.state == LifeCycleState::Paused;
             if held && handle.state == LifeCycleState::Running {
@@ -251,7 +209,7 @@ impl Supervisor {
             .iter()
             .any(|&fault| self.table.state(fault).active != 0)
         {
-            self.tell("motion-tube", Command::StopNow);
+            self.tell(ActivityKind::MotionTube, Command::StopNow);
         }
         if all_configured {
             self.mode_value.mode = self.mode() as u64;
@@ -278,16 +236,16 @@ impl Supervisor {
             None => {}
             Some((thread, Load::Fine)) => {
                 tracing::info!("thread {thread} keeps its time again");
-                self.tell("navigation", Command::LimitSpeed(1000));
+                self.tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
             }
             Some((thread, Load::Degraded)) => {
                 tracing::warn!("thread {thread} overruns: driving at half speed");
-                self.tell("navigation", Command::LimitSpeed(500));
+                self.tell(ActivityKind::Navigation, Command::LimitSpeed(500));
             }
             Some((thread, Load::Overloaded)) => {
                 tracing::error!("thread {thread} overruns repeatedly: stopping");
                 self.raise("supervisor", Fault::Overruns, 0.0, now_ns);
-                self.tell("motion-tube", Command::StopNow);
+                self.tell(ActivityKind::MotionTube, Command::StopNow);
             }
         }
     }
@@ -296,7 +254,10 @@ impl Supervisor {
         let result = match &pending.request {
             Request::Pause => {
                 self.operator_paused = true;
-                self.tell("navigation", Command::LifeCycle(LifeCycleEvent::Pause));
+                self.tell(
+                    ActivityKind::Navigation,
+                    Command::LifeCycle(LifeCycleEvent::Pause),
+                );
                 Ok("paused".into())
             }
             Request::Resume if self.mode() == Mode::Stopped => Err(
@@ -308,7 +269,7 @@ impl Supervisor {
             }
             Request::Stop => {
                 self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
-                self.tell("motion-tube", Command::StopNow);
+                self.tell(ActivityKind::MotionTube, Command::StopNow);
                 Ok("stopped; `onboard ctl reset` goes on".into())
             }
             Request::Reset => {
@@ -317,7 +278,7 @@ impl Supervisor {
                 }
                 self.watch.forget();
                 self.tell_all(Command::Reset);
-                self.tell("navigation", Command::LimitSpeed(1000));
+                self.tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
                 Ok("reset".into())
             }
             Request::Reload => {
@@ -365,7 +326,7 @@ impl Supervisor {
         for handle in self
             .handles
             .iter_mut()
-            .filter(|handle| handle.name == "navigation")
+            .filter(|handle| handle.kind == ActivityKind::Navigation)
         {
             refused = handle
                 .commands
@@ -387,7 +348,7 @@ impl Supervisor {
         let result = match what {
             Instructed::Taken { from, to, hold } => {
                 let stands = hold.map_or(String::new(), |hold| {
-                    format!("; the robot stands: {}", hold_name(hold))
+                    format!("; the robot stands: {}", hold.reason())
                 });
                 Ok(format!(
                     "`{event}`: state {} -> {}{stands}",
@@ -430,7 +391,7 @@ impl Supervisor {
         let all = |wanted: &[LifeCycleState]| {
             self.handles
                 .iter()
-                .filter(|handle| RECONFIGURED.contains(&handle.name))
+                .filter(|handle| RECONFIGURED.contains(&handle.kind))
                 .all(|handle| wanted.contains(&handle.state))
         };
         let (paused, reconfiguring) = (
@@ -454,8 +415,8 @@ impl Supervisor {
     }
 
     fn tell_reconfigured(&mut self, event: LifeCycleEvent) {
-        for name in RECONFIGURED {
-            self.tell(name, Command::LifeCycle(event));
+        for kind in RECONFIGURED {
+            self.tell(kind, Command::LifeCycle(event));
         }
     }
 
@@ -469,7 +430,7 @@ impl Supervisor {
                 self.raise("supervisor", Fault::Panic, 0.0, now_ns);
             }
         }
-        self.tell("motion-tube", Command::StopNow);
+        self.tell(ActivityKind::MotionTube, Command::StopNow);
         self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
     }
 
@@ -501,7 +462,7 @@ impl Supervisor {
             .iter()
             .filter(|handle| handle.state != LifeCycleState::Stopped)
         {
-            tracing::warn!("{} did not stop in time", handle.name);
+            tracing::warn!("{} did not stop in time", handle.kind);
         }
     }
 
@@ -510,8 +471,8 @@ impl Supervisor {
         self.symbols.mode.write(now_ns, &self.mode_value);
     }
 
-    fn tell(&mut self, name: &str, command: Command) {
-        for handle in self.handles.iter_mut().filter(|handle| handle.name == name) {
+    fn tell(&mut self, kind: ActivityKind, command: Command) {
+        for handle in self.handles.iter_mut().filter(|handle| handle.kind == kind) {
             tell(handle, command);
         }
     }
@@ -524,8 +485,8 @@ impl Supervisor {
 }
 
 /// Activities that an operator's pause holds.
-fn is_mover(name: &str) -> bool {
-    name == "navigation"
+fn is_mover(kind: ActivityKind) -> bool {
+    kind == ActivityKind::Navigation
 }
 
 /// Names for people: "`a`, `b`", or "none".
@@ -542,7 +503,7 @@ fn tell(handle: &mut Handle, command: Command) {
     if handle.commands.send(command).is_err() {
         tracing::error!(
             "{} does not take its commands: {command:?} is lost",
-            handle.name
+            handle.kind
         );
     }
 }

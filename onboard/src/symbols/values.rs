@@ -618,6 +618,36 @@ value! {
     }
 }
 
+/// What the robot as a whole is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub enum Mode {
+    /// Activities acquire their resources.
+    Configuring = 0,
+    /// It drives, or would if nothing were in the way.
+    Running = 1,
+    /// An operator paused it.
+    Paused = 2,
+    /// A fault or an operator stopped it; it waits for a reset.
+    Stopped = 3,
+    /// It stops, then the program ends.
+    Ending = 4,
+}
+
+impl Mode {
+    /// Its name on the network and in `inspect`.
+    #[must_use]
+    pub fn name_of(number: u64) -> &'static str {
+        match number {
+            0 => "configuring",
+            1 => "running",
+            2 => "paused",
+            3 => "stopped",
+            _ => "ending",
+        }
+    }
+}
+
 value! {
     /// The supervisor's view of the robot.
     RobotMode, "robot_mode" {

@@ -1,82 +1,268 @@
-//! The wiring: which symbols there are, who owns each, who reads it. One place, for `run` and `check`.
+//! The wiring: which symbols there are, which activity owns each, which read it. One place, for `run` and `check`.
+//!
+//! A new symbol is one line with `Writer` at its owner and one with `Reader` at each reader.
 
+use config::ActivityKind;
 use coordination::symbols::{
     Datatype, Place, Reader, SymbolError, SymbolTable, TableBuilder, Writer,
 };
 
-use crate::activities::{
-    communication, control, drive, lidar, motion_tube, navigation, proprioception,
-};
-use crate::process::supervisor;
-use crate::realtime::wake::Wake;
-use crate::symbols::faults::FaultTable;
-use crate::symbols::values::{
+use super::faults::FaultTable;
+use super::values::{
     ActivityState, AllowedAreas, CommandValue, DriveStatus, Encoders, FleetState, LidarStatus,
     NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
     ThreadReport, TubeState, WantedMotion, WheelSetpointsValue, Whereabouts,
 };
 
-// Names in the table: activities as the robot file calls them, and models.
-const DRIVE: &str = "drive";
-const PROPRIOCEPTION: &str = "proprioception";
-const LIDAR: &str = "lidar";
-const NAVIGATION: &str = "navigation";
-const MOTION_TUBE: &str = "motion-tube";
-const CONTROL: &str = "control";
-const COMMUNICATION: &str = "communication";
 const SUPERVISOR: &str = "supervisor";
 
-const KELO: &str = "kelo";
-const ODOM: &str = "odom";
-const HOKUYO: &str = "hokuyo";
-const MAP: &str = "map";
-const ROBOT: &str = "robot";
-const ADAPTIVE: &str = "adaptive";
-const WANTED: &str = "wanted";
-const SAFE: &str = "safe";
-const FLEET: &str = "fleet";
-
 /// Activities, in the order in which data flows.
-pub const ACTIVITIES: [&str; 7] = [
-    DRIVE,
-    PROPRIOCEPTION,
-    LIDAR,
-    NAVIGATION,
-    MOTION_TUBE,
-    CONTROL,
-    COMMUNICATION,
+pub const ACTIVITIES: [ActivityKind; 7] = [
+    ActivityKind::Drive,
+    ActivityKind::Proprioception,
+    ActivityKind::Lidar,
+    ActivityKind::Navigation,
+    ActivityKind::MotionTube,
+    ActivityKind::Control,
+    ActivityKind::Communication,
 ];
 
-/// All ends of all symbols.
-pub struct Wiring {
-    /// Keeps the shared memory.
-    pub table: SymbolTable,
+/// One end of a symbol.
+trait End: Sized {
+    /// Declares the symbol, at the end that owns it.
+    fn declare(builder: &mut TableBuilder, user: &str, model: &str) -> Result<(), SymbolError>;
+
+    /// Takes this end.
+    fn take(table: &SymbolTable, user: &str, model: &str) -> Result<Self, SymbolError>;
+}
+
+impl<T: Datatype> End for Writer<T> {
+    fn declare(builder: &mut TableBuilder, user: &str, model: &str) -> Result<(), SymbolError> {
+        builder.declare::<T>(user, model).map(|_| ())
+    }
+
+    fn take(table: &SymbolTable, user: &str, model: &str) -> Result<Self, SymbolError> {
+        table.writer(user, model)
+    }
+}
+
+impl<T: Datatype> End for Reader<T> {
+    fn declare(_: &mut TableBuilder, _: &str, _: &str) -> Result<(), SymbolError> {
+        Ok(())
+    }
+
+    fn take(table: &SymbolTable, user: &str, model: &str) -> Result<Self, SymbolError> {
+        table.reader(user, model)
+    }
+}
+
+/// For each user of symbols a structure of their ends: `field: Writer<T> | Reader<T> => "model"`.
+macro_rules! users {
+    ($($(#[$meta:meta])* $name:ident, $user:expr, {
+        $($(#[$field_meta:meta])* $field:ident: $end:ty => $model:literal,)*
+    })*) => {
+        $(
+            $(#[$meta])*
+            #[derive(Debug)]
+            pub struct $name { $($(#[$field_meta])* pub $field: $end,)* }
+
+            impl $name {
+                fn declare(builder: &mut TableBuilder) -> Result<(), SymbolError> {
+                    $(<$end as End>::declare(builder, $user, $model)?;)*
+                    Ok(())
+                }
+
+                fn take(table: &SymbolTable) -> Result<Self, SymbolError> {
+                    Ok(Self { $($field: End::take(table, $user, $model)?,)* })
+                }
+            }
+        )*
+    };
+}
+
+users! {
+    /// Symbols of the drive activity.
+    DriveSymbols, ActivityKind::Drive.name(), {
+        /// What control wants.
+        setpoints: Reader<WheelSetpointsValue> => "kelo",
+        /// What the encoders say.
+        encoders: Writer<Encoders> => "kelo",
+        /// What the bus and the drive are doing.
+        status: Writer<DriveStatus> => "kelo",
+    }
+
+    /// Symbols of the proprioception activity.
+    ProprioceptionSymbols, ActivityKind::Proprioception.name(), {
+        /// Wheel and pivot encoders.
+        encoders: Reader<Encoders> => "kelo",
+        /// Pose and twist in `odom`.
+        odometry: Writer<OdometryValue> => "odom",
+        /// The same, for the last third of a second.
+        trace: Writer<OdometryTrace> => "odom",
+    }
+
+    /// Symbols of the lidar activity.
+    LidarSymbols, ActivityKind::Lidar.name(), {
+        /// The last scan.
+        scan: Writer<RangeScan> => "hokuyo",
+        /// State of the device.
+        status: Writer<LidarStatus> => "hokuyo",
+    }
+
+    /// Symbols of the navigation activity.
+    NavigationSymbols, ActivityKind::Navigation.name(), {
+        /// The lidar's scans.
+        scan: Reader<RangeScan> => "hokuyo",
+        /// Dead reckoning.
+        odometry: Reader<OdometryValue> => "odom",
+        /// Dead reckoning of the last third of a second.
+        trace: Reader<OdometryTrace> => "odom",
+        /// Pose in `map`.
+        pose: Writer<PoseEstimate> => "map",
+        /// State, area, skill.
+        state: Writer<NavigationState> => "robot",
+        /// The motion that it wants.
+        command: Writer<WantedMotion> => "wanted",
+    }
+
+    /// Symbols of navigation that only a managed site needs.
+    NavigationFleetSymbols, ActivityKind::Navigation.name(), {
+        /// Where the robot may be.
+        allowed: Reader<AllowedAreas> => "fleet",
+        /// Where it is, in numbers.
+        whereabouts: Writer<Whereabouts> => "fleet",
+    }
+
+    /// Symbols of the communication activity.
+    CommunicationSymbols, ActivityKind::Communication.name(), {
+        /// Pose in `map`.
+        pose: Reader<PoseEstimate> => "map",
+        /// Speeds.
+        odometry: Reader<OdometryValue> => "odom",
+        /// State, area and skill.
+        navigation: Reader<NavigationState> => "robot",
+        /// Faults of the whole robot.
+        faults: Reader<FaultTable> => "robot",
+        /// What the robot is doing.
+        mode: Reader<RobotMode> => "robot",
+    }
+
+    /// Symbols of communication that only a managed site needs.
+    CommunicationFleetSymbols, ActivityKind::Communication.name(), {
+        /// Where the robot is, in numbers.
+        whereabouts: Reader<Whereabouts> => "fleet",
+        /// Where it may be.
+        allowed: Writer<AllowedAreas> => "fleet",
+        /// How it stands with the mediator.
+        state: Writer<FleetState> => "fleet",
+    }
+
+    /// Symbols of the motion tube activity.
+    MotionTubeSymbols, ActivityKind::MotionTube.name(), {
+        /// The lidar's scans.
+        scan: Reader<RangeScan> => "hokuyo",
+        /// Dead reckoning.
+        odometry: Reader<OdometryValue> => "odom",
+        /// Dead reckoning of the last third of a second.
+        trace: Reader<OdometryTrace> => "odom",
+        /// What navigation wants.
+        wanted: Reader<WantedMotion> => "wanted",
+        /// What is safe.
+        safe: Writer<CommandValue> => "safe",
+        /// What was made of it, and why.
+        state: Writer<TubeState> => "adaptive",
+    }
+
+    /// Symbols of the control activity.
+    ControlSymbols, ActivityKind::Control.name(), {
+        /// The command that the motion tubes let through.
+        command: Reader<CommandValue> => "safe",
+        /// Where wheels and pivot are.
+        encoders: Reader<Encoders> => "kelo",
+        /// Whether the drive follows.
+        drive: Reader<DriveStatus> => "kelo",
+        /// What the wheels are to do.
+        setpoints: Writer<WheelSetpointsValue> => "kelo",
+    }
+
+    /// Symbols of the supervisor.
+    SupervisorSymbols, SUPERVISOR, {
+        /// Faults of the whole robot.
+        faults: Writer<FaultTable> => "robot",
+        /// What the robot is doing.
+        mode: Writer<RobotMode> => "robot",
+        /// To know when it stands.
+        encoders: Reader<Encoders> => "kelo",
+        /// To know whether there is a bus to stop it with.
+        drive: Reader<DriveStatus> => "kelo",
+    }
+}
+
+/// Declares, and builds [`Wiring`] from, the structures of all users.
+macro_rules! wiring {
+    ($($(#[$meta:meta])* $field:ident: $symbols:ident,)*) => {
+        /// All ends of all symbols.
+        pub struct Wiring {
+            /// Keeps the shared memory.
+            pub table: SymbolTable,
+            $($(#[$meta])* pub $field: $symbols,)*
+            /// Life cycles, in the order of [`ACTIVITIES`].
+            pub states: Vec<Writer<ActivityState>>,
+            /// Reports of the threads, in the order given: the thread's end and the supervisor's.
+            pub threads: Vec<(Writer<ThreadReport>, Reader<ThreadReport>)>,
+        }
+
+        impl Wiring {
+            fn declare(builder: &mut TableBuilder, threads: &[String]) -> Result<(), SymbolError> {
+                $($symbols::declare(builder)?;)*
+                for activity in ACTIVITIES.map(ActivityKind::name) {
+                    builder.declare::<ActivityState>(activity, activity)?;
+                }
+                for thread in threads {
+                    builder.declare::<ThreadReport>(&owner_of(thread), thread)?;
+                }
+                Ok(())
+            }
+
+            fn take(table: SymbolTable, threads: &[String]) -> Result<Self, SymbolError> {
+                let states = ACTIVITIES
+                    .iter()
+                    .map(|activity| table.writer(activity.name(), activity.name()))
+                    .collect::<Result<_, _>>()?;
+                let threads = threads
+                    .iter()
+                    .map(|thread| {
+                        let writer = table.writer(&owner_of(thread), thread)?;
+                        Ok((writer, table.reader(SUPERVISOR, thread)?))
+                    })
+                    .collect::<Result<_, SymbolError>>()?;
+                Ok(Self { $($field: $symbols::take(&table)?,)* states, threads, table })
+            }
+        }
+    };
+}
+
+wiring! {
     /// Of the drive activity.
-    pub drive: drive::Symbols,
+    drive: DriveSymbols,
     /// Of the proprioception activity.
-    pub proprioception: proprioception::Symbols,
-    /// Of the control activity.
-    pub control: control::Symbols,
+    proprioception: ProprioceptionSymbols,
     /// Of the lidar activity.
-    pub lidar: lidar::Symbols,
+    lidar: LidarSymbols,
     /// Of the navigation activity.
-    pub navigation: navigation::Symbols,
+    navigation: NavigationSymbols,
     /// Of the same, on a managed site.
-    pub navigation_fleet: navigation::FleetSymbols,
-    /// Of the motion tube activity.
-    pub motion_tube: motion_tube::Symbols,
+    navigation_fleet: NavigationFleetSymbols,
     /// Of the communication activity.
-    pub communication: communication::Symbols,
+    communication: CommunicationSymbols,
     /// Of the same, on a managed site.
-    pub communication_fleet: communication::FleetSymbols,
+    communication_fleet: CommunicationFleetSymbols,
+    /// Of the motion tube activity.
+    motion_tube: MotionTubeSymbols,
+    /// Of the control activity.
+    control: ControlSymbols,
     /// Of the supervisor.
-    pub supervisor: supervisor::Symbols,
-    /// Life cycles, in the order of [`ACTIVITIES`].
-    pub states: Vec<Writer<ActivityState>>,
-    /// Reports of the threads, in the order given: the thread's end and the supervisor's.
-    pub threads: Vec<(Writer<ThreadReport>, Reader<ThreadReport>)>,
-    /// Wakes the thread that waits for scans.
-    pub scan_wake: Wake,
+    supervisor: SupervisorSymbols,
 }
 
 impl Wiring {
@@ -86,126 +272,11 @@ impl Wiring {
     /// [`SymbolError`], as when the robot runs already.
     pub fn build(robot_id: &str, place: &Place, threads: &[String]) -> Result<Self, SymbolError> {
         let mut builder = TableBuilder::new(robot_id, place);
-        declare(&mut builder, threads)?;
-        let table = builder.build()?;
-        let wiring = Self::connect(table, threads)?;
+        Self::declare(&mut builder, threads)?;
+        let wiring = Self::take(builder.build()?, threads)?;
         wiring.table.seal()?;
         Ok(wiring)
     }
-
-    fn connect(table: SymbolTable, threads: &[String]) -> Result<Self, SymbolError> {
-        let scan_wake = Wake::default();
-        Ok(Self {
-            drive: drive::Symbols {
-                setpoints: table.reader(DRIVE, KELO)?,
-                encoders: table.writer(DRIVE, KELO)?,
-                status: table.writer(DRIVE, KELO)?,
-            },
-            proprioception: proprioception::Symbols {
-                encoders: table.reader(PROPRIOCEPTION, KELO)?,
-                odometry: table.writer(PROPRIOCEPTION, ODOM)?,
-                trace: table.writer(PROPRIOCEPTION, ODOM)?,
-            },
-            lidar: lidar::Symbols {
-                scan: table.writer(LIDAR, HOKUYO)?,
-                status: table.writer(LIDAR, HOKUYO)?,
-                wake: scan_wake.clone(),
-            },
-            navigation: navigation::Symbols {
-                scan: table.reader(NAVIGATION, HOKUYO)?,
-                odometry: table.reader(NAVIGATION, ODOM)?,
-                trace: table.reader(NAVIGATION, ODOM)?,
-                command: table.writer(NAVIGATION, WANTED)?,
-                pose: table.writer(NAVIGATION, MAP)?,
-                state: table.writer(NAVIGATION, ROBOT)?,
-            },
-            navigation_fleet: navigation::FleetSymbols {
-                allowed: table.reader(NAVIGATION, FLEET)?,
-                whereabouts: table.writer(NAVIGATION, FLEET)?,
-            },
-            motion_tube: motion_tube::Symbols {
-                scan: table.reader(MOTION_TUBE, HOKUYO)?,
-                odometry: table.reader(MOTION_TUBE, ODOM)?,
-                trace: table.reader(MOTION_TUBE, ODOM)?,
-                wanted: table.reader(MOTION_TUBE, WANTED)?,
-                safe: table.writer(MOTION_TUBE, SAFE)?,
-                state: table.writer(MOTION_TUBE, ADAPTIVE)?,
-            },
-            control: control::Symbols {
-                command: table.reader(CONTROL, SAFE)?,
-                encoders: table.reader(CONTROL, KELO)?,
-                drive: table.reader(CONTROL, KELO)?,
-                setpoints: table.writer(CONTROL, KELO)?,
-            },
-            communication: communication::Symbols {
-                pose: table.reader(COMMUNICATION, MAP)?,
-                odometry: table.reader(COMMUNICATION, ODOM)?,
-                navigation: table.reader(COMMUNICATION, ROBOT)?,
-                faults: table.reader(COMMUNICATION, ROBOT)?,
-                mode: table.reader(COMMUNICATION, ROBOT)?,
-            },
-            communication_fleet: communication::FleetSymbols {
-                whereabouts: table.reader(COMMUNICATION, FLEET)?,
-                allowed: table.writer(COMMUNICATION, FLEET)?,
-                state: table.writer(COMMUNICATION, FLEET)?,
-            },
-            supervisor: supervisor::Symbols {
-                faults: table.writer(SUPERVISOR, ROBOT)?,
-                mode: table.writer(SUPERVISOR, ROBOT)?,
-                encoders: table.reader(SUPERVISOR, KELO)?,
-                drive: table.reader(SUPERVISOR, KELO)?,
-            },
-            states: ACTIVITIES
-                .iter()
-                .map(|activity| table.writer(activity, activity))
-                .collect::<Result<_, _>>()?,
-            threads: threads
-                .iter()
-                .map(|thread| {
-                    Ok((
-                        table.writer(&owner_of(thread), thread)?,
-                        table.reader(SUPERVISOR, thread)?,
-                    ))
-                })
-                .collect::<Result<_, SymbolError>>()?,
-            scan_wake,
-            table,
-        })
-    }
-}
-
-fn declare(builder: &mut TableBuilder, threads: &[String]) -> Result<(), SymbolError> {
-    fn one<T: Datatype>(
-        builder: &mut TableBuilder,
-        owner: &str,
-        model: &str,
-    ) -> Result<(), SymbolError> {
-        builder.declare::<T>(owner, model).map(|_| ())
-    }
-    one::<Encoders>(builder, DRIVE, KELO)?;
-    one::<DriveStatus>(builder, DRIVE, KELO)?;
-    one::<OdometryValue>(builder, PROPRIOCEPTION, ODOM)?;
-    one::<OdometryTrace>(builder, PROPRIOCEPTION, ODOM)?;
-    one::<RangeScan>(builder, LIDAR, HOKUYO)?;
-    one::<LidarStatus>(builder, LIDAR, HOKUYO)?;
-    one::<PoseEstimate>(builder, NAVIGATION, MAP)?;
-    one::<NavigationState>(builder, NAVIGATION, ROBOT)?;
-    one::<Whereabouts>(builder, NAVIGATION, FLEET)?;
-    one::<AllowedAreas>(builder, COMMUNICATION, FLEET)?;
-    one::<FleetState>(builder, COMMUNICATION, FLEET)?;
-    one::<WantedMotion>(builder, NAVIGATION, WANTED)?;
-    one::<CommandValue>(builder, MOTION_TUBE, SAFE)?;
-    one::<TubeState>(builder, MOTION_TUBE, ADAPTIVE)?;
-    one::<WheelSetpointsValue>(builder, CONTROL, KELO)?;
-    one::<FaultTable>(builder, SUPERVISOR, ROBOT)?;
-    one::<RobotMode>(builder, SUPERVISOR, ROBOT)?;
-    for activity in ACTIVITIES {
-        one::<ActivityState>(builder, activity, activity)?;
-    }
-    for thread in threads {
-        one::<ThreadReport>(builder, &owner_of(thread), thread)?;
-    }
-    Ok(())
 }
 
 /// A thread's report is owned by the thread, whatever activities run on it.

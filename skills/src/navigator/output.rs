@@ -48,6 +48,22 @@ pub enum Hold {
     WallUnseen,
 }
 
+impl Hold {
+    /// The reason in words.
+    #[must_use]
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Self::Forbidden => "motion is not allowed",
+            Self::PoseUncertain => "the pose is uncertain",
+            Self::Border => "area ahead is not allowed",
+            Self::SpeedLimit => "speed limit is 0",
+            Self::NoStopPose => "no stop pose was given",
+            Self::StopPose => "stop pose cannot be reached",
+            Self::WallUnseen => "wall to dock at is unseen",
+        }
+    }
+}
+
 /// A short list of events, without allocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EventList {

@@ -1,8 +1,9 @@
 //! In the place of the drive activity: setpoints go to the world's wheels every cycle, encoders come back.
 
 use coordination::symbols::{Reader, Writer};
-use onboard::activities::drive::{Settings, Symbols};
+use onboard::activities::drive::Settings;
 use onboard::symbols::values::{DriveStatus, Encoders, WheelSetpointsValue};
+use onboard::symbols::wiring::DriveSymbols;
 use sim::plant::DriveCommand;
 use sim::world::World;
 
@@ -17,7 +18,7 @@ pub(super) struct SteppedDrive {
 }
 
 impl SteppedDrive {
-    pub(super) fn new(robot: usize, settings: Settings, symbols: Symbols) -> Self {
+    pub(super) fn new(robot: usize, settings: Settings, symbols: DriveSymbols) -> Self {
         Self {
             robot,
             settings,

@@ -1,8 +1,9 @@
 //! In the place of the lidar activity: turns are measured in the world, and arrive when the serial line has carried them.
 
 use coordination::symbols::Writer;
-use onboard::activities::lidar::{Settings, Symbols};
+use onboard::activities::lidar::Settings;
 use onboard::symbols::values::{MAX_STEPS, RangeScan};
+use onboard::symbols::wiring::LidarSymbols;
 use sim::world::{RANGE_STEPS, Random, RangeFinder, RangeModel, STEPS_PER_TURN, World};
 
 /// A URG-04LX turns ten times a second.
@@ -34,7 +35,7 @@ impl SteppedLidar {
         world: &World,
         robot: usize,
         settings: Settings,
-        symbols: Symbols,
+        symbols: LidarSymbols,
         now_ns: u64,
     ) -> Self {
         let mut random = Random::new(world.seed(), LIDAR_STREAM + robot as u64);

@@ -10,18 +10,22 @@ use description::geometry::Pose2;
 use onboard::activities::control::Control;
 use onboard::activities::fleet_link::NavigationEnd;
 use onboard::activities::motion_tube::MotionTube;
-use onboard::activities::navigation::{FleetSymbols, Navigation};
+use onboard::activities::navigation::Navigation;
 use onboard::activities::port::Command;
 use onboard::activities::proprioception::Proprioception;
+use onboard::activities::robot_activity::RobotActivity;
 use onboard::activities::scans::ScanIntake;
 use onboard::cli::Files;
 use onboard::composition::plan::{Plan, PlanError, ns_from_ms};
+use onboard::composition::replacement::ReloadEnds;
 use onboard::process::ctl::{self, Event, Request, Stop};
-use onboard::process::reload::{Reload, ReloadEnds};
-use onboard::process::runner::RobotActivity;
+use onboard::process::reload::Reload;
 use onboard::process::runtime::Runtime;
 use onboard::symbols::values::{ActivityState, ThreadReport};
-use onboard::symbols::wiring::{ACTIVITIES, Wiring};
+use onboard::symbols::wiring::{
+    ACTIVITIES, ControlSymbols, MotionTubeSymbols, NavigationFleetSymbols, NavigationSymbols,
+    ProprioceptionSymbols, Wiring,
+};
 use sim::world::{Random, World};
 use skills::borders::AreaSet;
 
@@ -198,12 +202,12 @@ impl SteppedRobot {
                 .stop_at
                 .map(|pose| Pose2::new(pose.x_m, pose.y_m, pose.theta_rad)),
         });
-        self.director.tell(ActivityKind::Navigation.name(), command);
+        self.director.tell(ActivityKind::Navigation, command);
         true
     }
 
     /// A command of an operator or of the supervisor.
-    pub fn tell(&mut self, activity: &str, command: Command) {
+    pub fn tell(&mut self, activity: ActivityKind, command: Command) {
         self.director.tell(activity, command);
     }
 
@@ -287,27 +291,27 @@ fn stepped_thread(
 
 /// Ends of the symbols of the activities that run here.
 struct Ends {
-    proprioception: onboard::activities::proprioception::Symbols,
-    navigation: onboard::activities::navigation::Symbols,
+    proprioception: ProprioceptionSymbols,
+    navigation: NavigationSymbols,
     /// Where leave is withheld.
-    managed: Option<(FleetSymbols, NavigationEnd)>,
-    motion_tube: onboard::activities::motion_tube::Symbols,
-    control: onboard::activities::control::Symbols,
+    managed: Option<(NavigationFleetSymbols, NavigationEnd)>,
+    motion_tube: MotionTubeSymbols,
+    control: ControlSymbols,
 }
 
 /// The robot's own activities, of its own parts.
 fn compose(
     plan: &Plan,
     director: &mut Director,
-    states: &mut Vec<(&'static str, Writer<ActivityState>)>,
+    states: &mut Vec<(ActivityKind, Writer<ActivityState>)>,
     events: &mut Vec<(String, EventId)>,
     reload: ReloadEnds,
     ends: Ends,
 ) -> Result<Activities, PlanError> {
     let mut port = |kind: ActivityKind| {
-        let index = states.iter().position(|(name, _)| *name == kind.name());
-        let (name, state) = states.swap_remove(index.expect("every activity has a state symbol"));
-        director.port(name, state)
+        let index = states.iter().position(|(own, _)| *own == kind);
+        let (_, state) = states.swap_remove(index.expect("every activity has a state symbol"));
+        director.port(kind, state)
     };
     let intake = || {
         ScanIntake::new(plan.scan_geometry()?).map_err(|error| PlanError::Lidar(error.to_string()))

@@ -1,5 +1,6 @@
 //! In the place of the supervisor: life cycles, commands to the activities, and what they report.
 
+use config::ActivityKind;
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender, queue};
 use onboard::activities::port::{COMMANDS, Command, Instructed, Port, REPORTS, Report};
@@ -25,7 +26,7 @@ pub enum Note {
 }
 
 struct Handle {
-    name: &'static str,
+    kind: ActivityKind,
     commands: Sender<Command>,
     reports: Receiver<Report>,
     state: LifeCycleState,
@@ -43,13 +44,13 @@ impl Director {
     /// The port of one more activity.
     pub(super) fn port(
         &mut self,
-        name: &'static str,
+        kind: ActivityKind,
         state: coordination::symbols::Writer<ActivityState>,
     ) -> Port {
         let (commands, commands_end) = queue(COMMANDS);
         let (reports_end, reports) = queue(REPORTS);
         self.handles.push(Handle {
-            name,
+            kind,
             commands,
             reports,
             state: LifeCycleState::Created,
@@ -75,8 +76,8 @@ impl Director {
     }
 
     /// A command to one activity.
-    pub(super) fn tell(&mut self, name: &str, command: Command) {
-        for handle in self.handles.iter_mut().filter(|handle| handle.name == name) {
+    pub(super) fn tell(&mut self, kind: ActivityKind, command: Command) {
+        for handle in self.handles.iter_mut().filter(|handle| handle.kind == kind) {
             self.lost += u64::from(handle.commands.send(command).is_err());
         }
     }

@@ -4,32 +4,21 @@ use contract::wire::{MediatorReport, Pose};
 use contract::{Message, decode};
 use coordination::event::EventId;
 use coordination::fsm::StateId;
-use coordination::symbols::{Reader, Writer};
 use description::geometry::Pose2;
 use nalgebra::Matrix3;
 use skills::navigator::Instruction;
 
 use super::network::{Mailbox, Network};
 use crate::activities::fleet_link::{CommunicationEnd, Event, Order};
-use crate::activities::navigation::MachineNames;
+use crate::activities::machine_names::MachineNames;
 use crate::fleet::{Answer, Directive, Member, Place, Sense, Setup, Troubles};
 use crate::realtime::clock::SECOND_NS;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::symbols::values::{AllowedAreas, FleetState, Line, Whereabouts};
+use crate::symbols::wiring::CommunicationFleetSymbols;
 
 /// A pose that is older says nothing of where the robot is.
 const POSE_AGE_NS: u64 = SECOND_NS;
-
-/// The symbols that only a managed site needs.
-#[derive(Debug)]
-pub struct Symbols {
-    /// Where the robot is, in numbers.
-    pub whereabouts: Reader<Whereabouts>,
-    /// Where it may be.
-    pub allowed: Writer<AllowedAreas>,
-    /// How it stands with the mediator.
-    pub state: Writer<FleetState>,
-}
 
 /// What communication needs on a managed site.
 pub struct MembershipSetup {
@@ -43,7 +32,7 @@ pub struct MembershipSetup {
 
 /// The robot as a member of its fleet.
 pub(super) struct Membership {
-    symbols: Symbols,
+    symbols: CommunicationFleetSymbols,
     /// None where nobody manages the areas.
     inner: Option<Inner>,
 }
@@ -63,7 +52,11 @@ struct Inner {
 }
 
 impl Membership {
-    pub(super) fn new(symbols: Symbols, setup: Option<MembershipSetup>, now_ns: u64) -> Self {
+    pub(super) fn new(
+        symbols: CommunicationFleetSymbols,
+        setup: Option<MembershipSetup>,
+        now_ns: u64,
+    ) -> Self {
         let inner = setup.map(|MembershipSetup { setup, link, names }| Inner {
             member: Member::new(setup, now_ns),
             link,

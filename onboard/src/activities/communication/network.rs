@@ -10,7 +10,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 
-use crate::process::asynchronous::News;
+use crate::activities::news::News;
 
 /// Messages that may wait. Each says all there is, so the oldest gives way.
 const WAITING: usize = 16;

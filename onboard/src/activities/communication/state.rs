@@ -2,10 +2,21 @@
 
 use contract::wire::{Fault as FaultMessage, Pose, RobotState};
 
-use super::Snapshot;
-use crate::process::supervisor::Mode;
+use coordination::symbols::Stamped;
+
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::{Fault, FaultTable};
+use crate::symbols::values::{Mode, NavigationState, OdometryValue, PoseEstimate};
+
+/// What was read in one event loop.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Snapshot {
+    pub(super) pose: Stamped<PoseEstimate>,
+    pub(super) odometry: OdometryValue,
+    pub(super) navigation: NavigationState,
+    pub(super) faults: FaultTable,
+    pub(super) mode: u64,
+}
 
 /// The message; its sequence and the ages of faults are filled in when it is sent.
 pub(super) fn message(

@@ -1,29 +1,19 @@
 //! Navigation on a managed site: which areas it may use, and what the mediator orders.
 
-use coordination::symbols::{Reader, Stamped, Writer};
+use coordination::symbols::Stamped;
 use description::geometry::MotionCommand;
 use skills::borders::AreaSet;
-use skills::navigator::{InstructionError, NavigationOutput};
+use skills::navigator::NavigationOutput;
 
-use super::{Asked, Navigation};
 use crate::activities::fleet_link::{Event, NavigationEnd, Order};
-use crate::activities::port::Instructed;
-use crate::fleet::Answer;
+use crate::activities::port::Port;
 use crate::realtime::clock::SECOND_NS;
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{AllowedAreas, Whereabouts};
+use crate::symbols::wiring::NavigationFleetSymbols;
 
 /// Leave that communication has not repeated for longer is none.
 const LEAVE_AGE_NS: u64 = SECOND_NS;
-
-/// The symbols that only a managed site needs.
-#[derive(Debug)]
-pub struct Symbols {
-    /// Where the robot may be.
-    pub allowed: Reader<AllowedAreas>,
-    /// Where it is, in numbers.
-    pub whereabouts: Writer<Whereabouts>,
-}
 
 /// What navigation keeps of its fleet.
 pub(super) struct Membership {
@@ -35,7 +25,7 @@ pub(super) struct Membership {
 }
 
 struct Managed {
-    symbols: Symbols,
+    symbols: NavigationFleetSymbols,
     link: NavigationEnd,
 }
 
@@ -52,7 +42,7 @@ impl Default for Membership {
 }
 
 impl Membership {
-    pub(super) fn managed(symbols: Symbols, link: NavigationEnd) -> Self {
+    pub(super) fn managed(symbols: NavigationFleetSymbols, link: NavigationEnd) -> Self {
         Self {
             managed: Some(Managed { symbols, link }),
             allowed: AreaSet::EMPTY,
@@ -71,8 +61,45 @@ impl Membership {
         }
     }
 
-    fn next_order(&mut self) -> Option<Order> {
+    /// The next thing that the mediator has ordered.
+    pub(super) fn next_order(&mut self) -> Option<Order> {
         self.managed.as_mut()?.link.orders.receive()
+    }
+
+    /// Drive no faster than this from now on.
+    pub(super) fn limit_speed(&mut self, limit_m_s: Option<f64>) {
+        let limit_m_s = limit_m_s.filter(|limit_m_s| !limit_m_s.is_nan());
+        self.speed_limit_m_s = limit_m_s.unwrap_or(f64::INFINITY).max(0.0);
+    }
+
+    /// The robot was put somewhere else: communication is told after the whereabouts say so.
+    pub(super) fn relocated(&mut self) {
+        self.relocated = true;
+    }
+
+    /// Tells communication what happened.
+    pub(super) fn tell(&mut self, event: Event, port: &mut Port) {
+        let Some(Managed { link, .. }) = &mut self.managed else {
+            return;
+        };
+        if link.events.send(event).is_err() {
+            port.note(Fault::QueueFull, link.events.refused() as f64);
+        }
+    }
+
+    /// Publishes where the robot is after a step, and wakes communication.
+    pub(super) fn publish(&mut self, output: &NavigationOutput, port: &mut Port) {
+        let Some(Managed { symbols, .. }) = &mut self.managed else {
+            return;
+        };
+        let whereabouts = whereabouts(output);
+        symbols.whereabouts.write(output.now_ns, &whereabouts);
+        if std::mem::take(&mut self.relocated) {
+            self.tell(Event::Relocated, port);
+        }
+        if let Some(Managed { link, .. }) = &self.managed {
+            link.wake.wake();
+        }
     }
 
     /// The command within what the mediator limits.
@@ -87,77 +114,6 @@ fn leave(allowed: &Stamped<AllowedAreas>, now_ns: u64) -> AreaSet {
     match allowed.age_ns(now_ns) {
         Some(age_ns) if age_ns <= LEAVE_AGE_NS => allowed.value.set(),
         _ => AreaSet::EMPTY,
-    }
-}
-
-impl Navigation {
-    /// Carries out what the mediator has ordered.
-    pub(super) fn obey(&mut self) {
-        while let Some(order) = self.membership.next_order() {
-            match order {
-                Order::Instruct(_) if self.asked.is_some() => {
-                    // The step to come answers another.
-                    self.tell_fleet(Event::Answer(Answer::NotNow));
-                }
-                Order::Instruct(instruction) => match self.instruct(instruction) {
-                    Ok(()) => self.asked = Some(Asked::ByFleet),
-                    Err(Instructed::Refused(error)) if error != InstructionError::Full => {
-                        self.tell_fleet(Event::Answer(Answer::Refused));
-                    }
-                    Err(_) => self.tell_fleet(Event::Answer(Answer::NotNow)),
-                },
-                Order::LimitSpeed(limit_m_s) => {
-                    let limit_m_s = limit_m_s.filter(|limit_m_s| !limit_m_s.is_nan());
-                    self.membership.speed_limit_m_s = limit_m_s.unwrap_or(f64::INFINITY).max(0.0);
-                }
-                Order::Relocate {
-                    pose,
-                    std_m,
-                    std_rad,
-                    state,
-                } => {
-                    let start = self.part.start;
-                    let (std_m, std_rad) = (std_m.max(start.std_m), std_rad.max(start.std_rad));
-                    let navigator = &mut self.part.navigator;
-                    self.membership.relocated =
-                        navigator.relocate(pose, std_m, std_rad) && navigator.restart_in(state);
-                }
-            }
-        }
-    }
-
-    /// The machine has fired these.
-    pub(super) fn tell_outputs(&mut self, output: &NavigationOutput) {
-        for &event in output.outputs.as_slice() {
-            self.tell_fleet(Event::Output(event));
-        }
-    }
-
-    pub(super) fn tell_fleet(&mut self, event: Event) {
-        let Some(Managed { link, .. }) = &mut self.membership.managed else {
-            return;
-        };
-        if link.events.send(event).is_err() {
-            let refused = link.events.refused();
-            self.port.note(Fault::QueueFull, refused as f64);
-        }
-    }
-
-    /// Publishes where the robot is after a step, and wakes communication.
-    pub(super) fn publish_whereabouts(&mut self, now_ns: u64) {
-        // What is old must not look new.
-        let stepped = self.output.filter(|output| output.now_ns == now_ns);
-        let (Some(output), Some(managed)) = (stepped, &mut self.membership.managed) else {
-            return;
-        };
-        let whereabouts = whereabouts(&output);
-        managed.symbols.whereabouts.write(now_ns, &whereabouts);
-        if std::mem::take(&mut self.membership.relocated) {
-            self.tell_fleet(Event::Relocated);
-        }
-        if let Some(Managed { link, .. }) = &self.membership.managed {
-            link.wake.wake();
-        }
     }
 }
 

@@ -120,7 +120,7 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
-    use crate::cli::Files;
+    use crate::composition::files::Files;
 
     fn plan(robot: &str, site: &str, id: &str, managed: bool) -> Plan {
         let files = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");

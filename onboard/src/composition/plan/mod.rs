@@ -19,7 +19,8 @@ use skills::odometry::GeometryError;
 use skills::tubes::{TubeError, TubeReport};
 
 use crate::activities::navigation;
-use crate::cli::{Failure, Files, overrides};
+use crate::composition::failure::Failure;
+use crate::composition::files::{Files, overrides};
 use crate::realtime::scheduling::{CoreClass, Wanted};
 
 /// What the two files say, checked as far as that can be done without a device.

@@ -6,7 +6,7 @@ use skills::navigator::SetupError;
 use skills::schedule::ScheduleError;
 
 use super::{Plan, PlanError};
-use crate::cli::Failure;
+use crate::composition::failure::Failure;
 
 /// The error, at the key that is to blame for it.
 pub(super) fn of(plan: &Plan, error: &PlanError) -> Failure {

@@ -1,0 +1,239 @@
+//! The activity: its event loop, and what it publishes to everybody.
+
+use std::time::Duration;
+
+use contract::Message;
+use contract::network::NetworkSettings;
+use contract::wire::RobotState;
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
+
+use super::membership::{Membership, MembershipSetup};
+use super::network::{Network, Part};
+use super::state::{self, Snapshot};
+use crate::activities::news::News;
+use crate::activities::port::{Command, Port};
+use crate::activities::robot_activity::RobotActivity;
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
+use crate::realtime::log::{Complaints, LogSender};
+use crate::symbols::faults::Fault;
+use crate::symbols::wiring::{CommunicationFleetSymbols, CommunicationSymbols};
+
+/// Period of the event loop while there is no news.
+pub const PERIOD: Duration = Duration::from_millis(50);
+/// A level is sent at least this often.
+const LEVEL_NS: u64 = 200 * MILLISECOND_NS;
+/// Pause between two attempts to open the network.
+const RETRY_NS: u64 = SECOND_NS;
+
+/// What the communication activity needs to know.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Robot, as its file names it.
+    pub robot_id: String,
+    /// Role that the site gives it.
+    pub role: String,
+    /// Drawn at start.
+    pub boot_epoch: u64,
+    /// Prefix of all keys.
+    pub key_prefix: String,
+    /// The network.
+    pub network: NetworkSettings,
+}
+
+/// The activity.
+pub struct Communication {
+    port: Port,
+    settings: Settings,
+    symbols: CommunicationSymbols,
+    log: LogSender,
+    news: News,
+    membership: Membership,
+    network: Option<Network>,
+    snapshot: Snapshot,
+    sequence: u64,
+    sent: Option<RobotState>,
+    sent_ns: u64,
+    retry_ns: u64,
+    complaints: Complaints,
+}
+
+impl Communication {
+    /// An activity in state *created*. `news` wakes its thread; `fleet` is there on a managed site.
+    #[must_use]
+    pub fn new(
+        port: Port,
+        settings: Settings,
+        symbols: (CommunicationSymbols, CommunicationFleetSymbols),
+        log: LogSender,
+        news: News,
+        fleet: Option<MembershipSetup>,
+        now_ns: u64,
+    ) -> Self {
+        let (symbols, fleet_symbols) = symbols;
+        Self {
+            port,
+            settings,
+            symbols,
+            log,
+            news,
+            membership: Membership::new(fleet_symbols, fleet, now_ns),
+            network: None,
+            snapshot: Snapshot::default(),
+            sequence: 0,
+            sent: None,
+            sent_ns: 0,
+            retry_ns: 0,
+            complaints: Complaints::default(),
+        }
+    }
+
+    /// One attempt to open the network. Called once before any thread is promoted, so that zenoh's threads inherit no
+    /// real-time priority, and again after failures.
+    pub fn open_network(&mut self, now_ns: u64) {
+        self.retry_ns = now_ns + RETRY_NS;
+        let mailbox = self.membership.mailbox();
+        let opened = Network::open(Part {
+            robot_id: &self.settings.robot_id,
+            key_prefix: &self.settings.key_prefix,
+            network: &self.settings.network,
+            mediator: mailbox.map(|mailbox| (mailbox, self.news.clone())),
+        });
+        match opened {
+            Ok(network) => {
+                self.log
+                    .info(format!("fleet network is open, session {}", network.id()));
+                self.network = Some(network);
+                self.complaints.forget();
+                self.port.clear(Fault::FleetNetwork);
+            }
+            Err(complaint) => {
+                self.complaints
+                    .say(&self.log, "fleet network cannot be opened", complaint);
+                self.port.raise(Fault::FleetNetwork, 0.0);
+            }
+        }
+    }
+
+    fn retry_network(&mut self, now_ns: u64) {
+        if self.network.is_none() && now_ns >= self.retry_ns {
+            self.port.step(LifeCycleEvent::Fault); // back to configuring, for the next attempt
+        }
+    }
+
+    fn publish_state(&mut self, now_ns: u64) {
+        let Some(network) = &self.network else { return };
+        let Settings {
+            robot_id,
+            role,
+            boot_epoch,
+            ..
+        } = &self.settings;
+        let mut state = state::message(&self.snapshot, robot_id, role, *boot_epoch);
+        let changed = { self.sent.as_ref() }.is_none_or(|sent| state::is_news(sent, &state));
+        if !changed && now_ns < self.sent_ns + LEVEL_NS {
+            return;
+        }
+        self.sequence += 1;
+        state.sequence = self.sequence;
+        for fault in &mut state.faults {
+            fault.age_ms = state::age_ms(&self.snapshot.faults, &fault.name, now_ns);
+        }
+        let sent = network.send_state(state.encode_to_vec());
+        self.judge(sent, "the state");
+        self.sent = Some(state);
+        self.sent_ns = now_ns;
+    }
+
+    fn judge(&mut self, sent: Result<(), String>, what: &str) {
+        match sent {
+            Ok(()) => {
+                self.complaints.forget();
+                self.port.clear(Fault::FleetNetwork);
+            }
+            Err(error) => {
+                self.complaints
+                    .say(&self.log, &format!("{what} could not be published"), error);
+                self.port.raise(Fault::FleetNetwork, 0.0);
+            }
+        }
+    }
+
+    /// Navigation first, then the mediator, then everybody.
+    fn speak(&mut self, now_ns: u64) {
+        let network = self.network.as_ref();
+        let sent = self.membership.speak(network, &self.log, now_ns);
+        if sent.is_err() {
+            self.judge(sent, "the report to the mediator");
+        }
+        let troubles = self.membership.troubles(&self.log, now_ns);
+        self.port.set(Fault::MediatorSilent, troubles.silent, 0.0);
+        self.port.set(Fault::MediatorRefused, troubles.refused, 0.0);
+        self.port.set(Fault::PlaceUnknown, troubles.lost, 0.0);
+    }
+}
+
+impl Activity for Communication {
+    fn name(&self) -> &'static str {
+        "communication"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, now_ns: u64) {
+        self.snapshot = Snapshot {
+            pose: self.symbols.pose.read(),
+            odometry: self.symbols.odometry.read().value,
+            navigation: self.symbols.navigation.read().value,
+            faults: self.symbols.faults.read().value,
+            mode: self.symbols.mode.read().value.mode,
+        };
+        self.membership.listen(self.snapshot.odometry.v_m_s, now_ns);
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while let Some(command) = self.port.next_command() {
+            if command == Command::Reset {
+                self.membership.reset();
+            }
+        }
+    }
+
+    fn configure(&mut self, now_ns: u64) {
+        if self.network.is_none() {
+            if now_ns < self.retry_ns {
+                return;
+            }
+            self.open_network(now_ns);
+        }
+        // A robot without its fleet still drives where nothing needs granting.
+        self.port.step(LifeCycleEvent::Configured);
+    }
+
+    fn compute(&mut self, now_ns: u64) {
+        self.retry_network(now_ns);
+        self.membership.step(now_ns);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        if self.port.state() == LifeCycleState::Ready {
+            self.retry_network(now_ns);
+        }
+        // A robot that pauses is somewhere all the same.
+        self.membership.step(now_ns);
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        if self.port.state() == LifeCycleState::Stopped {
+            self.membership.leave(now_ns);
+            self.network = None;
+        } else {
+            self.speak(now_ns);
+        }
+        self.publish_state(now_ns);
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for Communication {}

@@ -1,0 +1,336 @@
+//! The activity: its event loop around the navigator, and the instructions that it passes on.
+
+use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
+use coordination::symbols::Stamped;
+use skills::navigator::{
+    Instruction, InstructionError, NavigationInput, NavigationOutput, Navigator,
+};
+use skills::odometry::Odometry;
+
+use super::membership::Membership;
+use super::part::{Part, Start};
+use crate::activities::exchange::Exchange;
+use crate::activities::fleet_link::{Event, NavigationEnd, Order};
+use crate::activities::port::{Command, Instructed, Port, Report};
+use crate::activities::robot_activity::RobotActivity;
+use crate::activities::scans::{Intake, ScanIntake};
+use crate::fleet::Answer;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::{Name, NavigationState, OdometryValue, PoseEstimate, WantedMotion};
+use crate::symbols::wiring::{NavigationFleetSymbols, NavigationSymbols};
+
+/// Who gave the instruction that the next step takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asked {
+    ByOperator,
+    ByFleet,
+}
+
+/// The activity.
+pub struct Navigation {
+    port: Port,
+    symbols: NavigationSymbols,
+    intake: ScanIntake,
+    exchange: Exchange<Part>,
+    part: Box<Part>,
+    membership: Membership,
+    /// An instruction was given; what becomes of it shows with the next step.
+    asked: Option<Asked>,
+    fresh_scan: bool,
+    odometry: Stamped<OdometryValue>,
+    output: Option<NavigationOutput>,
+    speed_share: f64,
+    schedule_changes: u64,
+    laps: u64,
+}
+
+impl Navigation {
+    /// An activity in state *created*.
+    #[must_use]
+    pub fn new(
+        port: Port,
+        symbols: NavigationSymbols,
+        intake: ScanIntake,
+        navigator: Box<Navigator>,
+        exchange: Exchange<Part>,
+        start: Start,
+    ) -> Self {
+        Self {
+            port,
+            symbols,
+            intake,
+            exchange,
+            part: Box::new(Part::new(navigator, start)),
+            membership: Membership::default(),
+            asked: None,
+            fresh_scan: false,
+            odometry: Stamped::default(),
+            output: None,
+            speed_share: 1.0,
+            schedule_changes: 0,
+            laps: 0,
+        }
+    }
+
+    /// On a managed site: the robot may only be where the mediator lets it, and does what it orders.
+    #[must_use]
+    pub fn managed(mut self, symbols: NavigationFleetSymbols, link: NavigationEnd) -> Self {
+        self.membership = Membership::managed(symbols, link);
+        self
+    }
+
+    /// One step of navigation; tracks in every state and moves only when `motion_allowed`.
+    fn step(&mut self, now_ns: u64, motion_allowed: bool) {
+        if self.odometry.stamp_ns == 0 {
+            return; // the drive has not spoken yet
+        }
+        let odometry = Odometry {
+            stamp_ns: self.odometry.stamp_ns,
+            pose: self.odometry.value.pose(),
+            twist: self.odometry.value.twist(),
+            steering_rad: self.odometry.value.steering_rad,
+            distance_m: self.odometry.value.distance_m,
+            turned_rad: self.odometry.value.turned_rad,
+        };
+        let scan = self.fresh_scan.then(|| self.intake.aligned());
+        let before = self.part.navigator.machine().state();
+        let input = NavigationInput {
+            now_ns,
+            scan,
+            odometry: &odometry,
+            motion_allowed,
+            allowed: self.membership.allowed(),
+        };
+        let output = self.part.navigator.step(&input);
+        if output.state != before {
+            self.port.report(Report::Moved {
+                from: before.0,
+                to: output.state.0,
+            });
+        }
+        match self.asked.take() {
+            Some(Asked::ByOperator) => self.port.report(Report::Instructed(Instructed::Taken {
+                from: before.0,
+                to: output.state.0,
+                hold: output.hold,
+            })),
+            Some(Asked::ByFleet) => self.answer_fleet(Answer::Taken),
+            None => {}
+        }
+        for &event in output.outputs.as_slice() {
+            self.membership.tell(Event::Output(event), &mut self.port);
+        }
+        self.schedule_changes += u64::from(output.schedule_changed);
+        self.laps += output
+            .outputs
+            .as_slice()
+            .iter()
+            .filter(|&&event| Some(event) == self.part.names.lap)
+            .count() as u64;
+        self.port.set(
+            Fault::PoseUncertain,
+            output.pose_uncertain,
+            output.position_std_m,
+        );
+        self.port.set(
+            Fault::OffLane,
+            output.deviation_exceeded,
+            output.lateral_error_m,
+        );
+        self.output = Some(output);
+    }
+
+    /// A robot that does not know where it is has been put to its start by the operator who resets it.
+    fn return_to_start_if_lost(&mut self) {
+        if self.output.is_some_and(|output| output.pose_uncertain) {
+            let Part {
+                navigator, start, ..
+            } = &mut *self.part;
+            navigator.relocate(start.pose, start.std_m, start.std_rad);
+            navigator.restart_in(start.state);
+        }
+    }
+
+    /// Gives the machine an event from outside; the answer follows with the step that takes it, or is the error.
+    fn instruct(&mut self, instruction: Instruction) -> Result<(), Instructed> {
+        let steps = matches!(
+            self.port.state(),
+            LifeCycleState::Running | LifeCycleState::Ready | LifeCycleState::Paused
+        );
+        let machine = self.part.navigator.machine();
+        if !steps || self.odometry.stamp_ns == 0 {
+            return Err(Instructed::NotReady);
+        }
+        if !machine.accepts(instruction.event) {
+            return Err(Instructed::Ignored {
+                state: machine.state().0,
+            });
+        }
+        { self.part.navigator.instruct(instruction) }.map_err(Instructed::Refused)
+    }
+
+    /// Carries out what the mediator has ordered.
+    fn obey(&mut self) {
+        while let Some(order) = self.membership.next_order() {
+            match order {
+                Order::Instruct(_) if self.asked.is_some() => {
+                    // The step to come answers another.
+                    self.answer_fleet(Answer::NotNow);
+                }
+                Order::Instruct(instruction) => match self.instruct(instruction) {
+                    Ok(()) => self.asked = Some(Asked::ByFleet),
+                    Err(Instructed::Refused(error)) if error != InstructionError::Full => {
+                        self.answer_fleet(Answer::Refused);
+                    }
+                    Err(_) => self.answer_fleet(Answer::NotNow),
+                },
+                Order::LimitSpeed(limit_m_s) => {
+                    self.membership.limit_speed(limit_m_s);
+                }
+                Order::Relocate {
+                    pose,
+                    std_m,
+                    std_rad,
+                    state,
+                } => {
+                    let start = self.part.start;
+                    let (std_m, std_rad) = (std_m.max(start.std_m), std_rad.max(start.std_rad));
+                    let navigator = &mut self.part.navigator;
+                    if navigator.relocate(pose, std_m, std_rad) && navigator.restart_in(state) {
+                        self.membership.relocated();
+                    }
+                }
+            }
+        }
+    }
+
+    fn answer_fleet(&mut self, answer: Answer) {
+        self.membership.tell(Event::Answer(answer), &mut self.port);
+    }
+
+    fn publish_output(&mut self, now_ns: u64) {
+        let Some(output) = &self.output else { return };
+        let std_m = |variance: f64| variance.max(0.0).sqrt();
+        let pose = PoseEstimate {
+            x_m: output.pose.x_m,
+            y_m: output.pose.y_m,
+            theta_rad: output.pose.theta_rad,
+            std_x_m: std_m(output.covariance[0][0]),
+            std_y_m: std_m(output.covariance[1][1]),
+            std_theta_rad: std_m(output.covariance[2][2]),
+            uncertain: u64::from(output.pose_uncertain),
+        };
+        let name = |names: &[Name], index: Option<usize>| {
+            index
+                .and_then(|index| names.get(index).copied())
+                .unwrap_or_default()
+        };
+        let names = &self.part.names;
+        let state = NavigationState {
+            state: name(&names.states, Some(output.state.index())),
+            area: name(&names.areas, output.area),
+            skill: name(&names.skills, Some(output.skill)),
+            lateral_error_m: output.lateral_error_m,
+            heading_error_rad: output.heading_error_rad,
+            lane_end_m: output.lane_end.map_or(f64::NAN, |end| end.distance_m),
+            hold: output
+                .hold
+                .map(|hold| Name::new(hold.reason()))
+                .unwrap_or_default(),
+            waiting_for: name(&names.areas, output.waiting_for),
+            border_distance_m: output.border_distance_m.unwrap_or(f64::NAN),
+            schedule_changes: self.schedule_changes,
+            laps: self.laps,
+            ignored_events: self.part.navigator.machine().ignored(),
+        };
+        let mut command = self.membership.limited(output.command);
+        command.speed_m_s *= self.speed_share;
+        self.symbols.pose.write(now_ns, &pose);
+        self.symbols.state.write(now_ns, &state);
+        self.symbols
+            .command
+            .write(now_ns, &WantedMotion::new(command, output.room));
+    }
+}
+
+impl Activity for Navigation {
+    fn name(&self) -> &'static str {
+        "navigation"
+    }
+
+    fn life_cycle(&self) -> &LifeCycle {
+        self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, now_ns: u64) {
+        self.membership.read(now_ns);
+        self.odometry = self.symbols.odometry.read();
+        // What cannot be used is reported by the motion tube, which looks at the same scans.
+        self.fresh_scan = self
+            .intake
+            .take(&mut self.symbols.scan, &mut self.symbols.trace)
+            == Intake::Aligned;
+    }
+
+    fn coordinate(&mut self, _now_ns: u64) {
+        while let Some(command) = self.port.next_command() {
+            match command {
+                Command::LimitSpeed(thousandths) => {
+                    self.speed_share = f64::from(thousandths.min(1000)) / 1000.0
+                }
+                Command::Reset => {
+                    self.return_to_start_if_lost();
+                    if let Some(event) = self.part.names.reset {
+                        self.part.navigator.post(event);
+                    }
+                }
+                Command::Instruct(instruction) => match self.instruct(instruction) {
+                    Ok(()) => self.asked = Some(Asked::ByOperator),
+                    Err(why) => self.port.report(Report::Instructed(why)),
+                },
+                Command::StopNow | Command::LifeCycle(_) => {}
+            }
+        }
+        self.obey();
+    }
+
+    fn configure(&mut self, _now_ns: u64) {
+        if self.port.state() == LifeCycleState::Reconfiguring {
+            let Some(mut part) = self.exchange.take() else {
+                return;
+            };
+            std::mem::swap(&mut self.part, &mut part);
+            // The robot is where it is, in the state it is in; the new machine has all states of the old one.
+            self.part.navigator.take_over(&part.navigator);
+            self.exchange.give_back(part);
+        }
+        self.port.step(LifeCycleEvent::Configured);
+    }
+
+    fn compute(&mut self, now_ns: u64) {
+        self.step(now_ns, true);
+    }
+
+    fn rest(&mut self, now_ns: u64) {
+        if matches!(
+            self.port.state(),
+            LifeCycleState::Ready | LifeCycleState::Paused
+        ) {
+            self.step(now_ns, false);
+        } else if let Some(output) = &mut self.output {
+            // No step, no wish to move: an old command must not look like a new one.
+            output.command = output.command.with_speed(0.0);
+        }
+    }
+
+    fn communicate_out(&mut self, now_ns: u64) {
+        self.publish_output(now_ns);
+        // What is old must not look new.
+        if let Some(output) = self.output.filter(|output| output.now_ns == now_ns) {
+            self.membership.publish(&output, &mut self.port);
+        }
+        self.port.publish(now_ns);
+    }
+}
+
+impl RobotActivity for Navigation {}

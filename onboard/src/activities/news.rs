@@ -1,0 +1,57 @@
+//! What wakes the communication activity's loop before its period is over.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use tokio::sync::Notify;
+
+use crate::realtime::clock::now_ns;
+use crate::realtime::wake::Wake;
+
+/// Wakes the loop, from any thread that may take a lock.
+#[derive(Clone, Debug, Default)]
+pub struct News(Arc<Told>);
+
+#[derive(Debug, Default)]
+struct Told {
+    notify: Notify,
+    /// When the oldest news came that the loop has not begun to look at; 0: there is none.
+    since_ns: AtomicU64,
+}
+
+impl News {
+    /// There is something to look at.
+    pub fn tell(&self) {
+        // Fails when there are older news.
+        let _ = { &self.0.since_ns }.compare_exchange(
+            0,
+            now_ns().max(1),
+            Ordering::AcqRel,
+            Ordering::Relaxed,
+        );
+        self.0.notify.notify_one();
+    }
+
+    /// Waits for news.
+    pub async fn wait(&self) {
+        self.0.notify.notified().await;
+    }
+
+    /// When the news came that are looked at from now on.
+    #[must_use]
+    pub fn take(&self) -> Option<u64> {
+        match self.0.since_ns.swap(0, Ordering::AcqRel) {
+            0 => None,
+            since_ns => Some(since_ns),
+        }
+    }
+}
+
+/// What wakes the thread beside its period.
+#[derive(Clone, Debug, Default)]
+pub struct Alarm {
+    /// For threads that may take a lock.
+    pub news: News,
+    /// For real-time threads.
+    pub wake: Wake,
+}

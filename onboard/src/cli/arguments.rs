@@ -1,0 +1,112 @@
+//! What the command line says, and the command that it names.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use super::check;
+use crate::composition::failure::EXIT_REFUSED;
+use crate::composition::files::Files;
+use crate::process::ctl::Request;
+use crate::process::runtime::Runtime;
+use crate::process::{ctl, inspect, run};
+
+#[derive(Debug, Parser)]
+#[command(
+    name = "onboard",
+    version,
+    about = "Drives one robot: EtherCAT drive, lidar, navigation, fleet network"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Validate robot and site file and print the resolved plan, touching no device
+    Check(Files),
+    /// Run the robot until SIGINT or SIGTERM
+    Run {
+        #[command(flatten)]
+        files: Files,
+        #[command(flatten)]
+        runtime: RuntimeArgs,
+    },
+    /// List every symbol and thread of a running robot
+    Inspect {
+        /// Robot to look into; may be left out while only one runs
+        #[arg(long)]
+        robot: Option<String>,
+        /// Print again every second until Ctrl-C
+        #[arg(long)]
+        watch: bool,
+        /// Print JSON, one object a line
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        runtime: RuntimeArgs,
+    },
+    /// Talk to a running robot
+    Ctl {
+        /// What it is to do
+        #[command(subcommand)]
+        request: Request,
+        /// Robot to talk to; may be left out while only one runs
+        #[arg(long, global = true)]
+        robot: Option<String>,
+        /// Folder for the names of running robots [default: $XDG_RUNTIME_DIR/onboard, or /tmp/onboard-UID]
+        #[arg(
+            long = "runtime",
+            value_name = "DIR",
+            env = "ONBOARD_RUNTIME_DIR",
+            global = true
+        )]
+        folder: Option<PathBuf>,
+    },
+}
+
+#[derive(Clone, Debug, Args)]
+struct RuntimeArgs {
+    /// Folder for the names of running robots [default: $XDG_RUNTIME_DIR/onboard, or /tmp/onboard-UID]
+    #[arg(long = "runtime", value_name = "DIR", env = "ONBOARD_RUNTIME_DIR")]
+    folder: Option<PathBuf>,
+}
+
+/// Runs the program with these arguments, the first being its name.
+pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are no errors; the code follows.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(EXIT_REFUSED));
+        }
+    };
+    let result = match cli.command {
+        Command::Check(files) => check::check(&files),
+        Command::Run { files, runtime } => {
+            Runtime::new(runtime.folder).and_then(|runtime| run::run(&files, &runtime))
+        }
+        Command::Inspect {
+            robot,
+            watch,
+            json,
+            runtime,
+        } => Runtime::new(runtime.folder)
+            .and_then(|runtime| inspect::inspect(&runtime, robot.as_deref(), watch, json)),
+        Command::Ctl {
+            request,
+            robot,
+            folder,
+        } => {
+            Runtime::new(folder).and_then(|runtime| ctl::send(&runtime, robot.as_deref(), &request))
+        }
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.print(),
+    }
+}
