@@ -2,7 +2,7 @@
 //!
 //! * [`cli`]: the commands of the program;
 //! * [`setup`]: the areas and robots of one site;
-//! * [`coordination`]: Petri nets between robots, started by the situation;
+//! * [`nets`]: Petri nets between robots, started by the situation;
 //! * [`manager`]: the manager itself, pure: reports in, journal entries and reports out, no clock, network or file;
 //! * [`journal`]: what survives a restart;
 //! * [`runtime`]: the running mediator, on the fleet's network.
@@ -11,10 +11,10 @@
 //! So whatever a robot was told, the next start of the mediator knows.
 
 pub mod cli;
-pub mod coordination;
 mod jam;
 pub mod journal;
 pub mod manager;
+pub mod nets;
 pub mod runtime;
 pub mod setup;
 mod site;

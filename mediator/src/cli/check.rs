@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Failure, load_site};
-use crate::coordination::{self, Plan};
 use crate::jam::{self, Verdict};
+use crate::nets::{self, Plan};
 use crate::setup::Setup;
-use ::coordination::analysis::Limits;
-use ::coordination::petri::Dot;
 use config::{NetConfig, SiteConfig};
+use coordination::analysis::Limits;
+use coordination::petri::Dot;
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -157,7 +157,7 @@ pub(super) fn plans(
     if site.coordinations.is_empty() {
         return Ok(Vec::new());
     }
-    coordination::plans(site, setup, &nets(path)?, &Limits::default()).map_err(|errors| {
+    nets::plans(site, setup, &nets(path)?, &Limits::default()).map_err(|errors| {
         let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
         Failure::Refused(lines.join("\n"))
     })

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::Manager;
 use super::robot::Robot;
-use crate::coordination::{Instance, Kind, Stage};
+use crate::nets::{Instance, Kind, Stage};
 use serde::{Deserialize, Serialize};
 
 /// An area, for people.

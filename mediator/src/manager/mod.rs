@@ -29,8 +29,8 @@ pub use explain::{AreaStatus, CoordinationStatus, RobotStatus, Status, UnknownRo
 
 use std::sync::Arc;
 
-use crate::coordination::Plan;
 use crate::journal::{Entry, Stored};
+use crate::nets::Plan;
 use crate::setup::{Index, Setup, SetupError, index};
 use contract::wire::MediatorReport;
 use coordinate::{Coordinator, KeptChange};

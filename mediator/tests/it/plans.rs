@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use config::{NetConfig, load_net, parse_site};
 use coordination::analysis::Limits;
-use mediator::coordination::{Plan, plans};
+use mediator::nets::{Plan, plans};
 use mediator::setup::Setup;
 
 const JUNCTION: &str = r#"

@@ -8,9 +8,9 @@ use crate::sites;
 use config::{load_net, parse_site};
 use contract::client::{Client, Situation};
 use coordination::analysis::Limits;
-use mediator::coordination::{Plan, plans};
 use mediator::journal::Stored;
 use mediator::manager::{Alarm, Manager};
+use mediator::nets::{Plan, plans};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 const SECOND_NS: u64 = 1_000_000_000;

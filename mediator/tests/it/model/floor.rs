@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::robot::Robot;
 use crate::random::Random;
 use crate::sites;
-use mediator::coordination::Plan;
+use mediator::nets::Plan;
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 pub const SILENT_NS: u64 = 1_000_000_000;
