@@ -2,9 +2,9 @@
 
 use thiserror::Error;
 
-use super::net::{Net, PlaceId, TransitionId};
-use super::ports::Ports;
-use super::state::{Allowance, State};
+use super::id::{PlaceId, TransitionId};
+use super::net::Net;
+use super::state::{Allowance, Ports, State};
 use crate::event::EventId;
 
 /// How much one evaluation may do.
@@ -85,6 +85,13 @@ pub struct Executor {
     refused: u64,
 }
 
+impl Net {
+    /// An executor in the initial marking. Not for real-time threads.
+    pub fn executor(&self) -> Executor {
+        Executor::new(self.clone())
+    }
+}
+
 impl Executor {
     /// The most events that wait for one source.
     pub const MAX_WAITING: u32 = u16::MAX as u32;
@@ -93,7 +100,7 @@ impl Executor {
     /// Further groups of 64 transitions for each firing that the budget allows.
     pub const SEARCH_PER_FIRING: u32 = 64;
 
-    pub(super) fn new(net: Net) -> Self {
+    fn new(net: Net) -> Self {
         let mut executor = Self {
             state: net.initial().clone(),
             ports: Ports::new(net.sources().len(), net.sinks().len()),

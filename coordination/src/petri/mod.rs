@@ -24,7 +24,7 @@
 //! One that is enabled only now and then may be missed for ever by an unlucky rhythm of the others.
 //!
 //! **In the paper's words** (Figure 4). What its executor keeps in lists is here in sets of bits;
-//! `layout.rs` explains them.
+//! `layout` explains them.
 //!
 //! | paper | here |
 //! |---|---|
@@ -64,26 +64,17 @@
 //! assert_eq!(granted, [events.id("grant").expect("the net uses it")]);
 //! ```
 
-mod check;
 mod compile;
-mod conditions;
 mod dot;
-mod error;
 mod executor;
-mod firings;
+mod id;
 mod layout;
-mod lists;
 mod model;
 mod net;
-mod ports;
 mod state;
-mod structure;
-mod symbols;
-mod words;
 
 pub use dot::Dot;
-pub use error::ModelError;
 pub use executor::{Budget, Evaluation, Executor, OfferError, WrongMarking};
-pub use model::{Binding, NetModel, Place, PlaceKind, PlaceSet, Transition};
-pub use net::{Net, PlaceId, TransitionId};
-pub use structure::Structure;
+pub use id::{PlaceId, TransitionId};
+pub use model::{Binding, ModelError, NetModel, Place, PlaceKind, PlaceSet, Structure, Transition};
+pub use net::Net;

@@ -3,44 +3,11 @@
 use std::sync::Arc;
 
 use super::compile::compile;
-use super::error::ModelError;
-use super::executor::Executor;
+use super::id::{PlaceId, TransitionId};
 use super::layout::Layout;
-use super::model::{ModelData, NetModel, PlaceKind};
+use super::model::{Element, ModelData, ModelError, NetModel, PlaceKind, Structure};
 use super::state::State;
-use super::structure::Structure;
-use super::symbols::Element;
 use crate::event::{EventId, EventTable};
-
-/// A dense place id, valid in the [`Net`] that gave it; ids count in the model's order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PlaceId(pub u16);
-
-impl PlaceId {
-    /// The id as an index into an array with one entry per place.
-    pub fn index(self) -> usize {
-        usize::from(self.0)
-    }
-
-    pub(super) fn from_index(index: usize) -> Self {
-        Self(index as u16)
-    }
-}
-
-/// A dense transition id, valid in the [`Net`] that gave it; ids count in the model's order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TransitionId(pub u16);
-
-impl TransitionId {
-    /// The id as an index into an array with one entry per transition.
-    pub fn index(self) -> usize {
-        usize::from(self.0)
-    }
-
-    pub(super) fn from_index(index: usize) -> Self {
-        Self(index as u16)
-    }
-}
 
 /// A net ready to run; see [the module](super). A clone is another handle to the same net.
 #[derive(Clone, Debug)]
@@ -62,8 +29,16 @@ struct Inner {
     sources_by_event: Box<[(EventId, u16)]>,
 }
 
+impl NetModel {
+    /// Checks the model and makes the net, whose events are entered into `events`. Not for
+    /// real-time threads.
+    pub fn compile(&self, events: &mut EventTable) -> Result<Net, Vec<ModelError>> {
+        Net::new(self.structure()?, Arc::clone(self.data()), events).map_err(|error| vec![error])
+    }
+}
+
 impl Net {
-    pub(super) fn new(
+    fn new(
         structure: Structure,
         data: Arc<ModelData>,
         events: &mut EventTable,
@@ -122,7 +97,7 @@ impl Net {
 
     /// The place called `name`.
     pub fn place_id(&self, name: &str) -> Option<PlaceId> {
-        match self.inner.data.symbols.find(name) {
+        match self.inner.data.names.find(name) {
             Element::Place(number) => Some(PlaceId::from_index(number as usize)),
             _ => None,
         }
@@ -137,7 +112,7 @@ impl Net {
 
     /// The transition called `name`.
     pub fn transition_id(&self, name: &str) -> Option<TransitionId> {
-        match self.inner.data.symbols.find(name) {
+        match self.inner.data.names.find(name) {
             Element::Transition(number) => Some(TransitionId::from_index(number as usize)),
             _ => None,
         }
@@ -174,11 +149,6 @@ impl Net {
     pub fn initial_marking(&self) -> impl Iterator<Item = PlaceId> {
         self.places()
             .filter(|&place| self.inner.structure.marked(place))
-    }
-
-    /// An executor in the initial marking. Not for real-time threads.
-    pub fn executor(&self) -> Executor {
-        Executor::new(self.clone())
     }
 
     pub(super) fn layout(&self) -> &Layout {

@@ -2,7 +2,7 @@
 
 /// What waits at the sources, and which sinks are full.
 #[derive(Clone, Debug)]
-pub(super) struct Ports {
+pub(in crate::petri) struct Ports {
     /// By source: how many events wait.
     waiting: Box<[u32]>,
     /// Sources that are empty and have an event waiting; each once.
@@ -12,7 +12,7 @@ pub(super) struct Ports {
 }
 
 impl Ports {
-    pub(super) fn new(sources: usize, sinks: usize) -> Self {
+    pub(in crate::petri) fn new(sources: usize, sinks: usize) -> Self {
         Self {
             waiting: vec![0; sources].into(),
             to_fill: Stack::with_capacity(sources),
@@ -20,51 +20,51 @@ impl Ports {
         }
     }
 
-    pub(super) fn waiting(&self, source: usize) -> u32 {
+    pub(in crate::petri) fn waiting(&self, source: usize) -> u32 {
         self.waiting[source]
     }
 
     /// One more event waits for `source`.
-    pub(super) fn wait(&mut self, source: usize, is_empty: bool) {
+    pub(in crate::petri) fn wait(&mut self, source: usize, is_empty: bool) {
         self.waiting[source] += 1;
         if is_empty && self.waiting[source] == 1 {
             self.to_fill.push(source);
         }
     }
 
-    pub(super) fn emptied(&mut self, source: usize) {
+    pub(in crate::petri) fn emptied(&mut self, source: usize) {
         if self.waiting[source] > 0 {
             self.to_fill.push(source);
         }
     }
 
     /// A source that is empty and has an event waiting, which is used up.
-    pub(super) fn next_to_fill(&mut self) -> Option<usize> {
+    pub(in crate::petri) fn next_to_fill(&mut self) -> Option<usize> {
         let source = self.to_fill.pop()?;
         self.waiting[source] -= 1;
         Some(source)
     }
 
-    pub(super) fn can_fill(&self) -> bool {
+    pub(in crate::petri) fn can_fill(&self) -> bool {
         self.to_fill.len > 0
     }
 
-    pub(super) fn filled(&mut self, sink: usize) {
+    pub(in crate::petri) fn filled(&mut self, sink: usize) {
         self.full.push(sink);
     }
 
-    pub(super) fn full(&self) -> &[u16] {
+    pub(in crate::petri) fn full(&self) -> &[u16] {
         &self.full.items[..self.full.len]
     }
 
     /// Empties the full sinks that `keep` refuses, asking in order; how many.
-    pub(super) fn empty_sinks(&mut self, keep: impl FnMut(usize) -> bool) -> usize {
+    pub(in crate::petri) fn empty_sinks(&mut self, keep: impl FnMut(usize) -> bool) -> usize {
         self.full.retain(keep)
     }
 
     /// Nothing waits for `source` any more; how many events did. Looks at all sources that are to be
     /// filled if some did.
-    pub(super) fn forget_waiting(&mut self, source: usize) -> u32 {
+    pub(in crate::petri) fn forget_waiting(&mut self, source: usize) -> u32 {
         let waiting = std::mem::take(&mut self.waiting[source]);
         if waiting > 0 {
             self.to_fill.retain(|other| other != source);
@@ -73,7 +73,7 @@ impl Ports {
     }
 
     /// Nothing waits for these sources any more; [`restart_sources`](Self::restart_sources) follows.
-    pub(super) fn forget_those(&mut self, forgets: impl Fn(usize) -> bool) {
+    pub(in crate::petri) fn forget_those(&mut self, forgets: impl Fn(usize) -> bool) {
         for (source, waiting) in self.waiting.iter_mut().enumerate() {
             if forgets(source) {
                 *waiting = 0;
@@ -82,12 +82,12 @@ impl Ports {
     }
 
     /// Nothing waits any more.
-    pub(super) fn forget(&mut self) {
+    pub(in crate::petri) fn forget(&mut self) {
         self.waiting.fill(0);
     }
 
     /// Takes note of a new marking.
-    pub(super) fn restart(
+    pub(in crate::petri) fn restart(
         &mut self,
         source_is_empty: impl Fn(usize) -> bool,
         sink_is_full: impl Fn(usize) -> bool,
@@ -102,7 +102,7 @@ impl Ports {
     }
 
     /// Takes note of which sources are empty now.
-    pub(super) fn restart_sources(&mut self, source_is_empty: impl Fn(usize) -> bool) {
+    pub(in crate::petri) fn restart_sources(&mut self, source_is_empty: impl Fn(usize) -> bool) {
         self.to_fill.len = 0;
         for (source, &waiting) in self.waiting.iter().enumerate() {
             if waiting > 0 && source_is_empty(source) {

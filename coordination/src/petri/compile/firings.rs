@@ -1,20 +1,18 @@
-//! What a firing changes beside the local conditions of its block; see [the layout](super::layout).
+//! What a firing changes beside the local conditions of its block; see [the layout](crate::petri::layout).
 
-use super::compile::{Tables, span};
 use super::conditions::for_conditions;
-use super::layout::{
-    BLOCK, Block, Demand, Flip, Layout, More, Need, PortChange, Position, SLOTS, Span, Special,
-    WordBits, set_words, users_of,
-};
-use super::model::PlaceKind;
-use super::net::PlaceId;
-use super::state::State;
-use super::structure::Structure;
-use super::words::lowest;
+use super::tables::{Tables, span};
 use crate::event::EventId;
+use crate::petri::id::PlaceId;
+use crate::petri::layout::{
+    BLOCK, Block, Demand, Flip, Layout, More, Need, PortChange, Position, SLOTS, Span, Special,
+    WordBits, lowest, set_words, users_of,
+};
+use crate::petri::model::{PlaceKind, Structure};
+use crate::petri::state::State;
 
 /// What else each firing does.
-pub(super) struct Firings<'a> {
+pub(in crate::petri) struct Firings<'a> {
     tables: Tables,
     structure: &'a Structure,
     sources: &'a [(PlaceId, EventId)],
@@ -40,7 +38,7 @@ struct Touched {
 
 impl<'a> Firings<'a> {
     /// The complete layout, and the initial state.
-    pub(super) fn of(
+    pub(in crate::petri) fn of(
         tables: Tables,
         structure: &'a Structure,
         sources: &'a [(PlaceId, EventId)],

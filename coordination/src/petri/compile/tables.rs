@@ -1,32 +1,10 @@
-//! Lays a net out; see [the layout](super::layout).
+//! Where each condition is, and what the firings of a block flip in it; see [the layout](crate::petri::layout).
 
 use super::conditions::{Places, for_conditions};
-use super::firings::Firings;
-use super::layout::{
-    BLOCK, Bits, Block, Demand, Gate, Layout, Place, Position, SLOTS, Span, set_words,
+use crate::petri::layout::{
+    BLOCK, Bits, Block, Demand, Gate, Place, Position, SLOTS, Span, lowest, set_words,
 };
-use super::model::PlaceKind;
-use super::net::PlaceId;
-use super::state::State;
-use super::structure::Structure;
-use super::words::lowest;
-use crate::event::EventId;
-
-/// The tables of `structure`, and its state in the initial marking. `sources` and `sinks` are in the
-/// order of their places.
-pub(super) fn compile(
-    structure: &Structure,
-    sources: &[(PlaceId, EventId)],
-    sinks: &[(PlaceId, EventId)],
-) -> (Layout, State) {
-    let has_ports = !sources.is_empty() || !sinks.is_empty();
-    let mut tables = Tables::new(structure);
-    for block in 0..tables.blocks.len() {
-        tables.add_block(block, structure, has_ports);
-    }
-    tables.add_flips_of_others();
-    Firings::of(tables, structure, sources, sinks)
-}
+use crate::petri::model::{PlaceKind, Structure};
 
 /// The conditions of one transition.
 struct Conditions<'a> {
@@ -64,25 +42,25 @@ impl Conditions<'_> {
 }
 
 /// Where each condition is.
-pub(super) struct Tables {
+pub(in crate::petri) struct Tables {
     /// In the initial marking.
-    pub(super) blocks: Vec<Block>,
-    pub(super) places: Vec<Place>,
-    pub(super) positions: Vec<Position>,
-    pub(super) gates_of: Vec<Span>,
-    pub(super) gates: Vec<Gate>,
+    pub(in crate::petri) blocks: Vec<Block>,
+    pub(in crate::petri) places: Vec<Place>,
+    pub(in crate::petri) positions: Vec<Position>,
+    pub(in crate::petri) gates_of: Vec<Span>,
+    pub(in crate::petri) gates: Vec<Gate>,
     /// By block: the transitions that are special only since they change the place of a gate.
-    pub(super) gated: Vec<u64>,
-    pub(super) shared: usize,
+    pub(in crate::petri) gated: Vec<u64>,
+    pub(in crate::petri) shared: usize,
     /// By shared place: index of its gate in the block at hand, if that is in the block's span.
-    pub(super) gate_of: Vec<u32>,
-    pub(super) own: Vec<[Bits; BLOCK]>,
+    pub(in crate::petri) gate_of: Vec<u32>,
+    pub(in crate::petri) own: Vec<[Bits; BLOCK]>,
     /// As [`Layout::users`].
-    pub(super) users: Vec<u64>,
+    pub(in crate::petri) users: Vec<u64>,
 }
 
 impl Tables {
-    fn new(structure: &Structure) -> Self {
+    pub(in crate::petri) fn new(structure: &Structure) -> Self {
         let transitions = structure.transition_count();
         let Places {
             places,
@@ -113,7 +91,12 @@ impl Tables {
     }
 
     /// Adds the conditions of the transitions of a block, and what their firings flip of them.
-    fn add_block(&mut self, block: usize, structure: &Structure, has_ports: bool) {
+    pub(in crate::petri) fn add_block(
+        &mut self,
+        block: usize,
+        structure: &Structure,
+        has_ports: bool,
+    ) {
         let first = block * BLOCK;
         let behind = structure.transition_count().min(first + BLOCK);
         let first_gate = self.gates.len();
@@ -205,7 +188,7 @@ impl Tables {
 
     /// Adds what a firing of each transition flips of others in its own block: for each place that
     /// it changes, all conditions on it.
-    fn add_flips_of_others(&mut self) {
+    pub(in crate::petri) fn add_flips_of_others(&mut self) {
         let own: &mut [Bits] = self.own.as_flattened_mut();
         for place in &self.places {
             match *place.positions(&self.positions) {
@@ -248,7 +231,7 @@ fn users_of(users: &mut [u64], words: usize, shared: u32, when_marked: bool) -> 
     &mut users[set * words..][..words]
 }
 
-pub(super) fn span(start: usize, end: usize) -> Span {
+pub(in crate::petri) fn span(start: usize, end: usize) -> Span {
     Span {
         start: start as u32,
         end: end as u32,

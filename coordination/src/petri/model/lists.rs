@@ -1,53 +1,53 @@
 //! The arcs of a model, transition by transition.
 
-use super::net::PlaceId;
+use crate::petri::id::PlaceId;
 
 /// An arc in numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NumberedArc {
+pub(in crate::petri) struct NumberedArc {
     /// At twice the index of a transition are its inputs, behind that are its outputs.
-    pub(super) list: u32,
-    pub(super) place: u32,
+    pub(in crate::petri) list: u32,
+    pub(in crate::petri) place: u32,
 }
 
 /// How a place is used.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Use {
+pub(in crate::petri) struct Use {
     /// The first list that it is in, and the last, both counted from one; 0 if it is in none.
     first: u32,
     last: u32,
     /// How many arcs it has, and how many of them enter it.
-    pub(super) arcs: u32,
-    pub(super) into: u32,
+    pub(in crate::petri) arcs: u32,
+    pub(in crate::petri) into: u32,
 }
 
 impl Use {
     /// Whether the first and the last transition that mention the place are in different groups of
     /// so many.
-    pub(super) fn spans_groups_of(&self, transitions: usize) -> bool {
+    pub(in crate::petri) fn spans_groups_of(&self, transitions: usize) -> bool {
         let group = |list: u32| list.saturating_sub(1) as usize / 2 / transitions;
         group(self.first) != group(self.last)
     }
 }
 
 #[derive(Debug)]
-pub(super) struct Lists {
+pub(in crate::petri) struct Lists {
     /// Where each list begins, and where the last ends.
-    pub(super) starts: Box<[u32]>,
-    pub(super) places: Box<[PlaceId]>,
+    pub(in crate::petri) starts: Box<[u32]>,
+    pub(in crate::petri) places: Box<[PlaceId]>,
     /// By place.
-    pub(super) uses: Box<[Use]>,
+    pub(in crate::petri) uses: Box<[Use]>,
     /// By transition, whether some place is in both of its lists.
-    pub(super) self_loops: Box<[bool]>,
+    pub(in crate::petri) self_loops: Box<[bool]>,
     /// Whether some place is in a list twice.
-    pub(super) has_duplicates: bool,
+    pub(in crate::petri) has_duplicates: bool,
 }
 
 impl Lists {
     /// Of arcs that come list by list, as they do from most models; nothing of others, or if one is
     /// no arc.
     #[inline]
-    pub(super) fn of_ordered(
+    pub(in crate::petri) fn of_ordered(
         arcs: impl ExactSizeIterator<Item = Option<NumberedArc>>,
         place_count: usize,
         transition_count: usize,

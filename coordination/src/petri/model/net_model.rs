@@ -2,60 +2,12 @@
 
 use std::sync::Arc;
 
+use super::binding::{Binding, PlaceKind};
 use super::check;
+use super::data::{Duplicate, ModelData, SetData};
 use super::error::ModelError;
-use super::net::Net;
+use super::names::{Element, NameId, Names};
 use super::structure::Structure;
-use super::symbols::{Element, NameId, Symbols};
-use crate::event::EventTable;
-
-/// What a source or a sink is bound to.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Binding {
-    /// An event of that name.
-    Event(String),
-    /// A flag of a protocol array.
-    Flag {
-        /// The protocol's name.
-        protocol: String,
-        /// The flag's name.
-        flag: String,
-    },
-}
-
-impl Binding {
-    /// A binding to the event called `name`.
-    pub fn event(name: impl Into<String>) -> Self {
-        Self::Event(name.into())
-    }
-
-    /// A binding to the flag called `flag` of the protocol called `protocol`.
-    pub fn flag(protocol: impl Into<String>, flag: impl Into<String>) -> Self {
-        Self::Flag {
-            protocol: protocol.into(),
-            flag: flag.into(),
-        }
-    }
-
-    /// The name in the [`EventTable`]: the event's own, or `<protocol>.<flag>`.
-    pub fn event_name(&self) -> String {
-        match self {
-            Self::Event(name) => name.clone(),
-            Self::Flag { protocol, flag } => format!("{protocol}.{flag}"),
-        }
-    }
-}
-
-/// Who marks and who empties a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum PlaceKind {
-    /// The net's transitions mark and empty it.
-    Internal,
-    /// An incoming event or flag marks it.
-    Source,
-    /// Its mark is an outgoing event or flag; whoever consumes that empties it.
-    Sink,
-}
 
 /// One place of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,45 +42,6 @@ pub struct PlaceSet<'a> {
     pub places: Vec<&'a str>,
 }
 
-#[derive(Clone, Debug)]
-pub(super) struct SetData {
-    pub(super) name: String,
-    pub(super) places: Vec<NameId>,
-}
-
-/// One name for two elements, the first of which keeps it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Duplicate {
-    pub(super) name: NameId,
-    pub(super) first: Element,
-    pub(super) second: Element,
-}
-
-#[derive(Clone, Debug)]
-pub(super) struct ModelData {
-    pub(super) name: String,
-    pub(super) symbols: Symbols,
-    /// By place: its name.
-    pub(super) places: Vec<NameId>,
-    /// By place.
-    pub(super) kinds: Vec<PlaceKind>,
-    /// The sources and sinks, as indices into the places, in order.
-    pub(super) bindings: Vec<(u32, Binding)>,
-    pub(super) transitions: Vec<NameId>,
-    pub(super) duplicates: Vec<Duplicate>,
-    /// From and to.
-    pub(super) arcs: Vec<(NameId, NameId)>,
-    pub(super) marks: Vec<NameId>,
-    pub(super) exclusions: Vec<SetData>,
-    pub(super) ends: Vec<SetData>,
-}
-
-impl ModelData {
-    pub(super) fn name_of(&self, id: NameId) -> &str {
-        self.symbols.name(id)
-    }
-}
-
 /// A net in names. Adding to it never fails; [`check`](Self::check) and
 /// [`compile`](Self::compile) say what is wrong with the whole. Places and transitions are numbered
 /// in the order of their declaration.
@@ -141,18 +54,18 @@ pub struct NetModel {
 
 impl NetModel {
     /// The most places that a net has.
-    pub const MAX_PLACES: usize = 1 << 16;
+    pub const MAX_PLACES: usize = check::MAX_PLACES;
     /// The most transitions that a net has.
-    pub const MAX_TRANSITIONS: usize = 1 << 16;
+    pub const MAX_TRANSITIONS: usize = check::MAX_TRANSITIONS;
     /// The most arcs that a net has.
-    pub const MAX_ARCS: usize = 1 << 22;
+    pub const MAX_ARCS: usize = check::MAX_ARCS;
 
     /// A net without places and transitions.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             data: Arc::new(ModelData {
                 name: name.into(),
-                symbols: Symbols::default(),
+                names: Names::default(),
                 places: Vec::new(),
                 kinds: Vec::new(),
                 bindings: Vec::new(),
@@ -189,7 +102,7 @@ impl NetModel {
     /// Marks `place`, which is added elsewhere, initially.
     pub fn mark(&mut self, place: &str) -> &mut Self {
         let data = self.edit();
-        let place = data.symbols.intern(place);
+        let place = data.names.intern(place);
         data.marks.push(place);
         self
     }
@@ -203,15 +116,15 @@ impl NetModel {
     ) -> &mut Self {
         let data = self.edit();
         let number = data.transitions.len() as u32;
-        let transition = data.symbols.intern(name.as_ref());
+        let transition = data.names.intern(name.as_ref());
         data.transitions.push(transition);
         declare(data, transition, Element::Transition(number));
         for input in inputs {
-            let input = data.symbols.intern(input);
+            let input = data.names.intern(input);
             data.arcs.push((input, transition));
         }
         for output in outputs {
-            let output = data.symbols.intern(output);
+            let output = data.names.intern(output);
             data.arcs.push((transition, output));
         }
         self
@@ -221,7 +134,7 @@ impl NetModel {
     /// added elsewhere.
     pub fn arc(&mut self, from: &str, to: &str) -> &mut Self {
         let data = self.edit();
-        let arc = (data.symbols.intern(from), data.symbols.intern(to));
+        let arc = (data.names.intern(from), data.names.intern(to));
         data.arcs.push(arc);
         self
     }
@@ -252,18 +165,12 @@ impl NetModel {
         check::resolve(&self.data)
     }
 
-    /// Checks the model and makes the net, whose events are entered into `events`. Not for
-    /// real-time threads.
-    pub fn compile(&self, events: &mut EventTable) -> Result<Net, Vec<ModelError>> {
-        Net::new(self.structure()?, Arc::clone(&self.data), events).map_err(|error| vec![error])
-    }
-
     /// All places, in the order of declaration.
     pub fn places(&self) -> impl ExactSizeIterator<Item = Place<'_>> {
         let data = &*self.data;
         let mut marked = vec![false; data.places.len()];
         for &mark in &data.marks {
-            if let Element::Place(number) = data.symbols.element(mark) {
+            if let Element::Place(number) = data.names.element(mark) {
                 marked[number as usize] = true;
             }
         }
@@ -294,7 +201,7 @@ impl NetModel {
             })
             .collect();
         for &(from, to) in &data.arcs {
-            match (data.symbols.element(from), data.symbols.element(to)) {
+            match (data.names.element(from), data.names.element(to)) {
                 (Element::Place(_), Element::Transition(number)) => {
                     transitions[number as usize].inputs.push(data.name_of(from));
                 }
@@ -317,8 +224,12 @@ impl NetModel {
         self.data.ends.iter().map(|set| self.named(set))
     }
 
-    pub(super) fn from_data(data: Arc<ModelData>) -> Self {
+    pub(in crate::petri) fn from_data(data: Arc<ModelData>) -> Self {
         Self { data }
+    }
+
+    pub(in crate::petri) fn data(&self) -> &Arc<ModelData> {
+        &self.data
     }
 
     fn edit(&mut self) -> &mut ModelData {
@@ -328,7 +239,7 @@ impl NetModel {
     fn add_place(&mut self, name: &str, kind: PlaceKind, binding: Option<Binding>) -> &mut Self {
         let data = self.edit();
         let number = data.places.len() as u32;
-        let name = data.symbols.intern(name);
+        let name = data.names.intern(name);
         data.places.push(name);
         data.kinds.push(kind);
         data.bindings
@@ -341,7 +252,7 @@ impl NetModel {
         let data = self.edit();
         let places = places
             .iter()
-            .map(|place| data.symbols.intern(place))
+            .map(|place| data.names.intern(place))
             .collect();
         SetData { name, places }
     }
@@ -359,7 +270,7 @@ impl NetModel {
 }
 
 fn declare(data: &mut ModelData, name: NameId, second: Element) {
-    if let Err(first) = data.symbols.declare(name, second) {
+    if let Err(first) = data.names.declare(name, second) {
         data.duplicates.push(Duplicate {
             name,
             first,

@@ -1,29 +1,29 @@
-//! The words of a block, and the search for bits in them; see [the layout](super::layout).
+//! The words of a block, and the search for bits in them; see [the layout](super).
 
-use super::layout::{BLOCK, Bits};
+use super::tables::{BLOCK, Bits};
 
 /// The words of a block while it runs, in registers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Words {
-    pub(super) conditions: Bits,
-    pub(super) open: u64,
-    pub(super) fresh: u64,
+pub(in crate::petri) struct Words {
+    pub(in crate::petri) conditions: Bits,
+    pub(in crate::petri) open: u64,
+    pub(in crate::petri) fresh: u64,
 }
 
 impl Words {
     #[inline]
-    pub(super) fn enabled(&self) -> u64 {
+    pub(in crate::petri) fn enabled(&self) -> u64 {
         let [a, b, c, d] = self.conditions;
         a & b & c & d & self.open
     }
 
     #[inline]
-    pub(super) fn ready(&self) -> u64 {
+    pub(in crate::petri) fn ready(&self) -> u64 {
         self.enabled() & self.fresh
     }
 
     #[inline]
-    pub(super) fn flip(&mut self, flips: &Bits) {
+    pub(in crate::petri) fn flip(&mut self, flips: &Bits) {
         let [a, b, c, d] = &mut self.conditions;
         let [flip_a, flip_b, flip_c, flip_d] = flips;
         *a ^= flip_a;
@@ -33,7 +33,7 @@ impl Words {
     }
 
     #[inline]
-    pub(super) fn fire(&mut self, flips: &[Bits; BLOCK], lane: usize) {
+    pub(in crate::petri) fn fire(&mut self, flips: &[Bits; BLOCK], lane: usize) {
         self.flip(&flips[lane % BLOCK]);
         self.fresh &= !(1 << lane);
     }
@@ -41,7 +41,7 @@ impl Words {
     /// Fires `lane` and what is ready behind it, at most `left` and up to the next special one.
     /// Returns the last that fired.
     #[inline(never)]
-    pub(super) fn run_plain(
+    pub(in crate::petri) fn run_plain(
         &mut self,
         flips: &[Bits; BLOCK],
         special: u64,
@@ -71,13 +71,13 @@ impl Words {
 
 /// The bits above bit `lane`.
 #[inline]
-pub(super) fn above(lane: usize) -> u64 {
+pub(in crate::petri) fn above(lane: usize) -> u64 {
     (!0 << lane) << 1
 }
 
 /// The lowest bit set above `lane`.
 #[inline]
-pub(super) fn next_behind(bits: u64, lane: usize) -> Option<usize> {
+pub(in crate::petri) fn next_behind(bits: u64, lane: usize) -> Option<usize> {
     // Often that is the next one. To test for just this one lets the processor go on with it before
     // it knows.
     if bits >> lane & 2 != 0 {
@@ -88,6 +88,6 @@ pub(super) fn next_behind(bits: u64, lane: usize) -> Option<usize> {
 }
 
 #[inline]
-pub(super) fn lowest(bits: u64) -> Option<usize> {
+pub(in crate::petri) fn lowest(bits: u64) -> Option<usize> {
     (bits != 0).then_some(bits.trailing_zeros() as usize)
 }

@@ -1,34 +1,34 @@
 //! A checked model in numbers.
 
+use super::binding::PlaceKind;
 use super::lists::Use;
-use super::model::PlaceKind;
-use super::net::{PlaceId, TransitionId};
+use crate::petri::id::{PlaceId, TransitionId};
 
 /// A checked model in numbers: what every form of execution or analysis begins with. Places and
 /// transitions count in the order of declaration.
 #[derive(Clone, Debug)]
 pub struct Structure {
-    pub(super) kinds: Box<[PlaceKind]>,
-    pub(super) marked: Box<[bool]>,
+    pub(in crate::petri) kinds: Box<[PlaceKind]>,
+    pub(in crate::petri) marked: Box<[bool]>,
     /// Where the places of each transition begin: at twice its index the inputs, behind that the
     /// outputs; at last the end of all.
-    pub(super) starts: Box<[u32]>,
-    pub(super) places: Box<[PlaceId]>,
+    pub(in crate::petri) starts: Box<[u32]>,
+    pub(in crate::petri) places: Box<[PlaceId]>,
     /// Whether some place is input and output of the same transition, by transition.
-    pub(super) self_loops: Box<[bool]>,
+    pub(in crate::petri) self_loops: Box<[bool]>,
     /// By place.
-    pub(super) uses: Box<[Use]>,
+    pub(in crate::petri) uses: Box<[Use]>,
 }
 
 /// The arcs of one transition.
 #[derive(Clone, Copy)]
-pub(super) struct Arcs<'a> {
+pub(in crate::petri) struct Arcs<'a> {
     /// First the inputs, then the outputs.
-    pub(super) places: &'a [PlaceId],
+    pub(in crate::petri) places: &'a [PlaceId],
     /// How many are inputs.
-    pub(super) inputs: usize,
+    pub(in crate::petri) inputs: usize,
     /// Whether some place is both.
-    pub(super) has_self_loop: bool,
+    pub(in crate::petri) has_self_loop: bool,
 }
 
 impl Structure {
@@ -70,7 +70,7 @@ impl Structure {
     }
 
     /// The arcs of all transitions, in order.
-    pub(super) fn arcs(&self) -> impl Iterator<Item = Arcs<'_>> {
+    pub(in crate::petri) fn arcs(&self) -> impl Iterator<Item = Arcs<'_>> {
         let mut rest = &*self.places;
         let lists = self.starts.windows(3).step_by(2);
         lists
@@ -86,7 +86,7 @@ impl Structure {
             })
     }
 
-    pub(super) fn arcs_of(&self, transition: usize) -> Arcs<'_> {
+    pub(in crate::petri) fn arcs_of(&self, transition: usize) -> Arcs<'_> {
         let ends = &self.starts[2 * transition..2 * transition + 3];
         Arcs {
             places: &self.places[ends[0] as usize..ends[2] as usize],

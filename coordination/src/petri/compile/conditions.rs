@@ -1,12 +1,12 @@
 //! What each transition needs, and which places are shared.
 
-use super::layout::{BLOCK, Demand, LOCAL, Place, SLOTS};
-use super::net::PlaceId;
-use super::structure::{Arcs, Structure};
+use crate::petri::id::PlaceId;
+use crate::petri::layout::{BLOCK, Demand, LOCAL, Place, SLOTS};
+use crate::petri::model::{Arcs, Structure};
 
 /// Calls `each` with what a transition demands: of its inputs, then of its outputs that are no inputs.
 #[inline(always)]
-pub(super) fn for_conditions(arcs: Arcs, mut each: impl FnMut(PlaceId, Demand)) {
+pub(in crate::petri) fn for_conditions(arcs: Arcs, mut each: impl FnMut(PlaceId, Demand)) {
     let loops = if arcs.has_self_loop {
         self_loops(arcs)
     } else {
@@ -40,15 +40,15 @@ fn self_loops(arcs: Arcs) -> Vec<PlaceId> {
 }
 
 /// All places, of which none has positions yet.
-pub(super) struct Places {
-    pub(super) places: Vec<Place>,
-    pub(super) shared: usize,
+pub(in crate::petri) struct Places {
+    pub(in crate::petri) places: Vec<Place>,
+    pub(in crate::petri) shared: usize,
     /// For how many positions there has to be room.
-    pub(super) positions: usize,
+    pub(in crate::petri) positions: usize,
 }
 
 impl Places {
-    pub(super) fn new(structure: &Structure) -> Self {
+    pub(in crate::petri) fn new(structure: &Structure) -> Self {
         let (mut shared, mut positions) = (0, 0);
         let all = structure.uses.iter().zip(&structure.marked);
         let places = all.map(|(user, &marked)| {

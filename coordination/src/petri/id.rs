@@ -1,0 +1,31 @@
+//! Numbers in the place of names.
+
+/// A dense place id, valid in the [`Net`](super::Net) that gave it; ids count in the model's order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PlaceId(pub u16);
+
+impl PlaceId {
+    /// The id as an index into an array with one entry per place.
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
+    pub(super) fn from_index(index: usize) -> Self {
+        Self(index as u16)
+    }
+}
+
+/// A dense transition id, valid in the [`Net`](super::Net) that gave it; ids count in the model's order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TransitionId(pub u16);
+
+impl TransitionId {
+    /// The id as an index into an array with one entry per transition.
+    pub fn index(self) -> usize {
+        usize::from(self.0)
+    }
+
+    pub(super) fn from_index(index: usize) -> Self {
+        Self(index as u16)
+    }
+}
