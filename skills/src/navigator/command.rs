@@ -1,10 +1,12 @@
 //! From what the controller wants to what the robot may do.
 
 use super::control::Control;
-use super::motion::{Ahead, PATH_POSES};
-use super::{Hold, NavigationInput, Navigator};
+use super::output::NavigationInput;
+use super::state::Navigator;
 use crate::borders::{AreaSet, BorderVerdict, Curve};
 use crate::control::{REACTION_S, approach_speed_m_s};
+use crate::schedule::Hold;
+use crate::schedule::controllers::motion::{Ahead, PATH_POSES};
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 
 /// The border guard looks at least this far.

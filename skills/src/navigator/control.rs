@@ -1,20 +1,18 @@
 //! The present schedule's controller: steering, speed and end.
 
-use super::goal::{Goal, Pace, Situation};
-use super::motion::{Motion, pose_error};
-use super::{Hold, NavigationInput, Navigator, end_wall};
+use super::output::NavigationInput;
+use super::state::{Navigator, end_wall};
 use crate::control::{PathError, Steer, Stopping};
 use crate::schedule::Schedule;
-use std::f64::consts::FRAC_PI_2;
+use crate::schedule::controllers::motion::{Motion, Start, pose_error};
+use crate::schedule::controllers::pace::{Hold, Pace, Progress};
+use crate::schedule::controllers::stop_at::InstructedStop;
 
 /// A lane end known worse than this is taken from the map instead.
 const LANE_END_STD_M: f64 = 0.15;
 /// To dock, it must be known better, by so many scans in a row.
 const DOCK_STD_M: f64 = 0.03;
 const DOCK_SCANS: u32 = 3;
-/// No measured speed is believed beyond this multiple of the robot's limit.
-const BELIEVED_SPEED: f64 = 2.0;
-
 /// What a controller says.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Control {
@@ -30,21 +28,6 @@ pub(super) struct Control {
 }
 
 impl Navigator {
-    /// Measured, if it is a number.
-    pub(super) fn speed_m_s(&self, input: &NavigationInput) -> f64 {
-        let most_m_s = BELIEVED_SPEED * self.max_speed_m_s;
-        let speed_m_s = input.odometry.twist.v_m_s;
-        if speed_m_s.is_finite() {
-            speed_m_s.clamp(-most_m_s, most_m_s)
-        } else {
-            0.0
-        }
-    }
-
-    pub(super) fn schedule_now(&self) -> &Schedule {
-        &self.schedules[self.machine.state().index()]
-    }
-
     /// The motion that the present schedule's controller wants.
     pub(super) fn control(&mut self, input: &NavigationInput, dt_s: f64) -> Control {
         let pose = self.pose.pose();
@@ -60,7 +43,7 @@ impl Navigator {
         let steer = self
             .motion
             .steer(pose, error, speed_m_s.abs(), &self.control);
-        let now = Situation {
+        let now = Progress {
             pose,
             lane,
             end_wall: end_wall(&self.map, schedule),
@@ -69,11 +52,13 @@ impl Navigator {
             margin_m: self.border_sigma * along_std_m,
             speed_m_s,
             limit_m_s,
+            instructed: self.parameters.stop_at.is_some(),
             dt_s,
             footprint: &self.footprint,
             gains: &self.control,
         };
-        let mut pace = self.goal.pace(&self.motion, &mut self.stopping, &now);
+        let behaviour = schedule.controller.behaviour();
+        let mut pace = behaviour.pace(&self.motion, &mut self.stopping, &now);
         if let Some(stop) = self.instructed {
             pace = pace.and(stop.pace(&self.motion, &mut self.halting, &now));
         }
@@ -100,8 +85,14 @@ impl Navigator {
     /// The path of the machine's state begins at the present pose.
     pub(super) fn begin_motion(&mut self) {
         let schedule = &self.schedules[self.machine.state().index()];
-        let curvature_1_m = self.control.max_curvature_1_m;
-        self.motion = Motion::begin(&self.map, schedule, self.pose.pose(), curvature_1_m);
+        let lane = |index: Option<usize>| index.map(|index| &self.map.lanes()[index].line);
+        let start = Start {
+            onto: lane(schedule.lane),
+            from: lane(schedule.from_lane),
+            pose: self.pose.pose(),
+            max_curvature_1_m: self.control.max_curvature_1_m,
+        };
+        self.motion = schedule.controller.behaviour().motion(&start);
         self.stopping = Stopping::default();
         self.begin_parameters();
     }
@@ -109,17 +100,17 @@ impl Navigator {
     /// The parameters of the state were exchanged.
     pub(super) fn begin_parameters(&mut self) {
         let schedule = &self.schedules[self.machine.state().index()];
-        self.goal = Goal::of(schedule, self.parameters.stop_at.is_some());
         self.halting = Stopping::default();
         self.instructed = None;
-        self.motion.keep_beside(Motion::own_offset_m(schedule));
+        let own_m = schedule.controller.behaviour().offset_m();
+        self.motion.keep_beside(own_m);
         if let Some(stop) = self.parameters.stop_at {
             let lane = schedule.lane.map(|lane| &self.map.lanes()[lane]);
-            let (goal, aside_m) = Goal::instructed(&self.motion, lane, stop);
-            if let Goal::Place { .. } = goal {
+            let stop = InstructedStop::on(&self.motion, lane, stop);
+            if let InstructedStop::Place { aside_m, .. } = stop {
                 self.motion.keep_beside(aside_m);
             }
-            self.instructed = Some(goal);
+            self.instructed = Some(stop);
         }
     }
 
@@ -153,10 +144,5 @@ impl Navigator {
             wall.line.lateral_m(self.pose.pose().position()).abs()
         });
         (mapped_m, false)
-    }
-
-    /// Uncertainty of the pose across a direction of `map`.
-    pub(super) fn std_across_m(&self, direction_rad: f64) -> f64 {
-        self.pose.std_along_m(direction_rad + FRAC_PI_2)
     }
 }

@@ -1,7 +1,9 @@
 //! The navigator's discrete side: monitors, the machine, and the exchange of schedules.
 
 use super::control::Control;
-use super::{EventList, Instruction, Navigator, Parameters, end_wall};
+use super::instruction::{Instruction, Parameters};
+use super::output::EventList;
+use super::state::{Navigator, end_wall};
 use crate::monitors::Situation;
 use crate::schedule::Controller;
 use crate::tubes::turning_back_m;

@@ -1,6 +1,7 @@
 //! The navigator's eyes: from a new scan to trackers and pose.
 
-use super::{NavigationInput, Navigator, end_wall};
+use super::output::NavigationInput;
+use super::state::{Navigator, end_wall};
 use crate::localisation::{PoseFilter, ScanVerdict};
 use crate::perception::WallFit;
 use crate::scan::AlignedScan;

@@ -6,6 +6,7 @@ use crate::odometry::Odometry;
 use crate::perception::corridor::CorridorEstimate;
 use crate::perception::lane_end::LaneEndEstimate;
 use crate::scan::AlignedScan;
+use crate::schedule::Hold;
 use crate::tubes::Room;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
@@ -27,41 +28,6 @@ pub struct NavigationInput<'a> {
     pub motion_allowed: bool,
     /// Areas that the robot may be in, by their index in the map; [`AreaSet::ALL`] where nobody manages them.
     pub allowed: AreaSet,
-}
-
-/// Why a robot that has something to do stands still.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Hold {
-    /// Motion is not allowed, as in pause.
-    Forbidden,
-    /// It does not know well enough where it is.
-    PoseUncertain,
-    /// An area ahead, or under it, is not allowed.
-    Border,
-    /// The instruction allows no speed.
-    SpeedLimit,
-    /// The state waits for a stop pose that no instruction brought.
-    NoStopPose,
-    /// The stop pose cannot be reached from here: behind the robot, or too far beside its path.
-    StopPose,
-    /// The wall to dock at is not seen.
-    WallUnseen,
-}
-
-impl Hold {
-    /// The reason in words.
-    #[must_use]
-    pub const fn reason(self) -> &'static str {
-        match self {
-            Self::Forbidden => "motion is not allowed",
-            Self::PoseUncertain => "the pose is uncertain",
-            Self::Border => "area ahead is not allowed",
-            Self::SpeedLimit => "speed limit is 0",
-            Self::NoStopPose => "no stop pose was given",
-            Self::StopPose => "stop pose cannot be reached",
-            Self::WallUnseen => "wall to dock at is unseen",
-        }
-    }
 }
 
 /// A short list of events, without allocation.

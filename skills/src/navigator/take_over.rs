@@ -1,6 +1,7 @@
 //! One navigator takes the place of another: new gains or a new map for a robot that is on its way.
 
-use super::{Instruction, Navigator};
+use super::instruction::Instruction;
+use super::state::Navigator;
 
 impl Navigator {
     /// Goes on where `other`, of the same robot, is: its pose with the covariance, its state (by name), what an
@@ -22,7 +23,7 @@ impl Navigator {
         self.take_events(other);
         self.activate(None);
         if self.has_same_task(other) {
-            (self.motion, self.goal) = (other.motion, other.goal);
+            self.motion = other.motion;
             (self.stopping, self.halting) = (other.stopping, other.halting);
             self.instructed = other.instructed;
             self.in_state_s = other.in_state_s;

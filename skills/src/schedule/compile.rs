@@ -1,23 +1,14 @@
 //! Binds skills to the states of a machine.
 
+use super::controllers::Controller;
+use super::controllers::case::{Case, RobotLimits};
+use super::error::ScheduleError;
 use super::graph::{Bound, Graph};
-use super::manoeuvres::Manoeuvres;
-use super::{MonitorSetup, Schedule, ScheduleError, SkillSetup, StateSetup};
+use super::setup::{MonitorSetup, SkillSetup, StateSetup};
+use super::state_schedule::Schedule;
 use crate::map::SemanticMap;
 use crate::monitors::{Monitor, MonitorKind};
 use coordination::fsm::{Machine, StateId};
-use description::geometry::Footprint;
-
-/// What the robot can do, as far as plans depend on it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RobotLimits {
-    /// Fastest.
-    pub max_speed_m_s: f64,
-    /// Tightest curve.
-    pub max_curvature_1_m: f64,
-    /// Outline.
-    pub footprint: Footprint,
-}
 
 /// One schedule for each state of the machine, by [`StateId::index`].
 pub fn compile(
@@ -37,22 +28,23 @@ pub fn compile(
     };
     for skill in skills {
         if let Some(speed_m_s) = skill.speed_m_s {
-            super::manoeuvres::positive(skill, "speed", speed_m_s)?;
+            skill.check_positive("speed", speed_m_s)?;
         }
     }
-    let compiler = Compiler { graph, monitors };
-    let manoeuvres = Manoeuvres {
-        graph: &compiler.graph,
+    let compiler = Compiler {
+        graph,
         robot,
+        monitors,
     };
     machine
         .states()
-        .map(|(state, name)| compiler.schedule(&manoeuvres, state, name))
+        .map(|(state, name)| compiler.schedule(state, name))
         .collect()
 }
 
 struct Compiler<'a> {
     graph: Graph<'a>,
+    robot: &'a RobotLimits,
     monitors: &'a [MonitorSetup],
 }
 
@@ -107,27 +99,23 @@ fn bind(
 }
 
 impl Compiler<'_> {
-    fn schedule(
-        &self,
-        manoeuvres: &Manoeuvres,
-        state: StateId,
-        name: &str,
-    ) -> Result<Schedule, ScheduleError> {
+    fn schedule(&self, state: StateId, name: &str) -> Result<Schedule, ScheduleError> {
         let bound = self.graph.of(state);
         let skill = self.graph.skill(state);
         let area = bound.area.map(|area| &self.graph.map.areas()[area]);
-        let plan = manoeuvres.plan(state, name)?;
+        let case = Case::new(&self.graph, self.robot, state, name);
+        let (controller, lanes) = Controller::plan(&case)?;
         Ok(Schedule {
             skill: bound.skill,
             area: bound.area,
-            lane: plan.lane,
-            from_lane: plan.from_lane,
-            end_lane: plan.end_lane,
+            lane: lanes.lane,
+            from_lane: lanes.from_lane,
+            end_lane: lanes.end_lane,
             tracks: skill.tracks,
             features: skill.tracks.union(skill.searches),
-            controller: plan.controller,
+            controller,
             monitors: self.monitors_of(skill)?,
-            speed_limit_m_s: plan.speed_limit_m_s,
+            speed_limit_m_s: lanes.speed_limit_m_s,
             deviation_limit_m: area.map_or(f64::INFINITY, |area| area.deviation_limit_m),
         })
     }

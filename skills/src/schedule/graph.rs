@@ -1,6 +1,6 @@
 //! What the machine's transitions say about the states around a state.
 
-use super::{ControllerSetup, SkillSetup};
+use super::setup::{ControllerSetup, SkillSetup};
 use crate::map::SemanticMap;
 use coordination::fsm::{Machine, StateId};
 use std::collections::VecDeque;

@@ -8,128 +8,19 @@
 //! allocation.
 
 mod compile;
-mod ends;
+pub(crate) mod controllers;
 mod error;
 mod graph;
-mod manoeuvres;
 mod room;
 mod setup;
+mod state_schedule;
 
-pub use compile::{RobotLimits, compile};
+pub use compile::compile;
+pub use controllers::case::RobotLimits;
+pub use controllers::{Controller, Corridor, CreepBy, Dock, Hold, Shift, StopAt, Turn, UTurn};
 pub use error::ScheduleError;
 pub use setup::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
-
-use crate::control::{EndOfLane, TurnDirection};
-use crate::monitors::{Monitor, MonitorKind};
-use crate::perception::FeatureSet;
-
-/// A controller bound to a state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Controller {
-    /// Keeps on [`Schedule::lane`], or beside it.
-    Corridor {
-        /// Of the path from the lane's centre, positive to the left.
-        offset_m: f64,
-    },
-    /// Up to the end of [`Schedule::lane`].
-    EndOfLane(EndOfLane),
-    /// From [`Schedule::from_lane`] onto [`Schedule::lane`], which runs the other way.
-    UTurn {
-        /// To which side.
-        direction: TurnDirection,
-        /// Of `base_link`'s path.
-        radius_m: f64,
-    },
-    /// From beside [`Schedule::lane`] onto it.
-    Shift {
-        /// Of the path on the lane from its centre, positive to the left.
-        offset_m: f64,
-        /// Length of the change.
-        within_m: f64,
-    },
-    /// From [`Schedule::from_lane`] onto [`Schedule::lane`], at a junction.
-    Turn {
-        /// Of the curve between them.
-        radius_m: f64,
-    },
-    /// Along [`Schedule::lane`] to a place on it.
-    StopAt(StopPlace),
-    /// Up to the wall that closes [`Schedule::lane`].
-    Dock {
-        /// From the front of the footprint to the wall.
-        distance_m: f64,
-    },
-    /// Straight forward or backward.
-    Creep {
-        /// How far; negative: backward.
-        distance_m: f64,
-    },
-    /// Stands still.
-    Stop,
-}
-
-/// A place on a lane to stop at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum StopPlace {
-    /// The footprint, and the uncertainty of the pose, before a border.
-    Border {
-        /// Along the lane, of the border.
-        along_m: f64,
-        /// From the footprint to it.
-        margin_m: f64,
-    },
-    /// `base_link` there.
-    Pose {
-        /// Along the lane.
-        along_m: f64,
-        /// Of the path from the lane's centre, positive to the left.
-        offset_m: f64,
-    },
-    /// Where the instruction says.
-    Instructed,
-}
-
-/// What runs in one state.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Schedule {
-    /// Index of the skill.
-    pub skill: usize,
-    /// Index of the area.
-    pub area: Option<usize>,
-    /// Index of the lane that the robot drives on, or onto.
-    pub lane: Option<usize>,
-    /// Index of the lane that a turn leaves.
-    pub from_lane: Option<usize>,
-    /// Index of the lane whose end is looked for: that of the state, or the one that a U-turn leaves.
-    pub end_lane: Option<usize>,
-    /// Features that correct the pose.
-    pub tracks: FeatureSet,
-    /// Features that run at all.
-    pub features: FeatureSet,
-    /// What moves the robot.
-    pub controller: Controller,
-    /// What raises events.
-    pub monitors: Vec<Monitor>,
-    /// Of the area and the skill.
-    pub speed_limit_m_s: f64,
-    /// Of the area.
-    pub deviation_limit_m: f64,
-}
-
-impl Schedule {
-    /// The least of the area's limit and of those that its monitors watch.
-    #[must_use]
-    pub fn keep_within_m(&self) -> f64 {
-        let limits = self
-            .monitors
-            .iter()
-            .filter_map(|monitor| match monitor.kind {
-                MonitorKind::Deviation { limit_m } => limit_m,
-                _ => None,
-            });
-        limits.fold(self.deviation_limit_m, f64::min)
-    }
-}
+pub use state_schedule::Schedule;
 
 #[cfg(test)]
 mod tests;

@@ -1,12 +1,10 @@
 //! What the robot's side of the mediator is made of.
 
-use std::f64::consts::PI;
-
-use description::geometry::{Pose2, wrap_angle};
+use description::geometry::Pose2;
 use skills::borders::BorderGains;
 use skills::map::SemanticMap;
 use skills::navigator::Navigator;
-use skills::schedule::{Controller, Schedule};
+use skills::schedule::Schedule;
 
 use super::Plan;
 use crate::composition::site_parts;
@@ -69,7 +67,7 @@ impl Plan {
             name: name.to_owned(),
             areas: areas.collect(),
             next,
-            least_way_m: schedule.map_or(0.0, |schedule| least_way_m(map, schedule)),
+            least_way_m: schedule.map_or(0.0, |schedule| schedule.least_way_m(map)),
             accepts: from().map(|transition| transition.on.clone()).collect(),
         }
     }
@@ -88,35 +86,9 @@ impl Plan {
     }
 }
 
-/// The way that a manoeuvre takes from its beginning to its end, at least.
-fn least_way_m(map: &SemanticMap, schedule: &Schedule) -> f64 {
-    match schedule.controller {
-        Controller::UTurn { radius_m, .. } => PI * radius_m,
-        Controller::Turn { radius_m } => {
-            let direction_rad = |lane: Option<usize>| {
-                let lane = map.lanes().get(lane?)?;
-                Some(lane.direction_rad)
-            };
-            match (
-                direction_rad(schedule.from_lane),
-                direction_rad(schedule.lane),
-            ) {
-                (Some(from), Some(to)) => wrap_angle(to - from).abs() * radius_m,
-                _ => 0.0,
-            }
-        }
-        Controller::Shift { within_m, .. } => within_m,
-        Controller::Creep { distance_m } => distance_m.abs(),
-        Controller::Corridor { .. }
-        | Controller::EndOfLane(_)
-        | Controller::StopAt(_)
-        | Controller::Dock { .. }
-        | Controller::Stop => 0.0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
     use std::path::PathBuf;
 
     use super::*;

@@ -1,6 +1,7 @@
 //! A junction, a shoulder and a wall to dock at: what can be driven there.
 
 use super::*;
+use crate::perception::FeatureSet;
 use description::geometry::Pose2;
 
 type Change = fn(&mut Yard);
@@ -129,12 +130,12 @@ fn every_controller_finds_its_lanes_and_places() {
         (Some(2), Some(0))
     );
     // The lane begins at x = 1, the border lies at x = 6.
-    let border = StopPlace::Border {
+    let border = StopAt::Border {
         along_m: 5.0,
         margin_m: 0.05,
     };
     assert_eq!(schedules[3].controller, Controller::StopAt(border));
-    let pose = StopPlace::Pose {
+    let pose = StopAt::Pose {
         along_m: 3.0,
         offset_m: 0.1,
     };

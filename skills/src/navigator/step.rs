@@ -1,0 +1,158 @@
+//! One step of navigation, and what may be asked of a navigator between two.
+
+use super::command::Commanded;
+use super::control::Control;
+use super::instruction::{Instruction, InstructionError, Parameters};
+use super::output::{EventList, NavigationInput, NavigationOutput};
+use super::state::Navigator;
+use crate::tubes::Room;
+use coordination::event::EventId;
+use coordination::fsm::StateId;
+use description::geometry::Pose2;
+
+/// No step is longer than this, whatever the clock says.
+const LONGEST_STEP_S: f64 = 1.0;
+
+impl Navigator {
+    /// Gives the machine an event from elsewhere with the next step; `false`: too many wait, the event is counted as lost.
+    pub fn post(&mut self, event: EventId) -> bool {
+        self.instruct(Instruction::plain(event)).is_ok()
+    }
+
+    /// The same with parameters for the state that the event enters. What is refused changes nothing.
+    pub fn instruct(&mut self, instruction: Instruction) -> Result<(), InstructionError> {
+        instruction.validate()?;
+        if self.inbox.push(instruction) {
+            return Ok(());
+        }
+        self.counters.events_lost += 1;
+        Err(InstructionError::Full)
+    }
+
+    /// Exchanges what holds for the present state, without an event; the default clears it. The state and its path go
+    /// on. What is refused changes nothing. Real time.
+    pub fn set_parameters(&mut self, parameters: Parameters) -> Result<(), InstructionError> {
+        parameters.validate()?;
+        let same_stop = parameters.stop_at == self.parameters.stop_at;
+        self.parameters = parameters;
+        if !same_stop {
+            self.begin_parameters();
+        }
+        Ok(())
+    }
+
+    /// Puts the robot somewhere else in the map, as an operator does. A pose that is not finite is refused.
+    pub fn relocate(&mut self, pose: Pose2, std_m: f64, std_rad: f64) -> bool {
+        if !(pose.is_finite() && std_m > 0.0 && std_rad > 0.0) {
+            return false;
+        }
+        self.pose.relocate(pose, std_m, std_rad);
+        self.activate(None);
+        true
+    }
+
+    /// Goes on in another state, without firing anything; `false` when the machine has no such state.
+    pub fn restart_in(&mut self, state: StateId) -> bool {
+        let known = self.machine.restart_in(state);
+        if known {
+            self.parameters = Parameters::default();
+            self.activate(None);
+        }
+        known
+    }
+
+    /// One step.
+    pub fn step(&mut self, input: &NavigationInput) -> NavigationOutput {
+        self.counters.steps += 1;
+        let dt_s = self.predict(input);
+        self.look(input);
+        let before = self.machine.state();
+        let mut control = self.control(input, dt_s);
+        let (mut events, mut outputs) = (EventList::default(), EventList::default());
+        self.watch(&control, &mut events);
+        self.coordinate(&events, &mut outputs);
+        let state = self.machine.state();
+        if state != before {
+            // The manoeuvre that is done is the one before; its successor already commands.
+            let done = control.done;
+            control = self.control(input, dt_s);
+            control.done = done;
+        }
+        let commanded = self.command(input, &control, dt_s);
+        let mut output = self.report(input, &control, &commanded);
+        output.events = events;
+        output.outputs = outputs;
+        output.schedule_changed = state != before;
+        output
+    }
+
+    /// Moves everything with odometry; the time since the step before.
+    fn predict(&mut self, input: &NavigationInput) -> f64 {
+        let dt_s = match self.last_step_ns {
+            0 => 0.0,
+            last_ns => (input.now_ns.saturating_sub(last_ns) as f64 * 1e-9).min(LONGEST_STEP_S),
+        };
+        self.last_step_ns = input.now_ns;
+        self.in_state_s += dt_s;
+        let before = self.pose.pose();
+        let moved = self.pose.predict(input.odometry);
+        self.corridor.predict(moved, dt_s);
+        if let Some(wall) = self.end_wall() {
+            self.lane_end.predict(moved, before, &wall.line, dt_s);
+        }
+        dt_s
+    }
+
+    fn report(
+        &self,
+        input: &NavigationInput,
+        control: &Control,
+        commanded: &Commanded,
+    ) -> NavigationOutput {
+        let schedule = self.schedule_now();
+        let covariance = self.pose.covariance();
+        let mut counters = self.counters;
+        counters.pose = self.pose.counters();
+        let error = control.steer.error;
+        NavigationOutput {
+            now_ns: input.now_ns,
+            command: commanded.command,
+            pose: self.pose.pose(),
+            covariance: std::array::from_fn(|row| {
+                std::array::from_fn(|column| covariance[(row, column)])
+            }),
+            position_std_m: self.pose.position_std_m(),
+            state: self.machine.state(),
+            area: schedule.area,
+            skill: schedule.skill,
+            lateral_error_m: error.lateral_m,
+            heading_error_rad: error.heading_rad,
+            room: Room {
+                lateral_m: error.lateral_m,
+                heading_rad: error.heading_rad,
+                path_curvature_1_m: control.steer.path_curvature_1_m,
+                limit_m: schedule.keep_within_m(),
+                behind_m: commanded.behind_m,
+                tightest_1_m: self.control.max_curvature_1_m,
+            },
+            corridor: self
+                .corridor
+                .estimate()
+                .filter(|_| schedule.features.corridor),
+            lane_end: self
+                .lane_end
+                .estimate()
+                .filter(|_| schedule.features.lane_end),
+            events: EventList::default(),
+            outputs: EventList::default(),
+            schedule_changed: false,
+            manoeuvre_done: control.done,
+            pose_uncertain: self.pose.is_uncertain(),
+            deviation_exceeded: error.lateral_m.abs() > schedule.deviation_limit_m,
+            hold: commanded.hold,
+            waiting_for: commanded.border.area.filter(|_| commanded.at_border),
+            border_distance_m: commanded.border.area.map(|_| commanded.border.distance_m),
+            counters,
+        }
+    }
+}

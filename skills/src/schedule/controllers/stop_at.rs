@@ -1,0 +1,188 @@
+//! Keeps on the lane and stops at a place on it: before a border, at a pose, or where an instruction says.
+
+use super::behaviour::Behaviour;
+use super::case::{Case, Lanes};
+use super::motion::{Motion, Start, pose_error};
+use super::pace::{Hold, Pace, Progress};
+use crate::control::Stopping;
+use crate::map::LaneGeometry;
+use crate::schedule::error::ScheduleError;
+use crate::schedule::room::border_ahead_m;
+use crate::schedule::setup::StopTarget;
+use description::geometry::{Pose2, wrap_angle};
+
+/// A stop pose in a file is turned from its lane by no more.
+const PLANNED_HEADING_RAD: f64 = 0.2;
+/// A stop pose of an instruction is turned from the path, and beside it, by no more.
+const INSTRUCTED_HEADING_RAD: f64 = 0.3;
+const INSTRUCTED_BESIDE_M: f64 = 0.5;
+/// A place that lies this far behind the robot was missed.
+const MISSED_M: f64 = 0.05;
+
+/// Along [`Schedule::lane`](crate::schedule::Schedule::lane) to a place on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StopAt {
+    /// The footprint, and the uncertainty of the pose, before a border.
+    Border {
+        /// Along the lane, of the border.
+        along_m: f64,
+        /// From the footprint to it.
+        margin_m: f64,
+    },
+    /// `base_link` there.
+    Pose {
+        /// Along the lane.
+        along_m: f64,
+        /// Of the path from the lane's centre, positive to the left.
+        offset_m: f64,
+    },
+    /// Where the instruction says.
+    Instructed,
+}
+
+impl StopAt {
+    pub(super) fn plan(case: &Case, target: &StopTarget) -> Result<(Self, Lanes), ScheduleError> {
+        let lane = case.lane()?;
+        let place = match target {
+            StopTarget::Instructed => Self::Instructed,
+            StopTarget::BeforeArea { area, margin_m } => Self::before(case, lane, area, *margin_m)?,
+            StopTarget::Pose(pose) => Self::at(case, lane, *pose)?,
+        };
+        Ok((place, case.on_lane(Some(lane))))
+    }
+
+    fn before(case: &Case, lane: usize, area: &str, margin_m: f64) -> Result<Self, ScheduleError> {
+        case.skill.check_not_negative("margin", margin_m)?;
+        let lane = case.geometry(lane);
+        let found = case.map().area_index(area);
+        let region = found.ok_or_else(|| ScheduleError::Unknown {
+            kind: "skill",
+            id: case.skill.id.clone(),
+            wanted: "area",
+            name: area.to_owned(),
+        })?;
+        let region = &case.map().areas()[region].region;
+        let footprint = &case.robot.footprint;
+        let along_m = border_ahead_m(&lane.line, region, footprint)
+            .filter(|along_m| *along_m - margin_m - footprint.front_m > 0.0)
+            .ok_or_else(|| {
+                case.impossible(format!(
+                    "area `{area}` does not begin ahead on lane `{}`, or leaves no room to stop before it",
+                    lane.id
+                ))
+            })?;
+        Ok(Self::Border { along_m, margin_m })
+    }
+
+    /// The pose must lie on the lane or beside it, in the lane's direction.
+    fn at(case: &Case, index: usize, pose: Pose2) -> Result<Self, ScheduleError> {
+        if !pose.is_finite() {
+            return Err(case.impossible("its stop pose is not finite"));
+        }
+        let lane = case.geometry(index);
+        let along_m = lane.line.along_m(pose.position());
+        let offset_m = lane.line.lateral_m(pose.position());
+        let off_rad = wrap_angle(pose.theta_rad - lane.direction_rad);
+        let area = case.graph.of(case.state).area;
+        let beside_m = area.map_or(f64::INFINITY, |area| {
+            case.map().areas()[area].deviation_limit_m
+        });
+        if off_rad.abs() > PLANNED_HEADING_RAD || offset_m.abs() > beside_m || along_m < 0.0 {
+            return Err(case.impossible(format!(
+                "its stop pose lies {along_m:.2} m along lane `{}`, {offset_m:.2} m beside it and {:.0}° off, expected 0 m or more, {beside_m} m and {:.0}° or less",
+                lane.id,
+                off_rad.to_degrees(),
+                PLANNED_HEADING_RAD.to_degrees()
+            )));
+        }
+        case.check_offset(index, offset_m)?;
+        Ok(Self::Pose { along_m, offset_m })
+    }
+}
+
+impl Behaviour for StopAt {
+    fn motion(&self, _start: &Start) -> Motion {
+        Motion::Lane {
+            offset_m: self.offset_m(),
+        }
+    }
+
+    fn pace(&self, motion: &Motion, stopping: &mut Stopping, now: &Progress) -> Pace {
+        match *self {
+            Self::Border { along_m, margin_m } => {
+                let bare_m = along_m - margin_m - now.front_along_m();
+                if bare_m < -MISSED_M && !stopping.arrived() {
+                    return Pace::standing(Hold::StopPose);
+                }
+                now.stop(stopping, bare_m - now.margin_m)
+            }
+            Self::Pose { along_m, .. } => stop_there(along_m, motion, stopping, now),
+            Self::Instructed if now.instructed => Pace::FREE,
+            Self::Instructed => Pace::standing(Hold::NoStopPose),
+        }
+    }
+
+    fn offset_m(&self) -> f64 {
+        match *self {
+            Self::Pose { offset_m, .. } => offset_m,
+            Self::Border { .. } | Self::Instructed => 0.0,
+        }
+    }
+}
+
+fn stop_there(along_m: f64, motion: &Motion, stopping: &mut Stopping, now: &Progress) -> Pace {
+    let left_m = along_m - now.along_m(motion);
+    if left_m < -MISSED_M && !stopping.arrived() {
+        return Pace::standing(Hold::StopPose);
+    }
+    now.stop(stopping, left_m)
+}
+
+/// The stop pose of an instruction, in the terms of the path that the robot is on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum InstructedStop {
+    /// `base_link` at a place along the path, this far beside it.
+    Place { along_m: f64, aside_m: f64 },
+    /// It cannot be reached from here.
+    Impossible,
+    /// The robot stands anyway.
+    Standing,
+}
+
+impl InstructedStop {
+    pub fn on(motion: &Motion, lane: Option<&LaneGeometry>, stop: Pose2) -> Self {
+        let (along_m, aside_m, direction_rad) = match (motion, lane) {
+            (Motion::Lane { .. }, Some(lane)) => {
+                let error = pose_error(lane, stop);
+                let along_m = lane.line.along_m(stop.position());
+                (along_m, error.lateral_m, lane.direction_rad)
+            }
+            (Motion::Follow(follower), _) => {
+                let track = follower.track();
+                let place = track.along_lane_m(stop.position());
+                if !place.on_lane {
+                    return Self::Impossible;
+                }
+                let direction_rad = track.lane_direction_rad();
+                (place.along_m, place.error.lateral_m, direction_rad)
+            }
+            (Motion::Still, _) => return Self::Standing,
+            _ => return Self::Impossible,
+        };
+        let off_rad = wrap_angle(stop.theta_rad - direction_rad);
+        let near = aside_m.abs() <= INSTRUCTED_BESIDE_M && off_rad.abs() <= INSTRUCTED_HEADING_RAD;
+        if near && along_m.is_finite() {
+            Self::Place { along_m, aside_m }
+        } else {
+            Self::Impossible
+        }
+    }
+
+    pub fn pace(&self, motion: &Motion, stopping: &mut Stopping, now: &Progress) -> Pace {
+        match *self {
+            Self::Place { along_m, .. } => stop_there(along_m, motion, stopping, now),
+            Self::Impossible => Pace::standing(Hold::StopPose),
+            Self::Standing => Pace::FREE,
+        }
+    }
+}

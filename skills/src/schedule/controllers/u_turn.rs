@@ -1,0 +1,105 @@
+//! Half a turn onto a lane that runs the other way.
+
+use super::behaviour::Behaviour;
+use super::case::{Case, Lanes};
+use super::motion::{Motion, Start};
+use super::pace::{Pace, Progress};
+use crate::control::{Arrival, Stopping, TurnDirection, manoeuvre};
+use crate::schedule::error::ScheduleError;
+use crate::schedule::graph::Towards;
+use crate::schedule::setup::ControllerSetup;
+use description::geometry::Segment;
+use std::f64::consts::PI;
+
+/// From [`Schedule::from_lane`](crate::schedule::Schedule::from_lane) onto
+/// [`Schedule::lane`](crate::schedule::Schedule::lane), which runs the other way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UTurn {
+    /// To which side.
+    pub direction: TurnDirection,
+    /// Of `base_link`'s path.
+    pub radius_m: f64,
+}
+
+impl UTurn {
+    pub(super) fn plan(
+        case: &Case,
+        direction: TurnDirection,
+        radius_m: f64,
+    ) -> Result<(Self, Lanes), ScheduleError> {
+        case.skill.check_positive("radius", radius_m)?;
+        let graph = case.graph;
+        let incoming = graph.nearest_lane(case.state, Towards::Before, None);
+        let outgoing = { case.own_lane.filter(|lane| Some(*lane) != incoming) }
+            .or_else(|| graph.nearest_lane(case.state, Towards::After, incoming))
+            .ok_or_else(|| case.no_lane("a lane to turn onto"))?;
+        manoeuvre::check_radius(radius_m, case.robot.max_curvature_1_m)
+            .map_err(|error| case.impossible(error))?;
+        let u_turn = Self {
+            direction,
+            radius_m,
+        };
+        if let Some(incoming) = incoming {
+            u_turn.check(case, incoming, outgoing)?;
+        }
+        let lanes = Lanes {
+            from_lane: incoming,
+            end_lane: incoming,
+            ..case.on_lane(Some(outgoing))
+        };
+        Ok((u_turn, lanes))
+    }
+
+    fn check(self, case: &Case, incoming: usize, outgoing: usize) -> Result<(), ScheduleError> {
+        let (incoming, outgoing) = (case.geometry(incoming), case.geometry(outgoing));
+        if incoming.line.lateral_m(outgoing.line.a) * self.direction.sign() <= 0.0 {
+            return Err(ScheduleError::TurnSide {
+                state: case.name.to_owned(),
+                incoming: incoming.id.clone(),
+                outgoing: outgoing.id.clone(),
+            });
+        }
+        // Where it begins is known when the state before ends at a distance from a wall.
+        let begins_m = case.graph.just_before(case.state).find_map(|before| {
+            match (&case.graph.skill(before).controller, incoming.end) {
+                (&ControllerSetup::EndOfLane { distance_m, .. }, Some(wall)) => {
+                    let wall_m = wall
+                        .line
+                        .ray_range_m(incoming.line.a, incoming.direction_rad)?;
+                    Some(wall_m - distance_m)
+                }
+                _ => None,
+            }
+        });
+        let from = incoming.line.a
+            + incoming.line.unit() * begins_m.unwrap_or_else(|| incoming.line.length_m());
+        let (direction, radius_m) = (self.direction, self.radius_m);
+        let track = manoeuvre::u_turn(direction, radius_m, &incoming.line, &outgoing.line, from)
+            .map_err(|error| case.impossible(error))?;
+        if begins_m.is_some() {
+            case.check_room(&track)?;
+        }
+        Ok(())
+    }
+}
+
+impl Behaviour for UTurn {
+    fn motion(&self, start: &Start) -> Motion {
+        Motion::onto_lane(start, 0.0, Arrival::TURN, |onto| {
+            let at = start.pose.position();
+            // Without a lane that it comes from, it comes along a line beside the outgoing one.
+            let beside = manoeuvre::beside(onto, onto.lateral_m(at));
+            let back = Segment::new(beside.b, beside.a);
+            let from = start.from.unwrap_or(&back);
+            manoeuvre::u_turn(self.direction, self.radius_m, from, onto, at)
+        })
+    }
+
+    fn pace(&self, motion: &Motion, _stopping: &mut Stopping, _now: &Progress) -> Pace {
+        Pace::until_on_lane(motion)
+    }
+
+    fn least_way_m(&self, _turn_rad: Option<f64>) -> f64 {
+        PI * self.radius_m
+    }
+}
