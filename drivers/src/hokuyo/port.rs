@@ -14,6 +14,7 @@ use serialport::{ClearBuffer, SerialPort, TTYPort};
 use super::error::ConnectError;
 
 /// Nanoseconds of CLOCK_MONOTONIC.
+#[must_use]
 pub fn now_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     now.tv_sec.unsigned_abs() * 1_000_000_000 + now.tv_nsec.unsigned_abs() as u64

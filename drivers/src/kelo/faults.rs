@@ -51,6 +51,7 @@ impl Faults {
     ];
 
     /// What is wrong by what the drive reports.
+    #[must_use]
     pub fn of(inputs: &Inputs, limits: VoltageLimits) -> Faults {
         let status = inputs.status1;
         let voltage_v = inputs.bus_voltage_v;
@@ -92,21 +93,25 @@ impl Faults {
     }
 
     /// Both together.
+    #[must_use]
     pub const fn with(self, other: Faults) -> Faults {
         Faults(self.0 | other.0)
     }
 
     /// Whether all of `other` are among these.
+    #[must_use]
     pub const fn contains(self, other: Faults) -> bool {
         self.0 & other.0 == other.0
     }
 
     /// Whether the drive is well.
+    #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
     /// As a number, to put it into a message.
+    #[must_use]
     pub const fn bits(self) -> u16 {
         self.0
     }
@@ -137,6 +142,7 @@ pub struct StampWatch {
 
 impl StampWatch {
     /// A watch that starts at the first stamp it sees.
+    #[must_use]
     pub const fn new() -> StampWatch {
         StampWatch {
             last_stamp_ns: 0,

@@ -40,11 +40,13 @@ impl Status {
     pub const ENABLED_BOTH: u16 = Status::ENABLED_1 | Status::ENABLED_2;
 
     /// Whether any of these bits is set.
+    #[must_use]
     pub const fn any(self, bits: u16) -> bool {
         self.0 & bits != 0
     }
 
     /// Whether all of these bits are set.
+    #[must_use]
     pub const fn all(self, bits: u16) -> bool {
         self.0 & bits == bits
     }
@@ -113,6 +115,7 @@ pub struct Inputs {
 impl Inputs {
     /// From what the drive has sent. Every bit pattern is taken; whether it makes sense is for
     /// [`Faults`](super::Faults) to say.
+    #[must_use]
     pub fn from_bytes(bytes: &[u8; INPUTS_BYTES]) -> Inputs {
         let mut fields = Fields(bytes);
         // In the order of the wire.

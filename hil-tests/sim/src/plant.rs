@@ -108,6 +108,7 @@ impl TestStand {
     const STEP_S: f64 = 0.001;
 
     /// A drive at rest.
+    #[must_use]
     pub fn new() -> TestStand {
         TestStand::default()
     }

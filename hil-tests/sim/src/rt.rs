@@ -9,6 +9,7 @@ use std::io;
 use rustix::time::{ClockId, clock_gettime};
 
 /// Now on the monotonic clock.
+#[must_use]
 pub fn monotonic_ns() -> u64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
@@ -47,6 +48,7 @@ impl fmt::Display for Granted {
 
 /// Gives the calling thread SCHED_FIFO with this priority (1 to 99) if permitted; threads it starts do not
 /// inherit it.
+#[must_use]
 pub fn promote(priority: u8) -> Granted {
     let refused = set_fifo(priority).err().map(|error| {
         format!(

@@ -63,21 +63,25 @@ impl Default for AlStatus {
 
 impl AlStatus {
     /// The state.
+    #[must_use]
     pub fn state(&self) -> AlState {
         self.state
     }
 
     /// The last error's code; [`AlCode::NONE`] after a success or an acknowledgement.
+    #[must_use]
     pub fn code(&self) -> AlCode {
         self.code
     }
 
     /// An error waits for its acknowledgement.
+    #[must_use]
     pub fn has_error(&self) -> bool {
         self.error
     }
 
     /// Content of the AL status register.
+    #[must_use]
     pub fn register(&self) -> u16 {
         self.state as u16 | if self.error { ERROR_OR_ACKNOWLEDGE } else { 0 }
     }

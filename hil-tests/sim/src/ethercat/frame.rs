@@ -64,6 +64,7 @@ pub enum Command {
 
 impl Command {
     /// The command with this number on the wire.
+    #[must_use]
     pub fn from_wire(number: u8) -> Command {
         match number {
             0 => Command::Nop,
@@ -113,11 +114,13 @@ pub struct Datagram<'f> {
 
 impl Datagram<'_> {
     /// The command.
+    #[must_use]
     pub fn command(&self) -> Command {
         Command::from_wire(self.header[0])
     }
 
     /// Position or station address.
+    #[must_use]
     pub fn device_address(&self) -> u16 {
         u16::from_le_bytes([self.header[2], self.header[3]])
     }
@@ -128,11 +131,13 @@ impl Datagram<'_> {
     }
 
     /// Address in the SubDevice's memory.
+    #[must_use]
     pub fn offset(&self) -> u16 {
         u16::from_le_bytes([self.header[4], self.header[5]])
     }
 
     /// Address in the logical memory.
+    #[must_use]
     pub fn logical_address(&self) -> u32 {
         u32::from_le_bytes([
             self.header[2],
@@ -149,6 +154,7 @@ impl Datagram<'_> {
     }
 
     /// The working counter.
+    #[must_use]
     pub fn working_counter(&self) -> u16 {
         u16::from_le_bytes([self.counter[0], self.counter[1]])
     }

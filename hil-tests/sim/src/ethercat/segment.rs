@@ -60,6 +60,7 @@ pub struct StatisticsHandle(Arc<Mutex<Statistics>>);
 
 impl StatisticsHandle {
     /// The statistics as they are now.
+    #[must_use]
     pub fn snapshot(&self) -> Statistics {
         self.with(|statistics| statistics.clone())
     }
@@ -87,6 +88,7 @@ pub struct Segment {
 
 impl Segment {
     /// A line of these SubDevices, the nearest first.
+    #[must_use]
     pub fn new(subdevices: Vec<SubDevice>) -> Segment {
         let mut segment = Segment {
             connected: vec![true; subdevices.len()],
@@ -103,16 +105,19 @@ impl Segment {
     }
 
     /// Injects faults.
+    #[must_use]
     pub fn faults(&self) -> FaultHandle {
         self.faults.clone()
     }
 
     /// Tells what the segment has seen.
+    #[must_use]
     pub fn statistics(&self) -> StatisticsHandle {
         self.statistics.clone()
     }
 
     /// The SubDevices, the nearest first.
+    #[must_use]
     pub fn subdevices(&self) -> &[SubDevice] {
         &self.subdevices
     }

@@ -65,6 +65,7 @@ pub struct SubDevice {
 
 impl SubDevice {
     /// A SubDevice with this application; reads of its EEPROM return `read_size` bytes.
+    #[must_use]
     pub fn new(application: Box<dyn Application>, read_size: ReadSize) -> SubDevice {
         let sii = application.sii();
         let find = |wanted| {
@@ -106,16 +107,19 @@ impl SubDevice {
     }
 
     /// State and error.
+    #[must_use]
     pub fn al_status(&self) -> AlStatus {
         self.al
     }
 
     /// How often the process data watchdog took it out of OP.
+    #[must_use]
     pub fn watchdog_trips(&self) -> u64 {
         self.watchdog_trips
     }
 
     /// Whether it has power.
+    #[must_use]
     pub fn is_powered(&self) -> bool {
         self.powered
     }

@@ -91,6 +91,7 @@ pub struct SimulatedDrive {
 
 impl SimulatedDrive {
     /// A drive that moves `plant`, alone on its bus.
+    #[must_use]
     pub fn new(plant: Box<dyn Plant>, options: KeloOptions) -> SimulatedDrive {
         let kelo = Kelo::new(plant, options);
         let drive = kelo.handle();
@@ -123,6 +124,7 @@ pub struct Kelo {
 
 impl Kelo {
     /// A drive that moves `plant`.
+    #[must_use]
     pub fn new(plant: Box<dyn Plant>, options: KeloOptions) -> Kelo {
         Kelo {
             plant,
@@ -137,6 +139,7 @@ impl Kelo {
     }
 
     /// Injects faults and reads statistics.
+    #[must_use]
     pub fn handle(&self) -> DriveHandle {
         self.handle.clone()
     }

@@ -27,6 +27,7 @@ pub struct Extremes {
 
 impl Extremes {
     /// Largest magnitude.
+    #[must_use]
     pub fn magnitude(&self) -> f64 {
         self.max.max(-self.min)
     }
@@ -66,6 +67,7 @@ pub struct DriveStatistics {
 
 impl DriveHandle {
     /// The setpoints received so far.
+    #[must_use]
     pub fn statistics(&self) -> DriveStatistics {
         self.with(|shared| shared.statistics)
     }

@@ -73,6 +73,7 @@ pub struct Outputs {
 
 impl Outputs {
     /// Reads the process data; missing bytes count as 0.
+    #[must_use]
     pub fn decode(bytes: &[u8]) -> Outputs {
         let mut full = [0; OUTPUT_BYTES];
         let length = bytes.len().min(OUTPUT_BYTES);
@@ -91,6 +92,7 @@ impl Outputs {
     }
 
     /// The mode.
+    #[must_use]
     pub fn mode(&self) -> Mode {
         match self.command1 >> command::MODE_SHIFT & 3 {
             0 => Mode::Torque,
@@ -200,12 +202,14 @@ impl Writer<'_> {
 }
 
 /// The fields of the outputs, in order, as the EEPROM lists them.
+#[must_use]
 pub fn output_entries() -> Vec<EntryType> {
     use EntryType::{F32, U16, U64};
     [vec![U16; 2], vec![F32; 6], vec![U64]].concat()
 }
 
 /// The fields of the inputs, in order, as the EEPROM lists them.
+#[must_use]
 pub fn input_entries() -> Vec<EntryType> {
     use EntryType::{F32, U16, U64};
     [

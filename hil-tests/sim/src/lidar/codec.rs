@@ -4,6 +4,7 @@
 const LINE_CHARACTERS: usize = 64;
 
 /// Low six bits of the sum, plus 0x30.
+#[must_use]
 pub fn checksum(bytes: &[u8]) -> u8 {
     let sum = bytes.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte));
     (sum & 0x3F) + 0x30

@@ -120,11 +120,13 @@ impl FaultHandle {
     }
 
     /// What the lidar has done so far.
+    #[must_use]
     pub fn counters(&self) -> Counters {
         *lock(&self.shared.counters)
     }
 
     /// What went wrong last, such as a link that could not be made again.
+    #[must_use]
     pub fn last_error(&self) -> Option<String> {
         lock(&self.shared.error).clone()
     }

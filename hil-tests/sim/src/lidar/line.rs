@@ -28,6 +28,7 @@ pub struct Line {
 
 impl Line {
     /// An idle line.
+    #[must_use]
     pub fn new(bit_rate: u32) -> Line {
         Line {
             queue: VecDeque::new(),
@@ -40,22 +41,26 @@ impl Line {
     }
 
     /// The present bit rate.
+    #[must_use]
     pub fn bit_rate(&self) -> u32 {
         self.bit_rate
     }
 
     /// There is no room for another scan.
+    #[must_use]
     pub fn is_busy(&self) -> bool {
         let scans = self.queue.iter().filter(|e| e.kind == Kind::Scan);
         scans.count() >= MAX_SCANS || self.bytes >= MAX_BYTES
     }
 
     /// Nothing waits.
+    #[must_use]
     pub fn is_idle(&self) -> bool {
         self.queue.is_empty()
     }
 
     /// Bytes lost because too much was waiting.
+    #[must_use]
     pub fn lost_bytes(&self) -> u64 {
         self.lost_bytes
     }

@@ -16,6 +16,7 @@ pub struct Pose {
 
 impl Pose {
     /// A pose from its three numbers.
+    #[must_use]
     pub const fn new(x_m: f64, y_m: f64, theta_rad: f64) -> Pose {
         Pose {
             x_m,
@@ -25,12 +26,14 @@ impl Pose {
     }
 
     /// The pose of something mounted at `local` on this.
+    #[must_use]
     pub fn compose(&self, local: &Pose) -> Pose {
         let [x_m, y_m] = self.transform([local.x_m, local.y_m]);
         Pose::new(x_m, y_m, self.theta_rad + local.theta_rad)
     }
 
     /// A point given in this frame, in the frame this pose is given in.
+    #[must_use]
     pub fn transform(&self, point: Point) -> Point {
         let (sin, cos) = self.theta_rad.sin_cos();
         [
@@ -40,6 +43,7 @@ impl Pose {
     }
 
     /// Between this pose (`share` 0) and `other` (1); headings are not wrapped, so neither is the result.
+    #[must_use]
     pub fn interpolate(&self, other: &Pose, share: f64) -> Pose {
         let mix = |a: f64, b: f64| a + (b - a) * share;
         Pose::new(
@@ -50,6 +54,7 @@ impl Pose {
     }
 
     /// Every number is finite.
+    #[must_use]
     pub fn is_finite(&self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite() && self.theta_rad.is_finite()
     }
@@ -75,16 +80,19 @@ pub struct Segment {
 
 impl Segment {
     /// A segment between two points.
+    #[must_use]
     pub const fn new(from_m: Point, to_m: Point) -> Segment {
         Segment { from_m, to_m }
     }
 
     /// The segment moved by a vector.
+    #[must_use]
     pub fn moved(&self, by_m: Point) -> Segment {
         Segment::new(add(self.from_m, by_m), add(self.to_m, by_m))
     }
 
     /// Distance of a point.
+    #[must_use]
     pub fn distance_to_point_m(&self, point: Point) -> f64 {
         let along = sub(self.to_m, self.from_m);
         let length_squared = dot(along, along);
@@ -106,6 +114,7 @@ impl Segment {
     }
 
     /// Distance of another segment, 0 where they cross.
+    #[must_use]
     pub fn distance_to_segment_m(&self, other: &Segment) -> f64 {
         if self.crosses(other) {
             return 0.0;
@@ -124,6 +133,7 @@ impl Segment {
     }
 
     /// How far a ray from `origin` along the unit vector `direction` travels until it hits.
+    #[must_use]
     pub fn ray_hit_m(&self, origin: Point, direction: Point) -> Option<f64> {
         let along = sub(self.to_m, self.from_m);
         let to_start = sub(self.from_m, origin);
@@ -141,6 +151,7 @@ impl Segment {
 }
 
 /// How far a ray travels until it enters the disc; 0 from inside.
+#[must_use]
 pub fn ray_hit_disc_m(
     centre_m: Point,
     radius_m: f64,
@@ -172,6 +183,7 @@ pub struct Footprint {
 
 impl Footprint {
     /// The footprint of something at `pose`.
+    #[must_use]
     pub fn at(&self, pose: &Pose) -> Rectangle {
         Rectangle {
             corners_m: [
@@ -184,6 +196,7 @@ impl Footprint {
     }
 
     /// Radius of the smallest circle around `base_link` that holds the footprint.
+    #[must_use]
     pub fn reach_m(&self) -> f64 {
         let x = self.front_m.abs().max(self.rear_m.abs());
         let y = self.left_m.abs().max(self.right_m.abs());
@@ -200,6 +213,7 @@ pub struct Rectangle {
 
 impl Rectangle {
     /// A rectangle of the given size centred on `pose`, its length along the heading.
+    #[must_use]
     pub fn centred(pose: &Pose, length_m: f64, width_m: f64) -> Rectangle {
         let (x, y) = (0.5 * length_m, 0.5 * width_m);
         Footprint {
@@ -212,12 +226,14 @@ impl Rectangle {
     }
 
     /// Its four edges.
+    #[must_use]
     pub fn edges(&self) -> [Segment; 4] {
         let c = &self.corners_m;
         std::array::from_fn(|i| Segment::new(c[i], c[(i + 1) % 4]))
     }
 
     /// The point is inside or on the border.
+    #[must_use]
     pub fn contains(&self, point: Point) -> bool {
         self.edges()
             .iter()

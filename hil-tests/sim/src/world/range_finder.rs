@@ -105,6 +105,7 @@ pub struct RangeFinder {
 
 impl RangeFinder {
     /// The lidar of a robot, by its index in the world.
+    #[must_use]
     pub fn new(world: &World, robot: usize, model: RangeModel) -> RangeFinder {
         let mount = world
             .models()

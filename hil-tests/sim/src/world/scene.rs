@@ -40,6 +40,7 @@ pub struct Obstacle {
 
 impl Obstacle {
     /// An obstacle at rest.
+    #[must_use]
     pub const fn fixed(shape: Shape) -> Obstacle {
         Obstacle {
             shape,
@@ -48,11 +49,13 @@ impl Obstacle {
     }
 
     /// A wall at rest.
+    #[must_use]
     pub const fn wall(from_m: Point, to_m: Point) -> Obstacle {
         Obstacle::fixed(Shape::Wall(Segment::new(from_m, to_m)))
     }
 
     /// A disc at rest.
+    #[must_use]
     pub const fn disc(centre_m: Point, radius_m: f64) -> Obstacle {
         Obstacle::fixed(Shape::Disc { centre_m, radius_m })
     }

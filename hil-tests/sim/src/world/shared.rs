@@ -54,22 +54,26 @@ pub struct RobotHandle {
 
 impl RobotHandle {
     /// Its index in the world's configuration.
+    #[must_use]
     pub fn index(&self) -> usize {
         self.robot
     }
 
     /// The world it lives in.
+    #[must_use]
     pub fn world(&self) -> &SharedWorld {
         &self.world
     }
 
     /// The truth about it as of the last step.
+    #[must_use]
     pub fn truth(&self) -> Truth {
         let truth = self.world.lock().truth(self.robot);
         truth.expect("a handle is only made for a robot that exists, and robots are never removed")
     }
 
     /// What its lidar measures.
+    #[must_use]
     pub fn range_source(&self, model: RangeModel) -> WorldRangeSource {
         WorldRangeSource {
             finder: RangeFinder::new(&self.world.lock(), self.robot, model),

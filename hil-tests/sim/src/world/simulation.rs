@@ -230,6 +230,7 @@ impl World {
     }
 
     /// The truth about a robot as of the last step; `None` if there is no such robot.
+    #[must_use]
     pub fn truth(&self, robot: usize) -> Option<Truth> {
         let state = self.robots.get(robot)?;
         Some(Truth {
@@ -251,6 +252,7 @@ impl World {
     }
 
     /// The collisions of a robot, in order of time; of very many the first ones.
+    #[must_use]
     pub fn collisions(&self, robot: usize) -> &[Collision] {
         self.robots
             .get(robot)
@@ -258,31 +260,37 @@ impl World {
     }
 
     /// True radii of a robot's left and right wheel, which its own configuration only knows nominally.
+    #[must_use]
     pub fn wheel_radii_m(&self, robot: usize) -> Option<[f64; 2]> {
         Some(self.robots.get(robot)?.motion.wheel_radii_m())
     }
 
     /// The log of truths: every robot, 50 times a second.
+    #[must_use]
     pub fn log(&self) -> &TruthLog {
         &self.log
     }
 
     /// The latest time asked for.
+    #[must_use]
     pub fn now_ns(&self) -> u64 {
         self.now_ns
     }
 
     /// The seed this world came from.
+    #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed
     }
 
     /// Time during which the world stood still because nobody advanced it.
+    #[must_use]
     pub fn skipped_ns(&self) -> u64 {
         self.skipped_ns
     }
 
     /// Where a robot was (up to a quarter of a second ago) or will be (at constant speed, within a step).
+    #[must_use]
     pub fn pose_at(&self, robot: usize, at_ns: u64) -> Option<Pose> {
         let state = self.robots.get(robot)?;
         let stepped_ns = self.stepped_ns.unwrap_or(0);

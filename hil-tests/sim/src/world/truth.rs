@@ -86,11 +86,13 @@ impl TruthLog {
     }
 
     /// The number the next record will have.
+    #[must_use]
     pub fn next_sequence(&self) -> u64 {
         self.next_sequence
     }
 
     /// Records that made room for newer ones.
+    #[must_use]
     pub fn dropped(&self) -> u64 {
         self.next_sequence - self.records.len() as u64
     }

@@ -26,6 +26,7 @@ pub struct Clock {
 
 impl Clock {
     /// A clock whose local time is 0 at `now_ns`.
+    #[must_use]
     pub fn new(now_ns: u64) -> Clock {
         Clock {
             power_on_ns: now_ns,
@@ -34,6 +35,7 @@ impl Clock {
     }
 
     /// Local time.
+    #[must_use]
     pub fn local_ns(&self, now_ns: u64) -> u64 {
         let now_ns = self.stopped_at_ns.unwrap_or(now_ns);
         now_ns
@@ -43,11 +45,13 @@ impl Clock {
     }
 
     /// System time, as a MainDevice has set it up.
+    #[must_use]
     pub fn system_ns(&self, now_ns: u64) -> u64 {
         self.local_ns(now_ns).wrapping_add(self.offset_ns)
     }
 
     /// The difference register (0x092C).
+    #[must_use]
     pub fn difference(&self) -> u32 {
         self.difference
     }

@@ -59,6 +59,7 @@ pub struct Eeprom {
 
 impl Eeprom {
     /// An EEPROM with this content, loaded as after power-on. A write takes 40 times as long as a read.
+    #[must_use]
     pub fn new(content: Vec<u8>, read_size: ReadSize, read_time_ns: u64) -> Eeprom {
         let mut eeprom = Eeprom {
             content,
@@ -82,6 +83,7 @@ impl Eeprom {
     }
 
     /// The station alias that the content holds; 0 when the check sum is wrong.
+    #[must_use]
     pub fn alias(&self) -> u16 {
         let at = 2 * sii::ALIAS_WORD as usize;
         if self.errors & CHECKSUM_ERROR != 0 || self.content.len() < at + 2 {
@@ -91,6 +93,7 @@ impl Eeprom {
     }
 
     /// The control and status register at `now_ns`.
+    #[must_use]
     pub fn status(&self, now_ns: u64) -> u16 {
         let size = if self.read_size == ReadSize::Eight {
             READS_8_BYTES
@@ -102,6 +105,7 @@ impl Eeprom {
     }
 
     /// The data register.
+    #[must_use]
     pub fn data(&self) -> [u8; 8] {
         self.data
     }

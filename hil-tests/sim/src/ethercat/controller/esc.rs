@@ -38,6 +38,7 @@ pub struct Esc {
 
 impl Esc {
     /// A controller after power-on.
+    #[must_use]
     pub fn new(eeprom: Eeprom) -> Esc {
         let mut esc = Esc {
             memory: vec![0; reg::MEMORY].into_boxed_slice(),
@@ -113,6 +114,7 @@ impl Esc {
     }
 
     /// Whether frames of other protocols are passed on.
+    #[must_use]
     pub fn forwards_foreign_frames(&self) -> bool {
         self.memory[usize::from(reg::DL_CONTROL)] & 1 == 0
     }
@@ -368,6 +370,7 @@ impl Esc {
     }
 
     /// How a SyncManager is set up; an inactive one for a number that does not exist.
+    #[must_use]
     pub fn sync_manager(&self, index: usize) -> SyncManager {
         self.sync_managers.get(index).copied().unwrap_or_default()
     }
@@ -381,6 +384,7 @@ impl Esc {
     }
 
     /// System time at `now_ns`.
+    #[must_use]
     pub fn system_time_ns(&self, now_ns: u64) -> u64 {
         self.clock.system_ns(now_ns)
     }

@@ -36,6 +36,7 @@ pub struct Run {
 
 impl Run {
     /// Start in data, start in memory and length, if all are whole bytes.
+    #[must_use]
     pub fn bytes(&self) -> Option<(usize, u64, usize)> {
         let aligned = [self.data_bit, self.physical_bit, self.bits]
             .into_iter()
@@ -51,6 +52,7 @@ impl Run {
 
 impl Fmmu {
     /// Decodes the registers of one unit.
+    #[must_use]
     pub fn decode(registers: &[u8; 16]) -> Fmmu {
         let r = registers;
         Fmmu {
@@ -67,6 +69,7 @@ impl Fmmu {
     }
 
     /// The bits that this unit maps out of `data_bytes` at `logical_address`; `None` if there are none.
+    #[must_use]
     pub fn map(&self, logical_address: u32, data_bytes: usize) -> Option<Run> {
         if !self.active || self.length_bytes == 0 {
             return None;

@@ -189,6 +189,7 @@ impl Esc {
     }
 
     /// Whether the processor has filled an input buffer since it was set up.
+    #[must_use]
     pub fn is_filled(&self, index: usize) -> bool {
         self.filled & 1 << index != 0
     }

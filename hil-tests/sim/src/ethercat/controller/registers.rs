@@ -127,6 +127,7 @@ const WRITABLE: [(u16, u16); 19] = [
 
 /// Whether a MainDevice may write the byte at `address`. Process memory is the SyncManagers' matter and not asked
 /// here.
+#[must_use]
 pub fn writable(address: u16) -> bool {
     if (SYNC_MANAGER..SYNC_MANAGER + 8 * SYNC_MANAGER_COUNT as u16).contains(&address) {
         // Bytes 5 (status) and 7 (processor control) of each SyncManager belong to the SubDevice.

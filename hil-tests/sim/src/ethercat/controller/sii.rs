@@ -54,6 +54,7 @@ pub enum EntryType {
 
 impl EntryType {
     /// Bytes of a value.
+    #[must_use]
     pub fn bytes(self) -> usize {
         match self {
             EntryType::U16 => 2,
@@ -86,6 +87,7 @@ pub struct Pdo {
 
 impl Pdo {
     /// Bytes of all entries.
+    #[must_use]
     pub fn bytes(&self) -> usize {
         self.entries.iter().map(|entry| entry.bytes()).sum()
     }
@@ -128,6 +130,7 @@ pub struct Sii {
 
 impl Sii {
     /// The EEPROM's content.
+    #[must_use]
     pub fn build(&self) -> Vec<u8> {
         let mut bytes = self.fixed_fields();
         category(&mut bytes, STRINGS, &self.strings());
@@ -187,6 +190,7 @@ impl Sii {
 }
 
 /// Check sum of the first 14 bytes: CRC-8, polynomial x⁸ + x² + x + 1, start value 0xFF.
+#[must_use]
 pub fn checksum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0xFF, |crc, byte| {
         (0..8).fold(crc ^ byte, |crc, _| {
@@ -200,6 +204,7 @@ pub fn checksum(bytes: &[u8]) -> u8 {
 }
 
 /// Whether the check sum in an EEPROM's content is right.
+#[must_use]
 pub fn checksum_ok(content: &[u8]) -> bool {
     content.len() >= FIXED_BYTES
         && checksum(&content[..CHECKED_BYTES]) == content[2 * CHECKSUM_WORD]

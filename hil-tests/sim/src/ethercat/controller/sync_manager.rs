@@ -24,6 +24,7 @@ pub struct SyncManager {
 
 impl SyncManager {
     /// Decodes the registers of one SyncManager.
+    #[must_use]
     pub fn decode(registers: &[u8; 8]) -> SyncManager {
         SyncManager {
             start: u16::from_le_bytes([registers[0], registers[1]]),
@@ -34,22 +35,26 @@ impl SyncManager {
     }
 
     /// The MainDevice writes and the SubDevice reads.
+    #[must_use]
     pub fn is_output(&self) -> bool {
         self.control & DIRECTION_WRITE != 0
     }
 
     /// A complete write feeds the process data watchdog.
+    #[must_use]
     pub fn feeds_watchdog(&self) -> bool {
         self.active && self.control & WATCHDOG != 0
     }
 
     /// The first buffer: the only addresses a MainDevice uses.
+    #[must_use]
     pub fn area(&self) -> std::ops::Range<usize> {
         let start = usize::from(self.start);
         start..start + usize::from(self.length_bytes)
     }
 
     /// Every byte that this SyncManager occupies: three buffers in buffered mode.
+    #[must_use]
     pub fn occupied(&self) -> std::ops::Range<usize> {
         let area = self.area();
         let buffers = if self.control & MODE == 0 { 3 } else { 1 };
@@ -57,6 +62,7 @@ impl SyncManager {
     }
 
     /// Same place, size, mode and direction, and in use. Watchdog and event bits may differ.
+    #[must_use]
     pub fn agrees_with(&self, expected: &SyncManager) -> bool {
         self.active
             && self.start == expected.start

@@ -12,6 +12,7 @@ pub struct Watchdog {
 }
 
 /// The time after which the watchdog expires; `None` when it is switched off.
+#[must_use]
 pub fn timeout_ns(divider: u16, time: u16) -> Option<u64> {
     (time > 0).then(|| (u64::from(divider) + 2) * TICK_NS * u64::from(time))
 }
@@ -42,11 +43,13 @@ impl Watchdog {
     }
 
     /// Not expired, or never started.
+    #[must_use]
     pub fn is_ok(&self) -> bool {
         !self.expired
     }
 
     /// How often it expired since the counter was cleared; stays at 255.
+    #[must_use]
     pub fn expirations(&self) -> u8 {
         self.expirations
     }

@@ -93,21 +93,25 @@ pub struct ServerHandle {
 
 impl ServerHandle {
     /// The UDP address that is served, with the port that was chosen if 0 was asked for; `None` on an interface.
+    #[must_use]
     pub fn local_addr(&self) -> Option<SocketAddr> {
         self.local_addr
     }
 
     /// How the thread is scheduled, if a priority was asked for.
+    #[must_use]
     pub fn granted(&self) -> Option<&Granted> {
         self.granted.as_ref()
     }
 
     /// Errors of the socket since the start, such as an interface that went down.
+    #[must_use]
     pub fn io_errors(&self) -> u64 {
         self.errors.load(Ordering::Relaxed)
     }
 
     /// Whether the thread still runs.
+    #[must_use]
     pub fn is_running(&self) -> bool {
         self.thread
             .as_ref()
@@ -115,6 +119,7 @@ impl ServerHandle {
     }
 
     /// Stops the thread and waits for it. False if it had panicked.
+    #[must_use]
     pub fn stop(mut self) -> bool {
         self.join()
     }

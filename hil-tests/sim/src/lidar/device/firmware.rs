@@ -15,6 +15,7 @@ pub(super) const MAX_LINE: usize = 64;
 
 impl Device {
     /// Powers up. A bit rate it does not know becomes the slowest.
+    #[must_use]
     pub fn new(options: DeviceOptions, now_ns: u64) -> Device {
         let bit_rate = *BIT_RATES
             .iter()

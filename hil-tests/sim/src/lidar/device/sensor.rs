@@ -43,36 +43,43 @@ pub struct Device {
 
 impl Device {
     /// The laser is on: every turn is to be measured.
+    #[must_use]
     pub fn is_measuring(&self) -> bool {
         self.laser
     }
 
     /// A stream runs.
+    #[must_use]
     pub fn is_streaming(&self) -> bool {
         self.stream.is_some()
     }
 
     /// The language it speaks.
+    #[must_use]
     pub fn protocol(&self) -> Protocol {
         self.protocol
     }
 
     /// The bit rate it will have when everything emitted so far is sent.
+    #[must_use]
     pub fn bit_rate(&self) -> u32 {
         self.bit_rate
     }
 
     /// Duration of a turn at the present motor speed.
+    #[must_use]
     pub fn turn_ns(&self) -> u64 {
         60_000_000_000 / u64::from(self.rpm())
     }
 
     /// Scans of a stream that a busy line had no room for.
+    #[must_use]
     pub fn dropped_scans(&self) -> u64 {
         self.dropped_scans
     }
 
     /// The timer, in ms.
+    #[must_use]
     pub fn timer_ms(&self, at_ns: u64) -> u32 {
         let age_ns = at_ns.saturating_sub(self.timer_zero_ns);
         let drift_ns = age_ns as f64 * self.options.timer_drift_ppm * 1e-6;

@@ -69,26 +69,31 @@ impl LidarServer {
     }
 
     /// Where a host finds the serial port: the link if there is one, else the terminal, if it is plugged in.
+    #[must_use]
     pub fn path(&self) -> Option<PathBuf> {
         self.link.clone().or_else(|| self.terminal())
     }
 
     /// The terminal itself; `None` while unplugged.
+    #[must_use]
     pub fn terminal(&self) -> Option<PathBuf> {
         lock(&self.shared.slave).clone()
     }
 
     /// Injects faults.
+    #[must_use]
     pub fn faults(&self) -> FaultHandle {
         FaultHandle::new(self.shared.clone())
     }
 
     /// What it has done so far.
+    #[must_use]
     pub fn counters(&self) -> Counters {
         *lock(&self.shared.counters)
     }
 
     /// What the thread was granted; `None` before it runs or if nothing was asked for.
+    #[must_use]
     pub fn granted(&self) -> Option<Granted> {
         lock(&self.shared.granted).clone()
     }
