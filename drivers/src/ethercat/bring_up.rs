@@ -27,6 +27,9 @@ impl Bus {
     ///
     /// Takes at most `options.timeout` and a little for finding out what went wrong. Not for a thread that has to keep
     /// a period meanwhile; allocates.
+    ///
+    /// # Errors
+    /// [`BringUpError`] names the link, the step and what was found instead of what was expected. The link is closed.
     pub fn bring_up(
         link: Box<dyn Link>,
         expected: &Expectation,

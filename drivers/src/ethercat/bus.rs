@@ -70,6 +70,9 @@ impl Bus {
     /// Real-time. Returns at `deadline_ns` (`CLOCK_MONOTONIC`) at the latest; an answer that comes later is recognised
     /// and dropped by the exchange that receives it. `inputs` changes only on success. After an error the outputs may
     /// or may not have reached the SubDevice.
+    ///
+    /// # Errors
+    /// [`ExchangeError`]; every one but [`ExchangeError::ImageSize`] is counted in [`Bus::counters`].
     pub fn exchange(
         &mut self,
         outputs: &[u8],
@@ -151,12 +154,18 @@ impl Bus {
     }
 
     /// Reads AL state and status code. Real-time.
+    ///
+    /// # Errors
+    /// [`ExchangeError`], as for [`Bus::exchange`]; nothing is counted.
     pub fn al_status(&mut self, deadline_ns: u64) -> Result<AlStatus, ExchangeError> {
         run(&mut self.pump, &mut self.channel, deadline_ns, read_status)
     }
 
     /// Takes the SubDevice out of OP to INIT, so that it stops without its watchdog's help. Sends one frame; the bus
     /// cannot exchange afterwards.
+    ///
+    /// # Errors
+    /// [`ExchangeError`]: the request may not have arrived, and the SubDevice is left to its watchdog.
     pub fn shut_down(&mut self, deadline_ns: u64) -> Result<(), ExchangeError> {
         run(
             &mut self.pump,

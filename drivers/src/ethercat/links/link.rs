@@ -9,12 +9,19 @@ use std::io;
 /// system call but those of their own device.
 pub trait Link: Send {
     /// Sends one Ethernet frame (destination, source, ethertype `0x88A4`, EtherCAT frame) without waiting.
+    ///
+    /// # Errors
+    /// What the system says. After [`io::ErrorKind::WouldBlock`], `Interrupted` or `ConnectionRefused` the link can be used
+    /// again; after any other it should be opened anew.
     fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()>;
 
     /// Waits for one Ethernet frame until `deadline_ns` (`CLOCK_MONOTONIC`) and returns its length, or `None` at the
     /// deadline. What has already arrived is returned even when the deadline has passed.
     ///
     /// A frame that comes from the segment has the locally-administered bit of its source address set.
+    ///
+    /// # Errors
+    /// As for [`send`](Link::send). Reaching the deadline is no error.
     fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>>;
 
     /// What this link is, for messages: "interface eth0", "UDP 127.0.0.1:34980".

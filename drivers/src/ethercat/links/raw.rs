@@ -21,6 +21,9 @@ pub struct RawLink {
 
 impl RawLink {
     /// Opens a link on the interface of that name. Needs CAP_NET_RAW, and the interface must be up.
+    ///
+    /// # Errors
+    /// [`LinkError`]: no such interface, an interface that is down, or CAP_NET_RAW missing.
     pub fn open(interface: &str) -> Result<RawLink, LinkError> {
         let failed = |step| {
             let link = describe(interface);

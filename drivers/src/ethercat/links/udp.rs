@@ -24,6 +24,9 @@ impl UdpLink {
     pub const PORT: u16 = 34980;
 
     /// Opens a link to the segment at `segment`. Nothing is sent yet: whether anybody is there shows at bring-up.
+    ///
+    /// # Errors
+    /// [`LinkError::System`] when no local port can be had or the address cannot be reached from here.
     pub fn open(segment: SocketAddr) -> Result<UdpLink, LinkError> {
         let failed = |step| {
             move |source| LinkError::System {

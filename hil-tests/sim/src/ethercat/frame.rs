@@ -167,6 +167,9 @@ impl Datagram<'_> {
 }
 
 /// The EtherCAT part of an Ethernet frame.
+///
+/// # Errors
+/// [`FrameError::Foreign`] for another EtherType, [`FrameError::TooShort`] for less than an Ethernet header.
 pub fn ethernet_payload(frame: &mut [u8]) -> Result<&mut [u8], FrameError> {
     if frame.len() < ETHERNET_HEADER {
         return Err(FrameError::TooShort {
@@ -189,6 +192,9 @@ pub fn mark_processed(frame: &mut [u8]) {
 }
 
 /// Checks the structure of a payload (EtherCAT header and datagrams) and returns the number of datagrams.
+///
+/// # Errors
+/// [`FrameError`] at the first length field that does not fit.
 pub fn check(payload: &[u8]) -> Result<usize, FrameError> {
     let available = payload.len();
     if available < ETHERCAT_HEADER {

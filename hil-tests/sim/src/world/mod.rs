@@ -22,11 +22,13 @@
 //! ```
 
 mod collision;
+mod config;
 mod error;
 mod geometry;
 mod random;
 mod range_finder;
 mod robot;
+mod robot_state;
 mod scene;
 mod shared;
 mod simulation;
@@ -37,6 +39,7 @@ mod walker;
 
 pub use crate::range_source::{RANGE_STEPS, STEPS_PER_TURN};
 pub use collision::{Cause, Collision, STANDING_M_S};
+pub use config::WorldConfig;
 pub use error::WorldError;
 pub use geometry::{Footprint, Point, Pose, Rectangle, Segment, Twist, ray_hit_disc_m};
 pub use random::Random;
@@ -44,6 +47,6 @@ pub use range_finder::{RangeFinder, RangeModel};
 pub use robot::RobotModel;
 pub use scene::{MAX_OBSTACLES, Obstacle, ObstacleId, Shape};
 pub use shared::{RobotHandle, SharedWorld, WorldRangeSource};
-pub use simulation::{COMMAND_TIMEOUT, STEP, World, WorldConfig};
+pub use simulation::{COMMAND_TIMEOUT, STEP, World};
 pub use truth::{Truth, TruthLog, TruthRecord};
 pub use walker::{BEHIND_RAD, Body, Route, Walker};

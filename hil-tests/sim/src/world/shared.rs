@@ -2,9 +2,10 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use super::config::WorldConfig;
 use super::error::WorldError;
 use super::range_finder::{RangeFinder, RangeModel};
-use super::simulation::{World, WorldConfig};
+use super::simulation::World;
 use super::truth::Truth;
 use crate::plant::{DriveCommand, DriveFeedback, Plant};
 use crate::range_source::{RANGE_STEPS, RangeSource, STEPS_PER_TURN};
@@ -17,6 +18,9 @@ pub struct SharedWorld {
 
 impl SharedWorld {
     /// Builds and shares a world.
+    ///
+    /// # Errors
+    /// [`WorldError`], as for [`World::new`].
     pub fn new(config: WorldConfig) -> Result<SharedWorld, WorldError> {
         World::new(config).map(SharedWorld::from)
     }
@@ -28,6 +32,9 @@ impl SharedWorld {
     }
 
     /// A robot by name.
+    ///
+    /// # Errors
+    /// [`WorldError::UnknownRobot`], with the names there are.
     pub fn robot(&self, id: &str) -> Result<RobotHandle, WorldError> {
         let robot = self.lock().robot_index(id)?;
         Ok(RobotHandle {

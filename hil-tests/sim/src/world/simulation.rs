@@ -2,11 +2,13 @@
 
 use std::time::Duration;
 
-use super::collision::{Cause, Collision, MOST_COLLISIONS};
+use super::collision::Collision;
+use super::config::WorldConfig;
 use super::error::WorldError;
-use super::geometry::{Footprint, Pose, norm, sub};
+use super::geometry::{Pose, norm, sub};
 use super::random::Random;
 use super::robot::{Motion, RobotModel};
+use super::robot_state::RobotState;
 use super::scene::{Obstacle, ObstacleId, Scene, Shape, Target};
 use super::truth::{Truth, TruthLog};
 use super::walker::{Walk, Walker};
@@ -20,53 +22,6 @@ pub const COMMAND_TIMEOUT: Duration = Duration::from_millis(500);
 pub(super) const STEP_NS: u64 = STEP.as_nanos() as u64;
 const STEP_S: f64 = STEP_NS as f64 * 1e-9;
 const STEPS_PER_RECORD: u64 = 20;
-const HISTORY_STEPS: usize = 256;
-const SAME_COLLISION_NS: u64 = 500_000_000;
-
-/// What a world starts with.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WorldConfig {
-    /// Decides wheel errors and range noise.
-    pub seed: u64,
-    /// Walls and obstacles that are there from the start.
-    pub obstacles: Vec<Obstacle>,
-    /// The robots.
-    pub robots: Vec<RobotModel>,
-    /// Most truth records kept, of all robots together; each robot writes 50 a second.
-    pub log_capacity: usize,
-    /// A world that nobody advanced for longer than this skips the rest, standing still.
-    pub max_catch_up: Duration,
-}
-
-impl Default for WorldConfig {
-    /// Empty, seed 0, a log for one robot and an hour, at most 1 s of catching up.
-    fn default() -> WorldConfig {
-        WorldConfig {
-            seed: 0,
-            obstacles: Vec::new(),
-            robots: Vec::new(),
-            log_capacity: 180_000,
-            max_catch_up: Duration::from_secs(1),
-        }
-    }
-}
-
-#[derive(Debug, Clone)]
-struct Robot {
-    model: RobotModel,
-    motion: Motion,
-    command: DriveCommand,
-    commanded_ns: u64,
-    /// Poses of the last steps; the newest is at `World::steps` modulo the length.
-    history: Vec<Pose>,
-    min_clearance_m: f64,
-    distance_m: f64,
-    collisions: u64,
-    run_into: u64,
-    first_collisions: Vec<Collision>,
-    last_contact_ns: Option<u64>,
-    in_contact: bool,
-}
 
 /// Walls, obstacles and robots at one time.
 #[derive(Debug, Clone)]
@@ -76,7 +31,7 @@ pub struct World {
     scene: Scene,
     walks: Vec<Walk>,
     walkers_added: u64,
-    robots: Vec<Robot>,
+    robots: Vec<RobotState>,
     log: TruthLog,
     /// Time of the last whole step; `None` before the first call of `advance_to`.
     stepped_ns: Option<u64>,
@@ -88,33 +43,24 @@ pub struct World {
 
 impl World {
     /// A world at rest. Its clock starts with the first call of [`advance_to`](Self::advance_to).
+    ///
+    /// # Errors
+    /// [`WorldError`] for a model or obstacle that makes no sense, for two robots of one name, and for a robot that starts
+    /// in contact with something.
     pub fn new(config: WorldConfig) -> Result<World, WorldError> {
         let mut scene = Scene::default();
         for obstacle in config.obstacles {
             scene.add(obstacle, 0)?;
         }
-        let mut robots: Vec<Robot> = Vec::with_capacity(config.robots.len());
+        let mut robots: Vec<RobotState> = Vec::with_capacity(config.robots.len());
         for (index, model) in config.robots.into_iter().enumerate() {
             model.check()?;
             if robots.iter().any(|other| other.model.id == model.id) {
                 let (id, reason) = (model.id, "there are two of this name".to_owned());
                 return Err(WorldError::Robot { id, reason });
             }
-            let motion = Motion::new(&model, &mut Random::new(config.seed, index as u64));
-            robots.push(Robot {
-                motion,
-                command: DriveCommand::OFF,
-                commanded_ns: 0,
-                history: vec![model.start; HISTORY_STEPS],
-                min_clearance_m: f64::INFINITY,
-                distance_m: 0.0,
-                collisions: 0,
-                run_into: 0,
-                first_collisions: Vec::new(),
-                last_contact_ns: None,
-                in_contact: false,
-                model,
-            });
+            let mut random = Random::new(config.seed, index as u64);
+            robots.push(RobotState::new(model, &mut random));
         }
         let mut world = World {
             seed: config.seed,
@@ -185,11 +131,17 @@ impl World {
     }
 
     /// Adds an obstacle, now.
+    ///
+    /// # Errors
+    /// [`WorldError::Obstacle`] for numbers that make no sense, or when the world is full.
     pub fn add_obstacle(&mut self, obstacle: Obstacle) -> Result<ObstacleId, WorldError> {
         self.scene.add(obstacle, self.now_ns)
     }
 
     /// Adds somebody who sets out now.
+    ///
+    /// # Errors
+    /// [`WorldError::Walker`] for numbers that make no sense, [`WorldError::Obstacle`] when the world is full.
     pub fn add_walker(&mut self, walker: Walker) -> Result<ObstacleId, WorldError> {
         let number = self.walkers_added;
         let walk = Walk::new(walker, self.seed, number, &mut self.scene, self.now_ns)?;
@@ -211,6 +163,9 @@ impl World {
     }
 
     /// Index of a robot in the configuration.
+    ///
+    /// # Errors
+    /// [`WorldError::UnknownRobot`], with the names there are.
     pub fn robot_index(&self, id: &str) -> Result<usize, WorldError> {
         let found = self.robots.iter().position(|robot| robot.model.id == id);
         found.ok_or_else(|| WorldError::UnknownRobot {
@@ -233,22 +188,12 @@ impl World {
     #[must_use]
     pub fn truth(&self, robot: usize) -> Option<Truth> {
         let state = self.robots.get(robot)?;
-        Some(Truth {
-            time_ns: self.stepped_ns.unwrap_or(0),
-            pose: state.motion.pose,
-            twist: state.motion.twist,
-            pivot_rad: state.motion.pivot_rad,
-            clearance_m: if state.in_contact {
-                0.0
-            } else {
-                self.clearance_below(robot, f64::INFINITY)
-            },
-            min_clearance_m: state.min_clearance_m,
-            distance_m: state.distance_m,
-            collisions: state.collisions,
-            run_into: state.run_into,
-            in_contact: state.in_contact,
-        })
+        let clearance_m = if state.in_contact {
+            0.0
+        } else {
+            self.clearance_below(robot, f64::INFINITY)
+        };
+        Some(state.truth(self.stepped_ns.unwrap_or(0), clearance_m))
     }
 
     /// The collisions of a robot, in order of time; of very many the first ones.
@@ -298,11 +243,7 @@ impl World {
             return Some(state.motion.pose_ahead(self.ahead_s(at_ns)));
         }
         let back_ns = stepped_ns - at_ns;
-        let oldest = HISTORY_STEPS as u64 - 1;
-        let past = |steps: u64| {
-            let index = self.steps.wrapping_sub(steps.min(oldest)) % HISTORY_STEPS as u64;
-            state.history[index as usize]
-        };
+        let past = |ago: u64| state.past(self.steps, ago);
         let whole = back_ns / STEP_NS;
         let share = (back_ns % STEP_NS) as f64 / STEP_NS as f64;
         Some(past(whole).interpolate(&past(whole + 1), share))
@@ -328,10 +269,7 @@ impl World {
 
     fn step(&mut self, to_ns: u64) {
         self.steps += 1;
-        let floors = self
-            .robots
-            .iter()
-            .map(|robot| robot.model.footprint.at(&robot.motion.pose));
+        let floors = self.robots.iter().map(RobotState::floor);
         for walk in &mut self.walks {
             walk.step(to_ns, self.steps, &mut self.scene, floors.clone());
         }
@@ -364,50 +302,36 @@ impl World {
         if robot.in_contact {
             let touched = robot.motion.pose;
             robot.motion = robot.motion.blocked(&before, &robot.model, STEP_S);
-            let last_ns = robot.last_contact_ns.replace(to_ns);
-            if last_ns.is_none_or(|last_ns| to_ns - last_ns > SAME_COLLISION_NS) {
+            if robot.touches(to_ns) {
                 self.note_collision(index, &before, &touched, to_ns);
             }
         } else {
-            let (from, to) = (before.pose, robot.motion.pose);
-            robot.distance_m += norm(sub([to.x_m, to.y_m], [from.x_m, from.y_m]));
+            robot.add_way(&before.pose);
         }
-        let slot = (self.steps % HISTORY_STEPS as u64) as usize;
-        let robot = &mut self.robots[index];
-        robot.history[slot] = robot.motion.pose;
+        self.robots[index].remember(self.steps);
     }
 
     /// A contact begins: of the robot as it was `before`, with what touches it at `touched`.
     fn note_collision(&mut self, index: usize, before: &Motion, touched: &Pose, at_ns: u64) {
-        let footprint = self.robots[index].model.footprint;
-        let outline_m_s = |footprint: &Footprint, motion: &Motion| {
-            motion.twist.v_m_s.abs() + motion.twist.omega_rad_s.abs() * footprint.reach_m()
-        };
+        let robot = &self.robots[index];
+        let footprint = robot.model.footprint;
         let touching = self.scene.touching(&footprint, touched, at_ns);
         let (mut object_m_s, mut middle_m) = touching.unwrap_or((0.0, None));
         let floor = footprint.at(touched);
         for (other_index, other) in self.robots.iter().enumerate() {
-            let theirs = other.model.footprint.at(&other.motion.pose);
-            if other_index != index && floor.distance_to_rectangle_m(&theirs) <= 0.0 {
-                let other_m_s = outline_m_s(&other.model.footprint, &other.motion);
-                object_m_s = object_m_s.max(other_m_s);
+            if other_index != index && floor.distance_to_rectangle_m(&other.floor()) <= 0.0 {
+                object_m_s = object_m_s.max(other.outline_m_s(&other.motion));
                 middle_m = Some([other.motion.pose.x_m, other.motion.pose.y_m]);
             }
         }
-        let lidar = touched.compose(&self.robots[index].model.lidar);
+        let lidar = touched.compose(&robot.model.lidar);
         let bearing_rad = middle_m.map_or(0.0, |middle_m| {
             let [dx, dy] = sub(middle_m, [lidar.x_m, lidar.y_m]);
             let (sin, cos) = (dy.atan2(dx) - lidar.theta_rad).sin_cos();
             sin.atan2(cos)
         });
-        let robot_m_s = outline_m_s(&footprint, before);
-        let collision = Collision::new(at_ns, robot_m_s, object_m_s, bearing_rad);
-        let robot = &mut self.robots[index];
-        robot.collisions += 1;
-        robot.run_into += u64::from(collision.cause == Cause::RunInto);
-        if robot.first_collisions.len() < MOST_COLLISIONS {
-            robot.first_collisions.push(collision);
-        }
+        let collision = Collision::new(at_ns, robot.outline_m_s(before), object_m_s, bearing_rad);
+        self.robots[index].add_collision(collision);
     }
 
     /// Clearance of a robot to everything else, or `limit_m` if nothing is nearer.
@@ -423,8 +347,7 @@ impl World {
             if other_index == index || apart_m - reach_m >= best_m {
                 continue;
             }
-            let theirs = their_footprint.at(their_pose);
-            best_m = best_m.min(footprint.at(pose).distance_to_rectangle_m(&theirs));
+            best_m = best_m.min(robot.floor().distance_to_rectangle_m(&other.floor()));
         }
         best_m
     }

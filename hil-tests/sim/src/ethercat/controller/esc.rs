@@ -1,7 +1,6 @@
-//! The SubDevice controller (ESC): register file, process memory, and what a datagram may do to them.
+//! The SubDevice controller (ESC): its state, and the side of the drive's processor.
 //!
-//! [`Esc::execute`] is the bus side, called datagram by datagram; the rest is the side of the drive's processor.
-//! Every time is monotonic nanoseconds and never goes back.
+//! The bus side is `commands.rs`: datagram by datagram. Every time is monotonic nanoseconds and never goes back.
 
 use super::clock::Clock;
 use super::eeprom::Eeprom;
@@ -9,7 +8,6 @@ use super::fmmu::Fmmu;
 use super::registers as reg;
 use super::sync_manager::SyncManager;
 use super::watchdog::{self, Watchdog};
-use crate::ethercat::frame::{Command, Datagram, MAX_PAYLOAD};
 
 /// One controller.
 #[derive(Debug, Clone)]
@@ -26,14 +24,14 @@ pub struct Esc {
     pub(super) written: u8,
     /// Input SyncManagers (bits) that the processor has filled.
     pub(super) filled: u8,
-    al_request: Option<u16>,
-    links: [bool; 2],
+    pub(super) al_request: Option<u16>,
+    pub(super) links: [bool; 2],
     /// Time of the frame being processed.
     pub(super) now_ns: u64,
     /// Time of the frame when it comes back through the last port.
-    returns_ns: u64,
+    pub(super) returns_ns: u64,
     /// Logical datagrams pass by untouched.
-    process_data_withheld: bool,
+    pub(super) process_data_withheld: bool,
 }
 
 impl Esc {
@@ -139,97 +137,6 @@ impl Esc {
         self.set(reg::DL_STATUS, &self.dl_status().to_le_bytes());
     }
 
-    /// Carries out one datagram: data, address, working counter and events are changed as the chip does it.
-    pub fn execute(&mut self, datagram: &mut Datagram<'_>) {
-        let command = datagram.command();
-        let offset = datagram.offset();
-        match command {
-            Command::Nop | Command::Unknown(_) => return,
-            Command::Aprd | Command::Apwr | Command::Aprw => {
-                if self.take_position(datagram) {
-                    let (reads, writes) = (command != Command::Apwr, command != Command::Aprd);
-                    self.access(datagram, offset, reads, writes, false);
-                }
-            }
-            Command::Fprd | Command::Fpwr | Command::Fprw => {
-                if self.is_addressed(datagram.device_address()) {
-                    let (reads, writes) = (command != Command::Fpwr, command != Command::Fprd);
-                    self.access(datagram, offset, reads, writes, false);
-                }
-            }
-            Command::Brd | Command::Bwr | Command::Brw => {
-                self.take_position(datagram);
-                let (reads, writes) = (command != Command::Bwr, command != Command::Brd);
-                self.access(datagram, offset, reads, writes, true);
-            }
-            Command::Armw => {
-                let first = self.take_position(datagram);
-                self.access(datagram, offset, first, !first, false);
-            }
-            Command::Frmw => {
-                let addressed = self.is_addressed(datagram.device_address());
-                self.access(datagram, offset, addressed, !addressed, false);
-            }
-            Command::Lrd | Command::Lwr | Command::Lrw => {
-                if !self.process_data_withheld {
-                    let (reads, writes) = (command != Command::Lwr, command != Command::Lrd);
-                    self.execute_logical(datagram, reads, writes);
-                }
-            }
-        }
-        let events = self.get_u16(reg::EVENT_REQUEST) & self.get_u16(reg::EVENT_MASK);
-        datagram.raise_events(events);
-    }
-
-    /// Increments the position and tells whether it was this SubDevice's.
-    fn take_position(&self, datagram: &mut Datagram<'_>) -> bool {
-        let position = datagram.device_address();
-        datagram.set_device_address(position.wrapping_add(1));
-        position == 0
-    }
-
-    fn is_addressed(&self, address: u16) -> bool {
-        let by_alias = self.get_u32(reg::DL_CONTROL) & reg::DL_CONTROL_ALIAS != 0;
-        address == self.get_u16(reg::STATION_ADDRESS)
-            || by_alias && address != 0 && address == self.get_u16(reg::STATION_ALIAS)
-    }
-
-    /// Reads, writes or both, and counts: 1 for read, 1 for write, 3 for both.
-    fn access(
-        &mut self,
-        datagram: &mut Datagram<'_>,
-        offset: u16,
-        reads: bool,
-        writes: bool,
-        broadcast: bool,
-    ) {
-        let mut counted = 0;
-        if reads && writes {
-            let mut old = [0; MAX_PAYLOAD];
-            let Some(old) = old.get_mut(..datagram.data.len()) else {
-                return;
-            };
-            if self.read(offset, old) {
-                counted += 1;
-            }
-            if self.write(offset, datagram.data) {
-                counted += 2;
-            }
-            merge(datagram.data, old, broadcast, counted & 1 != 0);
-        } else if reads {
-            let mut old = [0; MAX_PAYLOAD];
-            let Some(old) = old.get_mut(..datagram.data.len()) else {
-                return;
-            };
-            let read = self.read(offset, old);
-            counted += u16::from(read);
-            merge(datagram.data, old, broadcast, read);
-        } else if self.write(offset, datagram.data) {
-            counted += 1;
-        }
-        datagram.count(counted);
-    }
-
     fn dl_status(&self) -> u16 {
         // Bit 0: the processor runs. Ports 2 and 3 do not exist: their loops are closed.
         let mut status = 0x0001 | 1 << 12 | 1 << 14;
@@ -241,98 +148,6 @@ impl Esc {
             };
         }
         status
-    }
-
-    /// What happens beside the memory when registers were written.
-    pub(super) fn registers_written(&mut self, first: u16, end: u16) {
-        let touches = |address: u16, bytes: u16| first < address + bytes && address < end;
-        if touches(reg::AL_CONTROL, 1) {
-            self.al_request = Some(self.get_u16(reg::AL_CONTROL));
-        }
-        if touches(reg::RX_ERRORS, 8) {
-            self.set(reg::RX_ERRORS, &[0; 8]);
-        }
-        if touches(reg::PROCESSING_UNIT_ERRORS, 2) {
-            self.set(reg::PROCESSING_UNIT_ERRORS, &[0; 2]);
-        }
-        if touches(reg::LOST_LINKS, 4) {
-            self.set(reg::LOST_LINKS, &[0; 4]);
-        }
-        if touches(reg::WATCHDOG_COUNTER, 2) {
-            self.watchdog.clear_expirations();
-            self.set(reg::WATCHDOG_COUNTER, &[0; 2]);
-        }
-        if touches(reg::SII_DATA, 8) {
-            self.eeprom
-                .set_data(array(&self.memory, reg::SII_DATA.into()));
-        }
-        if touches(reg::SII_CONTROL, 2) {
-            self.sii_command(end);
-        }
-        if touches(reg::FMMU, 16 * reg::FMMU_COUNT as u16) {
-            for (i, fmmu) in self.fmmus.iter_mut().enumerate() {
-                *fmmu = Fmmu::decode(&array(&self.memory, reg::FMMU as usize + 16 * i));
-            }
-        }
-        if touches(reg::SYNC_MANAGER, 8 * reg::SYNC_MANAGER_COUNT as u16) {
-            self.sync_managers_written();
-        }
-        if touches(reg::DC_RECEIVE_TIMES, 4) {
-            self.latch_receive_times();
-        }
-        if touches(reg::DC_SYSTEM_TIME, 4) {
-            let received = self.get_u32(reg::DC_SYSTEM_TIME);
-            self.clock.follow(received, self.now_ns);
-        }
-        if touches(reg::DC_OFFSET, 12) {
-            self.clock.offset_ns = u64::from_le_bytes(array(&self.memory, reg::DC_OFFSET.into()));
-            self.clock.delay_ns = self.get_u32(reg::DC_DELAY);
-        }
-        if touches(reg::DC_SPEED_START, 2) {
-            self.clock.reset_loop();
-        }
-        if touches(reg::DC_SYSTEM_TIME, 8)
-            || touches(reg::DC_OFFSET, 12)
-            || touches(reg::SII_CONTROL, 14)
-        {
-            self.begin_frame(self.now_ns, self.returns_ns);
-        }
-    }
-
-    fn sii_command(&mut self, written_end: u16) {
-        let control = self.get_u16(reg::SII_CONTROL);
-        // Only the control word carries out a command, and only while the MainDevice owns the interface.
-        if written_end < reg::SII_CONTROL + 2 || self.memory[usize::from(reg::SII_ACCESS)] & 1 != 0
-        {
-            return;
-        }
-        self.eeprom
-            .command(control, self.get_u32(reg::SII_ADDRESS), self.now_ns);
-        if self.eeprom.take_reloaded() {
-            self.set(reg::STATION_ALIAS, &self.eeprom.alias().to_le_bytes());
-        }
-    }
-
-    fn sync_managers_written(&mut self) {
-        for i in 0..reg::SYNC_MANAGER_COUNT {
-            let new = SyncManager::decode(&array(&self.memory, reg::SYNC_MANAGER as usize + 8 * i));
-            if new != self.sync_managers[i] {
-                self.sync_managers[i] = new;
-                let others = !(1 << i);
-                self.opened &= others;
-                self.written &= others;
-                self.filled &= others;
-            }
-        }
-    }
-
-    fn latch_receive_times(&mut self) {
-        let arrived = self.clock.local_ns(self.now_ns);
-        let returned = self.clock.local_ns(self.returns_ns) as u32;
-        self.set(reg::DC_RECEIVE_TIMES, &(arrived as u32).to_le_bytes());
-        let port_1 = if self.links[1] { returned } else { 0 };
-        self.set(reg::DC_RECEIVE_TIMES + 4, &port_1.to_le_bytes());
-        self.set(reg::DC_RECEIVE_TIME_UNIT, &arrived.to_le_bytes());
     }
 
     /// The last request for a state since the processor looked.
@@ -398,22 +213,12 @@ impl Esc {
         u16::from_le_bytes(array(&self.memory, address.into()))
     }
 
-    fn get_u32(&self, address: u16) -> u32 {
+    pub(super) fn get_u32(&self, address: u16) -> u32 {
         u32::from_le_bytes(array(&self.memory, address.into()))
     }
 }
 
-/// Puts what was read into a datagram: OR-ed for broadcasts, replaced otherwise, unchanged if nothing was read.
-fn merge(data: &mut [u8], read: &[u8], broadcast: bool, success: bool) {
-    if !success {
-        return;
-    }
-    for (slot, byte) in data.iter_mut().zip(read) {
-        *slot = if broadcast { *slot | byte } else { *byte };
-    }
-}
-
-fn array<const N: usize>(memory: &[u8], at: usize) -> [u8; N] {
+pub(super) fn array<const N: usize>(memory: &[u8], at: usize) -> [u8; N] {
     let mut bytes = [0; N];
     bytes.copy_from_slice(&memory[at..at + N]);
     bytes

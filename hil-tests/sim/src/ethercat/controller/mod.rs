@@ -1,7 +1,9 @@
 //! The SubDevice controller (ESC): registers, process memory, EEPROM, watchdog and clock.
 
 pub mod clock;
+mod commands;
 pub mod eeprom;
+mod effects;
 pub mod esc;
 pub mod fmmu;
 mod memory;

@@ -139,6 +139,9 @@ impl Drop for ServerHandle {
 }
 
 /// Serves a segment over UDP: each datagram carries an EtherCAT header and EtherCAT datagrams.
+///
+/// # Errors
+/// [`ServeError::Udp`] when the port cannot be bound, [`ServeError::Thread`] when no thread can be started.
 pub fn serve_udp(
     address: SocketAddr,
     segment: Segment,
@@ -152,6 +155,9 @@ pub fn serve_udp(
 }
 
 /// Serves a segment on a network interface: whole Ethernet frames.
+///
+/// # Errors
+/// [`ServeError`]: no such interface, one that is down or a loopback, CAP_NET_RAW missing, or no thread.
 pub fn serve_raw(
     interface: &str,
     segment: Segment,

@@ -24,6 +24,9 @@ pub struct LidarServer {
 
 impl LidarServer {
     /// Serves the lidar of a robot in a shared world.
+    ///
+    /// # Errors
+    /// As for [`start_with`](Self::start_with), and [`LidarError::World`] when the robot is not in the world.
     pub fn start(
         world: &SharedWorld,
         robot: &str,
@@ -34,6 +37,9 @@ impl LidarServer {
     }
 
     /// Serves a lidar with readings from anywhere.
+    ///
+    /// # Errors
+    /// [`LidarError`]: a bit rate the sensor does not have, or no terminal, link or thread.
     pub fn start_with(
         source: Box<dyn RangeSource>,
         options: LidarOptions,
