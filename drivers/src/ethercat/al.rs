@@ -1,9 +1,9 @@
-//! The application-layer state of a SubDevice.
+//! The application-layer (AL) state of a SubDevice: ETG.1000.6 section 6.4.1.
 
 use ethercrab::{AlStatusCode, EtherCrabWireRead, SubDeviceState};
 use std::fmt;
 
-/// AL state (registers 0x0120 and 0x0130).
+/// AL state, as in the AL control and AL status registers 0x0120 and 0x0130 (ETG.1000.6 table 9, ETG.1000.4 table 35).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AlState {
     /// No communication but registers.
@@ -16,7 +16,7 @@ pub enum AlState {
     SafeOp,
     /// Inputs and outputs.
     Op,
-    /// No state the standard knows, or several SubDevices at once.
+    /// A value that the standard does not define, or the states of several SubDevices OR-ed together.
     Other(u8),
 }
 
@@ -70,7 +70,7 @@ pub struct AlStatus {
     pub state: AlState,
     /// Whether it is there because of an error that has not been acknowledged.
     pub error: bool,
-    /// AL status code: why. `None` when it could not be read.
+    /// AL status code: the reason (ETG.1000.6 table 11). `None` when it could not be read.
     pub code: Option<u16>,
 }
 

@@ -17,16 +17,16 @@ use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGrou
 use std::pin::pin;
 use std::time::Duration;
 
-/// One drive, one bus.
+/// Exactly one SubDevice per bus is supported.
 const SUB_DEVICES: u16 = 1;
-/// For a last look at the SubDevice's state when a step has failed.
+/// Time to read the SubDevice's state after a failed step, for the error message.
 const POST_MORTEM: Duration = Duration::from_millis(50);
 
 impl Bus {
     /// Brings the one SubDevice behind `link` from any state to OP and checks it against `expected`.
     ///
-    /// Takes at most `options.timeout` and a little for finding out what went wrong. Not for a thread that has to keep
-    /// a period meanwhile; allocates.
+    /// Takes at most `options.timeout`, plus 50 ms for reading the state after a failure. Allocates; not for real-time
+    /// threads.
     ///
     /// # Errors
     /// [`BringUpError`] names the link, the step and what was found instead of what was expected. The link is closed.
@@ -157,7 +157,7 @@ impl Steps {
 
     fn count(&mut self) -> Result<(), BringUpError> {
         let counted = self.run(Phase::Counting, async |main_device| {
-            // Every SubDevice that answers a broadcast read counts the working counter up by one.
+            // Every SubDevice that answers a broadcast read adds one to the working counter.
             let read = Command::brd(RegisterAddress::Type.into()).with_wkc(SUB_DEVICES);
             Ok(match read.receive::<u8>(main_device).await {
                 Err(Error::WorkingCounter { received, .. }) => received,

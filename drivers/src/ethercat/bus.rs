@@ -21,7 +21,7 @@ pub struct Exchange {
 
 /// One SubDevice in OP.
 ///
-/// Dropping a bus leaves the SubDevice to its watchdog; [`Bus::shut_down`] before that is the orderly way.
+/// Dropping a bus leaves the SubDevice to its watchdog; call [`Bus::shut_down`] first to stop it at once.
 pub struct Bus {
     pump: Pump,
     channel: Channel,
@@ -124,10 +124,10 @@ impl Bus {
             .map(AlState::from)
         {
             Some(AlState::Op) => {}
-            // Nobody under that address: the working counter says it better.
+            // No SubDevice answered at that address: the working counter below reports it.
             None | Some(AlState::Other(0)) => {}
             Some(state) => {
-                // The reason is worth a second frame, if there is time left.
+                // The AL status code takes a second frame, if there is time left.
                 let unknown = AlStatus {
                     state,
                     error: false,
@@ -203,7 +203,7 @@ const _: fn() = || {
     sendable::<Bus>();
 };
 
-/// Runs work that is one frame long, without sending the frame again.
+/// Runs work of one frame, which is sent once.
 fn run<T>(
     pump: &mut Pump,
     channel: &mut Channel,

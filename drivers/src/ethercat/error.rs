@@ -76,7 +76,7 @@ pub enum BringUpError {
         attempts: u32,
         /// Over which time.
         waited_ms: u64,
-        /// Frames that came back as they had left.
+        /// Frames that came back unchanged.
         echoed_frames: u64,
     },
     /// Not the one SubDevice that is supported on a bus.
@@ -217,7 +217,7 @@ pub enum BringUpError {
         /// The SubDevice's state, if it still answers.
         status: Option<AlStatus>,
     },
-    /// This process has more buses alive than it may.
+    /// More buses alive in this process than supported.
     #[error("too many EtherCAT buses in one process")]
     TooManyBuses,
 }

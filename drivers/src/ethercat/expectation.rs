@@ -1,4 +1,4 @@
-//! What bring-up is given and what it tells.
+//! What bring-up expects, how long it may take, and what it found.
 
 use std::time::Duration;
 
@@ -13,18 +13,18 @@ pub struct Expectation {
     pub outputs_bytes: usize,
     /// Size of the process data from the SubDevice.
     pub inputs_bytes: usize,
-    /// After this time without new outputs the SubDevice stops by itself; is set and checked.
+    /// Time without new outputs after which the SubDevice stops by itself. Written to the SubDevice and read back.
     pub watchdog_ms: u32,
 }
 
 /// How long bring-up may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BringUpOptions {
-    /// For everything. A SubDevice with a slow SII needs one to two seconds.
+    /// Limit for the whole bring-up. A SubDevice with a slow SII needs one to two seconds.
     pub timeout: Duration,
-    /// A frame without an answer for this time is sent again.
+    /// A frame is sent again when it stays unanswered for this long.
     pub frame_timeout: Duration,
-    /// How often a frame is sent before the segment is taken for absent.
+    /// Attempts for one frame before the segment counts as absent.
     pub frame_attempts: u32,
     /// Between two process-data frames on the way to OP, and between two looks at a state.
     pub cycle: Duration,

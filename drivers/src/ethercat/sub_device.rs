@@ -7,14 +7,14 @@ use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGrou
 
 /// The address that ethercrab gives to the first SubDevice.
 pub(super) const FIRST_ADDRESS: u16 = 0x1000;
-/// ethercrab wants a power of two greater than one.
+/// ethercrab requires a power of two greater than one.
 pub(super) const MAX_SUB_DEVICES: usize = 2;
 /// Room for the process data of both directions; fits into one frame.
 pub(super) const MAX_IMAGE: usize = 1024;
 /// One SubDevice that is read (1) and written (2) by one LRW.
 pub(super) const PROCESS_DATA_WKC: u16 = 3;
 
-/// The state is asked for and checked by us, with the reasons that ethercrab drops; so the typestate stays here.
+/// ethercrab's typestate stays at PRE-OP: this module requests and checks states itself, to report the AL status code.
 pub(super) type Group = SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOpPdi>;
 
 /// Asks for a state without waiting for it.

@@ -1,4 +1,4 @@
-//! The process-data watchdog: the SubDevice's own way to stop when the MainDevice has fallen silent.
+//! The process-data watchdog (ETG.1000.4 section 6.3): the SubDevice stops by itself when the MainDevice falls silent.
 //!
 //! It acts when the outputs have not been written for the time of register 0x0420, counted in ticks of
 //! (divider 0x0400 + 2) · 40 ns, and only if the control byte of the outputs' SyncManager enables it.
@@ -12,10 +12,10 @@ const SYNC_MANAGERS: u16 = 0x0800;
 const SYNC_MANAGER_SIZE: u16 = 8;
 const MAX_SYNC_MANAGERS: u8 = 16;
 
-/// Ticks of 100 µs, as after a reset.
+/// Divider for ticks of 100 µs, the value after a reset.
 const DIVIDER_100_US: u16 = 2498;
 
-/// Buffered (not mailbox) and written by the MainDevice.
+/// SyncManager control byte (ETG.1000.4 table 59): buffered, not mailbox, and written by the MainDevice.
 const CONTROL_OUTPUTS_MASK: u8 = 0b0000_1111;
 const CONTROL_OUTPUTS: u8 = 0b0000_0100;
 const CONTROL_WATCHDOG: u8 = 0x40;
@@ -114,7 +114,7 @@ fn ticks(watchdog_ms: u32) -> Option<u16> {
         .filter(|&ticks| ticks > 0)
 }
 
-/// Within one part in a hundred: a divider other than the usual one need not hit the time exactly.
+/// Within one percent: with a divider other than the usual one the time may not be exact.
 fn close(found_us: u64, expected_us: u64) -> bool {
     found_us.abs_diff(expected_us) * 100 <= expected_us
 }

@@ -1,12 +1,13 @@
 //! Maps the device's millisecond clock to CLOCK_MONOTONIC.
 //!
-//! Bytes arrive late by an unknown and changing time, the device's stamps do not. Before streaming, readings of the
-//! clock in adjust mode bound the offset between both clocks from two sides ([`ClockBounds`]). While streaming, the
-//! smallest delay of the last [`WINDOW`] scans is compared with the smallest one right after the calibration: what
-//! it moves by is drift, and the offset follows, slowly, so that stamps stay evenly spaced. Without a calibration the
-//! smallest delay is taken to be the time that measuring a turn takes.
-//! A device whose clock jumps back (it restarted) would, over the wrap, deliver scans from the future: then the mapping
-//! starts anew. One whose clock stood still delivers scans that look old for good; that takes a new connection.
+//! Bytes arrive with an unknown and changing delay; the device's stamps do not. Before streaming, readings of the clock
+//! in adjust mode (`TM`) bound the offset between both clocks from two sides ([`ClockBounds`]). While streaming, the
+//! smallest delay of the last [`WINDOW`] scans is compared with the smallest delay right after the calibration. The
+//! difference is drift; the offset follows it slowly, so that stamps stay evenly spaced. Without a calibration the
+//! smallest delay is assumed to be the time it takes to measure a turn.
+//!
+//! When the device's clock jumps back (it restarted), the 24-bit wrap would put its scans into the future: the mapping
+//! starts again. When the device's clock stood still, its scans look old permanently: that needs a new connection.
 //!
 //! Real-time: no allocation, no system call.
 
@@ -15,11 +16,11 @@ pub const WINDOW: usize = 64;
 /// The device's clock wraps at 2^24 ms, every 4.66 h.
 const WRAP_MS: u64 = 1 << 24;
 const MS_NS: i64 = 1_000_000;
-/// The most that the offset follows per scan: ten times what a poor crystal drifts in a turn is 0.1 ms.
+/// Largest correction of the offset per scan: 0.1 ms, ten times what a poor crystal drifts in one turn.
 const SLEW_NS: i64 = MS_NS / 10;
-/// A scan this much earlier than possible means that the device's clock jumped.
+/// A scan that seems to arrive this long before it can have been measured: the device's clock jumped.
 const EARLY_NS: i64 = 200 * MS_NS;
-/// A scan this late has waited in a queue.
+/// A scan that arrives this long after the smallest delay has waited in a queue.
 const LATE_NS: i64 = 500 * MS_NS;
 
 /// Bounds on the time of the host at the device's time zero.
@@ -69,7 +70,7 @@ pub struct Mapped {
 /// The running mapping.
 #[derive(Debug)]
 pub struct DeviceClock {
-    /// What the smallest delay is taken to be until it is known better.
+    /// Assumed smallest delay until one has been observed.
     nominal_delay_ns: i64,
     /// Time of the host at the device's time zero.
     offset_ns: Option<i64>,
@@ -116,7 +117,7 @@ impl DeviceClock {
             self.next = 0;
             self.offset_ns = None;
             self.calibrated = false;
-            // The device's time goes on as if it had not jumped.
+            // Continue the device's time as if it had not jumped.
             device_ms = self.last.map_or(device_ms, |last| {
                 last.device_ms + arrival_ns.saturating_sub(last.arrival_ns) / MS_NS as u64
             });
@@ -160,7 +161,7 @@ impl DeviceClock {
         last.device_ms + forward_ms + wraps * WRAP_MS
     }
 
-    /// A late scan never means a jump: it may have waited in a queue, and an old scan must not pass for a new one.
+    /// Only early scans show a jump: a late one may have waited in a queue, and must not pass for a new one.
     fn has_jumped(&self, sample_ns: i64) -> bool {
         self.offset_ns
             .is_some_and(|offset_ns| sample_ns - offset_ns < self.floor_ns.unwrap_or(0) - EARLY_NS)
@@ -198,7 +199,7 @@ impl DeviceClock {
         };
         let wanted_ns = least_ns - floor_ns;
         let follows_ns = if !self.calibrated && self.filled < WINDOW {
-            // A guess gets better with every earlier scan.
+            // Before the window is full, the earliest scan is the best estimate.
             wanted_ns
         } else {
             offset_ns + (wanted_ns - offset_ns).clamp(-SLEW_NS, SLEW_NS)

@@ -1,10 +1,11 @@
-//! The characters of SCIP 2.0: checksums, six-bit values, status codes and commands.
+//! The characters of SCIP 2.0 (Hokuyo, "Communication Protocol Specification for SCIP 2.0"): checksums, six-bit values,
+//! status codes and commands.
 //!
 //! Pure functions over bytes: no I/O, no allocation, no panic on any input.
 
 use std::fmt;
 
-/// Most data bytes in one line, before its checksum.
+/// Most data bytes in one line, without its checksum.
 pub const LINE_DATA_BYTES: usize = 64;
 
 /// The checksum character of `bytes`: the low six bits of their sum, made printable.
@@ -67,7 +68,7 @@ pub fn encode(value: u32, characters: &mut [u8]) -> bool {
 /// How many characters carry one range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Encoding {
-    /// `MS`: two characters, at most 4095 mm; a third less to transmit.
+    /// `MS`: two characters, at most 4095 mm; a third fewer bytes.
     Two,
     /// `MD`: three characters, the whole range of the device.
     #[default]
@@ -99,9 +100,9 @@ pub struct Status(pub [u8; 2]);
 impl Status {
     /// Accepted.
     pub const OK: Self = Self(*b"00");
-    /// To `BM`: the laser is on already. To `SS`: not a bit rate.
+    /// In reply to `BM`: the laser is on already. In reply to `SS`: not a bit rate.
     pub const LASER_ALREADY_ON: Self = Self(*b"02");
-    /// To `SS`: the device runs at this bit rate already.
+    /// In reply to `SS`: the device runs at this bit rate already.
     pub const SAME_BIT_RATE: Self = Self(*b"03");
     /// A scan of a stream follows.
     pub const SCAN: Self = Self(*b"99");
@@ -126,7 +127,7 @@ impl fmt::Debug for Status {
     }
 }
 
-/// Length of a stream command, and of the echo above each of its scans.
+/// Length of a stream command, and of the echo that precedes each of its scans.
 pub const STREAM_COMMAND_BYTES: usize = 15;
 
 /// `MDaaaabbbbccdee` or `MS…`: an endless stream from `first_step` to `last_step`.

@@ -14,12 +14,12 @@ use super::identity::{DeviceState, Fields, Identity, Parameters};
 use super::options::{BIT_RATES, Options, ScanFormat};
 use super::port::{Port, now_ns};
 
-/// The time in which a device that understands us begins to answer; with every pass over the bit rates it doubles,
-/// because on a busy host answers come late.
+/// How long to wait for a first answer at a bit rate. Doubles with every pass over the bit rates, because answers come
+/// late on a busy host.
 const ANSWER: Duration = Duration::from_millis(100);
-/// The same for a device that streams: a scan on its way and one that waits come first, each a second at 19200 bit/s.
+/// As [`ANSWER`], for a device that streams: up to two scans precede the answer, each of about a second at 19200 bit/s.
 const ANSWER_BEHIND_SCANS: Duration = Duration::from_millis(2500);
-/// The time in which a device changes its bit rate after saying so.
+/// How long a device takes to change its bit rate after accepting the command.
 const RATE_CHANGE: Duration = Duration::from_millis(20);
 /// Attempts at a command whose reply is garbled or missing.
 const ATTEMPTS: usize = 3;
@@ -56,7 +56,7 @@ pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError
     let format = options.format(&parameters)?;
     let identity = session.fields("VV")?.identity()?;
     let state = session.fields("II")?.state();
-    // Another host may have slowed the motor down. Not every model can change it, which is as well.
+    // Another host may have slowed the motor down. A model that cannot change its speed may refuse this.
     session.command(b"CR00")?;
     let clock = session.read_clock()?;
     session.laser_on()?;
@@ -79,7 +79,7 @@ struct Session {
     deadline_ns: u64,
     reply_timeout: Duration,
     bit_rate: u32,
-    /// What [`ANSWER`] has grown to.
+    /// [`ANSWER`], doubled with every pass.
     answer: Duration,
 }
 
@@ -117,10 +117,10 @@ impl Session {
 
     /// Brings the device at this bit rate, if there is one, to SCIP 2.0, idle. False when nobody answers.
     fn wake(&mut self) -> Result<bool, ConnectError> {
-        // The first command may be spoilt by what the device heard at other bit rates, which its line end flushes.
+        // The first command may join noise that the device heard at other bit rates; its line end flushes that.
         match self.ask(b"QT")? {
             Some(Answer::Status(Status::OK)) => return Ok(true),
-            // In clock-adjust mode it refuses everything but leaving it.
+            // In clock-adjust mode (`TM0`) the device accepts only `TM2`, which leaves it.
             Some(Answer::Status(_)) => {
                 self.ask(b"TM2")?;
             }
@@ -139,7 +139,7 @@ impl Session {
         Ok(false)
     }
 
-    /// Sends a command that nobody may be there to answer.
+    /// Sends a command and returns the answer, or `None` when nothing answers in time.
     fn ask(&mut self, command: &[u8]) -> Result<Option<Answer>, ConnectError> {
         let started_ns = now_ns();
         let send = self.conversation.send(command, self.until(self.answer));
@@ -160,7 +160,7 @@ impl Session {
         self.heard(answer)
     }
 
-    /// Switches the device and the port to `wanted` and makes sure that they understand each other.
+    /// Switches the device and the port to `wanted` and checks that the device answers there.
     fn change_rate(&mut self, wanted: u32) -> Result<(), ConnectError> {
         if self.bit_rate == wanted {
             return Ok(());
@@ -212,7 +212,7 @@ impl Session {
         Err(self.no_reply(command.as_bytes()))
     }
 
-    /// Reads the device's clock several times. A device that refuses is no error: the mapping works without.
+    /// Reads the device's clock several times. A refusal is no error: the mapping works without.
     fn read_clock(&mut self) -> Result<ClockBounds, ConnectError> {
         let mut bounds = ClockBounds::default();
         if self.command(b"TM0")?.status == Status::OK {
@@ -258,7 +258,7 @@ impl Session {
             found: last_step.to_string(),
         })?;
         match self.command(&command)?.status {
-            // The reply that accepts the command was lost and a scan's came; just as well.
+            // `SCAN`: the reply was lost, but the stream runs.
             Status::OK | Status::SCAN => Ok(command),
             status => Err(refused(&command, status, stream_status(status))),
         }
@@ -344,6 +344,6 @@ fn stream_status(status: Status) -> &'static str {
         b"10" => "the laser is off",
         [b'2'..=b'4', _] => "it stopped to verify an error",
         [b'5'..=b'9', _] => "hardware trouble",
-        _ => "a number in the command does not please it",
+        _ => "a parameter of the command is out of range",
     }
 }

@@ -4,9 +4,9 @@ use super::codec::{self, Status};
 use super::line::LineBuffer;
 use super::port::{Gone, Port, Wait, now_ns};
 
-/// More lines than any reply has.
+/// Most lines kept of one reply; no SCIP reply has more.
 const MAX_REPLY_LINES: usize = 16;
-/// More bytes that are no text than remain of a change of bit rate.
+/// From this many bytes outside printable ASCII on, the bit rate is wrong; a change of bit rate leaves fewer behind.
 const ENOUGH_RUBBISH: usize = 4;
 
 /// Why there is no reply.
@@ -53,7 +53,7 @@ pub struct Conversation {
     start: usize,
     end: usize,
     heard_bytes: u64,
-    /// A line that looks like one of a stream came since the last reset.
+    /// A valid data line of a stream came since the last reset.
     hears_stream: bool,
     /// Bytes since the last reset that no SCIP device sends.
     rubbish_bytes: usize,
@@ -74,12 +74,12 @@ impl Conversation {
         }
     }
 
-    /// The port, with whatever it has not given yet.
+    /// The port, with the bytes not yet read from it.
     pub fn into_port(self) -> Port {
         self.port
     }
 
-    /// Bytes heard so far.
+    /// Bytes received since the port was opened.
     pub fn heard_bytes(&self) -> u64 {
         self.heard_bytes
     }
@@ -89,7 +89,7 @@ impl Conversation {
         self.hears_stream
     }
 
-    /// Whether what came since the last reset is no SCIP: somebody talks, and the bit rate is wrong.
+    /// Whether what came since the last reset is not SCIP: a device talks, at another bit rate.
     pub fn hears_rubbish(&self) -> bool {
         self.rubbish_bytes >= ENOUGH_RUBBISH && !self.hears_stream
     }
@@ -122,7 +122,7 @@ impl Conversation {
 
     /// Waits for the echo of `command`, passing over everything before it, and gives the line after it.
     pub fn answer(&mut self, command: &[u8], deadline_ns: u64) -> Result<Answer, Trouble> {
-        // Rest of a broken line may stand before the echo.
+        // The rest of a broken line may precede the echo on its line.
         while !self.next_line(deadline_ns)?.ends_with(command) {}
         let status = Status::parse(&self.next_line(deadline_ns)?);
         Ok(status.map_or(Answer::Other, Answer::Status))
@@ -176,7 +176,7 @@ impl Conversation {
     }
 }
 
-/// A data line of some length: bytes heard at a wrong bit rate are never that long all of the encoding.
+/// A valid data line of more than 16 characters. At a wrong bit rate no line of that length has only SCIP characters.
 fn is_stream_line(line: &[u8]) -> bool {
     line.len() > 16
         && codec::verify(line).is_some_and(|payload| {

@@ -12,9 +12,10 @@ use super::parser::{Event, Fault, StreamParser};
 use super::port::{Gone, Port, Wait, now_ns};
 use super::scan::{Counters, Received, Scan};
 
-/// Reads past the deadline of what has arrived already: the scan that waits there, but not endless rubbish.
+/// Reads allowed after the deadline, for bytes that have already arrived: enough for one scan, bounded in endless
+/// noise.
 const MAX_LATE_READS: u32 = 4;
-/// The time that leaving the device in peace may take.
+/// Limit for stopping the stream when the driver is dropped.
 const FAREWELL: Duration = Duration::from_millis(20);
 
 /// A connected device that streams.
@@ -43,8 +44,8 @@ impl Hokuyo {
     /// Connects to the device at `path` and starts its stream.
     ///
     /// Tries the bit rates until one is answered, ends a stream that runs already, switches to SCIP 2.0 and to the
-    /// wanted bit rate, asks who is there, compares the clocks, turns the laser on. Not real-time; it ends within
-    /// [`Options::connect_timeout`], give or take a few milliseconds.
+    /// wanted bit rate, reads identity and parameters, compares the clocks, turns the laser on. Not real-time; it ends
+    /// within a few milliseconds of [`Options::connect_timeout`].
     ///
     /// # Errors
     /// See [`ConnectError`]. Every error leaves the port closed; trying again is always possible.
@@ -181,19 +182,19 @@ impl Hokuyo {
         }
     }
 
-    /// Who made it.
+    /// Vendor, product, firmware and serial number.
     #[must_use]
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
 
-    /// What it measures.
+    /// What it measures: range, steps, speed.
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// How it did when the connection was made.
+    /// The device's state when the connection was made.
     #[must_use]
     pub fn state(&self) -> &DeviceState {
         &self.state

@@ -51,7 +51,7 @@ pub enum ConnectError {
     Option {
         /// The option's name.
         option: &'static str,
-        /// What would do.
+        /// What would be accepted.
         expected: String,
         /// What was given.
         found: String,
@@ -68,9 +68,9 @@ pub enum ConnectError {
         rate_hz: f64,
         /// What they need, start and stop bits counted.
         needed_bit_s: u32,
-        /// What the options allow.
+        /// What the line carries.
         bit_rate: u32,
-        /// What would fit.
+        /// Changes of the options that would fit.
         advice: String,
     },
     /// No device answered at any bit rate.
@@ -86,7 +86,7 @@ pub enum ConnectError {
         /// Bytes that came in.
         heard_bytes: u64,
     },
-    /// A command got no usable reply, however often repeated.
+    /// A command got no usable reply in any attempt.
     #[error("no valid reply to {command} at {bit_rate} bit/s")]
     NoReply {
         /// The command.
@@ -111,7 +111,7 @@ pub enum ConnectError {
         command: &'static str,
         /// The field.
         field: &'static str,
-        /// What would do.
+        /// What would be accepted.
         expected: &'static str,
         /// What came; empty when it is missing.
         found: String,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::error::ConnectError;
 
-/// Who made it (`VV`).
+/// Vendor, product and versions: the reply to `VV`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Identity {
     /// Vendor.
@@ -20,7 +20,7 @@ pub struct Identity {
     pub serial: String,
 }
 
-/// What it measures (`PP`), under the names of the protocol.
+/// What it measures: the reply to `PP`, under the names of the protocol.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parameters {
     /// Model.
@@ -41,7 +41,7 @@ pub struct Parameters {
     pub scan_rpm: u16,
 }
 
-/// How it does (`II`), in its own words.
+/// The device's state: the reply to `II`, in the device's words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeviceState {
     /// `LASR`: the laser, on or off.
@@ -57,7 +57,7 @@ pub struct DeviceState {
 }
 
 impl Parameters {
-    /// Those of the URG-04LX.
+    /// The parameters of the URG-04LX.
     #[must_use]
     pub fn urg_04lx() -> Self {
         Self {

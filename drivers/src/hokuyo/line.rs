@@ -1,8 +1,8 @@
 //! Cuts a byte stream into lines, in a buffer of fixed size.
 
-/// The longest line kept whole; the longest of SCIP that we ask for has 65 bytes, text fields have fewer than 100.
+/// The longest line kept whole. The longest data line has 65 bytes, text fields have fewer than 100.
 const CAPACITY: usize = 128;
-/// What stays of a line that is too long: enough to find a command's echo at its end.
+/// Bytes kept from the end of a line that is too long: enough to find a command's echo there.
 const KEPT_TAIL: usize = 32;
 
 /// Collects bytes until a line feed. Real-time: no allocation.
@@ -43,7 +43,7 @@ impl LineBuffer {
             return Some(line.strip_suffix(b"\r").unwrap_or(line));
         }
         if self.length == CAPACITY {
-            // Keep it longer than any line of the protocol, so that nobody takes the rest for one.
+            // Keep it longer than any line of the protocol, so that the rest is not mistaken for one.
             self.bytes
                 .copy_within(CAPACITY - KEPT_TAIL.., CAPACITY - 2 * KEPT_TAIL);
             self.length = CAPACITY - KEPT_TAIL;

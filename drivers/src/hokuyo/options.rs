@@ -7,7 +7,7 @@ use super::error::ConnectError;
 use super::identity::Parameters;
 use super::scan::MAX_BEAMS;
 
-/// The bit rates of the device, the likely ones first.
+/// The bit rates that SCIP 2.0 devices know, the most likely ones first.
 pub const BIT_RATES: [u32; 7] = [115_200, 19_200, 750_000, 500_000, 250_000, 57_600, 38_400];
 
 /// How to connect and what to measure.
@@ -25,9 +25,9 @@ pub struct Options {
     pub skip: u8,
     /// Characters per reading.
     pub encoding: Encoding,
-    /// The time in which a connection must stand.
+    /// Limit for connecting.
     pub connect_timeout: Duration,
-    /// The time that a device has for one reply.
+    /// Limit for one reply.
     pub reply_timeout: Duration,
 }
 
@@ -73,7 +73,7 @@ impl Options {
             return wrong("skip", "0 to 9", self.skip.to_string());
         }
         if self.reply_timeout.is_zero() {
-            return wrong("reply_timeout", "more than nothing", "0".into());
+            return wrong("reply_timeout", "more than zero", "0".into());
         }
         if self.connect_timeout < self.reply_timeout {
             return wrong(
@@ -181,7 +181,7 @@ impl ScanFormat {
         })
     }
 
-    /// The smallest single change of each kind that makes the stream fit.
+    /// For each option, the smallest change that by itself makes the stream fit.
     fn advice(&self, bit_rate: u32, scan_hz: f64) -> String {
         let fits = |format: &Self, rate: u32| format.bit_s(scan_hz) <= f64::from(rate);
         let mut ways = Vec::new();

@@ -68,18 +68,18 @@ impl Port {
         unsafe { BorrowedFd::borrow_raw(self.tty.as_raw_fd()) }
     }
 
-    /// Sets the bit rate; standard or not, the driver of the port decides what it makes of it.
+    /// Sets the bit rate. Non-standard rates are passed on; the port's driver decides.
     pub fn set_bit_rate(&mut self, bit_rate: u32) -> Result<(), serialport::Error> {
         self.tty.set_baud_rate(bit_rate)
     }
 
     /// Throws away what has come in and what has not gone out.
     pub fn clear(&self) {
-        // A port that cannot be cleared shows its trouble at the next read.
+        // If clearing fails, the next read reports the error.
         let _ = self.tty.clear(ClearBuffer::All);
     }
 
-    /// Waits for bytes until the deadline, at least looking once.
+    /// Waits for bytes until the deadline; looks once even when it has passed.
     pub fn wait(&self, deadline_ns: u64) -> Result<Wait, Gone> {
         self.wait_for(PollFlags::IN, deadline_ns)
     }
@@ -96,7 +96,7 @@ impl Port {
                 Err(Errno::INTR) if left_ns > 0 => {}
                 Err(Errno::INTR) | Ok(0) => return Ok(Wait::TimedOut),
                 Err(_) => return Err(Gone),
-                // Bytes that came before a hang-up are still read; the read after them tells.
+                // Bytes that came before a hang-up are still read; the next read reports the hang-up.
                 Ok(_) if fds[0].revents().intersects(what) => return Ok(Wait::Ready),
                 Ok(_) => return Err(Gone),
             }
@@ -138,7 +138,7 @@ impl Port {
 
 impl Drop for Port {
     fn drop(&mut self) {
-        // Closing a port waits for its output to leave, which a dead device never lets happen.
+        // Closing a port waits until its output is sent, which never happens with a dead device.
         if self.unsent_bytes() > 0 {
             let _ = self.tty.clear(ClearBuffer::Output);
         }

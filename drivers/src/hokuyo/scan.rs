@@ -12,7 +12,7 @@ pub const FIRST_LENGTH_MM: u16 = 20;
 /// A reading below [`FIRST_LENGTH_MM`] is a code of the device, kept as it came: see [`Reading`].
 #[derive(Debug, Clone)]
 pub struct Scan {
-    /// Readings; those behind `count` are old.
+    /// Readings; only the first `count` are valid.
     pub ranges_mm: [u16; MAX_BEAMS],
     /// Number of valid readings.
     pub count: usize,
@@ -24,12 +24,12 @@ pub struct Scan {
     pub stamp_ns: u64,
     /// The device's own time at the start of the turn, continued over its 24-bit wrap.
     pub device_ms: u64,
-    /// Counts delivered scans of this connection, from 0.
+    /// Number of this scan among those delivered on this connection, from 0.
     pub sequence: u64,
 }
 
 impl Scan {
-    /// Without any reading.
+    /// A scan without readings.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -66,7 +66,7 @@ pub enum Reading {
         /// 1 to 19.
         code: u8,
     },
-    /// A length.
+    /// A distance.
     Millimetres(u16),
 }
 
@@ -80,7 +80,7 @@ impl From<u16> for Reading {
     }
 }
 
-/// Particulars of a scan that has been read.
+/// When a scan arrived, and what was missed before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Received {
     /// When the scan's first line was read, CLOCK_MONOTONIC.

@@ -1,9 +1,9 @@
-//! Whether the drive is well.
+//! Faults, judged from what the drive reports.
 
 use super::inputs::{Inputs, Status};
 use std::fmt;
 
-/// Between these the supply is good.
+/// The range in which the supply voltage is good.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VoltageLimits {
     /// Below this is undervoltage.
@@ -12,10 +12,10 @@ pub struct VoltageLimits {
     pub max_v: f32,
 }
 
-/// A set of faults; empty when the drive is well.
+/// A set of faults; empty when the drive is healthy.
 ///
-/// The drive's undervoltage bit counts for nothing, because healthy drives set it: the voltage does. Encoder bits count
-/// only when some are set and some are not, because healthy drives exist that set none.
+/// Undervoltage is judged from the voltage, because healthy drives set the undervoltage bit. Encoder bits count only
+/// when some are set and some are not, because some healthy drives set none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults(u16);
 
@@ -50,7 +50,7 @@ impl Faults {
         (Faults::NOT_FINITE, "value that is not finite"),
     ];
 
-    /// What is wrong by what the drive reports.
+    /// The faults in what the drive reports.
     #[must_use]
     pub fn of(inputs: &Inputs, limits: VoltageLimits) -> Faults {
         let status = inputs.status1;
@@ -92,7 +92,7 @@ impl Faults {
         .fold(Faults::NONE, |faults, (_, fault)| faults.with(fault))
     }
 
-    /// Both together.
+    /// The union of both sets.
     #[must_use]
     pub const fn with(self, other: Faults) -> Faults {
         Faults(self.0 | other.0)
@@ -104,7 +104,7 @@ impl Faults {
         self.0 & other.0 == other.0
     }
 
-    /// Whether the drive is well.
+    /// Whether there is no fault.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
@@ -133,7 +133,7 @@ impl fmt::Display for Faults {
     }
 }
 
-/// Watches a time stamp of the drive: when it stops advancing, the drive's firmware hangs behind a working bus.
+/// Watches a time stamp of the drive: when it stops advancing, the firmware hangs although the bus works.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StampWatch {
     last_stamp_ns: u64,
@@ -150,9 +150,9 @@ impl StampWatch {
         }
     }
 
-    /// Takes the stamp of the latest answer; both times are of their own clock. Returns for how long the stamp has
-    /// stood still by ours. Any change counts as advancing, so that a drive that restarts does not look like one that
-    /// hangs.
+    /// Takes the stamp of the latest answer (drive's clock) at `now_ns` (host's clock) and returns how long the stamp
+    /// has not changed, by the host's clock. Any change counts as advancing, so that a restart does not look like a
+    /// hang.
     pub fn stalled_ns(&mut self, stamp_ns: u64, now_ns: u64) -> u64 {
         if stamp_ns != self.last_stamp_ns || self.advanced_ns == 0 {
             self.last_stamp_ns = stamp_ns;

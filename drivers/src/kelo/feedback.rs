@@ -13,7 +13,7 @@ pub struct Feedback {
     pub left_rad_s: f32,
     /// Right wheel speed.
     pub right_rad_s: f32,
-    /// Pivot angle as the encoder counts it, positive to the left, wraps at ±π. Its zero is the robot's to know.
+    /// Pivot angle as the encoder counts it, positive to the left, wraps at ±π. The robot's configuration has its zero.
     pub pivot_rad: f32,
     /// Pivot rate.
     pub pivot_rad_s: f32,

@@ -158,7 +158,7 @@ fn motor(fields: &mut Fields<'_>) -> MotorInputs {
     }
 }
 
-/// Takes fields off the front. Reading past the end, which the fixed sizes rule out, would give zeros.
+/// Takes fields off the front. Past the end, which the fixed sizes rule out, it returns zeros.
 struct Fields<'a>(&'a [u8]);
 
 impl Fields<'_> {

@@ -40,7 +40,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// How often this thread has allocated, changed or freed memory so far.
+/// Allocations, reallocations and releases of this thread until now.
 pub fn so_far() -> u64 {
     COUNT.with(Cell::get)
 }

@@ -1,4 +1,4 @@
-//! A small SCIP device on a pseudo terminal, that does as it is told, faults included.
+//! A small scripted SCIP device on a pseudo-terminal, faults included.
 //!
 //! It has no physics: every scan is a ramp, and bytes leave at once.
 
@@ -50,12 +50,12 @@ impl Default for Setup {
 #[derive(Debug, Clone)]
 pub enum Order {
     WrongChecksum,
-    /// Send only so many bytes of it.
+    /// Send only the first bytes of it: this number.
     Truncate(usize),
     /// Send these before it.
     Garbage(Vec<u8>),
     Status(&'static str),
-    /// Stop in the middle of it for so long.
+    /// Pause in the middle of it for this time.
     PauseWithin(Duration),
     /// Set the device's clock.
     Clock(u32),

@@ -8,7 +8,7 @@ use drivers::hokuyo::{
 
 use super::peer::{Peer, Setup};
 
-/// Half the beams: the scripted device turns at 50 Hz to save time. Patient, for hosts that do other things too.
+/// Half the beams: the scripted device turns at 50 Hz to save time. Long timeouts, for busy hosts.
 pub fn options() -> Options {
     Options {
         cluster: 2,
@@ -24,12 +24,12 @@ pub fn patient() -> Options {
     }
 }
 
-/// Long after a scan must have come.
+/// A deadline long after the scan must have come.
 pub fn soon() -> u64 {
     now_ns() + 3_000_000_000
 }
 
-/// Far more than work on a busy host adds to a time that is bounded.
+/// Allowance for a busy host on top of a bounded time.
 pub const WATCHDOG: Duration = Duration::from_secs(2);
 
 /// Connects and reads two scans.
@@ -251,7 +251,7 @@ fn says_that_the_line_is_too_slow() {
     );
 }
 
-/// Fails to connect, in time.
+/// Expects connecting to fail before its limit.
 fn give_up(peer: &Peer, connect_timeout: Duration) -> ConnectError {
     let reply_timeout = Duration::from_millis(300);
     let options = Options {

@@ -98,7 +98,7 @@ fn the_deadline_holds_under_endless_rubbish() {
         assert!(started.elapsed() < WATCHDOG);
     }
     assert!(timeouts > 0);
-    // The peer could not place all of it: what came of the scan behind it is no scan.
+    // The peer could not write all of it, so what follows is not a whole scan.
     assert!((0..10).any(|_| lidar.read_scan(&mut scan, soon()).is_ok()));
 }
 

@@ -187,7 +187,7 @@ fn a_slow_line_carries_what_fits() {
     assert!(matches!(error, ConnectError::TooSlow { .. }), "{error}");
 }
 
-/// The largest error of the stamps of so many scans, in milliseconds.
+/// The largest error of the stamps of `scans` scans, in milliseconds.
 fn stamp_error_ms(device: DeviceOptions, scans: usize) -> f64 {
     let (server, turn_starts) = serve(device, None);
     let mut lidar = connect(&server, &patient());

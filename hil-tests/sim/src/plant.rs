@@ -168,7 +168,7 @@ impl Plant for TestStand {
         if self.now_ns == 0 {
             self.now_ns = now_ns;
         }
-        // After a long silence the wheels have settled; integrating more than a second changes nothing of note.
+        // After a second without calls the wheels have settled; a longer integration would not change the result.
         let mut left_s = (now_ns.saturating_sub(self.now_ns) as f64 * 1e-9).min(1.0);
         while left_s > 0.0 {
             let dt_s = left_s.min(Self::STEP_S);

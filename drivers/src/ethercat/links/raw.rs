@@ -130,7 +130,7 @@ fn bind(socket: &OwnedFd, interface_index: u32) -> io::Result<()> {
 impl Link for RawLink {
     fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()> {
         match self.socket.send(ethernet_frame) {
-            // May be left over from when the interface was down: reported once, and this frame was not sent.
+            // May be left over from when the interface was down. The error is reported once; this frame was not sent.
             Err(error) if error.kind() == io::ErrorKind::NetworkDown => {
                 self.socket.send(ethernet_frame)
             }

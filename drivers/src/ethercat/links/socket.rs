@@ -24,7 +24,7 @@ impl Socket {
 
     pub fn receive(&self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>> {
         loop {
-            // `MSG_TRUNC` is not set: a datagram longer than the buffer arrives cut and fails the checks behind.
+            // `MSG_TRUNC` is not set: a datagram longer than the buffer arrives cut and fails later checks.
             match rustix::net::recv(&self.0, &mut *buffer, RecvFlags::DONTWAIT) {
                 Ok((received, _)) => return Ok(Some(received)),
                 Err(Errno::WOULDBLOCK) => {}

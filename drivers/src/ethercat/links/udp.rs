@@ -23,7 +23,7 @@ impl UdpLink {
     /// The port that IANA has assigned to EtherCAT.
     pub const PORT: u16 = 34980;
 
-    /// Opens a link to the segment at `segment`. Nothing is sent yet: whether anybody is there shows at bring-up.
+    /// Opens a link to the segment at `segment`. Nothing is sent yet; bring-up tells whether a segment answers.
     ///
     /// # Errors
     /// [`LinkError::System`] when no local port can be had or the address cannot be reached from here.
@@ -59,7 +59,7 @@ impl Link for UdpLink {
             .get(ETHERNET_HEADER..)
             .ok_or(io::ErrorKind::InvalidInput)?;
         match self.socket.send(datagrams) {
-            // The answer of the network to an earlier frame: reported once, and this frame was not sent.
+            // The network's answer to an earlier frame. The error is reported once; this frame was not sent.
             Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
                 self.socket.send(datagrams)
             }

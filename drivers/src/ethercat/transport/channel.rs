@@ -1,8 +1,7 @@
-//! ethercrab's frame storage, kept for ever and used again.
+//! ethercrab's frame storage, in a pool.
 //!
-//! ethercrab wants storage that lives as long as the program and can be split only once. It is allocated when more
-//! buses are alive at the same time than ever before, and goes back to a pool when its bus ends, so that bringing a bus
-//! up a thousand times costs the memory of one.
+//! ethercrab needs storage with a `'static` lifetime that can be split only once. Storage is allocated when the pool is
+//! empty and returns to it when its bus ends, so that bringing a bus up a thousand times costs the memory of one.
 
 use super::seal::{MAX_FRAME, SEAL};
 use ethercrab::{
@@ -11,13 +10,13 @@ use ethercrab::{
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Frames that ethercrab may hold at once. One is in flight, one or two may be held while the next is made.
+/// Frames that ethercrab may hold at once: one in flight, and one or two not yet freed.
 const FRAMES: usize = 8;
 
-/// Buses alive at once in one process; 12 KiB each.
+/// Most buses alive at once in one process; each costs 12 KiB.
 const MAX_CHANNELS: usize = 256;
 
-/// A sealed frame still fits into an Ethernet frame.
+/// Leaves room for the seal in an Ethernet frame.
 type Storage = PduStorage<FRAMES, { MAX_FRAME - SEAL }>;
 
 type Parts = (PduTx<'static>, PduRx<'static>, PduLoop<'static>);

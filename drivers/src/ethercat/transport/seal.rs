@@ -1,9 +1,10 @@
-//! The number used once that every frame carries, and the check that an answer answers what was sent.
+//! Every frame carries a number used once; the check that an answer belongs to the frame that was sent.
 //!
-//! A frame is an Ethernet header, an EtherCAT header (11 bits of length, 4 bits of type) and datagrams: command,
-//! index, address (4 bytes), length and flags (2), event request (2), data, working counter (2). Flag bit 15 says that
-//! another datagram follows. [`seal`] appends a NOP datagram with a number; [`verify`] looks for it in an answer, and
-//! [`open`] takes it off again. Without it an answer could only be told from an old one by an 8-bit index.
+//! A frame is an Ethernet header, an EtherCAT header (11 bits of length, 4 bits of type) and datagrams (ETG.1000.4
+//! section 5.4): command, index, address (4 bytes), length and flags (2), event request (2), data, working counter (2).
+//! Flag bit 15 says that another datagram follows. [`seal`] appends a NOP datagram with a number; [`verify`] looks for
+//! it in an answer, and [`open`] takes it off again. Without it an answer could only be told from an old one by an
+//! 8-bit index.
 
 use std::ops::Range;
 
@@ -32,7 +33,7 @@ pub enum Verdict {
     Other,
     /// A frame that no SubDevice has touched: our own, or looped back by a wire without SubDevices.
     Echo,
-    /// Not a frame that SubDevices could have made of ours.
+    /// Not a frame that SubDevices could have returned for ours.
     Malformed,
 }
 
@@ -127,7 +128,7 @@ fn seal_of(frame: &[u8], payload: &Range<usize>) -> Option<u64> {
     let nop = frame.get(payload.end.checked_sub(SEAL)?..payload.end)?;
     let length_only = nop[6..8] == (SEAL_DATA as u16).to_le_bytes();
     let number = nop[DATAGRAM_HEADER..].first_chunk::<SEAL_DATA>()?;
-    // Nobody reads or writes here, so a count can only be damage.
+    // No SubDevice reads or writes a NOP, so any count here is damage.
     let uncounted = nop[SEAL - 2..] == [0, 0];
     (nop[0] == NOP && length_only && uncounted && payload.len() > SEAL)
         .then(|| u64::from_le_bytes(*number))
@@ -155,7 +156,8 @@ fn write_u16(bytes: &mut [u8], at: usize, value: u16) {
     bytes[at..at + 2].copy_from_slice(&value.to_le_bytes());
 }
 
-/// The datagrams of a frame, as ranges of its bytes. `None` where they do not fit the frame's length; nothing follows.
+/// The datagrams of a frame, as ranges of its bytes. `None`, and then the end, where one does not fit the frame's
+/// length.
 struct Datagrams<'a> {
     frame: &'a [u8],
     next: Option<usize>,

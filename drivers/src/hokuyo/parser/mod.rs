@@ -1,8 +1,8 @@
 //! Finds scans in the bytes of a stream.
 //!
-//! Real-time: after construction, no allocation, no system call. Every byte sequence is dealt with: a scan with a
-//! broken line is dropped and reported once, and the search goes on at the next echo of the stream command, even when
-//! that stands behind rubbish on the same line.
+//! Real-time: after construction, no allocation, no system call. Any byte sequence is accepted: a scan with a broken
+//! line is dropped and reported once, and the search goes on at the next echo of the stream command, even when noise
+//! precedes it on the same line.
 
 use crate::hokuyo::codec::{self, LINE_DATA_BYTES, STREAM_COMMAND_BYTES, Status};
 use crate::hokuyo::line::LineBuffer;
@@ -15,7 +15,7 @@ const REMAINING_DIGITS: usize = 2;
 /// Why a scan was dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// A checksum does not hold, or a character is none of the encoding.
+    /// A checksum is wrong, or a character is not of the encoding.
     Checksum,
     /// Bytes are missing.
     Truncated,
@@ -28,7 +28,7 @@ pub enum Fault {
 /// What a byte has completed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// The echo above a scan; its arrival is the scan's.
+    /// The echo that precedes a scan; its arrival time is the scan's.
     Begun {
         /// The echo was found after dropped bytes.
         resynchronised: bool,
@@ -46,9 +46,9 @@ pub enum Event {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Expect {
-    /// The echo above a scan. Anything else is a fault.
+    /// The echo that precedes a scan. Anything else is a fault.
     Echo,
-    /// The echo above a scan, after a fault that has been reported.
+    /// The echo that precedes a scan, after a fault that has been reported.
     Search,
     Status,
     /// The empty line after the status that accepts the command.
@@ -80,8 +80,8 @@ pub struct StreamParser {
 }
 
 impl StreamParser {
-    /// For the stream that `command` starts. Beams beyond [`MAX_BEAMS`] would be left out; [`crate::hokuyo::Options::format`]
-    /// refuses them.
+    /// For the stream that `command` starts. Beams beyond [`MAX_BEAMS`] would be left out;
+    /// [`crate::hokuyo::Options::format`] refuses them.
     pub fn new(command: &[u8; STREAM_COMMAND_BYTES], format: &ScanFormat) -> Self {
         let mut echo = [0; STREAM_COMMAND_BYTES - REMAINING_DIGITS];
         echo.copy_from_slice(&command[..STREAM_COMMAND_BYTES - REMAINING_DIGITS]);

@@ -1,11 +1,12 @@
-//! The application layer's state machine: INIT, PREOP, SAFEOP, OP, the error bit and its acknowledgement.
+//! The application layer's state machine (ETG.1000.6 section 6.4.1): INIT, PREOP, SAFEOP, OP, the error bit and its
+//! acknowledgement.
 
-/// Acknowledges an error, in AL control; error pending, in AL status.
+/// Acknowledges an error, in AL control; error pending, in AL status (ETG.1000.6 table 9).
 const ERROR_OR_ACKNOWLEDGE: u16 = 0x10;
 /// Bits of a state.
 const STATE: u16 = 0x0F;
 
-/// Why a SubDevice refused a state or left one.
+/// Why a SubDevice refused a state or left one: the AL status code (ETG.1000.6 table 11).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AlCode(pub u16);
 

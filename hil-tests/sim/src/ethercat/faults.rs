@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::al::{AlCode, AlState};
 
-/// Most actions that may wait for the segment; more are dropped.
+/// Most actions that may wait for the segment; further ones are dropped.
 const MAX_WAITING: usize = 1024;
 
 /// Injects faults into one segment.

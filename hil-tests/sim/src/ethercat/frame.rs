@@ -1,4 +1,4 @@
-//! EtherCAT frames: Ethernet header, EtherCAT header, datagrams; read and changed in place.
+//! EtherCAT frames (ETG.1000.4 section 5): Ethernet header, EtherCAT header, datagrams; read and changed in place.
 //!
 //! Nothing here copies or allocates. A frame is checked as a whole before any datagram is handed out, so that a
 //! frame with a broken length field has no effect at all, as if its check sum had been wrong.

@@ -138,7 +138,7 @@ impl SubDevice {
     /// The side of the drive's processor: state requests, checks, watchdog, application.
     pub fn cycle(&mut self, now_ns: u64) {
         if !self.powered {
-            // Without power the mechanics still move.
+            // The mechanics move without power too.
             if now_ns.saturating_sub(self.last_cycle_ns) >= APPLICATION_PERIOD_NS {
                 self.call_application(now_ns, AlState::Init, false);
             }

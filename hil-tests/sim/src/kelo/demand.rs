@@ -4,7 +4,7 @@ use super::injected::Injected;
 use super::pdo::{Mode, Outputs, command, status};
 use crate::plant::DriveCommand;
 
-/// Fastest speed of a wheel.
+/// Highest speed of a wheel.
 pub const MAX_WHEEL_RAD_S: f64 = 35.0;
 /// Supply below which the motors have no power.
 pub(super) const MIN_SUPPLY_V: f64 = 16.0;
@@ -16,7 +16,7 @@ pub(super) fn drive_command(outputs: &Outputs) -> DriveCommand {
     let [first, second] = outputs.setpoint.map(f64::from);
     let upper = outputs.upper.map(f64::from);
     let lower = outputs.lower.map(f64::from);
-    // A limit that is no number, or on the wrong side of 0, leaves nothing.
+    // A limit that is not a number, or on the wrong side of 0, allows no current.
     let magnitude = |i: usize| upper[i].min(-lower[i]).max(0.0);
     let both = magnitude(0) + magnitude(1);
     // A current accelerates towards the speed limit on its side.
@@ -63,7 +63,7 @@ pub(super) fn permitted(
     };
     wanted.right_enabled &= !stopped(command::EMERGENCY_1, status::FAULTS_1);
     wanted.left_enabled &= !stopped(command::EMERGENCY_2, status::FAULTS_2);
-    // A setpoint that is no number never reaches a motor.
+    // A setpoint that is not a number never reaches a motor.
     wanted.left_enabled &= wanted.left_rad_s.is_finite() && wanted.left_current_limit_a.is_finite();
     wanted.right_enabled &=
         wanted.right_rad_s.is_finite() && wanted.right_current_limit_a.is_finite();

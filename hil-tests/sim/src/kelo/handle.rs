@@ -51,7 +51,7 @@ pub struct DriveStatistics {
     pub right_rad_s: Extremes,
     /// Largest current limit in the velocity modes, or current in the torque modes, A.
     pub max_current_a: f64,
-    /// Writes in which a setpoint or limit was no finite number.
+    /// Writes in which a setpoint or limit was not finite.
     pub not_finite: u64,
     /// Writes that asked a wheel for more than the drive's 35 rad/s.
     pub over_speed: u64,

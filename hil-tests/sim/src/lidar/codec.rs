@@ -10,7 +10,7 @@ pub fn checksum(bytes: &[u8]) -> u8 {
     (sum & 0x3F) + 0x30
 }
 
-/// Appends a value in so many characters of six bits, most significant first; what does not fit saturates.
+/// Appends a value as `characters` characters of six bits each, most significant first; what does not fit saturates.
 pub fn encode(value: u32, characters: u32, out: &mut Vec<u8>) {
     let bits = (6 * characters).min(32);
     let most = u32::try_from((1u64 << bits) - 1).unwrap_or(u32::MAX);

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::rt::Granted;
 
-/// More unprocessed requests than this are forgotten; they are processed within milliseconds.
+/// Most requests that may wait; further ones are dropped. The server takes them within milliseconds.
 const MAX_REQUESTS: usize = 1024;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,7 +89,7 @@ impl FaultHandle {
         self.request(Request::Replug);
     }
 
-    /// Sends so many random bytes in between.
+    /// Sends this number of random bytes between scans.
     pub fn garbage(&self, bytes: usize) {
         self.request(Request::Garbage { bytes });
     }
@@ -109,12 +109,12 @@ impl FaultHandle {
         self.request(Request::Freeze { frozen: true });
     }
 
-    /// It goes on where it hung.
+    /// Ends [`freeze`](Self::freeze): the device continues where it stopped.
     pub fn thaw(&self) {
         self.request(Request::Freeze { frozen: false });
     }
 
-    /// The wire to the host is dead for a while: the device listens and works, but nothing arrives.
+    /// Interrupts the wire to the host for a time: the device receives and works, but nothing arrives.
     pub fn silence(&self, duration: Duration) {
         self.request(Request::Silence { duration });
     }

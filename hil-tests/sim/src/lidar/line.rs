@@ -6,11 +6,11 @@ use super::device::{Emission, Kind};
 
 /// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: u64 = 10;
-/// A line that could not be emptied for a while does not catch up by more than this.
+/// Most transmission time that a line makes up for after it could not send.
 const MAX_CREDIT_NS: u64 = 5_000_000;
-/// One on its way and one waiting; a scan more would only be older when it arrives.
+/// Most scans queued: one on its way and one waiting. A third would only arrive older.
 const MAX_SCANS: usize = 2;
-/// Replies that nobody lets out are lost beyond this.
+/// Most bytes of replies that wait to be sent; further ones are lost.
 const MAX_BYTES: usize = 64 * 1024;
 
 /// What waits to be sent, and how fast it may go.
@@ -108,7 +108,7 @@ impl Line {
         &left[..left.len().min(usize::try_from(may).unwrap_or(usize::MAX))]
     }
 
-    /// So many of the ready bytes have left.
+    /// Takes note that this number of the ready bytes has left.
     pub fn advance(&mut self, bytes: usize) {
         self.sent += bytes;
         self.bytes = self.bytes.saturating_sub(bytes);

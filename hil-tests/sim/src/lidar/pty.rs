@@ -76,12 +76,12 @@ impl Pty {
 
     /// Throws away what the host has not read.
     pub(super) fn discard_unread(&self) {
-        // Nothing depends on it: what stays is old data, which a host must cope with anyway.
+        // If it fails, old data stays, which a host must cope with anyway.
         let _ = tcflush(&self.slave, QueueSelector::IFlush);
     }
 
-    /// A host that was killed leaves its exclusive mode behind, since the terminal lives on; a real port would not
-    /// keep its successor out.
+    /// Ends the exclusive mode of a host that was killed: the terminal outlives it, and a real port would not keep the
+    /// next host out.
     pub(super) fn release_exclusive(&self) {
         let _ = ioctl_tiocnxcl(&self.slave);
     }
@@ -127,7 +127,7 @@ impl Link {
 impl Drop for Link {
     fn drop(&mut self) {
         if fs::read_link(&self.path).is_ok_and(|target| target == self.target) {
-            // It may be gone by now, which is what is wanted.
+            // It may have been removed already.
             let _ = fs::remove_file(&self.path);
         }
     }

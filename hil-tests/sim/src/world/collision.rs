@@ -1,8 +1,8 @@
 //! What a collision was: who moved, and who was hit.
 
-/// A robot slower than this stands, whatever its wheels do about it.
+/// A robot slower than this counts as standing, even if its wheels turn.
 pub const STANDING_M_S: f64 = 0.02;
-/// Most collisions kept for each robot; the counters go on.
+/// Most collisions kept for each robot; counters count all.
 pub(super) const MOST_COLLISIONS: usize = 256;
 
 /// Who is to blame for a contact.
@@ -42,7 +42,7 @@ impl Collision {
         let cause = match (robot_m_s < STANDING_M_S, object_m_s < STANDING_M_S) {
             (true, false) => Cause::RunInto,
             (false, false) => Cause::Met,
-            // Whoever creeps into a wall has driven into it, however slowly.
+            // Contact with a wall is always the robot's, at any speed.
             (_, true) => Cause::DroveInto,
         };
         Collision {

@@ -16,7 +16,7 @@ pub struct WorldConfig {
     pub robots: Vec<RobotModel>,
     /// Most truth records kept, of all robots together; each robot writes 50 a second.
     pub log_capacity: usize,
-    /// A world that nobody advanced for longer than this skips the rest, standing still.
+    /// Longest time that one call steps through; the world stands still during anything beyond it.
     pub max_catch_up: Duration,
 }
 

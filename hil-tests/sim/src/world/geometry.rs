@@ -91,7 +91,7 @@ impl Segment {
         Segment::new(add(self.from_m, by_m), add(self.to_m, by_m))
     }
 
-    /// Distance of a point.
+    /// Distance to a point.
     #[must_use]
     pub fn distance_to_point_m(&self, point: Point) -> f64 {
         let along = sub(self.to_m, self.from_m);
@@ -105,7 +105,7 @@ impl Segment {
         norm(sub(to_point, [along[0] * share, along[1] * share]))
     }
 
-    /// Surely further from a point than so much, by the box around it: cheap, and enough for most walls.
+    /// Whether the bounding box is further than `than_m` from a point: a cheap test that rules out most walls.
     pub(super) fn is_further_m(&self, point: Point, than_m: f64) -> bool {
         (0..2).any(|axis| {
             let (a, b, p) = (self.from_m[axis], self.to_m[axis], point[axis]);
@@ -113,7 +113,7 @@ impl Segment {
         })
     }
 
-    /// Distance of another segment, 0 where they cross.
+    /// Distance to another segment, 0 where they cross.
     #[must_use]
     pub fn distance_to_segment_m(&self, other: &Segment) -> f64 {
         if self.crosses(other) {
@@ -240,7 +240,7 @@ impl Rectangle {
             .all(|e| cross(sub(e.to_m, e.from_m), sub(point, e.from_m)) >= 0.0)
     }
 
-    /// Distance of a segment, 0 where it touches or lies inside.
+    /// Distance to a segment, 0 where it touches or lies inside.
     pub fn distance_to_segment_m(&self, segment: &Segment) -> f64 {
         if self.contains(segment.from_m) || self.contains(segment.to_m) {
             return 0.0;
@@ -251,7 +251,7 @@ impl Rectangle {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Distance of a disc, 0 where they touch or overlap.
+    /// Distance to a disc, 0 where they touch or overlap.
     pub fn distance_to_disc_m(&self, centre_m: Point, radius_m: f64) -> f64 {
         if self.contains(centre_m) {
             return 0.0;
@@ -264,7 +264,7 @@ impl Rectangle {
         (nearest - radius_m).max(0.0)
     }
 
-    /// Distance of another rectangle, 0 where they touch or overlap.
+    /// Distance to another rectangle, 0 where they touch or overlap.
     pub fn distance_to_rectangle_m(&self, other: &Rectangle) -> f64 {
         if other.contains(self.corners_m[0]) {
             return 0.0;

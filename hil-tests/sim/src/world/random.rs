@@ -8,7 +8,7 @@ pub struct Random {
 }
 
 impl Random {
-    /// A generator of its own for each pair of seed and stream.
+    /// The generator of this seed and stream; each pair has its own sequence.
     #[must_use]
     pub fn new(seed: u64, stream: u64) -> Random {
         let mut mixer = seed ^ stream.wrapping_mul(0xD134_2543_DE82_EF95);

@@ -23,23 +23,23 @@ const NOT_MEASURABLE: u16 = 19;
 /// Poses are looked up once for this many beams: 0.8 ms, or 0.3 mm at full speed.
 const STEPS_PER_SLICE: usize = 8;
 const SLICES: usize = RANGE_STEPS.div_ceil(STEPS_PER_SLICE);
-/// No robot gets further from where the turn began while it lasts.
+/// Most distance that a robot travels during one turn.
 const TRAVEL_M: f64 = 0.5;
-/// Keeps the noise of different worlds' robots apart from their wheel errors.
+/// Random streams of range noise begin here, apart from those of wheel errors.
 const NOISE_STREAM: u64 = 1 << 32;
 
-/// How well it measures.
+/// Range and accuracy of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeModel {
-    /// Anything nearer gives an error code.
+    /// Shortest distance measured; anything closer gives an error code.
     pub min_m: f64,
-    /// From here on readings get lost, ever more of them.
+    /// Beyond this, a growing share of readings is lost.
     pub reliable_m: f64,
-    /// From here on all readings are lost.
+    /// Beyond this, all readings are lost.
     pub max_m: f64,
-    /// Standard deviation near by.
+    /// Standard deviation at short distances.
     pub sigma_m: f64,
-    /// Standard deviation as a share of the distance, where that is more; doubled beyond the reliable range.
+    /// Standard deviation as a share of the distance, where that is larger; doubled beyond the reliable range.
     pub sigma_share: f64,
     /// Share of readings lost anywhere.
     pub dropout_share: f64,

@@ -201,7 +201,7 @@ impl Motion {
         next
     }
 
-    /// The same instant with the platform held by what it ran into: the unit stalls but may still turn.
+    /// The same time with the platform held by what it ran into: the unit does not advance but may still turn.
     pub(super) fn blocked(&self, before: &Motion, model: &RobotModel, dt_s: f64) -> Motion {
         let common = 0.5 * (self.left.rim_m_s() + self.right.rim_m_s());
         let mut held = *self;
@@ -262,7 +262,7 @@ impl Wheel {
         let (acceleration, powered) = if enabled {
             let bound = model.max_wheel_speed_rad_s;
             let wanted = wanted_rad_s.clamp(-bound, bound);
-            // A first-order lag, exact over the step; a value that is no number asks for nothing.
+            // A first-order lag, exact over the step; a value that is not finite counts as 0.
             let wanted = if wanted.is_finite() { wanted } else { 0.0 };
             let share = 1.0 - (-dt_s / model.wheel_tau_s).exp();
             let limit = limit_a.max(0.0) * model.acceleration_rad_s2_a;

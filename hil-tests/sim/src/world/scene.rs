@@ -3,7 +3,7 @@
 use super::error::WorldError;
 use super::geometry::{Footprint, Point, Pose, Rectangle, Segment, add, norm, sub};
 
-/// More obstacles than this are refused.
+/// Most obstacles in one world.
 pub const MAX_OBSTACLES: usize = 4096;
 
 /// The outline of an obstacle.
@@ -13,9 +13,9 @@ pub enum Shape {
     Wall(Segment),
     /// A pillar, a person's leg, a bin.
     Disc {
-        /// Where.
+        /// Centre.
         centre_m: Point,
-        /// How big.
+        /// Radius.
         radius_m: f64,
     },
     /// A box, centred on a pose.
@@ -83,7 +83,7 @@ impl Obstacle {
     }
 }
 
-/// Names an obstacle until it is removed; never used again.
+/// Names an obstacle until it is removed; never reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ObstacleId(u64);
 
@@ -135,7 +135,7 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// The way made in so much time.
+    /// Displacement after `age_s`.
     pub(super) fn way_m(&self, age_s: f64) -> Point {
         let first_s = age_s.min(self.until_s);
         let then_s = age_s - first_s;
@@ -195,7 +195,7 @@ impl Scene {
         }
     }
 
-    /// Sends a disc or box another way from `now_ns` and `at_m` on.
+    /// Gives a disc or box another velocity, from `at_m` at `now_ns` on.
     pub(super) fn redirect(
         &mut self,
         id: ObstacleId,

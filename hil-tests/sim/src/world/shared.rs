@@ -25,7 +25,7 @@ impl SharedWorld {
         World::new(config).map(SharedWorld::from)
     }
 
-    /// The world, for the time the guard lives; keep it short, buses wait.
+    /// Locks the world. Hold the guard briefly: simulated buses wait for it.
     pub fn lock(&self) -> MutexGuard<'_, World> {
         // A world is valid after every statement, so a panic elsewhere does not spoil it.
         self.world.lock().unwrap_or_else(PoisonError::into_inner)

@@ -16,7 +16,7 @@ use crate::plant::{DriveCommand, DriveFeedback};
 
 /// Length of a step.
 pub const STEP: Duration = Duration::from_millis(1);
-/// A drive that has not been heard of for this long has no power any more.
+/// A drive without a command for this time loses its power.
 pub const COMMAND_TIMEOUT: Duration = Duration::from_millis(500);
 
 pub(super) const STEP_NS: u64 = STEP.as_nanos() as u64;
@@ -45,8 +45,8 @@ impl World {
     /// A world at rest. Its clock starts with the first call of [`advance_to`](Self::advance_to).
     ///
     /// # Errors
-    /// [`WorldError`] for a model or obstacle that makes no sense, for two robots of one name, and for a robot that starts
-    /// in contact with something.
+    /// [`WorldError`] for a model or obstacle that makes no sense, for two robots of one name, and for a robot that
+    /// starts in contact with something.
     pub fn new(config: WorldConfig) -> Result<World, WorldError> {
         let mut scene = Scene::default();
         for obstacle in config.obstacles {
@@ -138,7 +138,7 @@ impl World {
         self.scene.add(obstacle, self.now_ns)
     }
 
-    /// Adds somebody who sets out now.
+    /// Adds a walker, who sets out now.
     ///
     /// # Errors
     /// [`WorldError::Walker`] for numbers that make no sense, [`WorldError::Obstacle`] when the world is full.
@@ -196,7 +196,7 @@ impl World {
         Some(state.truth(self.stepped_ns.unwrap_or(0), clearance_m))
     }
 
-    /// The collisions of a robot, in order of time; of very many the first ones.
+    /// The first collisions of a robot, in order of time.
     #[must_use]
     pub fn collisions(&self, robot: usize) -> &[Collision] {
         self.robots
@@ -204,7 +204,7 @@ impl World {
             .map_or(&[], |robot| robot.first_collisions.as_slice())
     }
 
-    /// True radii of a robot's left and right wheel, which its own configuration only knows nominally.
+    /// True radii of a robot's left and right wheel; its own configuration has the nominal ones.
     #[must_use]
     pub fn wheel_radii_m(&self, robot: usize) -> Option<[f64; 2]> {
         Some(self.robots.get(robot)?.motion.wheel_radii_m())
@@ -285,7 +285,7 @@ impl World {
         }
     }
 
-    /// Moves one robot among the others as they stand: in the order of the configuration, hence repeatable.
+    /// Moves one robot while the others stand still. Robots move in the order of the configuration, so runs repeat.
     fn move_robot(&mut self, index: usize, to_ns: u64) {
         let robot = &mut self.robots[index];
         let silent_ns = to_ns.saturating_sub(robot.commanded_ns);
@@ -334,7 +334,7 @@ impl World {
         self.robots[index].add_collision(collision);
     }
 
-    /// Clearance of a robot to everything else, or `limit_m` if nothing is nearer.
+    /// Clearance of a robot to everything else, or `limit_m` if nothing is closer.
     fn clearance_below(&self, index: usize, limit_m: f64) -> f64 {
         let robot = &self.robots[index];
         let (footprint, pose) = (&robot.model.footprint, &robot.motion.pose);

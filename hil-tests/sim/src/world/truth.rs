@@ -1,4 +1,4 @@
-//! What is true of a robot, by the world's own account, and a bounded log of it.
+//! The truth about a robot, from the world, and a bounded log of it.
 
 use std::collections::VecDeque;
 
@@ -19,7 +19,7 @@ pub struct Truth {
     pub clearance_m: f64,
     /// The smallest clearance at any step so far.
     pub min_clearance_m: f64,
-    /// Way driven by `base_link`, forward and backward.
+    /// Length of the path of `base_link`, forward and backward.
     pub distance_m: f64,
     /// Collisions so far; contacts less than half a second apart are one.
     pub collisions: u64,
@@ -40,7 +40,7 @@ pub struct TruthRecord {
     pub truth: Truth,
 }
 
-/// The last records; older ones make room and are counted.
+/// The last records; older ones are discarded and counted.
 #[derive(Debug, Clone)]
 pub struct TruthLog {
     records: VecDeque<TruthRecord>,
@@ -91,7 +91,7 @@ impl TruthLog {
         self.next_sequence
     }
 
-    /// Records that made room for newer ones.
+    /// Records discarded for newer ones.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.next_sequence - self.records.len() as u64

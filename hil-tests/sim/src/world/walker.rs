@@ -1,29 +1,29 @@
 //! People and simple robots: bodies that go their own way through the world.
 //!
-//! A walker goes straight from point to point. It passes through walls and other obstacles, which are nothing to it. Of
-//! robots it takes notice as far as it [heeds](Walker::heed_m) them; one that it runs into it does not pass through, but
-//! turns elsewhere. Where it goes follows from the world's seed.
+//! A walker goes straight from point to point, through walls and other obstacles. It waits or turns away when a robot
+//! is within the distance at which it [heeds](Walker::heed_m) robots, and turns away when it runs into one. The world's
+//! seed decides where it goes.
 
 use super::error::WorldError;
 use super::geometry::{Point, Pose, Rectangle, add, norm, sub};
 use super::random::Random;
 use super::scene::{Obstacle, ObstacleId, Scene, Shape};
 
-/// Keeps the walks apart from wheel errors and range noise.
+/// Random streams of walks begin here, apart from those of wheel errors and range noise.
 const WALK_STREAM: u64 = 2 << 40;
-/// No leg and no wait is shorter: a turn of the lidar sees at most one change of mind.
+/// Shortest leg and wait: longer than a turn of the lidar, which then sees at most one change of velocity.
 const SHORTEST_NS: u64 = 300_000_000;
-/// Robots ahead are looked for this often.
+/// Steps between two looks for robots ahead.
 const LOOK_STEPS: u64 = 10;
-/// The same in seconds, and a step more.
+/// [`LOOK_STEPS`] in seconds, and one step more.
 const LOOK_S: f64 = 0.011;
-/// Who sets out does so where there is free floor for this far.
+/// A walker sets out only in a direction with this much free floor.
 const SET_OUT_M: f64 = 0.1;
-/// Free floor is looked at in steps of this.
+/// Free floor is sampled at this spacing.
 const LOOK_M: f64 = 0.05;
-/// Who is farther than this to either side of a robot's heading, seen from the middle of its front, is behind it.
+/// A walker at a larger angle from a robot's heading, seen from the middle of its front, is behind it.
 pub const BEHIND_RAD: f64 = 1.9;
-/// Nothing that walks is faster.
+/// Highest speed of a walker.
 const FASTEST_M_S: f64 = 5.0;
 
 /// The outline of a walker.
@@ -31,10 +31,10 @@ const FASTEST_M_S: f64 = 5.0;
 pub enum Body {
     /// A person.
     Disc {
-        /// How big.
+        /// Radius.
         radius_m: f64,
     },
-    /// A vehicle, which always faces where it goes.
+    /// A vehicle that always faces its direction of travel.
     Box {
         /// Size along its way.
         length_m: f64,
@@ -105,10 +105,10 @@ pub struct Walker {
     pub fastest_m_s: f64,
     /// Longest rest between two legs; each draws its own from 0 on.
     pub longest_rest_s: f64,
-    /// It waits, or goes elsewhere, when a robot is in its way nearer than this. With 0 it sees none, and walks on.
+    /// It waits, or goes elsewhere, when a robot is in its way within this distance. With 0 it ignores robots.
     pub heed_m: f64,
-    /// The same for robots that it comes upon from behind, [`BEHIND_RAD`] and more to either side of their heading: what
-    /// such a robot cannot see, it cannot avoid.
+    /// The same for robots that it approaches from behind, [`BEHIND_RAD`] or more from their heading: a robot cannot
+    /// avoid what it does not see.
     pub heed_behind_m: f64,
 }
 
@@ -243,7 +243,7 @@ impl Walk {
                     .clone()
                     .any(|robot| self.walker.body.touches(&robot, at_m, self.heading_rad));
                 if hit || self.is_blocked(at_m, to_m, robots) {
-                    // Who runs into a robot does not go through it: back to where it was at the last look.
+                    // Do not pass through a robot: go back to the position at the last look.
                     let back_m = if hit { speed_m_s * LOOK_S } else { 0.0 };
                     let (sin, cos) = self.heading_rad.sin_cos();
                     let at_m = [at_m[0] - back_m * cos, at_m[1] - back_m * sin];

@@ -13,7 +13,7 @@ use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll, Waker};
 
-/// Frames that are still looked at when the deadline has passed.
+/// Most frames examined after the deadline: a thread that was held up finds its answer behind others.
 const OVERTIME_FRAMES: u32 = 64;
 
 /// Why a future did not become ready.
@@ -21,15 +21,15 @@ const OVERTIME_FRAMES: u32 = 64;
 pub enum Stopped {
     /// The deadline came first.
     Deadline,
-    /// A frame was sent as often as allowed and never answered.
+    /// No answer after all the attempts allowed.
     Unanswered,
     /// The link refused.
     Link(io::Error),
-    /// The future waits for something that is not a frame; or its frame cannot be sealed.
+    /// The future waits for something other than a frame, or its frame has no room for the seal.
     Stuck,
 }
 
-/// How long to go on.
+/// When to give up.
 #[derive(Clone, Copy)]
 pub struct Patience {
     /// `CLOCK_MONOTONIC`.
@@ -38,7 +38,7 @@ pub struct Patience {
     pub resend: Option<Resend>,
 }
 
-/// When to send a frame again, and how often it is sent in all.
+/// When to send a frame again, and the number of attempts including the first.
 #[derive(Clone, Copy)]
 pub struct Resend {
     pub after_ns: u64,
@@ -83,7 +83,7 @@ impl Pump {
         self.link
     }
 
-    /// Runs `future` until it is ready. It must be one that uses these ends.
+    /// Runs `future` until it is ready. It must use the MainDevice that belongs to `tx` and `rx`.
     pub fn run<F: Future>(
         &mut self,
         (tx, rx): (&mut PduTx<'static>, &mut PduRx<'static>),
@@ -168,7 +168,6 @@ impl Pump {
 
     /// Hands the answer to ethercrab. `false` when it did not come in time.
     fn await_answer(&mut self, rx: &mut PduRx<'static>, until_ns: u64) -> Result<bool, Stopped> {
-        // A thread that was held up finds its answer behind others; a link that never runs dry must not keep it.
         let mut overtime_frames = OVERTIME_FRAMES;
         while overtime_frames > 0 {
             let received = self

@@ -1,4 +1,5 @@
-//! The distributed clock of one SubDevice: local time, system time, and how it follows a reference.
+//! The distributed clock of one SubDevice (ETG.1000.4 table 60): local time, system time, and how it follows a
+//! reference.
 //!
 //! All simulated clocks tick at the same rate, so following only has to remove a difference in phase. No SYNC
 //! signals are generated.

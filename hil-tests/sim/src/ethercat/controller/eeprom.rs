@@ -1,4 +1,5 @@
-//! The SII interface: commands at 0x0502 read and write the EEPROM, a few bytes at a time, taking their time.
+//! The SII interface (ETG.1000.4 section 6.4): commands at 0x0502 read and write the EEPROM, a few bytes at a time,
+//! with the delays of a real one.
 
 use super::sii;
 

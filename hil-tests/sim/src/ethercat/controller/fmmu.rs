@@ -1,4 +1,5 @@
-//! Fieldbus memory management units: which bits of the logical memory lie where in a SubDevice.
+//! Fieldbus memory management units (ETG.1000.4 section 6.6, tables 56 and 57): which bits of the logical memory lie
+//! where in a SubDevice.
 
 /// One unit, decoded from its 16 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

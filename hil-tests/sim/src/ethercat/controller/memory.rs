@@ -61,7 +61,7 @@ impl Esc {
         (0x0502..0x0510).contains(&at) && self.memory[usize::from(reg::SII_ACCESS)] & 1 != 0
     }
 
-    /// Whether the SyncManagers let a MainDevice touch the bytes from `start` to `end`. Buffers open with their
+    /// Whether the SyncManagers let a MainDevice access the bytes from `start` to `end`. Buffers open with their
     /// first byte and close with their last; a complete write is then handed to the processor.
     fn pass_sync_managers(&mut self, start: usize, end: usize, direction: Direction) -> bool {
         if end <= usize::from(reg::PROCESS_MEMORY) {

@@ -1,4 +1,6 @@
-//! Addresses and fixed contents of the register file, and which bytes of it a MainDevice may write.
+//! Addresses and fixed contents of the register file, and which bytes of it a MainDevice may write: ETG.1000.4 tables
+//! 31 (information), 32 (station address), 34 (DL status), 35 (AL control and status), 48 (SII), 57 (FMMU), 59
+//! (SyncManager), 60 (distributed clock); section 6.3 (watchdogs).
 
 /// Bytes of registers and process memory together.
 pub const MEMORY: usize = 0x3000;

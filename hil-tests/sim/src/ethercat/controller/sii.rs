@@ -1,7 +1,7 @@
 //! The SubDevice information interface's content: what the EEPROM says about identity and process data.
 //!
-//! Layout: 128 bytes of fixed fields with a check sum over the first 14, then categories, each with a type and a
-//! length in words, closed by 0xFFFF.
+//! Layout (ETG.1000.6 table 16, ETG.2010 table 2): 128 bytes of fixed fields with a check sum over the first 14, then
+//! categories, each with a type (ETG.1000.6 table 19) and a length in words, closed by 0xFFFF.
 
 use super::sync_manager::SyncManager;
 

@@ -1,4 +1,4 @@
-//! SyncManagers: who may touch which part of process memory, and when.
+//! SyncManagers (ETG.1000.4 section 6.7, table 59): who may access which part of process memory, and when.
 
 /// Control byte: direction, set when the MainDevice writes.
 const DIRECTION_WRITE: u8 = 0x04;

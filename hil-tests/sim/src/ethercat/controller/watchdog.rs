@@ -1,4 +1,4 @@
-//! The process data watchdog: has the MainDevice written the outputs lately?
+//! The process data watchdog (ETG.1000.4 section 6.3): whether the MainDevice has written the outputs in time.
 
 /// One tick of the undivided clock.
 const TICK_NS: u64 = 40;

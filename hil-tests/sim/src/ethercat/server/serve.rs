@@ -1,6 +1,6 @@
 //! A thread that serves a segment: receives frames, has them carried out, sends them back.
 //!
-//! The reply leaves before the drive's side is run, so that the mechanics' time is not in the answer's. Without
+//! The reply leaves before the drive's side runs, so that simulating the mechanics does not delay it. Without
 //! frames the segment is still called every 2 ms. The thread ends within that time when it is stopped or its handle is
 //! dropped.
 
@@ -25,7 +25,7 @@ const TICK_NS: u64 = 2_000_000;
 const FRAME: usize = 1600;
 /// Most frames that can be held back at a time; more are lost.
 const MAX_HELD: usize = 64;
-/// Most frames carried out before time is looked at again.
+/// Most frames processed before the clock is read again.
 const BATCH: usize = 32;
 
 /// Why a segment cannot be served.
@@ -195,7 +195,7 @@ fn start<W: Wire + 'static>(
         .name("sim-ethercat".into())
         .spawn(move || {
             let granted = options.priority.map(rt::promote);
-            // The starter may have gone away; the server runs all the same.
+            // The caller may have gone away; the server runs anyway.
             let _ = tell.send(granted);
             server.run(&stopped);
         })
@@ -237,7 +237,7 @@ impl<W: Wire> Server<W> {
                     Ok((length, peer)) => self.serve(&mut buffer[..length], peer),
                     Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
                     Err(_) => {
-                        // For instance: interface down, or the peer's port closed. It may pass; never spin on it.
+                        // For instance: interface down, or the peer's port closed. May be temporary; do not spin.
                         self.errors.fetch_add(1, Ordering::Relaxed);
                         thread::sleep(Duration::from_millis(1));
                         break;

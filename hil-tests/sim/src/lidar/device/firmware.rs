@@ -10,7 +10,7 @@ use crate::lidar::codec::summed_line;
 use crate::lidar::measurement::Measurement;
 use crate::range_source::RANGE_STEPS;
 
-/// Longer than any command; what is longer cannot become one.
+/// Longest line kept; no command is longer.
 pub(super) const MAX_LINE: usize = 64;
 
 impl Device {

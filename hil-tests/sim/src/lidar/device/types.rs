@@ -23,9 +23,9 @@ pub struct DeviceOptions {
     pub streaming: bool,
     /// Serial number.
     pub serial: String,
-    /// Reading of its timer at power-up, for wrap-arounds.
+    /// Reading of its timer at power-up, to test the 24-bit wrap.
     pub timer_ms: u32,
-    /// How much too fast its timer runs.
+    /// Rate error of its timer, positive when too fast.
     pub timer_drift_ppm: f64,
 }
 

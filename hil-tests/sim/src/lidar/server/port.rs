@@ -10,7 +10,7 @@ use crate::world::Random;
 
 /// The kernel keeps 4095 bytes for a reader; what does not fit waits in the line, where its bit rate is known.
 const MAX_UNREAD: u64 = 4000;
-/// If nobody has read for this long, nobody listens: on a real wire the bytes would be gone.
+/// Unread bytes are discarded after this time without a reader, as they would be lost on a real wire.
 const UNHEARD_NS: u64 = 500_000_000;
 const HOUSEKEEPING_NS: u64 = 100_000_000;
 
@@ -95,14 +95,14 @@ impl Port {
         }
     }
 
-    /// Notices that nobody reads; says how many bytes were thrown away.
+    /// Discards what nobody reads; returns the number of bytes discarded.
     fn keep(&mut self, now_ns: u64) -> u64 {
         if now_ns.saturating_sub(self.kept_ns) >= HOUSEKEEPING_NS {
             self.kept_ns = now_ns;
             self.pty.release_exclusive();
         }
         let unread = self.pty.unread();
-        // More than before, or as much, is no sign of a reader; less is, and so is nothing.
+        // Fewer unread bytes than before, or none, show that somebody reads.
         if unread == 0 || unread < self.last_unread || self.heard_ns == 0 {
             self.heard_ns = now_ns;
         }

@@ -15,12 +15,12 @@ use crate::range_source::{RANGE_STEPS, RangeSource, STEPS_PER_TURN};
 use crate::rt::monotonic_ns;
 use crate::world::Random;
 
-/// Faults take effect within this.
+/// Longest wait when idle; injected faults take effect within this time.
 const IDLE_WAIT_NS: u64 = 5_000_000;
-/// While bytes wait for their time on the wire.
+/// Longest wait while bytes are being sent.
 const SENDING_WAIT_NS: u64 = 1_000_000;
 const GARBAGE_STREAM: u64 = 2 << 32;
-/// More random bytes at once are cut to this.
+/// Most random bytes sent at once.
 const MAX_GARBAGE: usize = 32 * 1024;
 
 pub(super) struct Runner {
@@ -260,7 +260,7 @@ impl Runner {
             tv_sec: 0,
             tv_nsec: wait_ns as _,
         };
-        // An interrupted or failed wait only makes the next round come earlier.
+        // An interrupted or failed wait only starts the next round earlier.
         let _ = match &self.port {
             Some(port) => {
                 let mut fds = [PollFd::from_borrowed_fd(port.pty().fd(), PollFlags::IN)];

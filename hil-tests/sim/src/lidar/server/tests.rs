@@ -15,7 +15,7 @@ use crate::lidar::Protocol;
 use crate::lidar::{DeviceOptions, RangeSource};
 use crate::world::{Obstacle, Pose, RANGE_STEPS, RobotModel, SharedWorld, WorldConfig};
 
-/// Far longer than anything takes here; a test that gets there has failed.
+/// A test that takes this long has failed.
 const WATCHDOG: Duration = Duration::from_secs(10);
 
 struct Flat;
@@ -52,7 +52,7 @@ impl Host {
         poll(&mut fds, Some(&Timespec::try_from(timeout).unwrap())).unwrap() > 0
     }
 
-    /// What arrives within a time.
+    /// What arrives within `duration`.
     fn listen(&self, duration: Duration) -> Vec<u8> {
         let end = Instant::now() + duration;
         let mut heard = Vec::new();

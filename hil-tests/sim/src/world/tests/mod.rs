@@ -46,7 +46,7 @@ fn wheels(left_rad_s: f64, right_rad_s: f64) -> DriveCommand {
     }
 }
 
-/// Holds a command for so long, as a bus at 1 kHz would.
+/// Holds a command for `duration_ms`, as a bus at 1 kHz would.
 fn drive(world: &mut World, robot: usize, command: &DriveCommand, duration_ms: u64) {
     let from_ns = world.now_ns();
     for ms in 0..duration_ms {
