@@ -2,7 +2,6 @@
 
 use super::al::{AlState, AlStatus};
 use super::bus::Bus;
-use super::clock::{monotonic_ns, sleep_until};
 use super::error::{BringUpError, Phase, ProcessData};
 use super::expectation::{BringUpOptions, Expectation, Identity};
 use super::links::Link;
@@ -11,6 +10,7 @@ use super::sub_device::{
 };
 use super::transport::{Channel, Patience, Pump, Resend, Stopped};
 use super::watchdog;
+use crate::clock::{monotonic_ns, sleep_until};
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::PreOp;
 use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGroup};

@@ -18,13 +18,13 @@
 //! return at their deadline. Everything else may allocate and takes bounded time.
 //!
 //! # Units
-//! Times are nanoseconds of `CLOCK_MONOTONIC` ([`monotonic_ns`]). Distributed-clock time is set to the same clock at
+//! Times are nanoseconds of `CLOCK_MONOTONIC` ([`monotonic_ns`](crate::monotonic_ns)). Distributed-clock time is set to the same clock at
 //! bring-up and runs free after it.
 //!
 //! # Example
 //! ```no_run
-//! use drivers::ethercat::{BringUpOptions, Bus, Expectation, RawLink, monotonic_ns};
-//! use drivers::kelo;
+//! use drivers::ethercat::{BringUpOptions, Bus, Expectation, RawLink};
+//! use drivers::{kelo, monotonic_ns};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let expected = Expectation {
@@ -53,7 +53,6 @@
 mod al;
 mod bring_up;
 mod bus;
-mod clock;
 mod error;
 mod expectation;
 mod links;
@@ -63,7 +62,6 @@ mod watchdog;
 
 pub use al::{AlState, AlStatus};
 pub use bus::{Bus, Exchange};
-pub use clock::monotonic_ns;
 pub use error::{BringUpError, ExchangeError, Phase, ProcessData};
 pub use expectation::{BringUpOptions, Expectation, Identity};
 pub use links::{Link, LinkError, RawLink, UdpLink};

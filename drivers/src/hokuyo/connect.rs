@@ -12,7 +12,8 @@ use super::conversation::{Answer, Conversation, Reply, Trouble};
 use super::error::ConnectError;
 use super::identity::{DeviceState, Fields, Identity, Parameters};
 use super::options::{BIT_RATES, Options, ScanFormat};
-use super::port::{Port, now_ns};
+use super::port::Port;
+use crate::clock::monotonic_ns;
 
 /// How long to wait for a first answer at a bit rate. Doubles with every pass over the bit rates, because answers come
 /// late on a busy host.
@@ -40,7 +41,7 @@ pub struct Connected {
 /// Connects; see [`super::Hokuyo::connect`].
 pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError> {
     options.check()?;
-    let deadline_ns = now_ns() + options.connect_timeout.as_nanos() as u64;
+    let deadline_ns = monotonic_ns() + options.connect_timeout.as_nanos() as u64;
     let conversation = Conversation::new(Port::open(path, options.bit_rate)?);
     let mut session = Session {
         conversation,
@@ -141,7 +142,7 @@ impl Session {
 
     /// Sends a command and returns the answer, or `None` when nothing answers in time.
     fn ask(&mut self, command: &[u8]) -> Result<Option<Answer>, ConnectError> {
-        let started_ns = now_ns();
+        let started_ns = monotonic_ns();
         let send = self.conversation.send(command, self.until(self.answer));
         if self.heard(send)?.is_none() {
             return Ok(None);
@@ -217,7 +218,7 @@ impl Session {
         let mut bounds = ClockBounds::default();
         if self.command(b"TM0")?.status == Status::OK {
             for _ in 0..CLOCK_READINGS {
-                let before_ns = now_ns();
+                let before_ns = monotonic_ns();
                 let reply = self.command(b"TM1")?;
                 let stamp = reply
                     .lines
@@ -298,11 +299,11 @@ impl Session {
     }
 
     fn until(&self, time: Duration) -> u64 {
-        (now_ns() + time.as_nanos() as u64).min(self.deadline_ns)
+        (monotonic_ns() + time.as_nanos() as u64).min(self.deadline_ns)
     }
 
     fn is_late(&self) -> bool {
-        now_ns() >= self.deadline_ns
+        monotonic_ns() >= self.deadline_ns
     }
 
     fn disconnected(&self) -> ConnectError {

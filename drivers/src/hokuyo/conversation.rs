@@ -2,7 +2,8 @@
 
 use super::codec::{self, Status};
 use super::line::LineBuffer;
-use super::port::{Gone, Port, Wait, now_ns};
+use super::port::{Gone, Port, Wait};
+use crate::clock::monotonic_ns;
 
 /// Most lines kept of one reply; no SCIP reply has more.
 const MAX_REPLY_LINES: usize = 16;
@@ -143,7 +144,7 @@ impl Conversation {
                 return Ok(Reply {
                     status,
                     lines,
-                    arrival_ns: now_ns(),
+                    arrival_ns: monotonic_ns(),
                 });
             }
             lines.push(line);
@@ -161,7 +162,7 @@ impl Conversation {
                     return Ok(line);
                 }
             }
-            if now_ns() >= deadline_ns || self.port.wait(deadline_ns)? == Wait::TimedOut {
+            if monotonic_ns() >= deadline_ns || self.port.wait(deadline_ns)? == Wait::TimedOut {
                 return Err(Trouble::Silent);
             }
             self.start = 0;

@@ -9,8 +9,9 @@ use super::error::{ConnectError, ReadError};
 use super::identity::{DeviceState, Identity, Parameters};
 use super::options::{Options, ScanFormat};
 use super::parser::{Event, Fault, StreamParser};
-use super::port::{Gone, Port, Wait, now_ns};
+use super::port::{Gone, Port, Wait};
 use super::scan::{Counters, Received, Scan};
+use crate::clock::monotonic_ns;
 
 /// Reads allowed after the deadline, for bytes that have already arrived: enough for one scan, bounded in endless
 /// noise.
@@ -126,7 +127,7 @@ impl Hokuyo {
         self.start = 0;
         self.end = 0;
         self.end = self.port.read(&mut self.chunk[..])?;
-        self.chunk_ns = now_ns();
+        self.chunk_ns = monotonic_ns();
         self.counters.bytes += self.end as u64;
         Ok(Wait::Ready)
     }
@@ -251,9 +252,9 @@ impl Drop for Hokuyo {
         if self.gone {
             return;
         }
-        let deadline_ns = now_ns() + FAREWELL.as_nanos() as u64;
+        let deadline_ns = monotonic_ns() + FAREWELL.as_nanos() as u64;
         if self.port.write(b"QT\n", deadline_ns) == Ok(true) {
-            while self.port.unsent_bytes() > 0 && now_ns() < deadline_ns {
+            while self.port.unsent_bytes() > 0 && monotonic_ns() < deadline_ns {
                 std::thread::sleep(Duration::from_millis(1));
             }
         }

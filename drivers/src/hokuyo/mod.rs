@@ -17,12 +17,13 @@
 //! device could not measure; see [`Reading`].
 //!
 //! ```no_run
-//! use drivers::hokuyo::{Hokuyo, Options, ReadError, Scan, now_ns};
+//! use drivers::hokuyo::{Hokuyo, Options, ReadError, Scan};
+//! use drivers::monotonic_ns;
 //!
 //! let mut lidar = Hokuyo::connect("/dev/ttyACM0".as_ref(), &Options::default())?;
 //! let mut scan = Scan::new();
 //! loop {
-//!     match lidar.read_scan(&mut scan, now_ns() + 250_000_000) {
+//!     match lidar.read_scan(&mut scan, monotonic_ns() + 250_000_000) {
 //!         Ok(_) => println!("{} beams at {} ns", scan.count, scan.stamp_ns),
 //!         Err(ReadError::Disconnected) => break,
 //!         Err(error) => println!("{error}"),
@@ -49,5 +50,4 @@ pub use device::Hokuyo;
 pub use error::{ConnectError, ReadError};
 pub use identity::{DeviceState, Identity, Parameters};
 pub use options::{BIT_RATES, Options, ScanFormat};
-pub use port::now_ns;
 pub use scan::{Counters, FIRST_LENGTH_MM, MAX_BEAMS, Reading, Received, Scan};

@@ -1,6 +1,6 @@
 //! The serial port: opened and set by `serialport`, waited for with `poll`, never blocking.
 //!
-//! Real-time after opening: `wait`, `read` and `now_ns` make one system call each and allocate nothing.
+//! Real-time after opening: `wait` and `read` make one system call each and allocate nothing.
 //! (Reading through `serialport` would allocate its time-out errors.)
 
 use std::os::fd::{AsRawFd, BorrowedFd};
@@ -12,13 +12,12 @@ use rustix::io::Errno;
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 
 use super::error::ConnectError;
+use crate::clock::left_until;
 
-/// Nanoseconds of CLOCK_MONOTONIC.
-#[must_use]
-pub fn now_ns() -> u64 {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    now.tv_sec.unsigned_abs() * 1_000_000_000 + now.tv_nsec.unsigned_abs() as u64
-}
+const NOW: Timespec = Timespec {
+    tv_sec: 0,
+    tv_nsec: 0,
+};
 
 /// The port is gone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,14 +85,10 @@ impl Port {
 
     fn wait_for(&self, what: PollFlags, deadline_ns: u64) -> Result<Wait, Gone> {
         loop {
-            let left_ns = deadline_ns.saturating_sub(now_ns());
-            let timeout = Timespec {
-                tv_sec: (left_ns / 1_000_000_000) as _,
-                tv_nsec: (left_ns % 1_000_000_000) as _,
-            };
+            let left = left_until(deadline_ns);
             let mut fds = [PollFd::from_borrowed_fd(self.fd(), what)];
-            match poll(&mut fds, Some(&timeout)) {
-                Err(Errno::INTR) if left_ns > 0 => {}
+            match poll(&mut fds, Some(&left.unwrap_or(NOW))) {
+                Err(Errno::INTR) if left.is_some() => {}
                 Err(Errno::INTR) | Ok(0) => return Ok(Wait::TimedOut),
                 Err(_) => return Err(Gone),
                 // Bytes that came before a hang-up are still read; the next read reports the hang-up.

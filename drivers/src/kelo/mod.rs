@@ -10,29 +10,18 @@
 //! # Real-time contract
 //! Nothing here allocates, locks or makes system calls. No input makes it panic.
 
+mod drive;
 mod faults;
 mod feedback;
 mod inputs;
 mod outputs;
 mod setpoint;
 
+pub use drive::{
+    INPUTS_BYTES, MAX_WHEEL_SPEED_RAD_S, MIN_WHEEL_SPEED_RAD_S, OUTPUTS_BYTES, PRODUCT_CODES,
+};
 pub use faults::{Faults, StampWatch, VoltageLimits};
 pub use feedback::Feedback;
 pub use inputs::{Imu, Inputs, MotorInputs, Status};
 pub use outputs::{Command, Mode, Outputs};
 pub use setpoint::{Setpoint, SetpointLimits};
-
-/// Product codes of the drives that speak this process data.
-pub const PRODUCT_CODES: [u32; 3] = [0x0170_5011, 0x1701_0091, 0x0200_1001];
-
-/// Size of the process data to the drive.
-pub const OUTPUTS_BYTES: usize = 36;
-
-/// Size of the process data from the drive.
-pub const INPUTS_BYTES: usize = 172;
-
-/// Faster than this no wheel is asked to turn.
-pub const MAX_WHEEL_SPEED_RAD_S: f32 = 35.0;
-
-/// Slower than this is standing still.
-pub const MIN_WHEEL_SPEED_RAD_S: f32 = 0.01;

@@ -2,9 +2,8 @@
 
 use crate::allocations;
 use crate::support::{Mirror, SegmentLink, expectation, impatient, in_us};
-use drivers::ethercat::{
-    AlState, BringUpError, BringUpOptions, Bus, Phase, ProcessData, monotonic_ns,
-};
+use drivers::ethercat::{AlState, BringUpError, BringUpOptions, Bus, Phase, ProcessData};
+use drivers::monotonic_ns;
 use sim::ethercat::sii::{EntryType, Identity};
 use std::time::Duration;
 

@@ -1,9 +1,8 @@
 //! Exchange: data, deadlines, and every way to lose a cycle and go on.
 
 use crate::support::{Mirror, SegmentLink, expectation, in_us};
-use drivers::ethercat::{
-    AlState, BringUpOptions, Bus, ExchangeError, Expectation, ProcessData, monotonic_ns,
-};
+use drivers::ethercat::{AlState, BringUpOptions, Bus, ExchangeError, Expectation, ProcessData};
+use drivers::monotonic_ns;
 use std::time::Duration;
 
 fn operational() -> (SegmentLink, Bus) {

@@ -1,10 +1,11 @@
 //! The drive's process data, end to end: what the robot asks is what the wheels do, and what they do is reported.
 
 use crate::support::{SegmentLink, expectation, in_us};
-use drivers::ethercat::{BringUpOptions, Bus, Expectation, monotonic_ns};
+use drivers::ethercat::{BringUpOptions, Bus, Expectation};
 use drivers::kelo::{
     Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch, VoltageLimits,
 };
+use drivers::monotonic_ns;
 use sim::kelo::{DriveHandle, KeloOptions, SimulatedDrive};
 use sim::plant::TestStand;
 use std::thread;

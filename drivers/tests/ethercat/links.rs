@@ -5,8 +5,8 @@ use crate::support::{Mirror, expectation, impatient, in_us, segment};
 use crate::timing::{PERIOD, measure};
 use drivers::ethercat::{
     BringUpError, BringUpOptions, Bus, ExchangeError, Link, LinkError, RawLink, UdpLink,
-    monotonic_ns,
 };
+use drivers::monotonic_ns;
 use rustix::thread::{CapabilitySet, CapabilitySets};
 use sim::ethercat::server::ServeOptions;
 use sim::ethercat::{FaultHandle, serve_raw, serve_udp};

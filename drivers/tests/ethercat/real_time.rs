@@ -2,7 +2,8 @@
 
 use crate::allocations;
 use crate::support::{Mirror, expectation, in_us, segment};
-use drivers::ethercat::{BringUpOptions, Bus, ExchangeError, UdpLink, monotonic_ns};
+use drivers::ethercat::{BringUpOptions, Bus, ExchangeError, UdpLink};
+use drivers::monotonic_ns;
 use sim::ethercat::server::ServeOptions;
 use sim::ethercat::{FaultHandle, ServerHandle, serve_udp};
 use std::time::Duration;

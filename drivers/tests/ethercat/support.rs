@@ -1,7 +1,8 @@
 //! A SubDevice like the KELO drive, a link that needs no network, and what every test needs.
 
-use drivers::ethercat::{BringUpOptions, Expectation, Link, monotonic_ns};
+use drivers::ethercat::{BringUpOptions, Expectation, Link};
 use drivers::kelo;
+use drivers::monotonic_ns;
 use sim::ethercat::eeprom::ReadSize;
 use sim::ethercat::sii::{EntryType, Identity, Pdo, Sii, SyncManagerUse};
 use sim::ethercat::sync_manager::SyncManager;

@@ -2,7 +2,8 @@
 
 use crate::interfaces::{MAIN_DEVICE, SEGMENT, with_own_network};
 use crate::support::{Mirror, expectation, in_us, segment};
-use drivers::ethercat::{BringUpOptions, Bus, Link, RawLink, UdpLink, monotonic_ns};
+use drivers::ethercat::{BringUpOptions, Bus, Link, RawLink, UdpLink};
+use drivers::monotonic_ns;
 use sim::ethercat::server::ServeOptions;
 use sim::ethercat::{serve_raw, serve_udp};
 use sim::rt;

@@ -4,7 +4,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::time::Duration;
 
-use drivers::hokuyo::{Hokuyo, ReadError, Scan, now_ns};
+use drivers::hokuyo::{Hokuyo, ReadError, Scan};
+use drivers::monotonic_ns;
 
 use super::peer::{Order, Peer, Setup};
 use super::scripted_connect::options;
@@ -47,7 +48,7 @@ static ALLOCATOR: Counting = Counting;
 
 fn read(lidar: &mut Hokuyo, scan: &mut Scan) -> Result<(), ReadError> {
     let before = ALLOCATIONS.get();
-    let result = lidar.read_scan(scan, now_ns() + 30_000_000);
+    let result = lidar.read_scan(scan, monotonic_ns() + 30_000_000);
     assert_eq!(ALLOCATIONS.get(), before, "{result:?}");
     result.map(drop)
 }

@@ -2,9 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use drivers::hokuyo::{
-    BIT_RATES, ConnectError, Encoding, Hokuyo, Options, Parameters, Scan, now_ns,
-};
+use drivers::hokuyo::{BIT_RATES, ConnectError, Encoding, Hokuyo, Options, Parameters, Scan};
+use drivers::monotonic_ns;
 
 use super::peer::{Peer, Setup};
 
@@ -26,7 +25,7 @@ pub fn patient() -> Options {
 
 /// A deadline long after the scan must have come.
 pub fn soon() -> u64 {
-    now_ns() + 3_000_000_000
+    monotonic_ns() + 3_000_000_000
 }
 
 /// Allowance for a busy host on top of a bounded time.

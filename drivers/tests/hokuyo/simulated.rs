@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use super::scripted_connect::{WATCHDOG, patient, soon};
-use drivers::hokuyo::{ConnectError, Counters, Hokuyo, Options, ReadError, Reading, Scan, now_ns};
+use drivers::hokuyo::{ConnectError, Counters, Hokuyo, Options, ReadError, Reading, Scan};
+use drivers::monotonic_ns;
 use sim::lidar::{
     BIT_RATES, DeviceOptions, FaultHandle, LidarOptions, LidarServer, Protocol, RangeSource,
 };
@@ -246,7 +247,7 @@ fn errors_after(
     let mut scan = Scan::new();
     let mut in_a_row = 0;
     for _ in 0..100 {
-        match lidar.read_scan(&mut scan, now_ns() + patience.as_nanos() as u64) {
+        match lidar.read_scan(&mut scan, monotonic_ns() + patience.as_nanos() as u64) {
             Ok(_) => {
                 check(&scan);
                 in_a_row += 1;
@@ -300,10 +301,13 @@ fn a_silent_wire_times_out_and_scans_come_back() {
     assert!(errors.contains(&ReadError::Timeout), "{errors:?}");
     server.faults().freeze();
     let mut scan = Scan::new();
-    while lidar.read_scan(&mut scan, now_ns() + 300_000_000).is_ok() {}
+    while lidar
+        .read_scan(&mut scan, monotonic_ns() + 300_000_000)
+        .is_ok()
+    {}
     let started = Instant::now();
     assert_eq!(
-        lidar.read_scan(&mut scan, now_ns() + 50_000_000),
+        lidar.read_scan(&mut scan, monotonic_ns() + 50_000_000),
         Err(ReadError::Timeout)
     );
     assert!(started.elapsed() >= Duration::from_millis(50) && started.elapsed() < WATCHDOG);
@@ -332,7 +336,9 @@ fn the_cable_can_be_pulled_and_put_back() {
         server.faults().unplug();
         let started = Instant::now();
         let mut scan = Scan::new();
-        while lidar.read_scan(&mut scan, now_ns() + 1_000_000_000) != Err(ReadError::Disconnected) {
+        while lidar.read_scan(&mut scan, monotonic_ns() + 1_000_000_000)
+            != Err(ReadError::Disconnected)
+        {
             assert!(started.elapsed() < WATCHDOG);
         }
         drop(lidar);

@@ -1,6 +1,6 @@
 //! The socket beneath both links.
 
-use crate::ethercat::clock::left_until;
+use crate::clock::left_until;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::Errno;
 use rustix::net::{RecvFlags, SendFlags};

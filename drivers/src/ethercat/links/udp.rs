@@ -86,7 +86,7 @@ impl Link for UdpLink {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ethercat::monotonic_ns;
+    use crate::monotonic_ns;
 
     fn loopback() -> (UdpSocket, UdpLink) {
         let segment = UdpSocket::bind("127.0.0.1:0").unwrap();

@@ -6,7 +6,7 @@
 
 use super::counters::Counters;
 use super::seal::{self, MAX_FRAME, Verdict};
-use crate::ethercat::clock::{monotonic_ns, sleep_until};
+use crate::clock::{monotonic_ns, sleep_until};
 use crate::ethercat::links::Link;
 use ethercrab::{PduRx, PduTx};
 use std::io;

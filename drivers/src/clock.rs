@@ -1,4 +1,4 @@
-//! The one clock that decides here.
+//! The clock of every deadline and time stamp: `CLOCK_MONOTONIC`.
 
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
@@ -9,8 +9,8 @@ pub fn monotonic_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// What is left until `deadline_ns`, for `ppoll`; `None` when it has passed.
-pub(super) fn left_until(deadline_ns: u64) -> Option<Timespec> {
+/// Time left until `deadline_ns`, for `poll`; `None` when it has passed.
+pub(crate) fn left_until(deadline_ns: u64) -> Option<Timespec> {
     let left_ns = deadline_ns
         .checked_sub(monotonic_ns())
         .filter(|&left| left > 0)?;
@@ -21,7 +21,7 @@ pub(super) fn left_until(deadline_ns: u64) -> Option<Timespec> {
 }
 
 /// Sleeps until `deadline_ns`. Not for real-time threads.
-pub(super) fn sleep_until(deadline_ns: u64) {
+pub(crate) fn sleep_until(deadline_ns: u64) {
     let left_ns = deadline_ns.saturating_sub(monotonic_ns());
     std::thread::sleep(std::time::Duration::from_nanos(left_ns));
 }
