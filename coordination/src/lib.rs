@@ -8,7 +8,6 @@
 //! * [`petri`]: Petri nets, from a symbolic model to dense tables that an executor runs;
 //! * [`protocol`]: flag arrays, the order in which two parties set the flags that they share;
 //! * [`binding`]: nets, machines and protocols together;
-//! * [`registration`]: all of these under semantic ids, coming and going at run time;
 //! * [`activity`]: the life cycle of an activity and the 5C event loop;
 //! * `symbols` (feature `symbols`): the symbol table in shared memory.
 //!
@@ -23,7 +22,6 @@ pub mod event;
 pub mod fsm;
 pub mod petri;
 pub mod protocol;
-pub mod registration;
 #[cfg(feature = "symbols")]
 pub mod symbols;
 

@@ -88,7 +88,7 @@ pub struct Replica {
 
 impl Replica {
     /// The side of `party` of the protocol that both sides number `id`, before the first flag of
-    /// run `run`. The side that numbers runs (at registration) tells the other.
+    /// run `run`. The side that numbers runs tells the other.
     pub fn new(protocol: &Arc<Protocol>, id: u16, party: Party, run: u32) -> Self {
         let start = State::start_of(run, false);
         Self {

@@ -8,13 +8,10 @@ use super::alarm::{Alarm, BadReport};
 use super::explain::CoordinationStatus;
 use super::run::Run;
 use crate::journal::{Entry, Stored};
-use crate::nets::{Cast, Instance, Kind, Plan, Stage, Unrestorable};
+use crate::nets::{Cast, Handle, Instance, Kind, Plan, Running, Stage, Unrestorable};
 use contract::level;
 use contract::wire::{Control, RobotReport};
-use coordination::registration::{Handle, Registry, SemanticId};
 
-/// Who owns coordinations, in the table of registrations.
-const OWNER: &str = "area management";
 /// What is over is remembered, for people.
 const REMEMBERED: usize = 32;
 /// No coordination gets a larger number; a report with one is nonsense.
@@ -26,9 +23,7 @@ const STEPS: usize = 8;
 #[derive(Debug)]
 pub(super) struct Coordinator {
     pub(super) plans: Vec<Arc<Plan>>,
-    pub(super) registry: Registry<Instance>,
-    /// Those that run, in the order of their start.
-    pub(super) running: Vec<Handle>,
+    pub(super) running: Running,
     /// Of the last one.
     number: u64,
     /// By plan: not started again before.
@@ -47,8 +42,7 @@ impl Coordinator {
                 .for_each(|&area| governed[area] = Some(index));
         }
         Self {
-            registry: Registry::new(plans.len()),
-            running: Vec::new(),
+            running: Running::default(),
             number: 0,
             held_off_ns: vec![0; plans.len()],
             governed,
@@ -58,8 +52,7 @@ impl Coordinator {
     }
 
     pub(super) fn instances(&self) -> impl Iterator<Item = &Instance> {
-        let get = |&handle| self.registry.get(handle).ok()?.object;
-        self.running.iter().filter_map(get)
+        self.running.instances()
     }
 
     /// Which coordination has the robot's discrete control, and its role there.
@@ -98,7 +91,7 @@ impl Manager {
                 Instance::restore(&plan, number, record, robot, area, now_ns)
             });
             match instance {
-                Ok(instance) => self.register(instance),
+                Ok(instance) => drop(self.coordinator.running.start(instance)),
                 Err(what) => {
                     self.alarms.push(Alarm::NotResumed {
                         coordination: record.coordination.clone(),
@@ -108,28 +101,6 @@ impl Manager {
                     self.entries.push(Entry::Coordination { number, record });
                 }
             }
-        }
-    }
-
-    fn register(&mut self, instance: Instance) {
-        let id = SemanticId::new(
-            "coordination",
-            format!("{}/{}", instance.plan.id, instance.number),
-        );
-        let registry = &mut self.coordinator.registry;
-        let plan = instance.plan.id.clone();
-        let registered = registry.create(id, OWNER).and_then(|handle| {
-            let built = registry.configure(handle, |_| Ok::<_, std::convert::Infallible>(instance));
-            debug_assert!(built.is_ok(), "it was made before");
-            registry.run(handle)?;
-            Ok(handle)
-        });
-        match registered {
-            Ok(handle) => self.coordinator.running.push(handle),
-            Err(what) => self.alarms.push(Alarm::NotResumed {
-                coordination: plan,
-                what: what.to_string(),
-            }),
         }
     }
 
@@ -159,12 +130,8 @@ impl Manager {
             self.coordinator.number = control.coordination;
             self.entries.push(Entry::Number(control.coordination));
         }
-        let found = self.coordinator.running.iter().copied().find(|&handle| {
-            let instance = self.coordinator.registry.get(handle).ok();
-            let instance = instance.and_then(|registered| registered.object);
-            instance.is_some_and(|instance| {
-                instance.number == control.coordination && instance.robots().contains(&robot)
-            })
+        let found = self.coordinator.running.find(|instance| {
+            instance.number == control.coordination && instance.robots().contains(&robot)
         });
         let Some(handle) = found else {
             // It is over, or another one has begun; the robot does not know yet.
@@ -190,11 +157,8 @@ impl Manager {
         let missing = own.is_some_and(|(instance, role)| {
             instance.number != number && instance.is_known_to(role)
         });
-        let handle = self.coordinator.running.iter().copied().find(|&handle| {
-            let instance = self.coordinator.registry.get(handle).ok();
-            let instance = instance.and_then(|registered| registered.object);
-            instance.is_some_and(|instance| instance.controls(robot).is_some())
-        });
+        let running = &self.coordinator.running;
+        let handle = running.find(|instance| instance.controls(robot).is_some());
         if let Some(handle) = handle.filter(|_| missing) {
             self.alarms.push(Alarm::Forgotten {
                 coordination: self.coordination_id(handle),
@@ -211,7 +175,7 @@ impl Manager {
         control: &Control,
     ) -> Result<(), BadReport> {
         let level = level::decode(control.level.as_ref())?;
-        let Ok(instance) = self.coordinator.registry.running(handle) else {
+        let Some(instance) = self.coordinator.running.get_mut(handle) else {
             return Ok(());
         };
         if let Some(part) = instance.parts.iter_mut().find(|part| part.robot == robot) {
@@ -239,18 +203,17 @@ impl Manager {
         if self.coordinator.plans.is_empty() || !self.awaited.is_empty() {
             return;
         }
-        for handle in self.coordinator.running.clone() {
+        for handle in self.coordinator.running.handles() {
             self.step_coordination(handle, now_ns);
         }
         for plan in 0..self.coordinator.plans.len() {
             if let Some((situation, robots)) = self.situation(plan, now_ns) {
                 let plan = Arc::clone(&self.coordinator.plans[plan]);
                 let number = self.next_number();
-                self.register(Instance::start(&plan, number, situation, &robots, now_ns));
-                if let Some(&handle) = self.coordinator.running.last() {
-                    self.changed_coordination(handle);
-                    self.step_coordination(handle, now_ns);
-                }
+                let instance = Instance::start(&plan, number, situation, &robots, now_ns);
+                let handle = self.coordinator.running.start(instance);
+                self.changed_coordination(handle);
+                self.step_coordination(handle, now_ns);
             }
         }
     }
@@ -272,7 +235,7 @@ impl Manager {
                 robots,
                 ..
             } = self;
-            let Ok(instance) = coordinator.registry.running(handle) else {
+            let Some(instance) = coordinator.running.get_mut(handle) else {
                 return;
             };
             let mut went_on = false;
@@ -296,18 +259,15 @@ impl Manager {
         if changed {
             self.changed_coordination(handle);
         }
-        let Ok(registered) = self.coordinator.registry.get(handle) else {
-            return;
-        };
-        if registered.object.is_some_and(Instance::is_over) {
+        let own = self.coordinator.running.get(handle);
+        if own.is_some_and(Instance::is_over) {
             self.end_coordination(handle, now_ns);
         }
     }
 
     /// A robot that is where the net has not let it: the net does not know how things are.
     fn bypass(&self, handle: Handle) -> Option<(usize, usize)> {
-        let registered = self.coordinator.registry.get(handle).ok()?;
-        let instance = registered.object?;
+        let instance = self.coordinator.running.get(handle)?;
         let governed = instance.plan.governed.iter();
         let occupied =
             governed.flat_map(|&area| self.occupants(area).map(move |robot| (robot, area)));
@@ -320,13 +280,7 @@ impl Manager {
 
     /// Once all robots are out of the way: begins again in the safe situation, or lets them go.
     fn after_yielding(&mut self, handle: Handle, now_ns: u64) -> bool {
-        let Some(instance) = self
-            .coordinator
-            .registry
-            .get(handle)
-            .ok()
-            .and_then(|it| it.object)
-        else {
+        let Some(instance) = self.coordinator.running.get(handle) else {
             return false;
         };
         let Some(preempt) = instance
@@ -358,21 +312,15 @@ impl Manager {
             return true;
         }
         self.coordinator
-            .registry
-            .running(handle)
-            .is_ok_and(|instance| instance.release(now_ns))
+            .running
+            .get_mut(handle)
+            .is_some_and(|instance| instance.release(now_ns))
     }
 
     /// Stores it, tells its robots, and looks at all areas again.
     fn changed_coordination(&mut self, handle: Handle) {
         self.store_coordination(handle);
-        let Some(instance) = self
-            .coordinator
-            .registry
-            .get(handle)
-            .ok()
-            .and_then(|it| it.object)
-        else {
+        let Some(instance) = self.coordinator.running.get(handle) else {
             return;
         };
         for robot in instance.robots() {
@@ -382,13 +330,7 @@ impl Manager {
     }
 
     fn store_coordination(&mut self, handle: Handle) {
-        let Some(instance) = self
-            .coordinator
-            .registry
-            .get(handle)
-            .ok()
-            .and_then(|it| it.object)
-        else {
+        let Some(instance) = self.coordinator.running.get(handle) else {
             return;
         };
         let robot = |robot: usize| self.robots[robot].id.clone();
@@ -406,25 +348,14 @@ impl Manager {
     }
 
     fn coordination_id(&self, handle: Handle) -> String {
-        let registered = self.coordinator.registry.get(handle).ok();
-        registered.map_or_else(String::new, |it| it.id.model().to_owned())
+        self.coordinator.running.name(handle)
     }
 
     /// Another run, with another number, in the place of this one.
     fn replace(&mut self, handle: Handle, next: Instance, now_ns: u64) {
         self.remember(handle, now_ns);
-        let registry = &mut self.coordinator.registry;
-        let old = registry
-            .get(handle)
-            .ok()
-            .and_then(|it| it.object)
-            .map(|it| it.number);
-        let replaced = registry.reconfigure(handle, |instance| {
-            *instance = next;
-            Ok::<_, std::convert::Infallible>(())
-        });
-        let runs = registry.run(handle);
-        debug_assert!(replaced.is_ok() && runs.is_ok(), "what runs can be changed");
+        let old = self.coordinator.running.replace(handle, next);
+        let old = old.map(|instance| instance.number);
         let record = None;
         self.entries
             .extend(old.map(|number| Entry::Coordination { number, record }));
@@ -433,11 +364,7 @@ impl Manager {
 
     fn end_coordination(&mut self, handle: Handle, now_ns: u64) {
         self.remember(handle, now_ns);
-        let registry = &mut self.coordinator.registry;
-        let stopped = registry.stop(handle);
-        debug_assert!(stopped.is_ok(), "what runs can be stopped");
-        self.coordinator.running.retain(|&other| other != handle);
-        let Ok(Some(instance)) = registry.delete(handle) else {
+        let Some(instance) = self.coordinator.running.end(handle) else {
             return;
         };
         if matches!(instance.stage, Stage::Yielding) {
@@ -460,13 +387,7 @@ impl Manager {
     }
 
     fn remember(&mut self, handle: Handle, now_ns: u64) {
-        let Some(instance) = self
-            .coordinator
-            .registry
-            .get(handle)
-            .ok()
-            .and_then(|it| it.object)
-        else {
+        let Some(instance) = self.coordinator.running.get(handle) else {
             return;
         };
         let mut status = self.coordination_status(instance, now_ns);
@@ -479,13 +400,7 @@ impl Manager {
 
     /// A coordination that cannot go on: its robots get out of the way, or else are let go.
     fn break_off(&mut self, handle: Handle, now_ns: u64) {
-        let Some(instance) = self
-            .coordinator
-            .registry
-            .get(handle)
-            .ok()
-            .and_then(|it| it.object)
-        else {
+        let Some(instance) = self.coordinator.running.get(handle) else {
             return;
         };
         let (plan, robots) = (Arc::clone(&instance.plan), instance.robots());
@@ -500,15 +415,8 @@ impl Manager {
 
     /// An operator has cleared a robot away: what controls it is given up, and the others are let go.
     pub(super) fn cleared_of(&mut self, robot: usize, now_ns: u64) {
-        let handles = self.coordinator.running.iter().copied();
-        let gone: Vec<Handle> = handles
-            .filter(|&handle| {
-                let registered = self.coordinator.registry.get(handle).ok();
-                let instance = registered.and_then(|registered| registered.object);
-                instance.is_some_and(|instance| instance.controls(robot).is_some())
-            })
-            .collect();
-        for handle in gone {
+        let controls = |instance: &Instance| instance.controls(robot).is_some();
+        while let Some(handle) = self.coordinator.running.find(controls) {
             self.end_coordination(handle, now_ns);
         }
     }
@@ -517,8 +425,8 @@ impl Manager {
 
     /// A robot was granted an area, or has given it back: what was kept for it may be no more.
     pub(super) fn kept_changed(&mut self, robot: usize, area: usize, what: KeptChange) {
-        for handle in self.coordinator.running.clone() {
-            let Ok(instance) = self.coordinator.registry.running(handle) else {
+        for handle in self.coordinator.running.handles() {
+            let Some(instance) = self.coordinator.running.get_mut(handle) else {
                 continue;
             };
             let mut changed = false;
@@ -590,8 +498,8 @@ impl Manager {
 
     /// Finds what stands still, raises the alarm, and has robots get out of the way.
     pub(super) fn watch_coordinations(&mut self, now_ns: u64) {
-        for handle in self.coordinator.running.clone() {
-            let Ok(instance) = self.coordinator.registry.running(handle) else {
+        for handle in self.coordinator.running.handles() {
+            let Some(instance) = self.coordinator.running.get_mut(handle) else {
                 continue;
             };
             if instance.is_idle() || !self.awaited.is_empty() {
@@ -617,7 +525,7 @@ impl Manager {
                     what,
                 });
             }
-            let Ok(instance) = self.coordinator.registry.running(handle) else {
+            let Some(instance) = self.coordinator.running.get_mut(handle) else {
                 continue;
             };
             let runs = matches!(instance.stage, Stage::Running { .. });

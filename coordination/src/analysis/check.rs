@@ -1,0 +1,88 @@
+//! The whole analysis of one net in one or several situations.
+
+use super::closed::Closed;
+use super::explored::{Explored, Fault};
+use super::never::Never;
+use super::proof::Proof;
+use super::refusal::{Reason, Refusal, Trace};
+use super::report::Report;
+use super::usage::{Limits, Situation, Use};
+use crate::petri::NetModel;
+
+/// Analyses a net from its initial marking; see [the module](super) for what is proved.
+///
+/// # Errors
+/// The first fault found, with the shortest way there.
+pub fn check(model: &NetModel, uses: &[Use], limits: &Limits) -> Result<Proof, Refusal> {
+    let proofs = run(&[(None, model)], uses, limits)?;
+    let only = proofs.into_iter().next();
+    only.ok_or_else(|| refuse(model.name(), None, Box::new(Reason::NoSituation), None))
+}
+
+/// Analyses a net from each of several initial markings. A transition must fire, and an end be
+/// reached, in one situation at least; everything else must hold in each. The situations are meant
+/// to be one net, differing in nothing but marks.
+///
+/// # Errors
+/// The first fault found, with the shortest way there.
+pub fn check_situations(
+    situations: &[Situation<'_>],
+    uses: &[Use],
+    limits: &Limits,
+) -> Result<Vec<Proof>, Refusal> {
+    let named: Vec<_> = situations.iter().map(|s| (Some(s.name), s.model)).collect();
+    run(&named, uses, limits)
+}
+
+fn run(
+    situations: &[(Option<&str>, &NetModel)],
+    uses: &[Use],
+    limits: &Limits,
+) -> Result<Vec<Proof>, Refusal> {
+    let Some(&(first_name, first)) = situations.first() else {
+        return Err(refuse("?", None, Box::new(Reason::NoSituation), None));
+    };
+    let mut proofs: Vec<Proof> = Vec::with_capacity(situations.len());
+    let mut never = Never::default();
+    for &(name, model) in situations {
+        let fails = |(reason, trace): Fault| refuse(model.name(), name, reason, trace);
+        let closed = Closed::new(model, uses, limits).map_err(|reason| fails((reason, None)))?;
+        let found = Explored::new(closed, limits).map_err(fails)?;
+        let (ends, warnings) = found.prove().map_err(fails)?;
+        never.add(&found);
+        let report = Report {
+            net: model.name().to_owned(),
+            situation: name.map(str::to_owned),
+            states: found.store.len(),
+            steps: found.edges.len(),
+            ends,
+            warnings,
+        };
+        let reading = (found.closed.layout, found.closed.counters().to_vec());
+        proofs.push(Proof::new(
+            model.clone(),
+            uses.to_vec(),
+            report,
+            reading,
+            found.store,
+        ));
+    }
+    match never.reason(&proofs) {
+        Some(reason) => Err(refuse(first.name(), first_name, Box::new(reason), None)),
+        None => Ok(proofs),
+    }
+}
+
+fn refuse(
+    net: &str,
+    situation: Option<&str>,
+    reason: Box<Reason>,
+    trace: Option<Trace>,
+) -> Refusal {
+    Refusal {
+        net: net.to_owned(),
+        situation: situation.map(str::to_owned),
+        reason,
+        trace,
+    }
+}
