@@ -10,6 +10,7 @@ pub mod level;
 #[cfg(feature = "network")]
 pub mod network;
 pub mod protocols;
+pub mod timing;
 mod version;
 
 /// The messages, generated from `proto/fleet.proto`.

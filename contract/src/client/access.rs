@@ -1,75 +1,201 @@
-//! Protocol 1 of one area, from the robot's side.
+//! Protocol 1 of every area, from the robot's side.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
-use coordination::protocol::{FlagId, Party, Position, Protocol, Replica};
+use coordination::protocol::{Change, MergeError, Merged, Position, Replica, Side};
 
-use crate::level::PROTOCOL_ID;
-use crate::protocols::{self, ENTERED, GRANTED, RELEASED, REQUEST, RETURNED, ROBOT};
+use super::situation::{ClientCounters, Situation};
+use crate::level::{self, LevelError};
+use crate::protocols::{AccessProtocol, ROBOT_PARTY};
+use crate::wire::{Access, AccessGrant};
 
+/// The robot's claim on one area: the run of protocol 1 under way, and those before it.
 #[derive(Clone, Debug)]
-pub(super) struct AccessProtocol {
-    pub(super) protocol: Arc<Protocol>,
-    pub(super) robot: Party,
-    pub(super) request: FlagId,
-    pub(super) granted: FlagId,
-    pub(super) entered: FlagId,
-    pub(super) released: FlagId,
-    pub(super) returned: FlagId,
-    pub(super) granted_at: Position,
-    pub(super) entered_at: Position,
-}
-
-#[derive(Clone, Debug)]
-pub(super) struct Run {
-    pub(super) replica: Replica,
-    pub(super) fence: u64,
-    pub(super) waits_for: String,
+struct Claim {
+    replica: Replica,
+    /// Of the present grant, 0 without one.
+    fence: u64,
+    /// Why it waits, as the mediator says.
+    waits_for: String,
     /// Taken over from the mediator after a restart, and not yet confirmed by where the robot stands.
-    pub(super) inherited: bool,
+    inherited: bool,
 }
 
-impl AccessProtocol {
-    pub(super) fn new() -> Self {
-        let protocol = protocols::access();
-        let flag = |name| {
-            protocol
-                .flag(name)
-                .expect("the access protocol has its flags")
-        };
-        let after = |at, flag| {
-            protocol
-                .after(at, flag)
-                .expect("the access protocol has its order")
-        };
-        let (request, granted, entered) = (flag(REQUEST), flag(GRANTED), flag(ENTERED));
-        let granted_at = after(after(Position::START, request), granted);
+impl Claim {
+    fn new(replica: Replica) -> Self {
         Self {
-            robot: protocol
-                .party(ROBOT)
-                .expect("the access protocol has its parties"),
-            request,
-            granted,
-            entered,
-            released: flag(RELEASED),
-            returned: flag(RETURNED),
-            granted_at,
-            entered_at: after(granted_at, entered),
-            protocol: Arc::new(protocol),
-        }
-    }
-
-    pub(super) fn begin(&self) -> Run {
-        Run {
-            replica: Replica::new(&self.protocol, PROTOCOL_ID, self.robot, 0),
+            replica,
             fence: 0,
             waits_for: String::new(),
             inherited: false,
         }
     }
 
-    pub(super) fn is_held(&self, run: &Run) -> bool {
-        let at = run.replica.position();
-        at == self.granted_at || at == self.entered_at
+    /// It was ever used.
+    fn is_known(&self) -> bool {
+        self.replica.run() > 0 || self.replica.position() != Position::START
+    }
+}
+
+/// Why what the mediator says of an area was ignored.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(super) enum BadLevel {
+    #[error(transparent)]
+    Level(#[from] LevelError),
+    #[error(transparent)]
+    Merge(#[from] MergeError),
+}
+
+/// The robot's claims, by area.
+#[derive(Clone, Debug)]
+pub(super) struct Claims {
+    protocol: AccessProtocol,
+    by_area: BTreeMap<String, Claim>,
+}
+
+impl Claims {
+    pub(super) fn new() -> Self {
+        Self {
+            protocol: AccessProtocol::new(),
+            by_area: BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.by_area.clear();
+    }
+
+    /// Takes over where the mediator left the robot before its restart.
+    pub(super) fn inherit(&mut self, grant: &AccessGrant) -> Result<(), BadLevel> {
+        let level = level::decode(grant.level.as_ref())?;
+        let claim = Claim {
+            replica: self.protocol.resume(ROBOT_PARTY, level)?,
+            fence: grant.fence,
+            waits_for: grant.waits_for.clone(),
+            inherited: true,
+        };
+        self.by_area.insert(grant.area.clone(), claim);
+        Ok(())
+    }
+
+    /// Takes in a level.
+    pub(super) fn learn(
+        &mut self,
+        grant: &AccessGrant,
+        counters: &mut ClientCounters,
+    ) -> Result<(), BadLevel> {
+        let level = level::decode(grant.level.as_ref())?;
+        let protocol = &self.protocol;
+        let claim = { self.by_area.entry(grant.area.clone()) }
+            .or_insert_with(|| Claim::new(protocol.begin(ROBOT_PARTY)));
+        let merged = claim.replica.merge(level)?;
+        claim.waits_for.clone_from(&grant.waits_for);
+        if merged == Merged::Nothing {
+            // Its fence may be that of a mediator which has forgotten the grant.
+            return Ok(());
+        }
+        while let Some(change) = claim.replica.poll() {
+            match change {
+                Change::Flag(flag) if flag == protocol.granted => counters.grants += 1,
+                Change::Flag(_) => {}
+                Change::Aborted => counters.aborted += 1,
+            }
+        }
+        let held = protocol.is_held(claim.replica.position());
+        claim.fence = if held { grant.fence } else { 0 };
+        Ok(())
+    }
+
+    fn is_held(&self, claim: &Claim) -> bool {
+        self.protocol.is_held(claim.replica.position())
+    }
+
+    pub(super) fn holds(&self, area: &str) -> bool {
+        let claim = self.by_area.get(area);
+        claim.is_some_and(|claim| self.is_held(claim) && !claim.inherited)
+    }
+
+    pub(super) fn is_entered(&self, area: &str) -> bool {
+        let claim = self.by_area.get(area);
+        claim.is_some_and(|claim| claim.replica.position() == self.protocol.entered_at)
+    }
+
+    /// Areas that the robot waits for, each with the reason.
+    pub(super) fn waiting(&self) -> impl Iterator<Item = (&str, &str)> {
+        { self.by_area.iter() }
+            .filter(|(_, claim)| {
+                claim.replica.position() != Position::START && !self.is_held(claim)
+            })
+            .map(|(area, claim)| (area.as_str(), claim.waits_for.as_str()))
+    }
+
+    /// The mediator wants this grant back. Returns whether the robot has it no more: not if it has entered, or needs the area.
+    pub(super) fn give_back(&mut self, area: &str, fence: u64, needed: bool) -> bool {
+        let protocol = &self.protocol;
+        let claim = self
+            .by_area
+            .get_mut(area)
+            .filter(|claim| protocol.is_held(claim.replica.position()) && claim.fence == fence);
+        match claim {
+            // It was given back before, because of the same revocation.
+            None => true,
+            Some(claim) if claim.replica.position() == protocol.granted_at && !needed => {
+                claim.replica.set(protocol.returned).is_ok()
+            }
+            Some(_) => false,
+        }
+    }
+
+    /// Sets `entered`, `released` and `returned` by where the robot stands and what it wants. Returns whether one was set.
+    pub(super) fn follow(&mut self, situation: &Situation, wanted: &[String]) -> bool {
+        let protocol = &self.protocol;
+        let mut news = false;
+        for (area, claim) in &mut self.by_area {
+            let stands = situation.stands_in.contains(area);
+            // What it was granted before it restarted and does not stand in, it gives back: the mediator may have lost more.
+            let inherited = std::mem::take(&mut claim.inherited);
+            let wants = wanted.contains(area) && !inherited;
+            let at = claim.replica.position();
+            let flag = if at == protocol.granted_at && stands {
+                Some(protocol.entered)
+            } else if at == protocol.granted_at && !wants {
+                Some(protocol.returned)
+            } else if at == protocol.entered_at && !stands && !wants {
+                Some(protocol.released)
+            } else {
+                None
+            };
+            news |= flag.is_some_and(|flag| claim.replica.set(flag).is_ok());
+            if !protocol.is_held(claim.replica.position()) {
+                claim.fence = 0;
+            }
+        }
+        news
+    }
+
+    /// Asks for what is wanted and was not asked for. Returns whether there was such an area.
+    pub(super) fn request(&mut self, wanted: &[String]) -> bool {
+        let protocol = &self.protocol;
+        let mut news = false;
+        for area in wanted {
+            let claim = { self.by_area.entry(area.clone()) }
+                .or_insert_with(|| Claim::new(protocol.begin(ROBOT_PARTY)));
+            if claim.replica.position() == Position::START {
+                news |= claim.replica.set(protocol.request).is_ok();
+            }
+        }
+        news
+    }
+
+    /// For the report.
+    pub(super) fn report(&self) -> Vec<Access> {
+        { self.by_area.iter() }
+            .filter(|(_, claim)| claim.is_known())
+            .map(|(area, claim)| Access {
+                area: area.clone(),
+                level: Some(level::encode(claim.replica.level())),
+                fence: claim.fence,
+            })
+            .collect()
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use coordination::protocol::{Change, FlagId, Party, Position, Protocol, Replica, Side};
 
 use crate::level::{self, LevelError, PROTOCOL_ID};
-use crate::protocols::{self, ControlError, RELEASE, ROBOT};
+use crate::protocols::{self, ControlError, RELEASE, ROBOT_PARTY};
 use crate::wire::{self, Instruction, Pose};
 use coordination::protocol::MergeError;
 
@@ -69,7 +69,7 @@ impl Control {
             .collect();
         let protocol = Arc::new(protocols::control_paths(&flags, &paths)?);
         let level = level::decode(message.level.as_ref())?;
-        let robot = protocol.party(ROBOT).unwrap_or(Party::First);
+        let robot = ROBOT_PARTY;
         let said = |name: &str| message.flags.iter().find(|flag| flag.name == name);
         let replica = if registers {
             Replica::resume(&protocol, robot, level)?

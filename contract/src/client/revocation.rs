@@ -1,97 +1,113 @@
-//! Revocation of one area's grant, from the robot's side.
+//! Revocations of the robot's grants, from its own side.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
-use coordination::protocol::{FlagId, MergeError, Party, Position, Protocol, Replica, Side};
+use coordination::protocol::{Position, Replica, Side};
 
-use crate::level::{self, PROTOCOL_ID};
-use crate::protocols::{self, KEPT, ROBOT, YIELDED};
+use super::access::{BadLevel, Claims};
+use super::situation::{ClientCounters, Situation};
+use crate::level;
+use crate::protocols::{ROBOT_PARTY, RevocationProtocol};
 use crate::wire::Access;
 
 #[derive(Clone, Debug)]
-pub(super) struct RevocationProtocol {
-    protocol: Arc<Protocol>,
-    robot: Party,
-    yielded: FlagId,
-    kept: FlagId,
-}
-
-#[derive(Clone, Debug)]
-pub(super) struct Revocation {
+struct Revocation {
     replica: Replica,
     /// Of the grant that is asked back.
-    pub(super) fence: u64,
-}
-
-impl RevocationProtocol {
-    pub(super) fn new() -> Self {
-        let protocol = protocols::revocation();
-        let flag = |name| {
-            protocol
-                .flag(name)
-                .expect("the revocation protocol has its flags")
-        };
-        Self {
-            robot: protocol
-                .party(ROBOT)
-                .expect("the revocation protocol has its parties"),
-            yielded: flag(YIELDED),
-            kept: flag(KEPT),
-            protocol: Arc::new(protocol),
-        }
-    }
-
-    pub(super) fn begin(&self) -> Revocation {
-        Revocation {
-            replica: Replica::new(&self.protocol, PROTOCOL_ID, self.robot, 0),
-            fence: 0,
-        }
-    }
-
-    pub(super) fn resume(&self, access: &Access) -> Option<Revocation> {
-        let level = level::decode(access.level.as_ref()).ok()?;
-        Some(Revocation {
-            replica: Replica::resume(&self.protocol, self.robot, level).ok()?,
-            fence: access.fence,
-        })
-    }
-
-    /// Answers what is asked; `false` when nothing was.
-    pub(super) fn answer(&self, revocation: &mut Revocation, yields: bool) -> bool {
-        let flag = if yields { self.yielded } else { self.kept };
-        revocation.replica.set(flag).is_ok()
-    }
+    fence: u64,
 }
 
 impl Revocation {
-    /// Takes in what the mediator says; `false` when it makes no sense.
-    pub(super) fn learn(&mut self, access: &Access) -> bool {
-        let Ok(level) = level::decode(access.level.as_ref()) else {
-            return false;
-        };
-        let merged: Result<_, MergeError> = self.replica.merge(level);
-        while self.replica.poll().is_some() {
-            self.fence = access.fence;
-        }
-        merged.is_ok()
-    }
-
     /// The grant is asked back, and there is no answer yet.
-    pub(super) fn is_asked(&self) -> bool {
+    fn is_asked(&self) -> bool {
         let at = self.replica.position();
         at != Position::START && !self.replica.protocol().is_end(at)
     }
 
     /// It was ever used.
-    pub(super) fn is_known(&self) -> bool {
+    fn is_known(&self) -> bool {
         self.replica.run() > 0 || self.replica.position() != Position::START
     }
+}
 
-    pub(super) fn report(&self, area: &str) -> Access {
-        Access {
-            area: area.to_owned(),
-            level: Some(level::encode(self.replica.level())),
-            fence: self.fence,
+/// The revocations of the robot's grants, by area.
+#[derive(Clone, Debug)]
+pub(super) struct Revocations {
+    protocol: RevocationProtocol,
+    by_area: BTreeMap<String, Revocation>,
+}
+
+impl Revocations {
+    pub(super) fn new() -> Self {
+        Self {
+            protocol: RevocationProtocol::new(),
+            by_area: BTreeMap::new(),
         }
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.by_area.clear();
+    }
+
+    /// Takes over where the mediator left the robot before its restart.
+    pub(super) fn inherit(&mut self, message: &Access) -> Result<(), BadLevel> {
+        let level = level::decode(message.level.as_ref())?;
+        let revocation = Revocation {
+            replica: self.protocol.resume(ROBOT_PARTY, level)?,
+            fence: message.fence,
+        };
+        self.by_area.insert(message.area.clone(), revocation);
+        Ok(())
+    }
+
+    /// Takes in a level.
+    pub(super) fn learn(&mut self, message: &Access) -> Result<(), BadLevel> {
+        let revocation =
+            { self.by_area.entry(message.area.clone()) }.or_insert_with(|| Revocation {
+                replica: self.protocol.begin(ROBOT_PARTY),
+                fence: 0,
+            });
+        let level = level::decode(message.level.as_ref())?;
+        let merged = revocation.replica.merge(level);
+        while revocation.replica.poll().is_some() {
+            revocation.fence = message.fence;
+        }
+        merged?;
+        Ok(())
+    }
+
+    /// Answers what is asked: gives back what the robot neither stands in nor is about to enter. Returns whether there is news.
+    pub(super) fn answer(
+        &mut self,
+        claims: &mut Claims,
+        situation: &Situation,
+        counters: &mut ClientCounters,
+    ) -> bool {
+        let mut news = false;
+        for (area, revocation) in &mut self.by_area {
+            if !revocation.is_asked() {
+                continue;
+            }
+            let (flag, count) = if claims.give_back(area, revocation.fence, situation.needs(area)) {
+                (self.protocol.yielded, &mut counters.yielded)
+            } else {
+                (self.protocol.kept, &mut counters.kept)
+            };
+            news |= revocation.replica.set(flag).is_ok();
+            *count += 1;
+        }
+        news
+    }
+
+    /// For the report.
+    pub(super) fn report(&self) -> Vec<Access> {
+        { self.by_area.iter() }
+            .filter(|(_, revocation)| revocation.is_known())
+            .map(|(area, revocation)| Access {
+                area: area.clone(),
+                level: Some(level::encode(revocation.replica.level())),
+                fence: revocation.fence,
+            })
+            .collect()
     }
 }

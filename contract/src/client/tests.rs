@@ -1,7 +1,11 @@
 //! One robot against scripted messages.
 
 use super::*;
-use crate::wire::{Control, ControlFlag, ControlPath, Instruction, Level};
+use crate::VERSION;
+use crate::wire::{
+    Access, AccessGrant, Control, ControlFlag, ControlPath, Instruction, Level, MediatorReport,
+    RobotReport,
+};
 
 const SECOND_NS: u64 = 1_000_000_000;
 

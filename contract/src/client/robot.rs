@@ -1,0 +1,239 @@
+//! All sides of one robot together.
+
+use super::access::Claims;
+use super::control::{Control, Order};
+use super::revocation::Revocations;
+use super::session::{Received, Session};
+use super::situation::{ClientCounters, Situation};
+use crate::wire::{self, MediatorReport, RobotReport, TakeUp};
+
+/// One robot's side of its protocols.
+#[derive(Clone, Debug)]
+pub struct Client {
+    session: Session,
+    claims: Claims,
+    revocations: Revocations,
+    control: Option<Control>,
+    /// Of a coordination that is gone.
+    last_order: Option<Order>,
+    situation: Situation,
+    counters: ClientCounters,
+}
+
+impl Client {
+    /// A robot that has just started. `boot_epoch` is drawn at random at each start.
+    #[must_use]
+    pub fn new(robot_id: &str, site: &str, boot_epoch: u64) -> Self {
+        Self {
+            session: Session::new(robot_id, site, boot_epoch),
+            claims: Claims::new(),
+            revocations: Revocations::new(),
+            control: None,
+            last_order: None,
+            situation: Situation::default(),
+            counters: ClientCounters::default(),
+        }
+    }
+
+    /// Takes in a message of the mediator, however late, repeated or out of order it is.
+    pub fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
+        let received = self.session.receive(message, now_ns);
+        let registers = match received {
+            Received::News => false,
+            Received::Registered => {
+                // What the mediator knows of this robot holds; there is nothing else yet.
+                self.claims.forget();
+                self.revocations.forget();
+                self.control = None;
+                self.last_order = None;
+                true
+            }
+            Received::Stale => {
+                self.counters.stale += 1;
+                return received;
+            }
+            Received::Refused | Received::Version => return received,
+        };
+        for grant in &message.access {
+            let learned = if registers {
+                self.claims.inherit(grant)
+            } else {
+                self.claims.learn(grant, &mut self.counters)
+            };
+            self.counters.bad_levels += u64::from(learned.is_err());
+        }
+        for revocation in &message.revocations {
+            let learned = if registers {
+                self.revocations.inherit(revocation)
+            } else {
+                self.revocations.learn(revocation)
+            };
+            self.counters.bad_levels += u64::from(learned.is_err());
+        }
+        self.learn_control(message.control.as_ref(), registers);
+        received
+    }
+
+    fn learn_control(&mut self, message: Option<&wire::Control>, registers: bool) {
+        let present = self.control.as_ref().map_or(0, |own| own.coordination);
+        let learned = match (message, &mut self.control) {
+            (None, None) => Ok(()),
+            (None, Some(control)) => {
+                if let Some(order) = control.let_go() {
+                    self.counters.let_go += 1;
+                    self.last_order = Some(order);
+                }
+                self.control = None;
+                Ok(())
+            }
+            (Some(message), Some(control)) if message.coordination == present => {
+                control.learn(message)
+            }
+            (Some(message), _) if message.coordination > present => {
+                Control::join(message, registers).map(|control| self.control = Some(control))
+            }
+            // A smaller one is over.
+            (Some(_), _) => Ok(()),
+        };
+        self.counters.bad_levels += u64::from(learned.is_err());
+    }
+
+    /// Sets the robot's flags by where it is and wants to be. Returns whether there is news to report.
+    pub fn step(&mut self, situation: Situation, now_ns: u64, silent_after_ns: u64) -> bool {
+        let mut news = self.situation.stands_in != situation.stands_in
+            || self.situation.located != situation.located
+            || self.situation.fsm_state != situation.fsm_state;
+        self.situation = situation;
+        if !self.session.is_registered() {
+            return news;
+        }
+        if let Some(control) = &mut self.control {
+            news |= control.advance();
+        }
+        if !self.situation.located {
+            return news;
+        }
+        let wanted = self.wanted();
+        let situation = &self.situation;
+        news |= (self.revocations).answer(&mut self.claims, situation, &mut self.counters);
+        news |= self.claims.follow(situation, &wanted);
+        if !self.session.is_mediator_silent(now_ns, silent_after_ns) {
+            news |= self.claims.request(&wanted);
+        }
+        news
+    }
+
+    /// What to ask for and to keep. Others decide about a robot that is acquired.
+    fn wanted(&mut self) -> Vec<String> {
+        let situation = &self.situation;
+        let own = situation.wanted.iter().chain(&situation.committed);
+        let mut wanted: Vec<String> = match &mut self.control {
+            Some(control) if control.is_acquired() => {
+                // An area that was entered and left is not asked for again.
+                let left: Vec<String> = { control.areas().iter() }
+                    .filter(|area| {
+                        self.claims.is_entered(area) && !situation.stands_in.contains(area)
+                    })
+                    .cloned()
+                    .collect();
+                left.iter().for_each(|area| control.left(area));
+                let ordered = control.areas().iter();
+                own.filter(|area| situation.needs(area))
+                    .chain(ordered)
+                    .cloned()
+                    .collect()
+            }
+            _ => own.cloned().collect(),
+        };
+        let mut seen = std::collections::HashSet::new();
+        wanted.retain(|area| seen.insert(area.clone()));
+        wanted
+    }
+
+    /// The state machine has fired an output. Returns whether that sets a flag, which is to be reported.
+    pub fn output(&mut self, output: &str) -> bool {
+        { self.control.as_mut() }.is_some_and(|control| control.output(output))
+    }
+
+    /// The next order of the mediator, each handed out once. Take them before [`step`](Self::step): flags that say that an
+    /// order was received are set only then.
+    pub fn next_order(&mut self) -> Option<Order> {
+        let order = self.last_order.take();
+        let order = order.or_else(|| self.control.as_mut()?.next_order());
+        self.counters.orders += u64::from(order.is_some());
+        order
+    }
+
+    /// The mediator has the discrete control: the state machine does nothing by itself.
+    #[must_use]
+    pub fn is_acquired(&self) -> bool {
+        self.control.as_ref().is_some_and(Control::is_acquired)
+    }
+
+    /// The coordination that the robot takes part in: its number, its net, and the flags set so far, for people.
+    #[must_use]
+    pub fn coordination(&self) -> Option<(u64, &str, String)> {
+        let control = self.control.as_ref()?;
+        Some((control.coordination, &control.net, control.describe()))
+    }
+
+    /// The next report to send: on news, and every [`LEVEL_PERIOD_NS`](crate::timing::LEVEL_PERIOD_NS).
+    pub fn report(&mut self) -> RobotReport {
+        RobotReport {
+            stands_in: self.situation.stands_in.clone(),
+            located: self.situation.located,
+            pose: self.situation.pose,
+            fsm_state: self.situation.fsm_state.clone(),
+            access: self.claims.report(),
+            revocations: self.revocations.report(),
+            control: self.control.as_ref().map(Control::report),
+            ..self.session.next_report()
+        }
+    }
+
+    /// Whether the robot may be in the area.
+    #[must_use]
+    pub fn holds(&self, area: &str) -> bool {
+        self.claims.holds(area)
+    }
+
+    /// Areas that the robot waits for, each with the reason that the mediator gives.
+    pub fn waiting(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.claims.waiting()
+    }
+
+    /// The mediator knows this boot of the robot.
+    #[must_use]
+    pub fn is_registered(&self) -> bool {
+        self.session.is_registered()
+    }
+
+    /// Nothing was heard of the mediator for longer than `silent_after_ns`.
+    #[must_use]
+    pub fn is_mediator_silent(&self, now_ns: u64, silent_after_ns: u64) -> bool {
+        self.session.is_mediator_silent(now_ns, silent_after_ns)
+    }
+
+    /// Why the mediator does not want this robot; empty when it does.
+    #[must_use]
+    pub fn refusal(&self) -> &str {
+        &self.session.refusal
+    }
+
+    /// The role that the mediator knows for this robot.
+    #[must_use]
+    pub fn role(&self) -> &str {
+        &self.session.role
+    }
+
+    /// Where this robot was and in which state, if it has restarted. Given once.
+    pub fn take_up(&mut self) -> Option<TakeUp> {
+        self.session.take_up.take()
+    }
+
+    /// Counts since the start.
+    #[must_use]
+    pub fn counters(&self) -> ClientCounters {
+        self.counters
+    }
+}

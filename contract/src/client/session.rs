@@ -1,0 +1,109 @@
+//! Who speaks, to which start of the mediator, under which registration, and which messages are from the past.
+
+use crate::wire::{MediatorReport, RobotReport, TakeUp};
+use crate::{VERSION, Version};
+
+/// What became of a message of the mediator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Received {
+    /// Taken in.
+    News,
+    /// The robot was registered by it: levels were taken over.
+    Registered,
+    /// From the past, or for another boot of this robot.
+    Stale,
+    /// The mediator does not want this robot; [`refusal`](super::Client::refusal) says why.
+    Refused,
+    /// The mediator speaks another version.
+    Version,
+}
+
+/// The robot's identity and its registration with a mediator.
+#[derive(Clone, Debug)]
+pub(super) struct Session {
+    robot_id: String,
+    site: String,
+    boot_epoch: u64,
+    /// Of the last report.
+    sequence: u64,
+    /// Of the newest start of the mediator that was heard.
+    mediator_epoch: u64,
+    /// Of its newest message.
+    mediator_sequence: u64,
+    /// The registration; 0 without one.
+    number: u64,
+    heard_ns: u64,
+    pub(super) refusal: String,
+    pub(super) role: String,
+    pub(super) take_up: Option<TakeUp>,
+}
+
+impl Session {
+    pub(super) fn new(robot_id: &str, site: &str, boot_epoch: u64) -> Self {
+        Self {
+            robot_id: robot_id.to_owned(),
+            site: site.to_owned(),
+            boot_epoch,
+            sequence: 0,
+            mediator_epoch: 0,
+            mediator_sequence: 0,
+            number: 0,
+            heard_ns: 0,
+            refusal: String::new(),
+            role: String::new(),
+            take_up: None,
+        }
+    }
+
+    /// Takes in the head of a message. Its levels count only for [`Received::News`] and [`Received::Registered`].
+    pub(super) fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
+        let newest = (self.mediator_epoch, self.mediator_sequence);
+        if message.robot_id != self.robot_id
+            || message.boot_epoch != self.boot_epoch
+            || (message.mediator_epoch, message.sequence) <= newest
+        {
+            return Received::Stale;
+        }
+        if VERSION.accept(Version::from(message.version)).is_err() {
+            return Received::Version;
+        }
+        self.mediator_epoch = message.mediator_epoch;
+        self.mediator_sequence = message.sequence;
+        self.refusal.clone_from(&message.refusal);
+        if message.session == 0 {
+            self.number = 0;
+            return Received::Refused;
+        }
+        self.heard_ns = now_ns;
+        self.role.clone_from(&message.role);
+        if self.number == message.session {
+            return Received::News;
+        }
+        self.number = message.session;
+        self.take_up.clone_from(&message.take_up);
+        Received::Registered
+    }
+
+    pub(super) fn is_registered(&self) -> bool {
+        self.number != 0
+    }
+
+    pub(super) fn is_mediator_silent(&self, now_ns: u64, silent_after_ns: u64) -> bool {
+        !self.is_registered() || now_ns > self.heard_ns.saturating_add(silent_after_ns)
+    }
+
+    /// The head of the next report.
+    pub(super) fn next_report(&mut self) -> RobotReport {
+        self.sequence += 1;
+        RobotReport {
+            version: Some(VERSION.into()),
+            robot_id: self.robot_id.clone(),
+            boot_epoch: self.boot_epoch,
+            sequence: self.sequence,
+            site: self.site.clone(),
+            mediator_epoch: self.mediator_epoch,
+            session: self.number,
+            ..RobotReport::default()
+        }
+    }
+}
