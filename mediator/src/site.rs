@@ -1,11 +1,12 @@
 //! From a site file to what the manager needs.
 
-use crate::setup::{AreaSetup, RobotSetup, Setup, SetupError};
-use config::{Area, SiteConfig};
 use std::time::Duration;
 
-/// A robot that was not heard for longer is silent (DESIGN section 5).
-const SILENT_AFTER: Duration = Duration::from_secs(1);
+use config::{Area, SiteConfig};
+use contract::timing::SILENT_AFTER_NS;
+
+use crate::setup::{AreaSetup, RobotSetup, Setup, SetupError};
+
 /// No footprint reaches farther from its start pose than this: areas within it count as taken until the robot is heard.
 const REACH_M: f64 = 1.0;
 
@@ -34,7 +35,7 @@ impl Setup {
             site: site.name.clone(),
             areas: areas.collect(),
             robots: robots.collect(),
-            silent_after: SILENT_AFTER,
+            silent_after: Duration::from_nanos(SILENT_AFTER_NS),
         };
         setup.check()?;
         Ok(setup)

@@ -14,11 +14,9 @@ mod instance;
 mod load;
 mod part;
 mod plan;
-mod running;
 
 pub use load::{PlanError, plans};
 pub use plan::Plan;
 
 pub(crate) use instance::{Instance, Stage, Unrestorable};
 pub(crate) use plan::{Cast, Kind};
-pub(crate) use running::{Handle, Running};

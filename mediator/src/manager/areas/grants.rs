@@ -1,0 +1,130 @@
+//! Granting: who is let into an area next.
+
+use super::reservations::Reservations;
+use super::table::Areas;
+use crate::manager::alarm::Alarm;
+use crate::manager::effects::Effects;
+use crate::manager::sessions::Sessions;
+
+impl Areas {
+    /// Grants what can be granted in every area where something changed, and asks for grants back that coordinations need.
+    pub(crate) fn serve(
+        &mut self,
+        sessions: &Sessions,
+        reservations: &mut dyn Reservations,
+        effects: &mut Effects,
+    ) {
+        while let Some(area) = self.next_changed() {
+            let own = &mut self.areas[area];
+            if own.queue.is_empty() && own.concerned.len() <= own.capacity as usize {
+                // Nobody waits, and there cannot be too many.
+                own.overfull = false;
+                continue;
+            }
+            let inside: Vec<usize> = self.occupants(area).collect();
+            self.judge_capacity(area, &inside, sessions, effects);
+            self.serve_area(area, inside, sessions, reservations, effects);
+        }
+        self.revoke_what_is_kept(reservations, effects);
+    }
+
+    fn serve_area(
+        &mut self,
+        area: usize,
+        mut inside: Vec<usize>,
+        sessions: &Sessions,
+        reservations: &mut dyn Reservations,
+        effects: &mut Effects,
+    ) {
+        let own = &self.areas[area];
+        let capacity = own.capacity as usize;
+        let nobody_fits =
+            inside.len() >= capacity && !own.queue.iter().any(|robot| inside.contains(robot));
+        // Until every robot of the journal has reported, one of them may be in this area.
+        if !sessions.awaited().is_empty() || own.queue.is_empty() || nobody_fits {
+            return;
+        }
+        let kept = reservations.kept(area);
+        let mut order = own.queue.clone();
+        // Whoever stands there already comes first: letting somebody else in would only make it worse.
+        order.sort_by_key(|&robot| (!self.robots[robot].stands_in(area), !kept.contains(&robot)));
+        for robot in order {
+            if !sessions.is_heard(robot) || !self.robots[robot].located {
+                // It could not use the grant; the next one may.
+                continue;
+            }
+            let intruded =
+                { inside.iter() }.any(|&other| other != robot && self.robots[other].intrudes(area));
+            let others = inside.iter().filter(|&&other| other != robot).count();
+            if self.areas[area].overfull || intruded || others >= capacity {
+                return;
+            }
+            if !self.robots[robot].stands_in(area) && !kept.contains(&robot) {
+                let still_kept = { kept.iter() }
+                    .filter(|&&other| !self.robots[other].occupies(area))
+                    .count();
+                if others + still_kept >= capacity || reservations.decide(area, robot) {
+                    continue;
+                }
+            }
+            self.grant(area, robot, reservations, effects);
+            inside.clear();
+            inside.extend(self.occupants(area));
+        }
+    }
+
+    fn grant(
+        &mut self,
+        area: usize,
+        robot: usize,
+        reservations: &mut dyn Reservations,
+        effects: &mut Effects,
+    ) {
+        // Larger than every fence of this area before.
+        let fence = self.areas[area].fence + 1;
+        let occupant = &mut self.robots[robot];
+        let claim = occupant.claims.get_mut(area);
+        if !claim.is_some_and(|claim| claim.grant(&self.access, fence)) {
+            return;
+        }
+        occupant.found_in.retain(|&other| other != area);
+        self.areas[area].fence = fence;
+        self.dequeue(area, robot);
+        effects.counters.grants += 1;
+        reservations.granted(robot, area, effects);
+        self.store_fence(area, effects);
+        self.store_claim(robot, area, effects);
+        // Why others go on waiting, they hear with their next level.
+        effects.tell(robot);
+    }
+
+    /// Notices when an area holds more than it can, and when that is over.
+    fn judge_capacity(
+        &mut self,
+        area: usize,
+        inside: &[usize],
+        sessions: &Sessions,
+        effects: &mut Effects,
+    ) {
+        let capacity = self.areas[area].capacity;
+        if inside.len() <= capacity as usize {
+            self.areas[area].overfull = false;
+            return;
+        }
+        // Where a robot stands that has not said so is only guessed.
+        let inside: Vec<usize> = { inside.iter().copied() }
+            .filter(|&robot| self.robots[robot].placed || self.robots[robot].holds(area))
+            .collect();
+        // As long as somebody has not reported, it may have left: nothing is granted anyway.
+        let overfull = sessions.awaited().is_empty() && inside.len() > capacity as usize;
+        let was_overfull = std::mem::replace(&mut self.areas[area].overfull, overfull);
+        if overfull && !was_overfull {
+            effects.alarms.push(Alarm::Overfull {
+                area: self.names.area_id(area),
+                capacity,
+                found: inside.len(),
+                robots: self.names.robot_list(inside),
+            });
+        }
+    }
+}

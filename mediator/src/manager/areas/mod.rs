@@ -1,0 +1,28 @@
+//! Who may be in which area: requests, grants with fences, occupancy, revocation.
+//!
+//! * **Occupancy.** An area is occupied by every robot that was granted it, that stands in it by its own report, or that did so
+//!   when it was last heard. A silent robot goes on occupying what it occupied.
+//! * **Queue.** Requests wait in the order of priority, then of asking.
+//! * **Grant.** Given when the area's other occupants leave room; whoever stands in the area already comes first. An intruder, or
+//!   more robots than the area holds, close it to everyone until it is right again.
+//! * **Fence.** Every grant of an area has a larger number than all before it, so a message about an older grant is recognised
+//!   and ignored.
+//! * **Revocation.** Asking a grant back is a request: until the robot has answered, it has the area.
+//!
+//! What coordinations decide about areas comes in through [`Reservations`].
+
+mod claim;
+mod grants;
+mod occupant;
+mod reports;
+mod reservations;
+mod restore;
+mod revocation;
+mod revoking;
+mod table;
+
+pub(crate) use reservations::{Reservations, Reserved};
+pub(crate) use table::Areas;
+
+#[cfg(test)]
+mod tests;

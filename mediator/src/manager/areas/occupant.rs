@@ -1,0 +1,87 @@
+//! Where one robot is, and what it claims.
+
+use contract::wire::Pose;
+
+use super::claim::{Claim, Claims};
+use super::revocation::Revocations;
+
+/// Where one robot is, and what it claims.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Occupant {
+    pub(crate) located: bool,
+    /// It has said in this session where it stands.
+    pub(crate) placed: bool,
+    /// Areas it reaches into, sorted.
+    pub(crate) stands_in: Vec<usize>,
+    /// Areas in which it stood when it registered, without a grant.
+    pub(crate) found_in: Vec<usize>,
+    /// Areas for which an alarm was raised because it intrudes.
+    pub(crate) intrudes_in: Vec<usize>,
+    pub(crate) pose: Option<Pose>,
+    pub(crate) fsm_state: String,
+    /// Protocol 1 by area.
+    pub(crate) claims: Claims,
+    /// Grants that were asked back, by area.
+    pub(crate) revocations: Revocations,
+}
+
+impl Occupant {
+    /// Another process speaks for it, which does not know yet where it is.
+    pub(crate) fn forget_place(&mut self) {
+        self.placed = false;
+        self.located = false;
+        self.found_in.clear();
+    }
+
+    pub(crate) fn claim(&self, area: usize) -> Option<&Claim> {
+        self.claims.get(area)
+    }
+
+    pub(crate) fn stands_in(&self, area: usize) -> bool {
+        self.stands_in.contains(&area)
+    }
+
+    /// It has the area by a grant.
+    pub(crate) fn holds(&self, area: usize) -> bool {
+        self.claim(area).is_some_and(Claim::is_held)
+    }
+
+    /// It has said that it is in an area that it was granted.
+    pub(crate) fn has_entered(&self, area: usize) -> bool {
+        self.claim(area).is_some_and(Claim::is_entered)
+    }
+
+    /// It has asked for the area, and is in the queue.
+    pub(crate) fn waits_for(&self, area: usize) -> bool {
+        self.claim(area).is_some_and(Claim::waits)
+    }
+
+    /// All areas that it has asked for and waits for.
+    pub(crate) fn waits(&self) -> impl Iterator<Item = usize> + '_ {
+        { self.claims.iter() }
+            .filter(|(_, claim)| claim.waits())
+            .map(|(area, _)| area)
+    }
+
+    /// It may be in the area, by a grant or because it stands there.
+    pub(crate) fn occupies(&self, area: usize) -> bool {
+        self.holds(area) || self.stands_in(area)
+    }
+
+    /// It may be in some area.
+    pub(crate) fn is_somewhere(&self) -> bool {
+        !self.stands_in.is_empty() || self.claims.iter().any(|(_, claim)| claim.is_held())
+    }
+
+    /// It reaches into the area and was not granted it; one that was found there is no intruder until it has left. Before it
+    /// has said where it stands, nothing is known of that.
+    pub(crate) fn intrudes(&self, area: usize) -> bool {
+        self.placed && self.stands_in(area) && !self.holds(area) && !self.found_in.contains(&area)
+    }
+
+    /// It is not in the area any more, by an operator's word.
+    pub(crate) fn leave(&mut self, area: usize) {
+        self.stands_in.retain(|&other| other != area);
+        self.found_in.retain(|&other| other != area);
+    }
+}

@@ -1,0 +1,28 @@
+//! What coordinations decide about areas.
+
+use crate::manager::effects::Effects;
+
+/// An area that is kept for a robot and was not granted to it since.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Reserved {
+    pub(crate) area: usize,
+    pub(crate) robot: usize,
+}
+
+/// Asked before a grant, told after it. Nets decide who is next, never that two robots fit where one does.
+pub(crate) trait Reservations {
+    /// Robots for which an area is kept.
+    fn kept(&self, area: usize) -> Vec<usize>;
+
+    /// Nobody but a net lets this robot into this area.
+    fn decide(&self, area: usize, robot: usize) -> bool;
+
+    /// All areas that are kept and were not granted since, in the order of the coordinations' start.
+    fn open(&self) -> Vec<Reserved>;
+
+    /// A robot was granted an area.
+    fn granted(&mut self, robot: usize, area: usize, effects: &mut Effects);
+
+    /// A robot has given an area back, after having been in it or not.
+    fn gave_back(&mut self, robot: usize, area: usize, entered: bool, effects: &mut Effects);
+}

@@ -1,0 +1,119 @@
+//! Areas from the site file and the journal.
+
+use super::claim::Claim;
+use super::revocation::Revocation;
+use super::table::Areas;
+use crate::journal::Stored;
+use crate::manager::error::RestoreError;
+use crate::manager::names::Names;
+use crate::setup::{Setup, SetupError};
+
+impl Areas {
+    /// Takes up where the journal ends. A robot that was never heard of stands where the site file lets it start.
+    pub(crate) fn restore(
+        setup: &Setup,
+        names: &std::sync::Arc<Names>,
+        stored: &Stored,
+        now_ns: u64,
+    ) -> Result<Self, RestoreError> {
+        let mut areas = Self::new(setup, names);
+        areas.place_unheard(setup, stored)?;
+        for (id, &fence) in &stored.fences {
+            let area = known_area(names, id)?;
+            areas.areas[area].fence = fence;
+        }
+        for (id, record) in &stored.robots {
+            let robot = known_robot(names, id)?;
+            let mut stands_in = Vec::with_capacity(record.stands_in.len());
+            for id in &record.stands_in {
+                let area = known_area(names, id)?;
+                stands_in.push(area);
+                areas.concern(area, robot);
+            }
+            areas.robots[robot].stands_in = stands_in;
+            areas.robots[robot].fsm_state.clone_from(&record.fsm_state);
+        }
+        areas.restore_claims(stored, now_ns)?;
+        areas.restore_revocations(stored)?;
+        Ok(areas)
+    }
+
+    fn place_unheard(&mut self, setup: &Setup, stored: &Stored) -> Result<(), SetupError> {
+        for (robot, setup) in setup.robots.iter().enumerate() {
+            for id in &setup.starts_in {
+                let area = self
+                    .names
+                    .area(id)
+                    .ok_or_else(|| SetupError::UnknownStart {
+                        robot: setup.id.clone(),
+                        area: id.clone(),
+                    })?;
+                if !stored.robots.contains_key(&setup.id) {
+                    self.robots[robot].stands_in.push(area);
+                    self.concern(area, robot);
+                }
+            }
+            self.robots[robot].stands_in.sort_unstable();
+        }
+        Ok(())
+    }
+
+    fn restore_claims(&mut self, stored: &Stored, now_ns: u64) -> Result<(), RestoreError> {
+        for ((robot_id, area_id), &record) in &stored.access {
+            let (robot, area) = known_pair(&self.names, robot_id, area_id)?;
+            let mut claim =
+                Claim::resume(&self.access, record).map_err(|error| RestoreError::Level {
+                    robot: robot_id.clone(),
+                    area: area_id.clone(),
+                    protocol: "access",
+                    error,
+                })?;
+            claim.asked_ns = now_ns;
+            self.ticket = self.ticket.max(claim.ticket);
+            let waits = claim.waits();
+            let matters = waits || claim.is_held();
+            self.robots[robot].claims.set(area, claim);
+            if matters {
+                self.concern(area, robot);
+            }
+            if waits {
+                self.enqueue(area, robot);
+            }
+        }
+        Ok(())
+    }
+
+    fn restore_revocations(&mut self, stored: &Stored) -> Result<(), RestoreError> {
+        for ((robot_id, area_id), &record) in &stored.revocations {
+            let (robot, area) = known_pair(&self.names, robot_id, area_id)?;
+            let revocation = Revocation::resume(&self.revocation, record).map_err(|error| {
+                RestoreError::Level {
+                    robot: robot_id.clone(),
+                    area: area_id.clone(),
+                    protocol: "revocation",
+                    error,
+                }
+            })?;
+            self.robots[robot].revocations.insert(area, revocation);
+        }
+        Ok(())
+    }
+}
+
+fn known_area(names: &Names, id: &str) -> Result<usize, RestoreError> {
+    names.area(id).ok_or_else(|| RestoreError::Unknown {
+        kind: "area",
+        id: id.to_owned(),
+    })
+}
+
+fn known_robot(names: &Names, id: &str) -> Result<usize, RestoreError> {
+    names.robot(id).ok_or_else(|| RestoreError::Unknown {
+        kind: "robot",
+        id: id.to_owned(),
+    })
+}
+
+fn known_pair(names: &Names, robot: &str, area: &str) -> Result<(usize, usize), RestoreError> {
+    Ok((known_robot(names, robot)?, known_area(names, area)?))
+}

@@ -1,0 +1,79 @@
+//! The revocation protocol of one robot and one area, from the mediator's side.
+
+use std::collections::BTreeMap;
+
+use contract::protocols::{MEDIATOR_PARTY, RevocationProtocol};
+use coordination::protocol::{Level, MergeError, Replica, Side};
+
+use crate::journal::RevocationRecord;
+
+/// Revocations of one robot's grants of one area.
+#[derive(Clone, Debug)]
+pub(crate) struct Revocation {
+    replica: Replica,
+    /// Of the grant that was last asked back.
+    fence: u64,
+}
+
+/// By area.
+pub(crate) type Revocations = BTreeMap<usize, Revocation>;
+
+impl Revocation {
+    pub(super) fn new(protocol: &RevocationProtocol) -> Self {
+        Self {
+            replica: protocol.begin(MEDIATOR_PARTY),
+            fence: 0,
+        }
+    }
+
+    pub(super) fn resume(
+        protocol: &RevocationProtocol,
+        record: RevocationRecord,
+    ) -> Result<Self, MergeError> {
+        Ok(Self {
+            replica: protocol.resume(MEDIATOR_PARTY, record.level)?,
+            fence: record.fence,
+        })
+    }
+
+    /// Asks for the grant with this fence back, once. Returns whether that is new.
+    pub(super) fn ask(&mut self, protocol: &RevocationProtocol, fence: u64) -> bool {
+        if self.fence == fence || self.replica.set(protocol.revoke).is_err() {
+            return false;
+        }
+        self.fence = fence;
+        true
+    }
+
+    /// Takes in an answer; whether there was something new. Where the journal has lost its last entries (`first`), the robot
+    /// knows better.
+    pub(super) fn merge(
+        &mut self,
+        protocol: &RevocationProtocol,
+        level: Level,
+        fence: u64,
+        first: bool,
+    ) -> Result<bool, MergeError> {
+        let mut changed = false;
+        match self.replica.merge(level) {
+            Err(_) if first => {
+                changed = true;
+                *self = Self::resume(protocol, RevocationRecord { level, fence })?;
+            }
+            merged => {
+                merged?;
+            }
+        }
+        while self.replica.poll().is_some() {
+            changed = true;
+        }
+        Ok(changed)
+    }
+
+    pub(super) fn record(&self) -> RevocationRecord {
+        RevocationRecord {
+            level: self.replica.level(),
+            fence: self.fence,
+        }
+    }
+}

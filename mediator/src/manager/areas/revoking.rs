@@ -1,0 +1,102 @@
+//! Asking for grants back that were not used yet, where a coordination needs the area.
+
+use contract::level;
+use contract::wire::Access;
+
+use super::reservations::{Reservations, Reserved};
+use super::revocation::Revocation;
+use super::table::Areas;
+use crate::journal::Entry;
+use crate::manager::alarm::BadReport;
+use crate::manager::effects::Effects;
+
+impl Areas {
+    /// Asks for grants back that stand in the way of what coordinations keep for others.
+    pub(super) fn revoke_what_is_kept(
+        &mut self,
+        reservations: &dyn Reservations,
+        effects: &mut Effects,
+    ) {
+        for Reserved { area, robot } in reservations.open() {
+            let others: Vec<usize> = self.occupants(area).collect();
+            if !self.robots[robot].waits_for(area)
+                || others.len() < self.areas[area].capacity as usize
+            {
+                continue;
+            }
+            let kept = reservations.kept(area);
+            for other in others {
+                if other != robot && !kept.contains(&other) {
+                    self.revoke(other, area, effects);
+                }
+            }
+        }
+    }
+
+    /// Asks once for a grant back whose robot is not in the area yet.
+    fn revoke(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+        let occupant = &mut self.robots[robot];
+        let stands = occupant.stands_in(area);
+        let claim = { occupant.claims.get(area) }
+            .filter(|claim| claim.is_held() && !claim.is_entered() && !stands);
+        let Some(fence) = claim.map(|claim| claim.fence) else {
+            return;
+        };
+        let protocol = &self.revocation;
+        let revocation =
+            { occupant.revocations.entry(area) }.or_insert_with(|| Revocation::new(protocol));
+        if !revocation.ask(protocol, fence) {
+            return;
+        }
+        effects.counters.revocations += 1;
+        self.store_revocation(robot, area, effects);
+        effects.tell(robot);
+    }
+
+    fn store_revocation(&self, robot: usize, area: usize, effects: &mut Effects) {
+        if let Some(revocation) = self.robots[robot].revocations.get(&area) {
+            effects.entries.push(Entry::Revocation {
+                robot: self.names.robot_id(robot),
+                area: self.names.area_id(area),
+                record: revocation.record(),
+            });
+        }
+    }
+
+    /// Takes in an answer. What becomes of the area itself, protocol 1 says. Returns whether there was something new.
+    pub(super) fn merge_revocation(
+        &mut self,
+        robot: usize,
+        access: &Access,
+        first: bool,
+        effects: &mut Effects,
+    ) -> Result<bool, BadReport> {
+        let level = level::decode(access.level.as_ref())?;
+        let area = self
+            .names
+            .area(&access.area)
+            .ok_or(BadReport::UnknownArea)?;
+        let protocol = &self.revocation;
+        let revocation = { self.robots[robot].revocations.entry(area) }
+            .or_insert_with(|| Revocation::new(protocol));
+        let changed = revocation.merge(protocol, level, access.fence, first)?;
+        if changed {
+            self.store_revocation(robot, area, effects);
+            effects.tell(robot);
+        }
+        Ok(changed)
+    }
+
+    /// For a message.
+    pub(crate) fn revocations_of(&self, robot: usize) -> Vec<Access> {
+        let all = self.robots[robot].revocations.iter();
+        all.map(|(&area, revocation)| (area, revocation.record()))
+            .filter(|(_, record)| record.fence > 0)
+            .map(|(area, record)| Access {
+                area: self.names.area_id(area),
+                level: Some(level::encode(record.level)),
+                fence: record.fence,
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,211 @@
+//! All areas and where all robots are: who occupies what, and who waits for it.
+
+use std::cmp::Reverse;
+use std::sync::Arc;
+
+use contract::protocols::{AccessProtocol, RevocationProtocol};
+
+use super::claim::Claim;
+use super::occupant::Occupant;
+use crate::journal::Entry;
+use crate::manager::effects::Effects;
+use crate::manager::names::Names;
+use crate::setup::Setup;
+
+/// One area.
+#[derive(Clone, Debug)]
+pub(crate) struct Area {
+    pub(crate) capacity: u32,
+    /// Of the last grant.
+    pub(crate) fence: u64,
+    /// Robots whose request waits, in the order in which they are served.
+    pub(crate) queue: Vec<usize>,
+    /// Robots that hold it, stand in it, or ask for it: nobody else needs to be looked at.
+    pub(super) concerned: Vec<usize>,
+    /// More robots were in it than it holds when it was last looked at.
+    pub(super) overfull: bool,
+    /// Something changed, and a waiting robot may now fit.
+    changed: bool,
+}
+
+/// Where an area's robots are, and what they claim.
+#[derive(Debug)]
+pub(crate) struct Areas {
+    pub(super) names: Arc<Names>,
+    pub(super) access: AccessProtocol,
+    pub(super) revocation: RevocationProtocol,
+    pub(super) areas: Vec<Area>,
+    pub(super) robots: Vec<Occupant>,
+    /// Of the last request.
+    pub(super) ticket: u64,
+    /// Areas with `changed` set.
+    changed: Vec<usize>,
+}
+
+impl Areas {
+    pub(crate) fn new(setup: &Setup, names: &Arc<Names>) -> Self {
+        let areas = setup.areas.iter().map(|area| Area {
+            capacity: area.capacity,
+            fence: 0,
+            queue: Vec::new(),
+            concerned: Vec::new(),
+            overfull: false,
+            changed: false,
+        });
+        Self {
+            access: AccessProtocol::new(),
+            revocation: RevocationProtocol::new(),
+            areas: areas.collect(),
+            robots: vec![Occupant::default(); names.robots().len()],
+            ticket: 0,
+            changed: Vec::new(),
+            names: Arc::clone(names),
+        }
+    }
+
+    // ---------------------------------------------------------------- questions
+
+    pub(crate) fn len(&self) -> usize {
+        self.areas.len()
+    }
+
+    pub(crate) fn area(&self, area: usize) -> &Area {
+        &self.areas[area]
+    }
+
+    pub(crate) fn robot(&self, robot: usize) -> &Occupant {
+        &self.robots[robot]
+    }
+
+    /// Robots that may be in the area.
+    pub(crate) fn occupants(&self, area: usize) -> impl Iterator<Item = usize> + '_ {
+        let concerned = self.areas[area].concerned.iter().copied();
+        concerned.filter(move |&robot| self.robots[robot].occupies(area))
+    }
+
+    /// Areas in which a robot may be.
+    pub(crate) fn occupied_by(&self, robot: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.areas.len()).filter(move |&area| self.robots[robot].occupies(area))
+    }
+
+    /// Nobody is let in.
+    pub(crate) fn is_closed(&self, area: usize) -> bool {
+        let intruded = self
+            .occupants(area)
+            .any(|robot| self.robots[robot].intrudes(area));
+        self.areas[area].overfull || intruded
+    }
+
+    // ---------------------------------------------------------------- bookkeeping
+
+    pub(super) fn concern(&mut self, area: usize, robot: usize) {
+        let concerned = &mut self.areas[area].concerned;
+        if !concerned.contains(&robot) {
+            concerned.push(robot);
+        }
+    }
+
+    /// Drops the robot from the area's list when nothing joins them any more.
+    pub(super) fn unconcern(&mut self, area: usize, robot: usize) {
+        let occupant = &self.robots[robot];
+        if !occupant.occupies(area) && !occupant.waits_for(area) {
+            self.areas[area].concerned.retain(|&other| other != robot);
+        }
+    }
+
+    /// Gives a claim the next ticket.
+    pub(super) fn draw_ticket(ticket: &mut u64, claim: &mut Claim, now_ns: u64) {
+        *ticket += 1;
+        claim.ticket = *ticket;
+        claim.asked_ns = now_ns;
+    }
+
+    /// Puts a robot with a ticket into the queue, by priority and then by ticket.
+    pub(super) fn enqueue(&mut self, area: usize, robot: usize) {
+        let rank = |robot: usize| {
+            let ticket = self.robots[robot]
+                .claim(area)
+                .map_or(u64::MAX, |claim| claim.ticket);
+            (Reverse(self.names.robots()[robot].priority), ticket)
+        };
+        let own = rank(robot);
+        let queue = &self.areas[area].queue;
+        let place = queue.partition_point(|&other| rank(other) <= own);
+        self.areas[area].queue.insert(place, robot);
+        self.concern(area, robot);
+        self.touch(area);
+    }
+
+    pub(super) fn dequeue(&mut self, area: usize, robot: usize) {
+        self.areas[area].queue.retain(|&other| other != robot);
+    }
+
+    /// Something changed in an area: it is looked at when areas are next served.
+    pub(crate) fn touch(&mut self, area: usize) {
+        if !std::mem::replace(&mut self.areas[area].changed, true) {
+            self.changed.push(area);
+        }
+    }
+
+    pub(crate) fn touch_all(&mut self) {
+        (0..self.areas.len()).for_each(|area| self.touch(area));
+    }
+
+    /// Whether a robot can use a grant has changed.
+    pub(crate) fn touch_what_waits(&mut self, robot: usize) {
+        let waits: Vec<usize> = self.robots[robot].waits().collect();
+        waits.into_iter().for_each(|area| self.touch(area));
+    }
+
+    /// The next area to look at.
+    pub(super) fn next_changed(&mut self) -> Option<usize> {
+        let area = self.changed.pop()?;
+        self.areas[area].changed = false;
+        Some(area)
+    }
+
+    pub(super) fn store_claim(&self, robot: usize, area: usize, effects: &mut Effects) {
+        if let Some(claim) = self.robots[robot].claim(area) {
+            effects.entries.push(Entry::Access {
+                robot: self.names.robot_id(robot),
+                area: self.names.area_id(area),
+                record: claim.record(),
+            });
+        }
+    }
+
+    pub(super) fn store_fence(&self, area: usize, effects: &mut Effects) {
+        effects.entries.push(Entry::Fence {
+            area: self.names.area_id(area),
+            fence: self.areas[area].fence,
+        });
+    }
+
+    // ---------------------------------------------------------------- what others say
+
+    /// Another process speaks for a robot, which does not know yet where it is.
+    pub(crate) fn forget_place(&mut self, robot: usize) {
+        self.robots[robot].forget_place();
+    }
+
+    /// Remembers what a robot was told of why it waits.
+    pub(crate) fn note_why(&mut self, robot: usize, area: usize, now_ns: u64, why: String) {
+        if let Some(claim) = self.robots[robot].claims.get_mut(area) {
+            claim.why = (now_ns.max(1), why);
+        }
+    }
+
+    /// An operator says that a robot is not in an area.
+    pub(crate) fn leave(&mut self, robot: usize, area: usize) {
+        self.robots[robot].leave(area);
+    }
+
+    /// Ends a robot's hold on an area, if it has one.
+    pub(crate) fn end_hold(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+        let claim = self.robots[robot].claims.get_mut(area);
+        if let Some(claim) = claim.filter(|claim| claim.is_held()) {
+            claim.abort();
+            self.store_claim(robot, area, effects);
+        }
+    }
+}

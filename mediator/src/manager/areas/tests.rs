@@ -1,0 +1,240 @@
+use std::sync::Arc;
+use std::time::Duration;
+
+use contract::wire::{Access, Level, RobotReport};
+
+use super::reservations::{Reservations, Reserved};
+use super::table::Areas;
+use crate::journal::{Entry, Stored};
+use crate::manager::alarm::Alarm;
+use crate::manager::effects::Effects;
+use crate::manager::names::Names;
+use crate::manager::sessions::Sessions;
+use crate::setup::{AreaSetup, RobotSetup, Setup};
+
+/// Nets that keep one area for one robot, or none.
+#[derive(Default)]
+struct Nets {
+    keeps: Option<Reserved>,
+    granted: Vec<(usize, usize)>,
+}
+
+impl Reservations for Nets {
+    fn kept(&self, area: usize) -> Vec<usize> {
+        let kept = self.keeps.filter(|kept| kept.area == area);
+        kept.map(|kept| kept.robot).into_iter().collect()
+    }
+
+    fn decide(&self, _area: usize, _robot: usize) -> bool {
+        false
+    }
+
+    fn open(&self) -> Vec<Reserved> {
+        self.keeps.into_iter().collect()
+    }
+
+    fn granted(&mut self, robot: usize, area: usize, _effects: &mut Effects) {
+        self.granted.push((robot, area));
+    }
+
+    fn gave_back(&mut self, _: usize, _: usize, _: bool, _: &mut Effects) {}
+}
+
+/// One area for one robot, and three robots that are heard; the last one goes first.
+struct Bench {
+    areas: Areas,
+    sessions: Sessions,
+    nets: Nets,
+    effects: Effects,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let robot = |(id, priority): (&str, u32)| RobotSetup {
+            id: id.into(),
+            role: "normal".into(),
+            priority,
+            starts_in: Vec::new(),
+        };
+        let setup = Setup {
+            site: "hall".into(),
+            areas: vec![AreaSetup {
+                id: "gate".into(),
+                capacity: 1,
+            }],
+            robots: [("a", 0), ("b", 0), ("first", 1)].map(robot).into(),
+            silent_after: Duration::from_secs(1),
+        };
+        let names = Arc::new(Names::new(&setup).expect("valid"));
+        let areas = Areas::restore(&setup, &names, &Stored::default(), 0).expect("valid");
+        let mut sessions = Sessions::new(&names, 1, u64::MAX);
+        for robot in 0..3 {
+            sessions.robot_mut(robot).registered = true;
+        }
+        Self {
+            areas,
+            sessions,
+            nets: Nets::default(),
+            effects: Effects::new(3),
+        }
+    }
+
+    /// The robot reports where it stands, and its level of the gate: `path`, `progress` and `fence`.
+    fn report(&mut self, robot: usize, stands: bool, (path, progress, fence): (u32, u32, u64)) {
+        let level = Level {
+            path,
+            progress,
+            ..Level::default()
+        };
+        let report = RobotReport {
+            located: true,
+            stands_in: stands.then(|| "gate".to_owned()).into_iter().collect(),
+            access: vec![Access {
+                area: "gate".into(),
+                level: Some(level),
+                fence,
+            }],
+            ..RobotReport::default()
+        };
+        let (nets, effects) = (&mut self.nets, &mut self.effects);
+        self.areas.take_in(robot, &report, false, 0, nets, effects);
+        self.areas.place(robot, &report, effects);
+    }
+
+    fn serve(&mut self) {
+        (self.areas).serve(&self.sessions, &mut self.nets, &mut self.effects);
+    }
+
+    fn ask(&mut self, robot: usize) {
+        self.report(robot, false, (0, 1, 0));
+    }
+
+    fn holder(&self) -> Option<usize> {
+        (0..3).find(|&robot| self.areas.robot(robot).holds(0))
+    }
+
+    fn fence(&self) -> u64 {
+        self.areas.area(0).fence
+    }
+}
+
+#[test]
+fn requests_are_served_by_priority_then_by_asking_with_growing_fences() {
+    let mut bench = Bench::new();
+    bench.ask(1);
+    bench.ask(0);
+    bench.ask(2);
+    assert_eq!(bench.areas.area(0).queue, [2, 1, 0]);
+    for (fence, robot) in [(1, 2), (2, 1), (3, 0)] {
+        bench.serve();
+        assert_eq!((bench.holder(), bench.fence()), (Some(robot), fence));
+        bench.report(robot, false, (1, 3, fence));
+    }
+    assert_eq!(bench.holder(), None);
+    assert_eq!(bench.nets.granted, [(2, 0), (1, 0), (0, 0)]);
+}
+
+#[test]
+fn a_release_of_an_older_grant_is_ignored() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.report(0, false, (1, 3, 7));
+    assert_eq!(bench.holder(), Some(0));
+    assert_eq!(bench.effects.counters.other_fence, 1);
+}
+
+#[test]
+fn a_silent_robot_is_granted_nothing_and_keeps_what_it_has() {
+    let mut bench = Bench::new();
+    bench.sessions.robot_mut(0).silent = true;
+    bench.ask(0);
+    bench.ask(1);
+    bench.serve();
+    assert_eq!(bench.holder(), Some(1), "the next one may");
+    bench.sessions.robot_mut(1).silent = true;
+    bench.sessions.robot_mut(0).silent = false;
+    bench.areas.touch(0);
+    bench.serve();
+    assert_eq!(bench.holder(), Some(1));
+}
+
+#[test]
+fn nothing_is_granted_before_everybody_awaited_has_reported() {
+    let mut bench = Bench::new();
+    bench.sessions.wait_for(vec![2]);
+    bench.ask(0);
+    bench.serve();
+    assert_eq!(bench.holder(), None);
+    bench.sessions.hear(2, 0, &mut bench.effects);
+    bench.areas.touch_all();
+    bench.serve();
+    assert_eq!(bench.holder(), Some(0));
+}
+
+#[test]
+fn an_intruder_closes_the_area_until_it_has_left() {
+    let mut bench = Bench::new();
+    bench.report(0, false, (0, 0, 0));
+    bench.report(0, true, (0, 0, 0));
+    let alarms = &bench.effects.alarms;
+    assert!(
+        matches!(&alarms[..], [Alarm::Intruder { .. }]),
+        "{alarms:?}"
+    );
+    assert!(bench.areas.is_closed(0));
+    bench.ask(1);
+    bench.serve();
+    assert_eq!(bench.holder(), None);
+    bench.report(0, false, (0, 0, 0));
+    bench.serve();
+    assert_eq!(bench.holder(), Some(1));
+}
+
+#[test]
+fn a_robot_that_was_found_in_the_area_is_no_intruder_and_comes_first() {
+    let mut bench = Bench::new();
+    bench.report(0, true, (0, 0, 0));
+    assert!(bench.effects.alarms.is_empty());
+    bench.ask(2);
+    bench.report(0, true, (0, 1, 0));
+    bench.serve();
+    assert_eq!(bench.holder(), Some(0));
+}
+
+#[test]
+fn a_grant_that_a_net_needs_is_asked_back_once_and_only_before_it_is_used() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.nets.keeps = Some(Reserved { area: 0, robot: 1 });
+    bench.ask(1);
+    for _ in 0..2 {
+        bench.serve();
+    }
+    assert_eq!(bench.effects.counters.revocations, 1);
+    assert_eq!(bench.areas.revocations_of(0)[0].fence, 1);
+    assert_eq!(bench.holder(), Some(0), "until it has answered");
+
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.report(0, true, (0, 3, 1));
+    bench.nets.keeps = Some(Reserved { area: 0, robot: 1 });
+    bench.ask(1);
+    bench.serve();
+    assert_eq!(bench.effects.counters.revocations, 0);
+}
+
+#[test]
+fn a_fence_is_written_down_with_its_grant() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.effects.entries.clear();
+    bench.serve();
+    let entries = &bench.effects.entries;
+    let [Entry::Fence { fence: 1, .. }, Entry::Access { record, .. }] = &entries[..] else {
+        panic!("{entries:?}");
+    };
+    assert_eq!(record.fence, 1);
+}

@@ -1,0 +1,309 @@
+//! Which coordinations run, and what they keep.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::status::CoordinationStatus;
+use crate::journal::{Entry, Stored};
+use crate::manager::alarm::Alarm;
+use crate::manager::areas::{Reservations, Reserved};
+use crate::manager::effects::Effects;
+use crate::manager::names::Names;
+use crate::nets::{Instance, Plan, Unrestorable};
+
+/// The last 32 coordinations that are over are remembered, for people.
+const REMEMBERED: usize = 32;
+
+/// A coordination under way.
+#[derive(Debug)]
+struct Running {
+    /// Its plan. A plan runs once at a time.
+    plan: usize,
+    /// For alarms: the plan's id and the number of the first instance, which those that replace it keep.
+    name: String,
+    instance: Instance,
+}
+
+impl Running {
+    fn new(plan: usize, instance: Instance) -> Self {
+        Self {
+            plan,
+            name: format!("{}/{}", instance.plan.id, instance.number),
+            instance,
+        }
+    }
+}
+
+/// What happened to an area that is kept for a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum KeptChange {
+    Granted,
+    GaveBack { entered: bool },
+}
+
+/// Everything about coordinations that the manager keeps. Those that run are named by the number of their plan.
+#[derive(Debug)]
+pub(crate) struct Coordinations {
+    pub(super) names: Arc<Names>,
+    pub(super) plans: Vec<Arc<Plan>>,
+    /// In the order of their start.
+    running: Vec<Running>,
+    /// Number of the last coordination.
+    number: u64,
+    /// By plan: not started again before.
+    pub(super) held_off_ns: Vec<u64>,
+    /// By area: the plan whose net lets robots in.
+    governed: Vec<Option<usize>>,
+    over: VecDeque<CoordinationStatus>,
+}
+
+impl Coordinations {
+    fn new(plans: Vec<Arc<Plan>>, areas: usize, names: &Arc<Names>) -> Self {
+        let mut governed = vec![None; areas];
+        for (index, plan) in plans.iter().enumerate() {
+            for &area in &plan.governed {
+                governed[area] = Some(index);
+            }
+        }
+        Self {
+            names: Arc::clone(names),
+            running: Vec::new(),
+            number: 0,
+            held_off_ns: vec![0; plans.len()],
+            governed,
+            over: VecDeque::new(),
+            plans,
+        }
+    }
+
+    /// Takes up what ran. What cannot go on is given up, and its robots are let go.
+    pub(crate) fn restore(
+        plans: Vec<Arc<Plan>>,
+        areas: usize,
+        names: &Arc<Names>,
+        stored: &Stored,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> Self {
+        let mut all = Self::new(plans, areas, names);
+        let last = stored.coordinations.keys().copied().max();
+        all.number = stored.number.max(last.unwrap_or(0));
+        for (&number, record) in &stored.coordinations {
+            let plan = { all.plans.iter() }.position(|plan| plan.id == record.coordination);
+            let restored = { plan.filter(|&plan| all.get(plan).is_none()) }
+                .ok_or_else(|| Unrestorable("the site does not have it".to_owned()))
+                .and_then(|plan| {
+                    let robot = |id: &str| names.robot(id);
+                    let area = |id: &str| names.area(id);
+                    let own = &all.plans[plan];
+                    let instance = Instance::restore(own, number, record, robot, area, now_ns)?;
+                    Ok(Running::new(plan, instance))
+                });
+            match restored {
+                Ok(running) => all.running.push(running),
+                Err(what) => {
+                    effects.alarms.push(Alarm::NotResumed {
+                        coordination: record.coordination.clone(),
+                        what: what.to_string(),
+                    });
+                    let record = None;
+                    effects.entries.push(Entry::Coordination { number, record });
+                }
+            }
+        }
+        all
+    }
+
+    // ---------------------------------------------------------------- questions
+
+    /// The plans that run, in the order of their start.
+    pub(super) fn plans_that_run(&self) -> Vec<usize> {
+        self.running.iter().map(|own| own.plan).collect()
+    }
+
+    /// What runs by a plan.
+    pub(crate) fn get(&self, plan: usize) -> Option<&Instance> {
+        let own = self.running.iter().find(|own| own.plan == plan)?;
+        Some(&own.instance)
+    }
+
+    pub(super) fn get_mut(&mut self, plan: usize) -> Option<&mut Instance> {
+        let own = self.running.iter_mut().find(|own| own.plan == plan)?;
+        Some(&mut own.instance)
+    }
+
+    /// All that run, in the order of their start.
+    pub(crate) fn instances(&self) -> impl Iterator<Item = &Instance> {
+        self.running.iter().map(|own| &own.instance)
+    }
+
+    /// The last ones that are over, for people.
+    pub(crate) fn over(&self) -> impl Iterator<Item = &CoordinationStatus> {
+        self.over.iter()
+    }
+
+    /// Which coordination has the robot's discrete control, and its role there.
+    pub(crate) fn control_of(&self, robot: usize) -> Option<(&Instance, usize)> {
+        self.instances()
+            .find_map(|instance| Some((instance, instance.controls(robot)?)))
+    }
+
+    /// The plans whose coordinations have the robot's discrete control.
+    pub(super) fn plans_that_control(&self, robot: usize) -> Vec<usize> {
+        { self.running.iter() }
+            .filter(|own| own.instance.controls(robot).is_some())
+            .map(|own| own.plan)
+            .collect()
+    }
+
+    /// The plan whose net lets robots into an area, and what runs by it.
+    pub(crate) fn governor(&self, area: usize) -> Option<(&Plan, Option<&Instance>)> {
+        let plan = self.governed[area]?;
+        Some((&self.plans[plan], self.get(plan)))
+    }
+
+    /// Number of the last coordination.
+    pub(super) fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// What alarms call it.
+    pub(super) fn name(&self, plan: usize) -> String {
+        let own = self.running.iter().find(|own| own.plan == plan);
+        own.map_or_else(String::new, |own| own.name.clone())
+    }
+
+    // ---------------------------------------------------------------- beginning and ending
+
+    /// Gives out the next number.
+    pub(super) fn next_number(&mut self, effects: &mut Effects) -> u64 {
+        self.skip_to(self.number + 1, effects);
+        self.number
+    }
+
+    /// No coordination gets a number up to this one again.
+    pub(super) fn skip_to(&mut self, number: u64, effects: &mut Effects) {
+        self.number = number;
+        effects.entries.push(Entry::Number(number));
+    }
+
+    pub(super) fn begin(&mut self, plan: usize, instance: Instance) {
+        self.running.push(Running::new(plan, instance));
+    }
+
+    /// Ends what runs by a plan, and remembers it.
+    pub(super) fn remove(
+        &mut self,
+        plan: usize,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> Option<Instance> {
+        let place = self.running.iter().position(|own| own.plan == plan)?;
+        let instance = self.running.remove(place).instance;
+        self.remember(&instance, now_ns, effects);
+        Some(instance)
+    }
+
+    /// Ends what runs by a plan, and begins another in its place.
+    pub(super) fn replace(
+        &mut self,
+        plan: usize,
+        next: Instance,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) {
+        if let Some(instance) = self.get_mut(plan) {
+            let old = std::mem::replace(instance, next);
+            self.remember(&old, now_ns, effects);
+        }
+    }
+
+    fn remember(&mut self, instance: &Instance, now_ns: u64, effects: &mut Effects) {
+        let mut status = CoordinationStatus::of(instance, &self.names, now_ns);
+        status.over = true;
+        if self.over.len() == REMEMBERED {
+            self.over.pop_front();
+        }
+        self.over.push_back(status);
+        effects.entries.push(Entry::Coordination {
+            number: instance.number,
+            record: None,
+        });
+    }
+
+    /// Writes down how what runs by a plan stands.
+    pub(super) fn store(&self, plan: usize, effects: &mut Effects) {
+        if let Some(instance) = self.get(plan) {
+            let robot = |robot: usize| self.names.robot_id(robot);
+            let area = |area: usize| self.names.area_id(area);
+            effects.entries.push(Entry::Coordination {
+                number: instance.number,
+                record: Some(instance.record(robot, area)),
+            });
+        }
+    }
+
+    /// An area that is kept for a robot was granted to it, or given back: perhaps it is kept no more.
+    fn kept_changed(
+        &mut self,
+        robot: usize,
+        area: usize,
+        effects: &mut Effects,
+        change: KeptChange,
+    ) {
+        for plan in self.plans_that_run() {
+            let mut changed = false;
+            for part in self
+                .get_mut(plan)
+                .into_iter()
+                .flat_map(|own| &mut own.parts)
+            {
+                if part.robot == robot && part.keeps(area) {
+                    changed |= match change {
+                        KeptChange::Granted => part.granted(area),
+                        KeptChange::GaveBack { entered } => part.gave_back(area, entered),
+                    };
+                }
+            }
+            if changed {
+                self.store(plan, effects);
+            }
+        }
+    }
+}
+
+impl Reservations for Coordinations {
+    fn kept(&self, area: usize) -> Vec<usize> {
+        let parts = self.instances().flat_map(|instance| &instance.parts);
+        parts
+            .filter(|part| part.keeps(area))
+            .map(|part| part.robot)
+            .collect()
+    }
+
+    fn decide(&self, area: usize, robot: usize) -> bool {
+        self.governed[area].is_some() || self.control_of(robot).is_some()
+    }
+
+    fn open(&self) -> Vec<Reserved> {
+        let parts = self.instances().flat_map(|instance| &instance.parts);
+        parts
+            .flat_map(|part| {
+                let open = part.kept.iter().filter(|kept| !kept.granted);
+                open.map(|kept| Reserved {
+                    area: kept.area,
+                    robot: part.robot,
+                })
+            })
+            .collect()
+    }
+
+    fn granted(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+        self.kept_changed(robot, area, effects, KeptChange::Granted);
+    }
+
+    fn gave_back(&mut self, robot: usize, area: usize, entered: bool, effects: &mut Effects) {
+        let change = KeptChange::GaveBack { entered };
+        self.kept_changed(robot, area, effects, change);
+    }
+}

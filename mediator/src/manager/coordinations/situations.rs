@@ -1,0 +1,100 @@
+//! Which situation has come, and which robots fit its roles.
+
+use super::running::Coordinations;
+use super::surroundings::Surroundings;
+use crate::nets::{Cast, Kind};
+
+impl Coordinations {
+    /// The first situation of a plan that has come, with a robot for each role.
+    pub(super) fn situation(
+        &self,
+        plan: usize,
+        around: &Surroundings<'_>,
+    ) -> Option<(usize, Vec<usize>)> {
+        if self.get(plan).is_some() || around.now_ns < self.held_off_ns[plan] {
+            return None;
+        }
+        let own = &self.plans[plan];
+        let occupied = |&area: &usize| around.areas.occupants(area).next().is_some();
+        if own.governed.iter().any(occupied) {
+            return None;
+        }
+        { own.situations.iter().enumerate() }.find_map(|(index, situation)| {
+            let candidates = situation.casts.iter().zip(&own.roles).map(|(cast, role)| {
+                let free = |robot: usize| match role.kind {
+                    Kind::Access(_) => true,
+                    Kind::Control => {
+                        self.control_of(robot).is_none() && Self::fits(robot, cast, around)
+                    }
+                };
+                let robots = cast.robots.iter().copied();
+                robots.filter(|&robot| free(robot)).collect()
+            });
+            Some((index, distinct(&candidates.collect::<Vec<_>>())?))
+        })
+    }
+
+    /// A robot is as the role of a situation wants it.
+    pub(super) fn fits(robot: usize, cast: &Cast, around: &Surroundings<'_>) -> bool {
+        let occupant = around.areas.robot(robot);
+        let within = |region: &config::Rect| {
+            { occupant.pose.as_ref() }.is_some_and(|pose| region.contains([pose.x_m, pose.y_m]))
+        };
+        cast.robots.contains(&robot)
+            && around.sessions.is_heard(robot)
+            && occupant.located
+            && occupant.placed
+            && cast.holds.iter().all(|&area| occupant.holds(area))
+            && cast.stands_in.iter().all(|&area| occupant.stands_in(area))
+            && !cast.without.iter().any(|&area| occupant.occupies(area))
+            && cast.asks.iter().all(|&area| occupant.waits_for(area))
+            && (cast.states.is_empty() || cast.states.contains(&occupant.fsm_state))
+            && cast.within.as_ref().is_none_or(within)
+    }
+}
+
+/// A different robot for each role, if there is one (augmenting paths, Kuhn 1955).
+fn distinct(candidates: &[Vec<usize>]) -> Option<Vec<usize>> {
+    fn place(
+        role: usize,
+        candidates: &[Vec<usize>],
+        seen: &mut Vec<usize>,
+        chosen: &mut Vec<Option<usize>>,
+    ) -> bool {
+        for &robot in &candidates[role] {
+            if seen.contains(&robot) {
+                continue;
+            }
+            seen.push(robot);
+            let other = chosen.iter().position(|&taken| taken == Some(robot));
+            if other.is_none_or(|other| place(other, candidates, seen, chosen)) {
+                chosen[role] = Some(robot);
+                return true;
+            }
+        }
+        false
+    }
+    let mut chosen = vec![None; candidates.len()];
+    for role in 0..candidates.len() {
+        if !place(role, candidates, &mut Vec::new(), &mut chosen) {
+            return None;
+        }
+    }
+    chosen.into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::distinct;
+
+    #[test]
+    fn each_role_gets_another_robot() {
+        assert_eq!(distinct(&[vec![0, 1], vec![0]]), Some(vec![1, 0]));
+        assert_eq!(distinct(&[vec![0], vec![0]]), None);
+        assert_eq!(
+            distinct(&[vec![0, 1], vec![0, 2], vec![0]]),
+            Some(vec![1, 2, 0])
+        );
+        assert_eq!(distinct(&[]), Some(vec![]));
+    }
+}

@@ -1,0 +1,170 @@
+//! Going on: starting, stepping, breaking off and ending.
+
+use std::sync::Arc;
+
+use super::running::Coordinations;
+use super::surroundings::Surroundings;
+use crate::manager::alarm::Alarm;
+use crate::manager::areas::Areas;
+use crate::nets::{Instance, Stage};
+
+/// At most this many steps that lead to another are followed at once.
+const STEPS: usize = 8;
+
+impl Coordinations {
+    /// Lets all coordinations go on as far as they can, and starts those whose situation has come.
+    pub(crate) fn go_on(&mut self, around: &mut Surroundings<'_>) {
+        if self.plans.is_empty() || !around.sessions.awaited().is_empty() {
+            return;
+        }
+        for plan in self.plans_that_run() {
+            self.step(plan, around);
+        }
+        for plan in 0..self.plans.len() {
+            if let Some((situation, robots)) = self.situation(plan, around) {
+                let number = self.next_number(around.effects);
+                let own = &self.plans[plan];
+                let instance = Instance::start(own, number, situation, &robots, around.now_ns);
+                self.begin(plan, instance);
+                self.changed(plan, around);
+                self.step(plan, around);
+            }
+        }
+    }
+
+    fn step(&mut self, plan: usize, around: &mut Surroundings<'_>) {
+        if let Some((robot, area)) = self.bypass(plan, around.areas) {
+            around.effects.alarms.push(Alarm::Bypassed {
+                coordination: self.name(plan),
+                robot: self.names.robot_id(robot),
+                area: self.names.area_id(area),
+            });
+            self.end(plan, around);
+            return;
+        }
+        let mut changed = false;
+        for _ in 0..STEPS {
+            let Some(instance) = self.get_mut(plan) else {
+                return;
+            };
+            let mut went_on = false;
+            for role in 0..instance.parts.len() {
+                let robot = around.areas.robot(instance.parts[role].robot);
+                went_on |= instance.follow_access(
+                    role,
+                    |area| robot.waits_for(area),
+                    |area| robot.holds(area),
+                    |area| robot.has_entered(area),
+                );
+            }
+            went_on |= instance.step(around.now_ns).changed;
+            went_on |= self.after_yielding(plan, around);
+            changed |= went_on;
+            if !went_on {
+                break;
+            }
+        }
+        if changed {
+            self.changed(plan, around);
+        }
+        if self.get(plan).is_some_and(Instance::is_over) {
+            self.end(plan, around);
+        }
+    }
+
+    /// A robot that is where the net has not let it in: the net does not know how things are.
+    fn bypass(&self, plan: usize, areas: &Areas) -> Option<(usize, usize)> {
+        let instance = self.get(plan)?;
+        let governed = instance.plan.governed.iter();
+        let mut occupied =
+            governed.flat_map(|&area| areas.occupants(area).map(move |robot| (robot, area)));
+        occupied.find(|&(robot, area)| {
+            let role = instance.parts.iter().position(|part| part.robot == robot);
+            !role.is_some_and(|role| instance.lets_in(role, area))
+        })
+    }
+
+    /// Once all robots are out of the way: begins again in the safe situation, or lets them go.
+    fn after_yielding(&mut self, plan: usize, around: &mut Surroundings<'_>) -> bool {
+        let Some(instance) = self.get(plan) else {
+            return false;
+        };
+        let Some(preempt) = { instance.plan.preempt.as_ref() }
+            .filter(|_| matches!(instance.stage, Stage::Yielding))
+        else {
+            return false;
+        };
+        let out_of_the_way = |role: usize| {
+            let robot = instance.parts[role].robot;
+            let state = &around.areas.robot(robot).fsm_state;
+            instance.has_read_halt(role)
+                && around.sessions.is_heard(robot)
+                && preempt.yields[role].states.contains(state)
+        };
+        let releases = instance.releases();
+        if !releases && !(0..instance.parts.len()).all(out_of_the_way) {
+            return false;
+        }
+        let robots = instance.robots();
+        let again = preempt.situation.filter(|&situation| {
+            let casts = &instance.plan.situations[situation].casts;
+            let mut cast_robots = robots.iter().zip(casts);
+            !releases && cast_robots.all(|(&robot, cast)| Self::fits(robot, cast, around))
+        });
+        if let Some(situation) = again {
+            let number = self.next_number(around.effects);
+            let own = &self.plans[plan];
+            let next = Instance::start(own, number, situation, &robots, around.now_ns);
+            self.follow_with(plan, next, around);
+            return true;
+        }
+        { self.get_mut(plan) }.is_some_and(|instance| instance.release(around.now_ns))
+    }
+
+    /// Stores it, tells its robots, and looks at all areas again.
+    fn changed(&self, plan: usize, around: &mut Surroundings<'_>) {
+        self.store(plan, around.effects);
+        if let Some(instance) = self.get(plan) {
+            around.news_for(instance);
+        }
+    }
+
+    /// Another run, with another number, in the place of this one.
+    fn follow_with(&mut self, plan: usize, next: Instance, around: &mut Surroundings<'_>) {
+        self.replace(plan, next, around.now_ns, around.effects);
+        self.changed(plan, around);
+    }
+
+    fn end(&mut self, plan: usize, around: &mut Surroundings<'_>) {
+        let Some(instance) = self.remove(plan, around.now_ns, around.effects) else {
+            return;
+        };
+        if matches!(instance.stage, Stage::Yielding) {
+            // What stood still would stand still again at once.
+            self.held_off_ns[plan] = around.now_ns.saturating_add(instance.plan.alarm_after_ns);
+        }
+        around.news_for(&instance);
+    }
+
+    /// A coordination that cannot go on: its robots get out of the way, or else are let go.
+    pub(super) fn break_off(&mut self, plan: usize, around: &mut Surroundings<'_>) {
+        let Some(robots) = self.get(plan).map(Instance::robots) else {
+            return;
+        };
+        if self.plans[plan].preempt.is_none() {
+            self.end(plan, around);
+            return;
+        }
+        let number = self.next_number(around.effects);
+        let own = Arc::clone(&self.plans[plan]);
+        let next = Instance::yielding(&own, number, &robots, around.now_ns);
+        self.follow_with(plan, next, around);
+    }
+
+    /// An operator has cleared a robot away: what controls it is given up, and the others are let go.
+    pub(crate) fn cleared_of(&mut self, robot: usize, around: &mut Surroundings<'_>) {
+        for plan in self.plans_that_control(robot) {
+            self.end(plan, around);
+        }
+    }
+}

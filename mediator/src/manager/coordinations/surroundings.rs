@@ -1,0 +1,24 @@
+//! What coordinations see and change besides themselves.
+
+use crate::manager::areas::Areas;
+use crate::manager::effects::Effects;
+use crate::manager::sessions::Sessions;
+use crate::nets::Instance;
+
+/// The rest of the manager, for one step.
+pub(crate) struct Surroundings<'a> {
+    pub(crate) sessions: &'a mut Sessions,
+    pub(crate) areas: &'a mut Areas,
+    pub(crate) effects: &'a mut Effects,
+    pub(crate) now_ns: u64,
+}
+
+impl Surroundings<'_> {
+    /// A coordination has changed: its robots are told, and it may let others into areas.
+    pub(super) fn news_for(&mut self, instance: &Instance) {
+        for robot in instance.robots() {
+            self.effects.tell(robot);
+        }
+        self.areas.touch_all();
+    }
+}

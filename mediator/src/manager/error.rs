@@ -1,0 +1,68 @@
+//! Why a mediator cannot go on from its journal, and why an operator's request is refused.
+
+use coordination::protocol::MergeError;
+
+use crate::setup::SetupError;
+
+/// Why a mediator cannot go on from its journal.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RestoreError {
+    /// The site's own areas and robots.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The journal is of another site, or that site has changed.
+    #[error(
+        "the journal knows {kind} `{id}`, which the site does not have: use the journal's own site file, or begin a new journal when every robot stands still"
+    )]
+    Unknown {
+        /// Area or robot.
+        kind: &'static str,
+        /// The id.
+        id: String,
+    },
+    /// A stored level that the protocol does not have.
+    #[error(
+        "journal: the level of robot `{robot}` in area `{area}` does not exist in protocol `{protocol}`: {error}"
+    )]
+    Level {
+        /// The robot.
+        robot: String,
+        /// The area.
+        area: String,
+        /// Access or revocation.
+        protocol: &'static str,
+        /// What is wrong with it.
+        error: MergeError,
+    },
+}
+
+/// Why an area was not cleared.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ClearError {
+    /// No such area.
+    #[error("there is no area `{found}`; this site has {known}")]
+    UnknownArea {
+        /// As asked for.
+        found: String,
+        /// All there are.
+        known: String,
+    },
+    /// Somebody is in it.
+    #[error("area `{area}` is not cleared: robot `{robot}` is in it and is heard")]
+    Heard {
+        /// The area.
+        area: String,
+        /// The robot.
+        robot: String,
+    },
+}
+
+/// No such robot.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no robot `{found}`; this site has {known}")]
+pub struct UnknownRobot {
+    /// As asked for.
+    pub found: String,
+    /// All there are.
+    pub known: String,
+}

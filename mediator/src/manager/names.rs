@@ -1,0 +1,90 @@
+//! Ids of the site's areas and robots. Everywhere else they are indices in the order of the site file.
+
+use crate::setup::{Index, Setup, SetupError, index};
+
+/// A robot as the site file lists it.
+#[derive(Clone, Debug)]
+pub(crate) struct RobotName {
+    pub(crate) id: String,
+    pub(crate) role: String,
+    /// Who goes first: the larger one.
+    pub(crate) priority: u32,
+}
+
+/// Areas and robots by index and by id. Never changes.
+#[derive(Clone, Debug)]
+pub(crate) struct Names {
+    pub(crate) site: String,
+    areas: Vec<String>,
+    robots: Vec<RobotName>,
+    area_index: Index,
+    robot_index: Index,
+}
+
+impl Names {
+    /// # Errors
+    /// [`SetupError`] when an id is used twice, or cannot be part of a journal's key.
+    pub(crate) fn new(setup: &Setup) -> Result<Self, SetupError> {
+        Ok(Self {
+            site: setup.site.clone(),
+            area_index: index("area", setup.areas.iter().map(|area| &area.id))?,
+            robot_index: index("robot", setup.robots.iter().map(|robot| &robot.id))?,
+            areas: setup.areas.iter().map(|area| area.id.clone()).collect(),
+            robots: { setup.robots.iter() }
+                .map(|robot| RobotName {
+                    id: robot.id.clone(),
+                    role: robot.role.clone(),
+                    priority: robot.priority,
+                })
+                .collect(),
+        })
+    }
+
+    pub(crate) fn area(&self, id: &str) -> Option<usize> {
+        self.area_index.get(id).copied()
+    }
+
+    pub(crate) fn robot(&self, id: &str) -> Option<usize> {
+        self.robot_index.get(id).copied()
+    }
+
+    pub(crate) fn area_id(&self, area: usize) -> String {
+        self.areas[area].clone()
+    }
+
+    pub(crate) fn robot_id(&self, robot: usize) -> String {
+        self.robots[robot].id.clone()
+    }
+
+    pub(crate) fn robots(&self) -> &[RobotName] {
+        &self.robots
+    }
+
+    /// Ids of areas, for people.
+    pub(crate) fn area_list(&self, areas: impl IntoIterator<Item = usize>) -> String {
+        let ids: Vec<&str> = { areas.into_iter() }
+            .map(|area| self.areas[area].as_str())
+            .collect();
+        ids.join(", ")
+    }
+
+    /// Ids of robots, for people.
+    pub(crate) fn robot_list(&self, robots: impl IntoIterator<Item = usize>) -> String {
+        let ids: Vec<&str> = { robots.into_iter() }
+            .map(|robot| self.robots[robot].id.as_str())
+            .collect();
+        ids.join(", ")
+    }
+
+    /// Ids of all areas in alphabetical order, for people.
+    pub(crate) fn all_areas(&self) -> String {
+        let mut ids: Vec<&str> = self.areas.iter().map(String::as_str).collect();
+        ids.sort_unstable();
+        ids.join(", ")
+    }
+
+    /// Ids of all robots, for people.
+    pub(crate) fn all_robots(&self) -> String {
+        self.robot_list(0..self.robots.len())
+    }
+}

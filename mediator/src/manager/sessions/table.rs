@@ -1,0 +1,298 @@
+//! The sessions of all robots of the site.
+
+use std::sync::Arc;
+
+use contract::timing::{CANDIDATE_TIMEOUT_NS, LEVEL_PERIOD_NS};
+use contract::wire::{MediatorReport, RobotReport};
+use contract::{VERSION, Version};
+
+use super::session::Session;
+use crate::manager::alarm::Alarm;
+use crate::manager::effects::Effects;
+use crate::manager::names::Names;
+
+/// At most this many refusals of unlisted robots wait to be sent; the oldest is left out and comes again with its next report.
+const STRANGERS: usize = 32;
+
+/// What became of a report's head.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Recognised {
+    /// The session has changed, and must be stored.
+    pub(crate) changed: bool,
+    /// Another process speaks for the robot from now on.
+    pub(crate) promoted: bool,
+    /// What the report says counts.
+    pub(crate) counts: bool,
+}
+
+/// What is new about a robot that was heard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Heard {
+    /// Its first report that counts, of this process and to this mediator.
+    pub(crate) first: bool,
+    /// It was not heard before, or was silent.
+    pub(crate) again: bool,
+    /// It was the last one that was awaited.
+    pub(crate) completes: bool,
+}
+
+/// Who speaks for each robot.
+#[derive(Debug)]
+pub(crate) struct Sessions {
+    names: Arc<Names>,
+    /// How often the mediator has started, this time included.
+    pub(crate) epoch: u64,
+    silent_after_ns: u64,
+    robots: Vec<Session>,
+    /// Robots known to be somewhere that have not reported since the start. Before all have, nothing is granted.
+    awaited: Vec<usize>,
+    /// Refusals for robots that the site does not list.
+    strangers: Vec<MediatorReport>,
+}
+
+impl Sessions {
+    pub(crate) fn new(names: &Arc<Names>, epoch: u64, silent_after_ns: u64) -> Self {
+        Self {
+            epoch,
+            silent_after_ns,
+            robots: vec![Session::default(); names.robots().len()],
+            awaited: Vec::new(),
+            strangers: Vec::new(),
+            names: Arc::clone(names),
+        }
+    }
+
+    pub(crate) fn robot(&self, robot: usize) -> &Session {
+        &self.robots[robot]
+    }
+
+    pub(crate) fn robot_mut(&mut self, robot: usize) -> &mut Session {
+        &mut self.robots[robot]
+    }
+
+    pub(crate) fn is_heard(&self, robot: usize) -> bool {
+        self.robots[robot].is_heard()
+    }
+
+    pub(crate) fn awaited(&self) -> &[usize] {
+        &self.awaited
+    }
+
+    /// Nothing is granted before these robots have reported.
+    pub(crate) fn wait_for(&mut self, robots: Vec<usize>) {
+        for &robot in &robots {
+            // Silent until it is heard; one second of grace would change nothing, since nothing is granted before.
+            self.robots[robot].silent = true;
+        }
+        self.awaited = robots;
+    }
+
+    /// An operator says that this robot is nowhere. Returns whether it was awaited.
+    pub(crate) fn give_up(&mut self, robot: usize) {
+        self.awaited.retain(|&awaited| awaited != robot);
+    }
+
+    /// A candidate was told of levels that have changed since; it must register again and hear the present ones.
+    pub(crate) fn drop_candidate(&mut self, robot: usize) {
+        self.robots[robot].candidate = None;
+    }
+
+    // ---------------------------------------------------------------- reports
+
+    /// Which robot a report is of. One that the site does not list is refused.
+    pub(crate) fn identify(
+        &mut self,
+        report: &RobotReport,
+        effects: &mut Effects,
+    ) -> Option<usize> {
+        let found = self.names.robot(&report.robot_id);
+        if found.is_none() {
+            effects.counters.bad += 1;
+            let alarm = Alarm::UnknownRobot(report.robot_id.clone());
+            self.refuse_stranger(report, alarm.to_string());
+            effects.alarms.push(alarm);
+        }
+        found
+    }
+
+    /// Tells a robot that the site does not list why nobody answers it.
+    fn refuse_stranger(&mut self, report: &RobotReport, refusal: String) {
+        if self.strangers.len() == STRANGERS {
+            self.strangers.remove(0);
+        }
+        self.strangers.push(MediatorReport {
+            version: Some(VERSION.into()),
+            mediator_epoch: self.epoch,
+            // The robot's own number grows, so it takes the next refusal for news too.
+            sequence: report.sequence,
+            robot_id: report.robot_id.clone(),
+            boot_epoch: report.boot_epoch,
+            refusal,
+            ..MediatorReport::default()
+        });
+    }
+
+    /// The next refusal of a robot that the site does not list.
+    pub(crate) fn next_refusal(&mut self) -> Option<MediatorReport> {
+        self.strangers.pop()
+    }
+
+    /// Judges the head of a report: whether it is of the process that speaks for the robot, in its order, and meant for this
+    /// start of the mediator.
+    pub(crate) fn recognise(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> Recognised {
+        let mut recognised = Recognised::default();
+        if self.robots[robot].is_retired(report.boot_epoch) {
+            effects.counters.stale += 1;
+            return recognised;
+        }
+        if !self.admit(robot, report, now_ns, effects) {
+            return recognised;
+        }
+        let epoch = self.epoch;
+        let session = &mut self.robots[robot];
+        let present = session.is_of(report.boot_epoch);
+        let candidate = { session.candidate }
+            .filter(|candidate| candidate.boot_epoch == report.boot_epoch && !present);
+        if let Some(candidate) = candidate {
+            if report.session != candidate.session || report.mediator_epoch != epoch {
+                effects.tell(robot);
+                return recognised;
+            }
+            session.promote(candidate);
+            (recognised.changed, recognised.promoted) = (true, true);
+        } else if !present {
+            session.invite(report.boot_epoch, now_ns);
+            effects.tell(robot);
+            recognised.changed = true;
+            return recognised;
+        }
+        if report.sequence <= session.sequence {
+            effects.counters.stale += 1;
+            return recognised;
+        }
+        session.sequence = report.sequence;
+        if report.session != session.number || report.mediator_epoch != epoch {
+            // It has not heard of this session yet: what it says may be from before.
+            effects.tell(robot);
+            return recognised;
+        }
+        recognised.counts = true;
+        recognised
+    }
+
+    /// Whether the robot speaks our version and drives by our site; otherwise it is told why not.
+    fn admit(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> bool {
+        let id = || report.robot_id.clone();
+        let alarm = if let Err(mismatch) = VERSION.accept(Version::from(report.version)) {
+            Some(Alarm::Version {
+                robot: id(),
+                mismatch,
+            })
+        } else if report.site != self.names.site {
+            Some(Alarm::Site {
+                robot: id(),
+                found: report.site.clone(),
+                expected: self.names.site.clone(),
+            })
+        } else {
+            None
+        };
+        let session = &mut self.robots[robot];
+        let Some(alarm) = alarm else {
+            if !session.refusal(report.boot_epoch).is_empty() {
+                session.refused = None;
+                session.candidate = None;
+            }
+            return true;
+        };
+        let refusal = alarm.to_string();
+        if session.refusal(report.boot_epoch) != refusal {
+            effects.alarms.push(alarm);
+        }
+        session.refuse(report.boot_epoch, refusal, now_ns);
+        effects.tell(robot);
+        false
+    }
+
+    /// A report that counts has come.
+    pub(crate) fn hear(&mut self, robot: usize, now_ns: u64, effects: &mut Effects) -> Heard {
+        let session = &mut self.robots[robot];
+        let heard = session.is_heard();
+        let first = !session.registered;
+        session.heard_ns = now_ns;
+        session.registered = true;
+        if std::mem::take(&mut session.silent) && !first {
+            effects.alarms.push(Alarm::Back {
+                robot: self.names.robot_id(robot),
+            });
+        }
+        let awaited = self.awaited.iter().position(|&awaited| awaited == robot);
+        if let Some(place) = awaited {
+            self.awaited.swap_remove(place);
+        }
+        Heard {
+            first,
+            again: !heard,
+            completes: awaited.is_some() && self.awaited.is_empty(),
+        }
+    }
+
+    // ---------------------------------------------------------------- time
+
+    /// Whether a robot has fallen silent now.
+    pub(crate) fn falls_silent(&mut self, robot: usize, now_ns: u64) -> bool {
+        let session = &mut self.robots[robot];
+        let late = now_ns > session.heard_ns.saturating_add(self.silent_after_ns);
+        let falls_silent = session.is_heard() && late;
+        session.silent |= falls_silent;
+        falls_silent
+    }
+
+    /// Gives up a candidate that has not come back, and repeats the robot's levels.
+    pub(crate) fn keep_up(&mut self, robot: usize, now_ns: u64, effects: &mut Effects) {
+        let session = &mut self.robots[robot];
+        session.candidate = { session.candidate }
+            .filter(|candidate| now_ns < candidate.since_ns + CANDIDATE_TIMEOUT_NS);
+        let somebody = session.number > 0 || session.candidate.is_some();
+        if somebody && now_ns >= session.sent_ns.saturating_add(LEVEL_PERIOD_NS) {
+            effects.tell(robot);
+        }
+    }
+
+    // ---------------------------------------------------------------- messages
+
+    /// The next process to tell: its robot, boot epoch and session.
+    pub(crate) fn next_listener(
+        &mut self,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> Option<(usize, u64, u64)> {
+        let robot = effects.next_to_tell()?;
+        let session = &mut self.robots[robot];
+        session.sent += 1;
+        if let Some(candidate) = session.candidate
+            && effects.take_candidate_news(robot)
+        {
+            if session.number == 0 {
+                effects.told();
+                session.sent_ns = now_ns;
+            }
+            return Some((robot, candidate.boot_epoch, candidate.session));
+        }
+        effects.told();
+        session.sent_ns = now_ns;
+        Some((robot, session.boot_epoch, session.number))
+    }
+}

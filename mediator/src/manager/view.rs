@@ -1,0 +1,169 @@
+//! Why a robot waits, in sentences, from all parts of the manager at one time.
+
+use std::fmt::Write;
+
+use super::areas::{Areas, Reservations};
+use super::coordinations::Coordinations;
+use super::error::UnknownRobot;
+use super::names::Names;
+use super::sessions::Sessions;
+use crate::nets::Kind;
+
+/// All parts of the manager, to look at.
+pub(crate) struct View<'a> {
+    pub(crate) names: &'a Names,
+    pub(crate) sessions: &'a Sessions,
+    pub(crate) areas: &'a Areas,
+    pub(crate) coordinations: &'a Coordinations,
+    pub(crate) now_ns: u64,
+}
+
+impl View<'_> {
+    /// Why a robot waits, a sentence for each area that it has asked for.
+    pub(crate) fn why(&self, robot_id: &str) -> Result<String, UnknownRobot> {
+        let Some(robot) = self.names.robot(robot_id) else {
+            return Err(UnknownRobot {
+                found: robot_id.to_owned(),
+                known: self.names.all_robots(),
+            });
+        };
+        let mut lines: Vec<String> = { self.areas.robot(robot).waits() }
+            .map(|area| {
+                let why = self.explain(robot, area);
+                format!(
+                    "{robot_id} waits for area {} {why}",
+                    self.names.area_id(area)
+                )
+            })
+            .collect();
+        if let Some((instance, role)) = self.coordinations.control_of(robot) {
+            lines.push(format!(
+                "{robot_id} takes part in coordination {} as {}: {}",
+                instance.plan.id,
+                instance.plan.roles[role].name,
+                instance.why(role, |robot| self.names.robot_id(robot))
+            ));
+        }
+        if lines.is_empty() {
+            let session = self.sessions.robot(robot);
+            lines.push(match (session.number, session.is_heard()) {
+                (0, _) => format!("{robot_id} was never heard of"),
+                (_, false) => format!("{robot_id} is silent, and waits for nothing"),
+                (_, true) => format!("{robot_id} waits for nothing"),
+            });
+        }
+        Ok(lines.join("\n"))
+    }
+
+    /// In a sentence, why a robot that has asked for an area was not granted it.
+    pub(crate) fn explain(&self, robot: usize, area: usize) -> String {
+        let occupant = self.areas.robot(robot);
+        let asked_ns = occupant
+            .claim(area)
+            .map_or(self.now_ns, |claim| claim.asked_ns);
+        let since_s = self.now_ns.saturating_sub(asked_ns) as f64 * 1e-9;
+        let text = format!("for {since_s:.1} s: ");
+        if !self.sessions.awaited().is_empty() {
+            let awaited = self
+                .names
+                .robot_list(self.sessions.awaited().iter().copied());
+            return text
+                + &format!(
+                    "nothing is granted until {awaited} has reported or its areas are cleared"
+                );
+        }
+        if !self.sessions.is_heard(robot) {
+            return text + "the robot itself is silent";
+        }
+        if !occupant.located {
+            return text + "the robot itself does not know where it is";
+        }
+        let kept = self.coordinations.kept(area);
+        if !kept.contains(&robot) && !occupant.stands_in(area) {
+            if let Some(why) = self.explain_net(robot, area) {
+                return text + &why;
+            }
+            let waited_for =
+                { kept.iter() }.find(|&&other| !self.areas.robot(other).occupies(area));
+            if let Some(&other) = waited_for {
+                return text
+                    + &format!("a coordination keeps it for {}", self.names.robot_id(other));
+            }
+        }
+        self.explain_others(robot, area, text)
+    }
+
+    /// Adds who is in the area, and who comes first.
+    fn explain_others(&self, robot: usize, area: usize, mut text: String) -> String {
+        let before = text.len();
+        // A string takes everything, so nothing is lost here.
+        let mut add = |reason: std::fmt::Arguments<'_>| {
+            if text.len() > before {
+                text.push_str(", ");
+            }
+            let _ = text.write_fmt(reason);
+        };
+        for other in self.areas.occupants(area).filter(|&other| other != robot) {
+            let (it, id) = (self.areas.robot(other), &self.names.robots()[other].id);
+            let heard = self.sessions.is_heard(other);
+            let silent = if heard { "" } else { ", silent" };
+            match it.claim(area) {
+                _ if it.intrudes(area) => add(format_args!("{id} (in it without a grant{silent})")),
+                Some(claim) if claim.is_entered() => {
+                    add(format_args!("{id} (in it, fence {}{silent})", claim.fence));
+                }
+                Some(claim) if claim.is_held() => {
+                    add(format_args!(
+                        "{id} (granted, fence {}{silent})",
+                        claim.fence
+                    ));
+                }
+                _ => add(format_args!("{id} (standing there{silent})")),
+            }
+        }
+        let queue = &self.areas.area(area).queue;
+        for &other in queue.iter().take_while(|&&other| other != robot) {
+            let name = &self.names.robots()[other];
+            add(format_args!(
+                "{} ({}, asked before it or goes first)",
+                name.id, name.role
+            ));
+        }
+        if text.len() == before {
+            text.push_str("it is about to be granted");
+        }
+        text
+    }
+
+    /// Why no net lets a robot into an area, if nothing else could.
+    fn explain_net(&self, robot: usize, area: usize) -> Option<String> {
+        let name = |robot: usize| self.names.robot_id(robot);
+        if let Some((instance, role)) = self.coordinations.control_of(robot) {
+            return Some(format!(
+                "coordination {} has its discrete control, and gives it only areas of its orders; {}",
+                instance.plan.id,
+                instance.why(role, name)
+            ));
+        }
+        let (plan, instance) = self.coordinations.governor(area)?;
+        let Some(instance) = instance else {
+            let inside = plan.governed.iter().flat_map(|&area| {
+                let occupants = self.areas.occupants(area);
+                occupants
+                    .map(move |other| format!("{} in {}", name(other), self.names.area_id(area)))
+            });
+            let inside: Vec<String> = inside.collect();
+            return Some(format!(
+                "net {} decides, which starts when its areas are empty: {}",
+                plan.net,
+                inside.join(", ")
+            ));
+        };
+        let role = instance.parts.iter().position(|part| part.robot == robot);
+        let role = role.filter(|&role| matches!(plan.roles[role].kind, Kind::Access(_)));
+        Some(match role {
+            Some(role) => instance.why(role, name),
+            None => format!("net {} decides, in which it has no role", plan.net),
+        })
+    }
+}
