@@ -4,6 +4,7 @@
 
 mod allocations;
 mod bring_up;
+mod conformance;
 mod exchange;
 mod interfaces;
 mod kelo;

@@ -1,14 +1,13 @@
 //! A simulated EtherCAT segment: registers and datagrams, believed by any MainDevice.
 //!
-//! | part | file |
+//! | part | where |
 //! |---|---|
 //! | frames and datagrams | [`frame`] |
-//! | SubDevice controller: registers, memory, FMMUs, SyncManagers | [`esc`], `memory`, [`registers`], [`fmmu`], [`sync_manager`] |
-//! | EEPROM and its content | [`eeprom`], [`sii`] |
-//! | state machine, watchdog, distributed clock | [`al`], [`watchdog`], [`clock`] |
+//! | state machine | [`al`] |
+//! | SubDevice controller: registers, memory, FMMUs, SyncManagers, EEPROM, watchdog, clock | [`controller`] |
 //! | SubDevice with its application, line of SubDevices | [`subdevice`], [`segment`] |
 //! | faults | [`faults`] |
-//! | a thread that serves a segment over UDP or a network interface | [`server`], `wire` |
+//! | a thread that serves a segment over UDP or a network interface | [`server`] |
 //!
 //! Not simulated: mailboxes (CoE and the like), SYNC0/SYNC1 and latch signals, clock drift, VLAN tags, redundancy,
 //! BOOT, and protection of registers.
