@@ -1,10 +1,10 @@
 //! What every link must do, whatever carries its frames.
 
 use crate::interfaces::{MAIN_DEVICE, SEGMENT, with_own_network};
-use crate::support::{Mirror, SegmentLink, in_us, segment};
+use crate::support::{Mirror, SegmentLink, in_us, segment, served_over_udp};
 use drivers::ethercat::{Link, RawLink, UdpLink};
 use drivers::monotonic_ns;
-use sim::ethercat::{ServeOptions, serve_raw, serve_udp};
+use sim::ethercat::{ServeOptions, serve_raw};
 use std::collections::VecDeque;
 use std::io;
 
@@ -129,9 +129,8 @@ fn a_replayed_link() {
 
 #[test]
 fn a_udp_link() {
-    let any = "127.0.0.1:0".parse().unwrap();
-    let server = serve_udp(any, segment([Mirror::default()]), ServeOptions::default()).unwrap();
-    conforms(&mut UdpLink::open(server.local_addr().unwrap()).unwrap());
+    let (_server, address, _) = served_over_udp(ServeOptions::default());
+    conforms(&mut UdpLink::open(address).unwrap());
 }
 
 #[test]

@@ -1,20 +1,19 @@
 //! Both links, end to end: bring-up, a thousand exchanges a second, losses, and what they say when they cannot.
 
 use crate::interfaces::{MAIN_DEVICE, SEGMENT, ip, with_own_network};
-use crate::support::{Mirror, expectation, impatient, in_us, segment};
+use crate::support::{Mirror, expectation, impatient, in_us, segment, served_over_udp};
 use crate::timing::{PERIOD, measure};
 use drivers::ethercat::{
     BringUpError, BringUpOptions, Bus, ExchangeError, Link, LinkError, RawLink, UdpLink,
 };
 use drivers::monotonic_ns;
 use rustix::thread::{CapabilitySet, CapabilitySets};
-use sim::ethercat::server::ServeOptions;
-use sim::ethercat::{FaultHandle, serve_raw, serve_udp};
+use sim::ethercat::{FaultHandle, ServeOptions, serve_raw};
 use std::net::UdpSocket;
 use std::thread;
 use std::time::Duration;
 
-/// The same for every link: the conformance of a link is what the bus makes of it.
+/// A bus over any link: what it does with losses, late answers and a SubDevice that leaves OP.
 fn drive(open: impl Fn() -> Box<dyn Link>, faults: &FaultHandle) {
     let started_ns = monotonic_ns();
     let mut bus = Bus::bring_up(open(), &expectation(), BringUpOptions::default()).unwrap();
@@ -74,15 +73,7 @@ fn drive(open: impl Fn() -> Box<dyn Link>, faults: &FaultHandle) {
 
 #[test]
 fn over_udp() {
-    let segment = segment([Mirror::default()]);
-    let faults = segment.faults();
-    let server = serve_udp(
-        "127.0.0.1:0".parse().unwrap(),
-        segment,
-        ServeOptions::default(),
-    )
-    .unwrap();
-    let address = server.local_addr().unwrap();
+    let (server, address, faults) = served_over_udp(ServeOptions::default());
     drive(|| Box::new(UdpLink::open(address).unwrap()), &faults);
     assert!(server.stop());
 }
@@ -226,14 +217,8 @@ fn a_udp_port_that_never_answers_is_silent() {
 fn two_buses_in_one_process_do_not_disturb_each_other() {
     let drive = |value: u8| {
         move || {
-            let segment = segment([Mirror::default()]);
-            let server = serve_udp(
-                "127.0.0.1:0".parse().unwrap(),
-                segment,
-                ServeOptions::default(),
-            )
-            .unwrap();
-            let link = UdpLink::open(server.local_addr().unwrap()).unwrap();
+            let (_server, address, _) = served_over_udp(ServeOptions::default());
+            let link = UdpLink::open(address).unwrap();
             let mut bus =
                 Bus::bring_up(Box::new(link), &expectation(), BringUpOptions::default()).unwrap();
             let mut inputs = [0; 172];

@@ -1,24 +1,16 @@
 //! What a real-time thread may rely on: no allocation, no other thread, the deadline kept.
 
 use crate::allocations;
-use crate::support::{Mirror, expectation, in_us, segment};
+use crate::support::{expectation, in_us, served_over_udp};
 use drivers::ethercat::{BringUpOptions, Bus, ExchangeError, UdpLink};
 use drivers::monotonic_ns;
-use sim::ethercat::server::ServeOptions;
-use sim::ethercat::{FaultHandle, ServerHandle, serve_udp};
+use sim::ethercat::{FaultHandle, ServeOptions, ServerHandle};
 use std::time::Duration;
 
 /// A segment in a thread of its own, whose allocations are not ours.
 fn served() -> (ServerHandle, FaultHandle, Bus) {
-    let segment = segment([Mirror::default()]);
-    let faults = segment.faults();
-    let server = serve_udp(
-        "127.0.0.1:0".parse().unwrap(),
-        segment,
-        ServeOptions::default(),
-    )
-    .unwrap();
-    let link = UdpLink::open(server.local_addr().unwrap()).unwrap();
+    let (server, address, faults) = served_over_udp(ServeOptions::default());
+    let link = UdpLink::open(address).unwrap();
     let bus = Bus::bring_up(Box::new(link), &expectation(), BringUpOptions::default()).unwrap();
     (server, faults, bus)
 }

@@ -6,9 +6,13 @@ use drivers::monotonic_ns;
 use sim::ethercat::eeprom::ReadSize;
 use sim::ethercat::sii::{EntryType, Identity, Pdo, Sii, SyncManagerUse};
 use sim::ethercat::sync_manager::SyncManager;
-use sim::ethercat::{Application, Cycle, FaultHandle, Segment, StatisticsHandle, SubDevice};
+use sim::ethercat::{
+    Application, Cycle, FaultHandle, Segment, ServeOptions, ServerHandle, StatisticsHandle,
+    SubDevice, serve_udp,
+};
 use std::collections::VecDeque;
 use std::io;
+use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -105,6 +109,15 @@ impl Application for Mirror {
 pub fn segment(applications: impl IntoIterator<Item = Mirror>) -> Segment {
     let new = |application| SubDevice::new(Box::new(application), ReadSize::Eight);
     Segment::new(applications.into_iter().map(new).collect())
+}
+
+/// A segment of one mirror, served over UDP by a thread of its own.
+pub fn served_over_udp(options: ServeOptions) -> (ServerHandle, SocketAddr, FaultHandle) {
+    let segment = segment([Mirror::default()]);
+    let faults = segment.faults();
+    let server = serve_udp("127.0.0.1:0".parse().unwrap(), segment, options).unwrap();
+    let address = server.local_addr().unwrap();
+    (server, address, faults)
 }
 
 /// A segment in the same thread. Frames are processed when sent; a delay is held until its time.

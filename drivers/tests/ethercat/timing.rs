@@ -1,11 +1,11 @@
 //! How long an exchange takes. Figures depend on the machine; the tests here check the data and print the rest.
 
 use crate::interfaces::{MAIN_DEVICE, SEGMENT, with_own_network};
-use crate::support::{Mirror, expectation, in_us, segment};
+use crate::support::{Mirror, expectation, in_us, segment, served_over_udp};
 use drivers::ethercat::{BringUpOptions, Bus, Link, RawLink, UdpLink};
 use drivers::monotonic_ns;
+use sim::ethercat::serve_raw;
 use sim::ethercat::server::ServeOptions;
-use sim::ethercat::{serve_raw, serve_udp};
 use sim::rt;
 use std::fmt;
 use std::thread;
@@ -72,20 +72,13 @@ fn print_times(link: Box<dyn Link>) {
 fn with_real_time_priority() {
     let options = ServeOptions { priority: Some(85) };
     let over_udp = thread::spawn(move || {
-        let server = serve_udp(
-            "127.0.0.1:0".parse().unwrap(),
-            segment([Mirror::default()]),
-            options,
-        )
-        .unwrap();
+        let (server, address, _) = served_over_udp(options);
         println!(
             "segment: {:?}, MainDevice: {}",
             server.granted(),
             rt::promote(80)
         );
-        print_times(Box::new(
-            UdpLink::open(server.local_addr().unwrap()).unwrap(),
-        ));
+        print_times(Box::new(UdpLink::open(address).unwrap()));
     });
     over_udp.join().unwrap();
     with_own_network(move || {

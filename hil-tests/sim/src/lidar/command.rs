@@ -23,7 +23,7 @@ pub(super) struct Section {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Command {
+pub(super) enum ScipCommand {
     Version,
     Parameters,
     State,
@@ -46,7 +46,7 @@ pub(super) enum Command {
 }
 
 /// Reads a SCIP 2.0 command; the terminator is already gone.
-pub(super) fn parse(line: &[u8]) -> Result<Command, Status> {
+pub(super) fn parse(line: &[u8]) -> Result<ScipCommand, Status> {
     let symbol = line.get(..2).ok_or(UNDEFINED)?;
     let length = match symbol {
         b"VV" | b"PP" | b"II" | b"BM" | b"QT" | b"RS" => 0,
@@ -62,17 +62,17 @@ pub(super) fn parse(line: &[u8]) -> Result<Command, Status> {
     check_string(&rest[length..])?;
     let characters = if symbol[1] == b'S' { 2 } else { 3 };
     Ok(match symbol {
-        b"VV" => Command::Version,
-        b"PP" => Command::Parameters,
-        b"II" => Command::State,
-        b"BM" => Command::LaserOn,
-        b"QT" => Command::Quit,
-        b"RS" => Command::Reset,
-        b"TM" => Command::Time(parameters[0]),
-        b"CR" => Command::MotorSpeed(number(parameters)),
-        b"SS" => Command::BitRate(number(parameters)),
-        b"GD" | b"GS" => Command::Get(section(parameters, characters)?),
-        _ => Command::Stream {
+        b"VV" => ScipCommand::Version,
+        b"PP" => ScipCommand::Parameters,
+        b"II" => ScipCommand::State,
+        b"BM" => ScipCommand::LaserOn,
+        b"QT" => ScipCommand::Quit,
+        b"RS" => ScipCommand::Reset,
+        b"TM" => ScipCommand::Time(parameters[0]),
+        b"CR" => ScipCommand::MotorSpeed(number(parameters)),
+        b"SS" => ScipCommand::BitRate(number(parameters)),
+        b"GD" | b"GS" => ScipCommand::Get(section(parameters, characters)?),
+        _ => ScipCommand::Stream {
             section: section(parameters, characters)?,
             skip: number(&parameters[10..11]).ok_or(*b"06")?,
             count: number(&parameters[11..13]).ok_or(*b"07")?,
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_stream_is_read_in_full() {
-        let expected = Command::Stream {
+        let expected = ScipCommand::Stream {
             section: Section {
                 first_step: 44,
                 last_step: 725,
@@ -160,6 +160,6 @@ mod tests {
             count: 5,
         };
         assert_eq!(parse(b"MS0044072502305;hello"), Ok(expected));
-        assert_eq!(parse(b"SSabcdef"), Ok(Command::BitRate(None)));
+        assert_eq!(parse(b"SSabcdef"), Ok(ScipCommand::BitRate(None)));
     }
 }

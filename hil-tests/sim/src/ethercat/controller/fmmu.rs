@@ -26,7 +26,7 @@ pub struct Fmmu {
 
 /// A run of bits that a unit maps out of one datagram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Run {
+pub struct BitSpan {
     /// First bit, counted from the start of the datagram's data.
     pub data_bit: u64,
     /// First bit, counted from the start of the SubDevice's memory.
@@ -35,7 +35,7 @@ pub struct Run {
     pub bits: u64,
 }
 
-impl Run {
+impl BitSpan {
     /// Start in data, start in memory and length, if all are whole bytes.
     #[must_use]
     pub fn bytes(&self) -> Option<(usize, u64, usize)> {
@@ -71,7 +71,7 @@ impl Fmmu {
 
     /// The bits that this unit maps out of `data_bytes` at `logical_address`; `None` if there are none.
     #[must_use]
-    pub fn map(&self, logical_address: u32, data_bytes: usize) -> Option<Run> {
+    pub fn map(&self, logical_address: u32, data_bytes: usize) -> Option<BitSpan> {
         if !self.active || self.length_bytes == 0 {
             return None;
         }
@@ -87,7 +87,7 @@ impl Fmmu {
         }
         let physical_first =
             u64::from(self.physical_start) * 8 + u64::from(self.physical_start_bit);
-        Some(Run {
+        Some(BitSpan {
             data_bit: from - data_first,
             physical_bit: physical_first + (from - first),
             bits: to - from,
@@ -187,7 +187,7 @@ mod tests {
         let run = bits.map(0x1_0000, 2).unwrap();
         assert_eq!(
             run,
-            Run {
+            BitSpan {
                 data_bit: 6,
                 physical_bit: 0x1100 * 8 + 1,
                 bits: 3

@@ -32,69 +32,51 @@ fn answer(counter: u16, device: u16, data: u8) -> Answer {
     }
 }
 
+/// Sends one byte to or from user memory and compares what comes back.
+#[track_caller]
+fn check(bench: &mut Bench, command: u8, device: u16, byte: u8, expected: Answer) {
+    assert_eq!(
+        bench.send(command, address(device, USER), &[byte]),
+        expected
+    );
+}
+
 #[test]
 fn by_position() {
     let mut bench = two();
-    assert_eq!(bench.send(APRD, address(0, USER), &[9]), answer(1, 2, 0x0F));
-    assert_eq!(
-        bench.send(APRD, address(0xFFFF, USER), &[9]),
-        answer(1, 1, 0xF1)
-    );
-    assert_eq!(
-        bench.send(APRD, address(0xFFFE, USER), &[9]),
-        answer(0, 0, 9)
-    );
-    assert_eq!(
-        bench.send(APRW, address(0, USER), &[0xAA]),
-        answer(3, 2, 0x0F)
-    );
-    assert_eq!(bench.send(APRD, address(0, USER), &[9]), answer(1, 2, 0xAA));
+    check(&mut bench, APRD, 0, 9, answer(1, 2, 0x0F));
+    check(&mut bench, APRD, 0xFFFF, 9, answer(1, 1, 0xF1));
+    check(&mut bench, APRD, 0xFFFE, 9, answer(0, 0, 9));
+    check(&mut bench, APRW, 0, 0xAA, answer(3, 2, 0x0F));
+    check(&mut bench, APRD, 0, 9, answer(1, 2, 0xAA));
 }
 
 #[test]
 fn by_station_address() {
     let mut bench = two();
-    assert_eq!(
-        bench.send(FPRD, address(0x1002, USER), &[9]),
-        answer(1, 0x1002, 0xF1)
-    );
-    assert_eq!(
-        bench.send(FPRD, address(0x1003, USER), &[9]),
-        answer(0, 0x1003, 9)
-    );
-    assert_eq!(
-        bench.send(FPWR, address(0x1001, USER), &[0x55]),
-        answer(1, 0x1001, 0x55)
-    );
-    assert_eq!(
-        bench.send(FPRW, address(0x1001, USER), &[0x66]),
-        answer(3, 0x1001, 0x55)
-    );
-    assert_eq!(
-        bench.send(FPRD, address(0x1001, USER), &[9]),
-        answer(1, 0x1001, 0x66)
-    );
+    check(&mut bench, FPRD, 0x1002, 9, answer(1, 0x1002, 0xF1));
+    check(&mut bench, FPRD, 0x1003, 9, answer(0, 0x1003, 9));
+    check(&mut bench, FPWR, 0x1001, 0x55, answer(1, 0x1001, 0x55));
+    check(&mut bench, FPRW, 0x1001, 0x66, answer(3, 0x1001, 0x55));
+    check(&mut bench, FPRD, 0x1001, 9, answer(1, 0x1001, 0x66));
 }
 
 #[test]
 fn to_all() {
     let mut bench = two();
-    assert_eq!(bench.send(BRD, address(0, USER), &[0]), answer(2, 2, 0xFF));
-    assert_eq!(bench.send(BRW, address(0, USER), &[0]), answer(6, 2, 0xFF));
-    assert_eq!(bench.send(BWR, address(7, USER), &[3]), answer(2, 9, 3));
-    assert_eq!(bench.send(BRD, address(0, USER), &[0]), answer(2, 2, 3));
+    check(&mut bench, BRD, 0, 0, answer(2, 2, 0xFF));
+    check(&mut bench, BRW, 0, 0, answer(6, 2, 0xFF));
+    check(&mut bench, BWR, 7, 3, answer(2, 9, 3));
+    check(&mut bench, BRD, 0, 0, answer(2, 2, 3));
 }
 
 #[test]
 fn read_from_one_write_to_the_others() {
     let mut bench = two();
-    assert_eq!(bench.send(ARMW, address(0, USER), &[0]), answer(2, 2, 0x0F));
+    check(&mut bench, ARMW, 0, 0, answer(2, 2, 0x0F));
     assert_eq!(bench.send(APRD, address(0xFFFF, USER), &[0]).data, [0x0F]);
     bench.send(APWR, address(0xFFFF, USER), &[0xF1]);
-    assert_eq!(
-        bench.send(FRMW, address(0x1001, USER), &[0]),
-        answer(2, 0x1001, 0x0F)
-    );
+    check(&mut bench, FRMW, 0x1001, 0, answer(2, 0x1001, 0x0F));
     assert_eq!(bench.send(FPRD, address(0x1002, USER), &[0]).data, [0x0F]);
 }
 
@@ -102,7 +84,7 @@ fn read_from_one_write_to_the_others() {
 fn nop_and_unknown_commands_pass() {
     let mut bench = two();
     for command in [0, 15, 0xFF] {
-        assert_eq!(bench.send(command, address(0, USER), &[7]), answer(0, 0, 7));
+        check(&mut bench, command, 0, 7, answer(0, 0, 7));
     }
 }
 

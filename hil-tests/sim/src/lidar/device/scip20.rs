@@ -3,7 +3,7 @@
 use super::sensor::{Device, Stream};
 use super::types::{BIT_RATES, Emission, Kind};
 use crate::lidar::codec::{checksum, encode, summed_line};
-use crate::lidar::command::{Command, OK, STRING_TOO_LONG, Section, Status, UNDEFINED, parse};
+use crate::lidar::command::{OK, STRING_TOO_LONG, ScipCommand, Section, Status, UNDEFINED, parse};
 use crate::lidar::measurement::Measurement;
 use crate::lidar::reports;
 
@@ -25,35 +25,35 @@ impl Device {
         }
     }
 
-    fn execute(&mut self, command: Command, line: &[u8], now_ns: u64) -> Option<Emission> {
-        if self.adjusting_time && !matches!(command, Command::Time(_)) {
+    fn execute(&mut self, command: ScipCommand, line: &[u8], now_ns: u64) -> Option<Emission> {
+        if self.adjusting_time && !matches!(command, ScipCommand::Time(_)) {
             return Some(refusal(line, UNDEFINED));
         }
         let mut rate_after = None;
         let mut report = Vec::new();
         let status = match command {
-            Command::Version => {
+            ScipCommand::Version => {
                 reports::version(&self.options.serial, &mut report);
                 OK
             }
-            Command::Parameters => {
+            ScipCommand::Parameters => {
                 reports::parameters(&mut report);
                 OK
             }
-            Command::State => {
+            ScipCommand::State => {
                 reports::state(&self.state(now_ns), &mut report);
                 OK
             }
-            Command::LaserOn if self.laser => *b"02",
-            Command::LaserOn => {
+            ScipCommand::LaserOn if self.laser => *b"02",
+            ScipCommand::LaserOn => {
                 self.laser = true;
                 OK
             }
-            Command::Quit => {
+            ScipCommand::Quit => {
                 self.laser_off();
                 OK
             }
-            Command::Reset => {
+            ScipCommand::Reset => {
                 self.laser_off();
                 self.speed_level = 0;
                 (self.timer_ms, self.timer_zero_ns) = (0, now_ns);
@@ -61,29 +61,29 @@ impl Device {
                 rate_after = Some(self.bit_rate);
                 OK
             }
-            Command::Time(b'1') if self.adjusting_time => {
+            ScipCommand::Time(b'1') if self.adjusting_time => {
                 let mut stamp = Vec::with_capacity(4);
                 encode(self.timer_ms(now_ns), 4, &mut stamp);
                 summed_line(&stamp, &mut report);
                 OK
             }
-            Command::Time(code) => self.adjust_time(code),
-            Command::BitRate(rate) => {
+            ScipCommand::Time(code) => self.adjust_time(code),
+            ScipCommand::BitRate(rate) => {
                 let status = self.change_bit_rate(rate);
                 rate_after = (status == OK).then_some(self.bit_rate);
                 status
             }
-            Command::MotorSpeed(level) => self.change_speed(level),
-            Command::Get(_) if !self.laser => *b"10",
-            Command::Get(_) if self.request.is_some() => *b"0B",
-            Command::Get(section) => {
+            ScipCommand::MotorSpeed(level) => self.change_speed(level),
+            ScipCommand::Get(_) if !self.laser => *b"10",
+            ScipCommand::Get(_) if self.request.is_some() => *b"0B",
+            ScipCommand::Get(section) => {
                 let Some(latest) = &self.latest else {
                     self.request = Some((line.to_vec(), section));
                     return None;
                 };
                 return Some(scan_reply(line, &section, latest));
             }
-            Command::Stream {
+            ScipCommand::Stream {
                 section,
                 skip,
                 count,
