@@ -11,17 +11,17 @@ use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Pose2, wrap_angle};
 use nalgebra::{Matrix2, Vector2};
 
-/// A wall is looked for at least this far, and at most that far, from where it is expected.
+/// Least and largest distance from the expected wall within which points are taken.
 const GATE_MIN_M: f64 = 0.12;
 const GATE_MAX_M: f64 = 0.60;
-/// Less of a wall does not tell a direction; of a short piece this share must be seen.
+/// At least this length of a wall must be seen to give a direction; of a short piece this share.
 const MIN_SPAN_M: f64 = 0.4;
 const MIN_SPAN_SHARE: f64 = 0.6;
 /// Pieces of wall farther along the lane than this are left alone: they are seen too flat.
 const REACH_M: f64 = 4.0;
 /// Pieces of wall that one scan may show beside a lane.
 pub const MAX_PIECES: usize = 8;
-/// Refusing every wall so often in a row means that the estimate is wrong, not the walls.
+/// After this many scans in a row whose walls were all refused, the estimate counts as wrong.
 const REFUSALS_TO_RESTART: u32 = 5;
 /// Uncertainty that grows even at standstill, per second.
 const IDLE_VARIANCE_M2_S: f64 = 1e-6;
@@ -220,7 +220,7 @@ impl CorridorTracker {
         self.walls
     }
 
-    /// Every scan for a while showed walls, none where the estimate has them: it should start again.
+    /// The last scans showed walls, but none where the estimate expects them: the search should restart.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.refusals >= REFUSALS_TO_RESTART

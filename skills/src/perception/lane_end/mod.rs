@@ -1,7 +1,7 @@
 //! Tracks the wall at the end of the lane: how far it is, and for how many scans that has been consistent.
 //!
 //! The wall is searched for where the map has it, with a gate as wide as the pose is uncertain; once found, the tracker
-//! follows its own estimate. A single scan proves nothing: only a row of consistent scans makes the estimate stable.
+//! follows its own estimate. Only several consistent scans in a row make the estimate stable.
 
 use super::line::LineFitter;
 use crate::perception::gains::PerceptionGains;
@@ -12,17 +12,17 @@ use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 const GATE_MIN_M: f64 = 0.12;
 const GATE_SEARCH_MIN_M: f64 = 0.30;
 const GATE_MAX_M: f64 = 0.80;
-/// What is shorter may be another robot's side.
+/// A shorter line may be another robot's side.
 const MIN_SPAN_M: f64 = 0.8;
-/// So many scans without the wall end the row of consistent ones.
+/// This many scans without the wall reset the count of consistent ones.
 const MISSES_ALLOWED: u32 = 3;
-/// So many scans without it, and what was found there is forgotten: perhaps it was no wall.
+/// After this many scans without it, what was found is forgotten: it may have been something else.
 const MISSES_TO_SEARCH: u32 = 10;
 /// A line turned farther than this against the map is not the wall.
 const TURNED_RAD: f64 = 0.15;
-/// So many scans with the wall elsewhere start a new search.
+/// This many scans with the wall elsewhere start a new search.
 const CONTRADICTIONS_ALLOWED: u32 = 3;
-/// A deviation from the prediction that is never called a contradiction, m.
+/// A smaller deviation from the prediction never counts as a contradiction, m.
 const AGREES_M: f64 = 0.03;
 /// Uncertainty that grows even at standstill, per second.
 const IDLE_VARIANCE_M2_S: f64 = 1e-6;

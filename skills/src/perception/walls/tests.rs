@@ -1,8 +1,11 @@
+use super::view::View;
 use super::*;
 use crate::history::OdometryHistory;
-use crate::map::{MapData, WallData};
-use crate::scan::ScanGeometry;
-use description::geometry::Twist2;
+use crate::map::{MapData, SemanticMap, WallData};
+use crate::perception::PerceptionGains;
+use crate::scan::{AlignedScan, ScanGeometry};
+use description::geometry::{Point2, Pose2, Segment, Twist2};
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
 fn segment(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {

@@ -1,13 +1,12 @@
-//! The way around a thing that stands where the robot wants to go.
+//! The way around an obstacle that stands where the robot wants to go.
 //!
-//! The nearest free tube within the narrow band of `select` keeps the lane; a box on the lane needs more. When what is
-//! wanted stays hindered, a detour begins: of the longest row that has any, the free tube nearest to the wanted
-//! curvature is driven, slowly. As long as navigation wants back onto its lane that is the tube that hugs the thing, and
-//! behind it the lane again.
+//! The narrow band of `select` keeps the lane; a box on the lane needs more. When the wanted command stays hindered, a
+//! detour begins: in the longest row that has a free tube, the one nearest to the wanted curvature is driven, slowly.
+//! Since navigation steers back to its lane, that tube follows the side of the obstacle, and behind it the lane.
 //!
 //! A detour keeps to the side that it began on, and turns no farther than a limit away from the path that it is to keep
-//! to, or, where it knows none, from the direction in which the robot last drove freely: before a wall across the corridor
-//! it does not turn back. Nor does it leave the [`Room`] beside that path. It ends when the wanted curvature
+//! to, or, where it knows none, from the direction in which the robot last drove freely: so that it does
+//! not turn back before a wall across the corridor. Nor does it leave the [`Room`] beside that path. It ends when the wanted curvature
 //! is free for a good way. It never leads backwards. While something moves nearby the robot stays where it still has room
 //! to turn, and waits for a while before it begins one.
 
@@ -17,17 +16,17 @@ use crate::tubes::memory::known::KnownRanges;
 use crate::tubes::parameters::DetourPolicy;
 use description::geometry::{MotionCommand, wrap_angle};
 
-/// The wanted way must be free for so long before a detour ends.
+/// A detour ends when the wanted way has been free this long.
 const FREE_NS: u64 = 250_000_000;
-/// So soon after a detour it goes on when the way is short again, however slow the wanted motion.
+/// Within this time of a detour, resume it if the way is blocked again, however slow the wanted motion.
 const RECENT_NS: u64 = 4_000_000_000;
-/// Not hindered for so long, it forgets that it was: the end of a tube at a thing comes and goes.
+/// A hindrance is forgotten after this time without it: the end of a tube at an obstacle flickers.
 const UNHINDERED_NS: u64 = 500_000_000;
-/// Without a way on its side for so long, the other side is tried.
+/// After this time without a free tube on its side, the other side is tried.
 const STUCK_NS: u64 = 2_000_000_000;
-/// It waits for so long for what moves nearby.
+/// Timeout of waiting for what moves nearby.
 const PATIENCE_NS: u64 = 4_000_000_000;
-/// A free speed this much below the wanted one hinders.
+/// The robot is hindered when the free speed is this much below the wanted one.
 const HINDERED_M_S: f64 = 0.05;
 
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +54,7 @@ pub(super) struct Detour {
     pub changed_sides: u64,
 }
 
-/// What a detour has to know of the moment.
+/// Inputs of one step of a detour.
 #[derive(Clone, Copy)]
 pub(super) struct Moment<'a> {
     pub now_ns: u64,
@@ -88,7 +87,7 @@ impl Detour {
         };
     }
 
-    /// Gives up the way that it is on; another may be chosen.
+    /// Drops the chosen way; another may be chosen.
     pub fn reset_way(&mut self) {
         self.active = None;
         self.waits = false;
@@ -200,7 +199,7 @@ impl Detour {
     }
 }
 
-/// Slower than wanted by far, or not at all.
+/// The free way is much slower than wanted, or there is none.
 fn is_hindered(selector: &Selector<'_>, nominal: Search, wanted: MotionCommand) -> bool {
     match nominal {
         Search::Found(selection) => {
@@ -248,7 +247,7 @@ fn opening(selector: &Selector<'_>, known: &KnownRanges, off_rad: f64) -> f64 {
     let set = selector.set;
     let body = set.footprint();
     let half_width_m = body.left_m.max(body.right_m) + set.parameters().d_aug_m;
-    // Along the thing itself is no opening.
+    // Directions along the obstacle itself are no opening.
     let widest_rad = selector.policy.detour.heading_rad.min(1.0);
     let steps = (widest_rad / STEP_RAD) as usize;
     for share in [1.0, 0.8, 0.6] {

@@ -4,7 +4,7 @@ use crate::tubes::set::tube_set::TubeId;
 use description::geometry::MotionCommand;
 use thiserror::Error;
 
-/// What became of a wanted command.
+/// How a wanted command was changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Verdict {
@@ -42,11 +42,11 @@ pub enum Reason {
     Backwards,
     /// A number of the command is NaN or infinite.
     NotFinite,
-    /// Something moves, and would arrive before the robot stands.
+    /// Something moves, and could arrive before the robot stands.
     Moving,
-    /// Neither was the floor behind seen free, nor has the robot come over it.
+    /// The floor behind was neither seen free nor driven over.
     UnknownFloor,
-    /// It comes to rest before it drives the other way.
+    /// It must come to rest before it reverses.
     Reversing,
 }
 
@@ -100,7 +100,7 @@ pub enum ObserveError {
     },
 }
 
-/// What has happened so far.
+/// Counts since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Scans judged.
@@ -109,15 +109,15 @@ pub struct Counters {
     pub refused: u64,
     /// Stops because no tube was free.
     pub blocked_stops: u64,
-    /// Stops for want of a scan.
+    /// Stops because of missing scans.
     pub blind_stops: u64,
     /// Stops because something moved nearby.
     pub moving_stops: u64,
-    /// Ways begun around standing things.
+    /// Detours begun around standing obstacles.
     pub detours: u64,
-    /// How often such a way was given up for the other side.
+    /// Detours that changed to the other side.
     pub detour_side_changes: u64,
-    /// How often it backed out of where no way led on.
+    /// Retreats begun from dead ends.
     pub retreats: u64,
     /// Jumps of the odometry, or of the clock, after which everything remembered was forgotten.
     pub jumps: u64,

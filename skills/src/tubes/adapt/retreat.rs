@@ -1,20 +1,20 @@
-//! Backing out of where no way leads on.
+//! Backing out of a dead end.
 //!
-//! A robot that stands with its nose to a thing, or beside somebody who has walked away out of its view, has no room to
-//! turn and sees nothing new. After a while it backs out a little, straight, over floor that it knows to be free, and
-//! looks again: what was beside it lies before it then. It does so a few times in one place, not for ever.
+//! A robot that stands with its nose to an obstacle, or remembers a person who has walked out of its view, has no room to
+//! turn and sees nothing new. After `AFTER_NS` it backs out a little, straight, over floor that it knows to be free, and
+//! looks again: what was beside it is ahead of it then. It tries that `TRIES` times in one place.
 
 use crate::tubes::parameters::DetourPolicy;
 use description::geometry::Point2;
 
-/// Blocked for so long before it backs out.
+/// A retreat begins after being blocked this long,
 const AFTER_NS: u64 = 3_000_000_000;
-/// A retreat ends after so long, wherever it is then.
+/// and ends after this time, wherever the robot is.
 const LONGEST_NS: u64 = 15_000_000_000;
-/// So often in one place; places are so far apart.
+/// Retreats in one place, at most; a place is a circle of this radius.
 const TRIES: u8 = 3;
 const ELSEWHERE_M: f64 = 1.0;
-/// Not while something moves this near.
+/// No retreat begins while something moves within this distance.
 pub(super) const AWAY_M: f64 = 0.4;
 
 /// A retreat under way: where it began, in `odom`, and when.

@@ -1,17 +1,17 @@
-//! How far aside of its path a robot may go around things.
+//! How far beside its path a robot may go on a detour.
 
 use std::f64::consts::PI;
 
 use description::geometry::{Pose2, Twist2};
 
-/// A detour keeps this much inside the limit: the robot does not follow a tube to the centimetre, nor know its path so.
+/// A detour keeps this far inside the limit, for the errors of following a tube and of the pose.
 const MARGIN_M: f64 = 0.05;
-/// A tube is looked at in so many places.
+/// Number of poses along a tube that are checked.
 const PLACES: usize = 4;
-/// A straighter path is straight.
+/// Smaller curvatures count as straight.
 const STRAIGHT_1_M: f64 = 1e-3;
 
-/// Where the robot is relative to the path that it should keep to, and how far aside of it it may be.
+/// Where the robot is relative to the path that it should keep to, and how far beside it it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Room {
     /// Of `base_link` from the path, positive to the left.
@@ -22,7 +22,7 @@ pub struct Room {
     pub path_curvature_1_m: f64,
     /// To either side.
     pub limit_m: f64,
-    /// So far behind the robot it may be, straight and on the tightest curves to both sides.
+    /// How far it may back up, straight and on the tightest curves to both sides.
     pub behind_m: f64,
     /// The tightest curve on which navigation leads it back.
     pub tightest_1_m: f64,
@@ -38,12 +38,12 @@ impl Room {
             let way_m = length_m * place as f64 / PLACES as f64;
             let pose = start.advance(Twist2::new(way_m, way_m * curvature_1_m), 1.0);
             let (lateral_m, off_rad) = self.beside(pose);
-            // What is not a number is not in the room.
+            // NaN is outside the room.
             lateral_m.abs() + turning_back_m(lateral_m, off_rad, self.tightest_1_m) <= most_m
         })
     }
 
-    /// Whether a robot may back out so far, on a curve.
+    /// Whether a robot may back out for a length, on a curve.
     pub(super) fn holds_behind(&self, curvature_1_m: f64, length_m: f64) -> bool {
         let most_m = (self.limit_m - MARGIN_M).max(self.lateral_m.abs());
         let start = Pose2::new(0.0, self.lateral_m, self.heading_rad);
@@ -64,7 +64,7 @@ impl Room {
     }
 }
 
-/// How much farther aside of its path a robot gets that turns back along it on its tightest curve.
+/// How much farther from its path a robot gets while it turns back along it on its tightest curve.
 pub(crate) fn turning_back_m(lateral_m: f64, heading_rad: f64, tightest_1_m: f64) -> f64 {
     let outward_rad = heading_rad * lateral_m.signum();
     (1.0 - outward_rad.clamp(0.0, PI).cos()) / tightest_1_m

@@ -9,7 +9,7 @@ use crate::tubes::parameters::AdaptPolicy;
 use crate::tubes::set::tube_set::{TubeId, TubeSet};
 use description::geometry::MotionCommand;
 
-/// A shift must lead into a tube so many rows longer than the longest without.
+/// A shift must lead into a tube at least this many rows longer than the longest unshifted one.
 const SHIFT_BUYS_ROWS: usize = 2;
 
 /// The tube chosen, and the curvature to drive.
@@ -79,7 +79,7 @@ impl Selector<'_> {
                 offer(selection);
             }
         }
-        // Before a wall across the lane a bend buys a moment at best; around a thing it buys rows.
+        // A bend before a wall across the lane gains at most one row; around an obstacle it gains several.
         let worth =
             longest_unshifted.map_or(rows.end, |row| (row + 1).saturating_sub(SHIFT_BUYS_ROWS));
         for row in rows.start..worth {
@@ -210,7 +210,7 @@ impl Selector<'_> {
     /// The tubes of a row on both sides of a curvature; the same one twice for a curvature on a tube.
     fn neighbours(&self, row: usize, curvature_1_m: f64) -> Option<(usize, usize)> {
         let place = self.place(row, curvature_1_m);
-        // A hair off a tube is on it.
+        // Within rounding of a tube is on it.
         let (low, high) = ((place + 1e-6).floor(), (place - 1e-6).ceil());
         (low >= 0.0 && high <= (self.set.steps - 1) as f64).then_some((low as usize, high as usize))
     }

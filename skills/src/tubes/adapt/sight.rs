@@ -1,12 +1,12 @@
-//! Whether scans come, and have come for long enough.
+//! Whether scans arrive, and have arrived without a gap for long enough.
 
 use super::outcome::{ObserveError, Reason};
 use crate::tubes::parameters::AdaptPolicy;
 
-/// Two threads' looks at one clock may differ by this much.
+/// Tolerance between clock readings of two threads.
 const CLOCK_SLACK_NS: u64 = 20_000_000;
 
-/// Keeps count of the scans that were judged.
+/// Times of the scans that were judged.
 #[derive(Clone, Debug)]
 pub(super) struct Sight {
     timeout_ns: u64,
@@ -16,7 +16,7 @@ pub(super) struct Sight {
     /// Since when scans have come without a gap.
     good_since_ns: Option<u64>,
     blind_since_ns: Option<u64>,
-    /// Stops for want of a scan.
+    /// Stops because of missing scans.
     pub blind_stops: u64,
 }
 
@@ -32,7 +32,7 @@ impl Sight {
         }
     }
 
-    /// The clock was set back: what is known is of a time to come.
+    /// The clock was set back: the newest scan is from the future.
     pub fn clock_ran_back(&self, now_ns: u64) -> bool {
         self.newest
             .is_some_and(|(_, arrival_ns)| now_ns.saturating_add(self.timeout_ns) < arrival_ns)
@@ -56,7 +56,7 @@ impl Sight {
         Ok(())
     }
 
-    /// Takes a scan that passed the check; says whether scans begin anew after a gap.
+    /// Takes a scan that passed the check; says whether it is the first after a gap.
     pub fn take(&mut self, reference_ns: u64, now_ns: u64) -> bool {
         let begins = !self.is_fresh(now_ns) || self.good_since_ns.is_none();
         if begins {
@@ -73,7 +73,7 @@ impl Sight {
         })
     }
 
-    /// A reason to stop for want of sight, and since when.
+    /// The reason to stop when scans are missing, and since when.
     pub fn look(&mut self, now_ns: u64) -> Option<(Reason, u64)> {
         if !self.is_fresh(now_ns) {
             if self.blind_since_ns.is_none() {

@@ -1,4 +1,4 @@
-//! Whatever comes in: no panic, and no motion without a scan, against a number that is none, or faster than wanted.
+//! Any input: no panic, and no motion without a scan, on NaN, or faster than wanted.
 
 use super::world::{MS, Random, SMALL, urg};
 use crate::history::OdometryHistory;
@@ -164,7 +164,7 @@ impl Rig {
         assert!(speed_m_s.abs() <= wanted.speed_m_s.abs());
         assert!(adapted.verdict != Verdict::Stopped && adapted.tube.is_some());
         let judged_ns = self.judged_ns.expect("a scan was judged");
-        // A scan of now: neither older than the time-out, nor of a time to come.
+        // A present scan: neither older than the timeout, nor from the future.
         assert!(
             self.now_ns.saturating_sub(judged_ns) <= 250 * MS,
             "{adapted:?}"

@@ -6,4 +6,6 @@ mod driving;
 mod fuzz;
 mod generation;
 mod guarantee;
+mod remembering;
+mod stand;
 mod world;

@@ -1,85 +1,23 @@
-//! Robust straight-line fit to the scan points near a wall that is expected somewhere.
-//!
-//! The expected wall is a segment in `base_link`. Points inside its gate are taken into the segment's own coordinates
-//! (along, across), so that the line is a small correction of the expectation. The fit starts from the pair of points
-//! that accounts for most of the wall's length (not for most points: what stands near is dense) and beyond which least is
-//! seen, since nothing is seen through a wall; it is refined by weighted least squares with Tukey's weights. What stands
-//! in front of the wall does not pull it. A point weighs by its noise across the wall: that of the range, times the sine
-//! of the angle under which it is seen. Deterministic; no allocation after construction.
+//! The fit: from points to the line that most of the wall's length agrees on.
 
-use super::gains::{PerceptionGains, RANGE_STD_SHARE};
-use super::wall_fit::WallFit;
-use description::geometry::{Point2, Segment, wrap_angle};
-use nalgebra::Matrix2;
+use super::judge::describe;
+use super::points::{INLIER_SIGMA, Line, PIECES, WallPoint, piece};
+use crate::perception::gains::{PerceptionGains, RANGE_STD_SHARE};
+use crate::perception::wall_fit::WallFit;
+use description::geometry::{Point2, Segment};
 
 /// Pairs of points that are tried.
 const PAIRS: usize = 48;
-/// Passes of the refinement; the last ones believe only what is as near as noise explains.
+/// Passes of the refinement; the last ones use only points as close as noise explains.
 const PASSES: usize = 6;
 const NARROW_PASSES: usize = 3;
-/// No wall is flatter than this.
-const FLATNESS_M: f64 = 0.015;
-/// Coverage is counted in pieces of this length.
-const PIECE_M: f64 = 0.1;
-const PIECES: usize = 128;
-/// Of the length where the gate holds points, this share must lie on the line.
-const MIN_SHARE: f64 = 0.35;
 /// The expected direction cannot be off by more than this slope.
 const MAX_SLOPE: f64 = 0.6;
 /// Left out at both ends of the expected segment, where the next wall begins; of a short one this share.
 const END_MARGIN_M: f64 = 0.10;
 const END_MARGIN_SHARE: f64 = 0.15;
-/// Farther from the line than this many standard deviations a point is not on it, whatever the least distance says.
-const INLIER_SIGMA: f64 = 2.5;
-/// Directions of beams are not exact either.
+/// Standard deviation of a beam's direction.
 const BEARING_STD_RAD: f64 = 0.002;
-/// With so many points a line is only half as certain as their noise says.
-const FEW_POINTS: f64 = 30.0;
-/// What no number of points averages away: mounting, calibration, a wall that is not straight.
-const FLOOR_ACROSS_M: f64 = 0.004;
-const FLOOR_ANGLE_RAD: f64 = 0.002;
-
-/// A point in the coordinates of the expected wall.
-#[derive(Clone, Copy, Debug, Default)]
-struct WallPoint {
-    along_m: f64,
-    across_m: f64,
-    /// Noise across the wall.
-    std_m: f64,
-    /// This near to the line it lies on it.
-    reach_m: f64,
-    /// One over the points on the same piece: what stands near is dense, and counts no more for that.
-    share: f64,
-}
-
-impl WallPoint {
-    /// As far from the line as noise alone takes it.
-    fn noise_reach_m(&self) -> f64 {
-        self.reach_m.min(FLATNESS_M.max(INLIER_SIGMA * self.std_m))
-    }
-}
-
-/// What lies on one piece of a wall.
-#[derive(Clone, Copy, Debug, Default)]
-struct Piece {
-    weight: f64,
-    residual: f64,
-    along: f64,
-}
-
-/// across = offset + slope · (along − centre)
-#[derive(Clone, Copy, Debug, Default)]
-struct Line {
-    centre_m: f64,
-    offset_m: f64,
-    slope: f64,
-}
-
-impl Line {
-    fn residual_m(&self, point: &WallPoint) -> f64 {
-        point.across_m - self.offset_m - self.slope * (point.along_m - self.centre_m)
-    }
-}
 
 /// Fits lines; holds the memory that a fit needs.
 #[derive(Clone, Debug)]
@@ -96,7 +34,7 @@ pub struct LineFitter {
 }
 
 impl LineFitter {
-    /// A fitter that looks at no more than `capacity` points of a scan.
+    /// A fitter that uses at most `capacity` points of a scan.
     #[must_use]
     pub fn new(capacity: usize, gains: PerceptionGains) -> Self {
         Self {
@@ -119,7 +57,7 @@ impl LineFitter {
         gate_m: f64,
         min_span_m: f64,
     ) -> Option<WallFit> {
-        // The sensor is somewhere on the robot: near enough to tell before the wall from behind it.
+        // `base_link` stands for the sensor: close enough to tell before the wall from behind it.
         self.begin(expected, Point2::default(), f64::INFINITY);
         for &point in points {
             self.offer(point, gate_m);
@@ -128,7 +66,7 @@ impl LineFitter {
     }
 
     /// Starts over with an expected wall, seen by a sensor at `eye` as far as `sight_m`; both in `base_link`.
-    pub(super) fn begin(&mut self, expected: &Segment, eye: Point2, sight_m: f64) {
+    pub(in crate::perception) fn begin(&mut self, expected: &Segment, eye: Point2, sight_m: f64) {
         self.near.clear();
         self.sight_m = sight_m;
         self.expected = *expected;
@@ -138,7 +76,7 @@ impl LineFitter {
     }
 
     /// Takes a point when it lies beside the wall and within the gate.
-    pub(super) fn offer(&mut self, point: Point2, gate_m: f64) {
+    pub(in crate::perception) fn offer(&mut self, point: Point2, gate_m: f64) {
         let place = self.place(point);
         let margin_m = END_MARGIN_M.min(END_MARGIN_SHARE * self.length_m);
         let beside = place.x_m >= margin_m && place.x_m <= self.length_m - margin_m;
@@ -160,7 +98,7 @@ impl LineFitter {
     }
 
     /// The wall that the points taken agree on.
-    pub(super) fn solve(&mut self, min_span_m: f64) -> Option<WallFit> {
+    pub(in crate::perception) fn solve(&mut self, min_span_m: f64) -> Option<WallFit> {
         if self.near.len() < self.gains.min_points {
             return None;
         }
@@ -175,7 +113,13 @@ impl LineFitter {
         if self.leave_out_of_sight(&line) {
             line = self.refine(line)?;
         }
-        self.describe(&line, min_span_m)
+        describe(
+            &self.near,
+            &line,
+            &self.expected,
+            self.gains.min_points,
+            min_span_m,
+        )
     }
 
     /// Where the wall passes out of sight, noise lets only those points through that came out short. Takes them all out;
@@ -284,87 +228,6 @@ impl LineFitter {
         }
         (line.slope.abs() <= MAX_SLOPE).then_some(line)
     }
-
-    /// Judges the line and states it as seen from `base_link`.
-    fn describe(&self, line: &Line, min_span_m: f64) -> Option<WallFit> {
-        let (mut inliers, mut squares, mut misfit) = (0usize, 0.0, 0.0);
-        let (mut weights, mut spread) = (0.0, 0.0);
-        let (mut covered, mut all) = (0u128, 0u128);
-        let mut pieces = [Piece::default(); PIECES];
-        for point in &self.near {
-            all |= 1 << piece(point);
-            let residual_m = line.residual_m(point);
-            if residual_m.abs() < point.reach_m {
-                inliers += 1;
-                covered |= 1 << piece(point);
-                let weight = 1.0 / (point.std_m * point.std_m);
-                squares += residual_m * residual_m;
-                misfit += weight * residual_m * residual_m;
-                weights += weight;
-                spread += weight * (point.along_m - line.centre_m).powi(2);
-                let piece = &mut pieces[piece(point)];
-                piece.weight += weight;
-                piece.residual += weight * residual_m;
-                piece.along += weight * (point.along_m - line.centre_m);
-            }
-        }
-        let share = f64::from(covered.count_ones()) / f64::from(all.count_ones().max(1));
-        let covered_m = PIECE_M * f64::from(covered.count_ones());
-        if inliers < self.gains.min_points || share < MIN_SHARE || covered_m < min_span_m {
-            return None;
-        }
-        // Points that scatter more than their noise explains make the line less certain,
-        // and few points leave open which of them belong to it.
-        let inflation = (misfit / inliers as f64).max(1.0) * (1.0 + FEW_POINTS / inliers as f64);
-        let (uneven_m2, uneven_rad2) = unevenness(&pieces);
-        let across_variance = (inflation / weights).max(uneven_m2) + FLOOR_ACROSS_M.powi(2);
-        let angle_variance = (inflation / spread).max(uneven_rad2) + FLOOR_ANGLE_RAD.powi(2);
-
-        let turned_rad = line.slope.atan();
-        let direction_rad = self.expected.direction_rad() + turned_rad;
-        let (sin, cos) = direction_rad.sin_cos();
-        let unit = Point2::new(cos, sin);
-        let normal = Point2::new(-self.unit.y_m, self.unit.x_m);
-        let centre = self.expected.a + self.unit * line.centre_m + normal * line.offset_m;
-        // Lever from the points' centre to `base_link`: a wall seen far ahead tells its offset here less well.
-        let lever_m = -unit.dot(centre);
-        Some(WallFit {
-            lateral_m: -unit.cross(centre),
-            heading_rad: wrap_angle(-direction_rad),
-            covariance: Matrix2::new(
-                across_variance + lever_m * lever_m * angle_variance,
-                lever_m * angle_variance,
-                lever_m * angle_variance,
-                angle_variance,
-            ),
-            inliers: inliers as u32,
-            share,
-            covered_m,
-            rms_m: (squares / inliers as f64).sqrt(),
-        })
-    }
-}
-
-/// Variances across and of the angle, as the pieces scatter about the line: a box close to the wall shifts many points
-/// together, which no number of points averages away.
-fn unevenness(pieces: &[Piece; PIECES]) -> (f64, f64) {
-    let (mut count, mut squares, mut spread) = (0.0, 0.0, 0.0);
-    for piece in pieces.iter().filter(|piece| piece.weight > 0.0) {
-        count += 1.0;
-        squares += (piece.residual / piece.weight).powi(2);
-        spread += (piece.along / piece.weight).powi(2);
-    }
-    let scatter = squares / f64::max(count - 2.0, 1.0);
-    (
-        scatter / f64::max(count, 1.0),
-        scatter / f64::max(spread, 1e-6),
-    )
-}
-
-/// The piece of wall that a point lies on; a very long wall counts round.
-fn piece(point: &WallPoint) -> usize {
-    let index = (point.along_m / PIECE_M).floor() as i64;
-    index.rem_euclid(PIECES as i64) as usize
 }
 
 /// Tukey's weight of a residual in units of the reach.

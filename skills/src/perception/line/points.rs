@@ -1,0 +1,49 @@
+//! Points of a scan and lines, in the coordinates of an expected wall: along it, across it.
+
+/// Walls are not flat to better than this.
+const FLATNESS_M: f64 = 0.015;
+/// Coverage is counted in pieces of this length.
+pub(super) const PIECE_M: f64 = 0.1;
+pub(super) const PIECES: usize = 128;
+/// A point within this many standard deviations lies on the line, even beyond the least distance.
+pub(super) const INLIER_SIGMA: f64 = 2.5;
+
+/// A point in the coordinates of the expected wall.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WallPoint {
+    pub(super) along_m: f64,
+    pub(super) across_m: f64,
+    /// Noise across the wall.
+    pub(super) std_m: f64,
+    /// This near to the line it lies on it.
+    pub(super) reach_m: f64,
+    /// One over the number of points on the same piece, so that near, dense pieces weigh as much as far ones.
+    pub(super) share: f64,
+}
+
+impl WallPoint {
+    /// As far from the line as noise alone takes it.
+    pub(super) fn noise_reach_m(&self) -> f64 {
+        self.reach_m.min(FLATNESS_M.max(INLIER_SIGMA * self.std_m))
+    }
+}
+
+/// A line: across = offset + slope · (along − centre).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Line {
+    pub(super) centre_m: f64,
+    pub(super) offset_m: f64,
+    pub(super) slope: f64,
+}
+
+impl Line {
+    pub(super) fn residual_m(&self, point: &WallPoint) -> f64 {
+        point.across_m - self.offset_m - self.slope * (point.along_m - self.centre_m)
+    }
+}
+
+/// The piece of wall that a point lies on; a very long wall counts round.
+pub(super) fn piece(point: &WallPoint) -> usize {
+    let index = (point.along_m / PIECE_M).floor() as i64;
+    index.rem_euclid(PIECES as i64) as usize
+}

@@ -1,0 +1,98 @@
+//! What is seen beyond a line: nothing is seen through a wall.
+
+use description::geometry::{Point2, Segment};
+
+/// Coverage is counted in pieces of this length.
+const PIECE_M: f64 = 0.1;
+const PIECES: usize = 128;
+/// A beam passes through a line when it ends this far beyond it plus this many standard deviations of its noise.
+const BEYOND_M: f64 = 0.03;
+const BEYOND_SIGMA: f64 = 2.0;
+/// A wall may look open over this share of its seen length: dark paint, a door;
+const MAX_THROUGH_SHARE: f64 = 0.35;
+/// over a smaller share only where something is seen within `BEHIND_M` behind it: then that is the wall.
+const MAX_NEAR_SHARE: f64 = 0.15;
+const BEHIND_M: f64 = 0.8;
+/// This length may be open in any case.
+const OPEN_M: f64 = 0.2;
+
+/// A beam, placed in `base_link` now.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beam {
+    pub(super) end: Point2,
+    pub(super) range_std_m: f64,
+    /// The wall that it was given to, and how far from it that wall is looked for.
+    pub(super) wall: Option<u32>,
+    pub(super) gate_m: f64,
+}
+
+/// Beams that cross a short piece of a line or end there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    beams: u16,
+    through: u16,
+    near: u16,
+}
+
+/// How much of a line is looked through.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beyond {
+    /// Altogether.
+    pub(super) all_m: f64,
+    /// Where what is seen lies close behind the line.
+    near_m: f64,
+}
+
+impl Beyond {
+    /// Too much lies beyond a line of which `covered_m` was seen: it cannot be the wall.
+    pub(super) fn refutes(&self, covered_m: f64) -> bool {
+        self.near_m > OPEN_M.max(MAX_NEAR_SHARE * covered_m)
+            || self.all_m > OPEN_M.max(MAX_THROUGH_SHARE * covered_m)
+    }
+}
+
+/// What is seen beyond a segment (in `base_link`), its ends left out; what ends within `slack_m` behind it still
+/// counts as on it.
+pub(super) fn seen_beyond(
+    beams: &[Beam],
+    segment: &Segment,
+    eye: Point2,
+    ends_m: f64,
+    slack_m: f64,
+) -> Beyond {
+    let (unit, length_m) = (segment.unit(), segment.length_m());
+    let eye_m = unit.cross(eye - segment.a);
+    let eye_along_m = unit.dot(eye - segment.a);
+    let mut pieces = [Piece::default(); PIECES];
+    for beam in beams {
+        let from_start = beam.end - segment.a;
+        let beyond_m = -unit.cross(from_start) * eye_m.signum();
+        let depth_m = beyond_m + eye_m.abs();
+        let range_m = beam.end.distance_m(eye);
+        let noise_m = beam.range_std_m * depth_m / range_m.max(1e-3);
+        let reach_m = BEYOND_M + BEYOND_SIGMA * noise_m;
+        if depth_m <= 1e-3 || beyond_m < -reach_m {
+            continue;
+        }
+        let share = eye_m.abs() / depth_m;
+        let along_m = eye_along_m + share * (unit.dot(from_start) - eye_along_m);
+        if !(along_m > ends_m && along_m < length_m - ends_m) {
+            continue;
+        }
+        let place = ((along_m - eye_along_m) / PIECE_M).floor() + (PIECES / 2) as f64;
+        let piece = &mut pieces[place.clamp(0.0, (PIECES - 1) as f64) as usize];
+        piece.beams += 1;
+        if beyond_m > slack_m + reach_m {
+            piece.through += 1;
+            piece.near += u16::from(beyond_m < slack_m + BEHIND_M);
+        }
+    }
+    let length = |open: fn(&Piece) -> u16| {
+        let open = |piece: &&Piece| 2 * open(piece) > piece.beams;
+        PIECE_M * pieces.iter().filter(open).count() as f64
+    };
+    Beyond {
+        all_m: length(|piece| piece.through),
+        near_m: length(|piece| piece.near),
+    }
+}

@@ -1,0 +1,119 @@
+//! Which scans are used, and what is remembered of them.
+
+use super::stand::{AHEAD, Stand, with_disc, without_detours};
+use super::world::{MS, Random, Robot, Thing, corridor, urg};
+use crate::scan::{AlignedScan, ScanGeometry};
+use crate::tubes::{AdaptPolicy, ObserveError, Reason, Verdict};
+use description::geometry::{MotionCommand, Pose2, Twist2};
+
+#[test]
+fn scans_of_no_use_are_refused_and_counted() {
+    let mut stand = Stand::ready();
+    let again = stand.tubes.observe(&stand.robot.scan, stand.robot.now_ns);
+    assert!(matches!(again, Err(ObserveError::NotAfter { .. })));
+    let empty = AlignedScan::new(urg()).unwrap();
+    assert_eq!(
+        stand.tubes.observe(&empty, stand.robot.now_ns),
+        Err(ObserveError::Empty)
+    );
+    stand.robot.drive(Twist2::default(), 0.1);
+    stand.robot.measure(&corridor());
+    let late = stand
+        .tubes
+        .observe(&stand.robot.scan, stand.robot.now_ns + 400 * MS);
+    assert!(matches!(late, Err(ObserveError::NotOfNow { .. })));
+    let other = ScanGeometry {
+        turn_s: 0.05,
+        ..urg()
+    };
+    let mut stranger = Robot::new(Pose2::IDENTITY, other);
+    stranger.measure(&corridor());
+    assert_eq!(
+        stand.tubes.observe(&stranger.scan, stranger.now_ns),
+        Err(ObserveError::Geometry)
+    );
+    assert_eq!(stand.tubes.counters().refused, 4);
+    // A source that repeats itself keeps nothing alive.
+    assert_eq!(stand.ask(AHEAD, 300).reason, Reason::NoScan);
+}
+
+#[test]
+fn what_stood_beside_it_is_remembered_while_it_waits() {
+    let turn = MotionCommand::new(0.3, 2.0);
+    let arrive_and_wait = |things: &[Thing]| {
+        let mut stand = Stand::new(without_detours());
+        stand.robot = Robot::new(Pose2::new(2.2, -0.5, 0.0), urg());
+        stand.twist = Twist2::new(0.4, 0.0);
+        stand.look(things, AHEAD, 2.0);
+        stand.twist = Twist2::default();
+        *stand.look(things, turn, 60.0).last().unwrap()
+    };
+    // A post that comes to stand beside the left wheel, out of view.
+    let post = arrive_and_wait(&with_disc(3.08, -0.5 + 0.15 + 0.05, 0.03));
+    assert_eq!(
+        (post.verdict, post.reason),
+        (Verdict::Stopped, Reason::Blocked)
+    );
+    assert_eq!(arrive_and_wait(&corridor()).verdict, Verdict::Free);
+}
+
+#[test]
+fn what_it_left_two_seconds_behind_is_forgotten() {
+    let mut stand = Stand::ready();
+    stand.look(&with_disc(3.6, -0.1, 0.1), AHEAD, 0.5);
+    let remembered = stand.tubes.memory().len();
+    stand.twist = Twist2::new(0.4, 0.0);
+    stand.look(&[], AHEAD, 1.5);
+    assert!(stand.tubes.memory().len() >= remembered);
+    stand.look(&[], AHEAD, 1.0);
+    assert!(stand.tubes.memory().is_empty());
+}
+
+#[test]
+fn what_a_new_scan_looks_through_is_forgotten() {
+    let mut stand = Stand::ready();
+    // Someone beside the front, in view, who then leaves.
+    stand.look(&with_disc(3.35, -0.5 + 0.22, 0.05), AHEAD, 0.5);
+    let with_them = stand
+        .tubes
+        .memory()
+        .occupied()
+        .iter()
+        .map(|w| w.count_ones())
+        .sum::<u32>();
+    stand.look(&corridor(), AHEAD, 0.2);
+    let without = stand
+        .tubes
+        .memory()
+        .occupied()
+        .iter()
+        .map(|w| w.count_ones())
+        .sum::<u32>();
+    assert!(with_them > 0 && without == 0, "{with_them} {without}");
+}
+
+#[test]
+fn memory_is_bounded() {
+    let mut stand = Stand::new(AdaptPolicy::default());
+    let random = &mut Random(2);
+    stand.twist = Twist2::new(0.01, 0.0);
+    for _ in 0..200 {
+        stand.robot.drive(Twist2::new(0.06, 0.0), 0.1);
+        // Ranges all over the place, so that nothing thins them out.
+        let raw: Vec<u16> = (0..682)
+            .map(|_| random.between(200.0, 1400.0) as u16)
+            .collect();
+        let stamp_ns = stand.robot.now_ns - urg().duration_ns();
+        stand
+            .robot
+            .scan
+            .align(&raw, stamp_ns, &stand.robot.history)
+            .unwrap();
+        stand
+            .tubes
+            .observe(&stand.robot.scan, stand.robot.now_ns)
+            .unwrap();
+        assert!(stand.tubes.memory().len() <= crate::tubes::memory::seen::CAPACITY);
+    }
+    assert!(stand.tubes.memory().overwritten() > 0);
+}
