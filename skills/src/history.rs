@@ -15,7 +15,7 @@ pub const DEFAULT_CAPACITY: usize = 512;
 /// Why an entry was not taken.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum HistoryError {
-    /// Time stood still or ran backwards.
+    /// The stamp is not newer than the newest entry.
     #[error("odometry stamp {stamp_ns} ns is not after the newest, {newest_ns} ns")]
     NotAfter {
         /// The stamp offered.
@@ -67,6 +67,9 @@ impl OdometryHistory {
     }
 
     /// Takes the newest pose and twist; the oldest entry goes when the ring is full. What is refused is counted.
+    ///
+    /// # Errors
+    /// [`HistoryError`] when a number is not finite or the stamp is not after the newest; the history stays as it was.
     pub fn push(&mut self, stamp_ns: u64, pose: Pose2, twist: Twist2) -> Result<(), HistoryError> {
         if !pose.is_finite() || !twist.is_finite() {
             self.rejected += 1;
@@ -150,7 +153,7 @@ impl OdometryHistory {
         self.rejected
     }
 
-    /// Forgets all entries, as when dead reckoning starts anew.
+    /// Forgets all entries, as when dead reckoning restarts.
     pub fn clear(&mut self) {
         self.next = 0;
         self.len = 0;

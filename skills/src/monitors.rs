@@ -1,10 +1,10 @@
 //! Monitors: conditions that are watched while their skill runs, each raising one event when it becomes true.
 //!
-//! A monitor fires once per schedule; a deviation fires again after the robot was back within half its limit. What is
-//! not a number fires nothing. Real time.
+//! A monitor fires once per schedule; a deviation fires again after the robot was back within half its limit. NaN fires
+//! nothing. Real time.
 //!
-//! A robot that strayed stands off its path when an operator sends it on. Its deviation is not news, then: it is raised
-//! again only when the robot gets farther off than it takes to turn back, or comes no nearer for a while.
+//! When an operator sends on a robot that has strayed, its deviation is known already. It is raised again only when the
+//! robot gets farther off than turning back takes, or does not come closer for `NEARER_S`.
 
 use crate::perception::Feature;
 use crate::perception::corridor::CorridorEstimate;
@@ -12,11 +12,11 @@ use crate::perception::lane_end::LaneEndEstimate;
 use coordination::event::EventId;
 use description::geometry::{Pose2, Rect};
 
-/// What is over so much of a limit is not over it yet.
+/// A returning robot is back once its deviation is below this share of the limit.
 const RETURNED_SHARE: f64 = 0.9;
-/// On its way back the robot gets no farther off than when it began, beyond what turning takes, and this.
+/// On its way back the robot may get this much farther off than where it began plus what turning back takes.
 const FARTHER_M: f64 = 0.10;
-/// In so long a time it comes nearer by so much.
+/// A returning robot must come at least `NEARER_M` closer every `NEARER_S`, or its deviation counts again.
 const NEARER_S: f64 = 20.0;
 const NEARER_M: f64 = 0.05;
 
@@ -39,7 +39,7 @@ pub enum MonitorKind {
     },
     /// The controller is done.
     ManoeuvreDone,
-    /// The state was entered so long ago.
+    /// This time has passed since the state was entered.
     After {
         /// How long.
         seconds: f64,
@@ -51,7 +51,7 @@ pub enum MonitorKind {
     },
 }
 
-/// What monitors look at.
+/// What the conditions are evaluated on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Situation {
     /// `base_link` in `map`.
@@ -83,12 +83,12 @@ pub struct Monitor {
     way_back: Option<WayBack>,
 }
 
-/// A robot that is off its path comes back to it.
+/// The return of a robot that is off its path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum WayBack {
     Begins,
     Goes {
-        /// It may get so far off.
+        /// The deviation that it may reach on the way.
         most_m: f64,
         /// The nearest that it came, and when.
         nearest_m: f64,
@@ -137,13 +137,13 @@ impl Monitor {
         }
     }
 
-    /// Begins anew, as when its skill starts.
+    /// Starts again, as when its skill starts.
     pub fn reset(&mut self) {
         self.fired = false;
         self.way_back = None;
     }
 
-    /// The same for a robot that is sent on by somebody who has seen where it stands: it may come back from there.
+    /// The same for a robot that an operator sends on from off its path: it may return from there.
     pub fn reset_for_return(&mut self) {
         self.reset();
         self.way_back = Some(WayBack::Begins);

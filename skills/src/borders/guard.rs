@@ -4,17 +4,17 @@ use super::set::{AreaSet, MAX_AREAS};
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 
-/// A gap smaller than this counts as none, so that the search ends.
+/// A smaller gap counts as contact, so that the search terminates.
 const TOUCH_M: f64 = 0.004;
-/// The search looks at no more poses than this for one area; what it has not cleared by then is not cleared.
+/// The search for one area looks at this many poses at most; the rest of the path counts as not cleared.
 const LOOKS: u32 = 1000;
 
 /// How far to keep from what is forbidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BorderGains {
-    /// So many standard deviations of the pose.
+    /// Growth of the footprint, in standard deviations of the pose,
     pub sigmas: f64,
-    /// And this much more.
+    /// plus this margin.
     pub margin_m: f64,
 }
 
@@ -290,7 +290,7 @@ impl BorderGuard {
 
 /// A way for `base_link`.
 struct Path<P> {
-    /// The pose after so much way.
+    /// The pose after a way.
     place: P,
     length_m: f64,
     /// No point of the body moves more than this for each metre of way.

@@ -1,4 +1,4 @@
-//! Borders of areas: how far the robot may go until its footprint would enter an area that it has no leave for.
+//! Borders of areas: how far the robot may go until its footprint would enter an area that is not allowed.
 //!
 //! [`BorderGuard`] follows a path ahead of the robot and finds the first place where the footprint, grown by the
 //! uncertainty of the pose and a margin, would touch an area outside the allowed set. Growth is by direction: a pose

@@ -19,7 +19,7 @@ impl AreaSet {
         words: [u64::MAX; WORDS],
     };
 
-    /// Whether the area is in it; never so for an index of [`MAX_AREAS`] or more.
+    /// Whether the area is in it; `false` for an index of [`MAX_AREAS`] or more.
     #[must_use]
     pub const fn contains(&self, area: usize) -> bool {
         area < MAX_AREAS && self.words[area / 64] >> (area % 64) & 1 == 1

@@ -1,6 +1,6 @@
 //! Speeds on the way to a place where the robot must have a certain speed, or stand.
 
-/// From a command until the robot moves by it, and until the next command, s.
+/// Delay from a command until the robot moves by it, plus the command period, s.
 pub(crate) const REACTION_S: f64 = 0.12;
 /// Slowest approach: below it the wheels do not turn evenly, m/s.
 const CREEP_M_S: f64 = 0.03;
@@ -8,7 +8,7 @@ const CREEP_M_S: f64 = 0.03;
 const THERE_M: f64 = 0.006;
 /// Slower than this counts as standing, m/s.
 const STANDING_M_S: f64 = 0.01;
-/// It stands when it has been slower for so long, s: long enough for some scans.
+/// Arrived after standing this long, s: time for some scans to confirm the place.
 const SETTLED_S: f64 = 0.35;
 
 /// The fastest speed from which `exit_m_s` can be reached within `left_m` at a constant deceleration.
@@ -30,7 +30,7 @@ pub struct Stopping {
 impl Stopping {
     /// The speed for a way of `left_m` that remains (negative: past it), never negative.
     ///
-    /// It tries again while the estimate of the place still moves, until it has stood there for a moment.
+    /// It moves on again while the estimate of the place still changes, until it has stood there for `SETTLED_S`.
     pub fn speed_m_s(
         &mut self,
         left_m: f64,
@@ -51,7 +51,7 @@ impl Stopping {
         approach_speed_m_s(left_m, 0.0, deceleration_m_s2).max(CREEP_M_S)
     }
 
-    /// It stands there for good.
+    /// It has come to rest there; it does not move again.
     #[must_use]
     pub fn arrived(&self) -> bool {
         self.arrived

@@ -6,14 +6,14 @@ use super::steer::Steer;
 use super::track::Track;
 use description::geometry::Pose2;
 
-/// How close to the lane a manoeuvre is done, and when it stops being choosy.
+/// How close to the lane a manoeuvre is done, and after which way the tolerances double.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// This close to the lane.
+    /// At most this far beside the lane,
     pub near_m: f64,
-    /// And turned away from it by no more.
+    /// and turned from it by at most this.
     pub near_rad: f64,
-    /// After this way along the lane twice as much will do.
+    /// After this way along the lane both tolerances double.
     pub settle_m: f64,
 }
 
@@ -59,7 +59,7 @@ impl Follower {
         &self.track
     }
 
-    /// Way along the track so far.
+    /// Way driven along the track.
     #[must_use]
     pub fn along_m(&self) -> f64 {
         self.along_m
@@ -74,7 +74,7 @@ impl Follower {
     /// One step at `pose` in `map`.
     pub fn step(&mut self, pose: Pose2, speed_m_s: f64, gains: &ControlGains) -> Steer {
         let place = self.track.place(pose, self.along_m);
-        // The pivot takes its time, so the curve is asked for before it begins, and given up before it ends.
+        // The pivot lags, so the curve is commanded before it begins and ended before it ends.
         let early_m = gains.steering_lag_s * speed_m_s.max(0.0);
         if place.along_m.is_finite() {
             self.along_m = place.along_m;

@@ -16,7 +16,7 @@ pub struct ControlGains {
     pub acceleration_m_s2: f64,
     /// Slowing down where it can be foreseen.
     pub deceleration_m_s2: f64,
-    /// From asking for a curve until the pivot has turned: manoeuvres begin and end so much earlier.
+    /// From commanding a curve until the pivot has turned; manoeuvres begin and end this much earlier.
     pub steering_lag_s: f64,
 }
 

@@ -5,12 +5,12 @@ use super::steer::{PathError, Steer};
 
 /// Steepest angle at which a path is approached from the side, rad.
 const APPROACH_RAD: f64 = 0.7;
-/// However far off, the robot creeps at this share of the speed limit.
+/// The robot keeps at least this share of the speed limit, however large the error.
 const SLOWEST_SHARE: f64 = 0.3;
 
 /// The curvature that leads back to a path of the given curvature, driving forward.
 ///
-/// Near the path it is linear in both errors; far away the lateral error asks for no more than a bounded approach angle.
+/// Near the path it is linear in both errors; far away the lateral error is limited to a bounded approach angle.
 #[must_use]
 pub fn path_curvature(error: PathError, path_curvature_1_m: f64, gains: &ControlGains) -> f64 {
     let off_rad = error.heading_rad + wanted_rad(error, gains);

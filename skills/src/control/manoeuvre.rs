@@ -7,11 +7,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Lanes of a U-turn run against each other, and lanes of a shift along each other, within this.
 const PARALLEL_RAD: f64 = 0.1;
-/// Lanes that differ by less are gone over straight.
+/// Lanes that differ by less need no curve: the junction is crossed straight.
 const STRAIGHT_RAD: f64 = 0.3;
 /// A junction turn is at most this sharp.
 const SHARPEST_RAD: f64 = 2.6;
-/// Lanes may be so much closer than a U-turn's circle is wide.
+/// Tolerance by which lanes may be closer than a U-turn's circle is wide.
 const CLOSER_M: f64 = 0.02;
 /// A shift does not leave its lane steeper than this: 45°.
 const STEEPEST: f64 = 1.0;
@@ -88,6 +88,9 @@ pub enum TrackError {
 }
 
 /// Checks a radius against the tightest curve.
+///
+/// # Errors
+/// [`TrackError::TooTight`].
 pub fn check_radius(radius_m: f64, max_curvature_1_m: f64) -> Result<(), TrackError> {
     if radius_m * max_curvature_1_m >= 1.0 - 1e-9 {
         return Ok(());
@@ -100,6 +103,9 @@ pub fn check_radius(radius_m: f64, max_curvature_1_m: f64) -> Result<(), TrackEr
 
 /// Half a turn from beside `from` on the incoming lane onto the outgoing one, with a straight piece between when they are
 /// farther apart than the circle is wide. It starts on the lane, so that an offset from it is corrected on the way round.
+///
+/// # Errors
+/// [`TrackError::NotBack`] or [`TrackError::TooClose`] when the lanes do not fit half a turn.
 pub fn u_turn(
     direction: TurnDirection,
     radius_m: f64,
@@ -148,6 +154,9 @@ pub struct Fillet {
 
 impl Fillet {
     /// The curve of `radius_m` between two lanes; none when they run (nearly) the same way.
+    ///
+    /// # Errors
+    /// [`TrackError::TooSharp`] when the lanes turn back.
     pub fn between(
         incoming: &Segment,
         outgoing: &Segment,
@@ -172,6 +181,9 @@ impl Fillet {
     }
 
     /// Checks that the curve lies between the start of the incoming lane and the end of the outgoing one.
+    ///
+    /// # Errors
+    /// [`TrackError::DoesNotFit`] with the lane that is too short.
     pub fn check(&self, outgoing: &Segment, radius_m: f64) -> Result<(), TrackError> {
         let needed_m = self.tangent_m;
         let after_m = outgoing.length_m() - self.crossing_out_m;
@@ -191,6 +203,9 @@ impl Fillet {
 
 /// At a junction: along the incoming lane, round a curve, onto the outgoing lane. A robot that is already too close to
 /// the other lane for the curve gets a tighter one, down to the tightest.
+///
+/// # Errors
+/// [`TrackError::TooSharp`], or for lanes without a curve those of [`shift`].
 pub fn turn(
     radius_m: f64,
     max_curvature_1_m: f64,
@@ -228,6 +243,9 @@ pub fn shift_length_m(aside_m: f64, max_curvature_1_m: f64) -> f64 {
 }
 
 /// Checks that a change by `aside_m` fits.
+///
+/// # Errors
+/// [`TrackError::TooShort`] with the length that it needs.
 pub fn check_shift(aside_m: f64, within_m: f64, max_curvature_1_m: f64) -> Result<(), TrackError> {
     let needed_m = shift_length_m(aside_m, max_curvature_1_m);
     if within_m >= needed_m - 1e-6 {
@@ -240,7 +258,10 @@ pub fn check_shift(aside_m: f64, within_m: f64, max_curvature_1_m: f64) -> Resul
     })
 }
 
-/// From a pose beside a lane onto it (or to `offset_m` left of it). What is farther aside than planned takes longer.
+/// From a pose beside a lane onto it (or to `offset_m` left of it). A robot farther aside than planned takes a longer way.
+///
+/// # Errors
+/// [`TrackError::NotBeside`] when the robot is turned too far from the lane.
 pub fn shift(
     lane: &Segment,
     offset_m: f64,
@@ -271,6 +292,9 @@ pub fn shift(
 const SHARPEST_SHIFT_RAD: f64 = 0.7;
 
 /// Checks that two lanes run along each other.
+///
+/// # Errors
+/// [`TrackError::NotBeside`] with the angle between them.
 pub fn check_beside(one: &Segment, other: &Segment) -> Result<(), TrackError> {
     let off_rad = wrap_angle(one.direction_rad() - other.direction_rad());
     if off_rad.abs() <= PARALLEL_RAD {

@@ -1,4 +1,4 @@
-//! Controllers: from where the robot is to the motion it should make. Steering and speed are told apart.
+//! Control laws: from where the robot is to the motion that it should make. Steering and speed are separate.
 //!
 //! Steering:
 //! * [`path_curvature`] and [`reverse_curvature`]: the laws that all of them steer by;
@@ -8,9 +8,9 @@
 //! * [`Creep`]: a short way forward or backward.
 //!
 //! Speed:
-//! * [`approach_speed_m_s`]: slow enough for what comes;
+//! * [`approach_speed_m_s`]: the speed from which a lower one can still be reached;
 //! * [`EndOfLane`], [`Stopping`]: done at a place, with a speed or at rest;
-//! * [`SpeedRamp`]: no jumps.
+//! * [`SpeedRamp`]: limits acceleration and deceleration.
 //!
 //! Pure and real time: nothing allocates, locks or panics.
 

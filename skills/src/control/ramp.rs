@@ -1,8 +1,8 @@
-//! Speed that rises and falls no faster than it may.
+//! Limits how fast the commanded speed rises and falls.
 
-/// Slower than this the robot may start the other way, m/s.
+/// Below this the robot counts as standing and may reverse, m/s.
 const STANDING_M_S: f64 = 0.02;
-/// The ramp does not run ahead of a robot that does not follow by more, m/s.
+/// The ramp runs at most this much ahead of the measured speed, m/s.
 const AHEAD_M_S: f64 = 0.2;
 
 /// The speed commanded last, and the limits of its change.
@@ -30,8 +30,8 @@ impl SpeedRamp {
         self.speed_m_s
     }
 
-    /// The next speed, in the direction of `wish_m_s`. Wishes are approached at the ramp's slopes; `safe_m_s` (positive)
-    /// holds at once. A change of direction waits for standstill.
+    /// The next speed, in the direction of `wish_m_s`. It approaches the wish at the ramp's slopes; the limit `safe_m_s`
+    /// (positive) applies at once. A change of direction waits for standstill.
     pub fn step(&mut self, wish_m_s: f64, safe_m_s: f64, measured_m_s: f64, dt_s: f64) -> f64 {
         let reach_m_s = measured_m_s.abs() + AHEAD_M_S;
         let mut speed_m_s = self.speed_m_s.max(-reach_m_s).min(reach_m_s);

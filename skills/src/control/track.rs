@@ -18,7 +18,7 @@ enum Piece {
         curvature_1_m: f64,
         length_m: f64,
     },
-    /// Beside a line, from an offset and slope to none of either, without a jump of curvature.
+    /// Beside a line, from an offset and slope to zero, with continuous curvature.
     Blend {
         /// On the line where it begins, along the line.
         frame: Pose2,
@@ -47,7 +47,7 @@ pub struct TrackPlace {
 }
 
 impl Track {
-    /// Nothing but a lane, from anywhere.
+    /// A lane alone, entered from anywhere.
     #[must_use]
     pub fn lane(lane: &Segment, from: Point2) -> Self {
         let foot = lane.a + lane.unit() * lane.along_m(from);

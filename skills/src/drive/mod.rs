@@ -3,10 +3,9 @@
 //! The unit is steered by the difference of its wheels. [`WheelController`] turns the pivot towards the angle whose path
 //! has the wanted curvature (the caster included), with a proportional law and a rate limit, and drives the unit as fast
 //! as the cosine of the pivot error allows, not at all while the error is large: it never drives off in a wrong
-//! direction. Speed follows acceleration limits,
-//! and no wheel is ever asked for more than its limit.
+//! direction. Speed follows acceleration limits, and no wheel is commanded beyond its limit.
 //!
-//! Real time: [`WheelController::step`] does not allocate, lock or panic; what is not finite makes it stop.
+//! Real time: [`WheelController::step`] does not allocate, lock or panic; it stops on input that is not finite.
 
 use crate::odometry::{GeometryError, TricycleGeometry};
 use description::geometry::{MotionCommand, wrap_angle};
@@ -15,7 +14,7 @@ use description::geometry::{MotionCommand, wrap_angle};
 const RAMP_AHEAD_M_S: f64 = 0.2;
 /// Below this the unit counts as standing, m/s.
 const STANDING_M_S: f64 = 1e-3;
-/// Longest control step that is believed, s.
+/// Longer control steps count as this long, s.
 const LONGEST_STEP_S: f64 = 0.1;
 
 /// What the drive may do. All positive.
@@ -63,6 +62,9 @@ impl Default for DriveLimits {
 
 impl DriveLimits {
     /// Checks that every limit is a positive number and that steering stays below a right angle.
+    ///
+    /// # Errors
+    /// The first limit that no drive can have.
     pub fn validate(&self) -> Result<(), DriveLimitError> {
         for (name, value) in [
             ("maximum wheel speed", self.max_wheel_speed_rad_s),
@@ -112,7 +114,7 @@ pub enum DriveLimitError {
     Geometry(#[from] GeometryError),
 }
 
-/// Whether the command counts, or how to stop.
+/// Whether to follow the command, or how to stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StopKind {
     /// Follow the command.
@@ -147,6 +149,9 @@ pub struct WheelController {
 
 impl WheelController {
     /// A controller at standstill.
+    ///
+    /// # Errors
+    /// Those of [`DriveLimits::validate`] and [`TricycleGeometry::validate`].
     pub fn new(geometry: TricycleGeometry, limits: DriveLimits) -> Result<Self, DriveLimitError> {
         geometry.validate()?;
         limits.validate()?;
@@ -235,7 +240,7 @@ impl WheelController {
         let steering_rad = self.steering_for(command.curvature_1_m);
         let error_rad = wrap_angle(steering_rad - pivot_rad);
         if speed_m_s == 0.0 && self.unit_m_s.abs() < STANDING_M_S {
-            // Standing still on purpose: the pivot rests, turning it would turn the platform.
+            // Commanded to stand: the pivot rests, because turning it would turn the platform.
             return (0.0, 0.0);
         }
         let rate_limit = self.limits.max_steering_rate_rad_s;
@@ -283,7 +288,7 @@ impl WheelController {
         let spread_m_s = ((twist.omega_rad_s + pivot_rate_rad_s) * geometry.wheel_separation_m
             / 2.0)
             .clamp(-limit_m_s, limit_m_s);
-        // Steering goes before speed when the wheels cannot do both.
+        // Steering has priority over speed when the wheels cannot do both.
         let reach_m_s = limit_m_s - spread_m_s.abs();
         self.unit_m_s = self.unit_m_s.clamp(-reach_m_s, reach_m_s);
         let limit_rad_s = self.limits.max_wheel_speed_rad_s;

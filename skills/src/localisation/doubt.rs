@@ -1,14 +1,14 @@
-//! When the pose is not to be trusted, and when it is again.
+//! When the pose becomes uncertain, and when it is certain again.
 
-/// So many scans in a row whose walls are all refused end trust.
+/// The pose becomes uncertain after this many scans in a row whose walls were all refused,
 pub(super) const REFUSED_SCANS: u32 = 10;
-/// So many that show none of the walls that should be in view do the same;
+/// or that show none of the walls that should be in view,
 pub(super) const BLIND_SCANS: u32 = 15;
-/// and so many that look through walls.
+/// or that look through walls.
 pub(super) const CONTRADICTED_SCANS: u32 = 5;
-/// So many good scans in a row bring it back,
+/// It is certain again after this many good scans in a row,
 pub(super) const GOOD_SCANS: u32 = 3;
-/// when the standard deviations are below this share of their limits.
+/// once the standard deviations are below this share of their limits.
 const RECOVERED: f64 = 0.8;
 
 /// What a scan did for the pose.
@@ -26,7 +26,7 @@ pub enum ScanVerdict {
     Contradicted,
 }
 
-/// Rows of scans of one kind, and what follows from them.
+/// Counts consecutive scans of one kind and decides whether the pose is uncertain.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Doubt {
     refused: u32,
@@ -37,7 +37,7 @@ pub(super) struct Doubt {
 }
 
 impl Doubt {
-    /// Counts a scan; `true`: the walls have insisted on another pose for so long that the covariance should grow.
+    /// Counts a scan; `true`: the walls have contradicted the pose in enough scans that the covariance should grow.
     pub(super) fn scan(&mut self, verdict: ScanVerdict) -> bool {
         let before = *self;
         let more = |count: u32| count.saturating_add(1);
@@ -50,7 +50,7 @@ impl Doubt {
             ScanVerdict::Refused => self.refused = more(before.refused),
             ScanVerdict::Blind => self.blind = more(before.blind),
             ScanVerdict::Contradicted => self.contradicted = more(before.contradicted),
-            // Says nothing for or against: doubts stay as they are.
+            // No evidence either way: the counts stay.
             ScanVerdict::Nothing => *self = before,
         }
         self.insisted()

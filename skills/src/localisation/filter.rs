@@ -8,22 +8,22 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Uncertainty that grows even at standstill: (1 mm)² and (1 mrad)² per second.
 const IDLE_VARIANCE_1_S: f64 = 1e-6;
-/// A turn counts like the way of a point half a metre out.
+/// Turning adds uncertainty as this way per radian would.
 const TURN_WAY_M_PER_RAD: f64 = 0.5;
 /// No standard deviation grows beyond this, so that the filter stays well conditioned.
 const LARGEST_STD: f64 = 10.0;
-/// Odometry that leaps farther than this in one step is not believed, whatever the time it took;
+/// An odometry step is rejected as a leap beyond this, whatever time it took,
 const LEAP_M: f64 = 2.0;
-/// nor faster than this, on top of what the stamps leave open.
+/// or beyond these speeds plus a slack for the error of the stamps.
 const FASTEST_M_S: f64 = 3.0;
 const FASTEST_RAD_S: f64 = 6.0;
 const LEAP_SLACK_M: f64 = 0.05;
 const LEAP_SLACK_RAD: f64 = 0.10;
-/// After a leap the robot is where it was, to this.
+/// Uncertainty that a rejected leap adds.
 const LEAP_STD_M: f64 = 0.10;
 const LEAP_STD_RAD: f64 = 0.10;
 
-/// Growth of the covariance with each scan that insists on another pose.
+/// Factor on the covariance for each scan that keeps contradicting the pose.
 const INSISTENCE: f64 = 1.5;
 
 /// How the pose is estimated.
@@ -53,7 +53,7 @@ impl Default for PoseGains {
     }
 }
 
-/// What became of the corrections so far.
+/// Corrections since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PoseCounters {
     /// Walls that corrected the pose.
@@ -123,7 +123,7 @@ impl PoseFilter {
         let furthest_m = (LEAP_SLACK_M + FASTEST_M_S * dt_s).min(LEAP_M);
         let widest_rad = LEAP_SLACK_RAD + FASTEST_RAD_S * dt_s;
         if moved.position().norm_m() > furthest_m || moved.theta_rad.abs() > widest_rad {
-            // Goes on from there without moving. What it hides is not known.
+            // The pose stays; how far the robot really moved is unknown.
             self.counters.odometry_leaps += 1;
             let (position, heading) = (LEAP_STD_M * LEAP_STD_M, LEAP_STD_RAD * LEAP_STD_RAD);
             self.covariance += Matrix3::from_diagonal(&Vector3::new(position, position, heading));
@@ -195,7 +195,7 @@ impl PoseFilter {
     /// Told once for each scan in which walls were looked for.
     pub fn scan_done(&mut self, verdict: ScanVerdict) {
         if self.doubt.scan(verdict) {
-            // The walls insist: admit that the pose may be wrong, until they agree again.
+            // The pose may be wrong: widen the gate until walls agree again.
             self.covariance *= INSISTENCE;
             self.bound();
         }
@@ -249,7 +249,7 @@ impl PoseFilter {
         self.doubt.is_uncertain()
     }
 
-    /// What became of the corrections so far.
+    /// Corrections since the start.
     #[must_use]
     pub fn counters(&self) -> PoseCounters {
         self.counters
@@ -271,7 +271,7 @@ impl PoseFilter {
     }
 }
 
-/// How much a sum that only grows has grown; 0 for what is no growth or no number.
+/// The increase of a sum that never falls; 0 when it fell or is NaN.
 fn growth(before: f64, now: f64) -> f64 {
     let grown = now - before;
     if grown > 0.0 { grown.min(LEAP_M) } else { 0.0 }

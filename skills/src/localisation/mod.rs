@@ -3,7 +3,7 @@
 //! Odometry moves the pose and lets its covariance grow; every wall that perception found pulls it back in the two
 //! numbers that a wall tells, distance and heading. A correction that is improbable (chi-square of two degrees of freedom)
 //! is refused and counted. The pose is *uncertain* when the covariance passes its limits (with hysteresis), when walls are
-//! refused scan after scan, when scan after scan shows none of the walls that should be there, or when beams keep passing
+//! refused in scan after scan, when scans show none of the walls that should be there, or when beams keep passing
 //! through walls; a few good scans in a row end it.
 //!
 //! [`PoseFilter::see_walls`] does all of this with every mapped wall in view. Whoever corrects by single walls instead

@@ -8,19 +8,19 @@ use crate::scan::AlignedScan;
 use description::geometry::{Pose2, Twist2, wrap_angle};
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-/// A scan is matched again from the corrected pose, at most so often,
+/// A scan is matched again from the corrected pose, in this many passes at most,
 const PASSES: usize = 3;
 /// when the correction was larger than this.
 const AGAIN_M: f64 = 0.05;
 const AGAIN_RAD: f64 = 0.03;
 
-/// Beams, encoders and clocks agree about time to this.
+/// Standard deviation of the time between beams, encoders and clock.
 const TIMING_STD_S: f64 = 0.003;
-/// What no number of scans averages away: the map's own errors, the mounting.
+/// Least standard deviations, however many scans: errors of the map and the mounting.
 const FLOOR_STD_M: f64 = 0.003;
 const FLOOR_STD_RAD: f64 = 0.001;
 
-/// What ends a long contradiction covers so much wall, and so much of what lies in the gate.
+/// After a long contradiction a wall counts only with this length seen, and this share of what lies in its gate.
 const SUBSTANTIAL_M: f64 = 1.0;
 const SUBSTANTIAL_SHARE: f64 = 0.6;
 
@@ -50,8 +50,8 @@ impl PoseFilter {
         let mut pass = 0;
         loop {
             pass += 1;
-            // Matched as seen from the best pose so far, but what is corrected is always the pose before the scan:
-            // no point counts twice.
+            // Matched from the best pose found, but the correction always starts from the pose before the scan, so
+            // that no point counts twice.
             let seen = matcher.observe(scan, since, view.pose, &view.covariance);
             let (beams, expected) = (seen.beams, seen.expected);
             let mut trial = self.clone();
@@ -87,7 +87,7 @@ impl PoseFilter {
 
     fn correct_by(&mut self, seen: &[SeenWall]) -> (u32, u32) {
         let (mut corrected, mut refused) = (0, 0);
-        // After long contradiction the gates are wide: a robot's side must not pass for a wall then.
+        // After a long contradiction the gates are wide: a robot's side must not count as a wall.
         let insisted = self.doubt.insisted();
         let twist = self.last.map_or(Twist2::default(), |last| last.twist);
         let late_m2 = (TIMING_STD_S * twist.v_m_s).powi(2);

@@ -13,13 +13,13 @@ const CROSSING_RAD: f64 = 0.8;
 const BESIDE_M: f64 = 4.0;
 /// A wall must run beside the lane for this length to be its main one.
 const OVERLAP_M: f64 = 1.0;
-/// Shorter pieces tell no direction.
+/// Shorter pieces are left out: their direction cannot be measured.
 const PIECE_M: f64 = 0.3;
 /// A lane sees walls this far before its start and behind its end.
 const REACH_M: f64 = 4.0;
 /// A lane's end wall lies at most this far behind its end.
 const AHEAD_M: f64 = 5.0;
-/// The face of a lane's side is looked at in steps of this length.
+/// Step along the lane in which the walls beside it are sampled.
 const STEP_M: f64 = 0.05;
 
 /// A wall as a lane knows it.

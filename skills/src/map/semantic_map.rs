@@ -42,6 +42,9 @@ pub struct SemanticMap {
 
 impl SemanticMap {
     /// Checks the data and finds each lane's walls.
+    ///
+    /// # Errors
+    /// The first [`MapError`] in the data.
     pub fn new(data: &MapData) -> Result<Self, MapError> {
         unique("wall", data.walls.iter().map(|wall| &wall.id))?;
         unique("lane", data.lanes.iter().map(|lane| &lane.id))?;

@@ -22,6 +22,9 @@ const BORDER_MARGIN_M: f64 = 0.01;
 
 impl Navigator {
     /// Checks the setup and starts in its start state.
+    ///
+    /// # Errors
+    /// [`SetupError`]: the first part of the setup that is refused.
     pub fn new(setup: NavigatorSetup) -> Result<Self, SetupError> {
         setup.gains.validate()?;
         let max_speed_m_s = setup.max_speed_m_s;

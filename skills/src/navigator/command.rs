@@ -1,4 +1,4 @@
-//! From what the controller wants to what the robot may do.
+//! The command: what the controller wants, within the limits of areas, borders and the ramp.
 
 use super::control::Control;
 use super::output::NavigationInput;
@@ -9,15 +9,15 @@ use crate::schedule::Hold;
 use crate::schedule::controllers::motion::{Ahead, PATH_POSES};
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 
-/// The border guard looks at least this far.
+/// The border guard looks at least this far ahead,
 const LOOK_M: f64 = 0.15;
-/// And so far behind the robot.
+/// and this far behind the robot.
 const BEHIND_M: f64 = 0.5;
-/// Slower than this is standing: the wheels do not turn evenly.
+/// A slower command becomes 0: the wheels would not turn evenly.
 const SLOWEST_M_S: f64 = 0.008;
 /// Areas that a robot can be leaving at once.
 const LEAVING: usize = 4;
-/// A way leads nearer to an area when the gap shrinks by more.
+/// A path leads closer to an area when it shrinks the gap by more than this.
 const NEARER_M: f64 = 1e-3;
 
 /// What is commanded, and why not more.
@@ -27,12 +27,12 @@ pub(super) struct Commanded {
     pub(super) hold: Option<Hold>,
     pub(super) border: BorderVerdict,
     pub(super) at_border: bool,
-    /// Behind the robot no area is forbidden so far, straight or on the tightest curves.
+    /// Distance behind the robot without a forbidden area, straight and on the tightest curves.
     pub(super) behind_m: f64,
 }
 
 impl Navigator {
-    /// Plans the path ahead and brings the controller's wish within all limits.
+    /// Plans the path ahead and limits what the controller wants.
     pub(super) fn command(
         &mut self,
         input: &NavigationInput,
@@ -58,7 +58,7 @@ impl Navigator {
         let area_m_s = self.area_limit_m_s();
         let wish_m_s = control.wish_m_s.max(-area_m_s).min(area_m_s);
         let mut commanded_m_s = self.ramp.step(wish_m_s, safe_m_s, speed_m_s, dt_s);
-        // The ramp starts out slower than that; what ends there stands.
+        // The ramp starts below `SLOWEST_M_S`; only a limit below it means standing.
         if safe_m_s < SLOWEST_M_S {
             commanded_m_s = 0.0;
         }
@@ -156,8 +156,8 @@ impl Navigator {
             .along_poses(allowed, pose, covariance, ahead.iter().copied())
     }
 
-    /// Only the uncertainty of the pose touches the area, and the way ahead leads no nearer to it: standing still would
-    /// help nobody, and might last for ever.
+    /// Only the uncertainty of the pose touches the area, and the path ahead leads no closer to it. Holding such a robot
+    /// would gain nothing, and could be a deadlock.
     fn is_leaving(&self, verdict: &BorderVerdict, area: usize, ahead: &[Pose2]) -> bool {
         if verdict.inside || verdict.distance_m > 0.0 || ahead.is_empty() {
             return false;

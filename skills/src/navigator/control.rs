@@ -10,7 +10,7 @@ use crate::schedule::controllers::stop_at::InstructedStop;
 
 /// A lane end known worse than this is taken from the map instead.
 const LANE_END_STD_M: f64 = 0.15;
-/// To dock, it must be known better, by so many scans in a row.
+/// Docking needs at most this standard deviation, in this many scans in a row.
 const DOCK_STD_M: f64 = 0.03;
 const DOCK_SCANS: u32 = 3;
 /// What a controller says.

@@ -81,7 +81,7 @@ impl Navigator {
         from != to
     }
 
-    /// Somebody sent the robot on from where it stood, be it off its path.
+    /// The robot was sent on from where it stood, possibly off its path.
     fn let_return(&mut self) {
         let state = self.machine.state().index();
         for monitor in &mut self.schedules[state].monitors {

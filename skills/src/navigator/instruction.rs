@@ -42,6 +42,9 @@ impl Instruction {
     }
 
     /// Checks the parameters.
+    ///
+    /// # Errors
+    /// [`InstructionError::SpeedLimit`] or [`InstructionError::StopPose`].
     pub fn validate(&self) -> Result<(), InstructionError> {
         self.parameters().validate()
     }
@@ -65,6 +68,9 @@ pub struct Parameters {
 
 impl Parameters {
     /// Checks them.
+    ///
+    /// # Errors
+    /// [`InstructionError::SpeedLimit`] or [`InstructionError::StopPose`].
     pub fn validate(&self) -> Result<(), InstructionError> {
         if let Some(limit_m_s) = self.speed_limit_m_s
             && !(limit_m_s.is_finite() && limit_m_s >= 0.0)

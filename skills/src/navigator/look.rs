@@ -1,4 +1,4 @@
-//! The navigator's eyes: from a new scan to trackers and pose.
+//! A new scan: updates the trackers of features and corrects the pose.
 
 use super::output::NavigationInput;
 use super::state::{Navigator, end_wall};
@@ -8,9 +8,9 @@ use crate::scan::AlignedScan;
 use description::geometry::{Pose2, Segment};
 use std::f64::consts::FRAC_PI_2;
 
-/// A scan taken farther away than this from where odometry is now is of no use.
+/// A scan taken farther than this from the present odometry pose is refused.
 const SCAN_REACH_M: f64 = 1.0;
-/// A corridor that was lost is looked for with at least this uncertainty.
+/// The search for a lost corridor starts with at least this uncertainty.
 const RESTART_STD_M: f64 = 0.15;
 const RESTART_STD_RAD: f64 = 0.10;
 

@@ -26,7 +26,7 @@ pub struct NavigationInput<'a> {
     pub odometry: &'a Odometry,
     /// `false`: everything goes on, but the command is to stand.
     pub motion_allowed: bool,
-    /// Areas that the robot may be in, by their index in the map; [`AreaSet::ALL`] where nobody manages them.
+    /// Areas that the robot may be in, by their index in the map; [`AreaSet::ALL`] where areas are not managed.
     pub allowed: AreaSet,
 }
 
@@ -75,7 +75,7 @@ pub struct NavigationCounters {
     pub scans_refused: u64,
     /// Events that found a list full.
     pub events_lost: u64,
-    /// Times that the corridor had to be found anew.
+    /// Times that the search for the corridor was restarted.
     pub corridor_restarts: u64,
     /// What became of the pose's corrections.
     pub pose: PoseCounters,

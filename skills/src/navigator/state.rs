@@ -17,7 +17,7 @@ use coordination::fsm::{Machine, StateId};
 use description::geometry::{Footprint, Point2, Pose2};
 use std::f64::consts::FRAC_PI_2;
 
-/// No measured speed is believed beyond this multiple of the robot's limit.
+/// A measured speed is clamped to this multiple of the robot's limit.
 const BELIEVED_SPEED: f64 = 2.0;
 
 /// The navigation of one robot.
@@ -93,7 +93,7 @@ impl Navigator {
         &self.path
     }
 
-    /// Measured, if it is a number.
+    /// The measured speed; 0 when it is not finite.
     pub(super) fn speed_m_s(&self, input: &NavigationInput) -> f64 {
         let most_m_s = BELIEVED_SPEED * self.max_speed_m_s;
         let speed_m_s = input.odometry.twist.v_m_s;

@@ -20,6 +20,9 @@ impl Navigator {
     }
 
     /// The same with parameters for the state that the event enters. What is refused changes nothing.
+    ///
+    /// # Errors
+    /// [`InstructionError`]: a parameter is refused, or too many instructions wait.
     pub fn instruct(&mut self, instruction: Instruction) -> Result<(), InstructionError> {
         instruction.validate()?;
         if self.inbox.push(instruction) {
@@ -31,6 +34,9 @@ impl Navigator {
 
     /// Exchanges what holds for the present state, without an event; the default clears it. The state and its path go
     /// on. What is refused changes nothing. Real time.
+    ///
+    /// # Errors
+    /// [`InstructionError::SpeedLimit`] or [`InstructionError::StopPose`].
     pub fn set_parameters(&mut self, parameters: Parameters) -> Result<(), InstructionError> {
         parameters.validate()?;
         let same_stop = parameters.stop_at == self.parameters.stop_at;

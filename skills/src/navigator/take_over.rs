@@ -1,4 +1,4 @@
-//! One navigator takes the place of another: new gains or a new map for a robot that is on its way.
+//! A navigator replaces another while the robot drives: new gains or a new map.
 
 use super::instruction::Instruction;
 use super::state::Navigator;
@@ -6,7 +6,7 @@ use super::state::Navigator;
 impl Navigator {
     /// Goes on where `other`, of the same robot, is: its pose with the covariance, its state (by name), what an
     /// instruction brought, events that wait, and, where the state's controller and lanes are the same here, the
-    /// manoeuvre under way. Features are looked for anew.
+    /// manoeuvre under way. The trackers of features start again.
     ///
     /// `false`: this machine has no such state, and nothing changes. Real time.
     pub fn take_over(&mut self, other: &Self) -> bool {

@@ -37,9 +37,9 @@ use description::geometry::{Pose2, Twist2, wrap_angle};
 const BRIDGE_S: f64 = 0.05;
 /// A gap longer than this takes the new encoder values as they are, without moving.
 const LONGEST_GAP_S: f64 = 5.0;
-/// That many stamps in a row before the last accepted one mean that the clock was set back for good.
+/// After this many stamps in a row before the last accepted one, the clock counts as set back.
 const BACKWARD_RUN: u32 = 20;
-/// The pivot can be turned by hand or by a bump faster than the wheels would, rad/s.
+/// Pivot rate that a hand or a bump can add to that of the wheels, rad/s.
 const FASTEST_PIVOT_RAD_S: f64 = 80.0;
 /// Time constant of the published twist, s.
 const TWIST_FILTER_S: f64 = 0.01;
@@ -68,9 +68,9 @@ pub struct Odometry {
     pub twist: Twist2,
     /// Pivot angle in (−π, π].
     pub steering_rad: f64,
-    /// Length of the path driven so far; only grows.
+    /// Length of the path driven since the start; never falls.
     pub distance_m: f64,
-    /// Angle turned so far, left or right; only grows.
+    /// Sum of all angles turned, left or right; never falls.
     pub turned_rad: f64,
 }
 
@@ -89,7 +89,7 @@ pub enum OdometryFault {
         /// By how much.
         by_ns: u64,
     },
-    /// No sample for so long that the way between cannot be told.
+    /// The gap since the last sample is too long to know the way between.
     #[error("no encoder sample for {gap_s:.2} s")]
     Gap {
         /// How long.
@@ -155,6 +155,9 @@ pub struct DeadReckoning {
 
 impl DeadReckoning {
     /// Starts at the origin of `odom`. The wheel speed limit tells possible increments from jumps.
+    ///
+    /// # Errors
+    /// [`GeometryError`] of the vehicle or of the wheel speed limit.
     pub fn new(
         geometry: TricycleGeometry,
         max_wheel_speed_rad_s: f64,
@@ -179,7 +182,7 @@ impl DeadReckoning {
         &self.odometry
     }
 
-    /// What was used and rejected so far.
+    /// Samples used and rejected since the start.
     #[must_use]
     pub fn counters(&self) -> OdometryCounters {
         self.counters
@@ -192,6 +195,9 @@ impl DeadReckoning {
     }
 
     /// Moves the estimate by one sample. A rejected sample is counted; the estimate stays usable.
+    ///
+    /// # Errors
+    /// Why the sample was not used; the estimate stays usable.
     pub fn update(&mut self, sample: &EncoderSample) -> Result<Odometry, OdometryFault> {
         let stamp_ns = sample.stamp_ns;
         if ![sample.left_rad, sample.right_rad, sample.pivot_rad]
@@ -303,7 +309,7 @@ impl DeadReckoning {
         twist.omega_rad_s += weight * (step.omega_rad_s / dt_s - twist.omega_rad_s);
     }
 
-    /// Goes on as before for the short time that a rejected sample covers.
+    /// Continues with the last twist for the short time that a rejected sample covers.
     fn bridge(&mut self, dt_s: f64) {
         let twist = self.odometry.twist;
         let bridged_s = dt_s.min(BRIDGE_S);

@@ -35,6 +35,9 @@ impl TricycleGeometry {
     }
 
     /// Checks that the numbers describe a vehicle.
+    ///
+    /// # Errors
+    /// The first number that describes no vehicle.
     pub fn validate(&self) -> Result<(), GeometryError> {
         for (name, value) in [
             ("wheelbase", self.wheelbase_m),

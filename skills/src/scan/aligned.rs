@@ -102,6 +102,9 @@ pub struct AlignedScan {
 
 impl AlignedScan {
     /// An empty scan, all unknown.
+    ///
+    /// # Errors
+    /// Those of [`ScanGeometry::validate`].
     pub fn new(geometry: ScanGeometry) -> Result<Self, ScanGeometryError> {
         geometry.validate()?;
         let directions = (0..geometry.beams)
@@ -133,6 +136,9 @@ impl AlignedScan {
     }
 
     /// Takes a scan whose first beam was measured at `stamp_ns`. On an error the scan before stays as it was.
+    ///
+    /// # Errors
+    /// [`AlignError`]: why the scan was not taken.
     pub fn align(
         &mut self,
         raw_mm: &[u16],

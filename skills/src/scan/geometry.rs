@@ -98,6 +98,9 @@ impl ScanGeometry {
     }
 
     /// Checks every number.
+    ///
+    /// # Errors
+    /// [`ScanGeometryError`] with the first number out of range.
     pub fn validate(&self) -> Result<(), ScanGeometryError> {
         let numbers = [
             self.angle_first_rad,

@@ -11,6 +11,9 @@ use crate::monitors::{Monitor, MonitorKind};
 use coordination::fsm::{Machine, StateId};
 
 /// One schedule for each state of the machine, by [`StateId::index`].
+///
+/// # Errors
+/// [`ScheduleError`]: a name that nothing has, a number out of range, or a manoeuvre that cannot be driven.
 pub fn compile(
     map: &SemanticMap,
     machine: &Machine,

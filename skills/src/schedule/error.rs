@@ -1,6 +1,6 @@
-//! What of a site does not fit together.
+//! Why skills, states and map do not fit together.
 
-/// What does not fit together.
+/// Why no schedules can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ScheduleError {
     /// A state of the machine has no meaning, or two.
@@ -43,7 +43,7 @@ pub enum ScheduleError {
         /// Found.
         found: f64,
     },
-    /// A time that never or always is over.
+    /// A time that is not positive.
     #[error("seconds of monitor `{monitor}` must be positive, found {found_s}")]
     Monitor {
         /// The monitor.

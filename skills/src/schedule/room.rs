@@ -3,9 +3,9 @@
 use crate::control::Track;
 use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};
 
-/// Way between the poses that are looked at.
+/// Step between the poses that are checked.
 const STEP_M: f64 = 0.04;
-/// Room to each side that a plan leaves.
+/// Distance to walls that a plan keeps on each side.
 const CLEARANCE_M: f64 = 0.03;
 
 /// The first of the walls that the footprint comes closer to than a few centimetres on the track, up to the lane.

@@ -3,7 +3,7 @@
 //! A *tube* is the area that the footprint sweeps at a constant curvature over a horizon. At start-up its border is
 //! sampled once, a little outside, and every sample is mapped to the beam that looks at it and to the range at which
 //! it lies. At run time the tube is free when every one of those beams measures farther than its sample: one
-//! comparison per sample, whatever stands around.
+//! comparison per sample, whatever stands around it.
 //!
 //! | part | does |
 //! |---|---|
@@ -20,13 +20,13 @@
 //! or driven over, within the last metres of driving, [`TubeParameters::floor_memory_m`].
 //!
 //! Needed for it: `d_aug_m` of at least half of `d_sample_m`, *plus* the sensor's error and the motion that alignment
-//! leaves. A thin wedge can reach further in. What has come in out of view since it was looked at is not known; nor is, at
+//! leaves. A thin wedge can reach further in. Not known is what has come in out of view since it was looked at, and, at
 //! the beginning, what stands beside the robot where it was put down.
 //!
-//! Things that move: the robot drives no faster than lets it stand before one that it sees moving arrives, at up to
-//! [`MovingPolicy::speed_m_s`]. One that comes from out of view can run into a driving robot.
-//! Where no way leads on, a robot that makes detours also backs out, slowly, over floor that it knows; who has come up
-//! behind it since is not seen: where that may be, [`DetourPolicy::retreat_m`] should be 0.
+//! Things that move: the robot drives slowly enough to stand before anything that it sees moving, at up to
+//! [`MovingPolicy::speed_m_s`], can arrive. Something that comes from out of view can run into a driving robot.
+//! In a dead end, a robot that makes detours also backs out, slowly, over floor that it knows. It does not see who has
+//! come up behind it since: where that can happen, set [`DetourPolicy::retreat_m`] to 0.
 //!
 //! # Real time
 //! Generation allocates. [`MotionTubes::observe`] and [`MotionTubes::adapt`] do not, and take a bounded time.

@@ -1,4 +1,4 @@
-//! Whatever comes in: no panic, no allocation, no motion that is not allowed.
+//! Any input: no panic, no allocation, no motion that is not allowed.
 
 use crate::allocations;
 use crate::floor::{Floor, corridor, lidar};

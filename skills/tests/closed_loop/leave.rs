@@ -1,4 +1,4 @@
-//! Areas that the robot has no leave for.
+//! Areas that are not allowed.
 
 use crate::floor::{Floor, corridor, junction};
 use crate::stops::{FAR, START, front_x_m};

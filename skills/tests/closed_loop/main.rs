@@ -40,7 +40,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Allocations and releases by this thread so far.
+/// Allocations and releases by this thread since it started.
 fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }

@@ -63,7 +63,7 @@ impl Robot {
         Self::around(plant, setup, events)
     }
 
-    /// Starts near where the setup believes it, off by what a person who puts it down misses.
+    /// Starts near the setup's start pose, off by a typical error of a person who puts it down.
     pub fn around(mut plant: Plant, setup: NavigatorSetup, events: EventTable) -> Self {
         let believed = setup.start;
         let random = &mut plant.random;
@@ -173,7 +173,7 @@ impl Robot {
         })
     }
 
-    /// Drives until the machine is in `state`, and so long in it.
+    /// Drives until the machine has been in `state` for a time.
     pub fn run_until(&mut self, state: &str, limit_s: f64) {
         for _ in 0..(limit_s * 1e3) as u64 {
             self.step();

@@ -30,7 +30,7 @@ fn the_error_stays_within_what_the_covariance_claims() {
         (maps::pieces(), 120..122),
     ] {
         let (mean, worst, beyond) = nees(&place, seeds);
-        // Three on average would be exact, less is careful; next to nothing would be false modesty.
+        // An average of three would be exact and less is careful; close to 0 the covariance would be far too large.
         assert!((0.15..3.0).contains(&mean), "{mean}");
         assert!(worst < 25.0 && beyond < 0.01, "{worst} {beyond}");
     }
@@ -77,7 +77,7 @@ fn dead_reckoning_is_no_better_than_it_claims() {
 fn where_nothing_is_in_view_it_grows_uncertain() {
     let place = maps::corridor();
     let start = place.start();
-    // The hall is far away; the map says nothing is to be seen here, so that blindness is no news.
+    // The hall is far away; the map says nothing is to be seen here, so that blindness is expected.
     let mut drive = Drive::new(7, &place, Floor::default(), Pose2::IDENTITY);
     drive
         .filter

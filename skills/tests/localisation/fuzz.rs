@@ -1,4 +1,4 @@
-//! Scans, stamps and odometry that make no sense: nothing panics, and nobody is confidently somewhere else.
+//! Scans, stamps and odometry that make no sense: nothing panics, and the pose is never confidently wrong.
 
 use crate::maps;
 use crate::run::{START_STD_M, START_STD_RAD};
@@ -101,7 +101,7 @@ proptest! {
     }
 }
 
-/// Standing at a known place, no kind of garbage makes it believe to be elsewhere.
+/// At a known place, no garbage makes the robot believe to be elsewhere.
 #[test]
 fn garbage_moves_nobody_who_stands() {
     let place = maps::t_junction();

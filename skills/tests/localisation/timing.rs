@@ -7,7 +7,7 @@ use description::geometry::{Footprint, Point2, Rect};
 use skills::borders::{AreaSet, BorderGains, BorderGuard};
 use std::time::Instant;
 
-/// The corridor with so many more walls around it, all within the sensor's range of somewhere on the way.
+/// The corridor with more walls around it, each within the sensor's range from somewhere on the way.
 fn crowded(more: u32) -> maps::Place {
     let mut walls = vec![
         [0.0, -1.6, 10.0, -1.6],

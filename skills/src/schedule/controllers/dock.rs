@@ -8,9 +8,9 @@ use crate::control::{Stopping, approach_speed_m_s};
 use crate::schedule::error::ScheduleError;
 use description::geometry::Point2;
 
-/// The lidar must see a wall to dock at: no closer than this to the front.
+/// Least distance between front and wall: closer, the lidar cannot measure it.
 const NEAREST_DOCK_M: f64 = 0.05;
-/// The last part of docking is slow.
+/// Within this distance of the end, docking is limited to this speed.
 const DOCK_SLOW_M: f64 = 1.0;
 const DOCK_SPEED_M_S: f64 = 0.15;
 /// Without a measured wall, docking stops this far before where the map has the wall.

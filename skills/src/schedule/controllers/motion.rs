@@ -58,7 +58,7 @@ impl Motion {
         Self::Follow(Follower::new(track, arrival))
     }
 
-    /// Keeps beside the lane from now on; without meaning for other motions.
+    /// Keeps this offset from the lane from now on; other motions ignore it.
     pub fn keep_beside(&mut self, aside_m: f64) {
         if let Self::Lane { offset_m } = self {
             *offset_m = aside_m;
@@ -90,7 +90,7 @@ impl Motion {
         }
     }
 
-    /// Drives ahead in thought: the poses that the controller leads to.
+    /// Simulates the controller ahead: the poses that it leads to.
     pub fn plan(mut self, poses: &mut Vec<Pose2>, from: Pose2, ahead: &Ahead) {
         poses.clear();
         let mut pose = from;
@@ -114,13 +114,13 @@ impl Motion {
     }
 }
 
-/// How to drive ahead in thought.
+/// How to simulate the controller ahead.
 pub(crate) struct Ahead<'a> {
     pub lane: Option<&'a LaneGeometry>,
     pub speed_m_s: f64,
     /// Between the poses.
     pub step_m: f64,
-    /// How far; less when there is no room for so many poses.
+    /// How far; less when that takes more than [`PATH_POSES`] poses.
     pub length_m: f64,
     pub gains: &'a ControlGains,
 }

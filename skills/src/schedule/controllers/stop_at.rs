@@ -11,12 +11,12 @@ use crate::schedule::room::border_ahead_m;
 use crate::schedule::setup::StopTarget;
 use description::geometry::{Pose2, wrap_angle};
 
-/// A stop pose in a file is turned from its lane by no more.
+/// Largest angle between a stop pose in a file and its lane.
 const PLANNED_HEADING_RAD: f64 = 0.2;
-/// A stop pose of an instruction is turned from the path, and beside it, by no more.
+/// Largest angle and distance between a stop pose of an instruction and the robot's path.
 const INSTRUCTED_HEADING_RAD: f64 = 0.3;
 const INSTRUCTED_BESIDE_M: f64 = 0.5;
-/// A place that lies this far behind the robot was missed.
+/// A place counts as missed when it lies this far behind the robot.
 const MISSED_M: f64 = 0.05;
 
 /// Along [`Schedule::lane`](crate::schedule::Schedule::lane) to a place on it.

@@ -1,14 +1,13 @@
 //! Which floor out of view is known to be free, so that the robot may swing its tail over it, or drive backwards.
 //!
-//! That nothing is remembered beside or behind the robot does not say that nothing is there: perhaps it never looked. So
-//! floor counts as known only where a scan saw it free, or the robot's own body has stood, within the last few metres of
-//! driving. It is kept on a grid in the odometry frame; what a newer scan sees occupied is unknown again, and so is
+//! Nothing remembered beside or behind the robot may also mean that it never looked there. So floor counts as known only
+//! where a scan saw it free, or the robot's own body has stood, within the last few metres of driving. It is kept on a grid in the odometry frame; what a newer scan sees occupied is unknown again, and so is
 //! everything after a jump of the odometry.
 //!
-//! Where a robot is put down, what is beside it was looked at by who did so: that much is *assumed* for tubes ahead, which
-//! could not begin to turn otherwise, and not for tubes backwards.
+//! The floor beside a robot where it was put down was checked by the person who did so: it is *assumed* free for tubes
+//! ahead, which could not begin to turn otherwise, but not for tubes backwards.
 //!
-//! Not known is what has come in behind the robot since: the way that is kept should be short where others drive.
+//! What has come in behind the robot since is not known: keep `floor_memory_m` short where others drive.
 //!
 //! All memory is taken at construction; [`Floor::observe`] takes a time that does not depend on what is seen.
 
@@ -19,7 +18,7 @@ use description::geometry::{Footprint, Point2, Pose2};
 
 /// Cells of one side of the grid; a power of two.
 const SIDE: usize = 128;
-/// Beyond this the odometry frame is nonsense.
+/// A pose beyond this is refused as nonsense.
 const FARTHEST_M: f64 = 1e6;
 
 /// A cell of the grid, which wraps around: which cell of the plane it stands for, and when that was known.

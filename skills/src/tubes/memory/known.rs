@@ -38,8 +38,8 @@ impl KnownRanges {
         }
     }
 
-    /// Takes ranges, negative or NaN where unknown, as `AlignedScan::ranges_m` gives them. Takes no more beams than
-    /// there are; missing ones are unknown.
+    /// Takes ranges as `AlignedScan::ranges_m` gives them, negative or NaN where unknown. Extra beams are ignored,
+    /// missing ones are unknown.
     pub fn load(&mut self, ranges_m: &[f32]) {
         let mut beam = 0;
         let range_at = |beam: usize| {

@@ -5,7 +5,7 @@
 //! beams is a thing. How far it is from the robot is all that is asked: it may turn at any time, so its direction
 //! counts for nothing.
 //!
-//! Who stops walking may walk on: what stands where something moved a few seconds ago still counts.
+//! A person who stops walking may walk on: what stands where something moved a few seconds ago still counts.
 //!
 //! Slower than about 0.15 m/s counts as standing; what comes from where the sensor does not look, or steps out of a
 //! hiding place, counts once it has moved a tenth of a metre in view.
@@ -23,7 +23,7 @@ const KEPT: usize = 16;
 const AGES_NS: [u64; 2] = [250_000_000, 750_000_000];
 /// Scans older than this are no comparison.
 const OLDEST_NS: u64 = 1_500_000_000;
-/// The older scan must have looked so much beyond: so much, and so much per metre.
+/// The older scan must have looked beyond the hit by this much plus this share of its range.
 const BEYOND_M: f64 = 0.10;
 const BEYOND_SHARE: f64 = 0.02;
 /// Neighbouring beams to either side that must agree.
@@ -32,16 +32,16 @@ const BESIDE: usize = 2;
 const RUN: usize = 4;
 /// Beams of a run are no farther apart than this.
 const RUN_STEP_M: f64 = 0.2;
-/// Farther from the robot nothing is looked for.
+/// Motion farther from the robot than this is ignored.
 const FARTHEST_M: f64 = 2.5;
 
 /// Things that moved and are remembered.
 const SPOTS: usize = 16;
-/// A thing moves no farther between two scans.
+/// Largest distance that a thing moves between two scans.
 const SPOT_STEP_M: f64 = 0.5;
-/// One that has not moved for longer rests; what moves past it is another.
+/// A thing that has not moved for longer rests; what moves past it is another one.
 const TRACKED_NS: u64 = 500_000_000;
-/// What is hit so near to where it was last seen moving is the same thing.
+/// A hit within this distance of where something was last seen moving is the same thing.
 const SPOT_REACH_M: f64 = 0.3;
 
 /// Where something moved, in `odom`, and when; 0 for nowhere.
@@ -71,7 +71,7 @@ pub struct Moving {
 }
 
 impl Moving {
-    /// Nothing seen yet. Takes notice of nothing when the policy says so.
+    /// Nothing seen yet. Ignores all motion when the policy's speed is 0.
     #[must_use]
     pub fn new(geometry: &ScanGeometry, policy: &MovingPolicy) -> Self {
         let kept = if policy.speed_m_s > 0.0 { KEPT } else { 0 };
@@ -242,7 +242,7 @@ struct Run {
 impl Run {
     fn miss(&mut self) {
         self.missed += 1;
-        // One beam may go by.
+        // A single missing beam does not end a run.
         if self.missed > 1 {
             self.hits = 0;
         }

@@ -4,9 +4,8 @@
 //! stands there was ahead before: hits are kept for two seconds in the odometry frame, and laid on a small grid around
 //! `base_link` when tubes are judged. A tube has a mask on the same grid, of its cells that the sensor does not see.
 //!
-//! The two seconds are seconds of driving at the highest speed: what stood beside a robot when it halted is not forgotten
-//! because it waits, nor because it creeps.
-//! What a newer scan looks through is forgotten at once.
+//! The two seconds are seconds of driving at the highest speed: a robot that waits or creeps does not forget what stands
+//! beside it. What a newer scan looks through is forgotten at once.
 //!
 //! Bounded: a ring of fixed capacity; when more comes in within the memory's time, the oldest goes and is counted.
 
@@ -14,10 +13,10 @@ use super::grid::NearGrid;
 use crate::scan::AlignedScan;
 use description::geometry::{Point2, Pose2};
 
-/// A robot that moved less than this between two scans stands.
+/// A robot that moved less between two scans counts as standing.
 const STANDS_M: f64 = 0.005;
 const STANDS_RAD: f64 = 0.01;
-/// A beam that measures this much farther has looked through.
+/// A beam has looked through a remembered point when it measures this much farther.
 const LOOKED_THROUGH_M: f32 = 0.1;
 
 /// Points that a memory holds.
@@ -107,7 +106,7 @@ impl Memory {
                 continue;
             }
             previous = Some(hit);
-            // The same view over and over would push out what is beside the robot.
+            // The same view again and again would push out what is beside the robot.
             if !drives && !self.is_news(hit) {
                 continue;
             }
@@ -163,7 +162,7 @@ impl Memory {
                 self.occupied[cell / 64] |= 1 << (cell % 64);
             }
         }
-        // Behind the last kept there is nothing worth another look.
+        // Everything older than the last kept entry has expired.
         self.len = kept;
     }
 

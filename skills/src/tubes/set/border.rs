@@ -13,7 +13,7 @@
 use description::geometry::{Footprint, Point2, Pose2, Twist2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A path of `base_link`: so long, negative when driven backwards, at this curvature.
+/// A path of `base_link` at a constant curvature; its length is negative when driven backwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Path {
     pub curvature_1_m: f64,
@@ -31,7 +31,7 @@ impl Path {
         Twist2::new(1.0, self.curvature_1_m).displacement(travelled_m)
     }
 
-    /// Turns so little that arcs are lines.
+    /// Its arcs are lines, to within rounding.
     fn is_straight(&self) -> bool {
         self.angle_rad().abs() < 1e-6
     }
@@ -39,7 +39,7 @@ impl Path {
 
 /// How many points cover a length when neighbours are at most a step apart and both ends are covered.
 pub(crate) fn sample_count(length_m: f64, step_m: f64) -> usize {
-    // The tiny bit keeps a length of exactly n steps from becoming n + 1 by rounding.
+    // The 1e-9 keeps a length of exactly n steps from becoming n + 1 by rounding.
     (length_m / step_m - 1e-9).ceil().max(0.0) as usize + 1
 }
 
@@ -169,7 +169,7 @@ impl Border<'_> {
             end.transform(Point2::new(0.0, side_m)),
         );
 
-        // A hole that is smaller than the offset still has its middle looked at.
+        // A hole smaller than the offset still has its middle sampled.
         let inner_m = (centre.y_m - body.left_m - offset_m).max(0.0);
         let phase_rad = -FRAC_PI_2;
         self.arc(
@@ -249,7 +249,7 @@ impl Sweep {
     }
 }
 
-/// The largest turn of a tube: beyond, it comes back to where the robot stands.
+/// The largest turn of a tube: a larger one leads back to where the robot stands.
 pub(crate) const MAX_TURN_RAD: f64 = PI;
 
 #[cfg(test)]

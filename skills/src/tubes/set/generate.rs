@@ -75,6 +75,9 @@ fn check(
 impl TubeSet {
     /// Samples the border of every tube and maps the samples to beams. Tubes that the sensor cannot judge are refused,
     /// and the report says why.
+    ///
+    /// # Errors
+    /// [`TubeError`]: parameters, footprint or sensor are refused, or not one tube can be judged.
     pub fn generate(
         parameters: &TubeParameters,
         footprint: &Footprint,
@@ -286,7 +289,7 @@ impl Generator<'_> {
             !matches!(look(self.geometry, point), Sight::Beam { .. })
                 && point.norm_m() <= near_m(self.footprint)
         });
-        // Floor that must be known free is known on a grid of the same cells, turned anyhow.
+        // Floor that must be known free is kept on a grid of the same cell size, at any angle to this one.
         let margin_cells = if path.length_m < 0.0 { 1.5 } else { 0.5 };
         let margin_m = self.parameters.d_aug_m + margin_cells * cell_m;
         for cell in 0..self.grid.cells() {
@@ -299,7 +302,7 @@ impl Generator<'_> {
                 mask[cell / 64] |= 1 << (cell % 64);
             }
         }
-        // Of the path only the beginning comes near.
+        // Only the beginning of the path comes near.
         let longest_m = 2.0 * (near_m(self.footprint) + self.footprint.radius_m());
         let near = Path {
             length_m: path.length_m.clamp(-longest_m, longest_m),

@@ -2,7 +2,7 @@
 //!
 //! * `border`: the border of one tube as a list of points;
 //! * `generate`: samples to beams, what memory must answer for, what is refused and why;
-//! * [`report`]: what generation has to say;
+//! * [`report`]: what was generated, and what was refused;
 //! * [`tube_set`]: the flat arrays and their evaluation.
 
 mod border;

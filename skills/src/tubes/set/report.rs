@@ -1,4 +1,4 @@
-//! What the generation of a set of tubes has to say.
+//! The report on a generated set of tubes.
 
 use crate::tubes::error::Refusal;
 use crate::tubes::parameters::Horizon;

@@ -33,7 +33,7 @@ pub(in crate::tubes) struct Tube {
     pub backward: bool,
 }
 
-/// What is held of the floor about the robot that the sensor does not see, as bits of [`TubeSet::grid`].
+/// What is known of the floor around the robot that the sensor does not see, as bits of [`TubeSet::grid`].
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     /// Something was seen there.
@@ -233,7 +233,7 @@ impl TubeSet {
             && self.mask_free(tube, near.missing(tube.backward))
     }
 
-    /// A tube that would be free if the floor out of view were known.
+    /// The tube would be free if the floor out of view were known.
     pub(in crate::tubes) fn lacks_floor(
         &self,
         id: TubeId,
@@ -252,7 +252,7 @@ impl TubeSet {
         let samples = tube.first_sample as usize..(tube.first_sample + tube.samples) as usize;
         let beams = &self.sample_beams[samples.clone()];
         let ranges_m = &self.sample_ranges_m[samples];
-        // Blocks without a branch inside; an early way out between them. What is not comparable is not free.
+        // Blocks without a branch inside, with an early exit between them. NaN is not free.
         let free = |(&beam, &range_m): (&u16, &f32)| known_m[beam as usize % MAX_BEAMS] > range_m;
         const BLOCK: usize = 16;
         let mut beam_blocks = beams.chunks_exact(BLOCK);
