@@ -11,7 +11,7 @@ use crate::world::{RangeModel, WorldError};
 pub struct LidarOptions {
     /// The sensor.
     pub device: DeviceOptions,
-    /// How well it measures; for [`LidarServer::start`].
+    /// How well it measures; for [`LidarServer::start`](crate::lidar::LidarServer::start).
     pub range: RangeModel,
     /// A symbolic link to the terminal, made again after a replug.
     pub link: Option<PathBuf>,
