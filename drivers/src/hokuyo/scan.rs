@@ -9,7 +9,7 @@ pub const FIRST_LENGTH_MM: u16 = 20;
 /// One turn of the sensor, as raw readings.
 ///
 /// Beam `i` looks along step `first_step + i × cluster`; [`super::Parameters::step_angle_rad`] gives its angle.
-/// A reading below [`FIRST_LENGTH_MM`] is a code of the device, kept as it came: see [`Reading`].
+/// A reading below [`FIRST_LENGTH_MM`] is a code of the device, passed on unchanged: see [`Reading`].
 #[derive(Debug, Clone)]
 pub struct Scan {
     /// Readings; only the first `count` are valid.
@@ -108,7 +108,7 @@ pub struct Counters {
     pub resynchronisations: u64,
     /// Turns that never arrived, by the device's clock.
     pub missed: u64,
-    /// Times the device's clock jumped (a restart) and was mapped anew.
+    /// Times the device's clock jumped (a restart) and its mapping started again.
     pub clock_jumps: u64,
     /// Bytes read.
     pub bytes: u64,

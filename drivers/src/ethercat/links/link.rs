@@ -11,8 +11,8 @@ pub trait Link: Send {
     /// Sends one Ethernet frame (destination, source, ethertype `0x88A4`, EtherCAT frame) without waiting.
     ///
     /// # Errors
-    /// What the system says. After [`io::ErrorKind::WouldBlock`], `Interrupted` or `ConnectionRefused` the link can be used
-    /// again; after any other it should be opened anew.
+    /// What the system says. After [`io::ErrorKind::WouldBlock`], `Interrupted` or `ConnectionRefused` the link can be
+    /// used again; after any other error open a new link.
     fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()>;
 
     /// Waits for one Ethernet frame until `deadline_ns` (`CLOCK_MONOTONIC`) and returns its length, or `None` at the

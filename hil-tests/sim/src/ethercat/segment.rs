@@ -65,7 +65,7 @@ impl StatisticsHandle {
         self.with(|statistics| statistics.clone())
     }
 
-    /// Starts the longest gap anew, for instance after a warm-up.
+    /// Resets the longest gap, for instance after a warm-up.
     pub fn reset_longest_gap(&self) {
         self.with(|statistics| statistics.longest_gap_ns = 0);
     }

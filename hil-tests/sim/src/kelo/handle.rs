@@ -1,4 +1,4 @@
-//! Faults of the drive itself, and a record of what it was told to do.
+//! Faults of the drive itself, and a record of the setpoints it received.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -72,7 +72,7 @@ impl DriveHandle {
         self.with(|shared| shared.statistics)
     }
 
-    /// Starts the record anew.
+    /// Clears the record.
     pub fn reset_statistics(&self) {
         self.with(|shared| shared.statistics = DriveStatistics::default());
     }

@@ -40,7 +40,7 @@ pub(super) enum ScipCommand {
     Stream {
         section: Section,
         skip: u32,
-        /// 0 for ever.
+        /// 0: until stopped.
         count: u32,
     },
 }

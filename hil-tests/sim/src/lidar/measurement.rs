@@ -37,7 +37,8 @@ impl Measurement {
     }
 }
 
-/// The shortest length of a cluster. If there is none, an error that means "unknown" outweighs "nothing there".
+/// The shortest distance in a cluster. Without any, an error code that means "unknown" takes precedence over 0,
+/// "nothing in sight".
 fn merged(cluster: &[u16]) -> u16 {
     let lengths = cluster.iter().copied().filter(|r| *r >= FIRST_LENGTH_MM);
     let worst = cluster.iter().copied().max().unwrap_or(0);

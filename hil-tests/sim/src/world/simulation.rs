@@ -228,7 +228,7 @@ impl World {
         self.seed
     }
 
-    /// Time during which the world stood still because nobody advanced it.
+    /// Total time skipped because the world was not advanced in time.
     #[must_use]
     pub fn skipped_ns(&self) -> u64 {
         self.skipped_ns

@@ -79,7 +79,7 @@ impl Body {
 /// Where a walker goes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Route {
-    /// From one random point of a region to another, for ever.
+    /// From one random point of a region to the next, without end.
     Wander {
         /// Lower left corner.
         min_m: Point,

@@ -76,7 +76,7 @@ impl Eeprom {
         eeprom
     }
 
-    /// Starts anew, as after power-on. The content stays.
+    /// Resets the interface, as after power-on. The content stays.
     pub fn power_on(&mut self) {
         self.busy_until_ns = 0;
         self.data = [0; 8];

@@ -28,7 +28,7 @@ const END: u16 = 0xFFFF;
 /// A PDO that cannot be switched off or changed.
 const PDO_MANDATORY_FIXED: u16 = 0x0011;
 
-/// Who a SubDevice is.
+/// A SubDevice's identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
     /// Vendor.
@@ -110,7 +110,7 @@ pub enum SyncManagerUse {
 /// Everything the EEPROM is made from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sii {
-    /// Who it is.
+    /// Vendor, product, revision, serial number.
     pub identity: Identity,
     /// Second station address, 0 for none.
     pub alias: u16,

@@ -18,7 +18,7 @@ pub fn timeout_ns(divider: u16, time: u16) -> Option<u64> {
 }
 
 impl Watchdog {
-    /// Starts waiting, or takes note of a complete write.
+    /// Starts or restarts the time: called on every complete write.
     pub fn feed(&mut self, now_ns: u64) {
         self.fed_ns = Some(now_ns);
         self.expired = false;

@@ -16,7 +16,7 @@ pub(super) struct Stream {
     pub(super) section: Section,
     pub(super) skip: u32,
     pub(super) skipped: u32,
-    /// Scans still to send; `None` for ever.
+    /// Scans still to send; `None`: until stopped.
     pub(super) remaining: Option<u32>,
     pub(super) since_ns: u64,
 }
