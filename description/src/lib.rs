@@ -4,3 +4,4 @@
 //! 105: x forward, y left, angles counter-clockwise, metres, radians, seconds.
 
 pub mod geometry;
+pub mod wheels;

@@ -44,6 +44,7 @@
 //! [`ethercat::RawLink`]:
 //!
 //! ```
+//! use description::wheels::WheelSpeeds;
 //! use drivers::ethercat::{BringUpOptions, Bus, Expectation, Link};
 //! use drivers::{kelo, monotonic_ns};
 //! use sim::kelo::{KeloOptions, SimulatedDrive, VENDOR_ID};
@@ -85,7 +86,7 @@
 //! let link = Box::new(InMemory(drive.segment, VecDeque::new()));
 //! let mut bus = Bus::bring_up(link, &expected, BringUpOptions::default())?;
 //!
-//! let setpoint = kelo::Setpoint::Speeds { left_rad_s: 2.0, right_rad_s: 2.0, current_a: 20.0 };
+//! let setpoint = kelo::Setpoint::Speeds { speeds: WheelSpeeds::new(2.0, 2.0), current_a: 20.0 };
 //! let outputs = setpoint.to_outputs(&kelo::SetpointLimits::default()).to_bytes();
 //! let mut inputs = [0; kelo::INPUTS_BYTES];
 //! let mut feedback = kelo::Feedback::default();

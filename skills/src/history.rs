@@ -31,17 +31,23 @@ pub enum HistoryError {
     },
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Entry {
-    stamp_ns: u64,
-    pose: Pose2,
-    twist: Twist2,
+/// Odometry at one time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "symbols", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct OdometrySample {
+    /// When it was true, monotonic.
+    pub stamp_ns: u64,
+    /// `base_link` in `odom`.
+    pub pose: Pose2,
+    /// Of `base_link`.
+    pub twist: Twist2,
 }
 
 /// A bounded history of odometry, ordered by time.
 #[derive(Clone, Debug)]
 pub struct OdometryHistory {
-    entries: Box<[Entry]>,
+    entries: Box<[OdometrySample]>,
     /// Where the next entry goes.
     next: usize,
     len: usize,
@@ -59,7 +65,7 @@ impl OdometryHistory {
     #[must_use]
     pub fn new(capacity: usize) -> Self {
         Self {
-            entries: vec![Entry::default(); capacity.max(2)].into_boxed_slice(),
+            entries: vec![OdometrySample::default(); capacity.max(2)].into_boxed_slice(),
             next: 0,
             len: 0,
             rejected: 0,
@@ -85,7 +91,7 @@ impl OdometryHistory {
                 newest_ns,
             });
         }
-        self.entries[self.next] = Entry {
+        self.entries[self.next] = OdometrySample {
             stamp_ns,
             pose,
             twist,
@@ -159,13 +165,13 @@ impl OdometryHistory {
         self.len = 0;
     }
 
-    /// Entry `index`, counted from the oldest.
-    fn entry(&self, index: usize) -> &Entry {
+    /// OdometrySample `index`, counted from the oldest.
+    fn entry(&self, index: usize) -> &OdometrySample {
         let capacity = self.entries.len();
         &self.entries[(self.next + capacity - self.len + index) % capacity]
     }
 
-    fn newest_entry(&self) -> Option<&Entry> {
+    fn newest_entry(&self) -> Option<&OdometrySample> {
         (self.len > 0).then(|| self.entry(self.len - 1))
     }
 }

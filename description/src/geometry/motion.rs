@@ -15,7 +15,10 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
 
 /// A point, or a free vector, in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[cfg_attr(
+    feature = "pod",
+    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+)]
 #[repr(C)]
 pub struct Point2 {
     /// Forward.
@@ -106,7 +109,10 @@ impl From<[f64; 2]> for Point2 {
 
 /// A rigid placement of one frame in another.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[cfg_attr(
+    feature = "pod",
+    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+)]
 #[repr(C)]
 pub struct Pose2 {
     /// Forward, in the outer frame.
@@ -226,7 +232,10 @@ impl Pose2 {
 
 /// Speed along x and turning speed of `base_link`; the fixed axle allows no speed along y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[cfg_attr(
+    feature = "pod",
+    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+)]
 #[repr(C)]
 pub struct Twist2 {
     /// Forward speed.
@@ -269,7 +278,10 @@ impl Twist2 {
 ///
 /// The path, not the turning speed, is the intention: a command that is slowed down still follows the same curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[cfg_attr(
+    feature = "pod",
+    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+)]
 #[repr(C)]
 pub struct MotionCommand {
     /// Forward speed of `base_link`.

@@ -23,6 +23,7 @@
 //!
 //! # Example
 //! ```no_run
+//! use description::wheels::WheelSpeeds;
 //! use drivers::ethercat::{BringUpOptions, Bus, Expectation, RawLink};
 //! use drivers::{kelo, monotonic_ns};
 //!
@@ -38,7 +39,7 @@
 //! let mut bus = Bus::bring_up(link, &expected, BringUpOptions::default())?;
 //! let (mut inputs, limits) = ([0; kelo::INPUTS_BYTES], kelo::SetpointLimits::default());
 //! for _cycle in 0..1000 {
-//!     let setpoint = kelo::Setpoint::Speeds { left_rad_s: 1.0, right_rad_s: 1.0, current_a: 20.0 };
+//!     let setpoint = kelo::Setpoint::Speeds { speeds: WheelSpeeds::new(1.0, 1.0), current_a: 20.0 };
 //!     let outputs = setpoint.to_outputs(&limits).to_bytes();
 //!     match bus.exchange(&outputs, &mut inputs, monotonic_ns() + 500_000) {
 //!         Ok(_) => println!("{:?}", kelo::Feedback::from(&kelo::Inputs::from_bytes(&inputs))),

@@ -40,14 +40,15 @@ impl From<&Inputs> for Feedback {
 
 #[cfg(test)]
 mod tests {
+    use description::wheels::WheelSpeeds;
+
     use super::super::{MotorInputs, Setpoint, SetpointLimits};
     use super::*;
 
     #[test]
     fn a_drive_that_follows_its_setpoint_reports_what_was_asked() {
         let asked = Setpoint::Speeds {
-            left_rad_s: 4.0,
-            right_rad_s: -6.0,
+            speeds: WheelSpeeds::new(4.0, -6.0),
             current_a: 20.0,
         };
         let outputs = asked.to_outputs(&SetpointLimits::default());

@@ -1,5 +1,7 @@
 //! Wheel speeds in the robot's terms, made into what the drive is told.
 
+use description::wheels::WheelSpeeds;
+
 use super::outputs::{Command, Mode, Outputs};
 use super::{MAX_WHEEL_SPEED_RAD_S, MIN_WHEEL_SPEED_RAD_S};
 
@@ -9,12 +11,10 @@ pub enum Setpoint {
     /// Motors off: the wheels roll freely.
     #[default]
     Off,
-    /// Turn at these speeds; positive drives the unit forward along its heading. Zero holds still with force.
+    /// Turn at these speeds. Zero holds still with force.
     Speeds {
-        /// Left wheel.
-        left_rad_s: f32,
-        /// Right wheel.
-        right_rad_s: f32,
+        /// Of both wheels.
+        speeds: WheelSpeeds,
         /// At most this current in each motor, either way.
         current_a: f32,
     },
@@ -45,32 +45,32 @@ impl Default for SetpointLimits {
 }
 
 impl Setpoint {
-    /// What to tell the drive. Speeds are clipped to the limits, those too slow to turn become zero, and what is not a
-    /// number becomes zero.
+    /// What to tell the drive. Speeds are scaled down to the limit, those too slow to turn become zero, and what is not
+    /// a number becomes zero.
     pub fn to_outputs(self, limits: &SetpointLimits) -> Outputs {
         const BOTH: u16 = Command::ENABLE_1 | Command::ENABLE_2;
         const EMERGENCY: u16 = Command::EMERGENCY_1 | Command::EMERGENCY_2;
         let velocity = Command::off().in_mode(Mode::Velocity);
-        let (bits, left_rad_s, right_rad_s, current_a) = match self {
+        let (bits, speeds, current_a) = match self {
             Setpoint::Off => {
                 return Outputs {
                     command1: velocity,
                     ..Outputs::default()
                 };
             }
-            Setpoint::Speeds {
-                left_rad_s,
-                right_rad_s,
-                current_a,
-            } => (BOTH, left_rad_s, right_rad_s, current_a),
-            Setpoint::Emergency { current_a } => (BOTH | EMERGENCY, 0.0, 0.0, current_a),
+            Setpoint::Speeds { speeds, current_a } => (BOTH, speeds, current_a),
+            Setpoint::Emergency { current_a } => {
+                (BOTH | EMERGENCY, WheelSpeeds::STANDING, current_a)
+            }
         };
+        let limit_rad_s = at_most(limits.max_wheel_speed_rad_s, MAX_WHEEL_SPEED_RAD_S);
+        let speeds = speeds.limited(f64::from(limit_rad_s));
         let current_a = at_most(current_a, limits.max_current_a);
         Outputs {
             command1: velocity.with(bits),
             // Motor 1 is the right wheel, mirrored. Adding zero turns -0 into 0.
-            setpoint1: -speed(right_rad_s, limits) + 0.0,
-            setpoint2: speed(left_rad_s, limits) + 0.0,
+            setpoint1: -turning(speeds.right_rad_s) + 0.0,
+            setpoint2: turning(speeds.left_rad_s) + 0.0,
             limit1_p: current_a,
             limit1_n: -current_a,
             limit2_p: current_a,
@@ -80,11 +80,11 @@ impl Setpoint {
     }
 }
 
-fn speed(rad_s: f32, limits: &SetpointLimits) -> f32 {
-    let limit_rad_s = at_most(limits.max_wheel_speed_rad_s, MAX_WHEEL_SPEED_RAD_S);
-    // Also false for what is not a number.
+/// The speed as the process data has it; zero for one that is too slow to turn the wheel.
+fn turning(rad_s: f64) -> f32 {
+    let rad_s = rad_s as f32;
     if rad_s.abs() >= MIN_WHEEL_SPEED_RAD_S {
-        rad_s.clamp(-limit_rad_s, limit_rad_s)
+        rad_s
     } else {
         0.0
     }
@@ -106,8 +106,7 @@ mod tests {
 
     fn outputs(left_rad_s: f32, right_rad_s: f32, current_a: f32) -> Outputs {
         Setpoint::Speeds {
-            left_rad_s,
-            right_rad_s,
+            speeds: WheelSpeeds::new(f64::from(left_rad_s), f64::from(right_rad_s)),
             current_a,
         }
         .to_outputs(&SetpointLimits::default())
@@ -159,8 +158,7 @@ mod tests {
     #[test]
     fn limits_of_the_caller_are_kept_but_never_widen_the_drives() {
         let setpoint = Setpoint::Speeds {
-            left_rad_s: 50.0,
-            right_rad_s: -50.0,
+            speeds: WheelSpeeds::new(50.0, -50.0),
             current_a: 50.0,
         };
         let narrow = setpoint.to_outputs(&SetpointLimits {
@@ -201,7 +199,7 @@ mod tests {
     proptest! {
         #[test]
         fn whatever_is_asked_stays_in_bounds(left: f32, right: f32, current: f32, max_speed: f32, max_current: f32) {
-            let setpoint = Setpoint::Speeds { left_rad_s: left, right_rad_s: right, current_a: current };
+            let setpoint = Setpoint::Speeds { speeds: WheelSpeeds::new(f64::from(left), f64::from(right)), current_a: current };
             let limits = SetpointLimits { max_wheel_speed_rad_s: max_speed, max_current_a: max_current };
             let outputs = setpoint.to_outputs(&limits);
             for speed in [outputs.setpoint1, outputs.setpoint2] {

@@ -1,6 +1,7 @@
 //! The drive's process data, end to end: what the robot asks is what the wheels do, and what they do is reported.
 
 use crate::support::{SegmentLink, expectation, in_us};
+use description::wheels::WheelSpeeds;
 use drivers::ethercat::{BringUpOptions, Bus, Expectation};
 use drivers::kelo::{
     Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch, VoltageLimits,
@@ -54,8 +55,7 @@ impl Stand {
 
 fn speeds(left_rad_s: f32, right_rad_s: f32) -> Setpoint {
     Setpoint::Speeds {
-        left_rad_s,
-        right_rad_s,
+        speeds: WheelSpeeds::new(f64::from(left_rad_s), f64::from(right_rad_s)),
         current_a: 20.0,
     }
 }

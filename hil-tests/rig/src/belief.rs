@@ -56,7 +56,11 @@ impl Insight {
         let tubes = self.tubes.read().value;
         Belief {
             stamp_ns: pose.stamp_ns,
-            pose: Pose::new(pose.value.x_m, pose.value.y_m, pose.value.theta_rad),
+            pose: Pose::new(
+                pose.value.pose.x_m,
+                pose.value.pose.y_m,
+                pose.value.pose.theta_rad,
+            ),
             std: [
                 pose.value.std_x_m,
                 pose.value.std_y_m,

@@ -2,14 +2,15 @@
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
-use skills::drive::{StopKind, WheelController, WheelSpeeds};
+use description::wheels::WheelSpeeds;
+use skills::drive::{StopKind, WheelController};
 
 use crate::activities::exchange::Exchange;
 use crate::activities::port::Port;
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{CommandValue, Encoders, WheelSetpointsValue};
+use crate::symbols::values::{Encoders, SafeCommand, WheelSetpoints};
 use crate::symbols::wiring::ControlSymbols;
 
 /// Longest time that one step of the controller stands for.
@@ -25,7 +26,7 @@ pub struct Control {
     controller: Box<WheelController>,
     exchange: Option<Exchange<WheelController>>,
     command_timeout_ns: u64,
-    command: Stamped<CommandValue>,
+    command: Stamped<SafeCommand>,
     encoders: Encoders,
     drive_follows: bool,
     setpoints: WheelSpeeds,
@@ -51,7 +52,7 @@ impl Control {
             command: Stamped::default(),
             encoders: Encoders::default(),
             drive_follows: false,
-            setpoints: WheelSpeeds::default(),
+            setpoints: WheelSpeeds::STANDING,
             stepped_ns: 0,
             stopping: true,
         }
@@ -66,10 +67,7 @@ impl Control {
 
     /// The wheels as they turn.
     fn speeds(&self) -> WheelSpeeds {
-        WheelSpeeds {
-            left_rad_s: self.encoders.left_rad_s,
-            right_rad_s: self.encoders.right_rad_s,
-        }
+        WheelSpeeds::new(self.encoders.left_rad_s, self.encoders.right_rad_s)
     }
 
     fn step(&mut self, now_ns: u64, stop: StopKind) {
@@ -80,16 +78,15 @@ impl Control {
             // The wheels roll to a stand, or a fault stops them. When the drive follows again, that stop is carried
             // on from the speed they have then, before anything is driven.
             self.controller.reset(speeds);
-            self.setpoints = WheelSpeeds::default();
+            self.setpoints = WheelSpeeds::STANDING;
             self.stopping = true;
             return;
         }
-        let fastest_rad_s = speeds.left_rad_s.abs().max(speeds.right_rad_s.abs());
-        self.stopping &= fastest_rad_s > STANDING_RAD_S;
+        self.stopping &= speeds.fastest_rad_s() > STANDING_RAD_S;
         let stop = if self.stopping { StopKind::Hard } else { stop };
         let elapsed_s = elapsed_ns as f64 / SECOND_NS as f64;
         self.setpoints = self.controller.step(
-            self.command.value.command(),
+            self.command.value.command,
             stop,
             self.encoders.pivot_rad,
             speeds,
@@ -155,17 +152,10 @@ impl Activity for Control {
     }
 
     fn communicate_out(&mut self, now_ns: u64) {
-        let WheelSpeeds {
-            left_rad_s,
-            right_rad_s,
-        } = self.setpoints;
-        self.symbols.setpoints.write(
-            now_ns,
-            &WheelSetpointsValue {
-                left_rad_s,
-                right_rad_s,
-            },
-        );
+        let speeds = self.setpoints;
+        self.symbols
+            .setpoints
+            .write(now_ns, &WheelSetpoints { speeds });
         self.port.publish(now_ns);
     }
 }

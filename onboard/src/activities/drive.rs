@@ -6,6 +6,8 @@
 use std::time::Duration;
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
+use coordination::symbols::Stamped;
+use description::wheels::WheelSpeeds;
 use drivers::ethercat::{BringUpOptions, Bus, Counters, ExchangeError, Expectation, Link};
 use drivers::kelo::{
     self, Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch, VoltageLimits,
@@ -19,7 +21,7 @@ use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{DriveStatus, Encoders};
+use crate::symbols::values::{DriveStatus, Encoders, WheelSetpoints};
 use crate::symbols::wiring::DriveSymbols;
 
 const BRING_UP: BringUpOptions = BringUpOptions {
@@ -82,7 +84,7 @@ pub struct Drive {
     log: LogSender,
     bus: Option<Bus>,
     ramp: WheelRamp,
-    wanted: Wanted,
+    wanted: Stamped<WheelSetpoints>,
     inputs: Inputs,
     status: DriveStatus,
     answered_ns: u64,
@@ -98,14 +100,6 @@ pub struct Drive {
     retry_ns: u64,
     complaints: Complaints,
     panicked_ns: u64,
-}
-
-/// The setpoint that was read in this cycle.
-#[derive(Clone, Copy, Debug, Default)]
-struct Wanted {
-    left_rad_s: f64,
-    right_rad_s: f64,
-    stamp_ns: u64,
 }
 
 impl Drive {
@@ -131,7 +125,7 @@ impl Drive {
             log,
             bus: None,
             ramp,
-            wanted: Wanted::default(),
+            wanted: Stamped::default(),
             inputs: Inputs::default(),
             status: DriveStatus::default(),
             answered_ns: 0,
@@ -232,7 +226,7 @@ impl Drive {
     }
 
     /// The wheel speeds to send in this cycle.
-    fn decide(&mut self, now_ns: u64) -> (f64, f64) {
+    fn decide(&mut self, now_ns: u64) -> WheelSpeeds {
         let age_ns = now_ns.saturating_sub(self.wanted.stamp_ns);
         let running = self.port.running();
         let stale = running && age_ns > self.settings.setpoint_timeout_ns;
@@ -245,21 +239,12 @@ impl Drive {
             self.ramp.step(now_ns)
         } else {
             let limit = self.settings.max_wheel_speed_rad_s;
-            self.ramp.follow(
-                now_ns,
-                self.wanted.left_rad_s,
-                self.wanted.right_rad_s,
-                limit,
-            )
+            self.ramp.follow(now_ns, self.wanted.value.speeds, limit)
         }
     }
 
     /// One exchange with the drive.
-    fn exchange(
-        &mut self,
-        now_ns: u64,
-        (left_rad_s, right_rad_s): (f64, f64),
-    ) -> Result<(), ExchangeError> {
+    fn exchange(&mut self, now_ns: u64, speeds: WheelSpeeds) -> Result<(), ExchangeError> {
         let Some(bus) = &mut self.bus else {
             return Err(ExchangeError::Lost);
         };
@@ -267,18 +252,13 @@ impl Drive {
             self.port.state(),
             LifeCycleState::Running | LifeCycleState::Paused
         );
-        let standing = left_rad_s == 0.0 && right_rad_s == 0.0;
-        let current_a = if standing {
+        let current_a = if speeds == WheelSpeeds::STANDING {
             self.settings.stop_current_a
         } else {
             self.settings.drive_current_a
         };
         let setpoint = if enabled {
-            Setpoint::Speeds {
-                left_rad_s: left_rad_s as f32,
-                right_rad_s: right_rad_s as f32,
-                current_a,
-            }
+            Setpoint::Speeds { speeds, current_a }
         } else {
             Setpoint::Off
         };
@@ -287,8 +267,8 @@ impl Drive {
         bus.exchange(&outputs, &mut bytes, now_ns + self.settings.deadline_ns)?;
         self.inputs = Inputs::from_bytes(&bytes);
         self.told_to_power = enabled;
-        self.status.sent_left_rad_s = left_rad_s;
-        self.status.sent_right_rad_s = right_rad_s;
+        self.status.sent_left_rad_s = speeds.left_rad_s;
+        self.status.sent_right_rad_s = speeds.right_rad_s;
         Ok(())
     }
 
@@ -407,12 +387,7 @@ impl Activity for Drive {
     }
 
     fn communicate_in(&mut self, _now_ns: u64) {
-        let read = self.symbols.setpoints.read();
-        self.wanted = Wanted {
-            left_rad_s: read.value.left_rad_s,
-            right_rad_s: read.value.right_rad_s,
-            stamp_ns: read.stamp_ns,
-        };
+        self.wanted = self.symbols.setpoints.read();
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
@@ -475,7 +450,7 @@ impl RobotActivity for Drive {
         let setpoint = self.ramp.step(now_ns);
         // A lost frame is tried again in the next step; the time limit ends it.
         let _ = self.exchange(now_ns, setpoint);
-        let standing = setpoint == (0.0, 0.0);
+        let standing = setpoint == WheelSpeeds::STANDING;
         (standing && self.ramp.standing_for(now_ns) > 200 * MILLISECOND_NS)
             || now_ns - self.panicked_ns > AFTER_PANIC_NS
             || self.bus.is_none()

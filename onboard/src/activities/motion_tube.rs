@@ -2,6 +2,7 @@
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
+use skills::odometry::Odometry;
 use skills::scan::AlignError;
 use skills::tubes::{Adapted, MotionTubes, Reason, Verdict};
 
@@ -11,7 +12,7 @@ use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::now_ns;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{CommandValue, OdometryValue, TubeState, WantedMotion};
+use crate::symbols::values::{SafeCommand, TubeState, WantedMotion};
 use crate::symbols::wiring::MotionTubeSymbols;
 
 /// The activity.
@@ -24,9 +25,9 @@ pub struct MotionTube {
     command_timeout_ns: u64,
     fresh_scan: bool,
     wanted: Stamped<WantedMotion>,
-    odometry: Stamped<OdometryValue>,
+    odometry: Stamped<Odometry>,
     stopped_by_operator: bool,
-    safe: CommandValue,
+    safe: SafeCommand,
     state: TubeState,
 }
 
@@ -52,7 +53,7 @@ impl MotionTube {
             wanted: Stamped::default(),
             odometry: Stamped::default(),
             stopped_by_operator: false,
-            safe: CommandValue::default(),
+            safe: SafeCommand::default(),
             state: TubeState::default(),
         }
     }
@@ -72,20 +73,18 @@ impl MotionTube {
     }
 
     fn adapt(&mut self, now_ns: u64) {
-        self.tubes.keep_within(Some(self.wanted.value.room()));
-        let adapted = self.tubes.adapt(
-            self.wanted.value.command(),
-            self.odometry.value.twist(),
-            now_ns,
-        );
+        self.tubes.keep_within(Some(self.wanted.value.room));
+        let adapted =
+            self.tubes
+                .adapt(self.wanted.value.command, self.odometry.value.twist, now_ns);
         self.report(&adapted);
         let old = |stamp_ns: u64| now_ns.saturating_sub(stamp_ns) > self.command_timeout_ns;
         let stale = old(self.wanted.stamp_ns) || old(self.odometry.stamp_ns);
         let halt = stale || self.stopped_by_operator;
         self.safe = if halt || must_stop_hard(&adapted) {
-            CommandValue::stop(adapted.command.curvature_1_m)
+            SafeCommand::stop(adapted.command.curvature_1_m)
         } else {
-            CommandValue::drive(adapted.command)
+            SafeCommand::drive(adapted.command)
         };
     }
 
@@ -178,7 +177,7 @@ impl Activity for MotionTube {
         ) {
             self.observe(now_ns);
         }
-        self.safe = CommandValue::stop(self.safe.curvature_1_m);
+        self.safe = SafeCommand::stop(self.safe.command.curvature_1_m);
     }
 
     fn communicate_out(&mut self, now_ns: u64) {

@@ -2,13 +2,14 @@
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
 use coordination::symbols::Stamped;
+use skills::history::OdometrySample;
 use skills::odometry::{DeadReckoning, EncoderSample};
 
 use crate::activities::port::Port;
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{Encoders, OdometryTrace, OdometryValue, TraceSample};
+use crate::symbols::values::{Encoders, OdometryTrace};
 use crate::symbols::wiring::ProprioceptionSymbols;
 
 /// Refused readings are reported no more often than this; all are counted.
@@ -92,26 +93,12 @@ impl Activity for Proprioception {
             return;
         }
         let odometry = self.reckoning.odometry();
-        self.trace.push(TraceSample {
+        self.trace.push(OdometrySample {
             stamp_ns: odometry.stamp_ns,
-            x_m: odometry.pose.x_m,
-            y_m: odometry.pose.y_m,
-            theta_rad: odometry.pose.theta_rad,
-            v_m_s: odometry.twist.v_m_s,
-            omega_rad_s: odometry.twist.omega_rad_s,
+            pose: odometry.pose,
+            twist: odometry.twist,
         });
-        let value = OdometryValue {
-            x_m: odometry.pose.x_m,
-            y_m: odometry.pose.y_m,
-            theta_rad: odometry.pose.theta_rad,
-            v_m_s: odometry.twist.v_m_s,
-            omega_rad_s: odometry.twist.omega_rad_s,
-            steering_rad: odometry.steering_rad,
-            distance_m: odometry.distance_m,
-            turned_rad: odometry.turned_rad,
-            refused: self.reckoning.counters().rejected(),
-        };
-        self.symbols.odometry.write(odometry.stamp_ns, &value);
+        self.symbols.odometry.write(odometry.stamp_ns, odometry);
         self.symbols.trace.write(odometry.stamp_ns, &self.trace);
     }
 

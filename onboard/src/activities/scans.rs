@@ -1,7 +1,6 @@
 //! Takes in scans and odometry, and aligns each scan to the robot's motion during its turn.
 
 use coordination::symbols::{Reader, Stamped};
-use description::geometry::{Pose2, Twist2};
 use skills::history::OdometryHistory;
 use skills::scan::{AlignError, AlignedScan, ScanGeometry, ScanGeometryError};
 
@@ -55,17 +54,10 @@ impl ScanIntake {
         *self.raw = scan.read();
         *self.trace = trace.read();
         for sample in self.trace.value.since(self.seen_samples) {
-            let pose = Pose2 {
-                x_m: sample.x_m,
-                y_m: sample.y_m,
-                theta_rad: sample.theta_rad,
-            };
-            let twist = Twist2 {
-                v_m_s: sample.v_m_s,
-                omega_rad_s: sample.omega_rad_s,
-            };
             // A refused sample is counted by the history; the ones around it serve.
-            let _ = self.history.push(sample.stamp_ns, pose, twist);
+            let _ = self
+                .history
+                .push(sample.stamp_ns, sample.pose, sample.twist);
         }
         self.seen_samples = self.trace.value.written;
         if self.raw.stamp_ns == seen_stamp_ns && !self.waiting {

@@ -5,16 +5,19 @@ use std::time::Duration;
 
 use coordination::activity::LifeCycleState;
 use coordination::symbols::{Datatype, Inspector, SymbolError, SymbolInfo};
+use serde::Serialize;
 use serde_json::{Value as Json, json};
+use skills::borders::AreaSet;
+use skills::odometry::Odometry;
 
 use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
 use crate::realtime::clock::now_ns;
 use crate::symbols::faults::FaultTable;
 use crate::symbols::values::{
-    ActivityState, AllowedAreas, CommandValue, Describe, DriveStatus, Encoders, FleetState,
-    LidarStatus, NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
-    ThreadReport, TubeState, WantedMotion, WheelSetpointsValue, Whereabouts,
+    ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, NavigationState, OdometryTrace,
+    PoseEstimate, RangeScan, RobotMode, SafeCommand, ThreadReport, TubeState, WantedMotion,
+    WheelSetpoints, Whereabouts,
 };
 
 const WATCH_PERIOD: Duration = Duration::from_secs(1);
@@ -102,8 +105,7 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
     }
     by_datatype!(
         ActivityState,
-        AllowedAreas,
-        CommandValue,
+        AreaSet,
         DriveStatus,
         Encoders,
         FaultTable,
@@ -111,19 +113,20 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
         LidarStatus,
         NavigationState,
         OdometryTrace,
-        OdometryValue,
+        Odometry,
         PoseEstimate,
         RangeScan,
         RobotMode,
+        SafeCommand,
         ThreadReport,
         TubeState,
         WantedMotion,
-        WheelSetpointsValue,
+        WheelSetpoints,
         Whereabouts,
     )
 }
 
-fn read<T: Datatype + Describe>(
+fn read<T: Datatype + Serialize>(
     inspector: &Inspector,
     info: SymbolInfo,
 ) -> Result<Seen, SymbolError> {
@@ -132,7 +135,7 @@ fn read<T: Datatype + Describe>(
     Ok(Seen {
         info,
         age_ms,
-        value: read.value.describe(),
+        value: serde_json::to_value(read.value).unwrap_or_default(),
     })
 }
 

@@ -4,6 +4,7 @@
 //! It is our own because a histogram in shared memory must be plain, fixed-size data without pointers.
 
 use bytemuck::{Pod, Zeroable};
+use serde::{Serialize, Serializer};
 
 /// Linear steps in an octave, as a power of two.
 const STEPS_LOG2: u32 = 4;
@@ -26,6 +27,27 @@ pub struct Histogram {
 impl Default for Histogram {
     fn default() -> Self {
         Self::zeroed()
+    }
+}
+
+impl Serialize for Histogram {
+    /// Quantiles, in microseconds.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Quantiles {
+            p50: f64,
+            p99: f64,
+            p999: f64,
+            max: f64,
+        }
+        let us = |ns: u64| ns as f64 / 1000.0;
+        Quantiles {
+            p50: us(self.quantile_ns(0.5)),
+            p99: us(self.quantile_ns(0.99)),
+            p999: us(self.quantile_ns(0.999)),
+            max: us(self.max_ns()),
+        }
+        .serialize(serializer)
     }
 }
 

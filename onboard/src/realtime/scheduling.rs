@@ -4,6 +4,7 @@ use std::fs;
 
 use bytemuck::{Pod, Zeroable};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use serde::{Serialize, Serializer};
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
     set_thread_priority_and_policy, thread_native_id,
@@ -45,6 +46,25 @@ pub struct Granted {
     pub reset_on_fork: u32,
     /// Fills the structure.
     pub reserved: u32,
+}
+
+impl Serialize for Granted {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Shown {
+            policy: &'static str,
+            priority: u32,
+            cores: String,
+            reset_on_fork: bool,
+        }
+        Shown {
+            policy: self.policy_name(),
+            priority: self.priority,
+            cores: self.cores_text(),
+            reset_on_fork: self.reset_on_fork != 0,
+        }
+        .serialize(serializer)
+    }
 }
 
 impl Granted {

@@ -3,7 +3,7 @@
 //! A fault is a level with a counter. Activities report edges through their queue; the supervisor owns the table.
 
 use bytemuck::{Pod, Zeroable};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// How a robot that stopped for a fault resumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,6 +118,27 @@ pub struct FaultState {
 #[repr(C)]
 pub struct FaultTable {
     states: [FaultState; FAULTS],
+}
+
+coordination::datatype!(FaultTable, "fault_table");
+
+impl Serialize for FaultTable {
+    /// Those that were ever raised, by name.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Shown {
+            active: bool,
+            count: u64,
+        }
+        let raised = Fault::ALL
+            .into_iter()
+            .map(|fault| (fault, self.state(fault)))
+            .filter(|(_, state)| state.count > 0);
+        serializer.collect_map(raised.map(|(fault, state)| {
+            let (active, count) = (state.active != 0, state.count);
+            (fault.name(), Shown { active, count })
+        }))
+    }
 }
 
 impl FaultTable {

@@ -6,12 +6,14 @@ use config::ActivityKind;
 use coordination::symbols::{
     Datatype, Place, Reader, SymbolError, SymbolTable, TableBuilder, Writer,
 };
+use skills::borders::AreaSet;
+use skills::odometry::Odometry;
 
 use super::faults::FaultTable;
 use super::values::{
-    ActivityState, AllowedAreas, CommandValue, DriveStatus, Encoders, FleetState, LidarStatus,
-    NavigationState, OdometryTrace, OdometryValue, PoseEstimate, RangeScan, RobotMode,
-    ThreadReport, TubeState, WantedMotion, WheelSetpointsValue, Whereabouts,
+    ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, NavigationState, OdometryTrace,
+    PoseEstimate, RangeScan, RobotMode, SafeCommand, ThreadReport, TubeState, WantedMotion,
+    WheelSetpoints, Whereabouts,
 };
 
 const SUPERVISOR: &str = "supervisor";
@@ -84,7 +86,7 @@ users! {
     /// Symbols of the drive activity.
     DriveSymbols, ActivityKind::Drive.name(), {
         /// What control wants.
-        setpoints: Reader<WheelSetpointsValue> => "kelo",
+        setpoints: Reader<WheelSetpoints> => "kelo",
         /// What the encoders say.
         encoders: Writer<Encoders> => "kelo",
         /// What the bus and the drive are doing.
@@ -96,7 +98,7 @@ users! {
         /// Wheel and pivot encoders.
         encoders: Reader<Encoders> => "kelo",
         /// Pose and twist in `odom`.
-        odometry: Writer<OdometryValue> => "odom",
+        odometry: Writer<Odometry> => "odom",
         /// The same, for the last third of a second.
         trace: Writer<OdometryTrace> => "odom",
     }
@@ -114,7 +116,7 @@ users! {
         /// The lidar's scans.
         scan: Reader<RangeScan> => "hokuyo",
         /// Dead reckoning.
-        odometry: Reader<OdometryValue> => "odom",
+        odometry: Reader<Odometry> => "odom",
         /// Dead reckoning of the last third of a second.
         trace: Reader<OdometryTrace> => "odom",
         /// Pose in `map`.
@@ -128,7 +130,7 @@ users! {
     /// Symbols of navigation that only a managed site needs.
     NavigationFleetSymbols, ActivityKind::Navigation.name(), {
         /// Where the robot may be.
-        allowed: Reader<AllowedAreas> => "fleet",
+        allowed: Reader<AreaSet> => "fleet",
         /// Where it is, in numbers.
         whereabouts: Writer<Whereabouts> => "fleet",
     }
@@ -138,7 +140,7 @@ users! {
         /// Pose in `map`.
         pose: Reader<PoseEstimate> => "map",
         /// Speeds.
-        odometry: Reader<OdometryValue> => "odom",
+        odometry: Reader<Odometry> => "odom",
         /// State, area and skill.
         navigation: Reader<NavigationState> => "robot",
         /// Faults of the whole robot.
@@ -152,7 +154,7 @@ users! {
         /// Where the robot is, in numbers.
         whereabouts: Reader<Whereabouts> => "fleet",
         /// Where it may be.
-        allowed: Writer<AllowedAreas> => "fleet",
+        allowed: Writer<AreaSet> => "fleet",
         /// How it stands with the mediator.
         state: Writer<FleetState> => "fleet",
     }
@@ -162,13 +164,13 @@ users! {
         /// The lidar's scans.
         scan: Reader<RangeScan> => "hokuyo",
         /// Dead reckoning.
-        odometry: Reader<OdometryValue> => "odom",
+        odometry: Reader<Odometry> => "odom",
         /// Dead reckoning of the last third of a second.
         trace: Reader<OdometryTrace> => "odom",
         /// What navigation wants.
         wanted: Reader<WantedMotion> => "wanted",
         /// What is safe.
-        safe: Writer<CommandValue> => "safe",
+        safe: Writer<SafeCommand> => "safe",
         /// What was made of it, and why.
         state: Writer<TubeState> => "adaptive",
     }
@@ -176,13 +178,13 @@ users! {
     /// Symbols of the control activity.
     ControlSymbols, ActivityKind::Control.name(), {
         /// The command that the motion tubes let through.
-        command: Reader<CommandValue> => "safe",
+        command: Reader<SafeCommand> => "safe",
         /// Where wheels and pivot are.
         encoders: Reader<Encoders> => "kelo",
         /// Whether the drive follows.
         drive: Reader<DriveStatus> => "kelo",
         /// What the wheels are to do.
-        setpoints: Writer<WheelSetpointsValue> => "kelo",
+        setpoints: Writer<WheelSetpoints> => "kelo",
     }
 
     /// Symbols of the supervisor.

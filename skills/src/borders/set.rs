@@ -7,8 +7,21 @@ const WORDS: usize = MAX_AREAS / 64;
 
 /// A set of areas by their index in the map; copied freely, never on the heap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "symbols", derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(transparent)]
 pub struct AreaSet {
     words: [u64; WORDS],
+}
+
+#[cfg(feature = "symbols")]
+coordination::datatype!(AreaSet, "allowed_areas");
+
+#[cfg(feature = "symbols")]
+impl serde::Serialize for AreaSet {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let areas: Vec<usize> = self.iter().collect();
+        serializer.collect_map([("areas", areas)])
+    }
 }
 
 impl AreaSet {

@@ -9,6 +9,7 @@
 
 use crate::odometry::{GeometryError, TricycleGeometry};
 use description::geometry::{MotionCommand, wrap_angle};
+use description::wheels::WheelSpeeds;
 
 /// How far the ramp may run ahead of the measured speed before it waits, m/s.
 const RAMP_AHEAD_M_S: f64 = 0.2;
@@ -126,18 +127,6 @@ pub enum StopKind {
     Hard,
 }
 
-/// Speeds of the two hub wheels, positive drives the unit forward along its heading.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WheelSpeeds {
-    /// Left hub wheel.
-    pub left_rad_s: f64,
-    /// Right hub wheel.
-    pub right_rad_s: f64,
-}
-
-/// What the wheels are asked for: the same two numbers.
-pub type WheelSetpoints = WheelSpeeds;
-
 /// The controller between a motion command and the wheels.
 #[derive(Clone, Debug)]
 pub struct WheelController {
@@ -203,7 +192,7 @@ impl WheelController {
         pivot_rad: f64,
         measured: WheelSpeeds,
         dt_s: f64,
-    ) -> WheelSetpoints {
+    ) -> WheelSpeeds {
         let sane = command.is_finite() && pivot_rad.is_finite();
         let stop = if sane { stop } else { StopKind::Hard };
         let pivot_rad = if pivot_rad.is_finite() {
@@ -228,7 +217,7 @@ impl WheelController {
         let standing = target_m_s == 0.0 && self.unit_m_s.abs() < STANDING_M_S;
         if standing && pivot_rate_rad_s == 0.0 {
             self.unit_m_s = 0.0;
-            return WheelSetpoints::default();
+            return WheelSpeeds::STANDING;
         }
         self.wheels(pivot_rad, pivot_rate_rad_s)
     }
@@ -280,7 +269,7 @@ impl WheelController {
         self.unit_m_s += (target_m_s - self.unit_m_s).clamp(-step_m_s, step_m_s);
     }
 
-    fn wheels(&mut self, pivot_rad: f64, pivot_rate_rad_s: f64) -> WheelSetpoints {
+    fn wheels(&mut self, pivot_rad: f64, pivot_rate_rad_s: f64) -> WheelSpeeds {
         let geometry = &self.geometry;
         let radius_m = geometry.wheel_radius_m();
         let limit_m_s = self.limits.max_wheel_speed_rad_s * radius_m;
@@ -291,11 +280,11 @@ impl WheelController {
         // Steering has priority over speed when the wheels cannot do both.
         let reach_m_s = limit_m_s - spread_m_s.abs();
         self.unit_m_s = self.unit_m_s.clamp(-reach_m_s, reach_m_s);
-        let limit_rad_s = self.limits.max_wheel_speed_rad_s;
-        WheelSetpoints {
-            left_rad_s: ((self.unit_m_s - spread_m_s) / radius_m).clamp(-limit_rad_s, limit_rad_s),
-            right_rad_s: ((self.unit_m_s + spread_m_s) / radius_m).clamp(-limit_rad_s, limit_rad_s),
-        }
+        WheelSpeeds::new(
+            (self.unit_m_s - spread_m_s) / radius_m,
+            (self.unit_m_s + spread_m_s) / radius_m,
+        )
+        .limited(self.limits.max_wheel_speed_rad_s)
     }
 
     fn unit_speed_of(&self, speeds: WheelSpeeds) -> f64 {

@@ -59,12 +59,20 @@ pub struct EncoderSample {
 
 /// Where dead reckoning believes the robot is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "symbols",
+    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+)]
+#[repr(C)]
 pub struct Odometry {
     /// When the encoders were sampled; 0 before the first sample.
+    #[cfg_attr(feature = "symbols", serde(skip))]
     pub stamp_ns: u64,
     /// `base_link` in `odom`.
+    #[cfg_attr(feature = "symbols", serde(flatten))]
     pub pose: Pose2,
     /// Of `base_link`, smoothed over a few samples.
+    #[cfg_attr(feature = "symbols", serde(flatten))]
     pub twist: Twist2,
     /// Pivot angle in (−π, π].
     pub steering_rad: f64,
@@ -72,7 +80,12 @@ pub struct Odometry {
     pub distance_m: f64,
     /// Sum of all angles turned, left or right; never falls.
     pub turned_rad: f64,
+    /// Samples rejected as implausible before this one.
+    pub refused: u64,
 }
+
+#[cfg(feature = "symbols")]
+coordination::datatype!(Odometry, "odometry");
 
 /// Why a sample was not used.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -238,6 +251,7 @@ impl DeadReckoning {
                 self.last = Some(*sample);
                 self.odometry.stamp_ns = stamp_ns;
                 self.odometry.steering_rad = wrap_angle(sample.pivot_rad);
+                self.odometry.refused = self.counters.rejected();
                 Ok(self.odometry)
             }
             Err(fault) => {

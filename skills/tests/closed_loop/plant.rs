@@ -1,7 +1,7 @@
 //! A tricycle with a caster between walls, and the lidar on it: ideal ray casting plus noise.
 
 use description::geometry::{Footprint, Point2, Pose2, Rect, Segment, wrap_angle};
-use skills::drive::WheelSetpoints;
+use description::wheels::WheelSpeeds;
 use skills::odometry::{EncoderSample, TricycleGeometry};
 use skills::scan::ScanGeometry;
 
@@ -42,7 +42,7 @@ pub struct Plant {
     pub now_ns: u64,
     pub pose: Pose2,
     pub encoders: EncoderSample,
-    pub speeds: WheelSetpoints,
+    pub speeds: WheelSpeeds,
     pub random: Random,
     /// How much farther than their diameter says the wheels roll.
     pub scale: [f64; 2],
@@ -64,14 +64,14 @@ impl Plant {
                 pivot_rad: random.between(-0.5, 0.5),
                 ..EncoderSample::default()
             },
-            speeds: WheelSetpoints::default(),
+            speeds: WheelSpeeds::default(),
             random,
             scale,
             driven_m: 0.0,
         }
     }
 
-    pub fn step(&mut self, wanted: WheelSetpoints) {
+    pub fn step(&mut self, wanted: WheelSpeeds) {
         let dt_s = STEP_NS as f64 * 1e-9;
         let share = 1.0 - (-dt_s / WHEEL_LAG_S).exp();
         self.speeds.left_rad_s += share * (wanted.left_rad_s - self.speeds.left_rad_s);

@@ -6,8 +6,9 @@ use crate::plant::{Plant, STEP_NS};
 use crate::site;
 use coordination::event::EventTable;
 use description::geometry::{MotionCommand, Pose2};
+use description::wheels::WheelSpeeds;
 use skills::borders::AreaSet;
-use skills::drive::{DriveLimits, StopKind, WheelController, WheelSetpoints};
+use skills::drive::{DriveLimits, StopKind, WheelController};
 use skills::history::OdometryHistory;
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator, NavigatorSetup};
 use skills::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
@@ -51,7 +52,7 @@ pub struct Robot {
     next_scan_ns: u64,
     last_navigation_ns: u64,
     command: MotionCommand,
-    setpoints: WheelSetpoints,
+    setpoints: WheelSpeeds,
     encoder_offset_rad: f64,
 }
 
@@ -96,7 +97,7 @@ impl Robot {
             next_scan_ns,
             last_navigation_ns: 0,
             command: MotionCommand::STOP,
-            setpoints: WheelSetpoints::default(),
+            setpoints: WheelSpeeds::default(),
             encoder_offset_rad: 0.0,
         }
     }

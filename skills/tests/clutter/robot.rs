@@ -4,7 +4,8 @@
 use crate::plant::{Plant, Random, STEP_NS};
 use crate::world::{self, Disc, World};
 use description::geometry::{Footprint, MotionCommand, Pose2, wrap_angle};
-use skills::drive::{DriveLimits, StopKind, WheelController, WheelSetpoints};
+use description::wheels::WheelSpeeds;
+use skills::drive::{DriveLimits, StopKind, WheelController};
 use skills::history::OdometryHistory;
 use skills::odometry::{DeadReckoning, TricycleGeometry};
 use skills::scan::{AlignedScan, ScanGeometry};
@@ -44,7 +45,7 @@ pub struct Robot {
     scan_due_ns: Option<u64>,
     next_scan_ns: u64,
     last_adapt_ns: u64,
-    setpoints: WheelSetpoints,
+    setpoints: WheelSpeeds,
     random: Random,
     /// Pose error of navigation.
     off: Pose2,
@@ -85,7 +86,7 @@ impl Robot {
             scan_due_ns: None,
             next_scan_ns,
             last_adapt_ns: 0,
-            setpoints: WheelSetpoints::default(),
+            setpoints: WheelSpeeds::default(),
             random,
             off,
         }

@@ -1,8 +1,9 @@
 //! In the place of the drive activity: setpoints go to the world's wheels every cycle, encoders come back.
 
 use coordination::symbols::{Reader, Writer};
+use description::wheels::WheelSpeeds;
 use onboard::activities::drive::Settings;
-use onboard::symbols::values::{DriveStatus, Encoders, WheelSetpointsValue};
+use onboard::symbols::values::{DriveStatus, Encoders, WheelSetpoints};
 use onboard::symbols::wiring::DriveSymbols;
 use sim::plant::DriveCommand;
 use sim::world::World;
@@ -11,7 +12,7 @@ use sim::world::World;
 pub(super) struct SteppedDrive {
     robot: usize,
     settings: Settings,
-    setpoints: Reader<WheelSetpointsValue>,
+    setpoints: Reader<WheelSetpoints>,
     encoders: Writer<Encoders>,
     status: Writer<DriveStatus>,
     cycles: u64,
@@ -35,12 +36,15 @@ impl SteppedDrive {
         let age_ns = now_ns.saturating_sub(wanted.stamp_ns);
         // Nothing is ever late here but the first setpoint.
         let stale = wanted.stamp_ns == 0 || age_ns > self.settings.setpoint_timeout_ns;
-        let (left, right) = if stale {
-            (0.0, 0.0)
+        let speeds = if stale {
+            WheelSpeeds::STANDING
         } else {
-            self.limited(wanted.value.left_rad_s, wanted.value.right_rad_s)
+            wanted
+                .value
+                .speeds
+                .limited(self.settings.max_wheel_speed_rad_s)
         };
-        let current_a = if left == 0.0 && right == 0.0 {
+        let current_a = if speeds == WheelSpeeds::STANDING {
             self.settings.stop_current_a
         } else {
             self.settings.drive_current_a
@@ -48,8 +52,8 @@ impl SteppedDrive {
         let command = DriveCommand {
             left_enabled: true,
             right_enabled: true,
-            left_rad_s: f64::from(left as f32),
-            right_rad_s: f64::from(right as f32),
+            left_rad_s: f64::from(speeds.left_rad_s as f32),
+            right_rad_s: f64::from(speeds.right_rad_s as f32),
             left_current_limit_a: f64::from(current_a),
             right_current_limit_a: f64::from(current_a),
         };
@@ -74,20 +78,10 @@ impl SteppedDrive {
             cycles: self.cycles,
             bring_ups: 1,
             bus_voltage_v: feedback.bus_voltage_v,
-            sent_left_rad_s: left,
-            sent_right_rad_s: right,
+            sent_left_rad_s: speeds.left_rad_s,
+            sent_right_rad_s: speeds.right_rad_s,
             ..DriveStatus::default()
         };
         self.status.write(now_ns, &status);
-    }
-
-    /// Scaled down together when one is too fast; what is no number moves nothing.
-    fn limited(&self, left_rad_s: f64, right_rad_s: f64) -> (f64, f64) {
-        if !(left_rad_s.is_finite() && right_rad_s.is_finite()) {
-            return (0.0, 0.0);
-        }
-        let fastest_rad_s = left_rad_s.abs().max(right_rad_s.abs());
-        let share = (self.settings.max_wheel_speed_rad_s / fastest_rad_s).min(1.0);
-        (left_rad_s * share, right_rad_s * share)
     }
 }

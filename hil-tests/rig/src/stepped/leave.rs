@@ -3,7 +3,6 @@
 use coordination::symbols::Writer;
 use onboard::activities::fleet_link::{CommunicationEnd, NavigationEnd, link};
 use onboard::realtime::wake::Wake;
-use onboard::symbols::values::AllowedAreas;
 use skills::borders::AreaSet;
 
 /// Leave is repeated this often; navigation takes what is old for none.
@@ -11,7 +10,7 @@ const REPEAT_NS: u64 = 100_000_000;
 
 /// Leave for areas.
 pub(super) struct Leave {
-    symbol: Writer<AllowedAreas>,
+    symbol: Writer<AreaSet>,
     link: CommunicationEnd,
     areas: AreaSet,
     /// When it is to be said again.
@@ -20,7 +19,7 @@ pub(super) struct Leave {
 
 impl Leave {
     /// None at first, with the end that belongs to navigation.
-    pub(super) fn new(symbol: Writer<AllowedAreas>) -> (Self, NavigationEnd) {
+    pub(super) fn new(symbol: Writer<AreaSet>) -> (Self, NavigationEnd) {
         let (navigation, link) = link(Wake::default());
         let leave = Self {
             symbol,
@@ -42,7 +41,7 @@ impl Leave {
         while self.link.events.receive().is_some() {}
         if now_ns >= self.next_ns {
             self.next_ns = now_ns + REPEAT_NS;
-            self.symbol.write(now_ns, &AllowedAreas::new(&self.areas));
+            self.symbol.write(now_ns, &self.areas);
         }
     }
 }

@@ -189,7 +189,8 @@ impl Activity for Communication {
             faults: self.symbols.faults.read().value,
             mode: self.symbols.mode.read().value.mode,
         };
-        self.membership.listen(self.snapshot.odometry.v_m_s, now_ns);
+        self.membership
+            .listen(self.snapshot.odometry.twist.v_m_s, now_ns);
     }
 
     fn coordinate(&mut self, _now_ns: u64) {

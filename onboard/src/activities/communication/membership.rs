@@ -4,8 +4,8 @@ use contract::wire::{MediatorReport, Pose};
 use contract::{Message, decode};
 use coordination::event::EventId;
 use coordination::fsm::StateId;
-use description::geometry::Pose2;
 use nalgebra::Matrix3;
+use skills::borders::AreaSet;
 use skills::navigator::Instruction;
 
 use super::network::{Mailbox, Network};
@@ -14,7 +14,7 @@ use crate::activities::machine_names::MachineNames;
 use crate::fleet::{Answer, Directive, Member, Place, Sense, Setup, Troubles};
 use crate::realtime::clock::SECOND_NS;
 use crate::realtime::log::{Complaints, LogSender};
-use crate::symbols::values::{AllowedAreas, FleetState, Line, Whereabouts};
+use crate::symbols::values::{FleetState, Line, Whereabouts};
 use crate::symbols::wiring::CommunicationFleetSymbols;
 
 /// A pose that is older says nothing of where the robot is.
@@ -127,8 +127,7 @@ impl Membership {
         let Some(inner) = &mut self.inner else {
             return Ok(());
         };
-        let allowed = AllowedAreas::new(&inner.member.allowed());
-        self.symbols.allowed.write(now_ns, &allowed);
+        self.symbols.allowed.write(now_ns, &inner.member.allowed());
         inner.give_orders();
         while let Some(complaint) = inner.member.next_complaint() {
             log.warn(format!("mediator: {complaint}"));
@@ -147,7 +146,7 @@ impl Membership {
     /// The activity has ended: nothing is allowed any more.
     pub(super) fn leave(&mut self, now_ns: u64) {
         if self.inner.is_some() {
-            self.symbols.allowed.write(now_ns, &AllowedAreas::default());
+            self.symbols.allowed.write(now_ns, &AreaSet::EMPTY);
         }
     }
 
@@ -254,9 +253,7 @@ fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
         return Sense::default();
     }
     let Whereabouts {
-        x_m,
-        y_m,
-        theta_rad,
+        pose,
         xx,
         xy,
         yy,
@@ -265,16 +262,15 @@ fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
         tt,
         ..
     } = *whereabouts;
-    let pose = Pose2::new(x_m, y_m, theta_rad);
     let covariance = Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
     let known = whereabouts.uncertain == 0 && pose.is_finite();
     let std = |variance: f64| variance.max(0.0).sqrt();
     Sense {
         place: known.then_some(Place { pose, covariance }),
         pose: Some(Pose {
-            x_m,
-            y_m,
-            theta_rad,
+            x_m: pose.x_m,
+            y_m: pose.y_m,
+            theta_rad: pose.theta_rad,
             std_x_m: std(xx),
             std_y_m: std(yy),
             std_theta_rad: std(tt),
@@ -288,12 +284,14 @@ fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
 
 #[cfg(test)]
 mod tests {
+    use description::geometry::Pose2;
+
     use super::*;
 
     #[test]
     fn what_is_stale_or_uncertain_is_no_place() {
         let here = Whereabouts {
-            x_m: 1.0,
+            pose: Pose2::new(1.0, 0.0, 0.0),
             xx: 0.04,
             xy: 0.01,
             state: 3,

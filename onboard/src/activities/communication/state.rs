@@ -3,16 +3,17 @@
 use contract::wire::{Fault as FaultMessage, Pose, RobotState};
 
 use coordination::symbols::Stamped;
+use skills::odometry::Odometry;
 
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::{Fault, FaultTable};
-use crate::symbols::values::{Mode, NavigationState, OdometryValue, PoseEstimate};
+use crate::symbols::values::{Mode, NavigationState, PoseEstimate};
 
 /// What was read in one event loop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Snapshot {
     pub(super) pose: Stamped<PoseEstimate>,
-    pub(super) odometry: OdometryValue,
+    pub(super) odometry: Odometry,
     pub(super) navigation: NavigationState,
     pub(super) faults: FaultTable,
     pub(super) mode: u64,
@@ -38,15 +39,15 @@ pub(super) fn message(
         sequence: 0,
         stamp_ns: pose.stamp_ns,
         pose: (pose.stamp_ns != 0).then_some(Pose {
-            x_m: pose.value.x_m,
-            y_m: pose.value.y_m,
-            theta_rad: pose.value.theta_rad,
+            x_m: pose.value.pose.x_m,
+            y_m: pose.value.pose.y_m,
+            theta_rad: pose.value.pose.theta_rad,
             std_x_m: pose.value.std_x_m,
             std_y_m: pose.value.std_y_m,
             std_theta_rad: pose.value.std_theta_rad,
         }),
-        speed_m_s: odometry.v_m_s,
-        yaw_rate_rad_s: odometry.omega_rad_s,
+        speed_m_s: odometry.twist.v_m_s,
+        yaw_rate_rad_s: odometry.twist.omega_rad_s,
         fsm_state: navigation.state.as_str().to_owned(),
         area: navigation.area.as_str().to_owned(),
         skill: navigation.skill.as_str().to_owned(),

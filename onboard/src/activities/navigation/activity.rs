@@ -16,7 +16,7 @@ use crate::activities::robot_activity::RobotActivity;
 use crate::activities::scans::{Intake, ScanIntake};
 use crate::fleet::Answer;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{Name, NavigationState, OdometryValue, PoseEstimate, WantedMotion};
+use crate::symbols::values::{Name, NavigationState, PoseEstimate, WantedMotion};
 use crate::symbols::wiring::{NavigationFleetSymbols, NavigationSymbols};
 
 /// Who gave the instruction that the next step takes.
@@ -37,7 +37,7 @@ pub struct Navigation {
     /// An instruction was given; what becomes of it shows with the next step.
     asked: Option<Asked>,
     fresh_scan: bool,
-    odometry: Stamped<OdometryValue>,
+    odometry: Stamped<Odometry>,
     output: Option<NavigationOutput>,
     speed_share: f64,
     schedule_changes: u64,
@@ -84,20 +84,12 @@ impl Navigation {
         if self.odometry.stamp_ns == 0 {
             return; // the drive has not spoken yet
         }
-        let odometry = Odometry {
-            stamp_ns: self.odometry.stamp_ns,
-            pose: self.odometry.value.pose(),
-            twist: self.odometry.value.twist(),
-            steering_rad: self.odometry.value.steering_rad,
-            distance_m: self.odometry.value.distance_m,
-            turned_rad: self.odometry.value.turned_rad,
-        };
         let scan = self.fresh_scan.then(|| self.intake.aligned());
         let before = self.part.navigator.machine().state();
         let input = NavigationInput {
             now_ns,
             scan,
-            odometry: &odometry,
+            odometry: &self.odometry.value,
             motion_allowed,
             allowed: self.membership.allowed(),
         };
@@ -212,9 +204,7 @@ impl Navigation {
         let Some(output) = &self.output else { return };
         let std_m = |variance: f64| variance.max(0.0).sqrt();
         let pose = PoseEstimate {
-            x_m: output.pose.x_m,
-            y_m: output.pose.y_m,
-            theta_rad: output.pose.theta_rad,
+            pose: output.pose,
             std_x_m: std_m(output.covariance[0][0]),
             std_y_m: std_m(output.covariance[1][1]),
             std_theta_rad: std_m(output.covariance[2][2]),
@@ -247,9 +237,13 @@ impl Navigation {
         command.speed_m_s *= self.speed_share;
         self.symbols.pose.write(now_ns, &pose);
         self.symbols.state.write(now_ns, &state);
-        self.symbols
-            .command
-            .write(now_ns, &WantedMotion::new(command, output.room));
+        self.symbols.command.write(
+            now_ns,
+            &WantedMotion {
+                command,
+                room: output.room,
+            },
+        );
     }
 }
 

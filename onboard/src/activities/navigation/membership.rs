@@ -9,7 +9,7 @@ use crate::activities::fleet_link::{Event, NavigationEnd, Order};
 use crate::activities::port::Port;
 use crate::realtime::clock::SECOND_NS;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{AllowedAreas, Whereabouts};
+use crate::symbols::values::Whereabouts;
 use crate::symbols::wiring::NavigationFleetSymbols;
 
 /// Leave that communication has not repeated for longer is none.
@@ -110,9 +110,9 @@ impl Membership {
 }
 
 /// What communication allows, as long as it says so.
-fn leave(allowed: &Stamped<AllowedAreas>, now_ns: u64) -> AreaSet {
+fn leave(allowed: &Stamped<AreaSet>, now_ns: u64) -> AreaSet {
     match allowed.age_ns(now_ns) {
-        Some(age_ns) if age_ns <= LEAVE_AGE_NS => allowed.value.set(),
+        Some(age_ns) if age_ns <= LEAVE_AGE_NS => allowed.value,
         _ => AreaSet::EMPTY,
     }
 }
@@ -120,9 +120,7 @@ fn leave(allowed: &Stamped<AllowedAreas>, now_ns: u64) -> AreaSet {
 fn whereabouts(output: &NavigationOutput) -> Whereabouts {
     let covariance = &output.covariance;
     Whereabouts {
-        x_m: output.pose.x_m,
-        y_m: output.pose.y_m,
-        theta_rad: output.pose.theta_rad,
+        pose: output.pose,
         xx: covariance[0][0],
         xy: covariance[0][1],
         yy: covariance[1][1],
@@ -144,7 +142,7 @@ mod tests {
         let set: AreaSet = [1, 2].into_iter().collect();
         let said = |stamp_ns| Stamped {
             stamp_ns,
-            value: AllowedAreas::new(&set),
+            value: set,
         };
         assert_eq!(leave(&said(5), 5 + LEAVE_AGE_NS), set);
         assert_eq!(leave(&said(5), 6 + LEAVE_AGE_NS), AreaSet::EMPTY);

@@ -13,6 +13,11 @@ const STRAIGHT_1_M: f64 = 1e-3;
 
 /// Where the robot is relative to the path that it should keep to, and how far beside it it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "symbols",
+    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+)]
+#[repr(C)]
 pub struct Room {
     /// Of `base_link` from the path, positive to the left.
     pub lateral_m: f64,
@@ -21,6 +26,7 @@ pub struct Room {
     /// Of the path there.
     pub path_curvature_1_m: f64,
     /// To either side.
+    #[cfg_attr(feature = "symbols", serde(rename = "keep_within_m"))]
     pub limit_m: f64,
     /// How far it may back up, straight and on the tightest curves to both sides.
     pub behind_m: f64,

@@ -1,0 +1,109 @@
+//! The robot as a whole: mode, life cycles, threads, and how it stands with the mediator.
+
+use super::{Line, Name};
+use crate::realtime::histogram::Histogram;
+use crate::realtime::scheduling::Granted;
+
+/// What the robot as a whole is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub enum Mode {
+    /// Activities acquire their resources.
+    Configuring = 0,
+    /// It drives, or would if nothing were in the way.
+    Running = 1,
+    /// An operator paused it.
+    Paused = 2,
+    /// A fault or an operator stopped it; it waits for a reset.
+    Stopped = 3,
+    /// It stops, then the program ends.
+    Ending = 4,
+}
+
+impl Mode {
+    /// Its name on the network and in `inspect`.
+    #[must_use]
+    pub fn name_of(number: u64) -> &'static str {
+        match number {
+            0 => "configuring",
+            1 => "running",
+            2 => "paused",
+            3 => "stopped",
+            _ => "ending",
+        }
+    }
+}
+
+value! {
+    /// The supervisor's view of the robot.
+    RobotMode, "robot_mode" {
+        /// 0 configuring, 1 running, 2 paused, 3 stopped, 4 ending.
+        mode: u64,
+        /// Drawn at start.
+        boot_epoch: u64,
+        /// Process id.
+        pid: u64,
+        /// Robot, as its file names it.
+        robot: Name,
+    }
+}
+
+value! {
+    /// Life cycle of one activity.
+    ActivityState, "activity_state" {
+        /// Number of the life-cycle state.
+        state: u64,
+        /// Events that arrived in a state that has no use for them.
+        ignored_events: u64,
+        /// How often its event loop ran.
+        cycles: u64,
+    }
+}
+
+value! {
+    /// Scheduling and timing of one thread.
+    ThreadReport, "thread_report" {
+        /// Configured period; 0 when it has none.
+        period_ns: u64,
+        /// How often its loop ran.
+        cycles: u64,
+        /// Cycles that ended after the next should have begun.
+        overruns: u64,
+        /// What the kernel granted.
+        granted: Granted,
+        /// Lateness of wake-ups while running, in µs when described.
+        wakeup: Histogram,
+        /// Execution times while running, in µs when described.
+        exec: Histogram,
+    }
+}
+
+value! {
+    /// How the robot stands with the mediator.
+    FleetState, "fleet_state" {
+        /// 0: nobody manages the site's areas, and everything is granted.
+        managed: u64,
+        /// The mediator's epoch, 0 before it spoke.
+        mediator_epoch: u64,
+        /// The registration, 0 without one.
+        session: u64,
+        /// 1 when nothing was heard of the mediator for too long.
+        silent: u64,
+        /// 1 while the mediator has the discrete control.
+        acquired: u64,
+        /// The coordination under way, 0 for none.
+        coordination: u64,
+        /// Its net, with the flags set so far.
+        net: Line,
+        /// Areas that the robot may be in.
+        holds: Line,
+        /// Areas that it waits for and why, and orders that wait for its machine; or why the mediator refuses it.
+        waits: Line,
+        /// Reports sent.
+        sent: u64,
+        /// Messages of the mediator.
+        received: u64,
+        /// Messages of the mediator that were lost here, or could not be read.
+        dropped: u64,
+    }
+}
