@@ -1,6 +1,6 @@
 //! The corridor with its lanes, areas, skills and machine, as the reference site describes it.
 
-use crate::floor::{FOOTPRINT, lidar, line, rect};
+use crate::closed_loop::floor::{FOOTPRINT, lidar, line, rect};
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
 use description::geometry::{Pose2, Segment};

@@ -1,8 +1,9 @@
 //! A robot that follows a lane through its motion tubes, in a plant with the timing of the real one: control every 5 ms,
 //! ten scans a second that turn for 66 ms and arrive late, tubes on each scan and at least every 50 ms.
 
-use crate::plant::{Plant, Random, STEP_NS};
-use crate::world::{self, Disc, World};
+use crate::clutter::world::{self, Disc, World};
+use crate::plant::{Plant, STEP_NS};
+use crate::random::Random;
 use description::geometry::{Footprint, MotionCommand, Pose2, wrap_angle};
 use description::wheels::WheelSpeeds;
 use skills::drive::{DriveLimits, StopKind, WheelController};

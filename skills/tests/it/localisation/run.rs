@@ -1,7 +1,8 @@
 //! One drive along a way, with the pose estimated on the side.
 
-use crate::floor::{Floor, Vehicle};
-use crate::maps::Place;
+use crate::allocations::allocations;
+use crate::localisation::floor::{Floor, Vehicle};
+use crate::localisation::maps::Place;
 use description::geometry::{Point2, Pose2, Twist2, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 use skills::localisation::{PoseFilter, PoseGains, WallsOutcome};
@@ -130,11 +131,11 @@ impl Drive {
 
     pub fn look(&mut self) -> Sample {
         let since = self.vehicle.since();
-        let before = crate::allocations();
+        let before = allocations();
         let outcome = self
             .filter
             .see_walls(&mut self.matcher, &self.vehicle.scan, since);
-        assert_eq!(crate::allocations(), before, "a step allocated");
+        assert_eq!(allocations(), before, "a step allocated");
         Sample {
             truth: self.vehicle.truth,
             estimate: self.filter.pose(),

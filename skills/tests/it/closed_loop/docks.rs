@@ -1,7 +1,7 @@
 //! Docking at a wall, and creeping.
 
-use crate::floor::{Floor, corridor};
-use crate::stops::front_x_m;
+use crate::closed_loop::floor::{Floor, corridor};
+use crate::closed_loop::stops::front_x_m;
 use description::geometry::Pose2;
 use skills::control::TurnDirection;
 use skills::monitors::MonitorKind;

@@ -1,8 +1,8 @@
 //! Around boxes that leave a gap, and back to the lane.
 
-use crate::plant::Random;
-use crate::robot::Robot;
-use crate::world::{World, rect};
+use crate::clutter::robot::Robot;
+use crate::clutter::world::{World, rect};
+use crate::random::Random;
 use description::geometry::{Pose2, Rect};
 use skills::tubes::AdaptPolicy;
 

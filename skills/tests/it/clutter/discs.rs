@@ -1,8 +1,8 @@
 //! Among moving discs: none is run into; a disc may run into a robot that stands.
 
-use crate::plant::Random;
-use crate::robot::Robot;
-use crate::world::{Disc, World};
+use crate::clutter::robot::Robot;
+use crate::clutter::world::{Disc, World};
+use crate::random::Random;
 use description::geometry::{Point2, Pose2};
 use skills::tubes::AdaptPolicy;
 

@@ -1,7 +1,7 @@
 //! Along lanes: at an offset, to the shoulder and back, U-turns to both sides, speeds.
 
-use crate::floor::{Floor, corridor};
-use crate::robot::Robot;
+use crate::closed_loop::floor::{Floor, corridor};
+use crate::closed_loop::robot::Robot;
 use description::geometry::{Pose2, wrap_angle};
 use skills::control::TurnDirection;
 use skills::monitors::MonitorKind;

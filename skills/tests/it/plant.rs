@@ -1,5 +1,6 @@
 //! A tricycle with a caster between walls, and the lidar on it: ideal ray casting plus noise.
 
+use crate::random::Random;
 use description::geometry::{Footprint, Point2, Pose2, Rect, Segment, wrap_angle};
 use description::wheels::WheelSpeeds;
 use skills::odometry::{EncoderSample, TricycleGeometry};
@@ -7,32 +8,6 @@ use skills::scan::ScanGeometry;
 
 pub const STEP_NS: u64 = 1_000_000;
 const WHEEL_LAG_S: f64 = 0.015;
-
-/// SplitMix64; enough for noise.
-pub struct Random(u64);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5bd1_e995)
-    }
-
-    pub fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.uniform()
-    }
-
-    pub fn normal(&mut self, std: f64) -> f64 {
-        let radius = (-2.0 * self.uniform().max(1e-12).ln()).sqrt();
-        std * radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 pub struct Plant {
     pub walls: Vec<Segment>,

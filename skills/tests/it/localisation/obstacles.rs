@@ -1,8 +1,9 @@
 //! What stands or walks before the walls does not pull the pose.
 
-use crate::floor::{Disc, Floor, Random};
-use crate::maps::{self, Place};
-use crate::run::{Drive, TARGET_M, TARGET_RAD, seeds};
+use crate::localisation::floor::{Disc, Floor};
+use crate::localisation::maps::{self, Place};
+use crate::localisation::run::{Drive, TARGET_M, TARGET_RAD, seeds};
+use crate::random::Random;
 use description::geometry::{Point2, Pose2};
 
 /// A robot parked parallel to each short wall and two before each long one, 2 to 25 cm away; three people walk about.

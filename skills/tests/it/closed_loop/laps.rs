@@ -1,4 +1,4 @@
-use crate::robot::Robot;
+use crate::closed_loop::robot::Robot;
 use description::geometry::{Pose2, wrap_angle};
 
 const START: Pose2 = Pose2::new(2.0, -0.5, 0.0);

@@ -1,8 +1,8 @@
-//! How long one scan takes: `cargo test --release -p skills --test localisation timing -- --ignored --nocapture`.
+//! How long one scan takes: `cargo test --release -p skills --test it localisation::timing -- --ignored --nocapture`.
 
-use crate::floor::Floor;
-use crate::maps;
-use crate::run::Drive;
+use crate::localisation::floor::Floor;
+use crate::localisation::maps;
+use crate::localisation::run::Drive;
 use description::geometry::{Footprint, Point2, Rect};
 use skills::borders::{AreaSet, BorderGains, BorderGuard};
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! Floors to drive on, and machines of a few states to drive them with.
 
+use crate::closed_loop::robot::Robot;
 use crate::plant::Plant;
-use crate::robot::Robot;
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
 use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};

@@ -1,8 +1,8 @@
 //! Wrong beginnings, leaps and blindness: the pose comes right, or says that it is not to be trusted.
 
-use crate::floor::Floor;
-use crate::maps;
-use crate::run::{Drive, TARGET_M, TARGET_RAD};
+use crate::localisation::floor::Floor;
+use crate::localisation::maps;
+use crate::localisation::run::{Drive, TARGET_M, TARGET_RAD};
 use description::geometry::{Pose2, Twist2};
 use skills::localisation::ScanVerdict;
 

@@ -1,6 +1,6 @@
 //! Left, right and straight on at a junction, until the next corridor is reacquired.
 
-use crate::floor::{Floor, junction};
+use crate::closed_loop::floor::{Floor, junction};
 use description::geometry::{Pose2, wrap_angle};
 use skills::control::manoeuvre;
 use skills::monitors::MonitorKind;

@@ -1,8 +1,8 @@
 //! How exact the pose is where features are in view.
 
-use crate::floor::Floor;
-use crate::maps::{self, Place};
-use crate::run::{Drive, TARGET_M, TARGET_RAD, seeds};
+use crate::localisation::floor::Floor;
+use crate::localisation::maps::{self, Place};
+use crate::localisation::run::{Drive, TARGET_M, TARGET_RAD, seeds};
 
 /// Drives the whole way; returns the share of scans after which the whole position was known well.
 fn drive(place: &Place, seed: u64) -> f64 {

@@ -1,7 +1,7 @@
 //! Any input: no panic, no allocation, no motion that is not allowed.
 
-use crate::allocations;
-use crate::floor::{Floor, corridor, lidar};
+use crate::allocations::allocations;
+use crate::closed_loop::floor::{Floor, corridor, lidar};
 use description::geometry::{Pose2, Rect, Twist2};
 use proptest::prelude::*;
 use skills::borders::AreaSet;
@@ -159,7 +159,7 @@ fn step() -> impl Strategy<Value = Step> {
 
 /// The footprint, a little smaller, overlaps the region.
 fn inside(pose: Pose2, region: &Rect) -> bool {
-    let body = crate::floor::FOOTPRINT.grown(-0.002);
+    let body = crate::closed_loop::floor::FOOTPRINT.grown(-0.002);
     (0..=40).any(|along| {
         (0..=30).any(|across| {
             let x_m = -body.rear_m + body.length_m() * f64::from(along) / 40.0;
@@ -177,7 +177,7 @@ proptest! {
         let start = Pose2::new(4.0, -0.5, 0.0);
         let (setup, events) = floor.setup(start);
         let mut navigator = Navigator::new(setup).expect("a sound setup");
-        let mut random = crate::plant::Random::new(seed);
+        let mut random = crate::random::Random::new(seed);
         let mut history = OdometryHistory::default();
         let mut scan = AlignedScan::new(lidar()).expect("sound lidar");
         let mut raw = vec![0; lidar().beams];

@@ -1,7 +1,7 @@
 //! Scans, stamps and odometry that make no sense: nothing panics, and the pose is never confidently wrong.
 
-use crate::maps;
-use crate::run::{START_STD_M, START_STD_RAD};
+use crate::localisation::maps;
+use crate::localisation::run::{START_STD_M, START_STD_RAD};
 use description::geometry::{Pose2, Twist2};
 use proptest::prelude::*;
 use skills::history::OdometryHistory;
@@ -41,7 +41,7 @@ fn fill(raw: &mut [u16], ranges: &Ranges) {
         Ranges::Codes(code) => raw.fill(code),
         Ranges::Constant(length) => raw.fill(length),
         Ranges::Noise(low, span, seed) => {
-            let mut random = crate::floor::Random::new(seed);
+            let mut random = crate::random::Random::new(seed);
             for place in raw {
                 *place = low.saturating_add((random.uniform() * f64::from(span)) as u16);
             }

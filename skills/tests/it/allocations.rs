@@ -1,18 +1,4 @@
-//! The pose in `map` against the truth: a light simulation of odometry and lidar among the walls of the reference maps.
-//!
-//! Odometry is wrong by up to one per cent in distance and turning and bends; ranges scatter by ten millimetres or one
-//! per cent; each beam is measured where the robot was at its time. A driver who sees the truth follows the way, so that
-//! the pose alone is judged.
-
-mod accuracy;
-mod consistency;
-mod doubt;
-mod floor;
-mod fuzz;
-mod maps;
-mod obstacles;
-mod run;
-mod timing;
+//! An allocator that counts what each thread allocates and releases.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -42,6 +28,6 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// Allocations and releases by this thread since it started.
-fn allocations() -> u64 {
+pub fn allocations() -> u64 {
     ALLOCATIONS.with(Cell::get)
 }

@@ -1,7 +1,7 @@
-use crate::floor::lidar;
-use crate::plant::Random;
-use crate::robot::{Robot, Trouble};
-use crate::site;
+use crate::closed_loop::floor::lidar;
+use crate::closed_loop::robot::{Robot, Trouble};
+use crate::closed_loop::site;
+use crate::random::Random;
 use description::geometry::{Point2, Pose2, Rect, Twist2};
 use skills::borders::AreaSet;
 use skills::history::OdometryHistory;

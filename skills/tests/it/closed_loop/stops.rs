@@ -1,7 +1,7 @@
 //! Where the robot comes to rest: before a border, at a pose; instructions.
 
-use crate::floor::{Floor, corridor};
-use crate::robot::Robot;
+use crate::closed_loop::floor::{Floor, corridor};
+use crate::closed_loop::robot::Robot;
 use description::geometry::Pose2;
 use skills::monitors::MonitorKind;
 use skills::navigator::{Hold, Instruction, InstructionError, Parameters};

@@ -1,9 +1,10 @@
 //! The robot's software around the plant, with the timing of the real one: control every 5 ms, ten scans a second that
 //! arrive late, navigation on each scan and at least every 50 ms.
 
-use crate::floor::{FOOTPRINT, lidar};
+use crate::allocations::allocations;
+use crate::closed_loop::floor::{FOOTPRINT, lidar};
+use crate::closed_loop::site;
 use crate::plant::{Plant, STEP_NS};
-use crate::site;
 use coordination::event::EventTable;
 use description::geometry::{MotionCommand, Pose2};
 use description::wheels::WheelSpeeds;
@@ -124,7 +125,7 @@ impl Robot {
             }
         }
         self.last_navigation_ns = now_ns;
-        let before = crate::allocations();
+        let before = allocations();
         let output = self.navigator.step(&NavigationInput {
             now_ns,
             scan: Some(&self.aligned),
@@ -132,7 +133,7 @@ impl Robot {
             motion_allowed: self.motion_allowed,
             allowed: self.allowed,
         });
-        self.allocations += crate::allocations() - before;
+        self.allocations += allocations() - before;
         self.judge(&output);
         self.command = output.command;
         self.output = Some(output);
@@ -214,7 +215,7 @@ impl Robot {
             sample.pivot_rad += 0.7;
         }
         sample.left_rad += self.encoder_offset_rad;
-        let before = crate::allocations();
+        let before = allocations();
         let _ = self.dead_reckoning.update(&sample);
         let odometry = *self.dead_reckoning.odometry();
         let _ = self
@@ -227,7 +228,7 @@ impl Robot {
             self.plant.speeds,
             CONTROL_NS as f64 * 1e-9,
         );
-        self.allocations += crate::allocations() - before;
+        self.allocations += allocations() - before;
     }
 
     /// Measures the beams whose time has come.

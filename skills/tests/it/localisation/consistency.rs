@@ -1,8 +1,9 @@
 //! Whether the covariance is honest: the true error against what it claims.
 
-use crate::floor::{Floor, Random, Vehicle};
-use crate::maps::{self, Place};
-use crate::run::Drive;
+use crate::localisation::floor::{Floor, Vehicle};
+use crate::localisation::maps::{self, Place};
+use crate::localisation::run::Drive;
+use crate::random::Random;
 use description::geometry::{Pose2, Twist2, wrap_angle};
 use skills::localisation::{PoseFilter, PoseGains};
 

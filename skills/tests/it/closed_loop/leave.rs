@@ -1,7 +1,7 @@
 //! Areas that are not allowed.
 
-use crate::floor::{Floor, corridor, junction};
-use crate::stops::{FAR, START, front_x_m};
+use crate::closed_loop::floor::{Floor, corridor, junction};
+use crate::closed_loop::stops::{FAR, START, front_x_m};
 use description::geometry::Pose2;
 use skills::borders::AreaSet;
 use skills::monitors::MonitorKind;

@@ -1,0 +1,13 @@
+//! All skills together drive a simulated tricycle through the corridor, lap after lap; judged by the simulation's truth.
+
+mod docks;
+mod floor;
+mod hostile;
+mod junctions;
+mod lanes;
+mod laps;
+mod leave;
+mod robot;
+mod site;
+mod stops;
+mod trouble;
