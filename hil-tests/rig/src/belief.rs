@@ -34,6 +34,14 @@ pub struct Belief {
     pub reason: u64,
 }
 
+impl Belief {
+    /// The motion tubes have stopped it for want of room; other reasons, such as no scan yet, are not of interest.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.verdict == 3 && matches!(self.reason, 1 | 3 | 6)
+    }
+}
+
 impl Insight {
     /// Opens the window.
     ///

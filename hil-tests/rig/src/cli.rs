@@ -7,10 +7,10 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use onboard::cli::EXIT_REFUSED;
-pub use onboard::cli::Failure;
 
-use crate::one_robot::{lap, trials};
-use crate::{commands, devices, map};
+use crate::commands::{self, Request};
+use crate::scenario::Changes;
+use crate::{devices, map};
 
 #[derive(Debug, Parser)]
 #[command(
@@ -31,9 +31,9 @@ enum Command {
     Docking(FleetArgs),
     /// Three robots cross a junction
     TJunction(FleetArgs),
-    /// Robots and a mediator do what a scenario file says
+    /// Robots do what a scenario file says
     Scenario(ScenarioArgs),
-    /// A scenario with a fleet many times, with one seed after the other
+    /// A scenario many times through the real programs, with one seed after the other
     Campaign(CampaignArgs),
     /// One robot drives laps of a corridor
     Lap(LapArgs),
@@ -49,153 +49,257 @@ enum Command {
 
 /// Arguments of `rig lap`.
 #[derive(Clone, Debug, Args)]
-pub struct LapArgs {
-    /// Decides wheel errors, start offset and noise
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Laps to drive
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
-    pub laps: u32,
-    /// Show no progress line
-    #[arg(long)]
-    pub headless: bool,
-    /// Robot file
-    #[arg(long, value_name = "FILE", default_value = "config/robots/amr-1.toml")]
-    pub robot: PathBuf,
-    /// Site file
-    #[arg(
-        long,
-        value_name = "FILE",
-        default_value = "config/sites/corridor.toml"
-    )]
-    pub site: PathBuf,
-    /// Folder for summary.json and report.svg
-    #[arg(long, value_name = "DIR", default_value = "target/rig/lap")]
-    pub out: PathBuf,
+struct LapArgs {
+    /// Laps to drive [default: 3]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    laps: Option<u32>,
+    #[command(flatten)]
+    files: FileArgs,
+    #[command(flatten)]
+    run: RunArgs,
 }
 
 /// Arguments of scenarios with a fleet.
 #[derive(Clone, Debug, Args)]
-pub struct FleetArgs {
-    /// Decides wheel errors, start offsets, starting times and noise
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+struct FleetArgs {
     /// No robot drives more rounds than this
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
-    pub rounds: Option<u32>,
-    /// Show nothing while it runs
-    #[arg(long)]
-    pub headless: bool,
-    /// Folder for summary.json, report.html and logs [default: target/rig/SCENARIO]
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    rounds: Option<u32>,
     /// Control: start no mediator, so that it must not complete
     #[arg(long)]
-    pub without_mediator: bool,
+    without_mediator: bool,
     /// Control: take the site's coordinations out
     #[arg(long)]
-    pub without_nets: bool,
+    without_nets: bool,
+    #[command(flatten)]
+    run: RunArgs,
 }
 
 /// Arguments of `rig scenario`.
 #[derive(Clone, Debug, Args)]
-pub struct ScenarioArgs {
+struct ScenarioArgs {
     /// Scenario file, or the name of one in config/scenarios
     #[arg(value_name = "SCENARIO")]
-    pub scenario: PathBuf,
-    /// As for the scenarios that ship.
+    scenario: PathBuf,
     #[command(flatten)]
-    pub fleet: FleetArgs,
-}
-
-/// Arguments of `rig campaign`.
-#[derive(Clone, Debug, Args)]
-pub struct CampaignArgs {
-    /// Scenario file, or the name of one in config/scenarios
-    #[arg(value_name = "SCENARIO")]
-    pub scenario: PathBuf,
-    /// Runs, with this seed and the following ones
-    #[arg(long, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=100_000))]
-    pub runs: usize,
-    /// Runs at once; each takes a processor or two
-    #[arg(long, default_value_t = 1, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=64))]
-    pub jobs: usize,
-    /// Seed of the first run
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
-    pub seed: u64,
-    /// No robot drives more rounds than this
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
-    pub rounds: Option<u32>,
-    /// Folder for campaign.json and a folder for each run [default: target/rig/campaign/SCENARIO]
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    fleet: FleetArgs,
+    #[command(flatten)]
+    files: FileArgs,
+    #[command(flatten)]
+    many: ManyArgs,
 }
 
 /// Arguments of `rig course` and `rig clutter`.
 #[derive(Clone, Debug, Args)]
-pub struct TrialArgs {
+struct TrialArgs {
+    #[command(flatten)]
+    files: FileArgs,
+    #[command(flatten)]
+    many: ManyArgs,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Arguments of every scenario.
+#[derive(Clone, Debug, Args)]
+struct RunArgs {
+    /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Show nothing while it runs
+    #[arg(long)]
+    headless: bool,
+    /// Folder for summary.json, reports and logs [default: target/rig/SCENARIO]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Other files than those of the scenario.
+#[derive(Clone, Debug, Args)]
+struct FileArgs {
+    /// Robot file, where one robot drives [default: the scenario's own]
+    #[arg(long, value_name = "FILE")]
+    robot: Option<PathBuf>,
+    /// Site file, where one robot drives [default: the scenario's own]
+    #[arg(long, value_name = "FILE")]
+    site: Option<PathBuf>,
+    /// Change one value of the files of robot and site, such as drive.max_speed_m_s=0.3
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Many runs, and the simulated clock.
+#[derive(Clone, Debug, Args)]
+struct ManyArgs {
     /// Run on a simulated clock, without threads and devices
     #[arg(long)]
-    pub stepped: bool,
+    stepped: bool,
     /// Runs, with this seed and the following ones
     #[arg(long, default_value_t = 1, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1_000_000))]
-    pub runs: usize,
-    /// Decides wheel errors, start offset, noise, and what stands in the way
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Threads for stepped runs [default: one for each core]
+    runs: usize,
+    /// Runs at once [default: one; on the simulated clock one for each core]
     #[arg(long)]
-    pub jobs: Option<NonZeroUsize>,
-    /// Show no progress line
-    #[arg(long)]
-    pub headless: bool,
-    /// Robot file
-    #[arg(long, value_name = "FILE", default_value = "config/robots/amr-1.toml")]
-    pub robot: PathBuf,
-    /// Site file [default: the scenario's own]
-    #[arg(long, value_name = "FILE")]
-    pub site: Option<PathBuf>,
-    /// Change one value of either file, such as drive.max_speed_m_s=0.3
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
-    /// Folder for what the runs leave [default: target/rig/SCENARIO]
+    jobs: Option<NonZeroUsize>,
+}
+
+/// Arguments of `rig campaign`.
+#[derive(Clone, Debug, Args)]
+struct CampaignArgs {
+    /// Scenario file, or the name of one in config/scenarios
+    #[arg(value_name = "SCENARIO")]
+    scenario: PathBuf,
+    /// Runs, with this seed and the following ones
+    #[arg(long, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=100_000))]
+    runs: usize,
+    /// Runs at once; each takes a processor or two
+    #[arg(long, default_value = "1")]
+    jobs: NonZeroUsize,
+    /// Seed of the first run
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
+    seed: u64,
+    /// No robot drives more rounds than this
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: Option<u32>,
+    /// Folder for campaign.json and a folder for each run [default: target/rig/campaign/SCENARIO]
     #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    out: Option<PathBuf>,
+}
+
+impl RunArgs {
+    fn request(self, scenario: PathBuf) -> Request {
+        Request {
+            scenario,
+            changes: Changes::default(),
+            rounds: None,
+            laps: None,
+            seed: self.seed,
+            runs: 1,
+            jobs: None,
+            stepped: false,
+            headless: self.headless,
+            out: self.out,
+            mediator: true,
+            nets: true,
+        }
+    }
+}
+
+impl LapArgs {
+    fn request(self) -> Request {
+        Request {
+            changes: self.files.changes(),
+            laps: self.laps,
+            ..self.run.request("lap".into())
+        }
+    }
+}
+
+impl FleetArgs {
+    fn request(self, scenario: PathBuf) -> Request {
+        Request {
+            rounds: self.rounds,
+            mediator: !self.without_mediator,
+            nets: !self.without_nets,
+            ..self.run.request(scenario)
+        }
+    }
+}
+
+impl ScenarioArgs {
+    fn request(self) -> Request {
+        Request {
+            changes: self.files.changes(),
+            stepped: self.many.stepped,
+            runs: self.many.runs,
+            jobs: self.many.jobs,
+            ..self.fleet.request(self.scenario)
+        }
+    }
+}
+
+impl TrialArgs {
+    fn request(self, scenario: &str) -> Request {
+        Request {
+            changes: self.files.changes(),
+            stepped: self.many.stepped,
+            runs: self.many.runs,
+            jobs: self.many.jobs,
+            ..self.run.request(scenario.into())
+        }
+    }
+}
+
+impl CampaignArgs {
+    fn request(self) -> Request {
+        let run = RunArgs {
+            seed: self.seed,
+            headless: true,
+            out: self.out,
+        };
+        Request {
+            rounds: self.rounds,
+            runs: self.runs,
+            jobs: Some(self.jobs),
+            ..run.request(self.scenario)
+        }
+    }
+}
+
+impl FileArgs {
+    fn changes(self) -> Changes {
+        Changes {
+            robot: self.robot,
+            site: self.site,
+            set: self.set,
+        }
+    }
 }
 
 /// Arguments of `rig map`.
 #[derive(Clone, Debug, Args)]
-pub struct MapArgs {
+struct MapArgs {
     /// Site file, or the name of one in config/sites
     #[arg(value_name = "SITE")]
-    pub site: PathBuf,
+    site: PathBuf,
     /// Drawing to write [default: target/rig/map/NAME.svg]
     #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
+    out: Option<PathBuf>,
 }
 
 /// Arguments of `rig devices`.
 #[derive(Clone, Debug, Args)]
-pub struct DevicesArgs {
+struct DevicesArgs {
     /// Robot file
     #[arg(long, value_name = "FILE")]
-    pub robot: PathBuf,
+    robot: PathBuf,
     /// Site file that says where the walls are
     #[arg(
         long,
         value_name = "FILE",
         default_value = "config/sites/corridor.toml"
     )]
-    pub site: PathBuf,
+    site: PathBuf,
     /// Where the bus is: a network interface, or udp:ADDRESS [default: what the robot file says]
     #[arg(long, value_name = "IFACE|udp:ADDR")]
-    pub ethercat: Option<String>,
+    ethercat: Option<String>,
     /// Symbolic link to make to the lidar's terminal
     #[arg(long, value_name = "PATH")]
-    pub lidar: Option<PathBuf>,
+    lidar: Option<PathBuf>,
     /// Decides wheel errors and noise
     #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    seed: u64,
+}
+
+impl From<DevicesArgs> for devices::Setup {
+    fn from(own: DevicesArgs) -> Self {
+        Self {
+            robot: own.robot,
+            site: own.site,
+            ethercat: own.ethercat,
+            lidar: own.lidar,
+            seed: own.seed,
+        }
+    }
 }
 
 /// Runs the program with these arguments, the first being its name.
@@ -209,16 +313,16 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
     };
     let result = match cli.command {
-        Command::Overtaking(arguments) => commands::shipped("overtaking", &arguments),
-        Command::Docking(arguments) => commands::shipped("docking", &arguments),
-        Command::TJunction(arguments) => commands::shipped("t-junction", &arguments),
-        Command::Scenario(arguments) => commands::scenario(&arguments),
-        Command::Campaign(arguments) => commands::many(&arguments),
-        Command::Lap(arguments) => lap::lap(&arguments),
-        Command::Course(arguments) => trials::course(&arguments),
-        Command::Clutter(arguments) => trials::clutter(&arguments),
-        Command::Map(arguments) => map::map(&arguments),
-        Command::Devices(arguments) => devices::devices(&arguments),
+        Command::Overtaking(own) => commands::scenario(&own.request("overtaking".into())),
+        Command::Docking(own) => commands::scenario(&own.request("docking".into())),
+        Command::TJunction(own) => commands::scenario(&own.request("t-junction".into())),
+        Command::Scenario(own) => commands::scenario(&own.request()),
+        Command::Campaign(own) => commands::campaign(&own.request()),
+        Command::Lap(own) => commands::scenario(&own.request()),
+        Command::Course(own) => commands::scenario(&own.request("course")),
+        Command::Clutter(own) => commands::scenario(&own.request("clutter")),
+        Command::Map(own) => map::map(&own.site, own.out),
+        Command::Devices(own) => devices::devices(&own.into()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

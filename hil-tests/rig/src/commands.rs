@@ -1,69 +1,186 @@
-//! The commands that run scenarios.
+//! The commands that run scenarios: once or many times, through the real programs or on the simulated clock.
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
-use crate::cli::{CampaignArgs, Failure, FleetArgs, ScenarioArgs};
-use crate::one_robot::stage::end_flag;
+use onboard::cli::Failure;
 
-/// Where the scenarios that ship are.
-const SCENARIOS: &str = "config/scenarios";
+use crate::campaign::{processes, stepped};
+use crate::output::{end_flag, write};
+use crate::run::{Options, Run, finish, look_on, run};
+use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
+use crate::stepped::{Plans, Stepped};
+
 /// Where scenarios leave what they leave, unless told otherwise.
 const OUT: &str = "target/rig";
 
-/// `rig overtaking` and the like: a scenario that ships.
-///
-/// # Errors
-/// As [`scenario`].
-pub fn shipped(name: &str, arguments: &FleetArgs) -> Result<(), Failure> {
-    scenario(&ScenarioArgs {
-        scenario: PathBuf::from(name),
-        fleet: arguments.clone(),
-    })
+/// A scenario, and how it is to be run.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Scenario file, or the name of one that ships.
+    pub scenario: PathBuf,
+    /// What is changed in it.
+    pub changes: Changes,
+    /// No robot drives more rounds than this.
+    pub rounds: Option<u32>,
+    /// A robot whose goal is laps drives this many.
+    pub laps: Option<u32>,
+    /// Of the first run.
+    pub seed: u64,
+    /// How many runs, with this seed and the following ones.
+    pub runs: usize,
+    /// How many runs at once; by default one, or on the simulated clock one for each core.
+    pub jobs: Option<NonZeroUsize>,
+    /// On the simulated clock.
+    pub stepped: bool,
+    /// Show nothing while it runs.
+    pub headless: bool,
+    /// Folder for what the runs leave.
+    pub out: Option<PathBuf>,
+    /// Start a mediator where the site asks for one.
+    pub mediator: bool,
+    /// Leave the site's coordinations as they are.
+    pub nets: bool,
 }
 
-/// `rig scenario`: robots and a mediator do what a scenario file says.
+/// Runs a scenario.
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when goals were not reached or something was violated.
-pub fn scenario(arguments: &ScenarioArgs) -> Result<(), Failure> {
+pub fn scenario(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
-    let own = &arguments.fleet;
-    let mut scenario = crate::scenario::load(&scenario_file(&arguments.scenario))?;
-    if let Some(rounds) = own.rounds {
-        scenario = scenario.with_at_most(rounds);
+    let scenario = loaded(request)?;
+    let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join(&scenario.name));
+    match (request.stepped, request.runs) {
+        (true, 1) => stepped_once(scenario, request, &out, &asked_to_end),
+        (true, _) => stepped_often(&scenario, request, &out, &asked_to_end),
+        (false, 1) => {
+            let options = Options {
+                program: std::env::current_exe().map_err(Failure::refused)?,
+                seed: request.seed,
+                out,
+                headless: request.headless,
+                mediator: request.mediator,
+                nets: request.nets,
+            };
+            run(scenario, &options, &asked_to_end)
+        }
+        (false, _) => processes(&scenario, request, out, &asked_to_end),
     }
-    let out = { own.out.clone() }.unwrap_or_else(|| Path::new(OUT).join(&scenario.name));
-    let options = crate::run::run::Options {
-        program: std::env::current_exe().map_err(Failure::refused)?,
-        seed: own.seed,
-        out,
-        headless: own.headless,
-        mediator: !own.without_mediator,
-        nets: !own.without_nets,
-    };
-    crate::run::run::run(scenario, options, &asked_to_end)
 }
 
-/// `rig campaign`: a scenario many times.
+/// Runs a scenario through the real programs, each run a process of its own, even if it is one run.
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a run failed.
-pub fn many(arguments: &CampaignArgs) -> Result<(), Failure> {
-    let file = scenario_file(&arguments.scenario);
-    let scenario = crate::scenario::load(&file)?;
-    let out = { arguments.out.clone() }
+pub fn campaign(request: &Request) -> Result<(), Failure> {
+    let asked_to_end = end_flag()?;
+    let scenario = loaded(request)?;
+    let out = { request.out.clone() }
         .unwrap_or_else(|| Path::new(OUT).join("campaign").join(&scenario.name));
-    crate::campaign::processes::campaign(arguments, &scenario, &file, &out)
+    processes(&scenario, request, out, &asked_to_end)
 }
 
-/// A scenario's file: the path itself, or the name of one that ships.
-#[must_use]
-pub fn scenario_file(scenario: &Path) -> PathBuf {
-    let shipped = Path::new(SCENARIOS).join(scenario).with_extension("toml");
-    let is_name = scenario.components().count() == 1 && scenario.extension().is_none();
-    if is_name && !scenario.is_file() {
-        shipped
-    } else {
-        scenario.to_owned()
+/// A path is a file; a name without an extension is that of a scenario that ships, unless such a file is there.
+fn loaded(request: &Request) -> Result<Scenario, Failure> {
+    let path = &request.scenario;
+    let is_name = path.components().count() == 1 && path.extension().is_none();
+    let mut scenario = match path.to_str().filter(|_| is_name && !path.is_file()) {
+        Some(name) => load_shipped(name, &request.changes),
+        None => load(path, &request.changes),
+    }?;
+    let goals = scenario.robots.iter_mut().map(|player| &mut player.goal);
+    if let Some(wanted) = request.laps {
+        for goal in goals {
+            if let Goal::Laps(laps) = goal {
+                *laps = wanted;
+            }
+        }
     }
+    Ok(match request.rounds {
+        Some(rounds) => scenario.with_at_most(rounds),
+        None => scenario,
+    })
+}
+
+fn processes(
+    scenario: &Scenario,
+    request: &Request,
+    out: PathBuf,
+    asked_to_end: &AtomicBool,
+) -> Result<(), Failure> {
+    let mut arguments = Vec::new();
+    let mut add = |key: &str, value: String| arguments.extend([key.to_owned(), value]);
+    if let Some(rounds) = request.rounds {
+        add("--rounds", rounds.to_string());
+    }
+    let Changes { robot, site, set } = &request.changes;
+    for (key, file) in [("--robot", robot), ("--site", site)] {
+        if let Some(file) = file {
+            add(key, file.display().to_string());
+        }
+    }
+    for value in set {
+        add("--set", value.clone());
+    }
+    for (key, wanted) in [
+        ("--without-mediator", !request.mediator),
+        ("--without-nets", !request.nets),
+    ] {
+        arguments.extend(wanted.then(|| key.to_owned()));
+    }
+    let setup = processes::Setup {
+        scenario: request.scenario.clone(),
+        arguments,
+        first_seed: request.seed,
+        runs: request.runs,
+        jobs: request.jobs.map_or(1, NonZeroUsize::get),
+        out,
+    };
+    processes::campaign(scenario, &setup, asked_to_end)
+}
+
+/// Many runs on the simulated clock: none may have a violation, and the scenario's share must reach all goals.
+fn stepped_often(
+    scenario: &Scenario,
+    request: &Request,
+    out: &Path,
+    asked_to_end: &AtomicBool,
+) -> Result<(), Failure> {
+    let cores = || std::thread::available_parallelism().ok();
+    let jobs = request.jobs.or_else(cores).map_or(1, NonZeroUsize::get);
+    let (seed, runs) = (request.seed, request.runs);
+    let statistics = stepped::campaign(scenario, seed, runs, jobs, asked_to_end)?;
+    statistics.print();
+    statistics.write(out)?;
+    let share = statistics.done as f64 / statistics.runs.max(1) as f64;
+    let made = statistics.clean == statistics.runs && statistics.runs == runs;
+    if made && share >= scenario.least_done_share {
+        return Ok(());
+    }
+    Err(Failure::failed(format_args!(
+        "{} of {runs} runs failed",
+        runs - statistics.passed
+    )))
+}
+
+/// One run on the simulated clock, with drawings and traces.
+fn stepped_once(
+    scenario: Scenario,
+    request: &Request,
+    out: &Path,
+    asked_to_end: &AtomicBool,
+) -> Result<(), Failure> {
+    let plans = Plans::of(&scenario)?;
+    let stepped = Stepped::new(&scenario, &plans, request.seed, true, true)?;
+    let mut run = Run::new(scenario, stepped, request.seed);
+    let ending = look_on(&mut run, request.headless, asked_to_end)?;
+    let trace = run.stage.take_trace().unwrap_or_default();
+    write(out, "trace.csv", &trace.table)?;
+    write(out, "others.csv", &trace.others)?;
+    let notes = write(out, "notes.txt", &(trace.notes.join("\n") + "\n"))?;
+    println!("wrote trace.csv, others.csv and {}", notes.display());
+    run.scenario.name.push_str(" (stepped)");
+    finish(run, out, &ending)
 }

@@ -1,39 +1,46 @@
 //! `rig devices`: the devices of one robot alone, for any program that speaks their protocols.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use config::Link;
+use onboard::cli::Failure;
 
-use crate::cli::{DevicesArgs, Failure};
+use crate::output::end_flag;
 use crate::testbed::{BusPlace, Devices, start_pose, world};
 
 /// How often it says what is going on.
 const SAY: Duration = Duration::from_secs(1);
 
+/// Which devices, and where.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Robot file.
+    pub robot: PathBuf,
+    /// Site file that says where the walls are.
+    pub site: PathBuf,
+    /// Where the bus is: a network interface, or `udp:ADDRESS`; by default what the robot file says.
+    pub ethercat: Option<String>,
+    /// Symbolic link to make to the lidar's terminal.
+    pub lidar: Option<PathBuf>,
+    /// Decides wheel errors and noise.
+    pub seed: u64,
+}
+
 /// Runs the devices until Ctrl-C.
 ///
 /// # Errors
 /// [`Failure::Refused`] naming what is wrong or taken.
-pub fn devices(arguments: &DevicesArgs) -> Result<(), Failure> {
-    let asked_to_end = Arc::<AtomicBool>::default();
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&asked_to_end)).map_err(Failure::refused)?;
-    }
+pub fn devices(setup: &Setup) -> Result<(), Failure> {
+    let asked_to_end = end_flag()?;
     let report = |error| Failure::Refused(miette::Report::new(error));
-    let robot = config::load_robot(&arguments.robot, &[]).map_err(report)?;
-    let site = config::load_site(&arguments.site, &[]).map_err(report)?;
+    let robot = config::load_robot(&setup.robot, &[]).map_err(report)?;
+    let site = config::load_site(&setup.site, &[]).map_err(report)?;
     let start = start_pose(&site, &robot.identity.id)?;
-    let world = world(&site, &[(&robot, start)], arguments.seed)?;
-    let place = bus_place(arguments.ethercat.as_deref(), &robot.ethercat.link)?;
-    let devices = Devices::start(
-        &world,
-        &robot,
-        &place,
-        arguments.lidar.clone(),
-        arguments.seed,
-    )?;
+    let world = world(&site, &[(&robot, start)], setup.seed)?;
+    let place = bus_place(setup.ethercat.as_deref(), &robot.ethercat.link)?;
+    let devices = Devices::start(&world, &robot, &place, setup.lidar.clone(), setup.seed)?;
     match (&place, devices.bus.local_addr()) {
         (BusPlace::Interface(name), _) => {
             println!("EtherCAT: raw frames on the other end of interface {name}")
@@ -86,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bus_is_where_the_arguments_or_the_file_say() {
+    fn the_bus_is_where_the_setup_or_the_file_say() {
         let file = Link::Interface("eth0".into());
         assert!(
             bus_place(None, &file).is_ok_and(|place| place == BusPlace::Interface("eth0".into()))

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use sim::rt::monotonic_ns;
 
-use crate::cli::Failure;
+use onboard::cli::Failure;
 
 /// A fresh folder for what must not be seen by other runs.
 #[derive(Debug)]

@@ -1,30 +1,38 @@
 //! The rig: simulated devices, robots and the mediator as processes, and a judge that believes the world and not the robot.
 //!
-//! - [`testbed`] puts a world and the devices of its robots together from the users' own files;
-//! - [`process`] starts this program as another: robots and the mediator are this program with a hidden subcommand;
-//! - [`network`] hears robots and mediator, as any third party could; [`belief`] is what a robot believes;
-//! - [`scenario`] is what a scenario file says, [`goals`] how far robots are with it, [`stand_ins`] play operators;
-//! - [`judge`] finds violations in the world's truth;
-//! - [`run`] is one run of a scenario through the real programs, [`stepped`] on a simulated clock, [`campaign`] many of them;
-//! - [`record`] is all that is known of a run, [`summary`] its figures, [`report`] its drawings;
-//! - [`map`](mod@map) draws a site file; [`devices`] runs the devices of one robot alone, for any other program.
+//! One robot is a fleet of one: a [`scenario`] says which robots drive on a site, what they are to do there and what must
+//! not happen; a [`run`] of it has a [`judge`], a [`record`], a [`summary`] and a [`report`], however it is run: through the
+//! real programs in real time, or [`stepped`] in one process on a simulated clock.
+//!
+//! From what stands below to what stands above:
+//!
+//! - [`shapes`], [`testbed`]: a world and the devices of its robots, put together from the users' own files;
+//! - [`process`]: this program as another; robots and the mediator are this program with a hidden subcommand;
+//! - [`network`]: what robots and mediator say, heard as any third party could; [`belief`]: what a robot believes;
+//! - [`stand_ins`]: what the rig plays in the place of people and of the mediator;
+//! - [`goals`], [`judge`], [`figures`]: how far robots are, what went wrong, what was measured;
+//! - [`run`], [`stepped`], [`campaign`]: one run, the two ways to run it, and many runs;
+//! - [`commands`], [`map`](mod@map), [`devices`], [`cli`]: what the program does.
 
 pub mod belief;
 pub mod campaign;
 pub mod cli;
 pub mod commands;
 pub mod devices;
+pub mod figures;
 pub mod folder;
 pub mod goals;
 pub mod judge;
+pub mod machine;
 pub mod map;
 pub mod network;
-pub mod one_robot;
+pub mod output;
 pub mod process;
 pub mod record;
 pub mod report;
 pub mod run;
 pub mod scenario;
+pub mod shapes;
 pub mod stand_ins;
 pub mod stepped;
 pub mod summary;

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::cli::{Failure, MapArgs};
+use onboard::cli::Failure;
+
 use crate::report::site_svg;
 
 /// Where the sites that ship are.
@@ -11,18 +12,15 @@ const SITES: &str = "config/sites";
 /// Where drawings go unless told otherwise.
 const OUT: &str = "target/rig/map";
 
-/// Draws a site.
+/// Draws a site, a file or the name of one that ships, into a file.
 ///
 /// # Errors
 /// [`Failure::Refused`] when the site is not good, [`Failure::Failed`] when the drawing cannot be written.
-pub fn map(arguments: &MapArgs) -> Result<(), Failure> {
-    let file = site_file(&arguments.site);
+pub fn map(site: &Path, out: Option<PathBuf>) -> Result<(), Failure> {
+    let file = site_file(site);
     let site = config::load_site(&file, &[])
         .map_err(|error| Failure::Refused(miette::Report::new(error)))?;
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new(OUT).join(format!("{}.svg", site.name)));
+    let out = out.unwrap_or_else(|| Path::new(OUT).join(format!("{}.svg", site.name)));
     let unwritten = |error: std::io::Error| {
         Failure::failed(format_args!("{} cannot be written: {error}", out.display()))
     };

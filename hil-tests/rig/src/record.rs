@@ -1,13 +1,14 @@
-//! All that is known of a run with a fleet when it is over: what reports are made of.
+//! All that is known of a run when it is over: what reports are made of.
 //!
 //! Times are seconds since the first robot was started. Paths are the world's truth; holdings, waits and latencies
 //! are what an independent listener heard on the network; only firings and markings of nets are the mediator's own
 //! word.
 
 use config::{Footprint, NetConfig, SiteConfig};
-use sim::world::Pose;
+use sim::world::{Pose, Shape};
 
-use crate::summary::FleetSummary;
+use crate::scenario::Limits;
+use crate::summary::Summary;
 
 /// A run.
 #[derive(Clone, Debug)]
@@ -20,8 +21,12 @@ pub struct Record {
     pub site: SiteConfig,
     /// The nets that the site's coordinations use.
     pub nets: Vec<NetConfig>,
+    /// What was a violation.
+    pub limits: Limits,
     /// The robots, in the order of their identities.
     pub robots: Vec<RobotRecord>,
+    /// Obstacles and walkers that the site file does not know, as they were at the end.
+    pub obstacles: Vec<Shape>,
     /// Who had which area, in the order of grants.
     pub holdings: Vec<Holding>,
     /// Who waited for which area, in the order in which they began.
@@ -37,7 +42,7 @@ pub struct Record {
     /// From a robot's flag to the mediator's next command through the net.
     pub command_latency_ms: Vec<f64>,
     /// The figures, with outcome and violations.
-    pub summary: FleetSummary,
+    pub summary: Summary,
 }
 
 /// What was seen of one robot.
@@ -47,9 +52,13 @@ pub struct RobotRecord {
     pub id: String,
     /// Its role on the site.
     pub role: String,
+    /// What it is, as its file says.
+    pub model: String,
+    /// Fastest speed that its file allows.
+    pub max_speed_m_s: f64,
     /// From `base_link` to the edges of its body.
     pub footprint: Footprint,
-    /// Where it truly was, at most every 50 ms.
+    /// Where it truly was.
     pub path: Vec<PathPoint>,
     /// What its state machine was in, by its own word.
     pub states: Vec<StateChange>,
@@ -66,6 +75,8 @@ pub struct PathPoint {
     pub speed_m_s: f64,
     /// Distance of its footprint to anything.
     pub clearance_m: f64,
+    /// It was touching something.
+    pub in_contact: bool,
 }
 
 /// A robot said that its state machine went on.
@@ -79,6 +90,8 @@ pub struct StateChange {
     pub area: String,
     /// Skill that is scheduled.
     pub skill: String,
+    /// Where it believed to be.
+    pub believed_m: [f64; 2],
 }
 
 /// A robot had an area: one run of protocol 1.

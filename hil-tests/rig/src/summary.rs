@@ -1,12 +1,17 @@
-//! `summary.json` of a scenario with a fleet.
+//! `summary.json`: what a run leaves for programs to read.
 
 use serde::Serialize;
+use serde_json::Value as Json;
 
-use crate::one_robot::summary::{Machine, RobotSummary, Violation};
+use crate::figures::Figures;
+use crate::machine::Machine;
+
+/// Outcome of a run that reached all goals.
+pub const DONE: &str = "done";
 
 /// The whole summary.
 #[derive(Clone, Debug, Serialize)]
-pub struct FleetSummary {
+pub struct Summary {
     /// Name of the scenario.
     pub scenario: String,
     /// `done`, `interrupted`, or what is missing.
@@ -18,7 +23,7 @@ pub struct FleetSummary {
     /// What it ran on, so that figures can be judged.
     pub machine: Machine,
     /// One entry for each robot, in the order of their identities.
-    pub robots: Vec<MemberSummary>,
+    pub robots: Vec<RobotSummary>,
     /// The mediator's processes; none without one.
     pub mediator: Option<MediatorSummary>,
     /// Areas, in the order of the site file.
@@ -35,18 +40,81 @@ pub struct FleetSummary {
     pub violations: Vec<Violation>,
 }
 
-/// One robot of a fleet.
+/// What happened to one robot.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct MemberSummary {
-    /// As for a robot alone; `laps` are rounds of its goal by the world's truth.
-    #[serde(flatten)]
-    pub robot: RobotSummary,
+pub struct RobotSummary {
+    /// Its identity.
+    pub id: String,
     /// Its role on the site.
     pub role: String,
-    /// Rounds that it was to drive.
+    /// Rounds or laps by the world's truth.
+    pub laps: u32,
+    /// Rounds or laps that it was to drive.
     pub wanted: u32,
-    /// When it had driven them, seconds since the start.
+    /// When it had reached its goal, seconds since the start.
     pub done_s: Option<f64>,
+    /// Way driven.
+    pub distance_m: f64,
+    /// Collisions.
+    pub collisions: u64,
+    /// Smallest distance of its footprint to anything.
+    pub min_clearance_m: f64,
+    /// Largest distance of `base_link` from the lane's centre in areas that are driven forward on a lane.
+    pub max_lateral_error_m: f64,
+    /// Fastest true speed.
+    pub max_speed_m_s: f64,
+    /// Largest wheel setpoint that its drive received.
+    pub max_setpoint_rad_s: f64,
+    /// Threads, with times in µs, as the robot measured them.
+    pub threads: Json,
+    /// Counters of the bus.
+    pub ethercat: EthercatSummary,
+    /// Counters of the lidar.
+    pub lidar: LidarSummary,
+    /// Resident memory of the robot's process.
+    pub rss_mib: f64,
+    /// Share of one core that the robot's process used.
+    pub cpu_percent: f64,
+    /// Faults that it raised, and how often.
+    pub faults: Vec<(String, u64)>,
+    /// How often the rig withheld leave for an area until the robot had waited.
+    pub withheld: u64,
+    /// What the judge found out, where the scenario looks at what robots believe.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figures: Option<Figures>,
+}
+
+/// Counters of the bus.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct EthercatSummary {
+    /// Exchanges.
+    pub cycles: u64,
+    /// Frames without an answer in time.
+    pub lost_frames: u64,
+    /// Answers with a wrong working counter.
+    pub wkc_errors: u64,
+}
+
+/// Counters of the lidar.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct LidarSummary {
+    /// Good scans.
+    pub scans: u64,
+    /// Scans dropped as broken.
+    pub dropped: u64,
+}
+
+/// Something that must not happen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Violation {
+    /// Kebab-case name.
+    pub kind: String,
+    /// Robot.
+    pub robot: String,
+    /// Seconds since the start.
+    pub at_s: f64,
+    /// What was found and what was expected.
+    pub detail: String,
 }
 
 /// The mediator's processes.
@@ -151,6 +219,33 @@ pub struct DuringSummary {
     pub checked_s: f64,
     /// How long of that it was not true.
     pub broken_s: f64,
+}
+
+impl Summary {
+    /// All goals were reached.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.outcome == DONE
+    }
+
+    /// All goals were reached, and nothing happened that must not.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.is_done() && self.violations.is_empty()
+    }
+
+    /// Why the run failed, in a line.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        let mut reasons: Vec<String> = { self.violations.iter() }
+            .take(3)
+            .map(|own| format!("{} at {:.1} s: {}", own.kind, own.at_s, own.detail))
+            .collect();
+        if !self.is_done() {
+            reasons.push(self.outcome.clone());
+        }
+        reasons.join("; ")
+    }
 }
 
 impl Latency {

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use config::{RobotConfig, SiteConfig};
+use onboard::cli::Failure;
 use sim::ethercat::{FaultHandle as BusFaults, ServeOptions, ServerHandle, serve_raw, serve_udp};
 use sim::kelo::{DriveHandle, KeloOptions, SimulatedDrive};
 use sim::lidar::{DeviceOptions, FaultHandle as LidarFaults, LidarOptions, LidarServer};
-use sim::world::{
-    Footprint, Obstacle, Pose, Random, RangeModel, RobotModel, SharedWorld, World, WorldConfig,
-};
+use sim::world::{Obstacle, Pose, Random, RangeModel, RobotModel, SharedWorld, World, WorldConfig};
 
-use crate::cli::Failure;
+use crate::scenario::Scenario;
+use crate::shapes;
 
 /// Priorities of the devices: above the robots', so that a starved simulator is not taken for a lost frame.
 const SEGMENT_PRIORITY: u8 = 90;
@@ -111,8 +111,7 @@ pub fn start_pose(site: &SiteConfig, robot_id: &str) -> Result<Pose, Failure> {
 }
 
 /// The start in the file, with an offset that the robot does not know of.
-#[must_use]
-pub fn drawn_start(start: Pose, seed: u64) -> Pose {
+fn drawn_start(start: Pose, seed: u64) -> Pose {
     let mut random = Random::new(seed, START_STREAM);
     let mut draw = |most: f64| random.symmetric(most);
     Pose::new(
@@ -122,16 +121,23 @@ pub fn drawn_start(start: Pose, seed: u64) -> Pose {
     )
 }
 
+/// The robots of a scenario, and where they truly start: each with an offset of its own.
+#[must_use]
+pub fn drawn_starts(scenario: &Scenario, seed: u64) -> Vec<(&RobotConfig, Pose)> {
+    { scenario.robots.iter().enumerate() }
+        .map(|(number, player)| {
+            let start = &player.start.start;
+            let start = Pose::new(start.x_m, start.y_m, start.theta_rad);
+            let seed = seed.wrapping_add(7_919 * number as u64);
+            (&player.config, drawn_start(start, seed))
+        })
+        .collect()
+}
+
 fn robot_model(robot: &RobotConfig, start: Pose) -> RobotModel {
-    let footprint = &robot.footprint;
     let mount = &robot.lidar.mount;
     RobotModel {
-        footprint: Footprint {
-            front_m: footprint.front_m,
-            rear_m: footprint.rear_m,
-            left_m: footprint.left_m,
-            right_m: footprint.right_m,
-        },
+        footprint: shapes::footprint(robot),
         wheelbase_m: robot.drive.wheelbase_m,
         wheel_diameter_m: robot.drive.wheel_diameter_m,
         wheel_separation_m: robot.drive.wheel_separation_m,

@@ -1,70 +1,42 @@
 //! A few trials on the simulated clock, and controls that must fail.
 
-use onboard::cli::Files;
-use onboard::composition::plan::Plan;
-use rig::folder::Folder;
-use rig::judge::Rules;
-use rig::one_robot::course::Course;
-use rig::one_robot::trial::Scenario;
-use rig::stand_ins::clutter::Clutter;
-use rig::stepped::{Outcome, Setup, run};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
-fn files(site: &str, set: &[&str]) -> Files {
-    let shipped = |file: &str| {
-        let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
-        format!("{config}/{file}").into()
-    };
-    Files {
-        robot: shipped("robots/amr-1.toml"),
-        site: shipped(site),
-        set: set.iter().map(|&one| one.to_owned()).collect(),
-    }
+use rig::campaign::stepped::summary;
+use rig::run::{Run, look_on, record};
+use rig::scenario::{Changes, Scenario, load};
+use rig::stepped::{Plans, Stepped};
+use rig::summary::Summary;
+
+fn shipped(file: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config")).join(file)
 }
 
-/// The outcome, and whether the robot heeded withheld leave.
-fn trial(files: &Files, scenario: &dyn Scenario, seed: u64, heeds_leave: bool) -> Outcome {
-    let plan = Plan::load(files).unwrap_or_else(|failure| panic!("{failure:?}"));
-    let folder = Folder::new().unwrap_or_else(|failure| panic!("{failure:?}"));
-    let setup = Setup {
-        plan: &plan,
-        files,
-        scenario,
-        folder: folder.path(),
-        heeds_leave,
-    };
-    run(&setup, seed, false).unwrap_or_else(|failure| panic!("{failure:?}"))
+/// The summary, and whether the robot heeded withheld leave.
+fn trial(scenario: &Scenario, seed: u64, heeds_leave: bool) -> Summary {
+    let plans = Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"));
+    summary(scenario, &plans, seed, heeds_leave).unwrap_or_else(|failure| panic!("{failure:?}"))
 }
 
-fn course(patience_s: f64) -> Course {
-    Course {
-        start_state: "beside-1".to_owned(),
-        patience_s,
-    }
-}
-
-fn clutter() -> (Files, Clutter) {
-    let set = [
-        "areas.1.deviation_limit_m=1.2",
-        "areas.2.deviation_limit_m=1.2",
-        "tubes.detour_curvature_1_m=4",
-    ];
-    let scenario = Clutter {
-        patience_s: 120.0,
-        people_heed_m: 0.0,
-    };
-    (files("sites/corridor.toml", &set), scenario)
+fn scenario(name: &str, patience_s: f64) -> Scenario {
+    let file = shipped(&format!("scenarios/{name}.toml"));
+    let loaded = load(&file, &Changes::default());
+    let mut scenario = loaded.unwrap_or_else(|failure| panic!("{failure:?}"));
+    scenario.patience_s = patience_s;
+    scenario
 }
 
 #[test]
 fn a_robot_drives_the_whole_course_within_its_leave() {
-    let files = files("sites/course.toml", &[]);
-    let outcome = trial(&files, &course(600.0), 11, true);
+    let outcome = trial(&scenario("course", 600.0), 11, true);
     assert!(outcome.passed(), "{}", outcome.reason());
-    let figures = &outcome.figures;
+    let robot = &outcome.robots[0];
+    let figures = robot.figures.as_ref().expect("it was looked at");
     assert!(figures.skills.len() >= 12, "{:?}", figures.skills);
     assert_eq!(figures.dock_errors_m.len(), 1);
     assert!(
-        outcome.withheld > 0 && figures.min_border_m > 0.0,
+        robot.withheld > 0 && figures.min_border_m > 0.0,
         "{outcome:?}"
     );
     assert!(figures.min_clearance_m > 0.1 && figures.distance_m > 45.0);
@@ -72,29 +44,24 @@ fn a_robot_drives_the_whole_course_within_its_leave() {
 
 #[test]
 fn a_big_robot_docks_turns_and_leaves_without_a_pause() {
-    let big = Files {
-        robot: concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../../config/robots/amr-big.toml"
-        )
-        .into(),
-        ..files("sites/docking.toml", &[])
+    let changes = Changes {
+        robot: Some(shipped("robots/amr-big.toml")),
+        site: Some(shipped("sites/docking.toml")),
+        set: Vec::new(),
     };
-    let plan = Plan::load(&big).unwrap_or_else(|failure| panic!("{failure:?}"));
-    let round = Course {
-        start_state: (plan.start.start_state.clone()).unwrap_or_else(|| plan.fsm.initial.clone()),
-        patience_s: 200.0,
-    };
-    let outcome = trial(&big, &round, 3, true);
-    assert!(outcome.done && outcome.clean, "{}", outcome.reason());
-    let paused = { outcome.faults.iter() }.any(|(fault, _)| fault == "no-free-tube");
-    assert!(!paused, "{:?}", outcome.faults);
+    let round = load(&shipped("scenarios/course.toml"), &changes);
+    let mut round = round.unwrap_or_else(|failure| panic!("{failure:?}"));
+    round.patience_s = 200.0;
+    let outcome = trial(&round, 3, true);
+    assert!(outcome.passed(), "{}", outcome.reason());
+    let faults = &outcome.robots[0].faults;
+    let paused = { faults.iter() }.any(|(fault, _)| fault == "no-free-tube");
+    assert!(!paused, "{faults:?}");
 }
 
 #[test]
 fn a_robot_that_heeds_no_leave_is_found_out() {
-    let files = files("sites/course.toml", &[]);
-    let outcome = trial(&files, &course(100.0), 11, false);
+    let outcome = trial(&scenario("course", 100.0), 11, false);
     let borders = outcome
         .violations
         .iter()
@@ -104,85 +71,49 @@ fn a_robot_that_heeds_no_leave_is_found_out() {
 
 #[test]
 fn a_course_that_is_not_finished_is_not_done() {
-    let files = files("sites/course.toml", &[]);
-    let outcome = trial(&files, &course(12.0), 11, true);
-    assert!(!outcome.done && outcome.missing.contains("were not reached"));
+    let outcome = trial(&scenario("course", 12.0), 11, true);
+    assert!(!outcome.is_done() && outcome.outcome.contains("were not reached"));
 }
 
 #[test]
 fn the_same_seed_gives_the_same_run_and_nothing_that_stands_is_hit() {
-    let (files, scenario) = clutter();
+    let scenario = scenario("clutter", 120.0);
+    let figures = |outcome: &Summary| outcome.robots[0].figures.clone().expect("it was looked at");
     let mut done = 0;
     for seed in 1..=8 {
-        let outcome = trial(&files, &scenario, seed, true);
-        assert_eq!(outcome.figures.drove_into, 0, "seed {seed}: {outcome:?}");
-        done += u32::from(outcome.done);
+        let outcome = trial(&scenario, seed, true);
+        assert_eq!(figures(&outcome).drove_into, 0, "seed {seed}: {outcome:?}");
+        done += u32::from(outcome.is_done());
         if seed <= 2 {
-            let again = trial(&files, &scenario, seed, true);
-            assert_eq!(outcome.figures, again.figures, "seed {seed}");
+            let again = trial(&scenario, seed, true);
+            assert_eq!(figures(&outcome), figures(&again), "seed {seed}");
         }
     }
     assert!(done >= 6, "only {done} of 8 reached the end");
 }
 
-/// The corridor with a wall across it that nobody can pass.
-struct Closed(Clutter);
-
-impl Scenario for Closed {
-    fn name(&self) -> &'static str {
-        "closed"
-    }
-
-    fn rules(&self) -> Rules {
-        self.0.rules()
-    }
-
-    fn furnish(
-        &self,
-        world: &mut sim::world::World,
-        _seed: u64,
-    ) -> Result<(), sim::world::WorldError> {
-        let wall = sim::world::Obstacle::wall([5.0, -1.6], [5.0, 1.6]);
-        world.add_obstacle(wall).map(|_| ())
-    }
-
-    fn withholds_leave(&self) -> bool {
-        false
-    }
-
-    fn patience_s(&self) -> f64 {
-        90.0
-    }
-
-    fn is_done(
-        &self,
-        site: &config::SiteConfig,
-        fsm: &config::FsmConfig,
-        figures: &rig::judge::Figures,
-        truth: &sim::world::Truth,
-    ) -> bool {
-        self.0.is_done(site, fsm, figures, truth)
-    }
-
-    fn missing(
-        &self,
-        site: &config::SiteConfig,
-        fsm: &config::FsmConfig,
-        figures: &rig::judge::Figures,
-    ) -> String {
-        self.0.missing(site, fsm, figures)
-    }
-
-    fn least_done_share(&self) -> f64 {
-        1.0
-    }
-}
-
 #[test]
 fn a_robot_before_a_closed_way_stands_and_touches_nothing() {
-    let (files, scenario) = clutter();
-    let outcome = trial(&files, &Closed(scenario), 5, true);
-    assert!(!outcome.done && outcome.clean, "{outcome:?}");
-    assert!(outcome.figures.min_clearance_m > 0.02, "{outcome:?}");
-    assert!(outcome.figures.longest_stand_s > 10.0, "{outcome:?}");
+    // The corridor with a wall across it that nobody can pass.
+    let mut scenario = scenario("clutter", 90.0);
+    scenario.clutter = None;
+    let plans = Plans::of(&scenario).unwrap_or_else(|failure| panic!("{failure:?}"));
+    let stepped = Stepped::new(&scenario, &plans, 5, true, false);
+    let mut stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
+    let wall = sim::world::Obstacle::wall([5.0, -1.6], [5.0, 1.6]);
+    stepped.world.add_obstacle(wall).expect("added");
+    let mut run = Run::new(scenario, stepped, 5);
+    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
+    run.stop();
+    let outcome = record(&run, &ending).summary;
+    assert!(
+        !outcome.is_done() && outcome.violations.is_empty(),
+        "{outcome:?}"
+    );
+    let figures = outcome.robots[0]
+        .figures
+        .as_ref()
+        .expect("it was looked at");
+    assert!(figures.min_clearance_m > 0.02, "{outcome:?}");
+    assert!(figures.longest_stand_s > 10.0, "{outcome:?}");
 }

@@ -1,4 +1,6 @@
-//! Many runs.
+//! A scenario many times, with one seed after the other: each run a process of its own, or on the simulated clock.
 
+mod pool;
 pub mod processes;
 pub mod statistics;
+pub mod stepped;

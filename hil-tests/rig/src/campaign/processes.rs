@@ -3,16 +3,16 @@
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use onboard::cli::Failure;
 use serde::Serialize;
 use serde_json::Value as Json;
 
-use crate::cli::{CampaignArgs, Failure};
-use crate::one_robot::stage::{end_flag, write};
-use crate::one_robot::summary::{Machine, round};
+use super::pool::run_all;
+use crate::machine::{Machine, round};
+use crate::output::write;
 use crate::process::Process;
 use crate::scenario::Scenario;
 use crate::summary::Latency;
@@ -65,76 +65,65 @@ struct Outcome {
     folder: PathBuf,
 }
 
-/// Runs the scenario so many times.
+/// What a campaign is.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The scenario as `rig scenario` takes it: its file, or the name of one that ships.
+    pub scenario: PathBuf,
+    /// More arguments of `rig scenario`, for all runs.
+    pub arguments: Vec<String>,
+    /// Seed of the first run.
+    pub first_seed: u64,
+    /// How many runs.
+    pub runs: usize,
+    /// How many at once.
+    pub jobs: usize,
+    /// Folder for `campaign.json` and a folder for each run.
+    pub out: PathBuf,
+}
+
+/// Runs a scenario many times.
 ///
 /// # Errors
 /// [`Failure::Refused`] when no run can be started, [`Failure::Failed`] when a run failed.
 pub fn campaign(
-    arguments: &CampaignArgs,
     scenario: &Scenario,
-    file: &Path,
-    out: &Path,
+    setup: &Setup,
+    asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
-    let asked_to_end = end_flag()?;
     let program = std::env::current_exe().map_err(Failure::refused)?;
-    let mut passed_on: Vec<String> = Vec::new();
-    if let Some(rounds) = arguments.rounds {
-        passed_on.extend(["--rounds".to_owned(), rounds.to_string()]);
-    }
     println!(
         "campaign: {} times {}, seeds {} to {}, {} at once; in {}",
-        arguments.runs,
+        setup.runs,
         scenario.name,
-        arguments.seed,
-        arguments.seed + arguments.runs as u64 - 1,
-        arguments.jobs,
-        out.display()
+        setup.first_seed,
+        setup.first_seed + setup.runs as u64 - 1,
+        setup.jobs,
+        setup.out.display()
     );
     print_head();
-    let next = AtomicUsize::new(0);
-    let outcomes = Mutex::new(Vec::new());
-    let trouble = Mutex::new(None);
-    std::thread::scope(|scope| {
-        for _ in 0..arguments.jobs.min(arguments.runs) {
-            scope.spawn(|| {
-                while !asked_to_end.load(Ordering::Relaxed) {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    if number >= arguments.runs {
-                        break;
-                    }
-                    let seed = arguments.seed + number as u64;
-                    let folder = out.join(seed.to_string());
-                    match one(&program, file, &passed_on, seed, &folder, &asked_to_end) {
-                        Ok(outcome) => {
-                            print_line(&outcome);
-                            lock(&outcomes).push(outcome);
-                        }
-                        Err(failure) => {
-                            next.store(arguments.runs, Ordering::Relaxed);
-                            *lock(&trouble) = Some(failure);
-                        }
-                    }
-                }
-            });
-        }
-    });
-    if let Some(failure) = lock(&trouble).take() {
-        return Err(failure);
-    }
-    let mut runs = std::mem::take(&mut *lock(&outcomes));
-    runs.sort_by_key(|run| run.seed);
-    let campaign = sum_up(scenario, passed_on, arguments.jobs, runs);
+    let run = |number: usize| {
+        one(
+            &program,
+            setup,
+            setup.first_seed + number as u64,
+            asked_to_end,
+        )
+    };
+    let show = |outcome: &Outcome, _| print_line(outcome);
+    let runs = run_all(setup.runs, setup.jobs, asked_to_end, run, show)?;
+    let campaign = sum_up(scenario, setup.arguments.clone(), setup.jobs, runs);
     let json = serde_json::to_string_pretty(&campaign).map_err(Failure::failed)?;
-    let file = write(out, "campaign.json", &json)?;
+    let file = write(&setup.out, "campaign.json", &json)?;
     print_sum(&campaign, &file);
-    if campaign.succeeded == arguments.runs {
+    if campaign.succeeded == setup.runs {
         return Ok(());
     }
     Err(Failure::failed(format_args!(
         "{} of {} runs succeeded{}",
         campaign.succeeded,
-        arguments.runs,
-        if campaign.runs.len() < arguments.runs {
+        setup.runs,
+        if campaign.runs.len() < setup.runs {
             format!("; interrupted after {}", campaign.runs.len())
         } else {
             String::new()
@@ -145,14 +134,13 @@ pub fn campaign(
 /// One run as a process; a refusal ends the campaign, since the next run would meet the same.
 fn one(
     program: &Path,
-    file: &Path,
-    passed_on: &[String],
+    setup: &Setup,
     seed: u64,
-    folder: &Path,
     asked_to_end: &AtomicBool,
 ) -> Result<Outcome, Failure> {
+    let folder = setup.out.join(seed.to_string());
     let cannot = |what: String| Failure::refused(format_args!("the run of seed {seed}: {what}"));
-    fs::create_dir_all(folder)
+    fs::create_dir_all(&folder)
         .map_err(|error| cannot(format!("folder {}: {error}", folder.display())))?;
     let summary = folder.join("summary.json");
     let log = folder.join("rig.log");
@@ -160,10 +148,14 @@ fn one(
         // What an earlier campaign left must not be taken for this one's.
         let _ = fs::remove_file(old);
     }
-    let mut arguments: Vec<OsString> = vec!["scenario".into(), file.into(), "--headless".into()];
+    let mut arguments: Vec<OsString> = vec![
+        "scenario".into(),
+        (&setup.scenario).into(),
+        "--headless".into(),
+    ];
     arguments.extend(["--seed".into(), seed.to_string().into()]);
-    arguments.extend(["--out".into(), folder.into()]);
-    arguments.extend(passed_on.iter().map(OsString::from));
+    arguments.extend(["--out".into(), (&folder).into()]);
+    arguments.extend(setup.arguments.iter().map(OsString::from));
     let mut process = Process::start(program, &arguments, &[], &log)
         .map_err(|error| cannot(error.to_string()))?;
     let status = loop {
@@ -182,7 +174,7 @@ fn one(
         .ok()
         .and_then(|text| serde_json::from_str(&text).ok())
         .unwrap_or(Json::Null);
-    Ok(read(&json, seed, status.success(), folder))
+    Ok(read(&json, seed, status.success(), &folder))
 }
 
 fn read(json: &Json, seed: u64, succeeded: bool, folder: &Path) -> Outcome {
@@ -329,12 +321,6 @@ fn print_sum(campaign: &Campaign, file: &Path) {
         );
     }
     println!("wrote {}", file.display());
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use onboard::cli::Files;
+use onboard::cli::Failure;
 use serde::Serialize;
 
-use crate::cli::Failure;
-use crate::stepped::Outcome;
+use crate::figures::Figures;
+use crate::scenario::Scenario;
+use crate::summary::{RobotSummary, Summary};
 
 /// Failing seeds that are printed one by one.
 const MOST_PRINTED: usize = 25;
@@ -70,44 +71,39 @@ pub struct Quantity {
 }
 
 impl Statistics {
-    /// Of these outcomes.
+    /// Of these runs of a scenario, which took `elapsed_s` together.
     #[must_use]
-    pub fn of(scenario: &str, files: &Files, outcomes: &[Outcome], elapsed_s: f64) -> Self {
-        let count = |is: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|one| is(one)).count();
-        let violations = tally(outcomes, |outcome| {
-            outcome
-                .violations
-                .iter()
-                .map(|violation| violation.kind.clone())
-                .collect()
+    pub fn of(scenario: &Scenario, runs: &[Summary], elapsed_s: f64) -> Self {
+        let count = |is: &dyn Fn(&Summary) -> bool| runs.iter().filter(|one| is(one)).count();
+        let violations = tally(runs, |run| {
+            run.violations.iter().map(|own| own.kind.clone()).collect()
         });
-        let faults = tally(outcomes, |outcome| {
-            outcome
-                .faults
-                .iter()
-                .map(|(fault, _)| fault.clone())
-                .collect()
+        let faults = tally(runs, |run| {
+            let faults = run.robots.iter().flat_map(|robot| &robot.faults);
+            faults.map(|(fault, _)| fault.clone()).collect()
         });
-        let failures = outcomes
-            .iter()
-            .filter(|outcome| !outcome.passed())
-            .map(|outcome| FailedRun {
-                seed: outcome.seed,
-                reason: outcome.reason(),
+        let failures = { runs.iter() }
+            .filter(|run| !run.passed())
+            .map(|run| FailedRun {
+                seed: run.seed,
+                reason: run.reason(),
             })
             .collect();
+        let files: Vec<String> = { scenario.robots.iter() }
+            .map(|player| player.file.display().to_string())
+            .collect();
         Self {
-            scenario: scenario.to_owned(),
-            robot: files.robot.display().to_string(),
-            site: files.site.display().to_string(),
-            runs: outcomes.len(),
-            passed: count(&|one| one.passed()),
-            done: count(&|one| one.done),
-            clean: count(&|one| one.clean),
+            scenario: scenario.name.clone(),
+            robot: files.join(", "),
+            site: scenario.site_file.display().to_string(),
+            runs: runs.len(),
+            passed: count(&Summary::passed),
+            done: count(&Summary::is_done),
+            clean: count(&|run| run.violations.is_empty()),
             violations,
             faults,
-            quantities: quantities(outcomes),
-            simulated_s: outcomes.iter().map(|one| one.figures.duration_s).sum(),
+            quantities: quantities(runs),
+            simulated_s: runs.iter().map(|run| run.duration_s).sum(),
             elapsed_s,
             failures,
         }
@@ -189,10 +185,10 @@ impl Statistics {
 }
 
 /// In how many runs each name appears, most first.
-fn tally(outcomes: &[Outcome], names: impl Fn(&Outcome) -> Vec<String>) -> Vec<(String, usize)> {
+fn tally(runs: &[Summary], names: impl Fn(&Summary) -> Vec<String>) -> Vec<(String, usize)> {
     let mut counts: Vec<(String, usize)> = Vec::new();
-    for outcome in outcomes {
-        let mut mine = names(outcome);
+    for run in runs {
+        let mut mine = names(run);
         mine.sort();
         mine.dedup();
         for name in mine {
@@ -206,70 +202,58 @@ fn tally(outcomes: &[Outcome], names: impl Fn(&Outcome) -> Vec<String>) -> Vec<(
     counts
 }
 
-fn quantities(outcomes: &[Outcome]) -> Vec<Quantity> {
-    let figure = |of: &dyn Fn(&Outcome) -> f64| -> Vec<f64> { outcomes.iter().map(of).collect() };
-    let all = |of: &dyn Fn(&Outcome) -> Vec<f64>| -> Vec<f64> {
-        outcomes.iter().flat_map(of).map(f64::abs).collect()
+fn quantities(runs: &[Summary]) -> Vec<Quantity> {
+    let robots = || runs.iter().flat_map(|run| &run.robots);
+    let figures = || robots().filter_map(|robot| robot.figures.as_ref());
+    let figure = |of: &dyn Fn(&Figures) -> f64| -> Vec<f64> { figures().map(of).collect() };
+    let all = |of: &dyn Fn(&Figures) -> &[f64]| -> Vec<f64> {
+        figures().flat_map(of).map(|value| value.abs()).collect()
     };
-    let done: Vec<f64> = outcomes
-        .iter()
-        .filter(|outcome| outcome.done)
-        .map(|outcome| outcome.figures.duration_s)
-        .collect();
+    let of_robots = |of: &dyn Fn(&RobotSummary) -> f64| -> Vec<f64> { robots().map(of).collect() };
+    let done = { runs.iter() }.filter(|run| run.is_done());
+    let done: Vec<f64> = done.map(|run| run.duration_s).collect();
     [
         ("duration of runs that were done, s", done),
-        ("distance, m", figure(&|one| one.figures.distance_m)),
-        (
-            "least clearance, m",
-            figure(&|one| one.figures.min_clearance_m),
-        ),
+        ("distance, m", figure(&|one| one.distance_m)),
+        ("least clearance, m", figure(&|one| one.min_clearance_m)),
         (
             "largest pose error where walls are in view, m",
-            figure(&|one| one.figures.max_pose_error_m),
+            figure(&|one| one.max_pose_error_m),
         ),
         (
             "largest heading error in view, degrees",
-            figure(&|one| one.figures.max_heading_error_rad.to_degrees()),
+            figure(&|one| one.max_heading_error_rad.to_degrees()),
         ),
         (
             "largest position error anywhere, m",
-            figure(&|one| one.figures.max_position_error_m),
+            figure(&|one| one.max_position_error_m),
         ),
-        (
-            "docking error, m",
-            all(&|one| one.figures.dock_errors_m.clone()),
-        ),
+        ("docking error, m", all(&|one| &one.dock_errors_m)),
         (
             "error of stops at a pose, m",
-            all(&|one| one.figures.pose_stop_errors_m.clone()),
+            all(&|one| &one.pose_stop_errors_m),
         ),
         (
             "error of stops before an area, m",
-            all(&|one| one.figures.border_stop_errors_m.clone()),
+            all(&|one| &one.border_stop_errors_m),
         ),
         (
             "least distance to a border without leave, m",
-            figure(&|one| one.figures.min_border_m),
+            figure(&|one| one.min_border_m),
         ),
         (
             "largest excess over an area's speed limit, m/s",
-            figure(&|one| one.figures.max_over_speed_m_s),
+            figure(&|one| one.max_over_speed_m_s),
         ),
         (
             "leave withheld until it had waited, times",
-            figure(&|one| one.withheld as f64),
+            of_robots(&|robot| robot.withheld as f64),
         ),
-        (
-            "held by the motion tubes, s",
-            figure(&|one| one.figures.held_s),
-        ),
-        (
-            "longest stand, s",
-            figure(&|one| one.figures.longest_stand_s),
-        ),
+        ("held by the motion tubes, s", figure(&|one| one.held_s)),
+        ("longest stand, s", figure(&|one| one.longest_stand_s)),
         (
             "run into while standing, times",
-            figure(&|one| one.figures.run_into as f64),
+            figure(&|one| one.run_into as f64),
         ),
     ]
     .into_iter()

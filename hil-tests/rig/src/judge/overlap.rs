@@ -3,7 +3,7 @@
 use config::Rect;
 use sim::world::Rectangle;
 
-use super::stops::region;
+use crate::shapes::region;
 
 /// Where a floor is relative to an area.
 pub(super) struct Overlap {

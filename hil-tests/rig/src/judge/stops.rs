@@ -1,16 +1,9 @@
 //! How exactly a robot stopped where its skill says: at a wall, at a pose, before an area.
 
 use config::{ControllerConfig, FsmState, SiteConfig, StopPlace};
-use sim::world::{Footprint, Pose, Rectangle};
+use sim::world::{Footprint, Pose};
 
-use super::view::segment;
-
-/// Docking: from the wanted distance.
-const DOCK_M: f64 = 0.02;
-/// A pose, as far as the robot knows where it is: along a corridor nothing tells it.
-const POSE_M: f64 = 0.03;
-/// Before an area: as near to its border as wanted, and this much farther or nearer.
-const BORDER_M: f64 = 0.07;
+use crate::shapes::{region, segment};
 
 /// What a robot stopped at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,16 +26,6 @@ pub struct StopError {
 }
 
 impl StopError {
-    /// The largest error that is good.
-    #[must_use]
-    pub fn limit_m(&self) -> f64 {
-        match self.kind {
-            StopKind::Dock => DOCK_M,
-            StopKind::Pose => POSE_M,
-            StopKind::Border => BORDER_M,
-        }
-    }
-
     /// Where the robot stands at the end of a state against where the state's skill should have stopped it; `None`
     /// for skills that do not stop anywhere in particular. `instructed` is the pose that came with the state's event.
     #[must_use]
@@ -87,27 +70,5 @@ impl StopError {
             }),
             _ => None,
         }
-    }
-}
-
-/// A region as the world has it.
-pub(crate) fn region(rect: &config::Rect) -> Rectangle {
-    let [low, high] = [rect.min_m, rect.max_m];
-    Rectangle {
-        corners_m: [high, [low[0], high[1]], low, [high[0], low[1]]],
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regions_are_rectangles_with_an_inside() {
-        let rectangle = region(&config::Rect {
-            min_m: [1.0, 2.0],
-            max_m: [3.0, 5.0],
-        });
-        assert!(rectangle.contains([2.0, 3.0]) && !rectangle.contains([0.9, 3.0]));
     }
 }

@@ -1,11 +1,11 @@
 use std::path::Path;
 
 use contract::wire::{AccessGrant, Control, Level, MediatorReport};
-use sim::world::{Pose, Twist};
+use sim::world::{Pose, Truth, Twist, World, WorldConfig};
 
 use super::*;
-use crate::network::observations::Owning;
-use crate::scenario::{self, Coordination, During, Stop};
+use crate::network::observations::{Observations, Owning};
+use crate::scenario::{self, Changes, Coordination, During, Scenario, Stop};
 
 const MS: u64 = 1_000_000;
 
@@ -14,11 +14,11 @@ fn scenario() -> Scenario {
         env!("CARGO_MANIFEST_DIR"),
         "/../../config/scenarios/overtaking.toml"
     );
-    scenario::load(Path::new(file)).expect("the scenario that ships is good")
+    scenario::load(Path::new(file), &Changes::default()).expect("the scenario that ships is good")
 }
 
-fn book(scenario: &Scenario) -> Book {
-    Book::new(&scenario.site, &scenario.nets)
+fn heard(scenario: &Scenario) -> Observations {
+    Observations::new(&scenario.site, &scenario.nets)
 }
 
 fn truth(at_ms: u64, x_m: f64, y_m: f64) -> Truth {
@@ -32,7 +32,7 @@ fn truth(at_ms: u64, x_m: f64, y_m: f64) -> Truth {
     }
 }
 
-fn grant(book: &mut Book, robot: &str, area: &str, progress: u32, at_ms: u64) {
+fn grant(observations: &mut Observations, robot: &str, area: &str, progress: u32, at_ms: u64) {
     let report = MediatorReport {
         robot_id: robot.into(),
         session: 1,
@@ -48,7 +48,19 @@ fn grant(book: &mut Book, robot: &str, area: &str, progress: u32, at_ms: u64) {
         }],
         ..MediatorReport::default()
     };
-    book.answer(&report, at_ms * MS);
+    observations.answer(&report, at_ms * MS);
+}
+
+fn observe(judge: &mut Judge, robot: usize, truth: &Truth, observations: &Observations) {
+    let world = World::new(WorldConfig::default()).expect("an empty world");
+    judge.observe(&Look {
+        robot,
+        truth,
+        world: &world,
+        belief: None,
+        leave: &[],
+        observations,
+    });
 }
 
 fn kinds(judge: &Judge) -> Vec<&str> {
@@ -60,34 +72,34 @@ fn kinds(judge: &Judge) -> Vec<&str> {
 #[test]
 fn who_enters_without_a_grant_is_found_and_who_stood_there_is_excused() {
     let scenario = scenario();
-    let (mut judge, mut book) = (Judge::new(&scenario, 0), book(&scenario));
+    let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     // It starts in area 1, and its front, 0.32 m ahead, reaches into area 2.
     let border_m = scenario.site.area("1").expect("there").region.max_m[0];
     let front_at = |at_ms, over_m| truth(at_ms, border_m + over_m - 0.32, -0.5);
     for at_ms in (0..500).step_by(20) {
-        judge.observe(0, &front_at(at_ms, -0.2), &book);
-        judge.observe(0, &front_at(at_ms + 10, 0.015), &book);
+        observe(&mut judge, 0, &front_at(at_ms, -0.2), &observations);
+        observe(&mut judge, 0, &front_at(at_ms + 10, 0.015), &observations);
     }
     assert_eq!((judge.inside(0), kinds(&judge)), (vec!["1"], vec![]));
-    judge.observe(0, &front_at(500, 0.07), &book);
-    judge.observe(0, &front_at(590, 0.07), &book);
+    observe(&mut judge, 0, &front_at(500, 0.07), &observations);
+    observe(&mut judge, 0, &front_at(590, 0.07), &observations);
     assert_eq!(
         kinds(&judge),
         Vec::<&str>::new(),
         "its grant may be heard late"
     );
-    judge.observe(0, &front_at(620, 0.07), &book);
+    observe(&mut judge, 0, &front_at(620, 0.07), &observations);
     assert_eq!(kinds(&judge), ["entry-without-grant"]);
     assert_eq!(judge.violations()[0].at_s, 0.5);
-    judge.observe(0, &front_at(900, 0.07), &book);
+    observe(&mut judge, 0, &front_at(900, 0.07), &observations);
     assert_eq!(judge.violations().len(), 1, "once while it lasts");
     // Having had area 1 and left it, it is not excused there any more.
-    grant(&mut book, "amr-1", "2", 3, 1000);
-    grant(&mut book, "amr-1", "1", 3, 1000);
-    judge.observe(0, &front_at(1100, -0.2), &book);
-    grant(&mut book, "amr-1", "1", 4, 1200);
-    judge.observe(0, &front_at(3000, -0.2), &book);
-    judge.observe(0, &front_at(3200, -0.2), &book);
+    grant(&mut observations, "amr-1", "2", 3, 1000);
+    grant(&mut observations, "amr-1", "1", 3, 1000);
+    observe(&mut judge, 0, &front_at(1100, -0.2), &observations);
+    grant(&mut observations, "amr-1", "1", 4, 1200);
+    observe(&mut judge, 0, &front_at(3000, -0.2), &observations);
+    observe(&mut judge, 0, &front_at(3200, -0.2), &observations);
     assert_eq!(kinds(&judge).len(), 2);
     assert!(judge.violations()[1].detail.contains("area 1"));
 }
@@ -95,18 +107,18 @@ fn who_enters_without_a_grant_is_found_and_who_stood_there_is_excused() {
 #[test]
 fn who_was_cleared_by_an_operator_is_excused_until_it_leaves() {
     let scenario = scenario();
-    let (mut judge, mut book) = (Judge::new(&scenario, 0), book(&scenario));
-    grant(&mut book, "amr-1", "1", 3, 0);
-    judge.observe(0, &truth(0, 3.0, -0.4), &book);
+    let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
+    grant(&mut observations, "amr-1", "1", 3, 0);
+    observe(&mut judge, 0, &truth(0, 3.0, -0.4), &observations);
     judge.cleared("1", &["amr-1"]);
-    book.cleared("1", &["amr-1"], 10 * MS);
+    observations.cleared("1", &["amr-1"], 10 * MS);
     for at_ms in (20..1000).step_by(20) {
-        judge.observe(0, &truth(at_ms, 3.0, -0.4), &book);
+        observe(&mut judge, 0, &truth(at_ms, 3.0, -0.4), &observations);
     }
     assert_eq!(kinds(&judge), Vec::<&str>::new());
-    judge.observe(0, &truth(1000, 9.0, 0.0), &book);
+    observe(&mut judge, 0, &truth(1000, 9.0, 0.0), &observations);
     for at_ms in (1020..1300).step_by(20) {
-        judge.observe(0, &truth(at_ms, 3.0, -0.4), &book);
+        observe(&mut judge, 0, &truth(at_ms, 3.0, -0.4), &observations);
     }
     assert_eq!(kinds(&judge)[0], "entry-without-grant");
 }
@@ -114,30 +126,30 @@ fn who_was_cleared_by_an_operator_is_excused_until_it_leaves() {
 #[test]
 fn more_robots_than_an_area_holds_are_found() {
     let scenario = scenario();
-    let (mut judge, book) = (Judge::new(&scenario, 0), book(&scenario));
-    judge.observe(0, &truth(0, 2.5, -0.5), &book);
-    judge.observe(1, &truth(0, 7.0, -0.5), &book);
+    let (mut judge, observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
+    observe(&mut judge, 0, &truth(0, 2.5, -0.5), &observations);
+    observe(&mut judge, 1, &truth(0, 7.0, -0.5), &observations);
     assert_eq!(kinds(&judge), Vec::<&str>::new());
-    judge.observe(1, &truth(20, 4.0, -0.5), &book);
+    observe(&mut judge, 1, &truth(20, 4.0, -0.5), &observations);
     assert_eq!(kinds(&judge), ["over-capacity"]);
 }
 
 #[test]
 fn contact_and_little_clearance_are_found() {
     let scenario = scenario();
-    let (mut judge, book) = (Judge::new(&scenario, 0), book(&scenario));
+    let (mut judge, observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     let near = Truth {
         clearance_m: 0.05,
         ..truth(0, 2.5, -0.5)
     };
-    judge.observe(0, &near, &book);
+    observe(&mut judge, 0, &near, &observations);
     let hit = Truth {
         collisions: 1,
         clearance_m: 0.0,
         ..truth(20, 2.5, -0.5)
     };
-    judge.observe(0, &hit, &book);
-    judge.observe(0, &hit, &book);
+    observe(&mut judge, 0, &hit, &observations);
+    observe(&mut judge, 0, &hit, &observations);
     assert_eq!(kinds(&judge), ["clearance", "collision", "clearance"][..2]);
 }
 
@@ -159,15 +171,20 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
         other: "amr-1".into(),
         other_area: area("5"),
     }];
-    let (mut judge, mut book) = (Judge::new(&scenario, 0), book(&scenario));
+    let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     let aside = scenario.during[0].other_area.region;
     let middle = [0, 1].map(|axis| 0.5 * (aside.min_m[axis] + aside.max_m[axis]));
     // Before the coordination nothing is asked.
-    judge.observe(0, &truth(0, middle[0], aside.max_m[1]), &book);
-    judge.observe(1, &truth(0, 3.0, -0.5), &book);
-    judge.observe(1, &truth(20, 3.0, -0.5), &book);
+    observe(
+        &mut judge,
+        0,
+        &truth(0, middle[0], aside.max_m[1]),
+        &observations,
+    );
+    observe(&mut judge, 1, &truth(0, 3.0, -0.5), &observations);
+    observe(&mut judge, 1, &truth(20, 3.0, -0.5), &observations);
     assert_eq!(judge.rules()[0].checked_s, 0.0);
-    book.answer(
+    observations.answer(
         &MediatorReport {
             robot_id: "amr-2".into(),
             session: 1,
@@ -180,8 +197,13 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
         },
         30 * MS,
     );
-    judge.observe(0, &truth(40, middle[0], middle[1]), &book);
-    judge.observe(1, &truth(40, 3.0, -0.5), &book);
+    observe(
+        &mut judge,
+        0,
+        &truth(40, middle[0], middle[1]),
+        &observations,
+    );
+    observe(&mut judge, 1, &truth(40, 3.0, -0.5), &observations);
     assert_eq!(judge.rules()[0].checked_s, 0.02);
     let rules = |judge: &Judge| {
         let found = { judge.violations().iter() }.filter(|own| own.kind == "during");
@@ -189,8 +211,13 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
     };
     assert_eq!(rules(&judge), 0);
     // Half of it reaches out.
-    judge.observe(0, &truth(60, middle[0], aside.max_m[1]), &book);
-    judge.observe(1, &truth(60, 3.0, -0.5), &book);
+    observe(
+        &mut judge,
+        0,
+        &truth(60, middle[0], aside.max_m[1]),
+        &observations,
+    );
+    observe(&mut judge, 1, &truth(60, 3.0, -0.5), &observations);
     assert_eq!((rules(&judge), judge.rules()[0].broken_s), (1, 0.02));
 }
 
@@ -221,4 +248,48 @@ fn two_owners_are_found_when_it_is_not_only_the_order_of_hearing() {
     assert_eq!(found(&[own("a", 1000, None), own("b", 2000, None)]), 1);
     let late = [own("b", 2000, Some(3000)), own("a", 1000, Some(2500))];
     assert_eq!(found(&late), 1, "whatever their order");
+}
+
+#[test]
+fn lane_and_speed_are_judged_where_the_scenario_has_limits() {
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../config/scenarios/lap.toml"
+    );
+    let scenario = scenario::load(Path::new(file), &Changes::default()).expect("it ships");
+    let (mut judge, observations) = (Judge::new(&scenario, 0, false), heard(&scenario));
+    let near = Truth {
+        clearance_m: 0.05,
+        ..truth(1000, 2.0, -0.5)
+    };
+    observe(&mut judge, 0, &near, &observations);
+    observe(&mut judge, 0, &near, &observations);
+    let hit = Truth {
+        collisions: 1,
+        ..truth(1000, 2.0, -0.5)
+    };
+    observe(&mut judge, 0, &hit, &observations);
+    observe(
+        &mut judge,
+        0,
+        &Truth {
+            collisions: 1,
+            ..truth(1000, 2.0, -0.35)
+        },
+        &observations,
+    );
+    let fast = Truth {
+        collisions: 1,
+        twist: Twist {
+            v_m_s: 0.6,
+            ..Twist::default()
+        },
+        ..truth(1000, 2.0, -0.5)
+    };
+    observe(&mut judge, 0, &fast, &observations);
+    assert_eq!(
+        kinds(&judge),
+        ["clearance", "collision", "lateral-error", "speed"]
+    );
+    assert!((judge.max_lateral_error_m(0) - 0.15).abs() < 1e-9);
 }

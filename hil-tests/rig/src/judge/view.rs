@@ -3,12 +3,14 @@
 use config::{SiteConfig, Wall};
 use sim::world::{Point, Pose, Rectangle, Segment, Shape, World, ray_hit_disc_m};
 
+use crate::shapes::segment;
+
 /// The view of a URG-04LX.
 const HALF_VIEW_RAD: f64 = 2.09;
 const STEP_RAD: f64 = 0.025;
 const REACH_M: f64 = 4.0;
-/// A wall is in view when so many of these rays (a quarter of a radian, forty beams) meet it, over at least this length:
-/// with less, at the end of the reach, the noise of ranges is as large as what is asked for.
+/// A wall is in view when at least `LEAST_RAYS` of these rays (a quarter of a radian, forty beams) meet it, over at least
+/// `LEAST_LENGTH_M`: with less, at the end of the reach, the noise of ranges is as large as what is asked for.
 const LEAST_RAYS: usize = 10;
 const LEAST_LENGTH_M: f64 = 0.8;
 
@@ -92,12 +94,6 @@ pub fn normal(wall: &Wall) -> Point {
     let [dx, dy] = [0, 1].map(|axis| wall.to_m[axis] - wall.from_m[axis]);
     let length_m = dx.hypot(dy);
     [-dy / length_m, dx / length_m]
-}
-
-/// A wall as the world has it.
-#[must_use]
-pub fn segment(wall: &Wall) -> Segment {
-    Segment::new(wall.from_m, wall.to_m)
 }
 
 #[derive(Clone, Debug, Default)]

@@ -8,48 +8,48 @@ use sim::rt::monotonic_ns;
 use zenoh::Wait;
 use zenoh::pubsub::Subscriber;
 
-use super::observations::Book;
-use crate::one_robot::listener::open_session;
+use super::endpoint::open_session;
+use super::observations::Observations;
 
 /// Hears all robots and the mediator under one key prefix.
-pub struct FleetListener {
-    book: Arc<Mutex<Book>>,
+pub struct Listener {
+    observations: Arc<Mutex<Observations>>,
     endpoint: String,
     _subscribers: Vec<Subscriber<()>>,
     _session: zenoh::Session,
 }
 
-impl FleetListener {
+impl Listener {
     /// Opens an endpoint of its own on the loopback, to which robots and mediator connect.
     ///
     /// # Errors
     /// A sentence when the network cannot be opened.
     pub fn open(key_prefix: &str, site: &SiteConfig, nets: &[NetConfig]) -> Result<Self, String> {
         let (session, endpoint) = open_session()?;
-        let book = Arc::new(Mutex::new(Book::new(site, nets)));
+        let observations = Arc::new(Mutex::new(Observations::new(site, nets)));
         let key = |key: Result<String, keys::InvalidName>| key.map_err(|error| error.to_string());
         let subscribers = vec![
             subscribe(
                 &session,
                 key(keys::all_states(key_prefix))?,
-                &book,
-                Book::state,
+                &observations,
+                Observations::state,
             )?,
             subscribe(
                 &session,
                 key(keys::all_reports(key_prefix))?,
-                &book,
-                |book, report, at_ns| book.report(&report, at_ns),
+                &observations,
+                |observations, report, at_ns| observations.report(&report, at_ns),
             )?,
             subscribe(
                 &session,
                 key(keys::to_all_robots(key_prefix))?,
-                &book,
-                |book, answer, at_ns| book.answer(&answer, at_ns),
+                &observations,
+                |observations, answer, at_ns| observations.answer(&answer, at_ns),
             )?,
         ];
         Ok(Self {
-            book,
+            observations,
             endpoint,
             _subscribers: subscribers,
             _session: session,
@@ -63,27 +63,29 @@ impl FleetListener {
     }
 
     /// All that was heard; keep the guard for a short time, messages wait.
-    pub fn book(&self) -> MutexGuard<'_, Book> {
-        self.book.lock().unwrap_or_else(PoisonError::into_inner)
+    pub fn observations(&self) -> MutexGuard<'_, Observations> {
+        self.observations
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 fn subscribe<M: Message + Default + 'static>(
     session: &zenoh::Session,
     key: String,
-    book: &Arc<Mutex<Book>>,
-    take: impl Fn(&mut Book, M, u64) + Send + Sync + 'static,
+    observations: &Arc<Mutex<Observations>>,
+    take: impl Fn(&mut Observations, M, u64) + Send + Sync + 'static,
 ) -> Result<Subscriber<()>, String> {
-    let book = Arc::clone(book);
+    let observations = Arc::clone(observations);
     session
         .declare_subscriber(key)
         .callback(move |sample| {
             let at_ns = monotonic_ns();
             let message = decode::<M>(&sample.payload().to_bytes());
-            let mut book = book.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut observations = observations.lock().unwrap_or_else(PoisonError::into_inner);
             match message {
-                Ok(message) => take(&mut book, message, at_ns),
-                Err(_) => book.malformed(),
+                Ok(message) => take(&mut observations, message, at_ns),
+                Err(_) => observations.malformed(),
             }
         })
         .wait()

@@ -18,7 +18,7 @@ const FRESH_NS: u64 = 2_000_000_000;
 
 /// A coordination, with times of our clock.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct CoordinationSeen {
     /// What was told last.
     pub status: CoordinationStatus,
     /// When it began.
@@ -35,13 +35,13 @@ pub struct Course {
 
 /// All that was told.
 #[derive(Clone, Debug, Default)]
-pub struct Seen {
+pub struct Told {
     status: Option<(u64, Status)>,
     /// By number.
-    pub courses: BTreeMap<u64, Course>,
+    pub coordinations: BTreeMap<u64, CoordinationSeen>,
 }
 
-impl Seen {
+impl Told {
     /// How everything stood a moment ago, if the mediator answers.
     #[must_use]
     pub fn status(&self) -> Option<&Status> {
@@ -60,64 +60,62 @@ impl Seen {
         let ns = |ms: u64| ms.saturating_mul(1_000_000);
         // Since it began; or since the mediator did, which restarted meanwhile.
         let base_ns = now_ns.saturating_sub(ns(own.age_ms));
-        let course = self.courses.entry(own.number).or_insert_with(|| Course {
-            status: own.clone(),
-            from_ns: base_ns,
-            to_ns: None,
-            firings: Vec::new(),
-            fired: 0,
-            epoch,
-            base_ns,
-        });
-        if course.to_ns.is_some() {
+        let seen = self
+            .coordinations
+            .entry(own.number)
+            .or_insert_with(|| CoordinationSeen {
+                status: own.clone(),
+                from_ns: base_ns,
+                to_ns: None,
+                firings: Vec::new(),
+                fired: 0,
+                epoch,
+                base_ns,
+            });
+        if seen.to_ns.is_some() {
             return;
         }
         // What is over does not grow older any more.
         if !own.over {
-            course.base_ns = base_ns;
+            seen.base_ns = base_ns;
         }
-        let base_ns = course.base_ns;
+        let base_ns = seen.base_ns;
         // A restarted mediator counts anew.
-        let known = if epoch == course.epoch {
-            course.fired
-        } else {
-            0
-        };
-        course.epoch = epoch;
+        let known = if epoch == seen.epoch { seen.fired } else { 0 };
+        seen.epoch = epoch;
         let new = usize::try_from(own.fired.saturating_sub(known)).unwrap_or(usize::MAX);
         let skip = own.firings.len().saturating_sub(new);
         for (transition, at_ms) in own.firings.iter().skip(skip) {
-            course
-                .firings
+            seen.firings
                 .push((transition.clone(), base_ns + ns(*at_ms)));
         }
-        course.fired = own.fired;
+        seen.fired = own.fired;
         if own.over {
-            course.to_ns = Some((base_ns + ns(own.age_ms)).min(now_ns));
+            seen.to_ns = Some((base_ns + ns(own.age_ms)).min(now_ns));
         }
-        course.status = own.clone();
+        seen.status = own.clone();
     }
 }
 
 /// Asks in a thread of its own until it is dropped.
-pub struct Board {
-    seen: Arc<Mutex<Seen>>,
+pub struct MediatorWatch {
+    seen: Arc<Mutex<Told>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Board {
+impl MediatorWatch {
     /// Begins to ask at this control socket; nobody need answer there yet.
     ///
     /// # Errors
     /// The operating system's.
-    pub fn watch(socket: PathBuf) -> std::io::Result<Self> {
-        let seen = Arc::<Mutex<Seen>>::default();
+    pub fn start(socket: PathBuf) -> std::io::Result<Self> {
+        let seen = Arc::<Mutex<Told>>::default();
         let stop = Arc::<AtomicBool>::default();
         let thread = {
             let (seen, stop) = (Arc::clone(&seen), Arc::clone(&stop));
             std::thread::Builder::new()
-                .name("board".to_owned())
+                .name("mediator-watch".to_owned())
                 .spawn(move || {
                     while !stop.load(Ordering::Relaxed) {
                         if let Ok(Answer::Status(status)) = ask(&socket, &Question::Status) {
@@ -135,12 +133,12 @@ impl Board {
     }
 
     /// All that was told.
-    pub fn seen(&self) -> MutexGuard<'_, Seen> {
+    pub fn told(&self) -> MutexGuard<'_, Told> {
         lock(&self.seen)
     }
 }
 
-impl Drop for Board {
+impl Drop for MediatorWatch {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
@@ -150,7 +148,7 @@ impl Drop for Board {
     }
 }
 
-fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
+fn lock(seen: &Mutex<Told>) -> MutexGuard<'_, Told> {
     seen.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -186,15 +184,15 @@ mod tests {
         }
     }
 
-    fn firings(seen: &Seen) -> Vec<(&str, u64)> {
-        { seen.courses[&1].firings.iter() }
+    fn firings(seen: &Told) -> Vec<(&str, u64)> {
+        { seen.coordinations[&1].firings.iter() }
             .map(|(transition, at_ns)| (transition.as_str(), at_ns / MS))
             .collect()
     }
 
     #[test]
     fn firings_are_written_down_once_with_times_of_our_clock() {
-        let mut seen = Seen::default();
+        let mut seen = Told::default();
         seen.take(status(1, 1, &[("a", 5)], 100, false), 1_100 * MS);
         seen.take(status(1, 1, &[("a", 5)], 300, false), 1_300 * MS);
         // Only the last ones are told.
@@ -213,22 +211,19 @@ mod tests {
         );
         let expected = [("a", 1_005), ("b", 1_350), ("c", 1_390), ("d", 1_600)];
         assert_eq!(firings(&seen), expected);
-        let course = &seen.courses[&1];
-        assert_eq!(
-            (course.from_ns, course.to_ns),
-            (1_000 * MS, Some(1_620 * MS))
-        );
+        let one = &seen.coordinations[&1];
+        assert_eq!((one.from_ns, one.to_ns), (1_000 * MS, Some(1_620 * MS)));
     }
 
     #[test]
     fn a_mediator_that_restarted_counts_from_its_own_start() {
-        let mut seen = Seen::default();
+        let mut seen = Told::default();
         seen.take(status(1, 1, &[("a", 5)], 100, false), 1_100 * MS);
         seen.take(status(2, 1, &[("b", 50)], 60, false), 5_060 * MS);
-        let course = &seen.courses[&1];
-        assert_eq!(course.from_ns, 1_000 * MS);
+        let one = &seen.coordinations[&1];
+        assert_eq!(one.from_ns, 1_000 * MS);
         seen.take(status(2, 2, &[("b", 50), ("c", 70)], 80, true), 5_100 * MS);
-        assert_eq!(seen.courses[&1].to_ns, Some(5_080 * MS));
+        assert_eq!(seen.coordinations[&1].to_ns, Some(5_080 * MS));
         assert_eq!(firings(&seen).last(), Some(&("c", 5_070)));
     }
 }

@@ -7,10 +7,13 @@ use std::path::PathBuf;
 use std::process::ExitStatus;
 
 use coordination::symbols::remove_stale;
+use onboard::cli::Failure;
+use onboard::process::ctl::{self, Event, Request, Stop};
 use onboard::process::runtime::Runtime;
 use rustix::process::Signal;
 
 use super::child::Process;
+use crate::stand_ins::operator::Instruction;
 
 /// Hidden subcommand by which this program becomes a robot.
 pub const SUBCOMMAND: &str = "__robot";
@@ -122,4 +125,23 @@ impl Drop for RobotProcess {
         self.stop();
         self.clean_up();
     }
+}
+
+/// Sends a robot that runs as a process an instruction, as an operator does.
+///
+/// # Errors
+/// A sentence with the robot's reason.
+pub fn send(runtime: &Runtime, robot: &str, instruction: &Instruction) -> Result<(), String> {
+    let request = Request::Send(Event {
+        name: instruction.event.clone(),
+        speed_limit_m_s: instruction.speed_limit_m_s,
+        stop: instruction.stop_at.map(|pose| Stop {
+            x_m: pose.x_m,
+            y_m: pose.y_m,
+            theta_rad: pose.theta_rad,
+        }),
+    });
+    ctl::send(runtime, Some(robot), &request).map_err(|failure| match failure {
+        Failure::Refused(report) | Failure::Failed(report) => report.to_string(),
+    })
 }

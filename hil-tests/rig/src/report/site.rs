@@ -3,10 +3,12 @@
 use config::SiteConfig;
 use sim::world::Pose;
 
-use super::canvas::{Canvas, Curve, Px2, shortened};
-use super::frame::Frame;
-use super::labels::{Field, LABEL_PX, Labels, PILL_HEIGHT_PX, text_width_px};
-use super::{MARGIN_PX, PLOT_LEFT_PX, floor, legend};
+use super::draw::canvas::{Canvas, Curve, Px2, shortened};
+use super::draw::floor;
+use super::draw::frame::Frame;
+use super::draw::labels::{Field, LABEL_PX, Labels, PILL_HEIGHT_PX, text_width_px};
+use super::draw::scale_bar::draw_scale_bar;
+use super::draw::sheet::{MARGIN_PX, PLOT_LEFT_PX, PLOT_RIGHT_PX};
 
 const LINE_PX: f64 = 21.0;
 /// Length of the arrow that stands for a robot whose size the site does not know.
@@ -35,7 +37,7 @@ pub fn site_svg(site: &SiteConfig) -> String {
     frame.draw_axes(&mut canvas);
     let below_px = frame.field.max[1] + 74.0;
     draw_signs(&mut canvas, [PLOT_LEFT_PX, below_px]);
-    legend::draw_scale_bar(&mut canvas, &frame, below_px);
+    draw_scale_bar(&mut canvas, &frame, below_px);
     let height_px = draw_layers(&mut canvas, site, below_px + 46.0);
     canvas.finish(height_px, &title)
 }
@@ -180,7 +182,7 @@ fn draw_list(canvas: &mut Canvas, title: &str, lines: &[String], top_px: f64) ->
     const COLUMNS: usize = 3;
     canvas.text("cap", [PLOT_LEFT_PX, top_px], title);
     let rows = lines.len().div_ceil(COLUMNS);
-    let width_px = (super::PLOT_RIGHT_PX - PLOT_LEFT_PX) / COLUMNS as f64;
+    let width_px = (PLOT_RIGHT_PX - PLOT_LEFT_PX) / COLUMNS as f64;
     for (index, line) in lines.iter().enumerate() {
         let at = [
             PLOT_LEFT_PX + width_px * (index / rows) as f64,

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-use sim::rt::monotonic_ns;
-
-use super::run::Run;
+use super::execution::Execution;
+use super::watch::Run;
+use crate::network::mediator_status::Told;
+use crate::network::observations::Observations;
 
 /// Lines are cut here, so that none is wrapped and the view stays in place.
 const DEFAULT_COLUMNS: usize = 120;
@@ -33,7 +34,7 @@ impl Live {
     }
 
     /// Shows how everything stands, if it is time to.
-    pub fn show(&mut self, run: &Run) {
+    pub fn show<E: Execution>(&mut self, run: &Run<E>) {
         let period = if self.terminal {
             Duration::from_millis(250)
         } else {
@@ -73,46 +74,72 @@ impl Live {
 }
 
 /// How everything stands, in lines.
-fn view(run: &Run) -> String {
-    let now_ns = monotonic_ns();
+fn view<E: Execution>(run: &Run<E>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,
         "{:.0} s of {:.0} s, {} violations",
-        run.stage.seconds(now_ns),
-        run.scenario.patience_s,
+        run.stage.seconds(run.stage.now_ns()),
+        run.scenario.longest_s(),
         run.judge.violations().len()
     );
-    let book = run.stage.listener.book();
-    for (number, (player, track)) in run.scenario.robots.iter().zip(&run.tracks).enumerate() {
-        let said = book.said(&player.id).map(|said| &said.state);
-        let faults: Vec<&str> = { said.iter() }
-            .flat_map(|state| &state.faults)
-            .filter(|fault| fault.active)
-            .map(|fault| fault.name.as_str())
-            .collect();
-        let (speed_m_s, pose) = { track.truth }.map_or((0.0, Default::default()), |truth| {
-            (truth.twist.v_m_s, truth.pose)
-        });
-        let state = said.map_or("-", |state| state.fsm_state.as_str());
-        let inside = run.judge.inside(number).join("+");
-        let _ = writeln!(
-            text,
-            "  {:<8} {:<16} in {:<14} {speed_m_s:5.2} m/s  x {:6.2} y {:6.2}  round {}/{}  {}",
-            player.id,
-            state,
-            if inside.is_empty() { "-" } else { &inside },
-            pose.x_m,
-            pose.y_m,
-            track.way.rounds(),
-            track.way.wanted(),
-            faults.join(" ")
-        );
+    run.stage.heard(|observations| {
+        for robot in 0..run.tracks.len() {
+            add_robot(&mut text, run, robot, observations);
+        }
+        add_areas(&mut text, run, observations);
+    });
+    if run.stage.mediator().is_some() {
+        run.stage.told(|told| add_nets(&mut text, told));
+    }
+    text
+}
+
+fn add_robot<E: Execution>(
+    text: &mut String,
+    run: &Run<E>,
+    robot: usize,
+    observations: &Observations,
+) {
+    let (player, track) = (&run.scenario.robots[robot], &run.tracks[robot]);
+    let said = observations.said(&player.id).map(|said| &said.state);
+    let faults: Vec<&str> = { said.iter() }
+        .flat_map(|state| &state.faults)
+        .filter(|fault| fault.active)
+        .map(|fault| fault.name.as_str())
+        .collect();
+    let truth = track.truth.unwrap_or_default();
+    let or_dash = |text: Option<&str>| match text {
+        None | Some("") => "-".to_owned(),
+        Some(text) => text.to_owned(),
+    };
+    let inside = run.judge.inside(robot).join("+");
+    let _ = writeln!(
+        text,
+        "  {:<8} {:<16} {:<12} in {:<14} {:5.2} m/s  clearance {:5.2} m  x {:6.2} y {:6.2}  round {}/{}  {}",
+        player.id,
+        or_dash(said.map(|state| state.fsm_state.as_str())),
+        or_dash(said.map(|state| state.skill.as_str())),
+        or_dash(Some(&inside)),
+        truth.twist.v_m_s,
+        truth.clearance_m,
+        truth.pose.x_m,
+        truth.pose.y_m,
+        track.progress.rounds(),
+        track.progress.wanted(),
+        faults.join(" ")
+    );
+}
+
+/// Who has which area, and who waits for one.
+fn add_areas<E: Execution>(text: &mut String, run: &Run<E>, observations: &Observations) {
+    if !run.scenario.site.areas_managed {
+        return;
     }
     text.push_str("  areas");
     for area in &run.scenario.site.areas {
-        let owners: Vec<String> = { book.ownings().iter() }
+        let owners: Vec<String> = { observations.ownings().iter() }
             .filter(|own| own.area == area.id && own.released_ns.is_none())
             .map(|own| format!("{}#{}", own.robot, own.fence))
             .collect();
@@ -121,7 +148,8 @@ fn view(run: &Run) -> String {
         }
     }
     text.push('\n');
-    for waiting in book.waitings().iter().filter(|own| own.to_ns.is_none()) {
+    let now_ns = run.stage.now_ns();
+    for waiting in { observations.waitings().iter() }.filter(|own| own.to_ns.is_none()) {
         let since_s = now_ns.saturating_sub(waiting.from_ns) as f64 / 1e9;
         if since_s > 0.5 {
             let _ = writeln!(
@@ -131,24 +159,22 @@ fn view(run: &Run) -> String {
             );
         }
     }
-    drop(book);
-    if let Some(board) = &run.stage.board {
-        let seen = board.seen();
-        match seen.status() {
-            None => text.push_str("  the mediator does not answer\n"),
-            Some(status) => {
-                for own in status.coordinations.iter().filter(|own| !own.over) {
-                    let _ = writeln!(
-                        text,
-                        "  net {} {} after {} firings: {}",
-                        own.net,
-                        own.number,
-                        own.fired,
-                        own.marking.join(", ")
-                    );
-                }
-            }
-        }
+}
+
+/// What nets have marked.
+fn add_nets(text: &mut String, told: Option<&Told>) {
+    let Some(status) = told.and_then(Told::status) else {
+        text.push_str("  the mediator does not answer\n");
+        return;
+    };
+    for own in status.coordinations.iter().filter(|own| !own.over) {
+        let _ = writeln!(
+            text,
+            "  net {} {} after {} firings: {}",
+            own.net,
+            own.number,
+            own.fired,
+            own.marking.join(", ")
+        );
     }
-    text
 }

@@ -1,9 +1,25 @@
-//! One run of a scenario.
+//! One run of a scenario, and the two ways to run it.
+//!
+//! - [`Execution`] is the seam: robots, world and mediator, whoever runs them;
+//! - [`stage`] runs the real programs in real time; [`stepped`](crate::stepped) is the other way;
+//! - [`Run`] judges a run and knows when it ends, [`live`] shows it, [`Record`](crate::record::Record) is what is left of it.
 
+mod ending;
+mod execution;
+mod finish;
 pub mod live;
-mod outcome;
-#[expect(clippy::module_inception, reason = "the run itself")]
-pub mod run;
+mod measured;
+pub mod member;
+mod printing;
+mod programs;
+mod recording;
+mod settings;
 pub mod stage;
+mod watch;
 
-pub use run::{Ending, Options, Run};
+pub use ending::Ending;
+pub use execution::{Execution, Found, LOOK_NS, MediatorRuns};
+pub use finish::{finish, look_on};
+pub use programs::{Options, run};
+pub use recording::record;
+pub use watch::{Run, Track};

@@ -1,81 +1,79 @@
-//! The stage of a scenario with a fleet: world, devices, listener, mediator and robots.
+//! The real programs in real time: world, devices, listener, mediator and robots.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use config::SiteConfig;
+use onboard::cli::Failure;
 use onboard::process::inspect;
 use onboard::process::runtime::Runtime;
 use rustix::process::Signal;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
-use sim::world::{Pose, Random, SharedWorld, TruthRecord};
+use sim::world::{Random, SharedWorld, Truth, TruthRecord, World};
 
-use crate::cli::Failure;
+use super::ending::Ending;
+use super::execution::{Execution, Found, LOOK_NS, MediatorRuns};
+use super::measured::{device_violations, robot_summary};
+use super::member::Member;
+use super::settings::{runtime_in, settings, without_nets};
+use crate::belief::{Belief, Insight};
 use crate::folder::Folder;
-use crate::network::listener::FleetListener;
-use crate::network::mediator_status::Board;
-use crate::one_robot::listener::free_endpoint;
-use crate::one_robot::stage::{make_folder, runtime_in, settings};
+use crate::machine::round;
+use crate::network::endpoint::free_endpoint;
+use crate::network::listener::Listener;
+use crate::network::mediator_status::{MediatorWatch, Told};
+use crate::network::observations::Observations;
+use crate::output::make_folder;
 use crate::process::Usage;
 use crate::process::janitor::Janitor;
 use crate::process::mediator::{MediatorProcess, MediatorSetup};
-use crate::process::robot::{RobotProcess, RobotSetup};
-use crate::scenario::Scenario;
-use crate::testbed::{BusPlace, Devices, drawn_start, start_pose, world};
+use crate::process::robot::{RobotSetup, send};
+use crate::scenario::{Player, Scenario};
+use crate::stand_ins::clutter::furnish;
+use crate::stand_ins::operator::Instruction;
+use crate::summary::{MediatorSummary, RobotSummary};
+use crate::testbed::{BusPlace, Devices, drawn_starts, world};
 
 /// Numbers drawn for starting times have nothing to do with those that the world draws.
 const DELAY_STREAM: u64 = 0x4445_4c41;
 
-/// How a scenario is run.
+/// How the programs are started.
 #[derive(Clone, Debug)]
 pub struct StageSetup<'a> {
     /// The program that becomes mediator and robots: the rig's own.
     pub program: PathBuf,
-    /// Decides wheel errors, start offsets, starting times and noise.
+    /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way.
     pub seed: u64,
-    /// Folder for what the scenario leaves.
+    /// Folder for what the run leaves.
     pub out: &'a Path,
-    /// Start the mediator.
+    /// Start a mediator where the site asks for one.
     pub mediator: bool,
     /// Leave the site's coordinations as they are.
     pub nets: bool,
 }
 
-/// One robot on the stage. Fields are dropped in this order: the robot first, then its devices.
-pub struct Member {
-    process: Option<RobotProcess>,
-    /// Its devices.
-    pub devices: Devices,
-    /// Memory and processor time of its last process.
-    pub usage: Usage,
-    setup: RobotSetup,
-    start_at_ns: u64,
-    started: bool,
-}
-
-/// A scenario under way. Fields are dropped in this order: robots, then the mediator, then what they talk to.
-pub struct FleetStage {
+/// The programs of a scenario. Fields are dropped in this order: robots, then the mediator, then what they talk to.
+pub struct Stage {
     /// Robots, in the order of the scenario.
     pub members: Vec<Member>,
     /// The mediator, if there is one.
     pub mediator: Option<MediatorProcess>,
-    /// What the mediator tells its operators.
-    pub board: Option<Board>,
+    watch: Option<MediatorWatch>,
     /// The world; robots have the numbers that they have in the scenario.
     pub world: SharedWorld,
-    /// An independent ear on the network.
-    pub listener: FleetListener,
-    /// When the first robot may start.
-    pub start_ns: u64,
+    /// The independent listener.
+    pub listener: Listener,
+    players: Vec<Player>,
+    managed: bool,
+    start_ns: u64,
     runtime: Runtime,
     seen: u64,
     _folder: Folder,
     _janitor: Janitor,
 }
 
-impl FleetStage {
-    /// Builds the world, and starts devices and mediator; robots follow with [`Self::start_robots`].
+impl Stage {
+    /// Builds the world, and starts devices and mediator; robots follow as their times come.
     ///
     /// # Errors
     /// [`Failure::Refused`] naming what is wrong or cannot be had.
@@ -89,20 +87,25 @@ impl FleetStage {
         } else {
             without_nets(&scenario.site_file, folder.path())?
         };
-        let starts = starts(scenario, site, setup.seed)?;
-        let robots: Vec<_> = { scenario.robots.iter() }
-            .zip(&starts)
-            .map(|(player, start)| (&player.config, *start))
-            .collect();
+        let robots = drawn_starts(scenario, setup.seed);
         let world = world(site, &robots, setup.seed)?;
+        if let Some(clutter) = &scenario.clutter {
+            furnish(&mut world.lock(), clutter, setup.seed).map_err(Failure::refused)?;
+        }
         // A name of this run's own, so that two rigs on one machine never meet.
         let key_prefix = format!("rig-{}", std::process::id());
         let listener =
-            FleetListener::open(&key_prefix, site, &scenario.nets).map_err(Failure::refused)?;
+            Listener::open(&key_prefix, site, &scenario.nets).map_err(Failure::refused)?;
         let mediator_endpoint = free_endpoint().map_err(Failure::refused)?;
         let runtime_folder = folder.path().join("run");
         let runtime = runtime_in(&runtime_folder)?;
-        let mediator = setup.mediator.then(|| {
+        let wanted = setup.mediator && site.areas_managed;
+        if wanted && !scenario.set.is_empty() {
+            return Err(Failure::refused(
+                "values that are set would not reach the mediator, which reads the site file itself",
+            ));
+        }
+        let mediator = wanted.then(|| {
             MediatorProcess::start(MediatorSetup {
                 program: setup.program.clone(),
                 site_file: site_file.clone(),
@@ -118,10 +121,10 @@ impl FleetStage {
         let mediator = mediator.transpose().map_err(|error| {
             Failure::refused(format_args!("the mediator cannot be started: {error}"))
         })?;
-        let board = { mediator.as_ref() }
+        let watch = { mediator.as_ref() }
             .map(|mediator| {
                 let socket = mediator.socket()?;
-                Board::watch(socket).map_err(|error| error.to_string())
+                MediatorWatch::start(socket).map_err(|error| error.to_string())
             })
             .transpose()
             .map_err(Failure::refused)?;
@@ -134,8 +137,11 @@ impl FleetStage {
             let seed = setup.seed.wrapping_add(1_000_003 * number as u64);
             let link = Some(lidar_link.clone());
             let devices = Devices::start(&world, &player.config, &any_port, link, seed)?;
-            let mut set = player.set.clone();
-            let peers = [listener.endpoint(), &mediator_endpoint];
+            let mut set = scenario.set_of(player);
+            let mut peers = vec![listener.endpoint()];
+            if site.areas_managed {
+                peers.push(&mediator_endpoint);
+            }
             set.extend(settings(&devices, &lidar_link, &peers, &key_prefix)?);
             set.push("fleet.listen=[]".to_owned());
             members.push(Member {
@@ -154,12 +160,17 @@ impl FleetStage {
                 },
                 start_at_ns: start_ns + (delays.unit() * scenario.start_delay_s * 1e9) as u64,
                 started: false,
+                ends_on_purpose: false,
+                insight: None,
+                symbols: Json::Null,
             });
         }
         Ok(Self {
             members,
             mediator,
-            board,
+            watch,
+            players: scenario.robots.clone(),
+            managed: site.areas_managed,
             world,
             listener,
             start_ns,
@@ -170,45 +181,8 @@ impl FleetStage {
         })
     }
 
-    /// Starts every robot whose time has come.
-    ///
-    /// # Errors
-    /// [`Failure::Failed`] when one cannot be started.
-    pub fn start_robots(&mut self) -> Result<(), Failure> {
-        let now_ns = monotonic_ns();
-        for member in &mut self.members {
-            if !member.started && now_ns >= member.start_at_ns {
-                member.start()?;
-            }
-        }
-        Ok(())
-    }
-
-    /// What the world has logged since the last call.
-    pub fn new_truths(&mut self) -> Vec<TruthRecord> {
-        let mut world = self.world.lock();
-        world.advance_to(monotonic_ns());
-        let truths = world.log().since(self.seen).copied().collect();
-        self.seen = world.log().next_sequence();
-        truths
-    }
-
-    /// All symbols of a running robot, as `onboard inspect --json` shows them.
-    #[must_use]
-    pub fn symbols(&self, robot: usize) -> Json {
-        self.members.get(robot).map_or(Json::Null, |member| {
-            inspect::snapshot(&self.runtime, &member.setup.id).unwrap_or(Json::Null)
-        })
-    }
-
-    /// Seconds since the start.
-    #[must_use]
-    pub fn seconds(&self, at_ns: u64) -> f64 {
-        at_ns.saturating_sub(self.start_ns) as f64 / 1e9
-    }
-
     /// Tells all robots at once to stop, so that none waits for another to end.
-    pub fn tell_robots_to_stop(&mut self) {
+    fn tell_robots_to_stop(&mut self) {
         for member in &mut self.members {
             if let Some(process) = &mut member.process {
                 process.signal(Signal::TERM);
@@ -217,87 +191,165 @@ impl FleetStage {
     }
 }
 
-impl Drop for FleetStage {
-    fn drop(&mut self) {
-        self.tell_robots_to_stop();
+impl Execution for Stage {
+    fn start_ns(&self) -> u64 {
+        self.start_ns
     }
-}
 
-impl Member {
-    /// Starts its process; one that runs goes on, one that has ended starts once more.
-    ///
-    /// # Errors
-    /// [`Failure::Failed`] with the operating system's reason.
-    pub fn start(&mut self) -> Result<(), Failure> {
-        if self
-            .process
-            .as_mut()
-            .is_some_and(|own| own.poll().is_none())
-        {
-            return Ok(());
+    fn now_ns(&self) -> u64 {
+        monotonic_ns()
+    }
+
+    fn pass_time(&mut self) -> Result<(), Failure> {
+        std::thread::sleep(Duration::from_nanos(LOOK_NS));
+        let now_ns = monotonic_ns();
+        for member in &mut self.members {
+            if !member.started && now_ns >= member.start_at_ns {
+                member.start()?;
+            }
+            member.usage.look();
         }
-        // What a killed one left is removed first.
-        self.process = None;
-        let setup = self.setup.clone();
-        let process = if self.started {
-            RobotProcess::start_again(setup)
-        } else {
-            RobotProcess::start(setup)
-        };
-        let process = process.map_err(|error| {
-            Failure::failed(format_args!(
-                "robot {} cannot be started: {error}",
-                self.setup.id
-            ))
-        })?;
-        self.started = true;
-        self.usage = Usage::of(process.id());
-        self.process = Some(process);
+        if let Some(mediator) = &mut self.mediator {
+            mediator.usage.look();
+        }
         Ok(())
     }
 
-    /// Its process, once it was started.
-    pub fn process(&mut self) -> Option<&mut RobotProcess> {
-        self.process.as_mut()
+    fn ended(&mut self) -> Option<Ending> {
+        for member in &mut self.members {
+            if let Some(status) = member.poll()
+                && !member.ends_on_purpose
+            {
+                return Some(Ending::RobotEnded(member.id().to_owned(), status));
+            }
+        }
+        let status = self.mediator.as_mut()?.poll()?;
+        Some(Ending::MediatorEnded(status))
     }
 
-    /// Its identity.
-    #[must_use]
-    pub fn id(&self) -> &str {
-        &self.setup.id
+    fn truths(&mut self) -> Vec<TruthRecord> {
+        let mut world = self.world.lock();
+        world.advance_to(monotonic_ns());
+        let truths = world.log().since(self.seen).copied().collect();
+        self.seen = world.log().next_sequence();
+        truths
     }
 
-    /// Where its log is.
-    #[must_use]
-    pub fn log(&self) -> &Path {
-        &self.setup.log
+    fn belief(&mut self, robot: usize) -> Option<Belief> {
+        let member = self.members.get_mut(robot)?;
+        if member.insight.is_none() {
+            // It runs when its symbols can be read.
+            member.insight = Insight::open(&member.setup.id, &self.runtime.place()).ok();
+        }
+        member.insight.as_mut().map(Insight::look)
     }
-}
 
-/// Where the robots truly start, each with an offset of its own.
-fn starts(scenario: &Scenario, site: &SiteConfig, seed: u64) -> Result<Vec<Pose>, Failure> {
-    { scenario.robots.iter().enumerate() }
-        .map(|(number, player)| {
-            let seed = seed.wrapping_add(7_919 * number as u64);
-            Ok(drawn_start(start_pose(site, &player.id)?, seed))
+    fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R {
+        let world = self.world.lock();
+        to(&world, &self.listener.observations())
+    }
+
+    fn heard<R>(&self, to: impl FnOnce(&Observations) -> R) -> R {
+        to(&self.listener.observations())
+    }
+
+    fn told<R>(&self, to: impl FnOnce(Option<&Told>) -> R) -> R {
+        match &self.watch {
+            Some(watch) => to(Some(&watch.told())),
+            None => to(None),
+        }
+    }
+
+    fn hears_grants(&self) -> bool {
+        self.managed
+    }
+
+    fn instruct(&mut self, robot: usize, instruction: &Instruction) -> Result<(), String> {
+        match self.members.get(robot) {
+            Some(member) => send(&self.runtime, member.id(), instruction),
+            None => Err("there is no such robot".to_owned()),
+        }
+    }
+
+    fn give_leave(&mut self, _robot: usize, _areas: &[bool]) -> bool {
+        false
+    }
+
+    fn stop(&mut self) -> Vec<Found> {
+        let mut found = Vec::new();
+        // Before they end: afterwards there is nothing to look into.
+        for member in &mut self.members {
+            let symbols = inspect::snapshot(&self.runtime, &member.setup.id);
+            member.symbols = symbols.unwrap_or(Json::Null);
+            member.insight = None;
+        }
+        let ended: Vec<bool> = { self.members.iter_mut() }
+            .map(|member| member.poll().is_some())
+            .collect();
+        self.tell_robots_to_stop();
+        for (member, by_itself) in self.members.iter_mut().zip(ended) {
+            let id = member.id().to_owned();
+            let Some(process) = &mut member.process else {
+                continue;
+            };
+            let status = process.stop();
+            if !member.ends_on_purpose && (by_itself || !status.success()) {
+                let how = if by_itself { " by itself" } else { "" };
+                let detail = format!("the robot ended{how} with {status}, expected success");
+                found.push(("robot-end", id, detail));
+            }
+        }
+        for (member, player) in self.members.iter().zip(&self.players) {
+            for (kind, detail) in device_violations(&player.config, &member.devices) {
+                found.push((kind, player.id.clone(), detail));
+            }
+        }
+        if let Some(mediator) = &mut self.mediator {
+            let ended = mediator.poll();
+            if let Some(status) = mediator.stop()
+                && (ended.is_some() || !status.success())
+            {
+                let detail = format!("the mediator ended with {status}, expected success");
+                found.push(("mediator-end", "mediator".to_owned(), detail));
+            }
+        }
+        found
+    }
+
+    fn robot_summary(&self, robot: usize, truth: Option<&Truth>) -> RobotSummary {
+        let (member, player) = (&self.members[robot], &self.players[robot]);
+        let observations = self.listener.observations();
+        let faults = { observations.said(&player.id) }.map(|said| said.state.faults.clone());
+        RobotSummary {
+            faults: { faults.into_iter().flatten() }
+                .filter(|fault| fault.count > 0)
+                .map(|fault| (fault.name, fault.count))
+                .collect(),
+            ..robot_summary(
+                &player.config,
+                &member.devices,
+                &member.usage,
+                truth,
+                &member.symbols,
+            )
+        }
+    }
+
+    fn mediator(&self) -> Option<MediatorRuns> {
+        let mediator = self.mediator.as_ref()?;
+        Some(MediatorRuns {
+            summary: MediatorSummary {
+                starts: u32::try_from(mediator.spans_ns().len()).unwrap_or(u32::MAX),
+                rss_mib: round(mediator.usage.largest_rss_mib()),
+                cpu_percent: round(mediator.usage.cpu_percent()),
+            },
+            spans_ns: mediator.spans_ns().to_vec(),
         })
-        .collect()
+    }
 }
 
-/// A copy of the site file in this folder, from which all coordinations are taken out.
-fn without_nets(site_file: &Path, folder: &Path) -> Result<PathBuf, Failure> {
-    let cannot = |what: String| {
-        Failure::refused(format_args!(
-            "the site cannot be had without its coordinations: {what}"
-        ))
-    };
-    let text = fs::read_to_string(site_file).map_err(|error| cannot(error.to_string()))?;
-    let mut table: toml::Table = text
-        .parse()
-        .map_err(|error: toml::de::Error| cannot(error.to_string()))?;
-    table.remove("coordinations");
-    let text = toml::to_string(&table).map_err(|error| cannot(error.to_string()))?;
-    let copy = folder.join("site.toml");
-    fs::write(&copy, text).map_err(|error| cannot(error.to_string()))?;
-    Ok(copy)
+impl Drop for Stage {
+    fn drop(&mut self) {
+        self.tell_robots_to_stop();
+    }
 }

@@ -2,7 +2,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use crate::cli::Failure;
+use onboard::cli::Failure;
 
 const CONFIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
 
@@ -20,7 +20,7 @@ fn refusal(from: &str, to: &str) -> String {
         .replacen(from, to, 1)
         .replace("\"../", &format!("\"{CONFIG}/"));
     fs::write(&file, text).expect("written");
-    match load(&file) {
+    match load(&file, &Changes::default()) {
         Ok(_) => panic!("`{to}` was accepted"),
         Err(Failure::Refused(report)) => format!("{report:?}")
             .lines()
@@ -35,15 +35,19 @@ fn refusal(from: &str, to: &str) -> String {
 fn scenarios_that_ship_are_good_and_know_their_goals() {
     for entry in fs::read_dir(Path::new(CONFIG).join("scenarios")).expect("a folder") {
         let file = entry.expect("an entry").path();
-        let scenario = load(&file).unwrap_or_else(|failure| panic!("{failure:?}"));
+        let scenario =
+            load(&file, &Changes::default()).unwrap_or_else(|failure| panic!("{failure:?}"));
         assert_eq!(file.file_stem(), Some(scenario.name.as_ref()));
-        assert!(scenario.site.areas_managed, "{}", scenario.name);
+        let alone = scenario.robots.len() == 1;
+        assert_eq!(scenario.site.areas_managed, !alone, "{}", scenario.name);
         for player in &scenario.robots {
             assert_eq!(player.config.identity.id, player.id);
-            assert!(player.goal.stops().count() > 1);
+            if let (Goal::Places(places), false) = (&player.goal, alone) {
+                assert!(places.stops().count() > 1);
+            }
         }
         let fewer = scenario.with_at_most(1);
-        assert!(fewer.robots.iter().all(|player| player.goal.rounds == 1));
+        assert!(fewer.robots.iter().all(|player| player.goal.rounds() == 1));
     }
 }
 
@@ -73,7 +77,7 @@ fn files_that_are_not_there_are_named() {
         text.replace(' ', "").contains("sites/nowhere.toml"),
         "{text}"
     );
-    let missing = load(Path::new("/nowhere/at-all.toml"));
+    let missing = load(Path::new("/nowhere/at-all.toml"), &Changes::default());
     let Err(Failure::Refused(report)) = missing else {
         panic!("{missing:?}");
     };
@@ -102,4 +106,51 @@ fn values_out_of_range_and_unknown_keys_are_refused() {
         "\"drive.max_sped_m_s=0.20\"",
     );
     assert!(text.contains("max_sped_m_s"), "{text}");
+}
+
+#[test]
+fn one_robot_may_be_another_on_another_site_and_several_may_not() {
+    let other = Changes {
+        robot: Some(Path::new(CONFIG).join("robots/amr-big.toml")),
+        site: Some(Path::new(CONFIG).join("sites/docking.toml")),
+        set: vec!["areas.managed=false".to_owned()],
+    };
+    let scenario =
+        load(&shipped("lap.toml"), &other).unwrap_or_else(|failure| panic!("{failure:?}"));
+    assert_eq!(scenario.robots[0].id, "amr-big");
+    assert!(!scenario.site.areas_managed && scenario.site.name == "docking");
+    let refused = load(&shipped("overtaking.toml"), &other);
+    assert!(matches!(refused, Err(Failure::Refused(_))), "{refused:?}");
+}
+
+#[test]
+fn scenarios_that_ship_are_built_in() {
+    let scenario = load_shipped(
+        "clutter",
+        &Changes {
+            robot: Some(Path::new(CONFIG).join("robots/amr-1.toml")),
+            site: Some(Path::new(CONFIG).join("sites/corridor.toml")),
+            set: Vec::new(),
+        },
+    );
+    assert!(scenario.is_ok_and(|scenario| scenario.clutter.is_some()));
+    assert!(load_shipped("no-such", &Changes::default()).is_err());
+}
+
+#[test]
+fn clutter_that_makes_no_sense_is_refused() {
+    let text = fs::read_to_string(shipped("clutter.toml")).expect("there");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("own.toml");
+    let text = text
+        .replace("count = [2, 5]", "count = [5, 2]")
+        .replace("\"../", &format!("\"{CONFIG}/"));
+    fs::write(&file, text).expect("written");
+    let Err(Failure::Refused(report)) = load(&file, &Changes::default()) else {
+        panic!("it was accepted");
+    };
+    assert!(
+        format!("{report:?}").contains("found 5 to 2 boxes"),
+        "{report:?}"
+    );
 }

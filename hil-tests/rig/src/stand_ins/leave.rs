@@ -6,7 +6,7 @@
 use config::SiteConfig;
 use sim::world::{Footprint, Pose, Random};
 
-use crate::judge::region;
+use crate::shapes::region;
 
 /// Share of visits for which leave is withheld at first.
 const WITHHELD_SHARE: f64 = 0.3;

@@ -18,7 +18,6 @@ use onboard::activities::scans::ScanIntake;
 use onboard::cli::Files;
 use onboard::composition::plan::{Plan, PlanError, ns_from_ms};
 use onboard::composition::replacement::ReloadEnds;
-use onboard::process::ctl::{self, Event, Request, Stop};
 use onboard::process::reload::Reload;
 use onboard::process::runtime::Runtime;
 use onboard::symbols::values::{ActivityState, ThreadReport};
@@ -32,14 +31,14 @@ use skills::borders::AreaSet;
 use super::drive::SteppedDrive;
 use super::leave::Leave;
 use super::lidar::SteppedLidar;
-use super::supervisor::{Director, Note};
+use super::supervisor::{Note, Supervisor};
 use crate::belief::{Belief, Insight};
-use crate::cli::Failure;
 use crate::stand_ins::operator::Instruction;
+use onboard::cli::Failure;
 
 const MILLISECOND_NS: u64 = 1_000_000;
 /// The supervisor's period.
-const DIRECTOR_NS: u64 = 100 * MILLISECOND_NS;
+const SUPERVISOR_NS: u64 = 100 * MILLISECOND_NS;
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
 
@@ -62,8 +61,8 @@ pub struct SteppedRobot {
     drive: SteppedDrive,
     lidar: SteppedLidar,
     threads: Vec<Thread>,
-    director: Director,
-    director_next_ns: u64,
+    supervisor: Supervisor,
+    supervisor_next_ns: u64,
     notes: Vec<(u64, Note)>,
     insight: Insight,
     // The external events of its machine.
@@ -100,7 +99,7 @@ impl SteppedRobot {
         let id = &plan.robot.identity.id;
         let wiring = Wiring::build(id, &runtime.place(), &[]).map_err(Failure::refused)?;
         let mut random = Random::new(world.seed(), PHASE_STREAM + robot as u64);
-        let mut director = Director::default();
+        let mut supervisor = Supervisor::default();
         let (reload, ends) = Reload::new(files.clone(), plan);
         let mut states: Vec<_> = ACTIVITIES.into_iter().zip(wiring.states).collect();
         let mut events = Vec::new();
@@ -109,7 +108,7 @@ impl SteppedRobot {
             .unzip();
         let mut activities = compose(
             plan,
-            &mut director,
+            &mut supervisor,
             &mut states,
             &mut events,
             ends,
@@ -128,14 +127,14 @@ impl SteppedRobot {
             .iter()
             .filter_map(|thread| stepped_thread(thread, &mut activities, &mut random, now_ns))
             .collect();
-        director.configure();
+        supervisor.configure();
         let lidar_settings = plan.lidar_settings().map_err(Failure::refused)?;
         Ok(Self {
             drive: SteppedDrive::new(robot, plan.drive_settings(), wiring.drive),
             lidar: SteppedLidar::new(world, robot, lidar_settings, wiring.lidar, now_ns),
             threads,
-            director,
-            director_next_ns: now_ns,
+            supervisor,
+            supervisor_next_ns: now_ns,
             notes: Vec::new(),
             events,
             leave,
@@ -163,10 +162,10 @@ impl SteppedRobot {
                 }
             }
         }
-        if now_ns >= self.director_next_ns {
-            self.director_next_ns = now_ns + DIRECTOR_NS;
+        if now_ns >= self.supervisor_next_ns {
+            self.supervisor_next_ns = now_ns + SUPERVISOR_NS;
             let notes = &mut self.notes;
-            self.director.cycle(|note| notes.push((now_ns, note)));
+            self.supervisor.cycle(|note| notes.push((now_ns, note)));
         }
     }
 
@@ -202,13 +201,13 @@ impl SteppedRobot {
                 .stop_at
                 .map(|pose| Pose2::new(pose.x_m, pose.y_m, pose.theta_rad)),
         });
-        self.director.tell(ActivityKind::Navigation, command);
+        self.supervisor.tell(ActivityKind::Navigation, command);
         true
     }
 
     /// A command of an operator or of the supervisor.
     pub fn tell(&mut self, activity: ActivityKind, command: Command) {
-        self.director.tell(activity, command);
+        self.supervisor.tell(activity, command);
     }
 
     /// What its activities have reported since the last call, with the time it was heard.
@@ -219,7 +218,7 @@ impl SteppedRobot {
     /// Commands that were lost because a queue was full; none are.
     #[must_use]
     pub fn lost_commands(&self) -> u64 {
-        self.director.lost()
+        self.supervisor.lost()
     }
 }
 
@@ -302,7 +301,7 @@ struct Ends {
 /// The robot's own activities, of its own parts.
 fn compose(
     plan: &Plan,
-    director: &mut Director,
+    supervisor: &mut Supervisor,
     states: &mut Vec<(ActivityKind, Writer<ActivityState>)>,
     events: &mut Vec<(String, EventId)>,
     reload: ReloadEnds,
@@ -311,7 +310,7 @@ fn compose(
     let mut port = |kind: ActivityKind| {
         let index = states.iter().position(|(own, _)| *own == kind);
         let (_, state) = states.swap_remove(index.expect("every activity has a state symbol"));
-        director.port(kind, state)
+        supervisor.port(kind, state)
     };
     let intake = || {
         ScanIntake::new(plan.scan_geometry()?).map_err(|error| PlanError::Lidar(error.to_string()))
@@ -362,30 +361,11 @@ fn compose(
         plan.wheel_controller()?,
         command_timeout_ns,
     );
-    director.name_states(names);
+    supervisor.name_states(names);
     Ok(vec![
         (ActivityKind::Proprioception, Box::new(proprioception) as _),
         (ActivityKind::Navigation, Box::new(navigation) as _),
         (ActivityKind::MotionTube, Box::new(motion_tube) as _),
         (ActivityKind::Control, Box::new(control) as _),
     ])
-}
-
-/// Sends a robot that runs as a process an instruction, as an operator does.
-///
-/// # Errors
-/// A sentence with the robot's reason.
-pub fn send(runtime: &Runtime, robot: &str, instruction: &Instruction) -> Result<(), String> {
-    let request = Request::Send(Event {
-        name: instruction.event.clone(),
-        speed_limit_m_s: instruction.speed_limit_m_s,
-        stop: instruction.stop_at.map(|pose| Stop {
-            x_m: pose.x_m,
-            y_m: pose.y_m,
-            theta_rad: pose.theta_rad,
-        }),
-    });
-    ctl::send(runtime, Some(robot), &request).map_err(|failure| match failure {
-        Failure::Refused(report) | Failure::Failed(report) => report.to_string(),
-    })
 }

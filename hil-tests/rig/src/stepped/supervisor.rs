@@ -34,13 +34,13 @@ struct Handle {
 
 /// Handles of the activities that run.
 #[derive(Default)]
-pub(super) struct Director {
+pub(super) struct Supervisor {
     handles: Vec<Handle>,
     states: Vec<String>,
     lost: u64,
 }
 
-impl Director {
+impl Supervisor {
     /// The port of one more activity.
     pub(super) fn port(
         &mut self,

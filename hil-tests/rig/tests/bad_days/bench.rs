@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use config::RobotConfig;
 use contract::wire::RobotState;
 use onboard::process::runtime::Runtime;
-use rig::one_robot::listener::Listener;
+use rig::network::listener::Listener;
 use rig::process::robot::{RobotProcess, RobotSetup, SUBCOMMAND};
 use rig::testbed::{BusPlace, Devices, start_pose, world};
 use sim::world::{Pose, SharedWorld};
@@ -98,7 +98,7 @@ impl Bench {
             devices,
             world,
             config,
-            listener: Listener::open(&key_prefix).expect("the network opens"),
+            listener: Listener::open(&key_prefix, &site, &[]).expect("the network opens"),
             key_prefix,
             starts: 0,
             more: Vec::new(),
@@ -202,10 +202,9 @@ impl Bench {
 
     /// What the robot published last.
     pub fn published(&self) -> RobotState {
-        self.listener
-            .heard(ROBOT)
-            .map(|heard| heard.state)
-            .unwrap_or_default()
+        let observations = self.listener.observations();
+        let said = observations.said(ROBOT);
+        said.map(|said| said.state.clone()).unwrap_or_default()
     }
 
     /// Whether the robot publishes that this fault is present.

@@ -6,6 +6,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use onboard::process::runtime::Runtime;
+use rig::process::robot::SUBCOMMAND;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use tempfile::TempDir;
 
@@ -67,7 +68,8 @@ impl Lap {
         let robot = children
             .unwrap_or_default()
             .split_whitespace()
-            .find_map(|number| number.parse().ok());
+            .filter_map(|number| number.parse().ok())
+            .find(|number| is_robot(*number));
         let (Some(socket), Some(robot)) = (socket, robot) else {
             return false;
         };
@@ -124,6 +126,13 @@ impl Drop for Lap {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Whether the process is a robot, and not the one that cleans up after the rig.
+fn is_robot(number: u32) -> bool {
+    let line = fs::read(format!("/proc/{number}/cmdline")).unwrap_or_default();
+    line.split(|byte| *byte == 0)
+        .any(|word| word == SUBCOMMAND.as_bytes())
 }
 
 fn pid(number: u32) -> Pid {

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use rig::cli::Failure;
-use rig::run::{Ending, Options, Run};
-use rig::scenario::{self, Scenario};
+use onboard::cli::Failure;
+use rig::run::stage::Stage;
+use rig::run::{Ending, Options};
+use rig::scenario::{self, Changes, Scenario};
 use tempfile::TempDir;
 
 use crate::turn::Turn;
@@ -14,13 +15,16 @@ use crate::turn::Turn;
 pub const RIG: &str = env!("CARGO_BIN_EXE_rig");
 /// The user's files that ship.
 pub const CONFIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
-const LOOK: Duration = Duration::from_millis(20);
 
 /// A scenario that ships.
 pub fn shipped(name: &str) -> Scenario {
     let file = Path::new(CONFIG).join("scenarios").join(name);
-    scenario::load(&file.with_extension("toml")).unwrap_or_else(|failure| panic!("{failure:?}"))
+    scenario::load(&file.with_extension("toml"), &Changes::default())
+        .unwrap_or_else(|failure| panic!("{failure:?}"))
 }
+
+/// A run through the real programs.
+pub type Run = rig::run::Run<Stage>;
 
 /// A run under way, and where it leaves what it leaves.
 pub struct Bench {
@@ -43,7 +47,7 @@ impl Bench {
             mediator,
             nets: true,
         };
-        let run = Run::start(scenario, options).unwrap_or_else(|failure| panic!("{failure:?}"));
+        let run = Run::start(scenario, &options).unwrap_or_else(|failure| panic!("{failure:?}"));
         Self {
             run,
             folder,
@@ -83,14 +87,13 @@ impl Bench {
     }
 
     fn look(&mut self) -> Option<Ending> {
-        std::thread::sleep(LOOK);
-        let looked = self.run.look();
+        let looked = self.run.step();
         looked.unwrap_or_else(|failure| panic!("{failure:?}"))
     }
 
     /// Stops everything. Returns what it came to, and the summary.
     pub fn finish(self, ending: &Ending) -> (Result<(), Failure>, serde_json::Value) {
-        let result = self.run.finish(ending);
+        let result = rig::run::finish(self.run, &self.folder.path().join("out"), ending);
         let file = self.folder.path().join("out/summary.json");
         let text = std::fs::read_to_string(file).expect("a summary");
         (result, serde_json::from_str(&text).expect("JSON"))
@@ -114,16 +117,18 @@ impl Bench {
 
 /// Whether a robot has an area, as the listener heard.
 pub fn has(run: &Run, robot: &str, area: &str) -> bool {
-    let book = run.stage.listener.book();
-    book.ownings()
+    let observations = run.stage.listener.observations();
+    observations
+        .ownings()
         .iter()
         .any(|own| own.robot == robot && own.area == area && own.released_ns.is_none())
 }
 
 /// Whether a robot waits for an area, as the listener heard.
 pub fn waits(run: &Run, robot: &str, area: &str) -> bool {
-    let book = run.stage.listener.book();
-    book.waitings()
+    let observations = run.stage.listener.observations();
+    observations
+        .waitings()
         .iter()
         .any(|own| own.robot == robot && own.area == area && own.to_ns.is_none())
 }

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use rig::run::{Ending, Run};
+use rig::run::Ending;
 
-use crate::bench::{Bench, has, shipped, waits};
+use crate::bench::{Bench, Run, has, shipped, waits};
 
 const START: Duration = Duration::from_secs(30);
 
@@ -15,8 +15,8 @@ fn passes(run: &Run) -> bool {
 
 /// A coordination has the discrete control of the normal robot.
 fn is_held(run: &Run) -> bool {
-    let book = run.stage.listener.book();
-    let mut controlled = book.controlled().iter();
+    let observations = run.stage.listener.observations();
+    let mut controlled = observations.controlled().iter();
     controlled.any(|own| own.robot == "amr-1" && own.to_ns.is_none())
 }
 

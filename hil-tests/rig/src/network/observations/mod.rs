@@ -42,11 +42,13 @@ pub struct Step {
     pub area: String,
     /// Skill.
     pub skill: String,
+    /// Where it believed to be.
+    pub believed_m: [f64; 2],
 }
 
 /// All that was heard.
 #[derive(Clone, Debug)]
-pub struct Book {
+pub struct Observations {
     said: BTreeMap<String, Said>,
     steps: Vec<Step>,
     accesses: Accesses,
@@ -55,7 +57,7 @@ pub struct Book {
     malformed: u64,
 }
 
-impl Book {
+impl Observations {
     /// An empty one.
     #[must_use]
     pub fn new(site: &SiteConfig, nets: &[NetConfig]) -> Self {
@@ -84,6 +86,7 @@ impl Book {
         let news = before.is_none_or(|said| {
             said.state.fsm_state != state.fsm_state || said.state.skill != state.skill
         });
+        let pose = state.pose.unwrap_or_default();
         if news && !state.fsm_state.is_empty() {
             self.steps.push(Step {
                 at_ns,
@@ -91,6 +94,7 @@ impl Book {
                 state: state.fsm_state.clone(),
                 area: state.area.clone(),
                 skill: state.skill.clone(),
+                believed_m: [pose.x_m, pose.y_m],
             });
         }
         self.said

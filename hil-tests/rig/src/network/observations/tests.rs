@@ -11,9 +11,9 @@ fn shipped(path: &str) -> std::path::PathBuf {
     std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config")).join(path)
 }
 
-fn book() -> Book {
+fn observations() -> Observations {
     let site = config::load_site(shipped("sites/corridor.toml"), &[]).expect("good");
-    Book::new(&site, &[])
+    Observations::new(&site, &[])
 }
 
 fn level(run: u32, path: u32, progress: u32) -> Option<Level> {
@@ -60,14 +60,14 @@ fn hears(
 
 #[test]
 fn a_run_is_written_down_whatever_is_repeated_or_late() {
-    let mut book = book();
-    book.report(&says("a", "2", level(1, 0, 1), 0), 10 * MS);
-    book.report(&says("a", "2", level(1, 0, 1), 0), 11 * MS);
-    book.answer(&hears("a", "2", level(1, 0, 2), 5, ""), 12 * MS);
-    book.report(&says("a", "2", level(1, 0, 3), 5), 20 * MS);
-    book.answer(&hears("a", "2", level(1, 0, 2), 5, ""), 21 * MS);
-    book.report(&says("a", "2", level(1, 0, 4), 5), 30 * MS);
-    book.report(&says("a", "2", level(1, 0, 3), 5), 31 * MS);
+    let mut observations = observations();
+    observations.report(&says("a", "2", level(1, 0, 1), 0), 10 * MS);
+    observations.report(&says("a", "2", level(1, 0, 1), 0), 11 * MS);
+    observations.answer(&hears("a", "2", level(1, 0, 2), 5, ""), 12 * MS);
+    observations.report(&says("a", "2", level(1, 0, 3), 5), 20 * MS);
+    observations.answer(&hears("a", "2", level(1, 0, 2), 5, ""), 21 * MS);
+    observations.report(&says("a", "2", level(1, 0, 4), 5), 30 * MS);
+    observations.report(&says("a", "2", level(1, 0, 3), 5), 31 * MS);
     let expected = Owning {
         area: "2".into(),
         robot: "a".into(),
@@ -78,69 +78,69 @@ fn a_run_is_written_down_whatever_is_repeated_or_late() {
         released_ns: Some(30 * MS),
         returned: false,
     };
-    assert_eq!(book.ownings(), [expected]);
-    assert!(!book.had("a", "2", 11 * MS, 0));
-    assert!(book.had("a", "2", 11 * MS, MS));
-    assert!(book.had("a", "2", 30 * MS, 0));
-    assert!(!book.had("a", "2", 32 * MS, MS));
-    assert!(!book.had("b", "2", 20 * MS, MS));
-    assert_eq!(book.latencies().grants_ns, [2 * MS]);
+    assert_eq!(observations.ownings(), [expected]);
+    assert!(!observations.had("a", "2", 11 * MS, 0));
+    assert!(observations.had("a", "2", 11 * MS, MS));
+    assert!(observations.had("a", "2", 30 * MS, 0));
+    assert!(!observations.had("a", "2", 32 * MS, MS));
+    assert!(!observations.had("b", "2", 20 * MS, MS));
+    assert_eq!(observations.latencies().grants_ns, [2 * MS]);
 }
 
 #[test]
 fn a_grant_that_is_given_back_was_never_entered() {
-    let mut book = book();
-    book.report(&says("a", "2", level(1, 0, 1), 0), 1);
-    book.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 2);
-    book.report(&says("a", "2", level(1, 1, 3), 1), 3);
-    let own = &book.ownings()[0];
+    let mut observations = observations();
+    observations.report(&says("a", "2", level(1, 0, 1), 0), 1);
+    observations.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 2);
+    observations.report(&says("a", "2", level(1, 1, 3), 1), 3);
+    let own = &observations.ownings()[0];
     assert_eq!(
         (own.entered_ns, own.released_ns, own.returned),
         (None, Some(3), true)
     );
     // An end that was not heard, because the mediator gave the run up.
-    book.answer(&hears("a", "2", level(2, 0, 2), 2, ""), 4);
-    book.answer(&hears("a", "2", level(3, 0, 0), 0, ""), 5);
-    assert_eq!(book.ownings()[1].released_ns, Some(5));
+    observations.answer(&hears("a", "2", level(2, 0, 2), 2, ""), 4);
+    observations.answer(&hears("a", "2", level(3, 0, 0), 0, ""), 5);
+    assert_eq!(observations.ownings()[1].released_ns, Some(5));
 }
 
 #[test]
 fn who_must_wait_is_no_measure_of_the_mediator() {
-    let mut book = book();
-    book.report(&says("a", "2", level(1, 0, 1), 0), 1);
-    book.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 2);
+    let mut observations = observations();
+    observations.report(&says("a", "2", level(1, 0, 1), 0), 1);
+    observations.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 2);
     // The area is taken.
-    book.report(&says("b", "2", level(1, 0, 1), 0), 3);
-    assert_eq!(book.waitings()[1].to_ns, None);
-    book.answer(&hears("b", "2", level(1, 0, 1), 0, "for 1 s: a (in it)"), 4);
-    book.report(&says("a", "2", level(1, 0, 4), 1), 5);
-    book.answer(&hears("b", "2", level(1, 0, 2), 2, ""), 6);
-    assert_eq!(book.latencies().grants_ns, [1]);
-    let waited = &book.waitings()[1];
+    observations.report(&says("b", "2", level(1, 0, 1), 0), 3);
+    assert_eq!(observations.waitings()[1].to_ns, None);
+    observations.answer(&hears("b", "2", level(1, 0, 1), 0, "for 1 s: a (in it)"), 4);
+    observations.report(&says("a", "2", level(1, 0, 4), 1), 5);
+    observations.answer(&hears("b", "2", level(1, 0, 2), 2, ""), 6);
+    assert_eq!(observations.latencies().grants_ns, [1]);
+    let waited = &observations.waitings()[1];
     assert_eq!((waited.from_ns, waited.to_ns), (3, Some(6)));
     assert_eq!(waited.why, "for 1 s: a (in it)");
     // The mediator has a reason that the listener cannot know.
-    book.report(&says("a", "3", level(1, 0, 1), 0), 7);
-    book.answer(&hears("a", "3", level(1, 0, 1), 0, "kept for b"), 8);
-    book.answer(&hears("a", "3", level(1, 0, 2), 1, ""), 9);
-    assert_eq!(book.latencies().grants_ns, [1]);
+    observations.report(&says("a", "3", level(1, 0, 1), 0), 7);
+    observations.answer(&hears("a", "3", level(1, 0, 1), 0, "kept for b"), 8);
+    observations.answer(&hears("a", "3", level(1, 0, 2), 1, ""), 9);
+    assert_eq!(observations.latencies().grants_ns, [1]);
 }
 
 #[test]
 fn a_robot_without_a_session_has_said_nothing_yet() {
-    let mut book = book();
+    let mut observations = observations();
     let mut report = says("a", "2", level(1, 0, 3), 1);
     report.session = 0;
-    book.report(&report, 1);
-    assert!(book.ownings().is_empty());
+    observations.report(&report, 1);
+    assert!(observations.ownings().is_empty());
 }
 
 #[test]
 fn an_operator_takes_a_robot_out_of_an_area() {
-    let mut book = book();
-    book.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 1);
-    book.cleared("2", &["a"], 7);
-    assert_eq!(book.ownings()[0].released_ns, Some(7));
+    let mut observations = observations();
+    observations.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 1);
+    observations.cleared("2", &["a"], 7);
+    assert_eq!(observations.ownings()[0].released_ns, Some(7));
 }
 
 fn control(number: u64, progress: u32, with_flags: bool) -> Option<Control> {
@@ -189,68 +189,72 @@ fn answered(robot: &str, control: Option<Control>) -> RobotReport {
 
 #[test]
 fn commands_are_measured_from_the_flag_that_led_to_them() {
-    let mut book = book();
-    book.answer(&ordered("a", control(1, 1, true)), 10);
-    book.answer(&ordered("b", control(1, 1, true)), 11);
-    assert!(book.coordinated("passing", 10) && !book.coordinated("passing", 9));
-    assert!(!book.coordinated("other", 10));
-    book.report(&answered("a", control(1, 2, false)), 20);
+    let mut observations = observations();
+    observations.answer(&ordered("a", control(1, 1, true)), 10);
+    observations.answer(&ordered("b", control(1, 1, true)), 11);
+    assert!(observations.coordinated("passing", 10) && !observations.coordinated("passing", 9));
+    assert!(!observations.coordinated("other", 10));
+    observations.report(&answered("a", control(1, 2, false)), 20);
     // The last flag before the command led to it, whoever set it.
-    book.report(&answered("b", control(1, 2, false)), 30);
-    book.answer(&ordered("a", control(1, 3, true)), 33);
-    assert_eq!(book.latencies().commands_ns, [3]);
+    observations.report(&answered("b", control(1, 2, false)), 30);
+    observations.answer(&ordered("a", control(1, 3, true)), 33);
+    assert_eq!(observations.latencies().commands_ns, [3]);
     // One flag, one measure; repeated levels are none.
-    book.answer(&ordered("b", control(1, 3, true)), 40);
-    book.answer(&ordered("a", control(1, 3, true)), 41);
-    assert_eq!(book.latencies().commands_ns, [3]);
+    observations.answer(&ordered("b", control(1, 3, true)), 40);
+    observations.answer(&ordered("a", control(1, 3, true)), 41);
+    assert_eq!(observations.latencies().commands_ns, [3]);
     // The answer was heard before the robot's flag: when that was sent is not known.
-    book.answer(&ordered("a", control(1, 5, true)), 50);
-    book.report(&answered("a", control(1, 4, false)), 51);
-    assert_eq!(book.latencies().commands_ns, [3]);
-    book.report(&answered("a", control(1, 6, false)), 60);
-    book.answer(&ordered("b", None), 70);
-    let ends: Vec<_> = book.controlled().iter().map(|own| own.to_ns).collect();
+    observations.answer(&ordered("a", control(1, 5, true)), 50);
+    observations.report(&answered("a", control(1, 4, false)), 51);
+    assert_eq!(observations.latencies().commands_ns, [3]);
+    observations.report(&answered("a", control(1, 6, false)), 60);
+    observations.answer(&ordered("b", None), 70);
+    let ends: Vec<_> = observations
+        .controlled()
+        .iter()
+        .map(|own| own.to_ns)
+        .collect();
     assert_eq!(ends, [Some(60), Some(70)]);
-    assert!(book.coordinated("passing", 65) && !book.coordinated("passing", 71));
+    assert!(observations.coordinated("passing", 65) && !observations.coordinated("passing", 71));
 }
 
 #[test]
 fn nets_that_let_robots_in_are_measured_by_their_areas() {
     let net = config::load_net(shipped("nets/t-junction.toml")).expect("good");
     let site = config::load_site(shipped("sites/t-junction.toml"), &[]).expect("good");
-    let mut book = Book::new(&site, &[net]);
-    book.report(&says("a", "Cr", level(1, 0, 1), 0), 10);
-    book.answer(&hears("a", "Cr", level(1, 0, 2), 1, ""), 12);
-    book.report(&says("b", "Cr", level(1, 0, 1), 0), 20);
-    book.answer(&hears("b", "Cr", level(1, 0, 1), 0, "a"), 21);
-    book.report(&says("a", "Cr", level(1, 0, 4), 1), 30);
-    book.answer(&hears("b", "Cr", level(1, 0, 2), 2, ""), 34);
-    assert_eq!(book.latencies().commands_ns, [2, 4]);
+    let mut observations = Observations::new(&site, &[net]);
+    observations.report(&says("a", "Cr", level(1, 0, 1), 0), 10);
+    observations.answer(&hears("a", "Cr", level(1, 0, 2), 1, ""), 12);
+    observations.report(&says("b", "Cr", level(1, 0, 1), 0), 20);
+    observations.answer(&hears("b", "Cr", level(1, 0, 1), 0, "a"), 21);
+    observations.report(&says("a", "Cr", level(1, 0, 4), 1), 30);
+    observations.answer(&hears("b", "Cr", level(1, 0, 2), 2, ""), 34);
+    assert_eq!(observations.latencies().commands_ns, [2, 4]);
     // The net has heard `a` and lets it wait, for something that is no flag: its grant answers none.
-    book.answer(&hears("b", "Cr", level(2, 0, 0), 2, ""), 35);
-    book.report(&says("a", "Cr", level(2, 0, 1), 0), 40);
-    book.answer(&hears("a", "Cr", level(2, 0, 1), 0, "the others"), 41);
-    book.answer(&hears("a", "Cr", level(2, 0, 2), 3, ""), 300);
-    assert_eq!(book.latencies().commands_ns, [2, 4]);
-    assert_eq!(book.latencies().grants_ns, [2]);
+    observations.answer(&hears("b", "Cr", level(2, 0, 0), 2, ""), 35);
+    observations.report(&says("a", "Cr", level(2, 0, 1), 0), 40);
+    observations.answer(&hears("a", "Cr", level(2, 0, 1), 0, "the others"), 41);
+    observations.answer(&hears("a", "Cr", level(2, 0, 2), 3, ""), 300);
+    assert_eq!(observations.latencies().commands_ns, [2, 4]);
+    assert_eq!(observations.latencies().grants_ns, [2]);
 }
 
 #[test]
 fn steps_of_machines_are_written_down_once() {
-    let mut book = book();
+    let mut observations = observations();
     let state = |sequence, fsm_state: &str| RobotState {
         robot_id: "a".into(),
         sequence,
         fsm_state: fsm_state.into(),
         ..RobotState::default()
     };
-    book.state(state(2, "drive"), 5);
-    book.state(state(1, "stop"), 6);
-    book.state(state(3, "drive"), 7);
-    book.state(state(4, "stop"), 8);
-    let steps: Vec<_> = { book.steps().iter() }
+    observations.state(state(2, "drive"), 5);
+    observations.state(state(1, "stop"), 6);
+    observations.state(state(3, "drive"), 7);
+    observations.state(state(4, "stop"), 8);
+    let steps: Vec<_> = { observations.steps().iter() }
         .map(|step| (step.at_ns, step.state.as_str()))
         .collect();
     assert_eq!(steps, [(5, "drive"), (8, "stop")]);
-    assert_eq!(book.said("a").map(|said| said.at_ns), Some(8));
+    assert_eq!(observations.said("a").map(|said| said.at_ns), Some(8));
 }

@@ -1,0 +1,109 @@
+//! The judge of a run.
+
+use sim::world::Pose;
+
+use super::areas::Areas;
+use super::conduct::Conduct;
+use super::during::Rules;
+use super::look::Look;
+use super::violations::Violations;
+use crate::figures::Figures;
+use crate::scenario::Scenario;
+use crate::summary::{DuringSummary, Violation};
+
+/// Watches all robots of a scenario.
+#[derive(Debug)]
+pub struct Judge {
+    robots: Vec<Conduct>,
+    ids: Vec<String>,
+    areas: Areas,
+    rules: Rules,
+    violations: Violations,
+}
+
+impl Judge {
+    /// A judge of a scenario from `start_ns` on. Entering an area without a grant is a violation where grants are `heard`.
+    #[must_use]
+    pub fn new(scenario: &Scenario, start_ns: u64, heard: bool) -> Self {
+        Self {
+            robots: { scenario.robots.iter() }
+                .map(|player| Conduct::new(scenario, player, start_ns))
+                .collect(),
+            ids: { scenario.robots.iter() }
+                .map(|player| player.id.clone())
+                .collect(),
+            areas: Areas::new(scenario, heard),
+            rules: Rules::new(scenario),
+            violations: Violations::new(start_ns),
+        }
+    }
+
+    /// Takes in one look at a robot.
+    pub fn observe(&mut self, look: &Look<'_>) {
+        let Some(robot) = self.robots.get_mut(look.robot) else {
+            return;
+        };
+        let found = &mut self.violations;
+        robot.observe(look, found);
+        self.areas
+            .judge(look.robot, look.truth, look.observations, found);
+        self.rules
+            .judge(look.robot, look.truth, look.observations, found);
+    }
+
+    /// A robot was told where to stop.
+    pub fn instructed(&mut self, robot: usize, pose: Pose) {
+        if let Some(robot) = self.robots.get_mut(robot) {
+            robot.instructed(pose);
+        }
+    }
+
+    /// An operator said that these robots are not in the area, whatever the truth is.
+    pub fn cleared(&mut self, area: &str, robots: &[&str]) {
+        self.areas.cleared(area, robots);
+    }
+
+    /// A violation found elsewhere, such as in a device's records.
+    pub fn report(&mut self, kind: &str, robot: &str, at_ns: u64, detail: String) {
+        self.violations.report(kind, robot, at_ns, detail);
+    }
+
+    /// The same of the robot with this number.
+    pub fn report_of(&mut self, robot: usize, kind: &str, at_ns: u64, detail: String) {
+        let id = self.ids.get(robot).map_or("", String::as_str);
+        self.violations.report(kind, id, at_ns, detail);
+    }
+
+    /// What was found so far.
+    #[must_use]
+    pub fn violations(&self) -> &[Violation] {
+        self.violations.all()
+    }
+
+    /// Areas into which the robot's footprint reaches, by truth.
+    #[must_use]
+    pub fn inside(&self, robot: usize) -> Vec<&str> {
+        self.areas.inside(robot)
+    }
+
+    /// What came out of a robot's run so far.
+    ///
+    /// # Panics
+    /// When the scenario has no such robot.
+    #[must_use]
+    pub fn figures(&self, robot: usize) -> &Figures {
+        self.robots[robot].figures()
+    }
+
+    /// Largest distance of a robot from its lane's centre so far, in areas that are driven forward on a lane.
+    #[must_use]
+    pub fn max_lateral_error_m(&self, robot: usize) -> f64 {
+        { self.robots.get(robot) }.map_or(0.0, Conduct::max_lateral_error_m)
+    }
+
+    /// What had to be true while something else was.
+    #[must_use]
+    pub fn rules(&self) -> Vec<DuringSummary> {
+        self.rules.summary()
+    }
+}

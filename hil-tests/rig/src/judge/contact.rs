@@ -1,0 +1,69 @@
+//! Collisions and clearance.
+
+use sim::world::Cause;
+
+use super::look::{Look, Robot};
+use super::violations::Violations;
+use crate::figures::Figures;
+use crate::scenario::Limits;
+
+/// The lidar sees what is no farther to either side.
+const IN_VIEW_RAD: f64 = 2.09;
+
+/// Watches what one robot touches.
+#[derive(Debug, Default)]
+pub(super) struct Contact {
+    /// Collisions so far.
+    collisions: usize,
+}
+
+impl Contact {
+    pub(super) fn judge(
+        &mut self,
+        robot: &Robot,
+        limits: &Limits,
+        look: &Look<'_>,
+        figures: &mut Figures,
+        violations: &mut Violations,
+    ) {
+        let (truth, before) = (look.truth, self.collisions);
+        let at = format!(
+            "at x = {:.2} m, y = {:.2} m",
+            truth.pose.x_m, truth.pose.y_m
+        );
+        let known = look.world.collisions(look.robot);
+        for collision in known.iter().skip(before) {
+            let seen = collision.bearing_rad.abs() <= IN_VIEW_RAD;
+            let (count, kind) = match collision.cause {
+                Cause::DroveInto => (&mut figures.drove_into, "collision"),
+                Cause::Met if seen => (&mut figures.met, "collision-met"),
+                Cause::Met => (&mut figures.met, "collision-met-unseen"),
+                Cause::RunInto => (&mut figures.run_into, "collision-run-into"),
+            };
+            *count += 1;
+            if collision.cause != Cause::RunInto || !limits.may_be_run_into {
+                let detail = format!(
+                    "{at}; the robot moved at {:.2} m/s, the other at {:.2} m/s, {:.0}° to the left",
+                    collision.robot_m_s,
+                    collision.object_m_s,
+                    collision.bearing_rad.to_degrees()
+                );
+                violations.report(kind, &robot.id, collision.time_ns, detail);
+            }
+        }
+        self.collisions = before.max(known.len());
+        // The world counts on where it keeps no more causes.
+        let counted = usize::try_from(truth.collisions).unwrap_or(usize::MAX);
+        if counted > self.collisions {
+            self.collisions = counted;
+            violations.report("collision", &robot.id, truth.time_ns, at.clone());
+        }
+        if self.collisions == before && truth.clearance_m < limits.clearance_m {
+            let detail = format!(
+                "{:.3} m {at}, expected at least {} m",
+                truth.clearance_m, limits.clearance_m
+            );
+            violations.report("clearance", &robot.id, truth.time_ns, detail);
+        }
+    }
+}

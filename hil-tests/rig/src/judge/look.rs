@@ -1,0 +1,50 @@
+//! What a judge sees of one robot at one time.
+
+use config::{FsmConfig, SiteConfig};
+use sim::world::{Footprint, Pose, Truth, World};
+
+use crate::belief::Belief;
+use crate::network::observations::Observations;
+use crate::scenario::{Player, Scenario};
+use crate::shapes;
+
+/// One look at a robot.
+#[derive(Clone, Copy, Debug)]
+pub struct Look<'a> {
+    /// The robot's number in scenario and world.
+    pub robot: usize,
+    /// The truth about it.
+    pub truth: &'a Truth,
+    /// The world, now.
+    pub world: &'a World,
+    /// What the robot believes, where that is asked for.
+    pub belief: Option<&'a Belief>,
+    /// Leave for each area, where the rig withholds it; empty: it does not.
+    pub leave: &'a [bool],
+    /// What was heard on the network until now.
+    pub observations: &'a Observations,
+}
+
+/// What a judge knows of a robot from the files.
+#[derive(Debug)]
+pub(super) struct Robot {
+    pub(super) id: String,
+    pub(super) site: SiteConfig,
+    pub(super) fsm: FsmConfig,
+    pub(super) footprint: Footprint,
+    /// Of the lidar, from `base_link`.
+    pub(super) lidar: Pose,
+}
+
+impl Robot {
+    pub(super) fn new(scenario: &Scenario, player: &Player) -> Self {
+        let mount = &player.config.lidar.mount;
+        Self {
+            id: player.id.clone(),
+            site: scenario.site.clone(),
+            fsm: player.fsm.clone(),
+            footprint: shapes::footprint(&player.config),
+            lidar: Pose::new(mount.x_m, mount.y_m, mount.theta_rad),
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! What a robot believes of its pose, against the truth.
+
+use config::{ControllerConfig, Feature};
+
+use super::look::{Look, Robot};
+use super::view::{Scenery, normal, walls_in_view};
+use super::violations::Violations;
+use crate::belief::Belief;
+use crate::figures::Figures;
+use crate::scenario::Limits;
+
+/// A wall counts when it has been in view this long: a scan, and the corrections it brings, take their time.
+const SETTLED_NS: u64 = 1_000_000_000;
+/// Older estimates are not compared.
+const RECENT_NS: u64 = 200_000_000;
+/// Period of looks at which walls are in view.
+const VIEW_NS: u64 = 100_000_000;
+/// A wall runs along a lane when the cosine between its normal and the lane is less than this.
+const ALONG: f64 = 0.17;
+
+/// Watches the belief of one robot.
+#[derive(Debug)]
+pub(super) struct Believed {
+    /// Since when each wall has been in view.
+    in_view: Vec<Option<u64>>,
+    view_ns: u64,
+}
+
+impl Believed {
+    pub(super) fn new(robot: &Robot) -> Self {
+        Self {
+            in_view: vec![None; robot.site.walls.len()],
+            view_ns: 0,
+        }
+    }
+
+    pub(super) fn judge(
+        &mut self,
+        robot: &Robot,
+        limits: &Limits,
+        look: &Look<'_>,
+        belief: &Belief,
+        figures: &mut Figures,
+        violations: &mut Violations,
+    ) {
+        let now_ns = look.truth.time_ns;
+        // Farther back the world does not know where the robot was; no running robot's estimate is so old.
+        let recent = now_ns.saturating_sub(belief.stamp_ns) < RECENT_NS;
+        let Some(true_pose) = (belief.stamp_ns > 0 && recent)
+            .then(|| look.world.pose_at(look.robot, belief.stamp_ns))
+            .flatten()
+        else {
+            return;
+        };
+        if now_ns >= self.view_ns + VIEW_NS {
+            self.view_ns = now_ns;
+            self.look_around(robot, look, &belief.state);
+        }
+        let error_m = [
+            belief.pose.x_m - true_pose.x_m,
+            belief.pose.y_m - true_pose.y_m,
+        ];
+        let heading_rad = wrap(belief.pose.theta_rad - true_pose.theta_rad);
+        figures.max_position_error_m = figures
+            .max_position_error_m
+            .max(error_m[0].hypot(error_m[1]));
+        let settled =
+            |since: &Option<u64>| since.is_some_and(|since_ns| now_ns >= since_ns + SETTLED_NS);
+        let walls: Vec<usize> = (0..self.in_view.len())
+            .filter(|&index| settled(&self.in_view[index]))
+            .collect();
+        if walls.is_empty() {
+            return;
+        }
+        figures.max_heading_error_rad = figures.max_heading_error_rad.max(heading_rad.abs());
+        let mut worst: Option<(f64, usize)> = None;
+        for index in walls {
+            let [nx, ny] = normal(&robot.site.walls[index]);
+            let across_m = (error_m[0] * nx + error_m[1] * ny).abs();
+            if worst.is_none_or(|(most_m, _)| across_m > most_m) {
+                worst = Some((across_m, index));
+            }
+        }
+        let Some((across_m, index)) = worst else {
+            return;
+        };
+        figures.max_pose_error_m = figures.max_pose_error_m.max(across_m);
+        let at = format!("at x = {:.2} m, y = {:.2} m", true_pose.x_m, true_pose.y_m);
+        if let Some(most_m) = limits.pose_error_m.filter(|most_m| across_m > *most_m) {
+            let wall = &robot.site.walls[index].id;
+            let detail = format!(
+                "{across_m:.3} m across wall {wall}, which is in view, {at}, expected at most {most_m} m"
+            );
+            violations.report("pose", &robot.id, now_ns, detail);
+        }
+        let degrees = heading_rad.to_degrees();
+        if let Some(most) = limits
+            .heading_error_deg
+            .filter(|most| degrees.abs() > *most)
+        {
+            let detail = format!("{degrees:.2}° off {at}, expected at most {most}°");
+            violations.report("heading", &robot.id, now_ns, detail);
+        }
+    }
+
+    /// Notes which walls the lidar sees and the running skill's perception uses.
+    fn look_around(&mut self, robot: &Robot, look: &Look<'_>, state: &str) {
+        let scenery = Scenery::of(look.world, look.robot);
+        let lidar = look.truth.pose.compose(&robot.lidar);
+        let view = walls_in_view(&robot.site, &scenery, &lidar);
+        for (index, seen) in view.into_iter().enumerate() {
+            let used = seen && is_used(robot, index, state);
+            let since = &mut self.in_view[index];
+            *since = used.then(|| since.unwrap_or(look.truth.time_ns));
+        }
+    }
+}
+
+/// Whether what runs in a state corrects the pose by a wall.
+fn is_used(robot: &Robot, wall: usize, state: &str) -> bool {
+    let Some(state) = robot.fsm.state(state) else {
+        return false;
+    };
+    let skill = robot.site.skill(&state.skill);
+    let tracks = skill
+        .and_then(|skill| robot.site.perception_kinds.get(&skill.perception))
+        .map_or(&[][..], |kind| &kind.tracks);
+    if tracks.contains(&Feature::Walls) {
+        return true;
+    }
+    let area = robot.site.area(&state.area);
+    let lane = state
+        .lane
+        .as_ref()
+        .or(area.and_then(|area| area.lane.as_ref()));
+    let turns = skill.is_some_and(|skill| {
+        matches!(
+            skill.controller,
+            ControllerConfig::UTurn { .. } | ControllerConfig::Turn { .. }
+        )
+    });
+    let Some(lane) = lane
+        .and_then(|lane| robot.site.lane(lane))
+        .filter(|_| !turns)
+    else {
+        return false;
+    };
+    let is_end = lane.end_wall.as_ref() == Some(&robot.site.walls[wall].id);
+    let [nx, ny] = normal(&robot.site.walls[wall]);
+    let [dx, dy] = [0, 1].map(|axis| lane.to_m[axis] - lane.from_m[axis]);
+    let along = ((nx * dx + ny * dy) / dx.hypot(dy)).abs() < ALONG;
+    (along && tracks.contains(&Feature::Corridor)) || (is_end && tracks.contains(&Feature::LaneEnd))
+}
+
+fn wrap(angle_rad: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    (angle_rad + turn / 2.0).rem_euclid(turn) - turn / 2.0
+}

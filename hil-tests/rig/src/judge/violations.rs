@@ -1,0 +1,52 @@
+//! What was found, told once for each stretch of time that it lasts.
+
+use std::collections::BTreeMap;
+
+use crate::summary::Violation;
+
+/// A violation of one kind by one robot is told again when it has not been found for this long.
+const STRETCH_NS: u64 = 1_000_000_000;
+/// Most violations of one robot that are told: longer lists say nothing more.
+const MOST: usize = 64;
+
+/// The violations of a run.
+#[derive(Debug)]
+pub(super) struct Violations {
+    start_ns: u64,
+    /// When a robot was last found at it, by robot and kind.
+    last_ns: BTreeMap<(String, String), u64>,
+    counts: BTreeMap<String, usize>,
+    all: Vec<Violation>,
+}
+
+impl Violations {
+    /// None yet in a run that began at `start_ns`.
+    pub(super) fn new(start_ns: u64) -> Self {
+        Self {
+            start_ns,
+            last_ns: BTreeMap::new(),
+            counts: BTreeMap::new(),
+            all: Vec::new(),
+        }
+    }
+
+    /// Takes down what was found, unless it lasts still.
+    pub(super) fn report(&mut self, kind: &str, robot: &str, at_ns: u64, detail: String) {
+        let key = (robot.to_owned(), kind.to_owned());
+        let before = self.last_ns.insert(key, at_ns);
+        let count = self.counts.entry(robot.to_owned()).or_default();
+        if before.is_none_or(|before_ns| at_ns > before_ns + STRETCH_NS) && *count < MOST {
+            *count += 1;
+            self.all.push(Violation {
+                kind: kind.to_owned(),
+                robot: robot.to_owned(),
+                at_s: at_ns.saturating_sub(self.start_ns) as f64 / 1e9,
+                detail,
+            });
+        }
+    }
+
+    pub(super) fn all(&self) -> &[Violation] {
+        &self.all
+    }
+}

@@ -1,0 +1,33 @@
+//! The sheet from top to bottom.
+
+use crate::record::{Record, RobotRecord};
+use crate::report::draw::canvas::Canvas;
+
+use super::run::Run;
+use super::schedule::Schedule;
+use super::{charts, header, map};
+
+/// What a drawing of an ordinary site stays under.
+#[cfg(test)]
+pub(super) const LARGEST_BYTES: usize = 500_000;
+
+/// Draws the way of a robot that was alone; none of several, which [`html`](crate::report::html) shows together.
+#[must_use]
+pub fn drive_svg(record: &Record) -> Option<String> {
+    match &record.robots[..] {
+        [robot] => Some(draw(record, robot)),
+        _ => None,
+    }
+}
+
+/// Draws the way of a robot.
+pub(super) fn draw(record: &Record, robot: &RobotRecord) -> String {
+    let run = Run::new(record, robot);
+    let schedule = Schedule::new(&robot.states);
+    let mut canvas = Canvas::default();
+    let below_header = header::draw(&mut canvas, &run);
+    let below_map = map::draw(&mut canvas, &run, &schedule, below_header);
+    let below_charts = charts::draw(&mut canvas, &run, below_map);
+    let height_px = header::draw_end(&mut canvas, &run, below_charts);
+    canvas.finish(height_px, &header::title(&run))
+}

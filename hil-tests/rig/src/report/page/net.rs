@@ -1,0 +1,475 @@
+//! A coordination's net as a drawing: places are circles, transitions bars, from above to below.
+//!
+//! Sources and sinks stand beside the transitions that read and write them, in the colour of the robot that plays the
+//! role; one that several transitions use is drawn at each.
+
+use std::collections::BTreeMap;
+
+use config::{NetConfig, NetPlace, NetTransition};
+use coordination::petri::{Binding, PlaceKind};
+
+use crate::record::CoordinationRecord;
+
+use super::html::quantity;
+use super::layers::{Extent, Layout, lay_out};
+use super::spacetime::WIDTH_PX;
+use super::view::View;
+use crate::report::draw::canvas::{Canvas, Curve, Px, Px2, shortened};
+use crate::report::draw::labels;
+
+/// Nets with more places and transitions are not drawn.
+const MOST_NODES: usize = 200;
+const PLACE_PX: f64 = 8.5;
+const TOKEN_PX: f64 = 3.8;
+/// Half a bar's length, and half its thickness.
+const BAR_PX: Px2 = [18.0, 3.0];
+/// Sources and sinks: how far from the bar's middle, their size, and from one to the next.
+const BESIDE_PX: f64 = 42.0;
+const PORT_PX: f64 = 5.2;
+const PORT_STEP_PX: f64 = 17.0;
+const TIP_PX: Px2 = [3.6, 7.5];
+const TEXT_PX: f64 = 12.0;
+const SMALL_PX: f64 = 11.0;
+const MARGIN_PX: f64 = 6.0;
+const LONGEST: usize = 34;
+
+/// When a transition fired: its places in the order of all firings from 1, and the times.
+type Firings<'a> = BTreeMap<&'a str, Vec<(usize, f64)>>;
+
+/// Draws a net: of a run, with what fired; `situation` gives the initial marking. `None` if it is too large.
+pub(super) fn draw(
+    view: &View<'_>,
+    net: &NetConfig,
+    situation: &str,
+    run: Option<&CoordinationRecord>,
+) -> Option<String> {
+    let places: Vec<&NetPlace> = net
+        .places
+        .iter()
+        .filter(|place| place.kind == PlaceKind::Internal)
+        .collect();
+    if places.len() + net.transitions.len() > MOST_NODES {
+        return None;
+    }
+    let marked: Vec<&str> = net
+        .situation(situation)
+        .into_iter()
+        .flat_map(|situation| situation.marked.iter().map(String::as_str))
+        .collect();
+    let mut fired = Firings::new();
+    for (index, (transition, at_s)) in run.iter().flat_map(|run| &run.firings).enumerate() {
+        fired
+            .entry(transition)
+            .or_default()
+            .push((index + 1, *at_s));
+    }
+    let mut drawing = Drawing {
+        view,
+        net,
+        run,
+        places,
+        marked,
+        fired,
+        short: false,
+    };
+    let (drawn, width_px) = drawing.draw();
+    if width_px <= WIDTH_PX {
+        return Some(drawn);
+    }
+    drawing.short = true;
+    Some(drawing.draw().0)
+}
+
+struct Drawing<'a> {
+    view: &'a View<'a>,
+    net: &'a NetConfig,
+    run: Option<&'a CoordinationRecord>,
+    /// The internal ones; nodes of the graph in this order, then the transitions.
+    places: Vec<&'a NetPlace>,
+    marked: Vec<&'a str>,
+    fired: Firings<'a>,
+    /// The drawing would be too wide: flags without their roles, which their colours tell, and only first firings.
+    short: bool,
+}
+
+/// An arc between an internal place and a transition.
+struct Arc<'a> {
+    from: usize,
+    to: usize,
+    /// The transition takes the token and puts it back.
+    both: bool,
+    transition: &'a str,
+}
+
+impl Drawing<'_> {
+    /// The drawing and its width.
+    fn draw(&self) -> (String, f64) {
+        let arcs = self.arcs();
+        let mut extents: Vec<Extent> = self
+            .places
+            .iter()
+            .map(|place| place_extent(place))
+            .collect();
+        let of_transitions = self.net.transitions.iter();
+        extents.extend(of_transitions.map(|transition| self.transition_extent(transition)));
+        let edges: Vec<(usize, usize)> = arcs.iter().map(|arc| (arc.from, arc.to)).collect();
+        let is_marked = |index: &usize| self.marked.contains(&self.places[*index].id.as_str());
+        let top: Vec<usize> = (0..self.places.len()).filter(is_marked).collect();
+        let mut layout = lay_out(&extents, &edges, &top);
+        for point in layout
+            .nodes
+            .iter_mut()
+            .chain(layout.routes.iter_mut().flatten())
+        {
+            *point = point.map(|value| value + MARGIN_PX);
+        }
+        let mut canvas = Canvas::default();
+        self.draw_arcs(&mut canvas, &arcs, &layout);
+        for (index, place) in self.places.iter().enumerate() {
+            self.draw_place(&mut canvas, place, layout.nodes[index]);
+        }
+        for (index, transition) in self.net.transitions.iter().enumerate() {
+            let at = layout.nodes[self.places.len() + index];
+            self.draw_transition(&mut canvas, transition, at);
+        }
+        let size = layout.size.map(|length| length + 2.0 * MARGIN_PX);
+        let label = format!("Petri net {}", self.net.name);
+        (canvas.finish_inline("petri", size, &label), size[0])
+    }
+
+    fn arcs(&self) -> Vec<Arc<'_>> {
+        let place_index = |id: &String| self.places.iter().position(|place| &place.id == id);
+        let mut arcs = Vec::new();
+        for (index, transition) in self.net.transitions.iter().enumerate() {
+            let bar = self.places.len() + index;
+            let id = transition.id.as_str();
+            for place in &transition.from {
+                arcs.extend(place_index(place).map(|from| Arc {
+                    from,
+                    to: bar,
+                    both: transition.to.contains(place),
+                    transition: id,
+                }));
+            }
+            for place in transition
+                .to
+                .iter()
+                .filter(|place| !transition.from.contains(place))
+            {
+                arcs.extend(place_index(place).map(|to| Arc {
+                    from: bar,
+                    to,
+                    both: false,
+                    transition: id,
+                }));
+            }
+        }
+        arcs
+    }
+
+    /// Sources, then sinks, of a transition: whether it is a sink, role and name of the event.
+    fn ports(&self, transition: &NetTransition) -> Vec<(bool, Option<&str>, String)> {
+        let of = |ids: &[String], kind: PlaceKind| -> Vec<(bool, Option<&str>, String)> {
+            ids.iter()
+                .filter_map(|id| self.net.place(id))
+                .filter(|place| place.kind == kind)
+                .map(|place| {
+                    let (role, name) = match &place.binding {
+                        Some(Binding::Flag { protocol, flag }) if self.short => {
+                            (Some(protocol.as_str()), flag.clone())
+                        }
+                        Some(binding @ Binding::Flag { protocol, .. }) => {
+                            (Some(protocol.as_str()), binding.event_name())
+                        }
+                        Some(binding) => (None, binding.event_name()),
+                        None => (None, place.id.clone()),
+                    };
+                    (kind == PlaceKind::Sink, role, shortened(&name, LONGEST))
+                })
+                .collect()
+        };
+        let mut ports = of(&transition.from, PlaceKind::Source);
+        ports.extend(of(&transition.to, PlaceKind::Sink));
+        ports
+    }
+
+    fn transition_extent(&self, transition: &NetTransition) -> Extent {
+        let ports = self.ports(transition);
+        let widest_px = ports
+            .iter()
+            .map(|port| text_width_px(&port.2, SMALL_PX))
+            .fold(0.0, f64::max);
+        let [numbers, times] = self.firing_texts(&transition.id);
+        let name_px = text_width_px(&shortened(&transition.id, LONGEST), TEXT_PX)
+            + badge_px(&numbers).map_or(0.0, |width_px| width_px + 5.0);
+        let half_px = PORT_STEP_PX * ports.len() as f64 / 2.0;
+        Extent {
+            left_px: if ports.is_empty() {
+                BAR_PX[0]
+            } else {
+                BESIDE_PX + PORT_PX + 5.0 + widest_px
+            },
+            right_px: BAR_PX[0] + 6.0 + name_px.max(text_width_px(&times, SMALL_PX)),
+            above_px: half_px.max(9.0),
+            below_px: half_px.max(if times.is_empty() { 9.0 } else { 19.0 }),
+        }
+    }
+
+    /// Which firings a transition was, and when.
+    fn firing_texts(&self, transition: &str) -> [String; 2] {
+        let shown = if self.short { 1 } else { 3 };
+        let Some(fired) = self.fired.get(transition) else {
+            return [String::new(), String::new()];
+        };
+        let listed = |text: &dyn Fn(&(usize, f64)) -> String| {
+            let texts: Vec<String> = fired.iter().take(shown).map(text).collect();
+            texts.join(", ")
+        };
+        let more = match fired.len().checked_sub(shown) {
+            None | Some(0) => String::new(),
+            Some(_) => format!(" … {}×", fired.len()),
+        };
+        [
+            listed(&|firing| firing.0.to_string()) + &more,
+            listed(&|firing| quantity(firing.1, 1, "s")),
+        ]
+    }
+
+    fn draw_arcs(&self, canvas: &mut Canvas, arcs: &[Arc<'_>], layout: &Layout) {
+        let ends = self.ends(arcs, layout);
+        for ((arc, route), [from, to]) in arcs.iter().zip(&layout.routes).zip(&ends) {
+            let never = self.run.is_some() && !self.fired.contains_key(arc.transition);
+            canvas.open(
+                "g",
+                format_args!("class=\"{}\"", if never { "never" } else { "ever" }),
+            );
+            let down = to[1] > from[1];
+            let mut tips = Curve::default();
+            let (mut begin, mut end) = (*from, *to);
+            end[1] = tip(&mut tips, *to, down);
+            if arc.both {
+                begin[1] = tip(&mut tips, *from, !down);
+            }
+            let mut curve = Curve::default();
+            curve.move_to(begin);
+            let last = route.len() - 1;
+            let mut points: Vec<Px2> = route[1..last].to_vec();
+            if let Some(first) = points.first_mut() {
+                first[0] = from[0];
+            }
+            if let Some(end) = points.last_mut() {
+                end[0] = to[0];
+            }
+            for (index, point) in points.iter().enumerate() {
+                match index.checked_sub(1).filter(|_| index % 2 == 1) {
+                    Some(before) => curve.bend_to(points[before], *point),
+                    None => curve.line_to(*point),
+                }
+            }
+            curve.line_to(end);
+            canvas.curve("class=\"arc\"", &curve);
+            canvas.curve("class=\"tip\"", &tips);
+            canvas.close("g");
+        }
+    }
+
+    /// Where each arc leaves its first node and reaches its second: side by side, in the order in which they come.
+    fn ends(&self, arcs: &[Arc<'_>], layout: &Layout) -> Vec<[Px2; 2]> {
+        let mut ends: Vec<[Px2; 2]> = arcs
+            .iter()
+            .map(|arc| [layout.nodes[arc.from], layout.nodes[arc.to]])
+            .collect();
+        for node in 0..layout.nodes.len() {
+            for below in [false, true] {
+                let mut here: Vec<(f64, usize, usize)> = Vec::new();
+                for (index, (arc, route)) in arcs.iter().zip(&layout.routes).enumerate() {
+                    // The layer beyond the gap tells where it comes from.
+                    let beyond = [
+                        route.get(2),
+                        route.len().checked_sub(3).map(|at| &route[at]),
+                    ];
+                    for (end, own) in [arc.from, arc.to].into_iter().enumerate() {
+                        let Some(beyond) = beyond[end].filter(|_| own == node) else {
+                            continue;
+                        };
+                        if (beyond[1] > layout.nodes[node][1]) == below {
+                            here.push((beyond[0], index, end));
+                        }
+                    }
+                }
+                here.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let bar = node >= self.places.len();
+                // At a place with many arcs, those that come and those that go each share an end.
+                let kind = |index: usize, end: usize| match (arcs[index].both, end) {
+                    (true, _) => 2,
+                    (false, end) => end,
+                };
+                let mut kinds: Vec<usize> = Vec::new();
+                for (_, index, end) in &here {
+                    if !kinds.contains(&kind(*index, *end)) {
+                        kinds.push(kind(*index, *end));
+                    }
+                }
+                let shared = !bar && here.len() > 2;
+                let count = if shared { kinds.len() } else { here.len() };
+                for (order, (_, index, end)) in here.iter().enumerate() {
+                    let own = kinds.iter().position(|own| *own == kind(*index, *end));
+                    let place = own.filter(|_| shared).unwrap_or(order);
+                    let room_px = if bar { BAR_PX[0] - 3.0 } else { PLACE_PX - 2.0 };
+                    let step_px = (2.0 * room_px / count as f64).min(9.0);
+                    let aside_px = step_px * (place as f64 - (count - 1) as f64 / 2.0);
+                    let away_px = if bar {
+                        BAR_PX[1]
+                    } else {
+                        (PLACE_PX * PLACE_PX - aside_px * aside_px).max(0.0).sqrt() + 0.8
+                    };
+                    let [x, y] = layout.nodes[node];
+                    let y = if below { y + away_px } else { y - away_px };
+                    ends[*index][*end] = [x + aside_px, y];
+                }
+            }
+        }
+        ends
+    }
+
+    fn draw_place(&self, canvas: &mut Canvas, place: &NetPlace, at: Px2) {
+        let [x, y] = at.map(Px);
+        let marked = self.marked.contains(&place.id.as_str());
+        let hint = format!("{}: {}", place.id, place.about);
+        canvas.element_with_hint(
+            "circle",
+            format_args!("class=\"place\" cx=\"{x}\" cy=\"{y}\" r=\"{PLACE_PX}\""),
+            &hint,
+        );
+        if marked {
+            canvas.circle("token", at, TOKEN_PX);
+        }
+        let text_at = [at[0] + PLACE_PX + 5.0, at[1] + 4.0];
+        canvas.text("note halo", text_at, &shortened(&place.id, LONGEST));
+    }
+
+    fn draw_transition(&self, canvas: &mut Canvas, transition: &NetTransition, at: Px2) {
+        let never = self.run.is_some() && !self.fired.contains_key(transition.id.as_str());
+        canvas.open(
+            "g",
+            format_args!("class=\"{}\"", if never { "never" } else { "ever" }),
+        );
+        let ports = self.ports(transition);
+        for (index, (sink, role, name)) in ports.iter().enumerate() {
+            let step = index as f64 - (ports.len() - 1) as f64 / 2.0;
+            self.draw_port(canvas, at, step, *sink, *role, name);
+        }
+        let [left, top] = [Px(at[0] - BAR_PX[0]), Px(at[1] - BAR_PX[1])];
+        let [width, height] = BAR_PX.map(|half| Px(2.0 * half));
+        canvas.element(
+            "rect",
+            format_args!(
+                "class=\"trans\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\""
+            ),
+        );
+        let [numbers, times] = self.firing_texts(&transition.id);
+        let mut x = at[0] + BAR_PX[0] + 6.0;
+        if let Some(width_px) = badge_px(&numbers) {
+            let ([left, top], width) = ([Px(x), Px(at[1] - 8.0)], Px(width_px));
+            canvas.element(
+                "rect",
+                format_args!("class=\"nr\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"15\" rx=\"7.5\""),
+            );
+            canvas.text("nrtext", [x + width_px / 2.0, at[1] + 3.5], &numbers);
+            x += width_px + 5.0;
+        }
+        canvas.text(
+            "trname halo",
+            [x, at[1] + 4.0],
+            &shortened(&transition.id, LONGEST),
+        );
+        if !times.is_empty() {
+            canvas.text(
+                "about halo",
+                [at[0] + BAR_PX[0] + 8.0, at[1] + 18.0],
+                &times,
+            );
+        }
+        canvas.close("g");
+    }
+
+    fn draw_port(
+        &self,
+        canvas: &mut Canvas,
+        bar: Px2,
+        step: f64,
+        sink: bool,
+        role: Option<&str>,
+        name: &str,
+    ) {
+        let robot = role.and_then(|role| {
+            let robots = self.run.into_iter().flat_map(|run| &run.robots);
+            robots
+                .filter(|(own, _)| own == role)
+                .map(|(_, robot)| robot)
+                .next()
+        });
+        let class = robot.map_or_else(|| "neutral".to_owned(), |robot| self.view.class(robot));
+        canvas.open("g", format_args!("class=\"{class}\""));
+        let at = [bar[0] - BESIDE_PX, bar[1] + step * PORT_STEP_PX];
+        let joint = [bar[0] - BAR_PX[0], bar[1] + step.clamp(-1.0, 1.0) * 1.5];
+        let beside = [at[0] + PORT_PX + 0.8, at[1]];
+        // From the source to the bar, or from the bar to the sink.
+        let (from, to) = if sink {
+            (joint, beside)
+        } else {
+            (beside, joint)
+        };
+        let direction = (to[0] - from[0]).signum();
+        let end = [to[0] - direction * TIP_PX[1], to[1]];
+        let mut curve = Curve::default();
+        curve.move_to(from);
+        curve.lean_to(from, end);
+        canvas.curve("class=\"io\"", &curve);
+        let mut head = Curve::default();
+        head.move_to(to);
+        head.line_to([end[0], to[1] - TIP_PX[0]]);
+        head.line_to([end[0], to[1] + TIP_PX[0]]);
+        head.close();
+        canvas.curve("class=\"iotip\"", &head);
+        canvas.circle(if sink { "sink" } else { "source" }, at, PORT_PX);
+        if sink {
+            canvas.circle("ring", at, PORT_PX - 2.4);
+        }
+        canvas.text("about e halo", [at[0] - PORT_PX - 5.0, at[1] + 3.8], name);
+        canvas.close("g");
+    }
+}
+
+/// About the width of a text; names here are of small letters, which are narrower than others.
+fn text_width_px(text: &str, size_px: f64) -> f64 {
+    0.93 * labels::text_width_px(text, size_px)
+}
+
+fn place_extent(place: &NetPlace) -> Extent {
+    Extent {
+        left_px: PLACE_PX + 2.0,
+        right_px: PLACE_PX + 5.0 + text_width_px(&shortened(&place.id, LONGEST), TEXT_PX),
+        above_px: PLACE_PX + 2.0,
+        below_px: PLACE_PX + 2.0,
+    }
+}
+
+/// Width of the badge with the numbers of firings; none without any.
+fn badge_px(numbers: &str) -> Option<f64> {
+    (!numbers.is_empty()).then(|| (labels::text_width_px(numbers, SMALL_PX) + 10.0).max(17.0))
+}
+
+/// Adds the tip of an arrow; returns where the line ends.
+fn tip(curve: &mut Curve, at: Px2, down: bool) -> f64 {
+    let base_px = if down {
+        at[1] - TIP_PX[1]
+    } else {
+        at[1] + TIP_PX[1]
+    };
+    curve.move_to(at);
+    curve.line_to([at[0] - TIP_PX[0], base_px]);
+    curve.line_to([at[0] + TIP_PX[0], base_px]);
+    curve.close();
+    base_px
+}

@@ -1,0 +1,22 @@
+//! How a run ends.
+
+use std::process::ExitStatus;
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ending {
+    /// All goals are reached.
+    Done,
+    /// By a signal.
+    Interrupted,
+    /// The scenario's patience is over.
+    TooSlow,
+    /// No robot has moved for the scenario's longest standstill.
+    Standstill,
+    /// A robot has a fault, named here, that only an operator ends, and nobody does.
+    Stranded(&'static str),
+    /// A robot ended by itself.
+    RobotEnded(String, ExitStatus),
+    /// The mediator ended by itself.
+    MediatorEnded(ExitStatus),
+}

@@ -1,0 +1,106 @@
+//! From the first look of a run to its end, and what it leaves.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use onboard::cli::Failure;
+
+use super::ending::Ending;
+use super::execution::Execution;
+use super::live::Live;
+use super::printing::print;
+use super::recording::record;
+use super::watch::Run;
+use crate::judge::two_owners;
+use crate::output::write;
+use crate::process::log_tail;
+use crate::record::Record;
+use crate::report;
+
+/// Lines of a log that are shown when a run fails.
+const LOG_LINES: usize = 12;
+
+/// Looks on and shows the run until it ends or is asked to.
+///
+/// # Errors
+/// [`Failure::Failed`] when a robot cannot be started.
+pub fn look_on<E: Execution>(
+    run: &mut Run<E>,
+    headless: bool,
+    asked_to_end: &AtomicBool,
+) -> Result<Ending, Failure> {
+    let mut live = Live::new(headless);
+    let ending = loop {
+        if let Some(ending) = run.step()? {
+            break ending;
+        }
+        live.show(run);
+        if asked_to_end.load(Ordering::Relaxed) {
+            break Ending::Interrupted;
+        }
+    };
+    live.end();
+    Ok(ending)
+}
+
+impl<E: Execution> Run<E> {
+    /// Ends robots, then the mediator; what they leave is judged.
+    pub fn stop(&mut self) {
+        let found = self.stage.stop();
+        self.observe();
+        let now_ns = self.stage.now_ns();
+        for (kind, robot, detail) in found {
+            self.judge.report(kind, &robot, now_ns, detail);
+        }
+        let ownings = self
+            .stage
+            .heard(|observations| observations.ownings().to_vec());
+        for (robot, at_ns, detail) in two_owners(&self.scenario.site, &ownings, now_ns) {
+            self.judge.report("two-owners", &robot, at_ns, detail);
+        }
+    }
+}
+
+/// Stops everything, and leaves what there is to know in the folder `out`.
+///
+/// # Errors
+/// [`Failure::Failed`] when goals were not reached or something was violated.
+pub fn finish<E: Execution>(mut run: Run<E>, out: &Path, ending: &Ending) -> Result<(), Failure> {
+    run.stop();
+    let record = record(&run, ending);
+    leave(out, &record)?;
+    print(&record.summary, out);
+    if record.summary.passed() {
+        return Ok(());
+    }
+    Err(Failure::failed(format_args!(
+        "{}; {} violations{}",
+        record.summary.outcome,
+        record.summary.violations.len(),
+        last_words(&record, out, ending)
+    )))
+}
+
+fn leave(out: &Path, record: &Record) -> Result<(), Failure> {
+    let json = serde_json::to_string_pretty(&record.summary).map_err(Failure::failed)?;
+    write(out, "summary.json", &json)?;
+    if let Some(svg) = report::drive_svg(record) {
+        write(out, "report.svg", &svg)?;
+    }
+    write(out, "report.html", &report::html(record))?;
+    Ok(())
+}
+
+/// The end of the log of whoever failed; a robot that is alone is asked anyway.
+fn last_words(record: &Record, out: &Path, ending: &Ending) -> String {
+    let failed = match (ending, &record.robots[..]) {
+        (Ending::RobotEnded(id, _), _) => id,
+        (Ending::MediatorEnded(_), _) => "mediator",
+        (_, [robot]) => &robot.id,
+        _ => return String::new(),
+    };
+    match log_tail(&out.join(format!("{failed}.log")), LOG_LINES) {
+        words if words.is_empty() => words,
+        words => format!("; the last words of {failed}:\n{words}"),
+    }
+}

@@ -1,0 +1,148 @@
+//! What a run prints when it is over.
+
+use std::path::Path;
+
+use crate::figures::Figures;
+use crate::machine::Machine;
+use crate::summary::{Latency, RobotSummary, Summary};
+
+/// Prints what a summary says.
+pub(super) fn print(summary: &Summary, out: &Path) {
+    println!(
+        "outcome: {} after {:.1} s",
+        summary.outcome, summary.duration_s
+    );
+    for robot in &summary.robots {
+        print_robot(robot);
+        if summary.robots.len() == 1 {
+            print_details(robot, &summary.machine);
+        }
+        if let Some(figures) = &robot.figures {
+            print_figures(figures);
+        }
+    }
+    if let Some(mediator) = &summary.mediator {
+        println!(
+            "mediator: started {} times, {:.1} MiB, {:.1} % of one core",
+            mediator.starts, mediator.rss_mib, mediator.cpu_percent
+        );
+    }
+    for coordination in &summary.coordinations {
+        let length = coordination.duration_s.map_or_else(
+            || "not over".to_owned(),
+            |duration_s| format!("{duration_s:.1} s"),
+        );
+        println!(
+            "coordination {} {} ({}): {length}, {} firings",
+            coordination.id,
+            coordination.number,
+            coordination.situation,
+            coordination.firings.len()
+        );
+    }
+    let latency = |what: &str, own: &Latency| {
+        let ms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+        println!(
+            "{what}: {} measured, p50 {} ms, p99 {} ms, max {} ms",
+            own.count,
+            ms(own.p50_ms),
+            ms(own.p99_ms),
+            ms(own.max_ms)
+        );
+    };
+    if summary.mediator.is_some() {
+        latency("request to grant when free", &summary.grants);
+        latency("robot's flag to mediator's command", &summary.commands);
+    }
+    for rule in &summary.during {
+        println!(
+            "{}: checked for {:.1} s, broken for {:.1} s",
+            rule.rule, rule.checked_s, rule.broken_s
+        );
+    }
+    for violation in &summary.violations {
+        println!(
+            "VIOLATION {} of {} at {:.1} s: {}",
+            violation.kind, violation.robot, violation.at_s, violation.detail
+        );
+    }
+    println!(
+        "wrote {} and report.html",
+        out.join("summary.json").display()
+    );
+}
+
+fn print_robot(robot: &RobotSummary) {
+    println!(
+        "{} ({}): {} of {} rounds, {:.2} m, {} collisions, clearance at least {:.3} m, lateral error at most {:.3} m, \
+         {:.1} MiB, {:.1} % of one core, {} lost frames, {} scans dropped",
+        robot.id,
+        robot.role,
+        robot.laps,
+        robot.wanted,
+        robot.distance_m,
+        robot.collisions,
+        robot.min_clearance_m,
+        robot.max_lateral_error_m,
+        robot.rss_mib,
+        robot.cpu_percent,
+        robot.ethercat.lost_frames,
+        robot.lidar.dropped
+    );
+}
+
+/// Devices and threads of a robot that is alone.
+fn print_details(robot: &RobotSummary, machine: &Machine) {
+    println!(
+        "  EtherCAT: {} cycles, {} lost, {} wrong counters; lidar: {} scans, {} dropped; on {}, {} cores",
+        robot.ethercat.cycles,
+        robot.ethercat.lost_frames,
+        robot.ethercat.wkc_errors,
+        robot.lidar.scans,
+        robot.lidar.dropped,
+        machine.processor,
+        machine.cores
+    );
+    for (name, thread) in robot.threads.as_object().into_iter().flatten() {
+        let of = |what: &str, part: &str| thread[what][part].as_f64().unwrap_or(0.0);
+        println!(
+            "  {name:<14} wake-up p50 {:>6.0} p99 {:>6.0} max {:>7.0} µs; execution p50 {:>5.0} p99 {:>6.0} max {:>7.0} µs; {} overruns of {}",
+            of("wakeup_us", "p50"),
+            of("wakeup_us", "p99"),
+            of("wakeup_us", "max"),
+            of("exec_us", "p50"),
+            of("exec_us", "p99"),
+            of("exec_us", "max"),
+            thread["overruns"],
+            thread["cycles"]
+        );
+    }
+}
+
+/// What the judge found out about one robot.
+fn print_figures(figures: &Figures) {
+    let list = |errors: &[f64]| {
+        let errors: Vec<String> = errors.iter().map(|error| format!("{error:+.3}")).collect();
+        if errors.is_empty() {
+            "none".to_owned()
+        } else {
+            errors.join(", ")
+        }
+    };
+    println!(
+        "  pose error in view at most {:.3} m, {:.2}°; docking {} m; stops at a pose {} m, before an area {} m",
+        figures.max_pose_error_m,
+        figures.max_heading_error_rad.to_degrees(),
+        list(&figures.dock_errors_m),
+        list(&figures.pose_stop_errors_m),
+        list(&figures.border_stop_errors_m)
+    );
+    let skills: Vec<&str> = figures.skills.iter().map(String::as_str).collect();
+    println!(
+        "  {} skills ran: {}; run into {} times while standing; held {:.1} s",
+        skills.len(),
+        skills.join(", "),
+        figures.run_into,
+        figures.held_s
+    );
+}

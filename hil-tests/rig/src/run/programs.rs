@@ -1,0 +1,139 @@
+//! A run through the real programs, and what can be done to it.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use onboard::cli::Failure;
+use sim::rt::monotonic_ns;
+
+use super::finish::{finish, look_on};
+use super::stage::{Stage, StageSetup};
+use super::watch::Run;
+use crate::scenario::Scenario;
+
+/// How a scenario is run.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The program that becomes mediator and robots: the rig's own.
+    pub program: PathBuf,
+    /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way.
+    pub seed: u64,
+    /// Folder for what the run leaves.
+    pub out: PathBuf,
+    /// Show nothing while it runs.
+    pub headless: bool,
+    /// Start a mediator where the site asks for one.
+    pub mediator: bool,
+    /// Leave the site's coordinations as they are.
+    pub nets: bool,
+}
+
+/// Runs a scenario to its end, and leaves what there is to know of it.
+///
+/// # Errors
+/// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when goals were not reached or something was violated.
+pub fn run(
+    scenario: Scenario,
+    options: &Options,
+    asked_to_end: &AtomicBool,
+) -> Result<(), Failure> {
+    let mut run = Run::start(scenario, options)?;
+    let ending = look_on(&mut run, options.headless, asked_to_end)?;
+    finish(run, &options.out, &ending)
+}
+
+impl Run<Stage> {
+    /// Starts the programs; robots start as their times come.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] naming what is wrong or cannot be had.
+    pub fn start(scenario: Scenario, options: &Options) -> Result<Self, Failure> {
+        let stage = Stage::set(
+            &scenario,
+            &StageSetup {
+                program: options.program.clone(),
+                seed: options.seed,
+                out: &options.out,
+                mediator: options.mediator,
+                nets: options.nets,
+            },
+        )?;
+        let names: Vec<&str> = { scenario.robots.iter() }
+            .map(|own| own.id.as_str())
+            .collect();
+        println!(
+            "{}: {} in {}, seed {}{}{}; logs in {}",
+            scenario.name,
+            names.join(", "),
+            scenario.site.name,
+            options.seed,
+            if options.mediator {
+                ""
+            } else {
+                ", WITHOUT mediator"
+            },
+            if options.nets { "" } else { ", WITHOUT nets" },
+            options.out.display()
+        );
+        Ok(Self::new(scenario, stage, options.seed))
+    }
+
+    /// Kills a robot's process; the run goes on.
+    pub fn kill_robot(&mut self, robot: usize) {
+        if let Some(member) = self.stage.members.get_mut(robot) {
+            member.kill();
+            let what = format!("{} is killed", member.id());
+            self.note(what);
+        }
+    }
+
+    /// Starts a killed robot again.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`] with the operating system's reason.
+    pub fn start_robot_again(&mut self, robot: usize) -> Result<(), Failure> {
+        if let Some(member) = self.stage.members.get_mut(robot) {
+            member.start()?;
+            let what = format!("{} is started again", member.id());
+            self.note(what);
+        }
+        Ok(())
+    }
+
+    /// Kills the mediator; the run goes on.
+    pub fn kill_mediator(&mut self) {
+        if let Some(mediator) = &mut self.stage.mediator {
+            mediator.kill();
+            self.note("the mediator is killed".to_owned());
+        }
+    }
+
+    /// Starts the killed mediator again.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`] with the operating system's reason.
+    pub fn start_mediator_again(&mut self) -> Result<(), Failure> {
+        if let Some(mediator) = &mut self.stage.mediator {
+            mediator.start_again().map_err(|error| {
+                Failure::failed(format_args!("the mediator cannot be started: {error}"))
+            })?;
+            self.note("the mediator is started again".to_owned());
+        }
+        Ok(())
+    }
+
+    /// What an operator does with `mediator clear AREA`, having taken these robots away. Returns what the mediator says.
+    ///
+    /// # Errors
+    /// Why it refused or did not answer.
+    pub fn clear(&mut self, area: &str, robots: &[&str]) -> Result<String, String> {
+        let mediator = self.stage.mediator.as_ref();
+        let said = mediator.ok_or("there is no mediator")?.clear(area)?;
+        self.judge.cleared(area, robots);
+        let mut observations = self.stage.listener.observations();
+        observations.cleared(area, robots, monotonic_ns());
+        drop(observations);
+        self.note(format!("area {area} is cleared"));
+        Ok(said)
+    }
+}

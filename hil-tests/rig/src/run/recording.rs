@@ -1,0 +1,253 @@
+//! What a run comes to: its record and figures.
+
+use super::ending::Ending;
+use super::execution::{Execution, MediatorRuns};
+use super::watch::{Run, Track};
+use crate::machine::{Machine, round};
+use crate::network::observations::Observations;
+use crate::record::{CoordinationRecord, Holding, Record, RobotRecord, Span, StateChange, Wait};
+use crate::scenario::Player;
+use crate::summary::{
+    AreaSummary, CoordinationSummary, DONE, FiringSummary, Latency, OwnerSummary, PartSummary,
+    RobotSummary, Summary,
+};
+
+/// A request that was granted sooner did not wait.
+const NO_WAIT_S: f64 = 0.1;
+
+/// All that is known of a run, after everything was stopped.
+pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
+    let now_ns = run.stage.now_ns();
+    let seconds = |at_ns: u64| round(run.stage.seconds(at_ns));
+    let heard = run
+        .stage
+        .heard(|observations| Heard::of(observations, &seconds));
+    let coordinations = coordinations(run);
+    let mediator = run.stage.mediator();
+    let summary = Summary {
+        scenario: run.scenario.name.clone(),
+        outcome: in_words(run, ending),
+        seed: run.seed,
+        duration_s: seconds(now_ns),
+        machine: Machine::here(),
+        robots: { 0..run.tracks.len() }
+            .map(|robot| robot_summary(run, robot))
+            .collect(),
+        mediator: mediator.as_ref().map(|mediator| mediator.summary),
+        areas: areas(run, &heard, seconds(now_ns)),
+        coordinations: coordinations.iter().map(in_short).collect(),
+        grants: Latency::of(&heard.grant_latency_ms),
+        commands: Latency::of(&heard.command_latency_ms),
+        during: run.judge.rules(),
+        violations: run.judge.violations().to_vec(),
+    };
+    let waited = |wait: &Wait| wait.to_s.is_none_or(|to_s| to_s - wait.from_s > NO_WAIT_S);
+    Record {
+        scenario: run.scenario.name.clone(),
+        about: run.scenario.about.clone(),
+        site: run.scenario.site.clone(),
+        nets: run.scenario.nets.clone(),
+        limits: run.scenario.limits,
+        robots: { run.scenario.robots.iter().zip(&run.tracks) }
+            .map(|(player, track)| robot(run, player, track, &heard))
+            .collect(),
+        obstacles: run.stage.obstacles(),
+        holdings: heard.holdings,
+        waits: heard.waits.into_iter().filter(waited).collect(),
+        coordinations,
+        mediator: { mediator.iter() }
+            .flat_map(|MediatorRuns { spans_ns, .. }| spans_ns)
+            .map(|&(from_ns, to_ns)| Span {
+                from_s: seconds(from_ns),
+                to_s: seconds(to_ns.unwrap_or(now_ns)),
+            })
+            .collect(),
+        incidents: run.incidents.clone(),
+        grant_latency_ms: heard.grant_latency_ms,
+        command_latency_ms: heard.command_latency_ms,
+        summary,
+    }
+}
+
+/// What was heard on the network, with times in seconds.
+struct Heard {
+    holdings: Vec<Holding>,
+    waits: Vec<Wait>,
+    /// With the robot.
+    states: Vec<(String, StateChange)>,
+    grant_latency_ms: Vec<f64>,
+    command_latency_ms: Vec<f64>,
+}
+
+impl Heard {
+    fn of(observations: &Observations, seconds: &impl Fn(u64) -> f64) -> Self {
+        let ms = |measured: &[u64]| measured.iter().map(|&ns| ns as f64 / 1e6).collect();
+        Self {
+            holdings: { observations.ownings().iter() }
+                .map(|own| Holding {
+                    area: own.area.clone(),
+                    robot: own.robot.clone(),
+                    fence: own.fence,
+                    requested_s: own.requested_ns.map(seconds),
+                    granted_s: seconds(own.granted_ns),
+                    entered_s: own.entered_ns.map(seconds),
+                    released_s: own.released_ns.map(seconds),
+                    returned: own.returned,
+                })
+                .collect(),
+            waits: { observations.waitings().iter() }
+                .map(|own| Wait {
+                    robot: own.robot.clone(),
+                    area: own.area.clone(),
+                    from_s: seconds(own.from_ns),
+                    to_s: own.to_ns.map(seconds),
+                    why: own.why.clone(),
+                })
+                .collect(),
+            states: { observations.steps().iter() }
+                .map(|step| {
+                    let change = StateChange {
+                        at_s: seconds(step.at_ns),
+                        state: step.state.clone(),
+                        area: step.area.clone(),
+                        skill: step.skill.clone(),
+                        believed_m: step.believed_m,
+                    };
+                    (step.robot.clone(), change)
+                })
+                .collect(),
+            grant_latency_ms: ms(&observations.latencies().grants_ns),
+            command_latency_ms: ms(&observations.latencies().commands_ns),
+        }
+    }
+}
+
+/// States are those that were heard; without a network, those that were believed.
+fn robot<E>(run: &Run<E>, player: &Player, track: &Track, heard: &Heard) -> RobotRecord {
+    let mut states: Vec<StateChange> = { heard.states.iter() }
+        .filter(|(robot, _)| *robot == player.id)
+        .map(|(_, change)| change.clone())
+        .collect();
+    if states.is_empty() {
+        states.clone_from(&track.states);
+    }
+    RobotRecord {
+        id: player.id.clone(),
+        role: role(run, &player.id),
+        model: player.config.identity.model.clone(),
+        max_speed_m_s: player.config.drive.max_speed_m_s,
+        footprint: player.config.footprint,
+        path: track.path.clone(),
+        states,
+    }
+}
+
+fn role<E>(run: &Run<E>, id: &str) -> String {
+    let robot = run.scenario.site.robots.get(id);
+    robot.map_or(String::new(), |robot| robot.role.clone())
+}
+
+fn robot_summary<E: Execution>(run: &Run<E>, robot: usize) -> RobotSummary {
+    let (player, track) = (&run.scenario.robots[robot], &run.tracks[robot]);
+    RobotSummary {
+        role: role(run, &player.id),
+        laps: track.progress.rounds(),
+        wanted: track.progress.wanted(),
+        done_s: { track.progress.done_ns() }.map(|at_ns| round(run.stage.seconds(at_ns))),
+        max_lateral_error_m: round(run.judge.max_lateral_error_m(robot)),
+        max_speed_m_s: round(track.fastest_m_s),
+        withheld: track.withheld(),
+        figures: { run.scenario.looks_inside() }.then(|| run.judge.figures(robot).clone()),
+        ..run.stage.robot_summary(robot, track.truth.as_ref())
+    }
+}
+
+fn areas<E>(run: &Run<E>, heard: &Heard, now_s: f64) -> Vec<AreaSummary> {
+    { run.scenario.site.areas.iter() }
+        .map(|area| AreaSummary {
+            id: area.id.clone(),
+            capacity: area.capacity,
+            owners: { heard.holdings.iter() }
+                .filter(|own| own.area == area.id)
+                .map(|own| OwnerSummary {
+                    robot: own.robot.clone(),
+                    fence: own.fence,
+                    requested_s: own.requested_s,
+                    granted_s: own.granted_s,
+                    entered_s: own.entered_s,
+                    released_s: own.released_s,
+                })
+                .collect(),
+            longest_wait_s: { heard.waits.iter() }
+                .filter(|wait| wait.area == area.id)
+                .map(|wait| round(wait.to_s.unwrap_or(now_s) - wait.from_s))
+                .fold(0.0, f64::max),
+        })
+        .collect()
+}
+
+fn coordinations<E: Execution>(run: &Run<E>) -> Vec<CoordinationRecord> {
+    let seconds = |at_ns: u64| round(run.stage.seconds(at_ns));
+    run.stage.told(|told| {
+        {
+            told.into_iter()
+                .flat_map(|told| told.coordinations.values())
+        }
+        .map(|seen| CoordinationRecord {
+            number: seen.status.number,
+            id: seen.status.id.clone(),
+            net: seen.status.net.clone(),
+            situation: seen.status.situation.clone(),
+            robots: seen.status.robots.clone(),
+            from_s: seconds(seen.from_ns),
+            to_s: seen.to_ns.map(seconds),
+            firings: { seen.firings.iter() }
+                .map(|(transition, at_ns)| (transition.clone(), seconds(*at_ns)))
+                .collect(),
+            marking: seen.status.marking.clone(),
+        })
+        .collect()
+    })
+}
+
+fn in_short(record: &CoordinationRecord) -> CoordinationSummary {
+    CoordinationSummary {
+        number: record.number,
+        id: record.id.clone(),
+        net: record.net.clone(),
+        situation: record.situation.clone(),
+        robots: { record.robots.iter() }
+            .map(|(role, robot)| PartSummary {
+                role: role.clone(),
+                robot: robot.clone(),
+            })
+            .collect(),
+        from_s: record.from_s,
+        duration_s: record.to_s.map(|to_s| round(to_s - record.from_s)),
+        firings: { record.firings.iter() }
+            .map(|(transition, at_s)| FiringSummary {
+                transition: transition.clone(),
+                at_s: *at_s,
+            })
+            .collect(),
+    }
+}
+
+fn in_words<E: Execution>(run: &Run<E>, ending: &Ending) -> String {
+    let not_complete = |why: String| format!("not complete: {why}: {}", run.missing().join("; "));
+    match ending {
+        Ending::Done => DONE.to_owned(),
+        Ending::Interrupted => "interrupted".to_owned(),
+        Ending::TooSlow => not_complete(format!("{} s are over", run.scenario.longest_s())),
+        Ending::Standstill => not_complete(format!(
+            "no robot has moved for {} s",
+            run.scenario.standstill_s
+        )),
+        Ending::Stranded(fault) => not_complete(format!(
+            "fault {fault} waits for an operator, after {:.0} s",
+            run.stage.seconds(run.stage.now_ns())
+        )),
+        Ending::RobotEnded(id, status) => format!("robot {id} ended by itself with {status}"),
+        Ending::MediatorEnded(status) => format!("the mediator ended by itself with {status}"),
+    }
+}

@@ -1,0 +1,51 @@
+//! What robots are told, and files that are made for a run.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use onboard::cli::Failure;
+use onboard::process::runtime::Runtime;
+
+use crate::testbed::Devices;
+
+/// Where robots leave their names.
+pub(super) fn runtime_in(folder: &Path) -> Result<Runtime, Failure> {
+    Runtime::new(Some(folder.to_owned()))
+        .map_err(|_| Failure::refused(format_args!("folder {} cannot be made", folder.display())))
+}
+
+/// What a robot is told to find its devices, and its fleet at these endpoints.
+pub(super) fn settings(
+    devices: &Devices,
+    lidar_link: &Path,
+    peers: &[&str],
+    key_prefix: &str,
+) -> Result<[String; 5], Failure> {
+    let bus =
+        { devices.bus.local_addr() }.ok_or_else(|| Failure::refused("the bus has no address"))?;
+    Ok([
+        format!("ethercat.udp={:?}", bus.to_string()),
+        format!("lidar.device={:?}", lidar_link.display().to_string()),
+        format!("fleet.connect={peers:?}"),
+        "fleet.scouting=false".to_owned(),
+        format!("fleet.key_prefix={key_prefix:?}"),
+    ])
+}
+
+/// A copy of the site file in this folder, from which all coordinations are taken out.
+pub(super) fn without_nets(site_file: &Path, folder: &Path) -> Result<PathBuf, Failure> {
+    let cannot = |what: String| {
+        Failure::refused(format_args!(
+            "the site cannot be had without its coordinations: {what}"
+        ))
+    };
+    let text = fs::read_to_string(site_file).map_err(|error| cannot(error.to_string()))?;
+    let mut table: toml::Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| cannot(error.to_string()))?;
+    table.remove("coordinations");
+    let text = toml::to_string(&table).map_err(|error| cannot(error.to_string()))?;
+    let copy = folder.join("site.toml");
+    fs::write(&copy, text).map_err(|error| cannot(error.to_string()))?;
+    Ok(copy)
+}

@@ -1,0 +1,155 @@
+//! A scenario: robots on a site, what they are to do there, and what must not happen.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use config::{FsmConfig, NetConfig, RobotConfig, SiteConfig, SiteRobot};
+
+use super::clutter::Clutter;
+use super::goal::{Goal, Stop};
+use super::limits::Limits;
+
+/// Robots on a site, and what they are to do there.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Its name.
+    pub name: String,
+    /// What it is about, in a sentence.
+    pub about: String,
+    /// Site file.
+    pub site_file: PathBuf,
+    /// What the site file says.
+    pub site: SiteConfig,
+    /// The nets of the site's coordinations.
+    pub nets: Vec<NetConfig>,
+    /// Values changed in the site file and in all robot files, `KEY=VALUE`.
+    pub set: Vec<String>,
+    /// Longest time until all goals are reached,
+    pub patience_s: f64,
+    /// and this much more for each round of the robot that drives most.
+    pub patience_round_s: f64,
+    /// The run fails when no robot has moved for this long.
+    pub standstill_s: f64,
+    /// Each robot is started after a time of up to this, drawn from the seed.
+    pub start_delay_s: f64,
+    /// What is a violation.
+    pub limits: Limits,
+    /// On the simulated clock the rig stands in for the mediator: it withholds leave for areas at random.
+    pub withholds_areas: bool,
+    /// What the site file does not know.
+    pub clutter: Option<Clutter>,
+    /// Of many runs on the simulated clock at least this share must reach all goals; none may have a violation.
+    pub least_done_share: f64,
+    /// The robots, by identity.
+    pub robots: Vec<Player>,
+    /// How many runs of each coordination must come to a declared end, by their ids.
+    pub coordinations: BTreeMap<String, u32>,
+    /// What must be true while something else is.
+    pub during: Vec<During>,
+}
+
+/// A robot that takes part.
+#[derive(Clone, Debug)]
+pub struct Player {
+    /// Its identity, also on the site.
+    pub id: String,
+    /// Robot file.
+    pub file: PathBuf,
+    /// Values changed in it, `KEY=VALUE`, after those of the scenario.
+    pub set: Vec<String>,
+    /// What the robot file says, with these values.
+    pub config: RobotConfig,
+    /// Its role and start on the site.
+    pub start: SiteRobot,
+    /// The state machine of its role.
+    pub fsm: FsmConfig,
+    /// What it is to do.
+    pub goal: Goal,
+    /// An operator gives it the events that nothing on the robot raises.
+    pub operator: bool,
+}
+
+/// Something that must be true while something else is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct During {
+    /// While the `base_link` of this robot
+    pub robot: String,
+    /// is in this area,
+    pub area: Stop,
+    /// and a net of this coordination has the discrete control of robots,
+    pub coordination: Option<Coordination>,
+    /// this other robot
+    pub other: String,
+    /// is in this area with its whole footprint.
+    pub other_area: Stop,
+}
+
+/// A coordination of the site.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coordination {
+    /// Its id in the site file.
+    pub id: String,
+    /// Its net, by which it is known on the network.
+    pub net: String,
+}
+
+impl Scenario {
+    /// The robot with this identity.
+    #[must_use]
+    pub fn player(&self, id: &str) -> Option<usize> {
+        self.robots.iter().position(|player| player.id == id)
+    }
+
+    /// The same scenario in which no robot drives more rounds than this.
+    #[must_use]
+    pub fn with_at_most(mut self, rounds: u32) -> Self {
+        for player in &mut self.robots {
+            player.goal.limit_rounds(rounds);
+        }
+        self
+    }
+
+    /// Longest time until all goals are reached.
+    #[must_use]
+    pub fn longest_s(&self) -> f64 {
+        let rounds = self.robots.iter().map(|player| player.goal.rounds()).max();
+        self.patience_s + self.patience_round_s * f64::from(rounds.unwrap_or(0))
+    }
+
+    /// Whether the rig must know what robots believe, and in which states they are.
+    #[must_use]
+    pub fn looks_inside(&self) -> bool {
+        let needs = |player: &Player| player.operator || player.goal == Goal::EveryState;
+        self.limits.concern_belief() || self.robots.iter().any(needs)
+    }
+
+    /// The `--set` values of a robot: the scenario's, then its own.
+    #[must_use]
+    pub fn set_of(&self, player: &Player) -> Vec<String> {
+        self.set.iter().chain(&player.set).cloned().collect()
+    }
+}
+
+impl Player {
+    /// The state in which its machine starts.
+    #[must_use]
+    pub fn start_state(&self) -> &str {
+        let given = self.start.start_state.as_ref();
+        given.unwrap_or(&self.fsm.initial)
+    }
+}
+
+impl During {
+    /// In a sentence.
+    #[must_use]
+    pub fn rule(&self) -> String {
+        let coordination = self
+            .coordination
+            .as_ref()
+            .map_or(String::new(), |own| format!(" in coordination {}", own.id));
+        format!(
+            "while {} is in {}{coordination}, all of {} is in {}",
+            self.robot, self.area.name, self.other, self.other_area.name
+        )
+    }
+}
