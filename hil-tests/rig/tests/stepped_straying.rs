@@ -23,7 +23,7 @@ struct Stage {
 }
 
 impl Stage {
-    /// It stands at `start` in `map`, and believes to stand so much farther to the right of its lane.
+    /// It stands at `start` in `map`, and believes to stand `believed_off_m` farther to the right of its lane.
     fn new(start: Pose, believed_off_m: f64, things: &[Shape], set: &[&str]) -> Self {
         let shipped = |file: &str| {
             let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
@@ -64,7 +64,7 @@ impl Stage {
         }
     }
 
-    /// Looks ten times a second, for so long, or until `done`; whether it was.
+    /// Looks ten times a second until `done` or for `seconds`; returns whether it was done.
     fn run(&mut self, seconds: u64, mut done: impl FnMut(&Belief, &World) -> bool) -> bool {
         for step in 0..1000 * seconds {
             self.robot.step(&mut self.world, self.now_ns);

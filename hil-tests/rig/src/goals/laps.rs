@@ -67,7 +67,7 @@ impl Laps {
         self.turns / 2
     }
 
-    /// Laps that there are to be.
+    /// Laps that the robot is to drive.
     #[must_use]
     pub fn wanted(&self) -> u32 {
         self.wanted

@@ -59,7 +59,7 @@ impl Way {
         u32::try_from(rounds).unwrap_or(u32::MAX).min(self.rounds)
     }
 
-    /// Rounds that there are to be.
+    /// Rounds that the robot is to drive.
     #[must_use]
     pub fn wanted(&self) -> u32 {
         self.rounds
@@ -71,7 +71,7 @@ impl Way {
         self.done_ns
     }
 
-    /// Whether there is nothing left to do.
+    /// Whether all places were reached.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.reached >= self.stops.len()

@@ -56,7 +56,7 @@ impl Progress {
         }
     }
 
-    /// Rounds or laps that there are to be.
+    /// Rounds or laps that the robot is to drive.
     #[must_use]
     pub fn wanted(&self) -> u32 {
         match self {

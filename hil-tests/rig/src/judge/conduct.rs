@@ -94,7 +94,7 @@ impl Conduct {
         }
     }
 
-    /// The limits of a state hold from its first step on, which may be made in the area before: told, not judged.
+    /// Measured, not judged: a state's limit holds from its first step, which may be made in the area before.
     fn measure_speed(&mut self, truth: &Truth) {
         let limit_m_s = self
             .robot

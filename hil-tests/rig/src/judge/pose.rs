@@ -44,7 +44,7 @@ impl Believed {
         violations: &mut Violations,
     ) {
         let now_ns = look.truth.time_ns;
-        // Farther back the world does not know where the robot was; no running robot's estimate is so old.
+        // The world remembers poses only this long; the estimate of a running robot is younger.
         let recent = now_ns.saturating_sub(belief.stamp_ns) < RECENT_NS;
         let Some(true_pose) = (belief.stamp_ns > 0 && recent)
             .then(|| look.world.pose_at(look.robot, belief.stamp_ns))

@@ -16,7 +16,7 @@ pub fn free_endpoint() -> Result<String, String> {
     Ok(format!("tcp/127.0.0.1:{port}"))
 }
 
-/// A session that listens on the loopback, and where.
+/// A session that listens on the loopback, and its endpoint.
 ///
 /// # Errors
 /// A sentence when the network cannot be opened.

@@ -1,4 +1,4 @@
-//! An independent ear on the network of a fleet: it writes down all that robots and mediator say.
+//! An independent listener on the network: takes down all that robots and mediator say.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -62,7 +62,7 @@ impl Listener {
         &self.endpoint
     }
 
-    /// All that was heard; keep the guard for a short time, messages wait.
+    /// All that was heard. Hold the guard only briefly: messages wait for it.
     pub fn observations(&self) -> MutexGuard<'_, Observations> {
         self.observations
             .lock()

@@ -13,10 +13,10 @@ use mediator::runtime::{Answer, Question, ask};
 use sim::rt::monotonic_ns;
 
 const PERIOD: Duration = Duration::from_millis(200);
-/// An older answer says nothing about now.
+/// An older answer is not shown as the present state.
 const FRESH_NS: u64 = 2_000_000_000;
 
-/// A coordination, with times of our clock.
+/// A coordination, with times of this process's clock.
 #[derive(Clone, Debug)]
 pub struct CoordinationSeen {
     /// What was told last.
@@ -75,12 +75,12 @@ impl Told {
         if seen.to_ns.is_some() {
             return;
         }
-        // What is over does not grow older any more.
+        // The age of a coordination that is over no longer grows.
         if !own.over {
             seen.base_ns = base_ns;
         }
         let base_ns = seen.base_ns;
-        // A restarted mediator counts anew.
+        // A restarted mediator counts firings from 0.
         let known = if epoch == seen.epoch { seen.fired } else { 0 };
         seen.epoch = epoch;
         let new = usize::try_from(own.fired.saturating_sub(known)).unwrap_or(usize::MAX);
@@ -105,7 +105,7 @@ pub struct MediatorWatch {
 }
 
 impl MediatorWatch {
-    /// Begins to ask at this control socket; nobody need answer there yet.
+    /// Begins to ask at this control socket; the mediator need not run yet.
     ///
     /// # Errors
     /// The operating system's.

@@ -22,7 +22,7 @@ pub struct Process {
 }
 
 impl Process {
-    /// Starts it, in a process group of its own so that Ctrl-C reaches it by us and not past us. Its output is added to
+    /// Starts it, in a process group of its own so that Ctrl-C reaches only the rig, which then stops it in order. Its output is added to
     /// the file `log`. Whatever ends the thread that calls this ends the process, too.
     ///
     /// # Errors
@@ -71,12 +71,12 @@ impl Process {
         self.ended
     }
 
-    /// Sends it a signal; one that has ended takes none.
+    /// Sends it a signal, unless it has ended.
     pub fn signal(&mut self, signal: Signal) {
         if self.poll().is_none()
             && let Some(pid) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw)
         {
-            // It may end between the two.
+            // It may have ended since the check.
             let _ = kill_process(pid, signal);
         }
     }
@@ -96,7 +96,7 @@ impl Process {
         }
     }
 
-    /// Ends it without asking.
+    /// Kills it.
     pub fn kill(&mut self) -> ExitStatus {
         self.signal(Signal::KILL);
         let status = self.ended.or_else(|| self.child.wait().ok());

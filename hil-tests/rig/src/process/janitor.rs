@@ -11,10 +11,11 @@ use std::time::{Duration, Instant};
 /// Hidden subcommand by which this program becomes a janitor.
 pub const SUBCOMMAND: &str = "__janitor";
 
-/// Robots and mediator end by themselves when the rig does, and remove their sockets last; so long they may take.
+/// Robots and mediator end by themselves when the rig does, and remove their sockets last. The
+/// janitor waits at most this long for that.
 const PATIENCE: Duration = Duration::from_secs(12);
 
-/// A running janitor. Dropping it lets it look after the folder, and waits until it has.
+/// A running janitor. Dropping it lets it remove the folder, and waits for that.
 #[derive(Debug)]
 pub struct Janitor(Child);
 

@@ -65,7 +65,7 @@ impl MediatorProcess {
         Ok(mediator)
     }
 
-    /// Starts it once more, with the journal and the place it had. One that runs goes on.
+    /// Starts it again unless it runs, with the same journal and endpoints.
     ///
     /// # Errors
     /// The operating system's.
@@ -93,7 +93,7 @@ impl MediatorProcess {
         Ok(())
     }
 
-    /// Ends it without asking.
+    /// Kills it.
     pub fn kill(&mut self) {
         if let Some(mut process) = self.process.take() {
             process.kill();
@@ -121,7 +121,7 @@ impl MediatorProcess {
         self.process.as_ref().map(Process::id)
     }
 
-    /// When its processes began and ended; none: it runs still.
+    /// When its processes began and ended; none: it still runs.
     #[must_use]
     pub fn spans_ns(&self) -> &[(u64, Option<u64>)] {
         &self.spans_ns

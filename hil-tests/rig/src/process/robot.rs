@@ -56,7 +56,7 @@ impl RobotProcess {
         Self::start_again(setup)
     }
 
-    /// Starts it once more, its log going on.
+    /// Starts it again; its log is continued.
     ///
     /// # Errors
     /// The operating system's.
@@ -89,7 +89,7 @@ impl RobotProcess {
         self.process.poll()
     }
 
-    /// Sends it a signal; one that has ended takes none.
+    /// Sends it a signal, unless it has ended.
     pub fn signal(&mut self, signal: Signal) {
         self.process.signal(signal);
     }
@@ -99,7 +99,7 @@ impl RobotProcess {
         self.process.stop()
     }
 
-    /// Ends it without asking.
+    /// Kills it.
     pub fn kill(&mut self) -> ExitStatus {
         self.process.kill()
     }

@@ -31,7 +31,7 @@ impl Usage {
         }
     }
 
-    /// Looks, if it is time to. A process that has ended keeps its last figures.
+    /// Looks, if a period has passed. A process that has ended keeps its last figures.
     pub fn look(&mut self) {
         if self.looked.is_some_and(|looked| looked.elapsed() < PERIOD) {
             return;

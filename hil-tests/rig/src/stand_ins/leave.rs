@@ -1,7 +1,8 @@
 //! Leave for areas, withheld at random as by a mediator that has promised them to others.
 //!
-//! Leave is never taken back from a robot that is in an area or so near that it could not stop: what is decided is the
-//! next visit, when the robot has left. A robot that stands before a withheld area gets leave after a while.
+//! Leave is never taken back from a robot that is in an area or too near to stop before it: whether the next visit gets
+//! leave is decided when the robot has left. A robot that stands before a withheld area gets leave after up to
+//! `LONGEST_WAIT_S`.
 
 use config::SiteConfig;
 use sim::world::{Footprint, Pose, Random};
@@ -10,11 +11,11 @@ use crate::shapes::region;
 
 /// Share of visits for which leave is withheld at first.
 const WITHHELD_SHARE: f64 = 0.3;
-/// Leave is decided anew when the robot is this far behind.
+/// The next visit is decided when the robot has left the area this far behind.
 const LEFT_M: f64 = 0.3;
 /// Areas nearer than this to the start are granted: no robot could stop before them.
 const START_M: f64 = 0.6;
-/// A robot that stands this near waits for the area.
+/// A robot that stands at most this far from an area waits for it.
 const WAITING_M: f64 = 1.5;
 const STANDING_M_S: f64 = 0.02;
 const LONGEST_WAIT_S: f64 = 5.0;

@@ -3,11 +3,11 @@
 use config::{ControllerConfig, FsmConfig, SiteConfig, StopPlace};
 use sim::world::{Pose, Random, Truth};
 
-/// Somebody looks at the robot for so long before doing something.
+/// The operator reacts to a state after this time, as a person does.
 const LOOKS_S: f64 = 0.6;
-/// A stop that is asked for lies so far ahead.
+/// How far ahead of the robot a stop may be asked for: least and most.
 const AHEAD_M: [f64; 2] = [0.8, 1.6];
-/// A stop may come with a speed limit.
+/// A stop may come with a speed limit: least and most.
 const SPEED_LIMIT_M_S: [f64; 2] = [0.15, 0.35];
 const STANDING_M_S: f64 = 0.02;
 const OPERATOR_STREAM: u64 = 0x4F50_4552;

@@ -8,9 +8,9 @@ use sim::world::{RANGE_STEPS, Random, RangeFinder, RangeModel, STEPS_PER_TURN, W
 
 /// A URG-04LX turns ten times a second.
 const TURN_NS: u64 = 100_000_000;
-/// The device's clock shows milliseconds: so much may a stamp be off, all run long.
+/// The device's clock counts milliseconds: its stamps are off by up to this, by the same amount throughout a run.
 const STAMP_ERROR_NS: f64 = 1e6;
-/// Lengths begin here; what is less is an error code.
+/// Smaller readings are error codes, not lengths (SCIP 2.0).
 const FIRST_LENGTH_MM: u16 = 20;
 /// Its phase and the error of its stamps come from the seed.
 const LIDAR_STREAM: u64 = 0x4C49_4441;

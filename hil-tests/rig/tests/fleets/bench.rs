@@ -66,7 +66,7 @@ impl Bench {
         }
     }
 
-    /// Looks on for so long, all the time of which this holds.
+    /// Looks on for a time, throughout which this must hold.
     pub fn holds_for(&mut self, what: &str, time: Duration, mut holds: impl FnMut(&Run) -> bool) {
         let began = Instant::now();
         while began.elapsed() < time {

@@ -26,14 +26,14 @@ pub struct Owning {
     pub granted_ns: u64,
     /// When it said that it entered.
     pub entered_ns: Option<u64>,
-    /// When it gave it back; none: it has it still.
+    /// When it gave it back; none: it still has it.
     pub released_ns: Option<u64>,
     /// It was given back without having been entered.
     pub returned: bool,
 }
 
 impl Owning {
-    /// Whether it was in force at this time, give or take.
+    /// Whether it was in force at this time, within the tolerance.
     #[must_use]
     pub fn covers(&self, at_ns: u64, tolerance_ns: u64) -> bool {
         self.granted_ns <= at_ns.saturating_add(tolerance_ns) && { self.released_ns }
@@ -50,7 +50,7 @@ pub struct Waiting {
     pub area: String,
     /// When it asked.
     pub from_ns: u64,
-    /// When it was granted, or given up; none: it waits still.
+    /// When it was granted, or given up; none: it still waits.
     pub to_ns: Option<u64>,
     /// Why it waited, as the mediator told it last; empty: it was never told to wait.
     pub why: String,
@@ -119,7 +119,7 @@ impl Accesses {
             return deeds;
         }
         if level.run > run.run {
-            // What is left of the run before is over: its end was not heard, or the mediator gave it up.
+            // The run before has ended: its end was not heard, or the mediator gave it up.
             deeds.moved |= close(&mut self.ownings, &mut self.waitings, run, at_ns);
             *run = Run {
                 run: level.run,
@@ -191,7 +191,7 @@ impl Accesses {
         }
     }
 
-    /// What the robot had of the area it has no more.
+    /// The robot no longer has the area, nor waits for it.
     pub(super) fn give_up(&mut self, robot: &str, area: &str, at_ns: u64) {
         let key = (robot.to_owned(), area.to_owned());
         if let Some(run) = self.runs.get(&key) {
@@ -199,7 +199,7 @@ impl Accesses {
         }
     }
 
-    /// Nobody but this robot has the last place in the area.
+    /// The other robots fill the area.
     pub(super) fn is_full_for(&self, robot: &str, area: &str) -> bool {
         let holders = { self.ownings.iter() }
             .filter(|own| own.area == area && own.robot != robot && own.released_ns.is_none())

@@ -1,7 +1,7 @@
 //! How fast the mediator answers, as a third party hears it.
 //!
-//! Both messages travel to this listener, too, so that the way there counts once on either side. A robot's message that
-//! is heard after the answer to it is not measured.
+//! Both messages also travel to this listener, which delays both alike. A robot's message that is heard after the answer to
+//! it is not measured.
 
 use std::collections::BTreeMap;
 

@@ -29,7 +29,7 @@ pub struct Said {
     pub at_ns: u64,
 }
 
-/// A robot's state machine went on.
+/// A robot's state machine changed its state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
     /// When it was heard.
@@ -105,7 +105,7 @@ impl Observations {
     pub fn report(&mut self, report: &RobotReport, at_ns: u64) {
         let robot = &report.robot_id;
         if report.session == 0 {
-            // It has not taken over the levels of its past yet.
+            // Before its session a restarted robot does not know its earlier levels.
             return;
         }
         for access in &report.access {
@@ -150,12 +150,12 @@ impl Observations {
         }
     }
 
-    /// A message that was none.
+    /// A message that could not be decoded.
     pub fn malformed(&mut self) {
         self.malformed += 1;
     }
 
-    /// Messages that were none.
+    /// Messages that could not be decoded.
     #[must_use]
     pub fn malformed_count(&self) -> u64 {
         self.malformed
@@ -204,7 +204,7 @@ impl Observations {
         &self.latencies
     }
 
-    /// Whether the robot had the area at this time, give or take.
+    /// Whether the robot had the area at this time, within the tolerance.
     #[must_use]
     pub fn had(&self, robot: &str, area: &str, at_ns: u64, tolerance_ns: u64) -> bool {
         self.ownings().iter().rev().any(|owning| {

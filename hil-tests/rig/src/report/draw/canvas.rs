@@ -246,7 +246,7 @@ impl fmt::Display for Escaped<'_> {
     }
 }
 
-/// At most so many characters; what is left out is shown by an ellipsis.
+/// The text cut to a number of characters; an ellipsis stands for what was cut.
 pub(in crate::report) fn shortened(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();

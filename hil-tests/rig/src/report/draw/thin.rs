@@ -2,7 +2,7 @@
 
 use super::canvas::Px2;
 
-/// Indices of points so far apart that they can be told apart; the first and the last are always among them.
+/// Indices of points that are at least a given distance apart; the first and the last are always among them.
 ///
 /// Points nearer than `spacing_px` to the last one kept are left out; more laps than `most` points can show are
 /// drawn more coarsely.

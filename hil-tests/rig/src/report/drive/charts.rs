@@ -25,11 +25,11 @@ struct Chart {
     value: fn(&Sample) -> Option<f64>,
     /// The axis reaches at least from here to there,
     shown: (f64, f64),
-    /// and at most so far; beyond, the curve is cut.
+    /// and at most over this range; beyond it the curve is cut.
     most: (f64, f64),
     /// Values outside are violations.
     allowed: (f64, f64),
-    /// The curve shows what is allowed by area, too.
+    /// The speed limit of the area is drawn, too.
     has_speed_limit: bool,
 }
 

@@ -26,7 +26,7 @@ const SPACING_PX: f64 = 1.5;
 const MOST_TICKS: f64 = 24.0;
 const TICK_PX: f64 = 6.0;
 const TEXT_PX: f64 = 12.0;
-/// A robot stands when it does not leave a place for so long.
+/// A robot that stays within a small distance for at least this long counts as standing.
 const STANDS_S: f64 = 3.0;
 const STANDS_M_S: f64 = 0.01;
 const MOST_STANDS: usize = 12;
