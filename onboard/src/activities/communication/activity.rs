@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use contract::Message;
 use contract::network::NetworkSettings;
+use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::RobotState;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 
@@ -13,15 +14,13 @@ use super::state::{self, Snapshot};
 use crate::activities::news::News;
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
-use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
+use crate::realtime::clock::SECOND_NS;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::symbols::faults::Fault;
 use crate::symbols::wiring::{CommunicationFleetSymbols, CommunicationSymbols};
 
 /// Period of the event loop while there is no news.
 pub const PERIOD: Duration = Duration::from_millis(50);
-/// A level is sent at least this often.
-const LEVEL_NS: u64 = 200 * MILLISECOND_NS;
 /// Pause between two attempts to open the network.
 const RETRY_NS: u64 = SECOND_NS;
 
@@ -130,7 +129,7 @@ impl Communication {
         } = &self.settings;
         let mut state = state::message(&self.snapshot, robot_id, role, *boot_epoch);
         let changed = { self.sent.as_ref() }.is_none_or(|sent| state::is_news(sent, &state));
-        if !changed && now_ns < self.sent_ns + LEVEL_NS {
+        if !changed && now_ns < self.sent_ns + LEVEL_PERIOD_NS {
             return;
         }
         self.sequence += 1;

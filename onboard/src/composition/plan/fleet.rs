@@ -1,5 +1,6 @@
 //! What the robot's side of the mediator is made of.
 
+use contract::timing::SILENT_AFTER_NS;
 use description::geometry::Pose2;
 use skills::borders::BorderGains;
 use skills::map::SemanticMap;
@@ -9,10 +10,6 @@ use skills::schedule::Schedule;
 use super::Plan;
 use crate::composition::site_parts;
 use crate::fleet::{AreaPlace, Setup, StatePlan};
-use crate::realtime::clock::SECOND_NS;
-
-/// A mediator that was not heard for longer is silent.
-const SILENT_AFTER_NS: u64 = SECOND_NS;
 
 impl Plan {
     /// The robot's side of the mediator, for the navigator of this plan; `None` where nobody manages the areas.

@@ -5,6 +5,7 @@ mod needs;
 use std::collections::VecDeque;
 
 use contract::client::{Client, Received, Situation};
+use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::{self, MediatorReport, RobotReport, TakeUp};
 use skills::borders::AreaSet;
 
@@ -12,8 +13,6 @@ use super::Setup;
 use super::floor::{Floor, Place, Touch};
 use super::orders::{self, Answer, Directive, Orders};
 
-/// A level is sent at least this often.
-const LEVEL_NS: u64 = 200_000_000;
 /// What the robot knows of itself in one moment.
 #[derive(Clone, Debug, Default)]
 pub struct Sense {
@@ -328,7 +327,7 @@ impl Member {
     /// Whether a report is due: there is news, or the last one is as old as a level may be.
     #[must_use]
     pub fn is_report_due(&self, now_ns: u64) -> bool {
-        let late = |sent_ns: u64| now_ns >= sent_ns.saturating_add(LEVEL_NS);
+        let late = |sent_ns: u64| now_ns >= sent_ns.saturating_add(LEVEL_PERIOD_NS);
         self.news || self.reported_ns.is_none_or(late)
     }
 
