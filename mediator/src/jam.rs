@@ -1,32 +1,32 @@
-//! Whether robots can come to stand so that each waits for an area which another one has, for ever.
+//! Whether the site's robots can deadlock: each waits for an area that another one has.
 //!
-//! Looks at all ways in which the site's robots can stand, each in the areas of its machine's state, asking for those of the
-//! states that follow and keeping what it has until it is there. Only the order of areas counts: speeds, priorities, and how
-//! nets decide, do not, except that a net gives all areas of a passage at once. Events from outside lead nowhere here, nor do
+//! Explores all placements of the robots that can be reached: each is in the areas of its machine's state, asks for those of the
+//! states that follow, and keeps what it has until it is there. Only the order of areas counts: speeds, priorities, and how nets
+//! decide, are left out, except that a net gives all areas of a passage at once. Events from outside are left out too, and so are
 //! states that only an operator leads out of.
 
 use std::collections::{HashSet, VecDeque};
 
 use config::{FsmConfig, SiteConfig};
 
-/// More ways to stand are not looked at.
-const MOST: usize = 200_000;
+/// The search ends without a verdict after this many placements of robots: a bound for its time and memory.
+pub(crate) const MOST: usize = 200_000;
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// It cannot happen.
+    /// No deadlock.
     Never {
-        /// So many ways to stand there are.
+        /// How many placements of robots there are.
         looked: usize,
     },
-    /// It can.
+    /// A deadlock can be reached.
     May(Vec<Waits>),
-    /// There are too many ways to stand.
+    /// There are more than [`MOST`] placements.
     Unknown,
 }
 
-/// One of the robots that wait for each other.
+/// One of the robots of a deadlock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Waits {
     pub(crate) robot: String,
@@ -45,14 +45,14 @@ struct Route {
     next: Vec<Vec<usize>>,
 }
 
-/// Where a robot stands: the node of its route, and what it was granted beyond that.
+/// Where a robot is: the node of its route, and what it was granted beyond that.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Place {
     node: usize,
     ahead: Areas,
 }
 
-/// Looks at a site; each of `together` is given to a robot as a whole.
+/// Explores a site; each of `together` is given to a robot as a whole.
 pub(crate) fn look(site: &SiteConfig, together: &[Areas]) -> Verdict {
     let routes: Vec<Route> = { site.robots.iter() }
         .filter_map(|(id, robot)| {
@@ -186,7 +186,7 @@ impl Floor<'_> {
         needs
     }
 
-    /// What a robot can do next while those that `count` are where they are.
+    /// What a robot can do next while those for which `counts` holds stay where they are.
     fn moves(&self, robot: usize, places: &[Place], counts: impl Fn(usize) -> bool) -> Vec<Place> {
         let (route, place) = (&self.routes[robot], &places[robot]);
         let has = self.has(robot, place);
@@ -226,7 +226,7 @@ impl Floor<'_> {
         moves
     }
 
-    /// Robots that can do nothing as long as the others of them do nothing.
+    /// The largest set of robots none of which can do anything while the others of the set do nothing.
     fn stuck(&self, places: &[Place]) -> Vec<usize> {
         let goes_on = |robot: usize| !self.routes[robot].next[places[robot].node].is_empty();
         let mut stuck: Vec<usize> = (0..places.len()).filter(|&robot| goes_on(robot)).collect();

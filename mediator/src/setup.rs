@@ -22,7 +22,7 @@ pub struct RobotSetup {
     pub role: String,
     /// Who goes first: the larger one.
     pub priority: u32,
-    /// Areas that it reaches into at its start pose. As long as it was never heard, it is taken to be there.
+    /// Areas that it reaches into at its start pose. Until it is first heard, it is taken to be there.
     pub starts_in: Vec<String>,
 }
 
@@ -40,10 +40,10 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Whether all names are unique and known.
+    /// Checks that all names are unique and known, and that every area holds a robot.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), SetupError> {
         let areas = index("area", self.areas.iter().map(|area| &area.id))?;
         index("robot", self.robots.iter().map(|robot| &robot.id))?;
@@ -70,15 +70,15 @@ impl Setup {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SetupError {
     /// An id is used twice.
-    #[error("two {kind}s are called `{id}`")]
+    #[error("two {kind}s have the id `{id}`")]
     Duplicate {
         /// Area or robot.
         kind: &'static str,
         /// The id.
         id: String,
     },
-    /// An id that cannot be part of a journal's key.
-    #[error("{kind} `{id}` must have a name without `/`")]
+    /// An id that cannot be part of a key of the journal.
+    #[error("{kind} `{id}`: expected an id that is not empty and has no `/`")]
     Name {
         /// Area or robot.
         kind: &'static str,
@@ -101,7 +101,7 @@ pub enum SetupError {
 /// Dense indices by id. All ids are the site file's own, so nobody can make them collide.
 pub(crate) type Index = HashMap<String, usize, BuildHasherDefault<Fnv>>;
 
-/// FNV-1a (Fowler, Noll, Vo): the fastest for short names.
+/// FNV-1a (Fowler, Noll, Vo), which is fast for short names.
 #[derive(Clone)]
 pub(crate) struct Fnv(u64);
 

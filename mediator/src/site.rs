@@ -7,14 +7,15 @@ use contract::timing::SILENT_AFTER_NS;
 
 use crate::setup::{AreaSetup, RobotSetup, Setup, SetupError};
 
-/// No footprint reaches farther from its start pose than this: areas within it count as taken until the robot is heard.
+/// No footprint reaches farther than this from its start pose: the areas within this distance count as occupied until the robot
+/// is heard.
 const REACH_M: f64 = 1.0;
 
 impl Setup {
     /// The areas and robots of a site file.
     ///
     /// # Errors
-    /// [`SetupError`] for what only the mediator minds.
+    /// [`SetupError`] when ids or capacities do not suit the mediator.
     pub fn of(site: &SiteConfig) -> Result<Self, SetupError> {
         let areas = site.areas.iter().map(|area| AreaSetup {
             id: area.id.clone(),

@@ -15,7 +15,7 @@ impl Times {
         self.0.len()
     }
 
-    /// The smallest time that so many of a thousand do not exceed.
+    /// The quantile at `per_mille`: the smallest time that this many of a thousand do not exceed.
     pub fn per_mille(&self, per_mille: usize) -> Duration {
         let rank = (self.0.len() * per_mille).div_ceil(1000).max(1) - 1;
         Duration::from_nanos(self.0.get(rank).copied().unwrap_or(0))

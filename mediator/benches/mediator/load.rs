@@ -14,7 +14,7 @@ const WARM_UP: Duration = Duration::from_secs(4);
 const MEASURED: Duration = Duration::from_secs(10);
 /// So many robots are looked at for something to say before messages are taken in again.
 const LOOKS: usize = 50;
-/// Without an answer for so long a robot goes on.
+/// A robot that got no answer for this time goes on.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What a robot waits for an answer to.

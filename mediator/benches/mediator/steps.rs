@@ -15,14 +15,14 @@ const BETWEEN_NS: u64 = 5_000;
 /// Time passes for the manager, as in the running mediator.
 const TICK_NS: u64 = 20_000_000;
 
-/// The list in memory begins anew behind so many entries.
+/// The list in memory is emptied after this many entries.
 const LOG: usize = 100_000;
 
 /// What a step waits for.
 pub enum Journal {
     /// Nothing: entries go into a list.
     Memory(Vec<Entry>),
-    /// The disk. One commit for so many reports, as the running mediator does when they queue up.
+    /// The disk, with one commit for this many reports, as the running mediator does when they queue up.
     Disk(Box<Store>),
 }
 

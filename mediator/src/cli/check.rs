@@ -1,16 +1,18 @@
 //! `mediator check` and `mediator show`: what a site's nets are, and whether they may run.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use super::{Failure, load_site};
-use crate::jam::{self, Verdict};
-use crate::nets::{self, Plan};
-use crate::setup::Setup;
 use config::{NetConfig, SiteConfig};
 use coordination::analysis::Limits;
 use coordination::petri::Dot;
+
+use super::failure::Failure;
+use super::files::{load_site, nets, plans};
+use crate::jam::{self, MOST, Verdict};
+use crate::nets::Plan;
+use crate::setup::Setup;
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -34,12 +36,14 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
     }
     say(&text);
     if refused > 0 {
-        return Err(Failure::Refused(format!("{refused} nets may not run")));
+        return Err(Failure::Refused(format!(
+            "{refused} of the nets may not run"
+        )));
     }
     Ok(())
 }
 
-/// A reader that has seen enough is no failure.
+/// Prints. A reader that closes the pipe early is no failure.
 fn say(text: &str) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
@@ -62,7 +66,7 @@ fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
         let starts = if robot.starts_in.is_empty() {
             "outside all areas".to_owned()
         } else {
-            format!("in {} or so", robot.starts_in.join(", "))
+            format!("in or beside {}", robot.starts_in.join(", "))
         };
         text += &format!(
             "  {:<12} {}, priority {}, starts {starts}\n",
@@ -72,19 +76,19 @@ fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
     text
 }
 
-/// Whether the order in which robots take areas lets them block each other.
+/// Whether the order in which robots take areas can deadlock them.
 fn describe_order(site: &SiteConfig, plans: &[Arc<Plan>]) -> String {
     let together: Vec<Vec<usize>> = { plans.iter() }.flat_map(|plan| plan.passages()).collect();
     match jam::look(site, &together) {
-        Verdict::Never { looked } => format!(
-            "\norder of areas: in none of the {looked} ways to stand do robots wait for each other for ever\n"
-        ),
+        Verdict::Never { looked } => {
+            format!("\norder of areas: no deadlock: {looked} placements of robots checked\n")
+        }
         Verdict::Unknown => {
-            "\norder of areas: there are too many ways to stand to look at them all\n".to_owned()
+            format!("\norder of areas: not decided: more than {MOST} placements of robots\n")
         }
         Verdict::May(waits) => {
             let mut text =
-                "\nwarning: by the order of their areas, robots can wait for each other for ever:\n"
+                "\nwarning: deadlock: by the order of their areas, these robots can wait for each other for ever:\n"
                     .to_owned();
             for own in waits {
                 text += &format!(
@@ -146,44 +150,4 @@ pub(super) fn show(path: &Path, name: &str, situation: Option<&str>) -> Result<(
 
 fn about(text: Option<&str>) -> String {
     text.map(|text| format!(": {text}")).unwrap_or_default()
-}
-
-/// The coordinations of a site, each with its net.
-pub(super) fn plans(
-    path: &Path,
-    site: &SiteConfig,
-    setup: &Setup,
-) -> Result<Vec<Arc<Plan>>, Failure> {
-    if site.coordinations.is_empty() {
-        return Ok(Vec::new());
-    }
-    nets::plans(site, setup, &nets(path)?, &Limits::default()).map_err(|errors| {
-        let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
-        Failure::Refused(lines.join("\n"))
-    })
-}
-
-/// All nets in the folder `nets` beside the folder of the site file, by name.
-fn nets(site: &Path) -> Result<Vec<NetConfig>, Failure> {
-    let folder = site
-        .parent()
-        .map(|folder| folder.join("../nets"))
-        .unwrap_or_else(|| PathBuf::from("../nets"));
-    let Ok(entries) = std::fs::read_dir(&folder) else {
-        return Ok(Vec::new());
-    };
-    let mut paths: Vec<PathBuf> = entries
-        .flatten()
-        .map(|entry| entry.path())
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "toml")
-        })
-        .collect();
-    paths.sort();
-    let load = |path: &PathBuf| {
-        config::load_net(path)
-            .map_err(|error| Failure::Refused(format!("{:?}", miette::Report::new(error))))
-    };
-    paths.iter().map(load).collect()
 }

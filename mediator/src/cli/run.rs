@@ -5,15 +5,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use contract::network::NetworkSettings;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-use super::{Failure, load_site};
+use super::failure::Failure;
+use super::files::{load_site, plans};
 use crate::journal::Store;
 use crate::manager::Manager;
 use crate::runtime::{Folder, Runtime, Settings};
 use crate::setup::Setup;
-use contract::network::NetworkSettings;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -61,7 +62,7 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let (store, stored) =
         Store::open(&journal, &site.name).map_err(|error| Failure::Refused(error.to_string()))?;
-    let plans = super::check::plans(&arguments.site, &site, &setup)?;
+    let plans = plans(&arguments.site, &site, &setup)?;
     let manager = Manager::with_plans(&setup, plans, &stored, 0)
         .map_err(|error| Failure::Refused(error.to_string()))?;
     tracing::info!(

@@ -2,7 +2,8 @@
 
 use std::io::Write;
 
-use super::{Failure, Which};
+use super::failure::Failure;
+use super::which::Which;
 use crate::manager::{AreaStatus, CoordinationStatus, RobotStatus, Status};
 use crate::runtime::{Answer, Question, ask};
 
@@ -16,7 +17,7 @@ pub(super) fn status(which: &Which, json: bool) -> Result<(), Failure> {
     } else {
         describe(&status)
     };
-    // A reader that has seen enough is no failure.
+    // A reader that closes the pipe early is no failure.
     let _ = std::io::stdout().write_all(text.as_bytes());
     Ok(())
 }
@@ -63,7 +64,7 @@ fn describe_coordination(own: &CoordinationStatus) -> String {
     let mut text = format!("\ncoordination {} {}", own.id, own.number);
     text += match (own.over, own.situation.is_empty()) {
         (true, _) => ", over",
-        (false, true) => ", robots get out of the way",
+        (false, true) => ", robots are told to get out of the way",
         (false, false) => "",
     };
     text += &format!(": {}\n", robots.join(", "));

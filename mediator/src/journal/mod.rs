@@ -2,156 +2,16 @@
 //!
 //! Entries are put in order and whole: after a crash the store holds all entries up to some moment and none behind it.
 
+mod entry;
+mod error;
 mod record;
+mod row;
 mod store;
 
+pub use entry::{AccessRecord, Entry, RevocationRecord, RobotRecord, Stored};
+pub use error::StoreError;
 pub use record::{CoordinationRecord, LevelRecord, PartRecord};
-pub use store::{Store, StoreError};
+pub use store::Store;
 
-use std::collections::BTreeMap;
-
-use coordination::protocol::Level;
-use serde::{Deserialize, Serialize};
-
-/// A change that must be stored before anybody is told of it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Entry {
-    /// The mediator has started for the so-many-th time.
-    Epoch(u64),
-    /// A robot has another session, or stands elsewhere.
-    Robot {
-        /// Which.
-        robot: String,
-        /// What is known of it now.
-        record: RobotRecord,
-    },
-    /// Protocol 1 of a robot and an area went on.
-    Access {
-        /// The robot.
-        robot: String,
-        /// The area.
-        area: String,
-        /// How far it is now.
-        record: AccessRecord,
-    },
-    /// An area was granted with this fence.
-    Fence {
-        /// The area.
-        area: String,
-        /// Larger than every one before.
-        fence: u64,
-    },
-    /// A grant is asked back, or that was answered.
-    Revocation {
-        /// The robot.
-        robot: String,
-        /// The area.
-        area: String,
-        /// How far it is, and of which grant.
-        record: RevocationRecord,
-    },
-    /// The last number that a coordination got.
-    Number(u64),
-    /// A coordination went on.
-    Coordination {
-        /// Its number.
-        number: u64,
-        /// Where it is; `None`: it is over.
-        record: Option<CoordinationRecord>,
-    },
-}
-
-/// A robot as the journal knows it.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RobotRecord {
-    /// Of the process that speaks for it; 0 before the first.
-    pub session: u64,
-    /// Of that process.
-    pub boot_epoch: u64,
-    /// The last session number that was given out.
-    pub issued: u64,
-    /// Of the last boots before; none of them ever comes back.
-    pub retired: Vec<u64>,
-    /// Areas that it was last known to reach into.
-    pub stands_in: Vec<String>,
-    /// State of its machine then.
-    pub fsm_state: String,
-}
-
-/// A run of protocol 1 as the journal knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct AccessRecord {
-    /// How far.
-    pub level: Level,
-    /// Of the grant; 0 before there is one.
-    pub fence: u64,
-    /// Its place in the order of requests; 0 when none is waiting.
-    pub ticket: u64,
-}
-
-/// A revocation as the journal knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RevocationRecord {
-    /// How far.
-    pub level: Level,
-    /// Of the grant that is asked back.
-    pub fence: u64,
-}
-
-/// All that a journal holds.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stored {
-    /// How often the mediator has started.
-    pub epoch: u64,
-    /// By id.
-    pub robots: BTreeMap<String, RobotRecord>,
-    /// By robot and area.
-    pub access: BTreeMap<(String, String), AccessRecord>,
-    /// Of the last grant, by area.
-    pub fences: BTreeMap<String, u64>,
-    /// By robot and area.
-    pub revocations: BTreeMap<(String, String), RevocationRecord>,
-    /// The last number that a coordination got.
-    pub number: u64,
-    /// Those that run, by number.
-    pub coordinations: BTreeMap<u64, CoordinationRecord>,
-}
-
-impl Stored {
-    /// Takes over an entry.
-    pub fn apply(&mut self, entry: Entry) {
-        match entry {
-            Entry::Epoch(epoch) => self.epoch = epoch,
-            Entry::Robot { robot, record } => {
-                self.robots.insert(robot, record);
-            }
-            Entry::Access {
-                robot,
-                area,
-                record,
-            } => {
-                self.access.insert((robot, area), record);
-            }
-            Entry::Fence { area, fence } => {
-                self.fences.insert(area, fence);
-            }
-            Entry::Revocation {
-                robot,
-                area,
-                record,
-            } => {
-                self.revocations.insert((robot, area), record);
-            }
-            Entry::Number(number) => self.number = number,
-            Entry::Coordination { number, record } => match record {
-                Some(record) => {
-                    self.coordinations.insert(number, record);
-                }
-                None => {
-                    self.coordinations.remove(&number);
-                }
-            },
-        }
-    }
-}
+#[cfg(test)]
+mod tests;

@@ -12,7 +12,7 @@ pub enum Alarm {
         "robot `{0}` is unknown here: list it under [robots] of the site file, or correct its identity.id"
     )]
     UnknownRobot(String),
-    /// A report in another language.
+    /// A report of another version of the contract.
     #[error("robot `{robot}`: {mismatch}")]
     Version {
         /// Who.
@@ -20,7 +20,7 @@ pub enum Alarm {
         /// Which version.
         mismatch: VersionMismatch,
     },
-    /// A robot that drives by another map.
+    /// A robot that drives by another site.
     #[error(
         "robot `{robot}` drives by site `{found}`, expected `{expected}`: give it this mediator's site file"
     )]
@@ -58,7 +58,7 @@ pub enum Alarm {
     },
     /// The journal lacked what the robot had been told; what the robot says is taken over.
     #[error(
-        "robot `{robot}` is further with area `{area}` than the journal, which has lost its last entries; taken over from the robot"
+        "robot `{robot}` has a newer level of area `{area}` than the journal, which has lost its last entries; the level is taken over from the robot"
     )]
     Adopted {
         /// Who.
@@ -68,7 +68,7 @@ pub enum Alarm {
     },
     /// A robot reaches into an area that it was not granted.
     #[error(
-        "robot `{robot}` is in area `{area}` without a grant; nobody else is let in until it has left"
+        "robot `{robot}` is in area `{area}` without a grant; no other robot is let in until it has left"
     )]
     Intruder {
         /// Who.
@@ -96,7 +96,7 @@ pub enum Alarm {
     },
     /// The journal lacked what a robot was told in a coordination.
     #[error(
-        "robot `{robot}` is further with coordination `{coordination}` than the journal, which has lost its last entries; it is broken off"
+        "robot `{robot}` has a newer level in coordination `{coordination}` than the journal, which has lost its last entries; the coordination is broken off"
     )]
     Forgotten {
         /// Which.
@@ -106,7 +106,7 @@ pub enum Alarm {
     },
     /// A robot is where a net decides, and the net has not let it in.
     #[error(
-        "robot `{robot}` has area `{area}` without coordination `{coordination}`, which therefore ends and begins again when its areas are empty"
+        "robot `{robot}` has area `{area}`, into which coordination `{coordination}` has not let it; the coordination ends, and begins again when its areas are empty"
     )]
     Bypassed {
         /// Which.
@@ -116,17 +116,17 @@ pub enum Alarm {
         /// Where.
         area: String,
     },
-    /// A coordination stands still.
-    #[error("coordination `{coordination}` has stood still for {since_s} s: {what}")]
+    /// A coordination makes no progress.
+    #[error("coordination `{coordination}` has made no progress for {since_s} s: {what}")]
     Still {
         /// Which.
         coordination: String,
-        /// For how long.
+        /// Seconds since it last made progress.
         since_s: u64,
         /// What each robot waits for.
         what: String,
     },
-    /// A coordination is broken off because it stands still.
+    /// A coordination is broken off because it makes no progress.
     #[error(
         "coordination `{coordination}` is broken off: its robots are told to get out of the way"
     )]
@@ -135,7 +135,7 @@ pub enum Alarm {
         coordination: String,
     },
     /// More robots than it holds stand in an area.
-    #[error("area `{area}` holds {capacity} and {found} are in it: {robots}")]
+    #[error("area `{area}` holds at most {capacity} robots, and {found} are in it: {robots}")]
     Overfull {
         /// Where.
         area: String,
@@ -160,7 +160,7 @@ pub enum BadReport {
     /// Numbers that no level has.
     #[error(transparent)]
     Level(#[from] LevelError),
-    /// A level that cannot follow on ours.
-    #[error("its level does not follow on ours: {0}")]
+    /// A level that cannot follow ours.
+    #[error("its level cannot follow ours: {0}")]
     Merge(#[from] MergeError),
 }

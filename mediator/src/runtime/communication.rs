@@ -7,9 +7,10 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
 
+use super::folder::Folder;
 use super::management::Input;
 use super::question::{Answer, Question};
-use super::{Folder, Shared};
+use super::shared::Shared;
 use contract::network::NetworkSettings;
 use contract::wire::{MediatorReport, RobotReport};
 use contract::{Message, decode, keys};
@@ -23,10 +24,10 @@ use zenoh::qos::CongestionControl;
 
 /// The longest question.
 const LONGEST_LINE: u64 = 4096;
-/// A client of the control socket that says nothing for longer is left alone.
+/// Timeout of a client of the control socket.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// How soon the end is noticed.
-const GLANCE: Duration = Duration::from_millis(20);
+/// How often the stop flag is looked at.
+const STOP_CHECK: Duration = Duration::from_millis(20);
 
 /// How the mediator takes part in the fleet.
 #[derive(Clone, Debug)]
@@ -37,9 +38,9 @@ pub struct Settings {
     pub network: NetworkSettings,
 }
 
-/// What is opened before any thread starts, so that failures are told at once.
+/// What is opened before any thread starts, so that failures are reported at once.
 pub(super) struct Opened {
-    // Before the session, so that it goes first.
+    // Declared before the session, so that it is dropped first.
     _alive: LivelinessToken,
     session: zenoh::Session,
     listener: std::os::unix::net::UnixListener,
@@ -84,7 +85,7 @@ pub(super) fn run(
         .map_err(|error| format!("no asynchronous runtime: {error}"))
         .and_then(|runtime| runtime.block_on(talk(opened, settings, inputs, outputs, shared)));
     shared.stop();
-    // Gone already is as good.
+    // It may be gone already.
     let _ = std::fs::remove_file(socket);
     outcome
 }
@@ -127,7 +128,7 @@ async fn talk(
     let listener = UnixListener::from_std(opened.listener)
         .map_err(|error| format!("control socket: {error}"))?;
     let mut publishers: HashMap<String, Publisher<'_>> = HashMap::new();
-    let mut glance = tokio::time::interval(GLANCE);
+    let mut stop_check = tokio::time::interval(STOP_CHECK);
     loop {
         tokio::select! {
             message = outputs.recv() => {
@@ -148,7 +149,7 @@ async fn talk(
                 }
                 Err(error) => tracing::warn!("control socket: {error}"),
             },
-            _ = glance.tick() => if shared.is_stopping() { return Ok(()) },
+            _ = stop_check.tick() => if shared.is_stopping() { return Ok(()) },
         }
     }
 }
@@ -194,11 +195,11 @@ async fn serve(mut stream: UnixStream, inputs: SyncSender<Input>) -> std::io::Re
 async fn put(question: Question, inputs: SyncSender<Input>) -> Answer {
     let (reply, answer) = sync_channel(1);
     if inputs.try_send(Input::Question(question, reply)).is_err() {
-        return Answer::Refused("the mediator has too much to do; ask again".to_owned());
+        return Answer::Refused("the mediator is overloaded; ask again".to_owned());
     }
     let waited = tokio::task::spawn_blocking(move || answer.recv_timeout(PATIENCE)).await;
     match waited {
         Ok(Ok(answer)) => answer,
-        _ => Answer::Refused("the mediator is stopping or has too much to do".to_owned()),
+        _ => Answer::Refused("the mediator is stopping, or overloaded".to_owned()),
     }
 }

@@ -4,8 +4,8 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::time::Duration;
 
-use super::Shared;
 use super::question::{Answer, Question};
+use super::shared::Shared;
 use crate::journal::{Entry, Store};
 use crate::manager::Manager;
 use contract::wire::{MediatorReport, RobotReport};
@@ -14,7 +14,7 @@ use tokio::sync::mpsc::error::TrySendError;
 
 /// Time passes for the manager at least this often.
 const TICK: Duration = Duration::from_millis(20);
-/// So many inputs are taken in before the journal is written: one commit for all of them.
+/// At most this many inputs are taken in before the journal is written: one commit for all of them.
 const BATCH: usize = 256;
 
 /// What management takes in.
@@ -23,7 +23,7 @@ pub(super) enum Input {
     Question(Question, SyncSender<Answer>),
 }
 
-/// Runs until it is told to stop, or the journal fails: without a journal nothing may be promised to anybody.
+/// Runs until it is told to stop, or the journal fails: nothing is granted that is not written down first.
 pub(super) fn run(
     mut manager: Manager,
     store: &Store,
@@ -83,14 +83,14 @@ fn run_until_stopped(
         }
         for (reply, answer) in answers.drain(..) {
             let reply: SyncSender<Answer> = reply;
-            // Who asked may be gone.
+            // The client may have gone.
             let _ = reply.try_send(answer);
         }
     }
     Ok(())
 }
 
-/// What was dropped because a queue was full, told at most once a second.
+/// What was dropped because a queue was full; logged at most once a second.
 #[derive(Default)]
 struct Overflows {
     told: [u64; 2],
@@ -106,7 +106,7 @@ impl Overflows {
         }
         let [reports, messages] = dropped;
         tracing::warn!(
-            "too much to do: {reports} reports and {messages} messages dropped since the start; they come again, later: \
+            "overload: {reports} reports and {messages} messages dropped since the start; each is sent again with the next level: \
              let robots report less often, or use a faster machine"
         );
         self.told = dropped;

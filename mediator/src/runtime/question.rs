@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::manager::Status;
 
-/// How long the answer may take.
+/// Timeout of an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A question or an order.

@@ -85,7 +85,7 @@ impl Scene {
         }
     }
 
-    /// Nothing happens for so long, except that everybody is heard.
+    /// Lets time pass in which nothing happens, except that everybody is heard.
     fn wait(&mut self, seconds: u64) {
         for _ in 0..2 * seconds {
             self.now_ns += SECOND_NS / 2;

@@ -18,7 +18,7 @@ pub const PREFIX: &str = "fleet";
 const SILENT_NS: u64 = 1_000_000_000;
 const REPORT: Duration = Duration::from_millis(200);
 const STEP: Duration = Duration::from_millis(4);
-/// A robot that has waited for so long thinks of another place.
+/// A robot that has waited for this time picks another place.
 const PATIENCE: Duration = Duration::from_millis(400);
 
 struct Robot {

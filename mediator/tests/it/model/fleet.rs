@@ -26,9 +26,9 @@ pub struct Faults {
     pub crashes: bool,
     /// The journal may lose its last writes with a crash.
     pub power: bool,
-    /// Of a thousand orders so many are never carried out.
+    /// How many of a thousand orders are never carried out.
     pub stuck_per_mille: u64,
-    /// Everybody crashes once in so many steps.
+    /// Everybody crashes once in this many steps, on average.
     pub every: u64,
 }
 
@@ -105,7 +105,7 @@ pub struct Fleet {
     tally: Tally,
     /// Steps of mediators so far that had something to write.
     writes: u64,
-    /// After so many the mediator stops, at that point.
+    /// The mediator stops in the step with this number of those that write, at that point.
     stop: Option<(u64, Point)>,
     broken: Option<Broken>,
 }
@@ -130,7 +130,7 @@ impl Fleet {
         }
     }
 
-    /// Stops the mediator once, in its so-many-th step that has something to write.
+    /// Stops the mediator once, in step number `write` of those that have something to write.
     pub fn stop_at(&mut self, write: u64, point: Point) {
         self.stop = Some((write, point));
     }

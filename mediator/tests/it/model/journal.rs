@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use crate::random::Random;
 use mediator::journal::{Entry, Stored};
 
-/// At most so many writes are lost.
+/// A power loss takes at most this many writes.
 const LAST: usize = 3;
 
 #[derive(Default)]

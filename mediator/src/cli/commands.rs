@@ -1,0 +1,104 @@
+//! The commands and their arguments.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use super::failure::{EXIT_FAILED, EXIT_REFUSED, Failure};
+use super::which::Which;
+use super::{check, run, status};
+use crate::runtime::Question;
+
+#[derive(Debug, Parser)]
+#[command(
+    name = "mediator",
+    version,
+    about = "Decides which robot of a fleet may be in which area of a site, and coordinates them with Petri nets"
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Validate a site file and its nets, and print what the mediator would do
+    Check {
+        /// Site file, such as config/sites/corridor.toml
+        #[arg(long, value_name = "FILE")]
+        site: PathBuf,
+    },
+    /// Print a net of the site as a DOT graph
+    Show {
+        /// Site file
+        #[arg(long, value_name = "FILE")]
+        site: PathBuf,
+        /// Name of the net
+        #[arg(long, value_name = "NAME")]
+        net: String,
+        /// Marking at the start of this situation [default: the first one]
+        #[arg(long, value_name = "NAME")]
+        situation: Option<String>,
+    },
+    /// Run until SIGINT or SIGTERM
+    Run(run::Arguments),
+    /// List areas with their owners, waiting robots, and running nets of a running mediator
+    Status {
+        #[command(flatten)]
+        which: Which,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Say what a robot waits for, who has that, and since when
+    Why {
+        /// Id of the robot
+        robot: String,
+        #[command(flatten)]
+        which: Which,
+    },
+    /// Tell the mediator that no silent robot is in an area: whoever was there loses it
+    Clear {
+        /// Id of the area
+        area: String,
+        #[command(flatten)]
+        which: Which,
+    },
+}
+
+/// Runs the program with these arguments, the first being its name.
+pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are no errors; the code follows.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(EXIT_REFUSED));
+        }
+    };
+    let result = match cli.command {
+        Command::Check { site } => check::check(&site),
+        Command::Show {
+            site,
+            net,
+            situation,
+        } => check::show(&site, &net, situation.as_deref()),
+        Command::Run(arguments) => run::run(arguments),
+        Command::Status { which, json } => status::status(&which, json),
+        Command::Why { robot, which } => status::order(&which, &Question::Why { robot }),
+        Command::Clear { area, which } => status::order(&which, &Question::Clear { area }),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Refused(text)) => {
+            eprintln!("{text}");
+            ExitCode::from(EXIT_REFUSED)
+        }
+        Err(Failure::Failed(text)) => {
+            eprintln!("mediator: {text}");
+            ExitCode::from(EXIT_FAILED)
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! How a command ends when it did not do what it should.
+
+/// Exit code for a mistake in files, arguments or names: nothing was started.
+pub const EXIT_REFUSED: u8 = 2;
+/// Exit code for a failure while running.
+pub const EXIT_FAILED: u8 = 1;
+
+/// Why a command did not do what it should.
+#[derive(Debug)]
+pub(super) enum Failure {
+    /// A mistake in files, arguments or names.
+    Refused(String),
+    /// The command was right, and did not work.
+    Failed(String),
+}

@@ -1,0 +1,186 @@
+//! Keys and values of the journal's table.
+//!
+//! Keys are `format`, `site`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `revocation/ROBOT/AREA`, `number`,
+//! `coordination/NUMBER`; values are JSON.
+
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::entry::{AccessRecord, Entry, RevocationRecord, RobotRecord, Stored};
+use super::error::StoreError;
+use super::record::{CoordinationRecord, LevelRecord};
+
+/// Of keys and values; a journal of another format is refused.
+const FORMAT: u32 = 2;
+
+/// The rows with which a journal begins.
+pub(super) fn head(site: &str) -> [(&'static str, String); 2] {
+    [("format", FORMAT.to_string()), ("site", json(&site))]
+}
+
+/// Reads one row into what the journal holds.
+pub(super) fn read(
+    path: &Path,
+    site: &str,
+    key: &str,
+    value: &str,
+    stored: &mut Stored,
+) -> Result<(), StoreError> {
+    let row = Row { path, key, value };
+    let parts: Vec<&str> = key.split('/').collect();
+    match parts[..] {
+        ["format"] => row.expect("format", &FORMAT.to_string())?,
+        ["site"] => row.expect("site", &json(&site))?,
+        ["epoch"] => stored.epoch = row.parse("a number")?,
+        ["robot", robot] => {
+            let record: RobotRecord = row.parse("a robot")?;
+            stored.robots.insert(robot.to_owned(), record);
+        }
+        ["access", robot, area] => {
+            let value: AccessValue = row.parse("a level")?;
+            let place = (robot.to_owned(), area.to_owned());
+            stored.access.insert(place, value.into());
+        }
+        ["fence", area] => {
+            stored
+                .fences
+                .insert(area.to_owned(), row.parse("a number")?);
+        }
+        ["revocation", robot, area] => {
+            let value: RevocationValue = row.parse("a level")?;
+            let place = (robot.to_owned(), area.to_owned());
+            stored.revocations.insert(place, value.into());
+        }
+        ["number"] => stored.number = row.parse("a number")?,
+        ["coordination", number] => {
+            let number = number
+                .parse()
+                .map_err(|_| row.error("a number behind `coordination/`", number))?;
+            let record: CoordinationRecord = row.parse("a coordination")?;
+            stored.coordinations.insert(number, record);
+        }
+        _ => return Err(row.error("no such key", value)),
+    }
+    Ok(())
+}
+
+/// One row, and the file that it is in.
+struct Row<'a> {
+    path: &'a Path,
+    key: &'a str,
+    value: &'a str,
+}
+
+impl Row<'_> {
+    fn expect(&self, what: &'static str, expected: &str) -> Result<(), StoreError> {
+        if self.value == expected {
+            return Ok(());
+        }
+        Err(StoreError::Other {
+            path: self.path.to_owned(),
+            what,
+            found: self.value.to_owned(),
+            expected: expected.to_owned(),
+        })
+    }
+
+    fn parse<T: DeserializeOwned>(&self, expected: &'static str) -> Result<T, StoreError> {
+        serde_json::from_str(self.value).map_err(|_| self.error(expected, self.value))
+    }
+
+    fn error(&self, expected: &'static str, found: &str) -> StoreError {
+        StoreError::Value {
+            path: self.path.to_owned(),
+            key: self.key.to_owned(),
+            expected,
+            found: found.to_owned(),
+        }
+    }
+}
+
+/// [`AccessRecord`] as it is stored.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AccessValue {
+    level: LevelRecord,
+    fence: u64,
+    ticket: u64,
+}
+
+impl From<AccessRecord> for AccessValue {
+    fn from(record: AccessRecord) -> Self {
+        Self {
+            level: record.level.into(),
+            fence: record.fence,
+            ticket: record.ticket,
+        }
+    }
+}
+
+impl From<AccessValue> for AccessRecord {
+    fn from(value: AccessValue) -> Self {
+        Self {
+            level: value.level.level(),
+            fence: value.fence,
+            ticket: value.ticket,
+        }
+    }
+}
+
+/// [`RevocationRecord`] as it is stored.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RevocationValue {
+    level: LevelRecord,
+    fence: u64,
+}
+
+impl From<RevocationValue> for RevocationRecord {
+    fn from(value: RevocationValue) -> Self {
+        Self {
+            level: value.level.level(),
+            fence: value.fence,
+        }
+    }
+}
+
+impl From<RevocationRecord> for RevocationValue {
+    fn from(record: RevocationRecord) -> Self {
+        Self {
+            level: record.level.into(),
+            fence: record.fence,
+        }
+    }
+}
+
+/// The key of what an entry changes.
+pub(super) fn key(entry: &Entry) -> String {
+    match entry {
+        Entry::Epoch(_) => "epoch".to_owned(),
+        Entry::Robot { robot, .. } => format!("robot/{robot}"),
+        Entry::Access { robot, area, .. } => format!("access/{robot}/{area}"),
+        Entry::Fence { area, .. } => format!("fence/{area}"),
+        Entry::Revocation { robot, area, .. } => format!("revocation/{robot}/{area}"),
+        Entry::Number(_) => "number".to_owned(),
+        Entry::Coordination { number, .. } => format!("coordination/{number}"),
+    }
+}
+
+/// Its value; `None` takes the key away.
+pub(super) fn value(entry: &Entry) -> Option<String> {
+    Some(match entry {
+        Entry::Epoch(epoch) => epoch.to_string(),
+        Entry::Robot { record, .. } => json(record),
+        Entry::Access { record, .. } => json(&AccessValue::from(*record)),
+        Entry::Fence { fence, .. } => fence.to_string(),
+        Entry::Revocation { record, .. } => json(&RevocationValue::from(*record)),
+        Entry::Number(number) => number.to_string(),
+        Entry::Coordination { record, .. } => json(record.as_ref()?),
+    })
+}
+
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).expect("numbers, strings and lists are always JSON")
+}

@@ -1,0 +1,126 @@
+use super::*;
+use contract::level::PROTOCOL_ID;
+use coordination::protocol::Level;
+
+fn entries() -> Vec<Entry> {
+    let level = Level {
+        protocol: PROTOCOL_ID,
+        run: 3,
+        path: 1,
+        progress: 2,
+        after_abort: true,
+    };
+    vec![
+        Entry::Epoch(2),
+        Entry::Robot {
+            robot: "amr-1".into(),
+            record: RobotRecord {
+                session: 4,
+                boot_epoch: u64::MAX,
+                issued: 5,
+                retired: vec![1, 2],
+                stands_in: vec!["1".into(), "2".into()],
+                fsm_state: "drive-1".into(),
+            },
+        },
+        Entry::Access {
+            robot: "amr-1".into(),
+            area: "1".into(),
+            record: AccessRecord {
+                level,
+                fence: 9,
+                ticket: 7,
+            },
+        },
+        Entry::Fence {
+            area: "1".into(),
+            fence: 9,
+        },
+        Entry::Revocation {
+            robot: "amr-1".into(),
+            area: "1".into(),
+            record: RevocationRecord { level, fence: 9 },
+        },
+        Entry::Number(12),
+        coordination(11),
+        coordination(12),
+        Entry::Coordination {
+            number: 11,
+            record: None,
+        },
+    ]
+}
+
+fn coordination(number: u64) -> Entry {
+    let level = Level {
+        protocol: PROTOCOL_ID,
+        run: 0,
+        path: 1,
+        progress: 2,
+        after_abort: false,
+    };
+    let record = CoordinationRecord {
+        coordination: "overtaking".into(),
+        situation: Some("normal-ahead".into()),
+        marking: vec!["normal-in-1".into()],
+        parts: vec![PartRecord {
+            role: "normal".into(),
+            robot: "amr-1".into(),
+            level: level.into(),
+            own: Some(level.into()),
+            kept: vec![("5".into(), true)],
+        }],
+    };
+    Entry::Coordination {
+        number,
+        record: Some(record),
+    }
+}
+
+#[test]
+fn what_was_written_is_there_after_opening_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.redb");
+    let (store, stored) = Store::open(&path, "corridor").expect("opens");
+    assert_eq!(stored, Stored::default());
+    store.write(&entries()).expect("writes");
+    store.write(&[Entry::Epoch(3)]).expect("writes");
+    drop(store);
+    let (_, stored) = Store::open(&path, "corridor").expect("opens again");
+    let mut expected = Stored::default();
+    entries()
+        .into_iter()
+        .for_each(|entry| expected.apply(entry));
+    expected.apply(Entry::Epoch(3));
+    assert_eq!(stored, expected);
+}
+
+#[test]
+fn the_journal_of_another_site_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.redb");
+    drop(Store::open(&path, "corridor").expect("opens"));
+    let error = Store::open(&path, "docking").expect_err("refused");
+    let text = error.to_string();
+    assert!(
+        text.contains("corridor") && text.contains("docking"),
+        "{text}"
+    );
+}
+
+#[test]
+fn two_mediators_cannot_have_one_journal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.redb");
+    let _open = Store::open(&path, "corridor").expect("opens");
+    let error = Store::open(&path, "corridor").expect_err("refused");
+    assert!(error.to_string().contains("another mediator"), "{error}");
+}
+
+#[test]
+fn a_file_that_is_no_journal_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.redb");
+    std::fs::write(&path, "not a journal").expect("writes");
+    assert!(Store::open(&path, "corridor").is_err());
+}

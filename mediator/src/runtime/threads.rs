@@ -1,0 +1,78 @@
+//! Starts both threads, and waits for their end.
+
+use std::sync::Arc;
+
+use super::communication::{self, Settings};
+use super::folder::Folder;
+use super::management;
+use super::shared::Shared;
+use crate::journal::Store;
+use crate::manager::Manager;
+
+/// Reports and questions that may wait for management.
+const INPUTS: usize = 1024;
+/// Messages that may wait for communication.
+const OUTPUTS: usize = 4096;
+
+/// A mediator that runs until it is stopped.
+pub struct Runtime {
+    shared: Arc<Shared>,
+    management: std::thread::JoinHandle<Result<(), String>>,
+    communication: std::thread::JoinHandle<Result<(), String>>,
+}
+
+impl Runtime {
+    /// Opens the network, then starts both threads.
+    ///
+    /// # Errors
+    /// Why the network or the control socket cannot be opened.
+    pub fn start(
+        manager: Manager,
+        store: Store,
+        settings: Settings,
+        folder: &Folder,
+    ) -> Result<Self, String> {
+        let shared = Arc::new(Shared::new());
+        let (inputs, inbox) = std::sync::mpsc::sync_channel(INPUTS);
+        let (outbox, outputs) = tokio::sync::mpsc::channel(OUTPUTS);
+        let opened = communication::open(&settings, folder)?;
+        let spawn = |name: &str| std::thread::Builder::new().name(name.to_owned());
+        let management = {
+            let shared = Arc::clone(&shared);
+            spawn("management")
+                .spawn(move || management::run(manager, &store, &inbox, &outbox, &shared))
+        };
+        let communication = {
+            let shared = Arc::clone(&shared);
+            spawn("communication")
+                .spawn(move || communication::run(opened, &settings, inputs, outputs, &shared))
+        };
+        let failed = |error: std::io::Error| format!("a thread cannot be started: {error}");
+        Ok(Self {
+            shared,
+            management: management.map_err(failed)?,
+            communication: communication.map_err(failed)?,
+        })
+    }
+
+    /// To stop it from a signal handler's thread.
+    #[must_use]
+    pub fn shared(&self) -> Arc<Shared> {
+        Arc::clone(&self.shared)
+    }
+
+    /// Waits until it has ended.
+    ///
+    /// # Errors
+    /// Why it had to end, such as a journal that cannot be written.
+    pub fn join(self) -> Result<(), String> {
+        let ended = |thread: std::thread::JoinHandle<_>, name| {
+            thread
+                .join()
+                .unwrap_or_else(|_| Err(format!("thread {name} panicked; this is a bug")))
+        };
+        let management = ended(self.management, "management");
+        let communication = ended(self.communication, "communication");
+        management.and(communication)
+    }
+}
