@@ -1,8 +1,48 @@
 //! What robots and mediator say to each other: messages, protocols, key expressions, versions.
 //!
-//! The public contract is `proto/fleet.proto` with `PROTOCOL.md`; this crate is its Rust side: the
-//! keys of [`keys`], the messages of [`wire`], the robot's side of its protocols in [`client`], and with feature `network` the
-//! session.
+//! The public contract is `proto/fleet.proto` with `PROTOCOL.md`; this crate is its Rust side:
+//!
+//! * [`wire`]: the messages; [`keys`]: the keys under which they go; [`level`]: levels in messages;
+//! * [`protocols`]: the protocols as flag arrays, with their flags looked up; [`timing`]: periods and timeouts of both sides;
+//! * [`client`]: the robot's side of all protocols, pure;
+//! * `network` (a feature): the zenoh session.
+//!
+//! Everything allocates; not for real-time threads. Units are those of the message's field names, poses are in the `map` frame.
+//!
+//! # Example
+//! A robot is registered, asks for an area, and is granted it:
+//! ```
+//! use contract::VERSION;
+//! use contract::client::{Client, Received, Situation};
+//! use contract::timing::SILENT_AFTER_NS;
+//! use contract::wire::{AccessGrant, Level, MediatorReport};
+//!
+//! let mut robot = Client::new("amr-1", "hall", 7);
+//! let mut answer = MediatorReport {
+//!     version: Some(VERSION.into()),
+//!     mediator_epoch: 1,
+//!     sequence: 1,
+//!     robot_id: "amr-1".into(),
+//!     boot_epoch: 7,
+//!     session: 1,
+//!     ..MediatorReport::default()
+//! };
+//! assert_eq!(robot.receive(&answer, 0), Received::Registered);
+//!
+//! let wants = Situation { located: true, wanted: vec!["gate".into()], ..Situation::default() };
+//! assert!(robot.step(wants, 0, SILENT_AFTER_NS), "there is news: `request` is set");
+//! assert_eq!(robot.report().access[0].level.map(|level| level.progress), Some(1));
+//!
+//! answer.sequence = 2;
+//! answer.access = vec![AccessGrant {
+//!     area: "gate".into(),
+//!     level: Some(Level { progress: 2, ..Level::default() }),
+//!     fence: 1,
+//!     ..AccessGrant::default()
+//! }];
+//! robot.receive(&answer, 0);
+//! assert!(robot.holds("gate"));
+//! ```
 
 pub mod client;
 pub mod keys;

@@ -9,6 +9,48 @@
 //!
 //! A step is always the same: hand in what arrived, write the entries to the journal, and only then send the messages.
 //! So whatever a robot was told, the next start of the mediator knows.
+//!
+//! No part of it is real-time: it allocates, and writing the journal waits for the disk. Times are nanoseconds of the mediator's
+//! own monotonic clock, lengths metres in the `map` frame.
+//!
+//! # Example
+//! A robot registers, and then gets an area:
+//! ```
+//! use std::time::Duration;
+//!
+//! use contract::client::{Client, Situation};
+//! use contract::timing::SILENT_AFTER_NS;
+//! use mediator::journal::{Entry, Stored};
+//! use mediator::manager::{Manager, RestoreError};
+//! use mediator::setup::{AreaSetup, RobotSetup, Setup};
+//!
+//! let setup = Setup {
+//!     site: "hall".into(),
+//!     areas: vec![AreaSetup { id: "gate".into(), capacity: 1 }],
+//!     robots: vec![RobotSetup {
+//!         id: "amr-1".into(),
+//!         role: "normal".into(),
+//!         priority: 0,
+//!         starts_in: Vec::new(),
+//!     }],
+//!     silent_after: Duration::from_nanos(SILENT_AFTER_NS),
+//! };
+//! let mut manager = Manager::new(&setup, &Stored::default(), 0)?;
+//! let mut robot = Client::new("amr-1", "hall", 7);
+//! let wants = Situation { located: true, wanted: vec!["gate".into()], ..Situation::default() };
+//! for _ in 0..2 {
+//!     robot.step(wants.clone(), 0, SILENT_AFTER_NS);
+//!     manager.report(&robot.report(), 0);
+//!     // Here they go to the journal, before any message leaves.
+//!     let _entries: Vec<Entry> = manager.entries().collect();
+//!     while let Some(message) = manager.next_message(0) {
+//!         robot.receive(&message, 0);
+//!     }
+//! }
+//! assert!(robot.holds("gate"));
+//! assert_eq!(manager.why("amr-1", 0).as_deref(), Ok("amr-1 waits for nothing"));
+//! # Ok::<(), RestoreError>(())
+//! ```
 
 pub mod cli;
 mod jam;
