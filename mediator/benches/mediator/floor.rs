@@ -21,7 +21,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Half as many places again as robots, so that some wait and all get on.
+    /// One and a half places per robot, so that some wait and all get on.
     fn capacity(self) -> u32 {
         let capacity = (self.robots * 3).div_ceil(self.areas * 2).max(1);
         u32::try_from(capacity).expect("a small number")
@@ -101,7 +101,7 @@ impl Robot {
         &self.route[(self.leg + ahead) % self.route.len()]
     }
 
-    /// Drives as far as the grants allow. Returns whether there is something to report: news, or nothing for too long.
+    /// Drives as far as the grants allow. Returns whether a report is due: there is news, or the last report is too old.
     pub fn step(&mut self, now_ns: u64) -> bool {
         if self.crossing {
             self.crossing = false;

@@ -92,7 +92,7 @@ const ORDERS: [(&str, &str, &str); 4] = [
 struct Robot {
     client: Client,
     at: &'static str,
-    /// By order, or by itself.
+    /// By an order, or by itself.
     to: Option<&'static str>,
     output: &'static str,
     laps: u64,

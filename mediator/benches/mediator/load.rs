@@ -79,7 +79,7 @@ impl Load {
                 patience = Duration::ZERO;
             }
             let due = begun.elapsed().as_secs_f64() * OFFERED_PER_S;
-            // What could not be offered in time is not made up for later.
+            // An update that could not be offered in time is left out.
             offered = f64::max(offered, due - 100.0);
             for _ in 0..LOOKS {
                 if offered >= due {
@@ -118,7 +118,7 @@ impl Load {
             return false;
         }
         let report = robot.client.report();
-        // What is only repeated is answered by the mediator's own repeating, and tells nothing.
+        // A repeated report is answered only with the mediator's next repetition, which measures nothing.
         if robot.has_news && robot.client.is_registered() {
             let (at, levels) = (Instant::now(), report.access.clone());
             *open = Some(Open { at, levels });

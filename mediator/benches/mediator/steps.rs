@@ -1,4 +1,4 @@
-//! Without network: bytes of a report in, bytes of the answers out, on one core.
+//! Measured without a network: bytes of a report in, bytes of the answers out, on one core.
 
 use std::time::{Duration, Instant};
 
@@ -79,7 +79,7 @@ fn cpu_time() -> Duration {
 
 /// One window of measurement.
 struct Window {
-    /// By the time that this thread had a core.
+    /// Measured by the processor time of this thread.
     updates_per_s: f64,
     updates_per_s_on_the_clock: f64,
     levels_per_s: f64,

@@ -297,7 +297,7 @@ fn a_net_decides_although_there_is_room_and_why_explains_it() {
             && why.contains("nobody is on the crossing or may come"),
         "{why}"
     );
-    // Whoever gives it back makes room for the other.
+    // When it is given back, the other gets it.
     let first = clients
         .iter()
         .position(|own| own.0.holds("Cr"))

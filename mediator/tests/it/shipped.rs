@@ -211,7 +211,7 @@ fn what_stands_still_is_broken_off_from_states_that_the_site_names() {
         assert_eq!(robot.event().as_deref(), Some("halt"));
         assert!(robot.client.is_acquired());
     }
-    // The emergency robot turns in its own area, which is out of the way; the normal one drives still.
+    // The emergency robot turns in its own area, which is out of the way; the normal one still drives.
     scene.wait(2);
     for robot in [&mut scene.normal, &mut scene.emergency] {
         assert!(robot.client.is_acquired() && robot.orders().is_empty());
@@ -224,7 +224,7 @@ fn what_stands_still_is_broken_off_from_states_that_the_site_names() {
     scene.talk();
     assert!(!scene.normal.client.is_acquired() && !scene.emergency.client.is_acquired());
     assert_eq!(scene.runs(), 0);
-    // In the ordinary way the emergency robot gets area 1 when that is free.
+    // Without a coordination, the emergency robot gets area 1 when it is free.
     scene.normal.is("search-2", &["2"], &[]);
     scene.wait(1);
     assert!(scene.emergency.client.holds("1"));

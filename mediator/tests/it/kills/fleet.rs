@@ -165,7 +165,7 @@ impl Fleet {
         self.robots.iter().map(|robot| robot.moves).collect()
     }
 
-    /// Times that a robot was on the crossing.
+    /// How often a robot was on the crossing.
     pub fn crossings(&self) -> u64 {
         self.crossings
     }
@@ -197,7 +197,7 @@ impl Fleet {
 
     fn step(&mut self) {
         let now_ns = |begun: Instant| begun.elapsed().as_nanos() as u64;
-        // Answers come when they come; otherwise time goes by.
+        // Waits for answers for at most one step.
         let mut next = self.inbox.recv_timeout(STEP).ok();
         while let Some(message) = next {
             let own = { self.robots.iter_mut() }.find(|robot| robot.id == message.robot_id);
@@ -264,7 +264,7 @@ impl Fleet {
         }
     }
 
-    /// By where the bodies are: every area holds one.
+    /// Judges by where the bodies are: every area holds one.
     fn judge(&self, entering: usize, area: &String) {
         for (other, robot) in self.robots.iter().enumerate() {
             let there = &robot.at == area || robot.crossing.as_ref() == Some(area);

@@ -83,7 +83,7 @@ fn the_mediator_may_be_killed_at_any_moment() {
         }
         program.start();
         if random.chance(20) {
-            // It has hardly begun.
+            // Killed during its start.
             fleet.run(Duration::from_millis(random.below(60)));
             program.kill();
             program.start();

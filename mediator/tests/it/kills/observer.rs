@@ -48,7 +48,7 @@ impl Book {
         let now = (report.boot_epoch, report.sequence);
         let before = self.last.insert(report.robot_id.clone(), now);
         if report.session == 0 || report.mediator_epoch == 0 {
-            // It has restarted and knows nothing; what it had it has still.
+            // It has restarted and knows nothing, but still has what it had.
             return;
         }
         if let Some(before) = before

@@ -82,7 +82,7 @@ pub enum Broken {
     ForgetsJournal,
     /// A restarted mediator does not know that it has restarted.
     ForgetsEpoch,
-    /// A mediator that stops has told what it has not written.
+    /// A mediator that stops has sent what it had not written.
     TellsFirst,
     /// Levels do not say which grant they are about.
     NoFences,
@@ -354,7 +354,7 @@ impl Fleet {
             let entered_first = robot.spot != was && Some(robot.spot) == first;
             let acquired = { robot.process.as_ref() }.is_some_and(|own| own.client.is_acquired());
             if robot.role == "emergency" && entered_first && acquired {
-                // By the bodies: it passes one that stands aside, whole.
+                // Judged by the bodies: the robot that it passes stands completely aside.
                 let aside = self.robots.iter().any(|other| {
                     other.role == "normal" && Some(other.spot) == lay_by && other.crossing.is_none()
                 });
@@ -390,7 +390,7 @@ impl Fleet {
                     } else if self.tally.power_losses == 0
                         && let Some(late) = late_release(&mut process.client, fences)
                     {
-                        // What a journal has lost, robots are believed in their first reports.
+                        // Where the journal has lost entries, the mediator believes a robot's first report.
                         self.tally.late_releases += 1;
                         reports.push(late);
                     }
@@ -476,7 +476,7 @@ impl Fleet {
         }
     }
 
-    /// By where the bodies are, not by what anybody says.
+    /// Judges by where the bodies are, not by what anybody says.
     fn judge(&self) {
         let mut inside: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
         for robot in &self.robots {

@@ -34,7 +34,7 @@ impl Floor {
     pub fn ring(random: &mut Random) -> (Self, Vec<Robot>) {
         let areas = 3 + random.below(6) as usize;
         let capacities: Vec<u32> = (0..areas).map(|_| 1 + random.below(2) as u32).collect();
-        // Round a ring somebody can always move when not all of it is full.
+        // On a ring somebody can always move unless all of it is full.
         let most = capacities.iter().sum::<u32>() as usize - 1;
         let count = 1 + random.below(most.min(6) as u64) as usize;
         let route: Vec<usize> = (0..areas).collect();

@@ -58,7 +58,7 @@ impl Journal {
         (before - self.last.len()) as u64
     }
 
-    /// As no disk does: loses all, but for the epoch if that is kept.
+    /// Loses everything, as no disk does; the epoch is kept if `keep_epoch` says so.
     pub fn forget(&mut self, keep_epoch: bool) {
         self.keep();
         let epoch = if keep_epoch { self.safe.epoch } else { 0 };

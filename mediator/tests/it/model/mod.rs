@@ -222,7 +222,7 @@ fn what_is_broken_is_noticed() {
         replays: true,
         ..Faults::NONE
     };
-    // Power losses excuse that the journal lacks something, so that only bodies can tell.
+    // After power losses a journal may lack entries, so only the bodies can show the fault.
     let power = Faults {
         power: true,
         ..crashes

@@ -19,12 +19,12 @@ pub struct Robot {
     /// How long it stays in an area at least.
     pub dwell_ms: u64,
     pub moves: u64,
-    /// Spots, round and round, and where it is on the way.
+    /// The spots of its round trip, and where it is on the way.
     route: Vec<usize>,
     leg: usize,
     /// It asks for areas that it does not go to.
     pub dreams: bool,
-    /// It waits for no grant, against all rules.
+    /// It breaks the rules: it waits for no grant.
     pub reckless: bool,
     /// Such an area, until when, and whether it says that it could not stop before it.
     dream: Option<(usize, u64, bool)>,
@@ -54,7 +54,7 @@ impl Process {
         }
     }
 
-    /// Takes orders, each once. A few robots get stuck.
+    /// Takes each order once. A few robots get stuck.
     pub fn obey(&mut self, random: &mut Random, stuck_per_mille: u64) {
         if let Some(was) = self.client.take_up() {
             self.state = match was.fsm_state.as_str() {
@@ -249,7 +249,7 @@ impl Robot {
                 .collect()
         };
         let mut wanted = stands_in.clone();
-        // In time to pass without stopping, and no sooner.
+        // Just early enough to pass without stopping.
         if arrived && now_ms + 200 >= self.until_ms {
             wanted.extend(&floor.spots[next]);
         }

@@ -5,7 +5,7 @@ use mediator::manager::Counters;
 
 macro_rules! tally {
     ($($(#[$about:meta])* $name:ident),* $(,)?) => {
-        /// How often what has happened.
+        /// How often each thing has happened.
         #[derive(Clone, Copy, Debug, Default)]
         pub struct Tally {
             $($(#[$about])* pub $name: u64,)*

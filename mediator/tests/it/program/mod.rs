@@ -20,7 +20,7 @@ pub use site::Site;
 
 /// A session that listens on the loopback, and where.
 pub fn session(connect: &[String]) -> (zenoh::Session, String) {
-    // The system picks a port; somebody else may take it before it is used.
+    // The system picks a port; another program may take it before it is used.
     for _ in 0..20 {
         let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
         let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
@@ -85,10 +85,10 @@ impl Program {
         self.child = Some(command.spawn().expect("the program starts"));
     }
 
-    /// SIGKILL: it has no time for anything.
+    /// SIGKILL: it cannot clean up.
     pub fn kill(&mut self) {
         if let Some(mut child) = self.child.take() {
-            // Dead already is told by the wait.
+            // If it is dead already, the wait below says so.
             let _ = child.kill();
             let status = child.wait().expect("it was our child");
             assert!(
