@@ -202,6 +202,18 @@ impl Client {
         self.claims.waiting()
     }
 
+    /// Epoch of the mediator's run that spoke last; 0 before it spoke.
+    #[must_use]
+    pub fn mediator_epoch(&self) -> u64 {
+        self.session.mediator_epoch
+    }
+
+    /// The registration; 0 without one.
+    #[must_use]
+    pub fn session(&self) -> u64 {
+        self.session.number
+    }
+
     /// The mediator knows this boot of the robot.
     #[must_use]
     pub fn is_registered(&self) -> bool {

@@ -27,11 +27,11 @@ pub(super) struct Session {
     /// Of the last report.
     sequence: u64,
     /// Of the newest start of the mediator that was heard.
-    mediator_epoch: u64,
+    pub(super) mediator_epoch: u64,
     /// Of its newest message.
     mediator_sequence: u64,
     /// The registration; 0 without one.
-    number: u64,
+    pub(super) number: u64,
     heard_ns: u64,
     pub(super) refusal: String,
     pub(super) role: String,

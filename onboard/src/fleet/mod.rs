@@ -7,13 +7,16 @@
 
 mod floor;
 mod member;
+mod needs;
 mod orders;
 mod route;
+mod sense;
 mod setup;
 #[cfg(test)]
 mod tests;
 
 pub use floor::Place;
-pub use member::{Member, Sense, Standing, Troubles};
+pub use member::Member;
 pub use orders::{Answer, Directive};
+pub use sense::{Sense, Standing, Troubles};
 pub use setup::{AreaPlace, Setup, StatePlan};

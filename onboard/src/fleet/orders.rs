@@ -5,9 +5,11 @@ use std::collections::VecDeque;
 use contract::client::Order;
 use contract::protocols::RELEASE;
 use contract::wire;
+use coordination::fsm::StateId;
 use description::geometry::Pose2;
+use skills::navigator::Instruction;
 
-use super::StatePlan;
+use super::setup::StatePlan;
 
 /// Navigation is asked again when it has not answered by then.
 const ANSWER_NS: u64 = 1_000_000_000;
@@ -15,29 +17,22 @@ const ANSWER_NS: u64 = 1_000_000_000;
 const MOST: usize = 64;
 
 /// What navigation is to do.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Directive {
     /// Give the machine this event, with what holds in the state that it leads to.
-    Instruct {
-        /// An input of the machine.
-        event: String,
-        /// No faster than this.
-        speed_limit_m_s: Option<f64>,
-        /// Where to stop, in `map`.
-        stop_at: Option<Pose2>,
-    },
+    Instruct(Instruction),
     /// Drive no faster than this until told otherwise; 0 stands.
     LimitSpeed(Option<f64>),
     /// Take the robot to be there, in this state of the machine.
     Relocate {
         /// In `map`.
         pose: Pose2,
-        /// Standard deviation of each coordinate, as far as somebody knows it.
+        /// Standard deviation of each coordinate; navigation never assumes less than at its start.
         std_m: f64,
-        /// Of the heading.
+        /// Of the heading, likewise.
         std_rad: f64,
-        /// Number of the state.
-        state: usize,
+        /// State of the machine.
+        state: StateId,
     },
 }
 
@@ -90,17 +85,17 @@ impl Orders {
                 continue;
             };
             let state = state?;
-            if state.accepts.contains(&event) {
+            if let Some(number) = state.accepts(&event) {
                 if self.limits {
                     // What held until the next order ends with it.
                     self.limits = false;
                     return Some(Directive::LimitSpeed(None));
                 }
-                let directive = Directive::Instruct {
-                    event,
+                let directive = Directive::Instruct(Instruction {
+                    event: number,
                     speed_limit_m_s: order.speed_limit_m_s,
                     stop_at: order.stop_at.as_ref().map(pose),
-                };
+                });
                 self.asked_ns = Some(now_ns);
                 return Some(directive);
             }
@@ -184,6 +179,8 @@ pub(super) fn pose(pose: &wire::Pose) -> Pose2 {
 
 #[cfg(test)]
 mod tests {
+    use coordination::event::EventId;
+
     use super::*;
 
     fn order(flag: &str, event: Option<&str>, speed_limit_m_s: Option<f64>) -> Order {
@@ -198,20 +195,21 @@ mod tests {
         }
     }
 
+    /// Events of the test's machine have the length of their names for numbers.
+    fn number(event: &str) -> EventId {
+        EventId(u16::try_from(event.len()).expect("short"))
+    }
+
     fn state(accepts: &str) -> StatePlan {
         StatePlan {
             name: "drive-1".into(),
-            accepts: vec![accepts.to_owned()],
+            accepts: vec![(accepts.to_owned(), number(accepts))],
             ..StatePlan::default()
         }
     }
 
     fn instruct(event: &str) -> Option<Directive> {
-        Some(Directive::Instruct {
-            event: event.into(),
-            speed_limit_m_s: None,
-            stop_at: None,
-        })
+        Some(Directive::Instruct(Instruction::plain(number(event))))
     }
 
     #[test]

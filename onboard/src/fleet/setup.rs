@@ -1,5 +1,7 @@
 //! What the robot's side of the mediator knows of robot and site before anybody speaks.
 
+use coordination::event::EventId;
+use coordination::fsm::StateId;
 use description::geometry::{Footprint, Pose2, Rect};
 use skills::borders::BorderGains;
 
@@ -24,14 +26,14 @@ pub struct Setup {
     pub deceleration_m_s2: f64,
     /// Fastest speed of the robot.
     pub max_speed_m_s: f64,
-    /// An area is asked for so far ahead, beyond what the robot needs to stop.
+    /// An area is asked for this far ahead, beyond the distance that the robot needs to stop.
     pub request_ahead_m: f64,
     /// A mediator that was not heard for longer is silent.
     pub silent_after_ns: u64,
     /// Where an operator puts a robot that is lost.
     pub start: Pose2,
-    /// And in which state it goes on then, by its number.
-    pub start_state: usize,
+    /// And in which state it goes on then.
+    pub start_state: StateId,
 }
 
 /// An area.
@@ -53,8 +55,17 @@ pub struct StatePlan {
     pub areas: Vec<usize>,
     /// States that may follow by themselves: on events of monitors, not on those from outside.
     pub next: Vec<usize>,
-    /// The robot drives at least so far from entering the state to leaving it.
+    /// Shortest distance that the robot drives from entering the state to leaving it.
     pub least_way_m: f64,
-    /// Events on which the state has a transition.
-    pub accepts: Vec<String>,
+    /// Events on which the state has a transition, with their numbers in the machine.
+    pub accepts: Vec<(String, EventId)>,
+}
+
+impl StatePlan {
+    /// The event of that name, if the state has a transition on it.
+    #[must_use]
+    pub fn accepts(&self, name: &str) -> Option<EventId> {
+        let found = self.accepts.iter().find(|(event, _)| event == name);
+        found.map(|(_, number)| *number)
+    }
 }

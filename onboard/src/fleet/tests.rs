@@ -5,10 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use contract::protocols::{self, GRANTED, MEDIATOR};
 use contract::wire::{self, AccessGrant, MediatorReport, RobotReport, TakeUp};
 use contract::{VERSION, level};
+use coordination::event::EventId;
+use coordination::fsm::StateId;
 use coordination::protocol::{FlagId, Party, Protocol, Replica, Side};
 use description::geometry::{Footprint, Point2, Pose2, Rect};
 use nalgebra::Matrix3;
 use skills::borders::BorderGains;
+use skills::navigator::Instruction;
 use std::sync::Arc;
 
 use super::*;
@@ -17,6 +20,11 @@ const MS: u64 = 1_000_000;
 
 fn rect(min_m: (f64, f64), max_m: (f64, f64)) -> Rect {
     Rect::new(Point2::new(min_m.0, min_m.1), Point2::new(max_m.0, max_m.1))
+}
+
+/// Events of the test's machine have the length of their names for numbers.
+fn number(event: &str) -> EventId {
+    EventId(u16::try_from(event.len()).expect("short"))
 }
 
 /// As `config/sites/corridor.toml`: areas 1 to 5, numbered from 0.
@@ -34,7 +42,9 @@ pub(super) fn setup() -> Setup {
         } else {
             0.0
         },
-        accepts: accepts.iter().map(|&event| event.to_owned()).collect(),
+        accepts: { accepts.iter() }
+            .map(|&event| (event.to_owned(), number(event)))
+            .collect(),
     };
     Setup {
         robot_id: "amr-1".into(),
@@ -71,7 +81,7 @@ pub(super) fn setup() -> Setup {
         request_ahead_m: 0.5,
         silent_after_ns: 1000 * MS,
         start: Pose2::new(2.0, -0.5, 0.0),
-        start_state: 0,
+        start_state: StateId(0),
     }
 }
 
@@ -376,7 +386,7 @@ fn a_restarted_robot_goes_on_where_the_mediator_knows_it() {
     let [Directive::Relocate { pose, state, .. }] = directives.as_slice() else {
         panic!("{directives:?}");
     };
-    assert_eq!((pose.x_m, *state), (6.0, 1));
+    assert_eq!((pose.x_m, *state), (6.0, StateId(1)));
     scene.member.relocated();
     scene.mediator.free.insert("2".into());
     scene.be("search-2", at(6.0, -0.5, 0.0, 0.1));
@@ -461,11 +471,10 @@ fn an_acquired_robot_asks_for_nothing_by_itself_and_does_as_ordered() {
     scene.mediator.control = Some(control(3));
     scene.be("drive-1", at(4.6, -0.5, 0.0, 0.01));
     assert_eq!(scene.holds(), "1 5");
-    let ordered = Directive::Instruct {
-        event: "aside".into(),
+    let ordered = Directive::Instruct(Instruction {
         speed_limit_m_s: Some(0.2),
-        stop_at: None,
-    };
+        ..Instruction::plain(number("aside"))
+    });
     assert_eq!(scene.directives(), [ordered]);
     scene.member.answered(Answer::Taken);
     scene.be("shift-5", at(4.6, -0.8, -0.3, 0.01));

@@ -3,15 +3,13 @@
 use contract::wire::{MediatorReport, Pose};
 use contract::{Message, decode};
 use coordination::event::EventId;
-use coordination::fsm::StateId;
 use nalgebra::Matrix3;
 use skills::borders::AreaSet;
-use skills::navigator::Instruction;
 
 use super::network::{Mailbox, Network};
-use crate::activities::fleet_link::{CommunicationEnd, Event, Order};
+use crate::activities::fleet_link::{CommunicationEnd, Event};
 use crate::activities::machine_names::MachineNames;
-use crate::fleet::{Answer, Directive, Member, Place, Sense, Setup, Troubles};
+use crate::fleet::{Directive, Member, Place, Sense, Setup, Troubles};
 use crate::realtime::clock::SECOND_NS;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::symbols::values::{FleetState, Line, Whereabouts};
@@ -43,7 +41,7 @@ struct Inner {
     names: MachineNames,
     mailbox: Mailbox,
     /// For navigation, whose queue was full.
-    unsent: Option<Order>,
+    unsent: Option<Directive>,
     sense: Sense,
     refusals: Complaints,
     sent: u64,
@@ -176,52 +174,13 @@ impl Inner {
     }
 
     fn give_orders(&mut self) {
-        loop {
-            let order = match self.unsent.take() {
-                Some(order) => order,
-                None => match self.member.next_directive() {
-                    Some(directive) => match self.order(directive) {
-                        Some(order) => order,
-                        None => {
-                            self.member.answered(Answer::Refused);
-                            continue;
-                        }
-                    },
-                    None => return,
-                },
-            };
-            if self.link.orders.send(order).is_err() {
+        while let Some(directive) = self.unsent.take().or_else(|| self.member.next_directive()) {
+            if self.link.orders.send(directive).is_err() {
                 // Navigation is slow; the order goes first the next time.
-                self.unsent = Some(order);
+                self.unsent = Some(directive);
                 return;
             }
         }
-    }
-
-    fn order(&self, directive: Directive) -> Option<Order> {
-        Some(match directive {
-            Directive::Instruct {
-                event,
-                speed_limit_m_s,
-                stop_at,
-            } => Order::Instruct(Instruction {
-                event: self.names.input(&event)?,
-                speed_limit_m_s,
-                stop_at,
-            }),
-            Directive::LimitSpeed(limit_m_s) => Order::LimitSpeed(limit_m_s),
-            Directive::Relocate {
-                pose,
-                std_m,
-                std_rad,
-                state,
-            } => Order::Relocate {
-                pose,
-                std_m,
-                std_rad,
-                state: StateId(u16::try_from(state).ok()?),
-            },
-        })
     }
 
     fn state(&self, now_ns: u64) -> FleetState {

@@ -10,11 +10,11 @@ use skills::odometry::Odometry;
 use super::membership::Membership;
 use super::part::{Part, Start};
 use crate::activities::exchange::Exchange;
-use crate::activities::fleet_link::{Event, NavigationEnd, Order};
+use crate::activities::fleet_link::{Event, NavigationEnd};
 use crate::activities::port::{Command, Instructed, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::activities::scans::{Intake, ScanIntake};
-use crate::fleet::Answer;
+use crate::fleet::{Answer, Directive};
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{Name, NavigationState, PoseEstimate, WantedMotion};
 use crate::symbols::wiring::{NavigationFleetSymbols, NavigationSymbols};
@@ -165,21 +165,21 @@ impl Navigation {
     fn obey(&mut self) {
         while let Some(order) = self.membership.next_order() {
             match order {
-                Order::Instruct(_) if self.asked.is_some() => {
+                Directive::Instruct(_) if self.asked.is_some() => {
                     // The step to come answers another.
                     self.answer_fleet(Answer::NotNow);
                 }
-                Order::Instruct(instruction) => match self.instruct(instruction) {
+                Directive::Instruct(instruction) => match self.instruct(instruction) {
                     Ok(()) => self.asked = Some(Asked::ByFleet),
                     Err(Instructed::Refused(error)) if error != InstructionError::Full => {
                         self.answer_fleet(Answer::Refused);
                     }
                     Err(_) => self.answer_fleet(Answer::NotNow),
                 },
-                Order::LimitSpeed(limit_m_s) => {
+                Directive::LimitSpeed(limit_m_s) => {
                     self.membership.limit_speed(limit_m_s);
                 }
-                Order::Relocate {
+                Directive::Relocate {
                     pose,
                     std_m,
                     std_rad,

@@ -5,8 +5,9 @@ use description::geometry::MotionCommand;
 use skills::borders::AreaSet;
 use skills::navigator::NavigationOutput;
 
-use crate::activities::fleet_link::{Event, NavigationEnd, Order};
+use crate::activities::fleet_link::{Event, NavigationEnd};
 use crate::activities::port::Port;
+use crate::fleet::Directive;
 use crate::realtime::clock::SECOND_NS;
 use crate::symbols::faults::Fault;
 use crate::symbols::values::Whereabouts;
@@ -62,7 +63,7 @@ impl Membership {
     }
 
     /// The next thing that the mediator has ordered.
-    pub(super) fn next_order(&mut self) -> Option<Order> {
+    pub(super) fn next_order(&mut self) -> Option<Directive> {
         self.managed.as_mut()?.link.orders.receive()
     }
 

@@ -1,6 +1,7 @@
 //! What the robot's side of the mediator is made of.
 
 use contract::timing::SILENT_AFTER_NS;
+use coordination::fsm::Machine;
 use description::geometry::Pose2;
 use skills::borders::BorderGains;
 use skills::map::SemanticMap;
@@ -32,7 +33,7 @@ impl Plan {
             areas: areas.collect(),
             states: machine
                 .states()
-                .map(|(state, name)| self.state_plan(name, map, navigator.schedule(state)))
+                .map(|(state, name)| self.state_plan(name, machine, map, navigator.schedule(state)))
                 .collect(),
             footprint: site_parts::footprint(&self.robot.footprint),
             borders: BorderGains {
@@ -44,11 +45,17 @@ impl Plan {
             request_ahead_m: self.robot.fleet.request_ahead_m,
             silent_after_ns: SILENT_AFTER_NS,
             start: Pose2::new(start.x_m, start.y_m, start.theta_rad),
-            start_state: machine.state().index(),
+            start_state: machine.state(),
         })
     }
 
-    fn state_plan(&self, name: &str, map: &SemanticMap, schedule: Option<&Schedule>) -> StatePlan {
+    fn state_plan(
+        &self,
+        name: &str,
+        machine: &Machine,
+        map: &SemanticMap,
+        schedule: Option<&Schedule>,
+    ) -> StatePlan {
         let areas = { self.fsm.state(name).into_iter() }
             .flat_map(config::FsmState::areas)
             .filter_map(|area| map.area_index(area));
@@ -65,7 +72,12 @@ impl Plan {
             areas: areas.collect(),
             next,
             least_way_m: schedule.map_or(0.0, |schedule| schedule.least_way_m(map)),
-            accepts: from().map(|transition| transition.on.clone()).collect(),
+            accepts: from()
+                .filter_map(|transition| {
+                    let event = machine.input(&transition.on)?;
+                    Some((transition.on.clone(), event))
+                })
+                .collect(),
         }
     }
 
@@ -138,8 +150,8 @@ mod tests {
         assert!((turn.least_way_m - 0.5 * PI).abs() < 1e-9);
         let halt = &setup.states[state("halt-1")];
         assert!(halt.next.is_empty(), "only an operator leads on");
-        assert!(halt.accepts.contains(&"reset".to_owned()));
-        assert_eq!(setup.start_state, state("drive-1"));
+        assert!(halt.accepts("reset").is_some());
+        assert_eq!(setup.start_state.index(), state("drive-1"));
     }
 
     #[test]

@@ -1,32 +1,18 @@
 //! The robot as a member of a fleet: what it tells the mediator, and what the mediator's answers let it do.
 
-mod needs;
-
 use std::collections::VecDeque;
 
 use contract::client::{Client, Received, Situation};
 use contract::timing::LEVEL_PERIOD_NS;
-use contract::wire::{self, MediatorReport, RobotReport, TakeUp};
+use contract::wire::{MediatorReport, RobotReport, TakeUp};
+use coordination::fsm::StateId;
 use skills::borders::AreaSet;
 
-use super::Setup;
-use super::floor::{Floor, Place, Touch};
+use super::floor::{Floor, Touch};
+use super::needs::Needs;
 use super::orders::{self, Answer, Directive, Orders};
-
-/// What the robot knows of itself in one moment.
-#[derive(Clone, Debug, Default)]
-pub struct Sense {
-    /// Where it is, if that is certain and recent.
-    pub place: Option<Place>,
-    /// The same for the message, with what it may be wrong by.
-    pub pose: Option<wire::Pose>,
-    /// Forward speed.
-    pub speed_m_s: f64,
-    /// Number of the machine's state.
-    pub state: Option<usize>,
-    /// The area that keeps it from going on, by its number.
-    pub waiting_for: Option<usize>,
-}
+use super::sense::{Sense, Standing, Troubles};
+use super::setup::Setup;
 
 /// What is known of where the robot was before its process started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,36 +27,6 @@ enum Origin {
     Known,
 }
 
-/// What is wrong between robot and mediator, as levels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Troubles {
-    /// Nothing was heard of it for too long.
-    pub silent: bool,
-    /// It does not want this robot.
-    pub refused: bool,
-    /// It knows that the robot was somewhere before it restarted, but not where.
-    pub lost: bool,
-}
-
-/// For people and other programs.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
-    /// The mediator's epoch, 0 before it spoke.
-    pub mediator_epoch: u64,
-    /// The registration, 0 without one.
-    pub session: u64,
-    /// The mediator has the discrete control.
-    pub acquired: bool,
-    /// The coordination under way, 0 for none.
-    pub coordination: u64,
-    /// Its net with the flags set so far.
-    pub net: String,
-    /// Areas that the robot may be in.
-    pub holds: String,
-    /// Areas that it waits for and why, and orders that wait for the machine.
-    pub waits: String,
-}
-
 /// The robot's side of the mediator, without network, clock or threads.
 #[derive(Clone, Debug)]
 pub struct Member {
@@ -82,8 +38,6 @@ pub struct Member {
     complaints: VecDeque<String>,
     began_ns: u64,
     origin: Origin,
-    mediator_epoch: u64,
-    session: u64,
     /// Why its messages are not understood, while they are not.
     other_version: Option<String>,
     was_acquired: bool,
@@ -108,8 +62,6 @@ impl Member {
             complaints: VecDeque::new(),
             began_ns: now_ns,
             origin: Origin::Unknown,
-            mediator_epoch: 0,
-            session: 0,
             other_version: None,
             was_acquired: false,
             stands_in: None,
@@ -122,6 +74,7 @@ impl Member {
 
     /// Takes in a message of the mediator.
     pub fn receive(&mut self, message: &MediatorReport, now_ns: u64) {
+        let known = (self.client.mediator_epoch(), self.client.session());
         let received = self.client.receive(message, now_ns);
         match received {
             Received::Stale => return,
@@ -132,18 +85,14 @@ impl Member {
                 return;
             }
             Received::Refused => {
-                self.session = 0;
-                self.news |= self.mediator_epoch != message.mediator_epoch;
-                self.mediator_epoch = message.mediator_epoch;
+                self.news |= known.0 != self.client.mediator_epoch();
                 return;
             }
             Received::Registered | Received::News => {}
         }
         self.other_version = None;
-        let known = (self.mediator_epoch, self.session);
-        (self.mediator_epoch, self.session) = (message.mediator_epoch, message.session);
         // It waits for both numbers.
-        self.news |= known != (self.mediator_epoch, self.session);
+        self.news |= known != (self.client.mediator_epoch(), self.client.session());
         let take_up = self.client.take_up();
         if received == Received::Registered && self.origin == Origin::Unknown {
             self.go_on_from(take_up.as_ref());
@@ -156,7 +105,9 @@ impl Member {
             self.origin = Origin::Known;
             return;
         };
-        let state = { self.setup.states.iter() }.position(|state| state.name == *fsm_state);
+        let state = { self.setup.states.iter() }
+            .position(|state| state.name == *fsm_state)
+            .and_then(|state| u16::try_from(state).ok());
         let pose = pose.filter(|pose| orders::pose(pose).is_finite());
         match (&pose, state) {
             (Some(pose), Some(state)) => {
@@ -168,7 +119,7 @@ impl Member {
                     pose: orders::pose(pose),
                     std_m: pose.std_x_m.max(pose.std_y_m),
                     std_rad: pose.std_theta_rad,
-                    state,
+                    state: StateId(state),
                 });
             }
             _ => {
@@ -233,16 +184,25 @@ impl Member {
             .collect();
         let left = self.stands_in.unwrap_or_default().difference(&stands_in);
         self.stands_in = place.map(|_| stands_in);
+        let needs = Needs {
+            setup: &self.setup,
+            floor: &self.floor,
+            held: { 0..self.setup.areas.len() }
+                .filter(|&area| self.holds(area))
+                .collect(),
+            wanted: self.wanted,
+        };
         let (wanted, held_back) = match &place {
-            Some(place) => self.wanted(sense, place, &stands_in),
+            Some(place) => needs.wanted(sense, place, &stands_in),
             None => (Vec::new(), AreaSet::EMPTY),
         };
-        self.wanted = wanted.iter().copied().collect();
         let committed = place.map_or(AreaSet::EMPTY, |place| {
             // What it has just left lies behind.
-            self.committed(&place, sense.speed_m_s, &touches)
+            needs
+                .committed(&place, sense.speed_m_s, &touches)
                 .difference(&left)
         });
+        self.wanted = wanted.iter().copied().collect();
         let situation = Situation {
             located: place.is_some(),
             stands_in: self.ids(stands_in.iter()),
@@ -377,8 +337,8 @@ impl Member {
             )
         }));
         Standing {
-            mediator_epoch: self.mediator_epoch,
-            session: self.session,
+            mediator_epoch: self.client.mediator_epoch(),
+            session: self.client.session(),
             acquired: self.client.is_acquired(),
             coordination: coordination.as_ref().map_or(0, |(number, _, _)| *number),
             net: coordination.map_or(String::new(), |(_, net, flags)| format!("{net}: {flags}")),

@@ -2,19 +2,32 @@
 
 use skills::borders::AreaSet;
 
-use super::{Member, Sense};
-use crate::fleet::floor::{Place, Touch};
-use crate::fleet::route::look_ahead;
+use super::floor::{Floor, Place, Touch};
+use super::route::look_ahead;
+use super::sense::Sense;
+use super::setup::Setup;
 
 /// From a word of the mediator to navigation that obeys it: one cycle of navigation, the delay with which it reckons to brake,
 /// and some room.
 const REACTION_S: f64 = 0.3;
 /// Slower than this is standing.
 const STANDING_M_S: f64 = 0.02;
-/// What was asked for is wanted until it is so much farther away than where the fastest robot asks.
+/// An area stays wanted until the robot is `KEEP_M` farther away than where the fastest robot asks for it (hysteresis).
 const KEEP_M: f64 = 0.5;
 
-impl Member {
+/// What a robot can tell its needs from.
+pub(super) struct Needs<'a> {
+    /// Robot and site.
+    pub(super) setup: &'a Setup,
+    /// The areas under the footprint.
+    pub(super) floor: &'a Floor,
+    /// Areas that it holds.
+    pub(super) held: AreaSet,
+    /// Areas that it wanted before.
+    pub(super) wanted: AreaSet,
+}
+
+impl Needs<'_> {
     /// Areas to ask for, in the order of asking, and those that must not be entered yet although they are held: a manoeuvre
     /// that takes several areas begins when it has them all.
     pub(super) fn wanted(
@@ -47,7 +60,7 @@ impl Member {
             for next in &upcoming {
                 let areas = &states[next.state].areas;
                 wanted.extend(areas);
-                let whole = areas.iter().all(|&area| self.holds(area));
+                let whole = areas.iter().all(|&area| self.held.contains(area));
                 for &area in areas {
                     let set = if whole { &mut complete } else { &mut held_back };
                     set.insert(area);
@@ -70,7 +83,7 @@ impl Member {
         { touches.iter().enumerate() }
             .filter(|&(area, &touch)| {
                 let near = || reach_m.is_nan() || self.floor.gap_m(area, place) <= reach_m;
-                self.holds(area) && (touch >= Touch::Margin || moves && near())
+                self.held.contains(area) && (touch >= Touch::Margin || moves && near())
             })
             .map(|(area, _)| area)
             .collect()
