@@ -1,5 +1,7 @@
 //! Guesses at what was meant: near names, and the same name in another unit.
 
+use description::keys::{quoted_list, rounded};
+
 /// Unit endings of keys, longest first where one ends another.
 const UNIT_ENDINGS: &[&str] = &[
     "_rad_s2", "_deg_s2", "_rad_s", "_deg_s", "_mm_s2", "_mm_s", "_m_s2", "_m_s", "_km_h", "_1_m2",
@@ -67,26 +69,8 @@ pub(crate) fn for_name(unknown: &str, known: &[&str]) -> Option<String> {
     }
     Some(match nearest(unknown, known) {
         Some(name) => format!("did you mean `{name}`?"),
-        None => format!("there are {}", list(known, "and")),
+        None => format!("there are {}", quoted_list(known, "and")),
     })
-}
-
-/// "`a`, `b` or `c`", cut off when there are many.
-pub(crate) fn list(names: &[&str], last: &str) -> String {
-    const SHOWN: usize = 16;
-    let mut quoted: Vec<String> = names
-        .iter()
-        .take(SHOWN)
-        .map(|name| format!("`{name}`"))
-        .collect();
-    if names.len() > SHOWN {
-        quoted.push(format!("{} more", names.len() - SHOWN));
-    }
-    match quoted.pop() {
-        None => String::new(),
-        Some(only) if quoted.is_empty() => only,
-        Some(end) => format!("{} {last} {end}", quoted.join(", ")),
-    }
 }
 
 /// Levenshtein distance; long names are cut, a guess needs no more.
@@ -131,9 +115,4 @@ pub(crate) fn convert_text(text: &str, unit: &str) -> Option<f64> {
         _ => return None,
     };
     Some(rounded(number * factor))
-}
-
-/// Six digits are enough for advice.
-pub(crate) fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
 }

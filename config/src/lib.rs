@@ -16,40 +16,24 @@
 //! Not for real-time threads: loading reads files and allocates.
 
 mod check;
-mod choices;
 mod diagnostic;
-mod geometry;
 mod hint;
 mod load;
+mod loaded;
 mod net;
 mod origin;
 mod overrides;
-mod quantity;
 mod reader;
 mod report;
-mod robot;
-mod site;
-mod threads;
 mod tree;
 
 pub use check::check_together;
 pub use diagnostic::{ConfigError, Problem, ProblemKind};
-pub use geometry::{PoseConfig, Rect};
 pub use load::{load_net, load_robot, load_site, parse_net, parse_robot, parse_site};
+pub use loaded::{Loaded, RobotConfig, SiteConfig};
 pub use net::{
     MEDIATOR, NetArray, NetCommand, NetConfig, NetFlag, NetParty, NetPlace, NetProtocol, NetRole,
     NetSet, NetSituation, NetTransition,
 };
 pub use origin::Origin;
 pub use overrides::Override;
-pub use robot::{
-    ControlGains, DriveConfig, EthercatConfig, FleetConfig, Footprint, Identity, LidarConfig, Link,
-    NavigationGains, RobotConfig, TubeConfig, TubeHorizon,
-};
-pub use site::{
-    Area, CastConfig, ControlLayer, ControllerConfig, CoordinationConfig, Feature, FlagMeaning,
-    FsmConfig, FsmState, FsmTransition, Lane, Manoeuvre, Monitor, MonitorKind, PerceptionKind,
-    PerceptionZone, PreemptConfig, RegionRef, RoleConfig, SiteConfig, SiteRobot, SituationConfig,
-    SkillConfig, StopPlace, TurnDirection, Wall, YieldConfig,
-};
-pub use threads::{ActivityKind, Core, Scheduling, ThreadConfig, Trigger};

@@ -54,7 +54,7 @@ impl Override {
             .copied()
             .collect();
         if !sections.contains(&top) {
-            let expected = format!("one of {}", hint::list(&sections, "or"));
+            let expected = format!("one of {}", description::keys::quoted_list(&sections, "or"));
             let mut wrong = problem(key.trim(), format!("`{top}`"), &expected);
             if let Some(near) = hint::nearest(top, &sections) {
                 wrong = wrong.with_hint(format!("did you mean `{near}`?"));

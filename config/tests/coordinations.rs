@@ -62,7 +62,7 @@ fn a_coordination_is_read_whole() {
     assert!(
         normal
             .within
-            .is_some_and(|region| region.contains([2.0, -0.5]))
+            .is_some_and(|region| region.contains([2.0, -0.5].into()))
     );
     assert_eq!(
         overtaking.flags["normal"]["e5"].event.as_deref(),

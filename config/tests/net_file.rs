@@ -7,8 +7,9 @@ use common::{Mistake, check, edit, lines, render};
 use config::ProblemKind::{
     Duplicate, Inconsistent, MissingKey, OutOfRange, UnknownKey, UnknownReference, WrongType,
 };
-use config::{ConfigError, NetParty, PoseConfig, load_net, parse_net};
+use config::{ConfigError, NetParty, load_net, parse_net};
 use coordination::petri::Binding;
+use description::geometry::Pose2;
 use proptest::prelude::*;
 
 const T_JUNCTION: &str = include_str!("../nets/t-junction.toml");
@@ -36,7 +37,7 @@ fn a_file_says_what_its_net_is() {
     assert_eq!(e5.by, NetParty::Mediator);
     assert_eq!(e5.command.enters, ["5"]);
     assert_eq!(e5.command.speed_limit_m_s, Some(0.2));
-    let pose = PoseConfig {
+    let pose = Pose2 {
         x_m: 4.5,
         y_m: -1.25,
         theta_rad: 0.0,

@@ -10,9 +10,10 @@ use config::ProblemKind::{
     UnknownReference, WrongType,
 };
 use config::{
-    ConfigError, Link, Override, Problem, ProblemKind, check_together, load_robot, load_site,
+    ConfigError, Override, Problem, ProblemKind, check_together, load_robot, load_site,
     parse_robot, parse_site,
 };
+use description::robot::Link;
 
 fn only(error: &ConfigError) -> &Problem {
     let [problem] = error.problems() else {
@@ -42,7 +43,7 @@ fn overrides_replace_values_in_the_file_that_has_the_section() {
         Link::Udp("127.0.0.1:5000".parse().unwrap())
     );
     assert_eq!(robot.fleet.listen, ["tcp/127.0.0.1:7000"]);
-    assert_eq!(robot.threads[0].core, config::Core::Any);
+    assert_eq!(robot.threads[0].core, description::threads::Core::Any);
     assert_eq!(robot.origin.line("drive.max_speed_m_s"), None);
     assert!(robot.origin.line("drive.max_wheel_speed_rad_s").is_some());
     let site =

@@ -8,10 +8,9 @@ use common::{Mistake, ROBOT, check, edit, line_of, lines};
 use config::ProblemKind::{
     Duplicate, Inconsistent, MissingKey, OutOfRange, Syntax, UnknownKey, WrongType,
 };
-use config::{
-    ActivityKind, ConfigError, Core, Link, RobotConfig, Scheduling, Trigger, load_robot,
-    parse_robot,
-};
+use config::{ConfigError, RobotConfig, load_robot, parse_robot};
+use description::robot::Link;
+use description::threads::{ActivityKind, Core, Scheduling, Trigger};
 
 fn fails(file: &str, text: &str) -> Option<ConfigError> {
     parse_robot(file, text, &[]).err()
@@ -73,29 +72,33 @@ fn the_shipped_thread_table_has_five_threads() {
             (
                 "fieldbus",
                 &[A::Drive][..],
-                Trigger::Period(Duration::from_millis(1)),
-                Scheduling::Fifo(80),
+                Trigger::Period {
+                    period: Duration::from_millis(1)
+                },
+                Scheduling::Fifo { priority: 80 },
                 Core::Big
             ),
             (
                 "motion",
                 &[A::Proprioception, A::Control],
-                Trigger::Period(Duration::from_millis(5)),
-                Scheduling::Fifo(70),
+                Trigger::Period {
+                    period: Duration::from_millis(5)
+                },
+                Scheduling::Fifo { priority: 70 },
                 Core::Big
             ),
             (
                 "lidar",
                 &[A::Lidar],
                 Trigger::Lidar,
-                Scheduling::Fifo(60),
+                Scheduling::Fifo { priority: 60 },
                 Core::Little
             ),
             (
                 "navigation",
                 &[A::Navigation, A::MotionTube],
                 Trigger::Scan { at_least },
-                Scheduling::Fifo(50),
+                Scheduling::Fifo { priority: 50 },
                 Core::Big
             ),
             (

@@ -6,10 +6,8 @@ use common::{Mistake, SITE, check, edit, lines};
 use config::ProblemKind::{
     Duplicate, Inconsistent, MissingKey, OutOfRange, UnknownKey, UnknownReference, WrongType,
 };
-use config::{
-    ConfigError, ControllerConfig, Feature, MonitorKind, RegionRef, SiteConfig, TurnDirection,
-    load_site, parse_site,
-};
+use config::{ConfigError, SiteConfig, load_site, parse_site};
+use description::site::{ControllerConfig, Feature, MonitorKind, RegionRef, TurnDirection};
 
 fn fails(file: &str, text: &str) -> Option<ConfigError> {
     parse_site(file, text, &[]).err()
@@ -26,11 +24,12 @@ fn the_shipped_site_is_the_corridor() {
     let areas: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();
     assert_eq!(areas, ["1", "2", "3", "4", "5", "6", "7"]);
     assert_eq!(
-        site.area_at([8.8, -0.5]).map(|area| area.id.as_str()),
+        site.area_at([8.8, -0.5].into())
+            .map(|area| area.id.as_str()),
         Some("3")
     );
     assert_eq!(
-        site.area_at([1.2, 0.5]).map(|area| area.id.as_str()),
+        site.area_at([1.2, 0.5].into()).map(|area| area.id.as_str()),
         Some("7")
     );
     assert_eq!(site.perception_kinds["B"].searches, [Feature::LaneEnd]);

@@ -7,7 +7,8 @@
 
 use std::collections::{HashSet, VecDeque};
 
-use config::{FsmConfig, SiteConfig};
+use config::SiteConfig;
+use description::site::FsmConfig;
 
 /// The search ends without a verdict after this many placements of robots: a bound for its time and memory.
 pub(crate) const MOST: usize = 200_000;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use config::{Area, SiteConfig};
+use config::SiteConfig;
 use contract::timing::SILENT_AFTER_NS;
 
 use crate::setup::{AreaSetup, RobotSetup, Setup, SetupError};
@@ -28,7 +28,7 @@ impl Setup {
             starts_in: site
                 .areas
                 .iter()
-                .filter(|area| distance_m(area, [robot.start.x_m, robot.start.y_m]) < REACH_M)
+                .filter(|area| area.region.distance_m(robot.start.position()) < REACH_M)
                 .map(|area| area.id.clone())
                 .collect(),
         });
@@ -41,14 +41,4 @@ impl Setup {
         setup.check()?;
         Ok(setup)
     }
-}
-
-/// From a point to the nearest point of an area.
-fn distance_m(area: &Area, point_m: [f64; 2]) -> f64 {
-    let beyond = |axis: usize| {
-        let below = area.region.min_m[axis] - point_m[axis];
-        let above = point_m[axis] - area.region.max_m[axis];
-        below.max(above).max(0.0)
-    };
-    beyond(0).hypot(beyond(1))
 }

@@ -2,8 +2,9 @@
 
 use crate::check::reference;
 use crate::diagnostic::ProblemKind;
+use crate::loaded::SiteConfig;
 use crate::report::Report;
-use crate::site::{CastConfig, CoordinationConfig, SiteConfig};
+use description::site::{CastConfig, CoordinationConfig};
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
     let roles: Vec<&str> = site.fsm.keys().map(String::as_str).collect();

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostic::ProblemKind;
-use crate::geometry::{Rect, segments_meet};
-use crate::hint;
+use crate::loaded::SiteConfig;
 use crate::report::Report;
-use crate::site::{Area, Lane, SiteConfig};
+use description::geometry::{Point2, Rect, Segment};
+use description::keys::rounded;
+use description::site::{Area, Lane, Wall};
 
 /// Narrower holes and strips are rounding, metres.
 const SLIVER_M: f64 = 0.02;
@@ -36,7 +37,7 @@ pub(super) fn check(site: &SiteConfig, report: &Report) {
 /// Everywhere along a lane there must be an area.
 fn no_gap(site: &SiteConfig, lane: &Lane, report: &Report) {
     let key = format!("lanes.{}", lane.id);
-    let length_m = (lane.to_m[0] - lane.from_m[0]).hypot(lane.to_m[1] - lane.from_m[1]);
+    let length_m = lane.line.length_m();
     if report.touched(&[&key]) || length_m < SLIVER_M {
         return;
     }
@@ -44,7 +45,7 @@ fn no_gap(site: &SiteConfig, lane: &Lane, report: &Report) {
         .areas
         .iter()
         .filter_map(|area| {
-            let (enter, leave) = area.region.clip(lane.from_m, lane.to_m)?;
+            let (enter, leave) = area.region.clip(&lane.line)?;
             Some((enter * length_m, leave * length_m, area.id.as_str()))
         })
         .collect();
@@ -53,9 +54,8 @@ fn no_gap(site: &SiteConfig, lane: &Lane, report: &Report) {
     for (enter_m, leave_m, area) in covered {
         if enter_m > reached_m + SLIVER_M {
             let at = |along_m: f64| {
-                let share = along_m / length_m;
-                let axis = |i: usize| lane.from_m[i] + share * (lane.to_m[i] - lane.from_m[i]);
-                format!("({}, {})", hint::rounded(axis(0)), hint::rounded(axis(1)))
+                let at = lane.line.a + lane.line.unit() * along_m;
+                format!("({}, {})", rounded(at.x_m), rounded(at.y_m))
             };
             report.wrong(
                 ProblemKind::Inconsistent,
@@ -82,18 +82,13 @@ fn on_one_floor(site: &SiteConfig, area: &Area, report: &Report) {
     if report.touched(&[&key]) {
         return;
     }
-    let walls: Vec<(&str, [f64; 2], [f64; 2])> = site
-        .walls
-        .iter()
-        .filter(|wall| area.region.clip(wall.from_m, wall.to_m).is_some())
-        .map(|wall| (wall.id.as_str(), wall.from_m, wall.to_m))
-        .collect();
+    let near = |wall: &&Wall| area.region.clip(&wall.line).is_some();
+    let walls: Vec<&Wall> = site.walls.iter().filter(near).collect();
     let cells = Cells::new(&area.region);
-    let blocked = |one: [f64; 2], other: [f64; 2]| {
-        walls
-            .iter()
-            .find(|(_, from_m, to_m)| segments_meet((one, other), (*from_m, *to_m)))
-            .map(|(id, ..)| *id)
+    let blocked = |one: Point2, other: Point2| {
+        let step = Segment::new(one, other);
+        let wall = walls.iter().find(|wall| step.meets(&wall.line));
+        wall.map(|wall| wall.id.as_str())
     };
     let (reached, by) = cells.flood(cells.near(seed(site, area)), blocked);
     let missing = cells.len() - reached;
@@ -117,15 +112,13 @@ fn on_one_floor(site: &SiteConfig, area: &Area, report: &Report) {
 }
 
 /// A place in the area that is floor: where a lane passes, else its middle.
-fn seed(site: &SiteConfig, area: &Area) -> [f64; 2] {
+fn seed(site: &SiteConfig, area: &Area) -> Point2 {
     let own = area.lane.as_deref().and_then(|lane| site.lane(lane));
     let on_lane = own.into_iter().chain(&site.lanes).find_map(|lane| {
-        let (enter, leave) = area.region.clip(lane.from_m, lane.to_m)?;
-        let share = (enter + leave) / 2.0;
-        Some([0, 1].map(|i| lane.from_m[i] + share * (lane.to_m[i] - lane.from_m[i])))
+        let (enter, leave) = area.region.clip(&lane.line)?;
+        Some(lane.line.a + (lane.line.b - lane.line.a) * ((enter + leave) / 2.0))
     });
-    let Rect { min_m, max_m } = area.region;
-    on_lane.unwrap_or([0, 1].map(|i| (min_m[i] + max_m[i]) / 2.0))
+    on_lane.unwrap_or(area.region.centre())
 }
 
 /// A rectangle in cells.
@@ -136,10 +129,8 @@ struct Cells {
 
 impl Cells {
     fn new(region: &Rect) -> Self {
-        let count = [0, 1].map(|axis| {
-            let side_m = region.max_m[axis] - region.min_m[axis];
-            ((side_m / CELL_M).ceil() as usize).clamp(1, MOST_CELLS)
-        });
+        let cells = |side_m: f64| ((side_m / CELL_M).ceil() as usize).clamp(1, MOST_CELLS);
+        let count = (region.max - region.min).xy_m().map(cells);
         Self {
             region: *region,
             count,
@@ -151,7 +142,7 @@ impl Cells {
     }
 
     fn side_m(&self, axis: usize) -> f64 {
-        (self.region.max_m[axis] - self.region.min_m[axis]) / self.count[axis] as f64
+        (self.region.max - self.region.min).xy_m()[axis] / self.count[axis] as f64
     }
 
     fn size_m2(&self) -> f64 {
@@ -159,24 +150,25 @@ impl Cells {
     }
 
     /// The cell that is nearest to a point.
-    fn near(&self, point_m: [f64; 2]) -> [usize; 2] {
+    fn near(&self, point: Point2) -> [usize; 2] {
+        let from_m = (point - self.region.min).xy_m();
         [0, 1].map(|axis| {
-            let cell = (point_m[axis] - self.region.min_m[axis]) / self.side_m(axis);
+            let cell = from_m[axis] / self.side_m(axis);
             // What is negative or no number becomes 0.
             (cell as usize).min(self.count[axis] - 1)
         })
     }
 
-    fn centre_m(&self, cell: [usize; 2]) -> [f64; 2] {
-        [0, 1]
-            .map(|axis| self.region.min_m[axis] + (cell[axis] as f64 + MIDDLE) * self.side_m(axis))
+    fn centre(&self, cell: [usize; 2]) -> Point2 {
+        let along_m = |axis: usize| (cell[axis] as f64 + MIDDLE) * self.side_m(axis);
+        self.region.min + Point2::new(along_m(0), along_m(1))
     }
 
     /// How many cells are reached from one, and a wall that was in the way.
     fn flood<'w>(
         &self,
         from: [usize; 2],
-        blocked: impl Fn([f64; 2], [f64; 2]) -> Option<&'w str>,
+        blocked: impl Fn(Point2, Point2) -> Option<&'w str>,
     ) -> (usize, Option<&'w str>) {
         let index = |cell: [usize; 2]| cell[1] * self.count[0] + cell[0];
         let mut seen = vec![false; self.len()];
@@ -194,7 +186,7 @@ impl Cells {
                 if seen[index(next)] {
                     continue;
                 }
-                match blocked(self.centre_m(cell), self.centre_m(next)) {
+                match blocked(self.centre(cell), self.centre(next)) {
                     Some(id) => wall = Some(id),
                     None => {
                         seen[index(next)] = true;
@@ -215,7 +207,7 @@ fn reachable(site: &SiteConfig, report: &Report) {
             let area = &site.areas[index];
             site.robots
                 .values()
-                .any(|robot| area.region.contains([robot.start.x_m, robot.start.y_m]))
+                .any(|robot| area.region.contains(robot.start.position()))
         })
         .collect();
     // Without a robot, what is connected with the first area counts.
@@ -254,16 +246,17 @@ fn reachable(site: &SiteConfig, report: &Report) {
 fn neighbours(site: &SiteConfig, one: &Area, other: &Area) -> bool {
     (0..2).any(|across| {
         let along = 1 - across;
-        let (a, b) = (&one.region, &other.region);
-        let border_m = if (a.max_m[across] - b.min_m[across]).abs() < SLIVER_M {
-            a.max_m[across]
-        } else if (b.max_m[across] - a.min_m[across]).abs() < SLIVER_M {
-            a.min_m[across]
+        let corners = |region: &Rect| (region.min.xy_m(), region.max.xy_m());
+        let ((a_min, a_max), (b_min, b_max)) = (corners(&one.region), corners(&other.region));
+        let border_m = if (a_max[across] - b_min[across]).abs() < SLIVER_M {
+            a_max[across]
+        } else if (b_max[across] - a_min[across]).abs() < SLIVER_M {
+            a_min[across]
         } else {
             return false;
         };
-        let from_m = a.min_m[along].max(b.min_m[along]);
-        let to_m = a.max_m[along].min(b.max_m[along]);
+        let from_m = a_min[along].max(b_min[along]);
+        let to_m = a_max[along].min(b_max[along]);
         let places = ((to_m - from_m) / CELL_M).floor().max(0.0) as usize;
         let places = places.min(MOST_CELLS);
         let step_m = (to_m - from_m) / places.max(1) as f64;
@@ -272,13 +265,10 @@ fn neighbours(site: &SiteConfig, one: &Area, other: &Area) -> bool {
             let point = |across_m: f64| {
                 let mut point_m = [0.0; 2];
                 (point_m[across], point_m[along]) = (across_m, at_m);
-                point_m
+                Point2::from(point_m)
             };
-            let step = (point(border_m - CELL_M), point(border_m + CELL_M));
-            !site
-                .walls
-                .iter()
-                .any(|wall| segments_meet(step, (wall.from_m, wall.to_m)))
+            let step = Segment::new(point(border_m - CELL_M), point(border_m + CELL_M));
+            !site.walls.iter().any(|wall| step.meets(&wall.line))
         };
         let mut run = 0;
         (0..places).any(|place| {

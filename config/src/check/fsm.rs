@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::check::reference;
 use crate::diagnostic::ProblemKind;
+use crate::loaded::SiteConfig;
 use crate::report::Report;
-use crate::site::{FsmConfig, FsmState, SiteConfig};
+use description::site::{FsmConfig, FsmState};
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
     let areas: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();

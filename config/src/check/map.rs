@@ -1,13 +1,14 @@
 //! The semantic map: references, and whether its geometry makes sense.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::FRAC_PI_4;
 
 use crate::check::reference;
 use crate::diagnostic::ProblemKind;
-use crate::geometry::{distance_to_segment, segments_meet};
+use crate::loaded::SiteConfig;
 use crate::report::Report;
-use crate::site::{Lane, MonitorKind, RegionRef, SiteConfig, Wall};
+use description::geometry::{Segment, wrap_angle};
+use description::site::{Lane, MonitorKind, RegionRef, Wall};
 
 /// Shorter walls and lanes are typing mistakes.
 const SHORTEST_M: f64 = 0.01;
@@ -72,12 +73,7 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
 
 pub(super) fn geometry(site: &SiteConfig, report: &Report) {
     for wall in &site.walls {
-        length(
-            &format!("walls.{}.to_m", wall.id),
-            wall.from_m,
-            wall.to_m,
-            report,
-        );
+        length(&format!("walls.{}.to_m", wall.id), &wall.line, report);
     }
     for lane in &site.lanes {
         lane_geometry(site, lane, report);
@@ -104,7 +100,7 @@ pub(super) fn geometry(site: &SiteConfig, report: &Report) {
         };
         let inside = area
             .region
-            .clip(lane.from_m, lane.to_m)
+            .clip(&lane.line)
             .map_or(0.0, |(enter, leave)| leave - enter);
         if inside <= 0.0 {
             report.wrong(
@@ -117,13 +113,13 @@ pub(super) fn geometry(site: &SiteConfig, report: &Report) {
     }
 }
 
-fn length(key: &str, from_m: [f64; 2], to_m: [f64; 2], report: &Report) {
-    let length_m = (to_m[0] - from_m[0]).hypot(to_m[1] - from_m[1]);
+fn length(key: &str, line: &Segment, report: &Report) {
+    let (length_m, to) = (line.length_m(), line.b);
     if length_m < SHORTEST_M {
         report.wrong(
             ProblemKind::Inconsistent,
             key,
-            format!("[{:?}, {:?}], {length_m} m from `from_m`", to_m[0], to_m[1]),
+            format!("[{:?}, {:?}], {length_m} m from `from_m`", to.x_m, to.y_m),
             format!("an end at least {SHORTEST_M} m away"),
         );
     }
@@ -131,19 +127,19 @@ fn length(key: &str, from_m: [f64; 2], to_m: [f64; 2], report: &Report) {
 
 fn lane_geometry(site: &SiteConfig, lane: &Lane, report: &Report) {
     let key = format!("lanes.{}", lane.id);
-    length(&format!("{key}.to_m"), lane.from_m, lane.to_m, report);
-    for (name, end_m) in [("from_m", lane.from_m), ("to_m", lane.to_m)] {
-        if site.area_at(end_m).is_none() {
+    length(&format!("{key}.to_m"), &lane.line, report);
+    for (name, end) in [("from_m", lane.line.a), ("to_m", lane.line.b)] {
+        if site.area_at(end).is_none() {
             report.wrong(
                 ProblemKind::Inconsistent,
                 &format!("{key}.{name}"),
-                format!("[{:?}, {:?}], which is in no area", end_m[0], end_m[1]),
+                format!("[{:?}, {:?}], which is in no area", end.x_m, end.y_m),
                 "an end of the lane inside an area",
             );
         }
     }
     for wall in &site.walls {
-        if segments_meet((lane.from_m, lane.to_m), (wall.from_m, wall.to_m)) {
+        if lane.line.meets(&wall.line) {
             report.wrong(
                 ProblemKind::Inconsistent,
                 &format!("{key}.to_m"),
@@ -167,23 +163,10 @@ fn lane_geometry(site: &SiteConfig, lane: &Lane, report: &Report) {
 
 /// From the lane's end straight on to the wall, metres.
 pub(super) fn distance_ahead(lane: &Lane, wall: &Wall) -> Option<f64> {
-    let (dx, dy) = direction(lane);
-    let (ex, ey) = (wall.to_m[0] - wall.from_m[0], wall.to_m[1] - wall.from_m[1]);
-    let (px, py) = (wall.from_m[0] - lane.to_m[0], wall.from_m[1] - lane.to_m[1]);
-    let cross = dx * ey - dy * ex;
-    if cross.abs() < 1e-9 {
-        return None;
-    }
-    let ahead_m = (px * ey - py * ex) / cross;
-    let along_wall = (px * dy - py * dx) / cross;
-    (ahead_m > 0.0 && (0.0..=1.0).contains(&along_wall)).then_some(ahead_m)
-}
-
-/// The lane's unit vector.
-pub(super) fn direction(lane: &Lane) -> (f64, f64) {
-    let (dx, dy) = (lane.to_m[0] - lane.from_m[0], lane.to_m[1] - lane.from_m[1]);
-    let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
-    (dx / length, dy / length)
+    let ahead_m = wall
+        .line
+        .ray_range_m(lane.line.b, lane.line.direction_rad())?;
+    (ahead_m > 0.0).then_some(ahead_m)
 }
 
 /// Where robots start: inside the area of their first state, along its lane.
@@ -191,9 +174,9 @@ pub(super) fn starts(site: &SiteConfig, report: &Report) {
     let mut starting: BTreeMap<&str, u32> = BTreeMap::new();
     for (id, robot) in &site.robots {
         let key = format!("robots.{id}.start");
-        let at_m = [robot.start.x_m, robot.start.y_m];
-        let shown = format!("({:?}, {:?})", at_m[0], at_m[1]);
-        let Some(area) = site.area_at(at_m) else {
+        let at = robot.start.position();
+        let shown = format!("({:?}, {:?})", at.x_m, at.y_m);
+        let Some(area) = site.area_at(at) else {
             let expected = "a start inside an area";
             report.wrong(
                 ProblemKind::Inconsistent,
@@ -211,7 +194,7 @@ pub(super) fn starts(site: &SiteConfig, report: &Report) {
             && state.area != area.id
             && site
                 .area(&state.area)
-                .is_some_and(|own| !own.region.contains(at_m))
+                .is_some_and(|own| !own.region.contains(at))
         {
             report.wrong(
                 ProblemKind::Inconsistent,
@@ -240,7 +223,7 @@ pub(super) fn starts(site: &SiteConfig, report: &Report) {
         else {
             continue;
         };
-        let off_m = distance_to_segment(at_m, lane.from_m, lane.to_m);
+        let off_m = lane.line.distance_m(at);
         if off_m > area.control.deviation_limit_m {
             report.wrong(
                 ProblemKind::Inconsistent,
@@ -252,8 +235,8 @@ pub(super) fn starts(site: &SiteConfig, report: &Report) {
                 ),
             );
         }
-        let (dx, dy) = direction(lane);
-        let turned = (robot.start.theta_rad - dy.atan2(dx) + PI).rem_euclid(2.0 * PI) - PI;
+        let direction_rad = lane.line.direction_rad();
+        let turned = wrap_angle(robot.start.theta_rad - direction_rad);
         if turned.abs() > FRAC_PI_4 {
             report.wrong(
                 ProblemKind::Inconsistent,
@@ -261,8 +244,7 @@ pub(super) fn starts(site: &SiteConfig, report: &Report) {
                 format!("{:?}", robot.start.theta_rad),
                 format!(
                     "within 45° of lane `{}`, which points to {:.4} rad",
-                    lane.id,
-                    dy.atan2(dx)
+                    lane.id, direction_rad
                 ),
             );
         }

@@ -17,9 +17,9 @@ mod together;
 
 use crate::diagnostic::ProblemKind;
 use crate::hint;
+use crate::loaded::RobotConfig;
+use crate::loaded::SiteConfig;
 use crate::report::Report;
-use crate::robot::RobotConfig;
-use crate::site::SiteConfig;
 
 pub(crate) use net::check as net;
 pub use together::check_together;

@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use crate::diagnostic::ProblemKind;
+use crate::loaded::RobotConfig;
 use crate::report::Report;
-use crate::robot::{Link, RobotConfig, TubeHorizon};
-use crate::threads::{ActivityKind, Trigger};
+use description::robot::{Horizon, Link};
+use description::threads::{ActivityKind, Trigger};
 
 pub(super) fn check(robot: &RobotConfig, report: &Report) {
     footprint(robot, report);
@@ -92,7 +93,7 @@ fn ethercat(robot: &RobotConfig, report: &Report) {
         .threads
         .iter()
         .find(|t| t.activities.contains(&ActivityKind::Drive));
-    if let Some(Trigger::Period(period)) = fieldbus.map(|thread| thread.trigger) {
+    if let Some(Trigger::Period { period }) = fieldbus.map(|thread| thread.trigger) {
         let deadline = Duration::from_micros(e.deadline_us.into());
         refuse(
             !period.is_zero() && deadline > period,
@@ -208,7 +209,7 @@ fn tubes(robot: &RobotConfig, report: &Report) {
         format!("{:?}", t.augment_m),
         format!(
             "at least {} m, half of `sample_step_m`: less leaves objects unseen",
-            crate::hint::rounded(t.sample_step_m / 2.0)
+            description::keys::rounded(t.sample_step_m / 2.0)
         ),
     );
     horizons_grow("tubes.horizons", &t.horizons, report);
@@ -228,7 +229,7 @@ fn tubes(robot: &RobotConfig, report: &Report) {
 }
 
 /// Longer ones are not slower, and there are not too many of them.
-fn horizons_grow(key: &str, horizons: &[TubeHorizon], report: &Report) {
+fn horizons_grow(key: &str, horizons: &[Horizon], report: &Report) {
     const MOST_HORIZONS: usize = 16;
     for (index, pair) in horizons.windows(2).enumerate() {
         let (before, this) = (pair[0], pair[1]);
@@ -287,6 +288,17 @@ fn tubes_lie_close(robot: &RobotConfig, report: &Report) {
 
 fn fleet(robot: &RobotConfig, report: &Report) {
     let f = &robot.fleet;
+    endpoints("fleet.listen", &f.listen, report);
+    endpoints("fleet.connect", &f.connect, report);
+    let bad_part = |part: &str| part.is_empty() || part.contains(['*', '$', '?', '#', ' ']);
+    if !f.key_prefix.is_empty() && f.key_prefix.split('/').any(bad_part) {
+        report.wrong(
+            ProblemKind::OutOfRange,
+            "fleet.key_prefix",
+            format!("text {:?}", f.key_prefix),
+            "parts between single `/`, without `*`, `$`, `?`, `#` or space",
+        );
+    }
     if f.scouting && f.interface.is_none() && !report.touched(&["fleet"]) {
         report.wrong(
             ProblemKind::MissingKey,
@@ -303,5 +315,33 @@ fn fleet(robot: &RobotConfig, report: &Report) {
             format!("text {network:?}"),
             "an interface other than the fieldbus, `ethercat.interface`".to_owned(),
         );
+    }
+}
+
+fn endpoints(key: &str, list: &[String], report: &Report) {
+    for (index, text) in list.iter().enumerate() {
+        if !text.is_empty() && !is_endpoint(text) {
+            let key = format!("{key}[{index}]");
+            let expected = "an endpoint such as \"tcp/192.168.1.20:7447\"";
+            report.wrong(
+                ProblemKind::OutOfRange,
+                &key,
+                format!("text {text:?}"),
+                expected,
+            );
+        }
+    }
+}
+
+/// `protocol/address`, with one of the transports that are built in.
+fn is_endpoint(text: &str) -> bool {
+    match text.split_once('/') {
+        Some(("tcp" | "udp" | "tls", address)) => {
+            let address = address.split(['?', '#']).next().unwrap_or_default();
+            address
+                .rsplit_once(':')
+                .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())
+        }
+        _ => false,
     }
 }

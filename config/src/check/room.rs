@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use crate::check::map::direction;
 use crate::check::states::{Resolved, resolve};
 use crate::diagnostic::{Problem, ProblemKind};
-use crate::geometry::distance_to_segment;
-use crate::hint;
-use crate::robot::RobotConfig;
-use crate::site::{ControllerConfig, FsmConfig, Lane, SiteConfig};
+use crate::loaded::RobotConfig;
+use crate::loaded::SiteConfig;
+use description::geometry::Point2;
+use description::keys::{quoted_list, rounded};
+use description::site::{ControllerConfig, FsmConfig, Lane};
 
 /// Way between the places that are looked at, metres.
 const STEP_M: f64 = 0.1;
@@ -124,15 +124,9 @@ fn lane_is_wide_enough(
 ) {
     let half_width_m = robot.footprint.left_m.max(robot.footprint.right_m);
     for wall in &site.walls {
-        let distance_m = [wall.from_m, wall.to_m]
-            .iter()
-            .map(|&end| distance_to_segment(end, lane.from_m, lane.to_m))
-            .chain(
-                [lane.from_m, lane.to_m]
-                    .iter()
-                    .map(|&end| distance_to_segment(end, wall.from_m, wall.to_m)),
-            )
-            .fold(f64::INFINITY, f64::min);
+        let (a, b) = (&lane.line, &wall.line);
+        let distance_m = a.distance_m(b.a).min(a.distance_m(b.b));
+        let distance_m = distance_m.min(b.distance_m(a.a)).min(b.distance_m(a.b));
         if distance_m <= half_width_m {
             problems.push(site.origin.problem(
                 ProblemKind::Inconsistent,
@@ -153,7 +147,7 @@ fn areas_hold_the_width(
     lane: &Lane,
     problems: &mut Vec<Problem>,
 ) {
-    let Some((enter, leave)) = state.area.region.clip(lane.from_m, lane.to_m) else {
+    let Some((enter, leave)) = state.area.region.clip(&lane.line) else {
         return;
     };
     let offset_m = match state.skill.controller {
@@ -162,8 +156,8 @@ fn areas_hold_the_width(
         }
         _ => 0.0,
     };
-    let (dx, dy) = direction(lane);
-    let length_m = (lane.to_m[0] - lane.from_m[0]).hypot(lane.to_m[1] - lane.from_m[1]);
+    let (unit, length_m) = (lane.line.unit(), lane.line.length_m());
+    let left = Point2::new(-unit.y_m, unit.x_m);
     let steps = ((leave - enter) * length_m / STEP_M)
         .ceil()
         .clamp(1.0, MOST_STEPS);
@@ -174,14 +168,10 @@ fn areas_hold_the_width(
     for step in 0..=steps as usize {
         let along_m = (enter + (leave - enter) * step as f64 / steps) * length_m;
         for (side, aside_m) in sides {
-            let left_m = aside_m + offset_m;
-            let point_m = [
-                lane.from_m[0] + along_m * dx - left_m * dy,
-                lane.from_m[1] + along_m * dy + left_m * dx,
-            ];
+            let point = lane.line.a + unit * along_m + left * (aside_m + offset_m);
             let held = state.state.areas().any(|area| {
                 site.area(area)
-                    .is_some_and(|area| area.region.contains(point_m))
+                    .is_some_and(|area| area.region.contains(point))
             });
             if held {
                 continue;
@@ -192,14 +182,14 @@ fn areas_hold_the_width(
                 &format!("fsm.{role}.states.{}", state.state.name),
                 format!(
                     "a body whose {side} side leaves {} on lane `{}`, at ({}, {})",
-                    hint::list(&areas, "and"),
+                    quoted_list(&areas, "and"),
                     lane.id,
-                    hint::rounded(point_m[0]),
-                    hint::rounded(point_m[1])
+                    rounded(point.x_m),
+                    rounded(point.y_m)
                 ),
                 format!(
                     "areas as wide as the robot, {} m, along the lane",
-                    hint::rounded(robot.footprint.left_m + robot.footprint.right_m)
+                    rounded(robot.footprint.left_m + robot.footprint.right_m)
                 ),
             );
             problems.push(problem.with_hint(

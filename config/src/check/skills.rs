@@ -2,9 +2,10 @@
 
 use crate::check::reference;
 use crate::diagnostic::ProblemKind;
+use crate::loaded::SiteConfig;
 use crate::report::Report;
-use crate::site::{
-    ControllerConfig, Feature, MonitorKind, PerceptionKind, SiteConfig, SkillConfig, StopPlace,
+use description::site::{
+    ControllerConfig, Feature, MonitorKind, PerceptionKind, SkillConfig, StopPlace,
 };
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
@@ -23,6 +24,7 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
         {
             reference(report, &format!("{key}.before_area"), area, "area", &areas);
         }
+        speed(skill, &format!("{key}.speed_m_s"), report);
         let perception = format!("{key}.perception");
         reference(
             report,
@@ -39,6 +41,28 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
                 report.wrong(ProblemKind::Duplicate, &key, found, "each monitor once");
             }
         }
+    }
+}
+
+/// What stands still has no speed; how fast a robot creeps up to things is for a person to say.
+fn speed(skill: &SkillConfig, key: &str, report: &Report) {
+    if report.touched(&[&format!("skills.{}.controller", skill.id)]) {
+        return;
+    }
+    match skill.controller {
+        ControllerConfig::Stop if skill.speed_m_s.is_some() => report.wrong(
+            ProblemKind::UnknownKey,
+            key,
+            "unknown key `speed_m_s`",
+            format!("no speed in [skills.{}]: the robot stands still", skill.id),
+        ),
+        ControllerConfig::Creep { .. } if skill.speed_m_s.is_none() => report.wrong(
+            ProblemKind::MissingKey,
+            key,
+            "nothing",
+            "a speed above 0 and at most 3 m/s, as the controller is `creep`".to_owned(),
+        ),
+        _ => {}
     }
 }
 

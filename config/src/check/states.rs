@@ -1,12 +1,13 @@
 //! Whether each state can do in its areas and on its lane what it is for.
 
-use crate::check::map::{direction, distance_ahead};
+use crate::check::map::distance_ahead;
 use crate::diagnostic::ProblemKind;
-use crate::geometry::distance_to_segment;
+use crate::loaded::SiteConfig;
 use crate::report::Report;
-use crate::site::{
-    Area, ControllerConfig, FsmConfig, FsmState, Lane, Manoeuvre, MonitorKind, SiteConfig,
-    SkillConfig, StopPlace, TurnDirection,
+use description::geometry::Segment;
+use description::site::{
+    Area, ControllerConfig, FsmConfig, FsmState, Lane, Manoeuvre, MonitorKind, SkillConfig,
+    StopPlace, TurnDirection,
 };
 
 /// A turn may miss its lane by this much, metres.
@@ -161,7 +162,7 @@ fn lane_is_near(site: &SiteConfig, key: &str, state: Resolved<'_>, report: &Repo
         return;
     };
     let mut areas = state.state.areas().filter_map(|area| site.area(area));
-    if !areas.any(|area| area.region.clip(lane.from_m, lane.to_m).is_some()) {
+    if !areas.any(|area| area.region.clip(&lane.line).is_some()) {
         report.wrong(
             ProblemKind::Inconsistent,
             &format!("{key}.lane"),
@@ -197,21 +198,20 @@ fn stop_place(site: &SiteConfig, fsm: &FsmConfig, state: Resolved<'_>, report: &
             }
         }
         StopPlace::Pose(pose) => {
-            let at_m = [pose.x_m, pose.y_m];
-            let off_m = distance_to_segment(at_m, lane.from_m, lane.to_m);
-            let (dx, dy) = direction(lane);
-            let along = (pose.theta_rad - dy.atan2(dx)).cos() > 0.0;
-            let inside = state.state.areas().any(|area| {
-                site.area(area)
-                    .is_some_and(|area| area.region.contains(at_m))
-            });
+            let at = pose.position();
+            let off_m = lane.line.distance_m(at);
+            let along = (pose.theta_rad - lane.line.direction_rad()).cos() > 0.0;
+            let inside = state
+                .state
+                .areas()
+                .any(|area| site.area(area).is_some_and(|area| area.region.contains(at)));
             if (off_m > STOP_TOLERANCE_M || !along || !inside) && !report.touched(&[&key("pose")]) {
                 report.wrong(
                     ProblemKind::Inconsistent,
                     &key("pose"),
                     format!(
                         "({:?}, {:?}, {:?} rad), {off_m:.3} m from lane `{}` of state `{}`",
-                        at_m[0], at_m[1], pose.theta_rad, lane.id, state.state.name
+                        at.x_m, at.y_m, pose.theta_rad, lane.id, state.state.name
                     ),
                     format!(
                         "a pose in the state's areas, at most {STOP_TOLERANCE_M} m from its lane and in its direction"
@@ -243,10 +243,8 @@ fn stop_place(site: &SiteConfig, fsm: &FsmConfig, state: Resolved<'_>, report: &
 /// Whether the lane, driven on straight, comes to the area from outside of it.
 fn border_ahead(lane: &Lane, area: &Area) -> bool {
     const ON_M: f64 = 10.0;
-    let (dx, dy) = direction(lane);
-    let on_m = [lane.to_m[0] + ON_M * dx, lane.to_m[1] + ON_M * dy];
-    let starts_inside = area.region.contains(lane.from_m);
-    !starts_inside && area.region.clip(lane.from_m, on_m).is_some()
+    let on = Segment::new(lane.line.a, lane.line.b + lane.line.unit() * ON_M);
+    !area.region.contains(lane.line.a) && area.region.clip(&on).is_some()
 }
 
 /// The place where "end of lane" is done must be in the next state's area.
@@ -271,18 +269,16 @@ fn turn_begins_inside(
     let Some(ahead_m) = wall.and_then(|wall| distance_ahead(lane, wall)) else {
         return;
     };
-    let (dx, dy) = direction(lane);
-    let along_m = ahead_m - distance_m;
-    let done_m = [lane.to_m[0] + along_m * dx, lane.to_m[1] + along_m * dy];
+    let done = lane.line.b + lane.line.unit() * (ahead_m - distance_m);
     let key = format!("skills.{}.distance_m", from.skill.id);
     // One mistake shows in every lane; once is enough.
-    if !to.area.region.contains(done_m) && !report.touched(&[&key]) {
+    if !to.area.region.contains(done) && !report.touched(&[&key]) {
         report.wrong(
             ProblemKind::Inconsistent,
             &key,
             format!(
                 "{distance_m:?}, so that `{}` ends at ({:.3}, {:.3})",
-                from.state.name, done_m[0], done_m[1]
+                from.state.name, done.x_m, done.y_m
             ),
             format!(
                 "an end inside area `{}` of the next state, `{}`",
@@ -309,7 +305,6 @@ fn turn_meets_lane(
     };
     let Some(before) = from.lane else { return };
     let key = format!("skills.{}.radius_m", turn.skill.id);
-    let (dx, dy) = direction(before);
     for after in fsm
         .transitions
         .iter()
@@ -318,12 +313,8 @@ fn turn_meets_lane(
         // A state that waits within the turn has the lane already that it leads to.
         .filter(|after| after.id != before.id)
     {
-        let (ex, ey) = (
-            after.from_m[0] - before.to_m[0],
-            after.from_m[1] - before.to_m[1],
-        );
         // To the left of the lane that it comes from.
-        let offset_m = dx * ey - dy * ex;
+        let offset_m = before.line.lateral_m(after.line.a);
         let turned_m = match side {
             TurnDirection::Left => 2.0 * radius_m,
             TurnDirection::Right => -2.0 * radius_m,

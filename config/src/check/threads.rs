@@ -1,10 +1,9 @@
 //! The thread table: every activity on exactly one thread, on one that suits it.
 
 use crate::diagnostic::ProblemKind;
-use crate::hint;
+use crate::loaded::RobotConfig;
 use crate::report::Report;
-use crate::robot::RobotConfig;
-use crate::threads::{ActivityKind, Scheduling, ThreadConfig, Trigger};
+use description::threads::{ActivityKind, Scheduling, ThreadConfig, Trigger};
 
 /// Linux cuts longer names.
 const LONGEST_NAME: usize = 15;
@@ -31,7 +30,7 @@ pub(super) fn check(robot: &RobotConfig, report: &Report) {
     }
     // A misspelt activity would be missing, too: one problem for one mistake.
     let readable = !report.touched(&["threads"]);
-    for kind in ActivityKind::ALL {
+    for &kind in ActivityKind::ALL {
         once(robot, kind, readable, report);
     }
     if !report.touched(&["threads"]) {
@@ -68,7 +67,10 @@ fn once(robot: &RobotConfig, kind: ActivityKind, readable: bool, report: &Report
                     format!("activity `{kind}` on no thread"),
                     format!("`{kind}` in `activities` of exactly one thread"),
                 )
-                .with_hint(format!("the threads are {}", hint::list(&names, "and")));
+                .with_hint(format!(
+                    "the threads are {}",
+                    description::keys::quoted_list(&names, "and")
+                ));
             report.push(problem);
         }
         [] | [_] => {}
@@ -114,7 +116,7 @@ fn suits(thread: &ThreadConfig, report: &Report) {
                 "`async`, which `communication` runs on",
             );
         }
-        if let Scheduling::Fifo(priority) = thread.scheduling {
+        if let Scheduling::Fifo { priority } = thread.scheduling {
             let found = format!("`fifo` {priority}");
             wrong(
                 "scheduling",
@@ -138,7 +140,7 @@ fn suits(thread: &ThreadConfig, report: &Report) {
         );
     }
     for kind in [ActivityKind::Drive, ActivityKind::Control] {
-        if runs(kind) && !matches!(thread.trigger, Trigger::Period(_)) {
+        if runs(kind) && !matches!(thread.trigger, Trigger::Period { .. }) {
             let expected = format!("`period`: `{kind}` must run at a steady rate");
             wrong("trigger", shown(thread.trigger), &expected);
         }
@@ -146,11 +148,5 @@ fn suits(thread: &ThreadConfig, report: &Report) {
 }
 
 fn shown(trigger: Trigger) -> String {
-    let name = match trigger {
-        Trigger::Period(_) => "period",
-        Trigger::Lidar => "lidar",
-        Trigger::Scan { .. } => "scan",
-        Trigger::Async => "async",
-    };
-    format!("`{name}`")
+    format!("`{}`", trigger.name())
 }

@@ -2,10 +2,11 @@
 
 use crate::check::room;
 use crate::diagnostic::{ConfigError, Problem, ProblemKind};
-use crate::geometry::segments_meet;
 use crate::hint;
-use crate::robot::RobotConfig;
-use crate::site::{ControllerConfig, FsmConfig, SiteConfig, SiteRobot};
+use crate::loaded::RobotConfig;
+use crate::loaded::SiteConfig;
+use description::geometry::Segment;
+use description::site::{ControllerConfig, FsmConfig, SiteRobot};
 
 /// Checks what only the robot's and the site's file together can tell: that the site
 /// knows the robot, and that this robot can drive this site.
@@ -54,31 +55,17 @@ fn start_is_free(
     entry: &SiteRobot,
     problems: &mut Vec<Problem>,
 ) {
-    let f = &robot.footprint;
-    let (sin, cos) = entry.start.theta_rad.sin_cos();
-    let corner = |x: f64, y: f64| {
-        [
-            entry.start.x_m + x * cos - y * sin,
-            entry.start.y_m + x * sin + y * cos,
-        ]
-    };
-    let corners = [
-        corner(f.front_m, f.left_m),
-        corner(-f.rear_m, f.left_m),
-        corner(-f.rear_m, -f.right_m),
-        corner(f.front_m, -f.right_m),
-    ];
-    let inside = |point: [f64; 2]| {
-        let (dx, dy) = (point[0] - entry.start.x_m, point[1] - entry.start.y_m);
-        let (x, y) = (dx * cos + dy * sin, dy * cos - dx * sin);
-        (-f.rear_m..=f.front_m).contains(&x) && (-f.right_m..=f.left_m).contains(&y)
-    };
+    let corners = robot
+        .footprint
+        .corners()
+        .map(|corner| entry.start.transform(corner));
     for wall in &site.walls {
-        let crosses = (0..4).any(|index| {
-            let edge = (corners[index], corners[(index + 1) % 4]);
-            segments_meet(edge, (wall.from_m, wall.to_m))
-        });
-        if crosses || inside(wall.from_m) {
+        let crosses = (0..4)
+            .any(|index| Segment::new(corners[index], corners[(index + 1) % 4]).meets(&wall.line));
+        let inside = robot
+            .footprint
+            .contains(entry.start.inverse_transform(wall.line.a));
+        if crosses || inside {
             problems.push(site.origin.problem(
                 ProblemKind::Inconsistent,
                 &format!("robots.{}.start", robot.identity.id),

@@ -1,56 +1,32 @@
 //! From a file to a configuration: read, parse, override, convert, check.
 
 mod net;
-mod robot;
-mod site;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
 
+use description::keys::Section;
+use description::robot::Robot;
+use description::site::Site;
 use miette::NamedSource;
 
 use crate::check;
 use crate::diagnostic::{ConfigError, Problem, ProblemKind};
+use crate::loaded::{Loaded, RobotConfig, SiteConfig};
 use crate::origin::{Origin, Source, Spot};
 use crate::overrides::Override;
-use crate::reader::Section;
+use crate::reader;
 use crate::report::Report;
-use crate::robot::RobotConfig;
-use crate::site::SiteConfig;
 use crate::tree::{self, Entry};
 
 pub use net::{load_net, parse_net};
 
 /// The top-level keys of a robot file.
-pub(crate) const ROBOT_SECTIONS: &[&str] = &[
-    "identity",
-    "footprint",
-    "drive",
-    "ethercat",
-    "lidar",
-    "threads",
-    "control",
-    "navigation",
-    "tubes",
-    "fleet",
-];
-
+pub(crate) const ROBOT_SECTIONS: &[&str] = Robot::KEYS;
 /// The top-level keys of a site file; none is also a robot file's.
-pub(crate) const SITE_SECTIONS: &[&str] = &[
-    "name",
-    "walls",
-    "lanes",
-    "areas",
-    "perception",
-    "monitors",
-    "skills",
-    "fsm",
-    "robots",
-    "roles",
-    "coordinations",
-];
+pub(crate) const SITE_SECTIONS: &[&str] = Site::KEYS;
 
 /// No file that a person writes is larger.
 const LARGEST_BYTES: u64 = 1 << 20;
@@ -92,11 +68,7 @@ pub fn parse_robot(
     text: &str,
     overrides: &[Override],
 ) -> Result<RobotConfig, ConfigError> {
-    let (origin, entries) = document(file, text, overrides, ROBOT_SECTIONS)?;
-    let report = Report::new(origin);
-    let robot = Section::root(&report, &entries, |root| robot::read(root, &report));
-    check::robot(&robot, &report);
-    report.finish(robot)
+    parse(file, text, overrides, check::robot)
 }
 
 /// Like [`load_site`], from text; `file` is the name that errors show.
@@ -108,11 +80,23 @@ pub fn parse_site(
     text: &str,
     overrides: &[Override],
 ) -> Result<SiteConfig, ConfigError> {
-    let (origin, entries) = document(file, text, overrides, SITE_SECTIONS)?;
+    parse(file, text, overrides, check::site)
+}
+
+fn parse<T: Section>(
+    file: &str,
+    text: &str,
+    overrides: &[Override],
+    check: fn(&Loaded<T>, &Report),
+) -> Result<Loaded<T>, ConfigError> {
+    let (origin, entries) = document(file, text, overrides, T::KEYS)?;
     let report = Report::new(origin);
-    let site = Section::root(&report, &entries, |root| site::read(root, &report));
-    check::site(&site, &report);
-    report.finish(site)
+    let loaded = Loaded {
+        value: reader::Section::root(&report, &entries, T::read),
+        origin: report.origin.clone(),
+    };
+    check(&loaded, &report);
+    report.finish(loaded)
 }
 
 fn document(

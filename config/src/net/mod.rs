@@ -9,8 +9,8 @@ use std::sync::Arc;
 use ::coordination::petri::{Binding, PlaceKind};
 use ::coordination::protocol::Protocol;
 
-use crate::geometry::PoseConfig;
 use crate::origin::Origin;
+use description::geometry::Pose2;
 
 /// The mediator's name as a party of protocols; no role may have it.
 pub const MEDIATOR: &str = "mediator";
@@ -56,22 +56,13 @@ pub struct NetRole {
     pub about: Option<String>,
 }
 
-/// Who may set a flag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum NetParty {
-    /// The robot in the role that has the protocol.
-    Robot,
-    /// The mediator.
-    Mediator,
-}
-
-impl NetParty {
-    /// The name in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            NetParty::Robot => "robot",
-            NetParty::Mediator => "mediator",
-        }
+description::words! {
+    /// Who may set a flag.
+    pub enum NetParty {
+        /// The robot in the role that has the protocol.
+        Robot "robot",
+        /// The mediator.
+        Mediator "mediator",
     }
 }
 
@@ -118,7 +109,7 @@ pub struct NetCommand {
     /// From now on not faster than this.
     pub speed_limit_m_s: Option<f64>,
     /// Drive to this pose in `map` and stop.
-    pub stop_pose: Option<PoseConfig>,
+    pub stop_pose: Option<Pose2>,
 }
 
 /// A place, from `[places]`, `[sources]` or `[sinks]`.

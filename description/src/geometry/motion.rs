@@ -34,6 +34,13 @@ impl Point2 {
         Self { x_m, y_m }
     }
 
+    /// Both coordinates, in metres.
+    #[must_use]
+    #[inline]
+    pub const fn xy_m(self) -> [f64; 2] {
+        [self.x_m, self.y_m]
+    }
+
     /// Length of the vector from the origin.
     #[must_use]
     #[inline]

@@ -1,20 +1,24 @@
 //! The robot's outline, segments and rectangles.
 
 use super::motion::{Point2, Pose2};
+use crate::keys::Quantity;
+use crate::section;
 
-/// The robot's outline: a rectangle given by its distances from `base_link`, all positive.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "pod", derive(bytemuck::Pod, bytemuck::Zeroable))]
-#[repr(C)]
-pub struct Footprint {
-    /// From `base_link` to the front edge.
-    pub front_m: f64,
-    /// From `base_link` to the rear edge.
-    pub rear_m: f64,
-    /// From `base_link` to the left edge.
-    pub left_m: f64,
-    /// From `base_link` to the right edge.
-    pub right_m: f64,
+const SIDE: Quantity = Quantity::new("a length", "m").above(0.0).at_most(5.0);
+
+section! {
+    /// The robot's outline: a rectangle given by its distances from `base_link`, all positive.
+    #[derive(Copy)]
+    pub struct Footprint {
+        /// From `base_link` to the front edge.
+        pub front_m: f64 as SIDE,
+        /// From `base_link` to the rear edge.
+        pub rear_m: f64 as SIDE,
+        /// From `base_link` to the left edge.
+        pub left_m: f64 as SIDE,
+        /// From `base_link` to the right edge.
+        pub right_m: f64 as SIDE,
+    }
 }
 
 impl Footprint {
@@ -175,6 +179,18 @@ impl Segment {
         self.closest_point(point).distance_m(point)
     }
 
+    /// Whether two segments touch or cross.
+    #[must_use]
+    pub fn meets(&self, other: &Self) -> bool {
+        const TOUCH_M: f64 = 1e-9;
+        let side = |line: &Self, point: Point2| (line.b - line.a).cross(point - line.a);
+        let parts = |line: &Self, other: &Self| side(line, other.a) * side(line, other.b) < 0.0;
+        let touches = |line: &Self, point: Point2| line.distance_m(point) < TOUCH_M;
+        (parts(self, other) && parts(other, self))
+            || [self.a, self.b].iter().any(|&point| touches(other, point))
+            || [other.a, other.b].iter().any(|&point| touches(self, point))
+    }
+
     /// How far a ray from `origin` along `direction_rad` travels until it meets the segment.
     #[must_use]
     #[inline]
@@ -246,6 +262,55 @@ impl Rect {
             .max(point.y_m - self.max.y_m)
             .max(0.0);
         dx_m.hypot(dy_m)
+    }
+
+    /// The rectangle moved outwards by a margin; a negative one moves it inwards, until it [is empty](Self::is_empty).
+    #[must_use]
+    pub fn grown(&self, margin_m: f64) -> Self {
+        let margin = Point2::new(margin_m, margin_m);
+        Self {
+            min: self.min - margin,
+            max: self.max + margin,
+        }
+    }
+
+    /// Whether nothing is left of it.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.min.x_m >= self.max.x_m || self.min.y_m >= self.max.y_m
+    }
+
+    /// Whether the two share more than a border; slivers under 1 mm do not count.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        const SLIVER_M: f64 = 1e-3;
+        let share = |low: f64, other_low: f64, high: f64, other_high: f64| {
+            high.min(other_high) - low.max(other_low) > SLIVER_M
+        };
+        share(self.min.x_m, other.min.x_m, self.max.x_m, other.max.x_m)
+            && share(self.min.y_m, other.min.y_m, self.max.y_m, other.max.y_m)
+    }
+
+    /// The part of the segment inside the rectangle, as shares of it: 0 at its start, 1 at its end.
+    #[must_use]
+    pub fn clip(&self, line: &Segment) -> Option<(f64, f64)> {
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        let (min, max) = (self.min.xy_m(), self.max.xy_m());
+        let (from, to) = (line.a.xy_m(), line.b.xy_m());
+        for axis in 0..2 {
+            let delta = to[axis] - from[axis];
+            let (low, high) = (min[axis] - from[axis], max[axis] - from[axis]);
+            if delta == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (first, second) = (low / delta, high / delta);
+            enter = enter.max(first.min(second));
+            leave = leave.min(first.max(second));
+        }
+        (enter <= leave).then_some((enter, leave))
     }
 
     /// The middle.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use config::Link;
+use description::robot::Link;
 use onboard::cli::Failure;
 
 use crate::output::end_flag;

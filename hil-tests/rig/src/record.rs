@@ -4,7 +4,8 @@
 //! are what an independent listener heard on the network; only firings and markings of nets are the mediator's own
 //! word.
 
-use config::{Footprint, NetConfig, SiteConfig};
+use config::{NetConfig, SiteConfig};
+use description::geometry::Footprint;
 use sim::world::{Pose, Shape};
 
 use crate::scenario::Limits;

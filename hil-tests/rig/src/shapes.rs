@@ -1,12 +1,14 @@
 //! What the users' files describe, as shapes of the simulated world.
 
-use config::{Rect, RobotConfig, Wall};
+use config::RobotConfig;
+use description::geometry::Rect;
+use description::site::Wall;
 use sim::world::{Footprint, Rectangle, Segment};
 
 /// A region of the floor.
 #[must_use]
 pub fn region(rect: &Rect) -> Rectangle {
-    let [low, high] = [rect.min_m, rect.max_m];
+    let [low, high] = [rect.min.xy_m(), rect.max.xy_m()];
     Rectangle {
         corners_m: [high, [low[0], high[1]], low, [high[0], low[1]]],
     }
@@ -15,7 +17,7 @@ pub fn region(rect: &Rect) -> Rectangle {
 /// A wall.
 #[must_use]
 pub fn segment(wall: &Wall) -> Segment {
-    Segment::new(wall.from_m, wall.to_m)
+    Segment::new(wall.line.a.xy_m(), wall.line.b.xy_m())
 }
 
 /// A robot's outline.
@@ -36,10 +38,7 @@ mod tests {
 
     #[test]
     fn regions_are_rectangles_with_an_inside() {
-        let rectangle = region(&Rect {
-            min_m: [1.0, 2.0],
-            max_m: [3.0, 5.0],
-        });
+        let rectangle = region(&Rect::new([1.0, 2.0].into(), [3.0, 5.0].into()));
         assert!(rectangle.contains([2.0, 3.0]) && !rectangle.contains([0.9, 3.0]));
     }
 }

@@ -76,7 +76,7 @@ pub fn plain_world(
     let obstacles = site
         .walls
         .iter()
-        .map(|wall| Obstacle::wall(wall.from_m, wall.to_m))
+        .map(|wall| Obstacle::wall(wall.line.a.xy_m(), wall.line.b.xy_m()))
         .collect();
     let robots = robots
         .iter()

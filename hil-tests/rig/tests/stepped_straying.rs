@@ -1,6 +1,6 @@
 //! On the simulated clock: detours keep to the deviation limit, and a robot that strayed comes back when it is reset.
 
-use config::ActivityKind;
+use description::threads::ActivityKind;
 use onboard::activities::port::Command;
 use onboard::cli::Files;
 use onboard::composition::plan::Plan;

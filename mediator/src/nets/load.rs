@@ -8,13 +8,14 @@ use super::plan::{
     Cast, Kind, Passage, Plan, PreemptPlan, RolePlan, Script, SituationPlan, Wired, YieldPlan,
 };
 use crate::setup::Setup;
-use config::{CastConfig, CoordinationConfig, NetConfig, NetFlag, SiteConfig, YieldConfig};
+use config::{NetConfig, NetFlag, SiteConfig};
 use contract::protocols::{ACQUIRE, ACQUIRED, RELEASE, RELEASED};
 use contract::wire::{Instruction, Pose};
 use coordination::analysis::Limits;
 use coordination::event::EventTable;
 use coordination::petri::{Binding, Net, PlaceKind};
 use coordination::protocol::{FlagId, Party, Position, Protocol};
+use description::site::{CastConfig, CoordinationConfig, YieldConfig};
 
 /// Why a coordination cannot run on its site.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -343,7 +344,7 @@ impl<'a> Loader<'a> {
         &mut self,
         net: &NetConfig,
         roles: &[RolePlan],
-        situation: &config::SituationConfig,
+        situation: &description::site::SituationConfig,
         events: &mut EventTable,
     ) -> Option<SituationPlan> {
         let name = &situation.situation;

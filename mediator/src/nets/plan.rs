@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use config::Rect;
 use contract::wire::{ControlFlag, ControlPath};
 use coordination::event::EventId;
 use coordination::petri::{Net, PlaceId};
 use coordination::protocol::{FlagId, Position, Protocol};
+use description::geometry::Rect;
 
 /// A coordination of a site: its net, checked and analysed, and what that means for the site's areas and robots.
 #[derive(Clone, Debug)]

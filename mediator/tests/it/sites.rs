@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use config::{FsmTransition, SiteConfig, load_net, parse_site};
+use config::{SiteConfig, load_net, parse_site};
 use coordination::analysis::Limits;
+use description::site::FsmTransition;
 use mediator::nets::{Plan, plans};
 use mediator::setup::Setup;
 

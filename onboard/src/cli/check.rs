@@ -1,7 +1,9 @@
 //! `onboard check`: validates the files and prints the resolved plan, touching no device.
 
-use config::{ActivityKind, Core, Link, RobotConfig, Scheduling, SiteConfig, Trigger};
+use config::{RobotConfig, SiteConfig};
 use coordination::symbols::Place;
+use description::robot::Link;
+use description::threads::{ActivityKind, Core, Scheduling, Trigger};
 
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
@@ -50,13 +52,13 @@ fn print_threads(robot: &RobotConfig) {
     );
     for thread in &robot.threads {
         let runs = match thread.trigger {
-            Trigger::Period(period) => format!("every {period:?}"),
+            Trigger::Period { period } => format!("every {period:?}"),
             Trigger::Lidar => "on data".to_owned(),
             Trigger::Scan { at_least } => format!("scan or {at_least:?}"),
             Trigger::Async => "asynchronous".to_owned(),
         };
         let policy = match thread.scheduling {
-            Scheduling::Fifo(priority) => format!("fifo {priority}"),
+            Scheduling::Fifo { priority } => format!("fifo {priority}"),
             Scheduling::Normal => "normal".to_owned(),
         };
         let core = match thread.core {

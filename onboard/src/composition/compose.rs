@@ -1,7 +1,8 @@
 //! Composition: the plan's parts, the symbols' ends and the ports become activities.
 
-use config::{ActivityKind, Link};
 use coordination::symbols::SymbolTable;
+use description::robot::Link;
+use description::threads::ActivityKind;
 use drivers::ethercat::{Link as FrameLink, RawLink, UdpLink};
 
 use crate::activities::communication::{Communication, MembershipSetup};
@@ -189,7 +190,7 @@ mod tests {
 
     #[test]
     fn every_activity_has_a_port() {
-        let (mut all, mut wired) = (ActivityKind::ALL, ACTIVITIES);
+        let (mut all, mut wired) = (ActivityKind::ALL.to_vec(), ACTIVITIES);
         all.sort_unstable();
         wired.sort_unstable();
         assert_eq!(all, wired);

@@ -1,11 +1,10 @@
 //! Translates the site file's terms into those of the skills, which know no files.
 
-use config::{
-    ControllerConfig, Feature as ConfigFeature, FsmConfig, MonitorKind as ConfigMonitor,
-    PoseConfig, SiteConfig, StopPlace,
-};
+use config::SiteConfig;
 use coordination::event::EventTable;
-use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};
+use description::site::{
+    ControllerConfig, Feature as ConfigFeature, FsmConfig, MonitorKind as ConfigMonitor, StopPlace,
+};
 use skills::control::TurnDirection;
 use skills::map::{AreaData, LaneData, MapData, WallData};
 use skills::monitors::MonitorKind;
@@ -13,17 +12,6 @@ use skills::perception::{Feature, FeatureSet};
 use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 
 use crate::composition::plan::PlanError;
-
-/// The robot's outline.
-#[must_use]
-pub fn footprint(footprint: &config::Footprint) -> Footprint {
-    Footprint {
-        front_m: footprint.front_m,
-        rear_m: footprint.rear_m,
-        left_m: footprint.left_m,
-        right_m: footprint.right_m,
-    }
-}
 
 /// Walls, lanes and areas.
 #[must_use]
@@ -34,7 +22,7 @@ pub fn map(site: &SiteConfig) -> MapData {
             .iter()
             .map(|wall| WallData {
                 id: wall.id.clone(),
-                line: segment(wall.from_m, wall.to_m),
+                line: wall.line,
             })
             .collect(),
         lanes: site
@@ -42,7 +30,7 @@ pub fn map(site: &SiteConfig) -> MapData {
             .iter()
             .map(|lane| LaneData {
                 id: lane.id.clone(),
-                line: segment(lane.from_m, lane.to_m),
+                line: lane.line,
                 end_wall: lane.end_wall.clone(),
             })
             .collect(),
@@ -51,7 +39,7 @@ pub fn map(site: &SiteConfig) -> MapData {
             .iter()
             .map(|area| AreaData {
                 id: area.id.clone(),
-                region: rect(&area.region),
+                region: area.region,
                 lane: area.lane.clone(),
                 speed_limit_m_s: area.control.speed_limit_m_s,
                 deviation_limit_m: area.control.deviation_limit_m,
@@ -109,9 +97,9 @@ pub fn monitors(
         .iter()
         .map(|monitor| {
             let kind = match &monitor.kind {
-                ConfigMonitor::RegionReached { region, .. } => MonitorKind::RegionReached {
-                    region: rect(region),
-                },
+                ConfigMonitor::RegionReached { region, .. } => {
+                    MonitorKind::RegionReached { region: *region }
+                }
                 ConfigMonitor::EstimateStable {
                     feature,
                     scans,
@@ -151,8 +139,8 @@ fn controller(controller: &ControllerConfig) -> ControllerSetup {
             radius_m,
         } => ControllerSetup::UTurn {
             direction: match direction {
-                config::TurnDirection::Left => TurnDirection::Left,
-                config::TurnDirection::Right => TurnDirection::Right,
+                description::site::TurnDirection::Left => TurnDirection::Left,
+                description::site::TurnDirection::Right => TurnDirection::Right,
             },
             radius_m,
         },
@@ -175,15 +163,9 @@ fn stop_target(place: &StopPlace) -> StopTarget {
             area: area.clone(),
             margin_m: *margin_m,
         },
-        StopPlace::Pose(at) => StopTarget::Pose(pose(at)),
+        StopPlace::Pose(at) => StopTarget::Pose(*at),
         StopPlace::Instructed => StopTarget::Instructed,
     }
-}
-
-/// A pose in the frame that the file means.
-#[must_use]
-pub fn pose(at: &PoseConfig) -> Pose2 {
-    Pose2::new(at.x_m, at.y_m, at.theta_rad)
 }
 
 fn features(features: &[ConfigFeature]) -> FeatureSet {
@@ -196,16 +178,4 @@ fn feature(feature: ConfigFeature) -> Feature {
         ConfigFeature::LaneEnd => Feature::LaneEnd,
         ConfigFeature::Walls => Feature::Walls,
     }
-}
-
-fn segment(from_m: [f64; 2], to_m: [f64; 2]) -> Segment {
-    Segment::new(point(from_m), point(to_m))
-}
-
-fn rect(rect: &config::Rect) -> Rect {
-    Rect::new(point(rect.min_m), point(rect.max_m))
-}
-
-fn point(point_m: [f64; 2]) -> Point2 {
-    Point2::new(point_m[0], point_m[1])
 }

@@ -9,7 +9,7 @@
 
 use std::thread::JoinHandle;
 
-use config::ActivityKind;
+use description::threads::ActivityKind;
 
 use super::ctl::Pending;
 use crate::activities::machine_names::MachineNames;

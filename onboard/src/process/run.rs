@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
-use config::{ActivityKind, ProblemKind, ThreadConfig, Trigger as ConfigTrigger};
+use config::ProblemKind;
 use coordination::activity::LifeCycleState;
 use coordination::event::queue;
+use description::threads::{ActivityKind, ThreadConfig, Trigger as ConfigTrigger};
 
 use crate::activities::communication;
 use crate::activities::news::Alarm;
@@ -253,7 +254,7 @@ fn ports(wiring: &mut Wiring) -> (Vec<Port>, Vec<Handle>) {
 fn trigger(thread: &ThreadConfig, scan_wake: &crate::realtime::wake::Wake) -> Trigger {
     let ns = |duration: std::time::Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
     match thread.trigger {
-        ConfigTrigger::Period(period) => Trigger::Period(ns(period)),
+        ConfigTrigger::Period { period } => Trigger::Period(ns(period)),
         ConfigTrigger::Lidar => Trigger::Device,
         ConfigTrigger::Scan { at_least } => Trigger::Wake(scan_wake.clone(), ns(at_least)),
         ConfigTrigger::Async => Trigger::Period(ns(communication::PERIOD)),

@@ -6,9 +6,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use config::ActivityKind;
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender};
+use description::threads::ActivityKind;
 
 use crate::activities::machine_names::MachineNames;
 use crate::activities::port::{Command, Instructed, Report};

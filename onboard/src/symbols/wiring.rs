@@ -2,10 +2,10 @@
 //!
 //! A new symbol is one line with `Writer` at its owner and one with `Reader` at each reader.
 
-use config::ActivityKind;
 use coordination::symbols::{
     Datatype, Place, Reader, SymbolError, SymbolTable, TableBuilder, Writer,
 };
+use description::threads::ActivityKind;
 use skills::borders::AreaSet;
 use skills::odometry::Odometry;
 

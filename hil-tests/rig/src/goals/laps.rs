@@ -1,6 +1,8 @@
 //! Laps: on any site, two U-turns that were entered one after the other and left for a lane.
 
-use config::{Manoeuvre, Rect, SiteConfig};
+use config::SiteConfig;
+use description::geometry::Rect;
+use description::site::Manoeuvre;
 use sim::world::Truth;
 
 /// One robot's laps.
@@ -45,7 +47,7 @@ impl Laps {
     /// Takes in where the robot is.
     pub fn observe(&mut self, truth: &Truth) {
         let at_m = [truth.pose.x_m, truth.pose.y_m];
-        let here = { self.areas.iter() }.position(|area| area.region.contains(at_m));
+        let here = { self.areas.iter() }.position(|area| area.region.contains(at_m.into()));
         if here.is_none() || here == self.area {
             return;
         }

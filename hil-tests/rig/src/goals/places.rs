@@ -36,7 +36,9 @@ impl Way {
             self.done_ns.get_or_insert(truth.time_ns);
             return;
         };
-        let there = stop.region.contains([truth.pose.x_m, truth.pose.y_m]);
+        let there = stop
+            .region
+            .contains([truth.pose.x_m, truth.pose.y_m].into());
         let stands = truth.twist.v_m_s.abs() < STANDING_M_S;
         if !there || (stop.stands_s > 0.0 && !stands) {
             self.stands_ns = None;
@@ -87,16 +89,13 @@ impl Way {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use config::Rect;
+    use description::geometry::Rect;
     use sim::world::{Pose, Twist};
 
     fn stop(x_m: f64, stands_s: f64) -> Stop {
         Stop {
             name: format!("{x_m}"),
-            region: Rect {
-                min_m: [x_m, 0.0],
-                max_m: [x_m + 1.0, 1.0],
-            },
+            region: Rect::new([x_m, 0.0].into(), [x_m + 1.0, 1.0].into()),
             stands_s,
         }
     }

@@ -4,7 +4,8 @@
 
 use std::collections::BTreeSet;
 
-use config::{ControllerConfig, FsmConfig, MonitorKind, SiteConfig};
+use config::SiteConfig;
+use description::site::{ControllerConfig, FsmConfig, MonitorKind};
 
 /// One robot's way through its machine.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Who is in which area by truth, against the grants that an independent listener heard.
 
-use config::Rect;
+use description::geometry::Rect;
 use sim::world::{Footprint, Pose, Rectangle, Truth};
 
 use super::violations::Violations;
@@ -165,7 +165,8 @@ impl Areas {
 }
 
 fn shrunk(region: &Rect, by_m: f64) -> Rectangle {
-    let size = |axis: usize| (region.max_m[axis] - region.min_m[axis] - 2.0 * by_m).max(0.0);
-    let middle = |axis: usize| 0.5 * (region.max_m[axis] + region.min_m[axis]);
+    let size =
+        |axis: usize| (region.max.xy_m()[axis] - region.min.xy_m()[axis] - 2.0 * by_m).max(0.0);
+    let middle = |axis: usize| 0.5 * (region.max.xy_m()[axis] + region.min.xy_m()[axis]);
     Rectangle::centred(&Pose::new(middle(0), middle(1), 0.0), size(0), size(1))
 }

@@ -72,7 +72,7 @@ impl Conduct {
         figures.duration_s = now_ns.saturating_sub(self.start_ns) as f64 / 1e9;
         figures.distance_m = truth.distance_m;
         figures.min_clearance_m = figures.min_clearance_m.min(truth.clearance_m);
-        if let Some(area) = robot.site.area_at([truth.pose.x_m, truth.pose.y_m])
+        if let Some(area) = robot.site.area_at([truth.pose.x_m, truth.pose.y_m].into())
             && !figures.areas.contains(&area.id)
         {
             figures.areas.insert(area.id.clone());
@@ -99,7 +99,7 @@ impl Conduct {
         let limit_m_s = self
             .robot
             .site
-            .area_at([truth.pose.x_m, truth.pose.y_m])
+            .area_at([truth.pose.x_m, truth.pose.y_m].into())
             .map_or(f64::INFINITY, |area| area.control.speed_limit_m_s);
         let over_m_s = truth.twist.v_m_s.abs() - limit_m_s;
         self.figures.max_over_speed_m_s = self.figures.max_over_speed_m_s.max(over_m_s);

@@ -1,6 +1,5 @@
 //! What must be true while something else is.
 
-use config::Rect;
 use sim::world::{Footprint, Truth};
 
 use super::violations::Violations;
@@ -83,7 +82,7 @@ impl Rules {
         let step_ns = step_ns.min(LONGEST_STEP_NS);
         for rule in &mut self.rules {
             let at_m = [truth.pose.x_m, truth.pose.y_m];
-            let applies = rule.robot == robot && rule.rule.area.region.contains(at_m) && {
+            let applies = rule.robot == robot && rule.rule.area.region.contains(at_m.into()) && {
                 rule.rule.coordination.as_ref()
             }
             .is_none_or(|own| observations.coordinated(&own.net, truth.time_ns));
@@ -94,8 +93,10 @@ impl Rules {
             let other = &self.robots[rule.other];
             let is_whole = other.truth.is_some_and(|truth| {
                 let body = other.footprint.at(&truth.pose);
-                let room = grown(&rule.rule.other_area.region, WHOLE_SLACK_M);
-                body.corners_m.iter().all(|&corner| room.contains(corner))
+                let room = rule.rule.other_area.region.grown(WHOLE_SLACK_M);
+                body.corners_m
+                    .iter()
+                    .all(|&corner| room.contains(corner.into()))
             });
             if !is_whole {
                 rule.broken_ns += step_ns;
@@ -109,12 +110,5 @@ impl Rules {
                 violations.report("during", &other.id, truth.time_ns, detail);
             }
         }
-    }
-}
-
-fn grown(region: &Rect, by_m: f64) -> Rect {
-    Rect {
-        min_m: region.min_m.map(|value| value - by_m),
-        max_m: region.max_m.map(|value| value + by_m),
     }
 }

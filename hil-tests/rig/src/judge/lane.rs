@@ -1,6 +1,8 @@
 //! Whether a robot keeps to its lane and to the speed limits of areas.
 
-use config::{Manoeuvre, Rect, SiteConfig};
+use config::SiteConfig;
+use description::geometry::Rect;
+use description::site::Manoeuvre;
 use sim::world::Truth;
 
 use super::violations::Violations;
@@ -39,7 +41,7 @@ impl Lane {
                 lane: { area.lane.as_ref() }
                     .filter(|_| area.control.manoeuvre == Manoeuvre::Forward)
                     .and_then(|id| site.lane(id))
-                    .map(|lane| (lane.from_m, lane.to_m)),
+                    .map(|lane| (lane.line.a.xy_m(), lane.line.b.xy_m())),
             })
             .collect();
         Self {
@@ -100,8 +102,8 @@ impl Lane {
 fn distance_m(region: &Rect, truth: &Truth) -> f64 {
     let at_m = [truth.pose.x_m, truth.pose.y_m];
     let [x_m, y_m] = [0, 1].map(|axis| {
-        (region.min_m[axis] - at_m[axis])
-            .max(at_m[axis] - region.max_m[axis])
+        (region.min.xy_m()[axis] - at_m[axis])
+            .max(at_m[axis] - region.max.xy_m()[axis])
             .max(0.0)
     });
     x_m.hypot(y_m)

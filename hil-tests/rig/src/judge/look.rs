@@ -1,6 +1,7 @@
 //! What a judge sees of one robot at one time.
 
-use config::{FsmConfig, SiteConfig};
+use config::SiteConfig;
+use description::site::FsmConfig;
 use sim::world::{Footprint, Pose, Truth, World};
 
 use crate::belief::Belief;

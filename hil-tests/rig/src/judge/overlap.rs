@@ -1,6 +1,6 @@
 //! How deep a robot is in an area, or how far from it.
 
-use config::Rect;
+use description::geometry::Rect;
 use sim::world::Rectangle;
 
 use crate::shapes::region;
@@ -27,12 +27,8 @@ impl Overlap {
         let (mut low_m, mut high_m) = (0.0, 1.0);
         while high_m - low_m > 5e-4 {
             let middle_m: f64 = (low_m + high_m) / 2.0;
-            let smaller = Rect {
-                min_m: area.min_m.map(|value| value + middle_m),
-                max_m: area.max_m.map(|value| value - middle_m),
-            };
-            let empty = (0..2).any(|axis| smaller.min_m[axis] >= smaller.max_m[axis]);
-            if empty || floor.distance_to_rectangle_m(&region(&smaller)) > 0.0 {
+            let smaller = area.grown(-middle_m);
+            if smaller.is_empty() || floor.distance_to_rectangle_m(&region(&smaller)) > 0.0 {
                 high_m = middle_m;
             } else {
                 low_m = middle_m;
@@ -58,10 +54,7 @@ mod tests {
             left_m: 0.15,
             right_m: 0.15,
         };
-        let area = Rect {
-            min_m: [2.0, -1.0],
-            max_m: [4.0, 1.0],
-        };
+        let area = Rect::new([2.0, -1.0].into(), [4.0, 1.0].into());
         let at = |x_m: f64| Overlap::of(&body.at(&Pose::new(x_m, 0.0, 0.0)), &area);
         let before = at(1.5);
         assert!((before.distance_m - 0.18).abs() < 1e-9 && before.depth_m == 0.0);

@@ -1,6 +1,6 @@
 //! What a robot believes of its pose, against the truth.
 
-use config::{ControllerConfig, Feature};
+use description::site::{ControllerConfig, Feature};
 
 use super::look::{Look, Robot};
 use super::view::{Scenery, normal, walls_in_view};
@@ -147,7 +147,7 @@ fn is_used(robot: &Robot, wall: usize, state: &str) -> bool {
     };
     let is_end = lane.end_wall.as_ref() == Some(&robot.site.walls[wall].id);
     let [nx, ny] = normal(&robot.site.walls[wall]);
-    let [dx, dy] = [0, 1].map(|axis| lane.to_m[axis] - lane.from_m[axis]);
+    let [dx, dy] = [0, 1].map(|axis| lane.line.b.xy_m()[axis] - lane.line.a.xy_m()[axis]);
     let along = ((nx * dx + ny * dy) / dx.hypot(dy)).abs() < ALONG;
     (along && tracks.contains(&Feature::Corridor)) || (is_end && tracks.contains(&Feature::LaneEnd))
 }

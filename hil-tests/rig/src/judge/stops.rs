@@ -1,6 +1,7 @@
 //! How exactly a robot stopped where its skill says: at a wall, at a pose, before an area.
 
-use config::{ControllerConfig, FsmState, SiteConfig, StopPlace};
+use config::SiteConfig;
+use description::site::{ControllerConfig, FsmState, StopPlace};
 use sim::world::{Footprint, Pose};
 
 use crate::shapes::{region, segment};

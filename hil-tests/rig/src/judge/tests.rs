@@ -74,7 +74,7 @@ fn who_enters_without_a_grant_is_found_and_who_stood_there_is_excused() {
     let scenario = scenario();
     let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     // It starts in area 1, and its front, 0.32 m ahead, reaches into area 2.
-    let border_m = scenario.site.area("1").expect("there").region.max_m[0];
+    let border_m = scenario.site.area("1").expect("there").region.max.xy_m()[0];
     let front_at = |at_ms, over_m| truth(at_ms, border_m + over_m - 0.32, -0.5);
     for at_ms in (0..500).step_by(20) {
         observe(&mut judge, 0, &front_at(at_ms, -0.2), &observations);
@@ -173,12 +173,12 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
     }];
     let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     let aside = scenario.during[0].other_area.region;
-    let middle = [0, 1].map(|axis| 0.5 * (aside.min_m[axis] + aside.max_m[axis]));
+    let middle = [0, 1].map(|axis| 0.5 * (aside.min.xy_m()[axis] + aside.max.xy_m()[axis]));
     // Before the coordination nothing is asked.
     observe(
         &mut judge,
         0,
-        &truth(0, middle[0], aside.max_m[1]),
+        &truth(0, middle[0], aside.max.xy_m()[1]),
         &observations,
     );
     observe(&mut judge, 1, &truth(0, 3.0, -0.5), &observations);
@@ -214,7 +214,7 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
     observe(
         &mut judge,
         0,
-        &truth(60, middle[0], aside.max_m[1]),
+        &truth(60, middle[0], aside.max.xy_m()[1]),
         &observations,
     );
     observe(&mut judge, 1, &truth(60, 3.0, -0.5), &observations);

@@ -1,6 +1,7 @@
 //! Which walls of a map a lidar can see, by the world's truth.
 
-use config::{SiteConfig, Wall};
+use config::SiteConfig;
+use description::site::Wall;
 use sim::world::{Point, Pose, Rectangle, Segment, Shape, World, ray_hit_disc_m};
 
 use crate::shapes::segment;
@@ -91,7 +92,7 @@ pub fn walls_in_view(site: &SiteConfig, scenery: &Scenery, lidar: &Pose) -> Vec<
 /// Unit vector across a wall.
 #[must_use]
 pub fn normal(wall: &Wall) -> Point {
-    let [dx, dy] = [0, 1].map(|axis| wall.to_m[axis] - wall.from_m[axis]);
+    let [dx, dy] = [0, 1].map(|axis| wall.line.b.xy_m()[axis] - wall.line.a.xy_m()[axis]);
     let length_m = dx.hypot(dy);
     [-dy / length_m, dx / length_m]
 }
@@ -132,7 +133,7 @@ mod tests {
             let mut all: Vec<Obstacle> = site
                 .walls
                 .iter()
-                .map(|wall| Obstacle::wall(wall.from_m, wall.to_m))
+                .map(|wall| Obstacle::wall(wall.line.a.xy_m(), wall.line.b.xy_m()))
                 .collect();
             all.extend(obstacles);
             World::new(WorldConfig {

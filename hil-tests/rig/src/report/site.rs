@@ -90,7 +90,7 @@ fn draw_robots(canvas: &mut Canvas, site: &SiteConfig, frame: &Frame, labels: &m
 
 fn name_lanes(canvas: &mut Canvas, site: &SiteConfig, frame: &Frame, labels: &mut Labels) {
     for lane in &site.lanes {
-        let (from, to) = (frame.at(lane.from_m), frame.at(lane.to_m));
+        let (from, to) = (frame.at(lane.line.a.xy_m()), frame.at(lane.line.b.xy_m()));
         let middle = [0, 1].map(|axis| (from[axis] + to[axis]) / 2.0);
         let text = match &lane.end_wall {
             Some(wall) => format!("lane {} (ends at wall {wall})", lane.id),
@@ -106,7 +106,7 @@ fn name_lanes(canvas: &mut Canvas, site: &SiteConfig, frame: &Frame, labels: &mu
 
 fn name_walls(canvas: &mut Canvas, site: &SiteConfig, frame: &Frame, labels: &mut Labels) {
     for wall in &site.walls {
-        let (from, to) = (frame.at(wall.from_m), frame.at(wall.to_m));
+        let (from, to) = (frame.at(wall.line.a.xy_m()), frame.at(wall.line.b.xy_m()));
         let middle = [0, 1].map(|axis| (from[axis] + to[axis]) / 2.0);
         let text = format!("wall {}", shortened(&wall.id, 24));
         draw_pill(canvas, labels, &Field::around(middle, [0.0; 2]), &text);
@@ -163,7 +163,7 @@ fn draw_layers(canvas: &mut Canvas, site: &SiteConfig, top_px: f64) -> f64 {
         .perception_kinds
         .iter()
         .map(|(kind, what)| {
-            let names = |features: &[config::Feature]| {
+            let names = |features: &[description::site::Feature]| {
                 let names: Vec<&str> = features.iter().map(|feature| feature.name()).collect();
                 names.join(", ")
             };

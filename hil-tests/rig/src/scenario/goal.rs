@@ -1,6 +1,6 @@
 //! What one robot is to do.
 
-use config::Rect;
+use description::geometry::Rect;
 
 /// What a robot is to do; judged by the world's truth.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use config::{FsmConfig, NetConfig, RobotConfig, SiteConfig, SiteRobot};
+use config::{NetConfig, RobotConfig, SiteConfig};
+use description::site::{FsmConfig, SiteRobot};
 
 use super::clutter::Clutter;
 use super::goal::{Goal, Stop};

@@ -1,6 +1,7 @@
 //! The operator of a trial: gives the events that nothing on the robot raises, with stop poses and speed limits.
 
-use config::{ControllerConfig, FsmConfig, SiteConfig, StopPlace};
+use config::SiteConfig;
+use description::site::{ControllerConfig, FsmConfig, StopPlace};
 use sim::world::{Pose, Random, Truth};
 
 /// The operator reacts to a state after this time, as a person does.
@@ -120,15 +121,15 @@ impl Operator {
             .as_ref()
             .or(area.and_then(|area| area.lane.as_ref()))?;
         let lane = site.lane(lane)?;
-        let [dx, dy] = [0, 1].map(|axis| lane.to_m[axis] - lane.from_m[axis]);
+        let [dx, dy] = [0, 1].map(|axis| lane.line.b.xy_m()[axis] - lane.line.a.xy_m()[axis]);
         let length_m = dx.hypot(dy);
         let [ux, uy] = [dx / length_m, dy / length_m];
-        let along_m =
-            (truth.pose.x_m - lane.from_m[0]) * ux + (truth.pose.y_m - lane.from_m[1]) * uy;
+        let along_m = (truth.pose.x_m - lane.line.a.xy_m()[0]) * ux
+            + (truth.pose.y_m - lane.line.a.xy_m()[1]) * uy;
         let at_m = along_m + self.between(AHEAD_M);
         Some(Pose::new(
-            lane.from_m[0] + ux * at_m,
-            lane.from_m[1] + uy * at_m,
+            lane.line.a.xy_m()[0] + ux * at_m,
+            lane.line.a.xy_m()[1] + uy * at_m,
             uy.atan2(ux),
         ))
     }

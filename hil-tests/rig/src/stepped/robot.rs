@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use config::{ActivityKind, ThreadConfig, Trigger};
 use coordination::activity::event_loop_once;
 use coordination::event::EventId;
 use coordination::symbols::{Reader, SymbolTable, Writer};
 use description::geometry::Pose2;
+use description::threads::{ActivityKind, ThreadConfig, Trigger};
 use onboard::activities::control::Control;
 use onboard::activities::fleet_link::NavigationEnd;
 use onboard::activities::motion_tube::MotionTube;
@@ -265,7 +265,7 @@ fn stepped_thread(
     };
     let clock = match thread.trigger {
         _ if mine.is_empty() => return None,
-        Trigger::Period(period) => {
+        Trigger::Period { period } => {
             let period_ns = u64::try_from(period.as_nanos()).unwrap_or(u64::MAX);
             Clock::Period {
                 period_ns,

@@ -1,8 +1,8 @@
 //! In the place of the supervisor: life cycles, commands to the activities, and what they report.
 
-use config::ActivityKind;
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender, queue};
+use description::threads::ActivityKind;
 use onboard::activities::port::{COMMANDS, Command, Instructed, Port, REPORTS, Report};
 use onboard::symbols::faults::Fault;
 use onboard::symbols::values::ActivityState;

@@ -37,8 +37,9 @@ impl Coordinations {
     /// A robot is as the role of a situation wants it.
     pub(super) fn fits(robot: usize, cast: &Cast, around: &Surroundings<'_>) -> bool {
         let occupant = around.areas.robot(robot);
-        let within = |region: &config::Rect| {
-            { occupant.pose.as_ref() }.is_some_and(|pose| region.contains([pose.x_m, pose.y_m]))
+        let within = |region: &description::geometry::Rect| {
+            { occupant.pose.as_ref() }
+                .is_some_and(|pose| region.contains([pose.x_m, pose.y_m].into()))
         };
         cast.robots.contains(&robot)
             && around.sessions.is_heard(robot)

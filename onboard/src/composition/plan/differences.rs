@@ -1,6 +1,6 @@
 //! What two plans differ in that a running robot cannot exchange.
 
-use config::{ControlGains, DriveConfig};
+use description::robot::{Control, Drive};
 
 use super::Plan;
 
@@ -31,9 +31,9 @@ impl Plan {
     }
 }
 
-fn fixed_in_drive(ours: &DriveConfig, theirs: &DriveConfig) -> Option<String> {
+fn fixed_in_drive(ours: &Drive, theirs: &Drive) -> Option<String> {
     // What can be exchanged counts as the same.
-    let theirs = DriveConfig {
+    let theirs = Drive {
         max_speed_m_s: ours.max_speed_m_s,
         max_steering_rad: ours.max_steering_rad,
         max_steering_rate_rad_s: ours.max_steering_rate_rad_s,
@@ -68,7 +68,7 @@ fn fixed_in_drive(ours: &DriveConfig, theirs: &DriveConfig) -> Option<String> {
     }
 }
 
-fn fixed_in_control(ours: &ControlGains, theirs: &ControlGains) -> Option<String> {
+fn fixed_in_control(ours: &Control, theirs: &Control) -> Option<String> {
     (ours.command_timeout_ms != theirs.command_timeout_ms)
         .then(|| "control.command_timeout_ms".to_owned())
 }

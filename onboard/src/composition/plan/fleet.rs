@@ -2,14 +2,12 @@
 
 use contract::timing::SILENT_AFTER_NS;
 use coordination::fsm::Machine;
-use description::geometry::Pose2;
 use skills::borders::BorderGains;
 use skills::map::SemanticMap;
 use skills::navigator::Navigator;
 use skills::schedule::Schedule;
 
 use super::Plan;
-use crate::composition::site_parts;
 use crate::fleet::{AreaPlace, Setup, StatePlan};
 
 impl Plan {
@@ -25,7 +23,6 @@ impl Plan {
             region: area.region,
         });
         let machine = navigator.machine();
-        let start = &self.start.start;
         Some(Setup {
             robot_id: self.robot.identity.id.clone(),
             site: self.site.name.clone(),
@@ -35,7 +32,7 @@ impl Plan {
                 .states()
                 .map(|(state, name)| self.state_plan(name, machine, map, navigator.schedule(state)))
                 .collect(),
-            footprint: site_parts::footprint(&self.robot.footprint),
+            footprint: self.robot.footprint,
             borders: BorderGains {
                 sigmas: gains.border_sigma,
                 ..BorderGains::default()
@@ -44,7 +41,7 @@ impl Plan {
             max_speed_m_s: drive.max_speed_m_s,
             request_ahead_m: self.robot.fleet.request_ahead_m,
             silent_after_ns: SILENT_AFTER_NS,
-            start: Pose2::new(start.x_m, start.y_m, start.theta_rad),
+            start: self.start.start,
             start_state: machine.state(),
         })
     }
@@ -57,7 +54,7 @@ impl Plan {
         schedule: Option<&Schedule>,
     ) -> StatePlan {
         let areas = { self.fsm.state(name).into_iter() }
-            .flat_map(config::FsmState::areas)
+            .flat_map(description::site::FsmState::areas)
             .filter_map(|area| map.area_index(area));
         let number = |name: &str| { self.fsm.states.iter() }.position(|state| state.name == name);
         let from = || self.fsm.transitions.iter().filter(|one| one.from == name);

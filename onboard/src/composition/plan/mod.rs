@@ -7,12 +7,10 @@ mod refusal;
 
 use std::time::Duration;
 
-use config::{
-    Core, FsmConfig, RobotConfig, Scheduling, SiteConfig, SiteRobot, ThreadConfig, check_together,
-    load_robot, load_site,
-};
+use config::{RobotConfig, SiteConfig, check_together, load_robot, load_site};
 use coordination::fsm::{ModelError, StateId};
-use description::geometry::Pose2;
+use description::site::{FsmConfig, SiteRobot};
+use description::threads::{Core, Scheduling, ThreadConfig};
 use skills::drive::DriveLimitError;
 use skills::navigator::SetupError;
 use skills::odometry::GeometryError;
@@ -118,9 +116,9 @@ impl Plan {
     /// Where the robot starts, in `state` of its machine.
     #[must_use]
     pub fn start(&self, state: StateId) -> navigation::Start {
-        let (start, gains) = (&self.start.start, &self.robot.navigation);
+        let gains = &self.robot.navigation;
         navigation::Start {
-            pose: Pose2::new(start.x_m, start.y_m, start.theta_rad),
+            pose: self.start.start,
             std_m: gains.start_std_m,
             std_rad: gains.start_std_rad,
             state,
@@ -149,7 +147,7 @@ pub fn thread_names(robot: &RobotConfig) -> Vec<String> {
 pub fn wanted_scheduling(thread: &ThreadConfig) -> Wanted {
     Wanted {
         fifo_priority: match thread.scheduling {
-            Scheduling::Fifo(priority) => Some(priority),
+            Scheduling::Fifo { priority } => Some(u8::try_from(priority).unwrap_or(u8::MAX)),
             Scheduling::Normal => None,
         },
         cores: match thread.core {

@@ -1,10 +1,8 @@
 //! The parts that activities run, made of what the files say.
 
-use config::TubeHorizon;
 use contract::network::NetworkSettings;
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
-use description::geometry::Pose2;
 use drivers::ethercat::Expectation;
 use drivers::hokuyo::{self, ScanFormat};
 use drivers::kelo::{self, VoltageLimits};
@@ -97,7 +95,7 @@ impl Plan {
     pub fn scan_geometry(&self) -> Result<ScanGeometry, PlanError> {
         let (lidar, format) = (&self.robot.lidar, self.scan_format()?);
         let device = hokuyo::Parameters::urg_04lx();
-        let mount = Pose2::new(lidar.mount.x_m, lidar.mount.y_m, lidar.mount.theta_rad);
+        let mount = lidar.mount;
         Ok(ScanGeometry::from_steps(
             mount,
             u32::from(device.ares),
@@ -111,8 +109,8 @@ impl Plan {
 
     pub(super) fn tube_set(&self) -> Result<(TubeSet, TubeReport), PlanError> {
         let tubes = &self.robot.tubes;
-        let rows = |rows: &[TubeHorizon]| {
-            let row = |row: &TubeHorizon| Horizon {
+        let rows = |rows: &[description::robot::Horizon]| {
+            let row = |row: &description::robot::Horizon| Horizon {
                 duration_s: row.horizon_s,
                 speed_m_s: row.speed_m_s,
             };
@@ -128,7 +126,7 @@ impl Plan {
             memory_s: tubes.memory_s,
             floor_memory_m: tubes.floor_memory_m,
         };
-        let footprint = site_parts::footprint(&self.robot.footprint);
+        let footprint = self.robot.footprint;
         Ok(TubeSet::generate(
             &parameters,
             &footprint,
@@ -186,7 +184,6 @@ impl Plan {
         }
         let machine = model.compile(&mut events)?;
         let gains = &self.robot.navigation;
-        let start = &self.start.start;
         Ok(Navigator::new(NavigatorSetup {
             map: site_parts::map(&self.site),
             states: site_parts::states(&self.fsm),
@@ -213,10 +210,10 @@ impl Plan {
                 max_std_rad: gains.max_std_rad,
                 border_sigma: gains.border_sigma,
             },
-            footprint: site_parts::footprint(&self.robot.footprint),
+            footprint: self.robot.footprint,
             max_speed_m_s: self.robot.drive.max_speed_m_s,
             beams: self.scan_geometry()?.beams,
-            start: Pose2::new(start.x_m, start.y_m, start.theta_rad),
+            start: self.start.start,
             start_state: self.start.start_state.clone(),
         })?)
     }

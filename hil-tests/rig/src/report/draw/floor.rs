@@ -90,7 +90,7 @@ pub(in crate::report) fn draw_lanes(canvas: &mut Canvas, site: &SiteConfig, fram
     const ARROWS_EVERY_M: f64 = 1.0;
     let mut arrows = Curve::default();
     for lane in &site.lanes {
-        let (from, to) = (frame.at(lane.from_m), frame.at(lane.to_m));
+        let (from, to) = (frame.at(lane.line.a.xy_m()), frame.at(lane.line.b.xy_m()));
         canvas.line("lane", from, to);
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
         let length_px = dx.hypot(dy);
@@ -127,7 +127,7 @@ pub(in crate::report) fn draw_walls(
     labels: &mut Labels,
 ) {
     for wall in &site.walls {
-        let (from, to) = (frame.at(wall.from_m), frame.at(wall.to_m));
+        let (from, to) = (frame.at(wall.line.a.xy_m()), frame.at(wall.line.b.xy_m()));
         canvas.line("wall", from, to);
         labels.avoid_line(from, to);
     }

@@ -70,9 +70,9 @@ impl Frame {
     }
 
     /// Where a region is on the page.
-    pub(in crate::report) fn region(&self, region: &config::Rect) -> Field {
-        let [left, bottom] = self.at(region.min_m);
-        let [right, top] = self.at(region.max_m);
+    pub(in crate::report) fn region(&self, region: &description::geometry::Rect) -> Field {
+        let [left, bottom] = self.at(region.min.xy_m());
+        let [right, top] = self.at(region.max.xy_m());
         Field {
             min: [left, top],
             max: [right, bottom],
@@ -135,14 +135,14 @@ impl Extent {
     fn of(site: &SiteConfig, path: impl Iterator<Item = [f64; 2]>) -> Self {
         let mut extent = Self::NONE;
         for wall in &site.walls {
-            extent.include([wall.from_m, wall.to_m]);
+            extent.include([wall.line.a.xy_m(), wall.line.b.xy_m()]);
         }
         for lane in &site.lanes {
-            extent.include([lane.from_m, lane.to_m]);
+            extent.include([lane.line.a.xy_m(), lane.line.b.xy_m()]);
         }
         let areas = site.areas.iter().map(|area| &area.region);
         for region in areas.chain(site.perception.iter().map(|zone| &zone.region)) {
-            extent.include([region.min_m, region.max_m]);
+            extent.include([region.min.xy_m(), region.max.xy_m()]);
         }
         let near = extent.grown(OUTSIDE_M);
         for at_m in path {

@@ -1,6 +1,6 @@
 //! A robot's outline.
 
-use config::Footprint;
+use description::geometry::Footprint;
 use sim::world::Pose;
 
 use super::canvas::{Curve, Px2};

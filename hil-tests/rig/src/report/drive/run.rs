@@ -1,6 +1,7 @@
 //! The run as map and charts need it: true states with their time, area and place on the lane.
 
-use config::{Area, Manoeuvre, SiteConfig};
+use config::SiteConfig;
+use description::site::{Area, Manoeuvre};
 use sim::world::{Pose, Shape};
 
 use crate::record::{Record, RobotRecord};
@@ -64,7 +65,7 @@ impl<'a> Run<'a> {
                 let at_m = [point.pose.x_m, point.pose.y_m];
                 // Between areas the last one counts on, as it does for the judge.
                 area = { site.areas.iter() }
-                    .position(|area| area.region.contains(at_m))
+                    .position(|area| area.region.contains(at_m.into()))
                     .or(area);
                 Sample {
                     at_s: point.at_s,
@@ -128,8 +129,8 @@ fn lateral_m(site: &SiteConfig, area: &Area, at_m: [f64; 2]) -> Option<f64> {
         return None;
     }
     let lane = site.lane(area.lane.as_ref()?)?;
-    let [dx, dy] = [0, 1].map(|axis| lane.to_m[axis] - lane.from_m[axis]);
-    let [px, py] = [0, 1].map(|axis| at_m[axis] - lane.from_m[axis]);
+    let [dx, dy] = [0, 1].map(|axis| lane.line.b.xy_m()[axis] - lane.line.a.xy_m()[axis]);
+    let [px, py] = [0, 1].map(|axis| at_m[axis] - lane.line.a.xy_m()[axis]);
     let lateral_m = (py * dx - px * dy) / dx.hypot(dy);
     lateral_m.is_finite().then_some(lateral_m)
 }

@@ -1,6 +1,6 @@
 //! Spans of time in lanes, so that none covers another: an area's slots, and those who wait for it.
 
-use config::Area;
+use description::site::Area;
 
 use super::view::View;
 

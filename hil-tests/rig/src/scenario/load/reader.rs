@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use config::{Rect, SiteConfig};
+use config::SiteConfig;
+use description::geometry::Rect;
 use onboard::cli::Failure;
 use toml::Spanned;
 
@@ -180,7 +181,7 @@ impl<'a> Reader<'a> {
                 };
                 Some(Stop {
                     name: place.name.clone().unwrap_or_else(corners),
-                    region: Rect { min_m, max_m },
+                    region: Rect::new(min_m.into(), max_m.into()),
                     stands_s,
                 })
             }

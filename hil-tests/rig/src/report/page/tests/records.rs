@@ -176,7 +176,7 @@ pub(super) fn driven(
         role: role.to_owned(),
         model: "a robot".to_owned(),
         max_speed_m_s: 0.4,
-        footprint: config::Footprint {
+        footprint: description::geometry::Footprint {
             front_m: 0.32,
             rear_m: 0.08,
             left_m: 0.15,
@@ -194,7 +194,7 @@ pub(super) fn holdings(site: &SiteConfig, robots: &[RobotRecord]) -> Vec<Holding
         let mut area_before = "";
         for point in &robot.path {
             let area = site
-                .area_at([point.pose.x_m, point.pose.y_m])
+                .area_at([point.pose.x_m, point.pose.y_m].into())
                 .map_or("", |area| &area.id);
             if area == area_before {
                 continue;

@@ -2,16 +2,19 @@
 
 /// A physical quantity: a noun, a unit, and its limits.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Quantity {
+pub struct Quantity {
     noun: &'static str,
-    pub(crate) unit: &'static str,
+    /// The unit, as it is written behind numbers; empty: none.
+    pub unit: &'static str,
     above: Option<f64>,
     at_least: Option<f64>,
     at_most: Option<f64>,
 }
 
 impl Quantity {
-    pub(crate) const fn new(noun: &'static str, unit: &'static str) -> Self {
+    /// Any finite number.
+    #[must_use]
+    pub const fn new(noun: &'static str, unit: &'static str) -> Self {
         Self {
             noun,
             unit,
@@ -21,23 +24,30 @@ impl Quantity {
         }
     }
 
-    pub(crate) const fn above(mut self, limit: f64) -> Self {
+    /// More than this.
+    #[must_use]
+    pub const fn above(mut self, limit: f64) -> Self {
         self.above = Some(limit);
         self
     }
 
-    pub(crate) const fn at_least(mut self, limit: f64) -> Self {
+    /// This or more.
+    #[must_use]
+    pub const fn at_least(mut self, limit: f64) -> Self {
         self.at_least = Some(limit);
         self
     }
 
-    pub(crate) const fn at_most(mut self, limit: f64) -> Self {
+    /// This or less.
+    #[must_use]
+    pub const fn at_most(mut self, limit: f64) -> Self {
         self.at_most = Some(limit);
         self
     }
 
     /// Whether the value is finite and within the limits.
-    pub(crate) fn holds(&self, value: f64) -> bool {
+    #[must_use]
+    pub fn holds(&self, value: f64) -> bool {
         value.is_finite()
             && self.above.is_none_or(|limit| value > limit)
             && self.at_least.is_none_or(|limit| value >= limit)
@@ -45,16 +55,17 @@ impl Quantity {
     }
 
     /// "a length above 0 and at most 5 m".
-    pub(crate) fn describe(&self) -> String {
+    #[must_use]
+    pub fn describe(&self) -> String {
         let mut limits = Vec::new();
         if let Some(limit) = self.above {
             limits.push(format!("above {limit}"));
         }
         if let Some(limit) = self.at_least {
-            limits.push(format!("at least {}", crate::hint::rounded(limit)));
+            limits.push(format!("at least {}", rounded(limit)));
         }
         if let Some(limit) = self.at_most {
-            limits.push(format!("at most {}", crate::hint::rounded(limit)));
+            limits.push(format!("at most {}", rounded(limit)));
         }
         let unit = if self.unit.is_empty() {
             String::new()
@@ -69,7 +80,8 @@ impl Quantity {
     }
 
     /// What a value out of range would be if it had been meant in a smaller unit.
-    pub(crate) fn other_unit(&self, value: f64) -> Option<String> {
+    #[must_use]
+    pub fn other_unit(&self, value: f64) -> Option<String> {
         let guesses: &[(&str, f64)] = match self.unit {
             "m" => &[("mm", 1e-3)],
             "m/s" => &[("mm/s", 1e-3)],
@@ -82,7 +94,7 @@ impl Quantity {
             .iter()
             .find(|(_, factor)| self.holds(value * factor))
             .map(|(unit, factor)| {
-                let right = crate::hint::rounded(value * factor);
+                let right = rounded(value * factor);
                 format!(
                     "this key is in {}; {value} {unit} is {right} {}",
                     self.unit, self.unit
@@ -93,18 +105,32 @@ impl Quantity {
 
 /// A whole number: a noun and its limits.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Count {
-    pub(crate) noun: &'static str,
-    pub(crate) min: i64,
-    pub(crate) max: i64,
+pub struct Count {
+    noun: &'static str,
+    min: i64,
+    max: i64,
 }
 
 impl Count {
-    pub(crate) const fn new(noun: &'static str, min: i64, max: i64) -> Self {
-        Self { noun, min, max }
+    /// A whole number from `min` to `max`; the limits keep it inside `u32`.
+    #[must_use]
+    pub const fn new(noun: &'static str, min: u32, max: u32) -> Self {
+        Self {
+            noun,
+            min: min as i64,
+            max: max as i64,
+        }
     }
 
-    pub(crate) fn describe(&self) -> String {
+    /// Whether the value is within the limits.
+    #[must_use]
+    pub fn holds(&self, value: i64) -> bool {
+        (self.min..=self.max).contains(&value)
+    }
+
+    /// "a count, a whole number from 0 to 60".
+    #[must_use]
+    pub fn describe(&self) -> String {
         format!(
             "{}, a whole number from {} to {}",
             self.noun, self.min, self.max
@@ -112,18 +138,13 @@ impl Count {
     }
 }
 
-/// A length that is neither zero nor absurd for a robot.
-pub(crate) const ROBOT_LENGTH: Quantity = Quantity::new("a length", "m").above(0.0).at_most(5.0);
-/// The same, where zero makes sense.
-pub(crate) const ROBOT_LENGTH_OR_ZERO: Quantity =
-    Quantity::new("a length", "m").at_least(0.0).at_most(5.0);
-/// A place in `map`.
-pub(crate) const POSITION: Quantity = Quantity::new("a position", "m")
-    .at_least(-10_000.0)
-    .at_most(10_000.0);
-/// An offset in a robot's own frame.
-pub(crate) const OFFSET: Quantity = Quantity::new("an offset", "m").at_least(-5.0).at_most(5.0);
 /// A direction.
-pub(crate) const ANGLE: Quantity = Quantity::new("an angle", "rad")
+pub const ANGLE: Quantity = Quantity::new("an angle", "rad")
     .at_least(-2.0 * std::f64::consts::PI)
     .at_most(2.0 * std::f64::consts::PI);
+
+/// Six digits behind the point are enough for advice.
+#[must_use]
+pub fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}

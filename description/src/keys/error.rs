@@ -1,0 +1,64 @@
+//! What is wrong with a value, by its key.
+
+use std::fmt;
+
+/// A value that does not fit: which key, what was found, what was expected.
+///
+/// Code that gives a value its meaning judges it and answers with the key's full path; who has the file adds name and
+/// line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyError {
+    /// The full key, such as `tubes.omega_steps`.
+    pub key: String,
+    /// What was found.
+    pub found: String,
+    /// What was expected.
+    pub expected: String,
+    /// A second key that has to do with it, and what it is.
+    pub also: Option<(String, String)>,
+}
+
+impl KeyError {
+    /// An error at one key.
+    #[must_use]
+    pub fn new(
+        key: impl Into<String>,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self {
+            key: key.into(),
+            found: found.into(),
+            expected: expected.into(),
+            also: None,
+        }
+    }
+
+    /// The same below a section: `omega_steps` below `tubes` is `tubes.omega_steps`.
+    #[must_use]
+    pub fn below(mut self, section: &str) -> Self {
+        self.key = format!("{section}.{}", self.key);
+        self
+    }
+
+    /// The same with a second key.
+    #[must_use]
+    pub fn with(mut self, key: impl Into<String>, label: impl Into<String>) -> Self {
+        self.also = Some((key.into(), label.into()));
+        self
+    }
+}
+
+impl fmt::Display for KeyError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            key,
+            found,
+            expected,
+            ..
+        } = self;
+        write!(f, "{key}: found {found}, expected {expected}")
+    }
+}
+
+impl std::error::Error for KeyError {}

@@ -1,0 +1,64 @@
+//! `[lidar]`: the range sensor.
+
+use std::path::PathBuf;
+
+use super::{DURATION, TIMEOUT_MS};
+use crate::geometry::Pose2;
+use crate::keys::{Count, Field, Page, Pose, Quantity, Source, Text};
+use crate::section;
+
+const RANGE: Quantity = Quantity::new("a range", "m").above(0.0).at_most(60.0);
+const OFFSET: Quantity = Quantity::new("an offset", "m").at_least(-5.0).at_most(5.0);
+
+/// The bit rates of the sensor's serial line: SCIP 2.0, command SS.
+pub const BIT_RATES: &[u32] = &[19_200, 57_600, 115_200, 250_000, 500_000, 750_000];
+
+/// The rule of a bit rate: one of [`BIT_RATES`].
+pub struct BitRate;
+
+section! {
+    /// The range sensor.
+    pub struct Lidar {
+        /// The serial device.
+        pub device: PathBuf as Text("a serial device, such as \"/dev/ttyACM0\""),
+        /// The bit rate to switch to.
+        pub bit_rate: u32 as BitRate,
+        /// Where `laser` sits in `base_link`.
+        pub mount: Pose2 as Pose(OFFSET),
+        /// Nearer readings are unknown.
+        pub range_min_m: f64 as RANGE,
+        /// Farther readings are free up to here.
+        pub range_max_m: f64 as RANGE,
+        /// Neighbouring steps merged into one reading (1: none).
+        pub cluster: u32 as Count::new("a count", 1, 99) => 1,
+        /// Scans left out between two that are sent.
+        pub skip: u32 as Count::new("a count", 0, 9) => 0,
+        /// Without a valid scan for this long the robot stops.
+        pub scan_timeout_ms: u32 as TIMEOUT_MS => 250,
+        /// After that, scans must be good for this long before it drives on.
+        pub good_scans_s: f64 as DURATION => 2.0,
+    }
+}
+
+impl BitRate {
+    fn expected() -> String {
+        let rates: Vec<String> = BIT_RATES.iter().map(u32::to_string).collect();
+        format!("one of {} bit/s", rates.join(", "))
+    }
+}
+
+impl Field<BitRate> for u32 {
+    fn read(s: &dyn Source, key: &'static str, _: &BitRate, _: Option<u32>) -> u32 {
+        s.one_of(key, BIT_RATES, &BitRate::expected())
+    }
+
+    fn document(
+        page: &mut Page,
+        key: &'static str,
+        _: &BitRate,
+        _: Option<u32>,
+        about: &'static str,
+    ) {
+        page.key(key, BitRate::expected(), None, about);
+    }
+}
