@@ -20,8 +20,14 @@
 //! is limited too ([`Executor::limit_search`]): then an evaluation may end before its budget does,
 //! and says that something remains.
 //!
-//! Round robin protects a transition that stays enabled: it fires before another one fires twice.
-//! One that is enabled only now and then may be missed for ever by an unlucky rhythm of the others.
+//! **Fairness.** While a transition stays enabled and does not fire, every other one fires at most
+//! twice; at most once if all evaluations have the budget [`Budget::ONE`]. For the search goes around
+//! all transitions and passes over none that is enabled and has not fired in this round. So, from the
+//! moment when that holds of a transition, each other one can fire once; on its way to a second time the
+//! search comes to the one that waits. Only one that has fired in this round already, and is enabled
+//! again, has to wait for the next round, before which each other one can fire once more. An evaluation
+//! that ends within a round ends the round too. Nothing is promised to a transition that is enabled only
+//! now and then: an unlucky rhythm of the others may miss it for ever.
 //!
 //! **In the paper's words** (Figure 4). What its executor keeps in lists is here in sets of bits;
 //! `layout` explains them.
