@@ -73,8 +73,11 @@ pub struct MachineBinding<S> {
 
 impl<S: Side> MachineBinding<S> {
     /// Binds a machine to protocols: inputs and outputs of the machine that are called
-    /// `<protocol>.<flag>`, with a name given here in front, are flags; all others are events.
-    /// Returns all that does not fit.
+    /// `<protocol>.<flag>`, with a name given here in front, are flags; all others are events. An output
+    /// with a dot in its name and no protocol of that name would be a flag that nobody ever sees.
+    ///
+    /// # Errors
+    /// All that does not fit.
     pub fn new<N: Into<Box<str>>>(
         machine: Machine,
         sides: impl IntoIterator<Item = (N, S)>,
@@ -106,8 +109,17 @@ impl<S: Side> MachineBinding<S> {
                     let port = port as u16;
                     outgoing[event.index()] = Some(Outgoing { port, flag });
                 }
-                Some(Ok((_, Named::Abort))) | None => {}
+                // A run is aborted by its keeper, not by an output.
+                Some(Ok((_, Named::Abort))) => {}
                 Some(Err(error)) => errors.push(error),
+                None => errors.extend(name.rsplit_once('.').map(|(protocol, _)| {
+                    let known: Vec<_> = ports.iter().map(|port| &*port.name).collect();
+                    BindError::UnknownProtocol {
+                        user: user(),
+                        protocol: protocol.to_owned(),
+                        known: known.join(", "),
+                    }
+                })),
             }
         }
         if !errors.is_empty() {

@@ -205,6 +205,10 @@ fn what_does_not_fit_is_refused_with_its_reason() {
         [""; 0],
         "they are plain events"
     );
+    assert_eq!(
+        refuse("near", "c.request", ["a", "b"]),
+        ["output `c.request` of machine `m` names the unknown protocol `c`; known protocols: a, b"]
+    );
     assert_eq!(refuse("a.b.granted", "a.b.request", ["a", "a.b"]), [""; 0]);
     assert_eq!(
         refuse("a.request", "a.granted", ["a", "b"]),
