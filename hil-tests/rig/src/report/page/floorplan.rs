@@ -2,7 +2,7 @@
 
 use crate::record::{PathPoint, RobotRecord};
 
-use super::spacetime::WIDTH_PX;
+use super::style::WIDTH_PX;
 use super::view::View;
 use crate::report::draw::canvas::{Canvas, Curve, Px, Px2, shortened};
 use crate::report::draw::floor;

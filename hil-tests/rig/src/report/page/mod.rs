@@ -4,6 +4,7 @@
 //! word. Each robot has one colour throughout. The page reads in light, in dark and on paper; however long the run
 //! was, it stays under [`LARGEST_BYTES`](whole::LARGEST_BYTES), because curves are thinned to what can be seen.
 
+mod arcs;
 mod floorplan;
 mod frames;
 mod headline;
@@ -13,6 +14,7 @@ mod lanes;
 mod layers;
 mod net;
 mod nets;
+mod rows;
 mod spacetime;
 mod style;
 mod tables;

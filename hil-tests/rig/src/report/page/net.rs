@@ -10,24 +10,21 @@ use coordination::petri::{Binding, PlaceKind};
 
 use crate::record::CoordinationRecord;
 
+use super::arcs::{Arc, BAR_PX, PLACE_PX, TIP_PX, draw_arcs};
 use super::html::quantity;
-use super::layers::{Extent, Layout, lay_out};
-use super::spacetime::WIDTH_PX;
+use super::layers::{Extent, lay_out};
+use super::style::WIDTH_PX;
 use super::view::View;
 use crate::report::draw::canvas::{Canvas, Curve, Px, Px2, shortened};
 use crate::report::draw::labels;
 
 /// Nets with more places and transitions are not drawn.
 const MOST_NODES: usize = 200;
-const PLACE_PX: f64 = 8.5;
 const TOKEN_PX: f64 = 3.8;
-/// Half a bar's length, and half its thickness.
-const BAR_PX: Px2 = [18.0, 3.0];
 /// Sources and sinks: how far from the bar's middle, their size, and from one to the next.
 const BESIDE_PX: f64 = 42.0;
 const PORT_PX: f64 = 5.2;
 const PORT_STEP_PX: f64 = 17.0;
-const TIP_PX: Px2 = [3.6, 7.5];
 const TEXT_PX: f64 = 12.0;
 const SMALL_PX: f64 = 11.0;
 const MARGIN_PX: f64 = 6.0;
@@ -92,15 +89,6 @@ struct Drawing<'a> {
     short: bool,
 }
 
-/// An arc between an internal place and a transition.
-struct Arc<'a> {
-    from: usize,
-    to: usize,
-    /// The transition takes the token and puts it back.
-    both: bool,
-    transition: &'a str,
-}
-
 impl Drawing<'_> {
     /// The drawing and its width.
     fn draw(&self) -> (String, f64) {
@@ -124,7 +112,8 @@ impl Drawing<'_> {
             *point = point.map(|value| value + MARGIN_PX);
         }
         let mut canvas = Canvas::default();
-        self.draw_arcs(&mut canvas, &arcs, &layout);
+        let never = |transition: &str| self.run.is_some() && !self.fired.contains_key(transition);
+        draw_arcs(&mut canvas, &arcs, &layout, self.places.len(), never);
         for (index, place) in self.places.iter().enumerate() {
             self.draw_place(&mut canvas, place, layout.nodes[index]);
         }
@@ -233,103 +222,6 @@ impl Drawing<'_> {
             listed(&|firing| firing.0.to_string()) + &more,
             listed(&|firing| quantity(firing.1, 1, "s")),
         ]
-    }
-
-    fn draw_arcs(&self, canvas: &mut Canvas, arcs: &[Arc<'_>], layout: &Layout) {
-        let ends = self.ends(arcs, layout);
-        for ((arc, route), [from, to]) in arcs.iter().zip(&layout.routes).zip(&ends) {
-            let never = self.run.is_some() && !self.fired.contains_key(arc.transition);
-            canvas.open(
-                "g",
-                format_args!("class=\"{}\"", if never { "never" } else { "ever" }),
-            );
-            let down = to[1] > from[1];
-            let mut tips = Curve::default();
-            let (mut begin, mut end) = (*from, *to);
-            end[1] = tip(&mut tips, *to, down);
-            if arc.both {
-                begin[1] = tip(&mut tips, *from, !down);
-            }
-            let mut curve = Curve::default();
-            curve.move_to(begin);
-            let last = route.len() - 1;
-            let mut points: Vec<Px2> = route[1..last].to_vec();
-            if let Some(first) = points.first_mut() {
-                first[0] = from[0];
-            }
-            if let Some(end) = points.last_mut() {
-                end[0] = to[0];
-            }
-            for (index, point) in points.iter().enumerate() {
-                match index.checked_sub(1).filter(|_| index % 2 == 1) {
-                    Some(before) => curve.bend_to(points[before], *point),
-                    None => curve.line_to(*point),
-                }
-            }
-            curve.line_to(end);
-            canvas.curve("class=\"arc\"", &curve);
-            canvas.curve("class=\"tip\"", &tips);
-            canvas.close("g");
-        }
-    }
-
-    /// Where each arc leaves its first node and reaches its second: side by side, in the order in which they come.
-    fn ends(&self, arcs: &[Arc<'_>], layout: &Layout) -> Vec<[Px2; 2]> {
-        let mut ends: Vec<[Px2; 2]> = arcs
-            .iter()
-            .map(|arc| [layout.nodes[arc.from], layout.nodes[arc.to]])
-            .collect();
-        for node in 0..layout.nodes.len() {
-            for below in [false, true] {
-                let mut here: Vec<(f64, usize, usize)> = Vec::new();
-                for (index, (arc, route)) in arcs.iter().zip(&layout.routes).enumerate() {
-                    // The layer beyond the gap tells where it comes from.
-                    let beyond = [
-                        route.get(2),
-                        route.len().checked_sub(3).map(|at| &route[at]),
-                    ];
-                    for (end, own) in [arc.from, arc.to].into_iter().enumerate() {
-                        let Some(beyond) = beyond[end].filter(|_| own == node) else {
-                            continue;
-                        };
-                        if (beyond[1] > layout.nodes[node][1]) == below {
-                            here.push((beyond[0], index, end));
-                        }
-                    }
-                }
-                here.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let bar = node >= self.places.len();
-                // At a place with many arcs, those that come and those that go each share an end.
-                let kind = |index: usize, end: usize| match (arcs[index].both, end) {
-                    (true, _) => 2,
-                    (false, end) => end,
-                };
-                let mut kinds: Vec<usize> = Vec::new();
-                for (_, index, end) in &here {
-                    if !kinds.contains(&kind(*index, *end)) {
-                        kinds.push(kind(*index, *end));
-                    }
-                }
-                let shared = !bar && here.len() > 2;
-                let count = if shared { kinds.len() } else { here.len() };
-                for (order, (_, index, end)) in here.iter().enumerate() {
-                    let own = kinds.iter().position(|own| *own == kind(*index, *end));
-                    let place = own.filter(|_| shared).unwrap_or(order);
-                    let room_px = if bar { BAR_PX[0] - 3.0 } else { PLACE_PX - 2.0 };
-                    let step_px = (2.0 * room_px / count as f64).min(9.0);
-                    let aside_px = step_px * (place as f64 - (count - 1) as f64 / 2.0);
-                    let away_px = if bar {
-                        BAR_PX[1]
-                    } else {
-                        (PLACE_PX * PLACE_PX - aside_px * aside_px).max(0.0).sqrt() + 0.8
-                    };
-                    let [x, y] = layout.nodes[node];
-                    let y = if below { y + away_px } else { y - away_px };
-                    ends[*index][*end] = [x + aside_px, y];
-                }
-            }
-        }
-        ends
     }
 
     fn draw_place(&self, canvas: &mut Canvas, place: &NetPlace, at: Px2) {
@@ -458,18 +350,4 @@ fn place_extent(place: &NetPlace) -> Extent {
 /// Width of the badge with the numbers of firings; none without any.
 fn badge_px(numbers: &str) -> Option<f64> {
     (!numbers.is_empty()).then(|| (labels::text_width_px(numbers, SMALL_PX) + 10.0).max(17.0))
-}
-
-/// Adds the tip of an arrow; returns where the line ends.
-fn tip(curve: &mut Curve, at: Px2, down: bool) -> f64 {
-    let base_px = if down {
-        at[1] - TIP_PX[1]
-    } else {
-        at[1] + TIP_PX[1]
-    };
-    curve.move_to(at);
-    curve.line_to([at[0] - TIP_PX[0], base_px]);
-    curve.line_to([at[0] + TIP_PX[0], base_px]);
-    curve.close();
-    base_px
 }

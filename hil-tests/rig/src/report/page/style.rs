@@ -1,5 +1,7 @@
 //! How the page looks: light, dark and printed. Everything has its colour by class, so that one file serves all.
 
+/// Width of drawings in pixels.
+pub(super) const WIDTH_PX: f64 = 1180.0;
 /// Robots have this many colours; more robots share them.
 pub(super) const COLOURS: usize = 8;
 

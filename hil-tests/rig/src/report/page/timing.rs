@@ -1,7 +1,7 @@
 //! Latencies as histograms, and the quantiles of each thread as strips, on logarithmic axes.
 
 use super::html::short_time;
-use super::spacetime::WIDTH_PX;
+use super::style::WIDTH_PX;
 use super::tables::{WANTED_P99_MS, micros};
 use super::view::View;
 use crate::report::draw::canvas::{Canvas, Curve, Px, shortened};

@@ -5,8 +5,8 @@ use std::time::Duration;
 use sim::kelo::DriveHandle;
 use sim::rt::monotonic_ns;
 
-use crate::bench::Bench;
-use crate::watch::SURELY_STANDS;
+use crate::bad_days::bench::Bench;
+use crate::bad_days::watch::SURELY_STANDS;
 
 /// A fault is believed after 50 ms, so that noise stops nobody.
 const BELIEVED: Duration = Duration::from_millis(50);

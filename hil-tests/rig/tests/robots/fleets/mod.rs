@@ -10,5 +10,3 @@ mod bench;
 mod controls;
 mod deaths;
 mod program;
-#[path = "../bad_days/turn.rs"]
-mod turn;

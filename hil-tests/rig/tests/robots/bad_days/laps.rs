@@ -10,7 +10,7 @@ use rig::process::robot::SUBCOMMAND;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use tempfile::TempDir;
 
-use crate::bench::{RIG, ROBOT, shipped};
+use crate::bad_days::bench::{RIG, ROBOT, shipped};
 use crate::turn::Turn;
 
 /// A run under way, with a folder of its own for all temporary files.

@@ -6,8 +6,8 @@ use std::time::Duration;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
 
-use crate::bench::{Bench, ROBOT, onboard, said};
-use crate::watch::SURELY_STANDS;
+use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
+use crate::bad_days::watch::SURELY_STANDS;
 
 /// A request is served by the supervisor, ten times a second.
 const SERVED: Duration = Duration::from_millis(250);

@@ -5,8 +5,8 @@ use std::time::Duration;
 use sim::rt::monotonic_ns;
 use sim::world::Truth;
 
-use crate::bench::Bench;
-use crate::watch::{SURELY_STANDS, seconds};
+use crate::bad_days::bench::Bench;
+use crate::bad_days::watch::{SURELY_STANDS, seconds};
 
 /// The drive's own watchdog, which ends a setpoint that nobody renews.
 const WATCHDOG: Duration = Duration::from_millis(100);

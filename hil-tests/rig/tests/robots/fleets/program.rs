@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use tempfile::TempDir;
 
-use crate::bench::{CONFIG, RIG};
+use crate::fleets::bench::{CONFIG, RIG};
 use crate::turn::Turn;
 
 /// A rig under way, with a folder of its own for all temporary files.

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::bench::{Bench, onboard, said};
+use crate::bad_days::bench::{Bench, onboard, said};
 
 #[test]
 fn a_mistake_in_a_file_is_named_and_nothing_is_started() {

@@ -7,7 +7,7 @@ use rustix::process::Signal;
 use sim::rt::monotonic_ns;
 use sim::world::Truth;
 
-use crate::bench::Bench;
+use crate::bad_days::bench::Bench;
 
 const LOOK: Duration = Duration::from_millis(10);
 /// A robot that starts brings its bus up, connects its lidar and sees 2 s of good scans; so does one that goes on.

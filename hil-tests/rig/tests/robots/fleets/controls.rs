@@ -2,7 +2,7 @@
 
 use rig::run::Ending;
 
-use crate::bench::{Bench, shipped};
+use crate::fleets::bench::{Bench, shipped};
 
 #[test]
 fn without_the_mediator_all_stand_before_their_first_border() {

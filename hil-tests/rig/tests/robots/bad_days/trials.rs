@@ -4,7 +4,7 @@ use std::process::Command;
 
 use serde_json::Value as Json;
 
-use crate::bench::{RIG, shipped};
+use crate::bad_days::bench::{RIG, shipped};
 use crate::turn::Turn;
 
 /// Runs one and gives its summary.

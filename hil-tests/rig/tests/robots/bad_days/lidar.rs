@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use sim::rt::monotonic_ns;
 
-use crate::bench::Bench;
-use crate::watch::SURELY_STANDS;
+use crate::bad_days::bench::Bench;
+use crate::bad_days::watch::SURELY_STANDS;
 
 const SCAN_TIMEOUT: Duration = Duration::from_millis(250);
 const REACTION: Duration = Duration::from_millis(50);

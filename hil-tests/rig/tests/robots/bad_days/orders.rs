@@ -11,7 +11,7 @@ use onboard::process::runtime::Runtime;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
 
-use crate::bench::{Bench, ROBOT, onboard, said};
+use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
 
 /// Numbers of the life cycle's states.
 const RUNNING: u64 = 3;

@@ -1,8 +1,8 @@
 //! Bad days, through the real programs: the robot is a process, its devices speak their protocols, and what happened
 //! is judged by the world's truth.
 //!
-//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`turn`] lets one robot
-//!   run at a time;
+//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`turn`](crate::turn) lets
+//!   one robot run at a time;
 //! - [`lidar`], [`bus`], [`drive`], [`obstacle`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
 //! - [`operator`], [`orders`]: requests while it drives;
@@ -20,5 +20,5 @@ mod obstacle;
 mod operator;
 mod orders;
 mod trials;
-mod turn;
+
 mod watch;

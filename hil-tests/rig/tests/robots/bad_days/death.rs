@@ -5,8 +5,8 @@ use std::time::Duration;
 use rustix::process::Signal;
 use sim::rt::monotonic_ns;
 
-use crate::bench::{Bench, ROBOT, onboard};
-use crate::watch::SURELY_STANDS;
+use crate::bad_days::bench::{Bench, ROBOT, onboard};
+use crate::bad_days::watch::SURELY_STANDS;
 
 /// The drive's own watchdog; then the wheels roll out by friction.
 const WATCHDOG: Duration = Duration::from_millis(100);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use rig::run::Ending;
 
-use crate::bench::{Bench, Run, has, shipped, waits};
+use crate::fleets::bench::{Bench, Run, has, shipped, waits};
 
 const START: Duration = Duration::from_secs(30);
 

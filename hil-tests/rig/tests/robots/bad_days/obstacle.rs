@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use sim::world::{Obstacle, Shape};
 
-use crate::bench::Bench;
+use crate::bad_days::bench::Bench;
 
 #[test]
 fn it_stands_before_a_wall_that_appears_and_drives_on_when_it_has_gone() {

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use crate::bench::{Bench, RIG, onboard, said, shipped};
+use crate::bad_days::bench::{Bench, RIG, onboard, said, shipped};
 
 #[test]
 fn a_second_robot_of_the_same_name_is_refused_and_the_first_drives_on() {
