@@ -4,7 +4,7 @@ mod common;
 
 use common::lines;
 use config::{NetConfig, load_net};
-use coordination::analysis::{Limits, Reason, Warning};
+use coordination::analysis::{Limits, Proof, Reason, Warning};
 use coordination::binding::NetBinding;
 use coordination::event::EventTable;
 use coordination::petri::{Budget, Dot};
@@ -14,6 +14,12 @@ fn shipped(name: &str) -> NetConfig {
     load_net(format!("nets/{name}.toml")).unwrap_or_else(|error| panic!("{}", lines(&error)))
 }
 
+fn prove(net: &NetConfig, situation: &str) -> Proof {
+    let proofs = net.analyse(&Limits::default()).unwrap();
+    let of = |proof: &Proof| proof.report().situation.as_deref() == Some(situation);
+    proofs.into_iter().find(of).unwrap()
+}
+
 #[test]
 fn every_shipped_net_may_run() {
     let mut found = 0;
@@ -21,11 +27,12 @@ fn every_shipped_net_may_run() {
         let path = file.unwrap().path();
         let net = load_net(&path).unwrap_or_else(|error| panic!("{}", lines(&error)));
         assert_eq!(path.file_stem().unwrap().to_str(), Some(net.name.as_str()));
-        let reports = net
+        let proofs = net
             .analyse(&Limits::default())
             .unwrap_or_else(|refusal| panic!("{refusal}"));
-        assert_eq!(reports.len(), net.situations.len());
-        for report in reports {
+        assert_eq!(proofs.len(), net.situations.len());
+        for proof in proofs {
+            let report = proof.report();
             assert_eq!(report.warnings, [], "{}", report.net);
             assert!(report.states < 10_000, "{report:?}");
             assert!(!report.ends.is_empty(), "{report:?}");
@@ -43,10 +50,10 @@ fn a_wrong_net_is_refused_in_the_words_of_its_file() {
         config::parse_net("some.toml", &text)
             .unwrap_or_else(|error| panic!("{}", lines(&error)))
             .analyse(&Limits::default())
-            .map(|reports| {
-                reports
-                    .into_iter()
-                    .flat_map(|r| r.warnings)
+            .map(|proofs| {
+                proofs
+                    .iter()
+                    .flat_map(|proof| proof.report().warnings.clone())
                     .collect::<Vec<Warning>>()
             })
     };
@@ -189,10 +196,9 @@ impl Robot {
 type Judge = fn(&mut [Robot], &[String]);
 
 /// Runs a net until all robots have made `runs` runs and it is at an end.
-fn run(net: &NetConfig, situation: &str, runs: u32, seed: u64, judge: Judge) {
-    let model = net.model(situation).unwrap();
+fn run(net: &NetConfig, proof: &Proof, runs: u32, seed: u64, judge: Judge) {
     let mut events = EventTable::new();
-    let compiled = model.compile(&mut events).unwrap();
+    let compiled = proof.model().compile(&mut events).unwrap();
     let (mut sides, mut robots) = (Vec::new(), Vec::new());
     for used in net.uses() {
         let (robot, mediator) = channel(&used.protocol);
@@ -204,7 +210,7 @@ fn run(net: &NetConfig, situation: &str, runs: u32, seed: u64, judge: Judge) {
             overtaken: 0,
         });
     }
-    let mut binding = NetBinding::new(&compiled, sides).unwrap();
+    let mut binding = NetBinding::new(proof, &compiled, sides).unwrap();
     let mut coin = Coin(seed * 2 + 0x9E37_79B9_7F4A_7C15);
     // Some robots are slower than others.
     let patience: Vec<usize> = robots.iter().map(|_| 1 + coin.below(12)).collect();
@@ -219,6 +225,7 @@ fn run(net: &NetConfig, situation: &str, runs: u32, seed: u64, judge: Judge) {
             ..Budget::default()
         };
         let progress = binding.step(budget, |_| true);
+        assert!(binding.is_proved_by(proof));
         let marked: Vec<String> = binding
             .executor()
             .marking()
@@ -265,8 +272,9 @@ fn has(robot: &Robot, flag: &str) -> bool {
 #[test]
 fn t_junction_lets_one_at_a_time_cross_and_everybody_at_some_time() {
     let net = shipped("t-junction");
+    let proof = prove(&net, "all-outside");
     for seed in 1..=200 {
-        run(&net, "all-outside", 5, seed, |robots, _| {
+        run(&net, &proof, 5, seed, |robots, _| {
             let on_crossing = robots.iter().filter(|robot| has(robot, "granted")).count();
             assert!(on_crossing <= 1);
         });
@@ -276,9 +284,10 @@ fn t_junction_lets_one_at_a_time_cross_and_everybody_at_some_time() {
 #[test]
 fn overtaking_passes_only_while_the_normal_robot_stands_aside() {
     let net = shipped("overtaking");
+    let proofs = ["normal-ahead", "normal-aside"].map(|situation| prove(&net, situation));
     for seed in 1..=300 {
-        for situation in ["normal-ahead", "normal-aside"] {
-            run(&net, situation, 1, seed, |robots, marked| {
+        for proof in &proofs {
+            run(&net, proof, 1, seed, |robots, marked| {
                 let [emergency, normal] = robots else {
                     panic!("two roles");
                 };
@@ -299,9 +308,10 @@ fn overtaking_passes_only_while_the_normal_robot_stands_aside() {
 #[test]
 fn docking_keeps_the_big_robot_alone_and_lets_nobody_wait_for_ever() {
     let net = shipped("docking");
+    let proof = prove(&net, "all-outside");
     for seed in 1..=200 {
         // Three rounds, in and out.
-        run(&net, "all-outside", 6, seed, |robots, _| {
+        run(&net, &proof, 6, seed, |robots, _| {
             let inside = |robot: &Robot, flag| has(robot, flag);
             let big = robots.iter().any(|robot| inside(robot, "granted"));
             for lane in ["go-in", "go-out"] {
@@ -316,10 +326,10 @@ fn docking_keeps_the_big_robot_alone_and_lets_nobody_wait_for_ever() {
 #[test]
 fn docking_starves_neither_kind() {
     let net = shipped("docking");
+    let proof = &prove(&net, "all-outside");
     for eager in ["small", "big"] {
-        let model = net.model("all-outside").unwrap();
         let mut events = EventTable::new();
-        let compiled = model.compile(&mut events).unwrap();
+        let compiled = proof.model().compile(&mut events).unwrap();
         let (mut sides, mut robots) = (Vec::new(), Vec::new());
         for used in net.uses() {
             let (robot, mediator) = channel(&used.protocol);
@@ -333,7 +343,7 @@ fn docking_starves_neither_kind() {
                 overtaken: 0,
             });
         }
-        let mut binding = NetBinding::new(&compiled, sides).unwrap();
+        let mut binding = NetBinding::new(proof, &compiled, sides).unwrap();
         let mut coin = Coin(7);
         for step in 0_u32..2000 {
             for robot in &mut robots {

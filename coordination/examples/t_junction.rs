@@ -248,12 +248,12 @@ pub fn run(settings: Settings) -> Result<Outcome, Failure> {
     // A net may run only when it is proved that it never lets two robots in and never gets stuck,
     // whatever the robots do.
     let uses = ROBOTS.map(|robot| Use::new(robot, Arc::clone(&protocol), Party::Second));
-    analysis::check(&model, &uses, &Limits::default())?;
+    let proof = analysis::check(&model, &uses, &Limits::default())?;
 
     let net = model.compile(&mut EventTable::new()).map_err(all)?;
     let (robot_ends, mediator_ends): (Vec<End>, Vec<End>) =
         ROBOTS.iter().map(|_| channel(&protocol)).unzip();
-    let net = NetBinding::new(&net, ROBOTS.into_iter().zip(mediator_ends)).map_err(all)?;
+    let net = NetBinding::new(&proof, &net, ROBOTS.into_iter().zip(mediator_ends)).map_err(all)?;
     let world = World {
         begin: Instant::now(),
         settings,

@@ -2,7 +2,7 @@
 
 mod nets;
 
-use coordination::analysis::{Limits, Reason, Refusal, Report, Situation, Use, Warning};
+use coordination::analysis::{Limits, Proof, Reason, Refusal, Report, Situation, Use, Warning};
 use coordination::analysis::{check, check_situations};
 use coordination::petri::{Binding, NetModel};
 use coordination::protocol::{ABORTED, Party, ProtocolModel};
@@ -13,7 +13,10 @@ fn refused(model: &NetModel, uses: &[Use]) -> Refusal {
 }
 
 fn passed(model: &NetModel, uses: &[Use]) -> Report {
-    check(model, uses, &Limits::default()).unwrap_or_else(|refusal| panic!("{refusal}"))
+    let proof =
+        check(model, uses, &Limits::default()).unwrap_or_else(|refusal| panic!("{refusal}"));
+    assert!(proof.model().is_same(model) && proof.uses().len() == uses.len());
+    proof.report().clone()
 }
 
 fn way(refusal: &Refusal) -> String {
@@ -447,7 +450,10 @@ fn events_that_pile_up_are_refused() {
 #[test]
 fn a_net_beyond_the_limits_is_refused_and_says_so() {
     let (net, uses) = gate(6);
-    let states = check(&net, &uses, &Limits::default()).unwrap().states;
+    let states = check(&net, &uses, &Limits::default())
+        .unwrap()
+        .report()
+        .states;
     for (limits, what) in [
         (
             Limits {
@@ -485,7 +491,7 @@ fn a_net_beyond_the_limits_is_refused_and_says_so() {
         states,
         ..Limits::default()
     };
-    assert_eq!(check(&net, &uses, &exact).unwrap().states, states);
+    assert_eq!(check(&net, &uses, &exact).unwrap().report().states, states);
 }
 
 #[test]
@@ -662,7 +668,8 @@ fn what_only_one_situation_does_is_enough() {
         model: &b,
     };
     let limits = Limits::default();
-    let reports = check_situations(&[at_b, at_a], &[], &limits).unwrap();
+    let proofs = check_situations(&[at_b, at_a], &[], &limits).unwrap();
+    let reports: Vec<&Report> = proofs.iter().map(Proof::report).collect();
     assert_eq!((reports[0].states, reports[1].states), (4, 4));
     assert_eq!(
         (&reports[0].ends[..], &reports[1].ends[..]),
@@ -692,7 +699,12 @@ fn what_is_odd_but_works_is_warned_of() {
         ("entered", "robot"),
         ("released", "robot"),
     ];
-    let report = passed(&net, &[protocol("robot", &entries)]);
+    let uses = [protocol("robot", &entries)];
+    let refusal = refused(&net, &uses);
+    assert_eq!(*refusal.reason, Reason::Endless);
+    assert_eq!(way(&refusal), "robot sets request");
+    net.allow_endless();
+    let report = passed(&net, &uses);
     let texts: Vec<_> = report.warnings.iter().map(Warning::to_string).collect();
     assert_eq!(
         texts,

@@ -262,6 +262,7 @@ proptest! {
             Reason::Livelock { marked } => {
                 prop_assert!(marked.iter().all(|place| replay.marked.contains(place)));
             }
+            Reason::Endless => prop_assert!(refusal.trace.is_some()),
             Reason::Unfinished { .. } => prop_assert_ne!(replay.progress, 0),
             // Each dead transition is short of what the message says, where it says so.
             Reason::DeadTransitions { transitions, .. } => {

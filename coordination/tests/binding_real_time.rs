@@ -63,7 +63,7 @@ fn a_run_through_net_machine_and_protocol_allocates_nothing() {
     let [near, out] = ["near", "out"].map(|event| events.id(event).unwrap());
     let mut robot = MachineBinding::new(machine, [("area", robot_end)]).unwrap();
     let net = gate("r").compile(&mut EventTable::new()).unwrap();
-    let mut gate = NetBinding::new(&net, [("r", mediator_end)]).unwrap();
+    let mut gate = NetBinding::unproved(&net, [("r", mediator_end)]).unwrap();
     let used = allocations(|| {
         for _ in 0..100 {
             robot.step(near, |_| {}).unwrap();
@@ -89,7 +89,7 @@ fn an_abort_of_the_other_party_allocates_nothing() {
     let protocol = area("robot");
     let (mut robot, mediator_end) = channel(&protocol);
     let net = gate("r").compile(&mut EventTable::new()).unwrap();
-    let mut gate = NetBinding::new(&net, [("r", mediator_end)]).unwrap();
+    let mut gate = NetBinding::unproved(&net, [("r", mediator_end)]).unwrap();
     let request = protocol.flag("request").unwrap();
     let used = allocations(|| {
         for _ in 0..100 {

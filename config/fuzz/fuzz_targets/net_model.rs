@@ -117,18 +117,19 @@ fn fuzz(input: &mut Unstructured<'_>) -> Result<()> {
     if input.ratio(1, 2)? {
         net.end("end", &some(input, places, 4)?);
     }
-    let passed = match check(&net, &uses, &LIMITS) {
-        Ok(report) => {
+    let proof = match check(&net, &uses, &LIMITS) {
+        Ok(proof) => {
+            let report = proof.report();
             assert!(report.states <= LIMITS.states && report.steps <= LIMITS.steps);
-            true
+            Some(proof)
         }
         Err(refusal) => {
             assert!(!refusal.to_string().is_empty());
-            false
+            None
         }
     };
     assert!(Dot::new(&net).to_string().ends_with("}\n"));
-    run(&net, &uses, passed, input.arbitrary().unwrap_or(1));
+    run(&net, &uses, proof.as_ref(), input.arbitrary().unwrap_or(1));
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! What both fuzz targets do with a net that the analysis has passed: run it, with robots that do
 //! anything they may, and see that nothing happens that was proved impossible.
 
-use coordination::analysis::{Limits, Use};
+use coordination::analysis::{Limits, Proof, Use};
 use coordination::binding::NetBinding;
 use coordination::event::{EventId, EventTable};
 use coordination::petri::{Binding, Budget, NetModel, PlaceKind};
@@ -30,11 +30,11 @@ impl Coin {
     }
 }
 
-/// Runs a net. `passed` says that the analysis has passed it; then what it proved must hold.
-pub fn run(model: &NetModel, uses: &[Use], passed: bool, seed: u64) {
+/// Runs a net. If the analysis has passed it, what it proved must hold.
+pub fn run(model: &NetModel, uses: &[Use], proof: Option<&Proof>, seed: u64) {
     let mut events = EventTable::new();
     let Ok(net) = model.compile(&mut events) else {
-        assert!(!passed, "what passes the analysis compiles");
+        assert!(proof.is_none(), "what passes the analysis compiles");
         return;
     };
     let (mut robots, mut sides) = (Vec::new(), Vec::new());
@@ -47,7 +47,12 @@ pub fn run(model: &NetModel, uses: &[Use], passed: bool, seed: u64) {
         robots.push(robot);
         sides.push((used.name.clone(), own));
     }
-    let Ok(mut binding) = NetBinding::new(&net, sides) else {
+    let made = match proof {
+        Some(proof) => NetBinding::new(proof, &net, sides),
+        None => NetBinding::unproved(&net, sides),
+    };
+    let Ok(mut binding) = made else {
+        assert!(proof.is_none(), "what passes the analysis can be bound");
         return;
     };
     let free: Vec<EventId> = model
@@ -74,7 +79,8 @@ pub fn run(model: &NetModel, uses: &[Use], passed: bool, seed: u64) {
         };
         let takes = coin.below(2) == 0;
         binding.step(budget, |_| takes);
-        if passed {
+        if let Some(proof) = proof {
+            assert!(binding.is_proved_by(proof), "the analysis has not looked there");
             judge(model, &binding);
         }
     }

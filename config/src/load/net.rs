@@ -86,6 +86,7 @@ fn net(root: &dyn Source, origin: Origin) -> NetConfig {
         }),
         exclusions: sets(root, "exclusions"),
         ends: sets(root, "ends"),
+        endless: root.truth("endless", Need::Optional).unwrap_or(false),
         situations: named(root, "situations", "sections [situations.<id>]", |s| {
             NetSituation {
                 id: s.name().to_owned(),

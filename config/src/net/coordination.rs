@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use ::coordination::analysis::{Limits, Refusal, Report, Situation, Use, check_situations};
+use ::coordination::analysis::{Limits, Proof, Refusal, Situation, Use, check_situations};
 use ::coordination::petri::{NetModel, PlaceKind};
 use ::coordination::protocol::{Party, Protocol, ProtocolModel};
 
@@ -90,6 +90,9 @@ impl NetConfig {
                 model.end(id, &names(places));
             }
         }
+        if self.endless {
+            model.allow_endless();
+        }
         Some(model)
     }
 
@@ -102,11 +105,11 @@ impl NetConfig {
         ids.filter_map(|id| Some((id, self.model(id)?))).collect()
     }
 
-    /// Proves that the net may run, from each of its situations.
+    /// Proves that the net may run, from each of its situations, in their order.
     ///
     /// # Errors
     /// What is wrong, and the shortest way there.
-    pub fn analyse(&self, limits: &Limits) -> Result<Vec<Report>, Refusal> {
+    pub fn analyse(&self, limits: &Limits) -> Result<Vec<Proof>, Refusal> {
         let models = self.models();
         let situations: Vec<Situation<'_>> = models
             .iter()

@@ -39,6 +39,8 @@ pub struct NetConfig {
     pub ends: Vec<NetSet>,
     /// Markings of internal places in which it may begin; at least one.
     pub situations: Vec<NetSituation>,
+    /// The net may fire for ever by itself, without any flag of a robot.
+    pub endless: bool,
     /// Where each value was written.
     pub origin: Origin,
     /// By role.

@@ -27,11 +27,17 @@
 //!    protocol may have come after the end;
 //! 7. **an end can be reached** from every state (no livelock), if the net declares ends; if it
 //!    declares none, every run of every protocol that began can be completed;
-//! 8. every transition fires in some state, so every sink is reached, and so is every end.
+//! 8. it is **not endless**: its transitions cannot fire for ever without a flag or event from outside,
+//!    unless the net [allows it](crate::petri::NetModel::allow_endless);
+//! 9. every transition fires in some state, so every sink is reached, and so is every end.
 //!
-//! What point 7 calls "can be reached" will be reached if choices are fair; the executor's choice is
-//! round-robin and robots answer in the end. How long one party waits while others go on is not
-//! judged.
+//! Point 7 says that an end can be reached from wherever the net is, not that it will be. Between two
+//! flags or events a net fires only finitely often (point 8), but robots could go around an end for ever,
+//! and the executor's choice is fair only to transitions that stay enabled (see
+//! [Fairness](crate::petri)). How long one party waits while others go on is not judged.
+//!
+//! What is found is a [`Proof`], which belongs to this net, its initial marking and its protocols.
+//! [`NetBinding`](crate::binding::NetBinding) runs nets with a proof only.
 //!
 //! Not for real-time threads. Time and memory are bounded by [`Limits`]; a net that exceeds them is
 //! refused, never passed.
@@ -65,16 +71,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod check;
 mod closed;
-mod explore;
+mod explored;
 mod graph;
+mod never;
+mod proof;
 mod refusal;
 mod report;
 mod state;
 mod store;
 mod usage;
 
-pub use explore::{check, check_situations};
+pub use check::{check, check_situations};
+pub use proof::Proof;
 pub use refusal::{Dead, Reason, Refusal, Step, Trace};
 pub use report::{Report, Warning};
 pub use usage::{Limits, Situation, Use};

@@ -288,6 +288,12 @@ pub enum Reason {
         /// The marked places.
         marked: Vec<String>,
     },
+    /// Its transitions can fire for ever without any flag or event from outside.
+    #[error(
+        "it can fire for ever without any flag or event from outside, so that nobody knows when it comes to an end; \
+         a net that is meant to do so declares it (`endless = true` in a net file)"
+    )]
+    Endless,
     /// Transitions that never fire, and what follows from that.
     #[error("{}{}", joined(.transitions), unreached(.sinks))]
     DeadTransitions {

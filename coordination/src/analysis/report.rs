@@ -17,8 +17,8 @@ pub enum Warning {
         /// The flag.
         flag: String,
     },
-    /// The net's transitions can fire for ever without any flag or event from outside, so that an
-    /// evaluation always uses up its budget.
+    /// The net's transitions can fire for ever without any flag or event from outside, as it
+    /// declares, so that an evaluation may always use up its budget.
     NeverRests {
         /// How it gets to where that begins.
         trace: Trace,
@@ -43,7 +43,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// What an analysis looked at. That there is a report means that the net may run.
+/// What an analysis looked at; part of a [`Proof`](super::Proof).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
     /// The net.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::petri::NetModel;
-use crate::protocol::{Party, Protocol};
+use crate::protocol::{Party, Position, Protocol};
 
 /// A protocol that the net takes part in, under the name that the net's bindings call it.
 #[derive(Clone, Debug)]
@@ -23,6 +23,15 @@ impl Use {
             name: name.into(),
             protocol,
             net_party,
+        }
+    }
+
+    /// Where the protocol is once `to` is reached: a complete run makes room for the next.
+    pub(super) fn after(&self, to: Position) -> Position {
+        if self.protocol.is_end(to) {
+            Position::START
+        } else {
+            to
         }
     }
 

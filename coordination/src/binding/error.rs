@@ -67,6 +67,54 @@ pub enum BindError {
         /// The flag.
         flag: String,
     },
+    /// The proof is one of another net.
+    #[error(
+        "the proof is one of net `{proved}` with other places, transitions or marks, not of this net `{net}`"
+    )]
+    OtherModel {
+        /// The net to be bound.
+        net: String,
+        /// The net of the proof.
+        proved: String,
+    },
+    /// A side is of another protocol, or of another party, than the proof has under that name.
+    #[error(
+        "the side given for `{protocol}` is of another protocol or another party than in the net's proof"
+    )]
+    OtherProtocol {
+        /// The name.
+        protocol: String,
+    },
+    /// The proof knows of no protocol with that name.
+    #[error("protocol `{protocol}` is not part of the net's proof")]
+    NotInProof {
+        /// The name.
+        protocol: String,
+    },
+    /// There is no side for a protocol of the proof.
+    #[error("no side is given for protocol `{protocol}`, which is part of the net's proof")]
+    NoSide {
+        /// The name.
+        protocol: String,
+    },
+    /// A place to be marked is none of the net.
+    #[error("the net has no place or source number {place}")]
+    UnknownPlace {
+        /// Its number.
+        place: u16,
+    },
+    /// The analysis never looked at the state in which the net is to begin.
+    #[error(
+        "net `{net}` never comes to where it is to begin, so nothing is proved of that: marked are {marked}; set are {positions}"
+    )]
+    NotReached {
+        /// The net.
+        net: String,
+        /// The marked places.
+        marked: String,
+        /// What is set of each protocol.
+        positions: String,
+    },
 }
 
 /// Who uses a flag: the party that sets it, or the one that reads it.

@@ -1,8 +1,11 @@
 //! The mediator's half: a net and one protocol side per robot.
 
-use super::error::{BindError, Named, Role, duplicates, find_flag, longest_run};
+use super::error::BindError;
+use super::proved::{Standing, check_proof};
+use super::wiring::{MAX_HELD, Outgoing, Port, Wiring};
+use crate::analysis::Proof;
 use crate::event::EventId;
-use crate::petri::{Binding, Budget, Evaluation, Executor, Net, OfferError, PlaceId, PlaceKind};
+use crate::petri::{Budget, Evaluation, Executor, Net, OfferError, PlaceId, TransitionId};
 use crate::protocol::{AbortError, Change, FlagId, SetError, Side};
 
 /// What one call of [`NetBinding::step`] did.
@@ -18,133 +21,102 @@ pub struct Progress {
     pub remaining: bool,
 }
 
-/// A sink's flag: in which protocol, and which.
-#[derive(Clone, Copy, Debug)]
-struct Outgoing {
-    port: u16,
-    flag: FlagId,
-}
-
-/// A flag of the other party.
-#[derive(Clone, Copy, Debug, Default)]
-struct Incoming {
-    /// The event of the sources bound to it.
-    event: Option<EventId>,
-    /// Read, and not offered to the net yet, because its sources are full.
-    held: u8,
-}
-
-const MAX_HELD: u8 = u8::MAX;
-
-/// One protocol and what the net is bound to there.
-#[derive(Debug)]
-struct Port<S> {
-    name: Box<str>,
-    side: S,
-    /// By flag.
-    incoming: Box<[Incoming]>,
-    aborted: Option<EventId>,
-    /// Bound to the abort.
-    abort_sources: Vec<PlaceId>,
-    /// Bound to flags of the other party, by flag.
-    sources: Vec<(FlagId, PlaceId)>,
-    /// The most flags that are read at a time.
-    longest_run: u16,
-    aborts: u64,
-    refusal: Option<(FlagId, SetError)>,
-}
-
 /// A running net whose sources and sinks are flags of protocols; see [the module](super).
-#[derive(Debug)]
+///
+/// Its state is what the [analysis](crate::analysis) has looked at: the marked places, how many events
+/// wait for each source, and up to where each side has read or set flags.
+#[derive(Clone, Debug)]
 pub struct NetBinding<S> {
     executor: Executor,
-    ports: Box<[Port<S>]>,
-    /// By event, as far as sinks have flags.
-    outgoing: Box<[Option<Outgoing>]>,
-    /// By event: whether it stands for a flag, or for an abort.
-    flags: Box<[bool]>,
+    sides: Box<[S]>,
+    wiring: Wiring,
     refused: u64,
 }
 
 impl<S: Side> NetBinding<S> {
-    /// The most events of one flag that wait for its source.
+    /// The most events of one flag that wait for a source of it. More are not read; a net with a proof
+    /// never comes to that.
     pub const MAX_HELD: u8 = MAX_HELD;
 
-    /// Binds `net`, in its initial marking, to protocols under the names that the net's bindings
-    /// use. Returns all that does not fit.
+    /// Binds `net`, in its initial marking, to protocols under the names that the net's bindings use.
+    /// Allocates.
+    ///
+    /// # Errors
+    /// All that does not fit. The proof must be one of this net, with these protocols and parties, and
+    /// reach the positions of the sides; else two robots could both be let in.
     pub fn new<N: Into<Box<str>>>(
+        proof: &Proof,
         net: &Net,
         sides: impl IntoIterator<Item = (N, S)>,
     ) -> Result<Self, Vec<BindError>> {
-        let mut ports: Box<[Port<S>]> = sides
-            .into_iter()
-            .map(|(name, side)| Port::new(name.into(), side))
-            .collect();
-        let mut errors = duplicates(ports.iter().map(|port| &*port.name));
-        let (mut outgoing, mut flags) = (Vec::new(), Vec::new());
-        let model = net.model();
-        for (place, found) in net.places().zip(model.places()) {
-            let Some(Binding::Flag { protocol, flag }) = found.binding else {
-                continue;
-            };
-            let user = || format!("place `{}`", found.name);
-            let Some(number) = ports.iter().position(|port| *port.name == **protocol) else {
-                let known: Vec<_> = ports.iter().map(|port| &*port.name).collect();
-                errors.push(BindError::UnknownProtocol {
-                    user: user(),
-                    protocol: protocol.clone(),
-                    known: known.join(", "),
-                });
-                continue;
-            };
-            let port = &mut ports[number];
-            let is_sink = found.kind == PlaceKind::Sink;
-            let events = if is_sink { net.sinks() } else { net.sources() };
-            let Ok(index) = events.binary_search_by_key(&place, |&(place, _)| place) else {
-                continue;
-            };
-            let event = events[index].1;
-            if flags.len() <= event.index() {
-                flags.resize(event.index() + 1, false);
-            }
-            flags[event.index()] = true;
-            let role = if is_sink { Role::Sets } else { Role::Reads };
-            let named = (protocol.as_str(), port.side.protocol());
-            match find_flag(user, named, port.side.party(), role, flag) {
-                Ok(Named::Flag(flag)) if is_sink => {
-                    if outgoing.len() <= event.index() {
-                        outgoing.resize(event.index() + 1, None);
-                    }
-                    let port = number as u16;
-                    outgoing[event.index()] = Some(Outgoing { port, flag });
-                }
-                Ok(Named::Flag(flag)) => errors.extend(port.add_source(place, event, flag)),
-                Ok(Named::Abort) => {
-                    port.aborted = Some(event);
-                    port.abort_sources.push(place);
-                }
-                Err(error) => errors.push(error),
-            }
-        }
-        if !errors.is_empty() {
-            return Err(errors);
-        }
+        let binding = Self::unproved(net, sides)?;
+        check_proof(proof, &binding.executor, &binding.wiring, &binding.sides)?;
+        Ok(binding)
+    }
+
+    /// As [`new`](Self::new), where a net of the past has stood: `standing` and the sides are from its
+    /// journal.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); and if the proof does not reach this state.
+    pub fn resume<N: Into<Box<str>>>(
+        proof: &Proof,
+        net: &Net,
+        sides: impl IntoIterator<Item = (N, S)>,
+        standing: &Standing,
+    ) -> Result<Self, Vec<BindError>> {
+        let mut binding = Self::unproved(net, sides)?;
+        standing.restore(&mut binding.executor)?;
+        check_proof(proof, &binding.executor, &binding.wiring, &binding.sides)?;
+        Ok(binding)
+    }
+
+    /// As [`new`](Self::new), of a net of which nothing is known: for tests of what such a net does, and
+    /// for tools that look into one. It decides nothing about machines that move.
+    ///
+    /// # Errors
+    /// All that does not fit.
+    pub fn unproved<N: Into<Box<str>>>(
+        net: &Net,
+        sides: impl IntoIterator<Item = (N, S)>,
+    ) -> Result<Self, Vec<BindError>> {
+        let (names, sides): (Vec<Box<str>>, Vec<S>) = { sides.into_iter() }
+            .map(|(name, side)| (name.into(), side))
+            .unzip();
+        let wiring = Wiring::new(net, names, &sides)?;
         Ok(Self {
             executor: net.executor(),
-            ports,
-            outgoing: outgoing.into(),
-            flags: flags.into(),
+            sides: sides.into(),
+            wiring,
             refused: 0,
         })
     }
 
     /// Reads what the other parties did, evaluates the net within `budget`, and sets the flags of
     /// full sinks. Events of sinks that are not flags go to `send`, which returns whether it takes
-    /// them; otherwise the sink stays full. Real time if `send` is.
-    pub fn step(&mut self, budget: Budget, mut send: impl FnMut(EventId) -> bool) -> Progress {
-        let read = (0..self.ports.len()).map(|number| self.read(number)).sum();
-        self.offer_held();
-        let evaluation = self.executor.evaluate(budget);
+    /// them; otherwise the sink stays full. Real time if `send` and the sides are.
+    pub fn step(&mut self, budget: Budget, send: impl FnMut(EventId) -> bool) -> Progress {
+        self.run(send, |executor| executor.evaluate(budget))
+    }
+
+    /// As [`step`](Self::step), and writes down what fired, in order. Fires no more than `trace` holds.
+    pub fn step_traced(
+        &mut self,
+        budget: Budget,
+        trace: &mut [TransitionId],
+        send: impl FnMut(EventId) -> bool,
+    ) -> Progress {
+        self.run(send, |executor| executor.evaluate_traced(budget, trace))
+    }
+
+    #[inline]
+    fn run(
+        &mut self,
+        mut send: impl FnMut(EventId) -> bool,
+        evaluate: impl FnOnce(&mut Executor) -> Evaluation,
+    ) -> Progress {
+        let read = (0..self.sides.len()).map(|number| self.read(number)).sum();
+        let evaluation = evaluate(&mut self.executor);
         let mut newly = self.drain(&mut send);
         let mut set = newly;
         while newly > 0 {
@@ -152,68 +124,112 @@ impl<S: Side> NetBinding<S> {
             newly = self.drain(|_| false);
             set += newly;
         }
-        let unread = { self.ports.iter() }.any(|port| port.can_read(&self.executor));
-        let offerable = { self.ports.iter() }.any(|port| {
-            let mut flags = port.incoming.iter().zip(0..);
-            flags.any(|(held, flag)| held.held > 0 && port.can_fill(FlagId(flag), &self.executor))
-        });
+        let mut ports = self.wiring.ports.iter().zip(&self.sides);
+        let unread = ports.any(|(port, side)| port.can_read(side, &self.executor));
         Progress {
             read,
             evaluation,
             set,
             // Sinks that were emptied can enable transitions.
-            remaining: unread || offerable || self.executor.has_work(),
+            remaining: unread || self.executor.has_work(),
         }
     }
 
     /// Lets an event that is no flag wait for the sources bound to it.
+    ///
+    /// # Errors
+    /// If it is a flag, no source is bound to it, or too many of it wait.
     pub fn offer(&mut self, event: EventId) -> Result<(), OfferError> {
-        if is_flag(&self.flags, event) {
+        if self.wiring.is_flag(event) {
             return Err(OfferError::Flag(event));
         }
         self.executor.offer(event)
     }
 
     /// The net's executor.
+    #[must_use]
     pub fn executor(&self) -> &Executor {
         &self.executor
     }
 
+    /// Whether `proof` is one of this net and reaches the state that it is in now: so it stays, whatever
+    /// happens, if it was made with that proof. Allocates; for tests.
+    #[must_use]
+    pub fn is_proved_by(&self, proof: &Proof) -> bool {
+        check_proof(proof, &self.executor, &self.wiring, &self.sides).is_ok()
+    }
+
+    /// Where the net stands, to be stored together with the sides. Allocates.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        Standing::of(&self.executor)
+    }
+
     /// The names of the protocols, in the order given.
     pub fn names(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.ports.iter().map(|port| &*port.name)
+        self.wiring.ports.iter().map(|port| &*port.name)
+    }
+
+    /// The flag that a source or a sink is bound to, and the number of its protocol in the order given.
+    /// Searches.
+    #[must_use]
+    pub fn flag_of(&self, place: PlaceId) -> Option<(usize, FlagId)> {
+        let mut ports = self.wiring.ports.iter().enumerate();
+        ports.find_map(|(number, port)| {
+            let mut all = port.sources.iter().chain(&port.sinks);
+            let found = all.find(|&&(_, other)| other == place);
+            found.map(|&(flag, _)| (number, flag))
+        })
+    }
+
+    /// This party's sides, in the order given.
+    #[must_use]
+    pub fn sides(&self) -> &[S] {
+        &self.sides
+    }
+
+    /// As [`sides`](Self::sides), to merge levels into them. Flags are set by the net.
+    pub fn sides_mut(&mut self) -> &mut [S] {
+        &mut self.sides
     }
 
     /// This party's side of the protocol called `name`. Searches.
+    #[must_use]
     pub fn side(&self, name: &str) -> Option<&S> {
-        let port = self.ports.iter().find(|port| *port.name == *name)?;
-        Some(&port.side)
+        self.number(name).map(|number| &self.sides[number])
     }
 
     /// As [`side`](Self::side), to merge levels into it. Flags are set by the net.
     pub fn side_mut(&mut self, name: &str) -> Option<&mut S> {
-        let port = self.ports.iter_mut().find(|port| *port.name == *name)?;
-        Some(&mut port.side)
+        self.number(name).map(|number| &mut self.sides[number])
     }
 
     /// How many flags of the protocol called `name` were read and wait for full sources.
+    #[must_use]
     pub fn held(&self, name: &str) -> u32 {
-        let port = self.ports.iter().find(|port| *port.name == *name);
-        let flags = port.into_iter().flat_map(|port| &port.incoming);
-        flags.map(|incoming| u32::from(incoming.held)).sum()
+        let Some(port) = self.port(name) else {
+            return 0;
+        };
+        let flags = (0..port.incoming.len()).map(|flag| FlagId(flag as u16));
+        let most = |flag| {
+            port.sources_of(flag)
+                .map(|place| self.executor.waiting(place))
+                .max()
+        };
+        flags.filter_map(most).sum()
     }
 
     /// How many runs of the protocol called `name` the other party has aborted.
+    #[must_use]
     pub fn aborts(&self, name: &str) -> u64 {
-        let port = self.ports.iter().find(|port| *port.name == *name);
-        port.map_or(0, |port| port.aborts)
+        self.port(name).map_or(0, |port| port.aborts)
     }
 
     /// The flags of full sinks that their protocols did not take, with the protocol's name and the
     /// reason. Some wait for their turn; one that is out of order at this party's turn is a fault of
     /// the net, which analysis finds before it runs.
     pub fn refusals(&self) -> impl Iterator<Item = (&str, FlagId, SetError)> {
-        self.ports.iter().filter_map(|port| {
+        self.wiring.ports.iter().filter_map(|port| {
             let (flag, error) = port.refusal?;
             Some((&*port.name, flag, error))
         })
@@ -221,48 +237,67 @@ impl<S: Side> NetBinding<S> {
 
     /// How often a flag of a full sink was not taken, since the binding was made; trying the same
     /// flag again for the same reason does not count.
+    #[must_use]
     pub fn refused(&self) -> u64 {
         self.refused
     }
 
     /// Gives up all runs and goes back to the initial marking. Events that are no flags stay, whether
-    /// they wait, stand in sources or are to be sent: they belong to no run. Only the keeper of all protocols may;
-    /// for others nothing changes. A protocol without a further run number stays where it is.
+    /// they wait, stand in sources or are to be sent: they belong to no run. A protocol without a
+    /// further run number stays where it is.
+    ///
+    /// # Errors
+    /// If this party is not the keeper of all protocols, and then nothing changes; or if no run number
+    /// is left.
     pub fn abort(&mut self) -> Result<(), AbortError> {
-        let keeps = |port: &Port<S>| port.side.protocol().keeper() == Some(port.side.party());
-        if !self.ports.iter().all(keeps) {
+        let keeps = |side: &S| side.protocol().keeper() == Some(side.party());
+        if !self.sides.iter().all(keeps) {
             return Err(AbortError::NotKeeper);
         }
         let mut result = Ok(());
-        for port in &mut self.ports {
-            result = result.and(port.side.abort().map(|_| ()));
-            port.forget();
+        for (port, side) in self.wiring.ports.iter_mut().zip(&mut self.sides) {
+            result = result.and(side.abort().map(|_| ()));
+            port.refusal = None;
         }
-        let flags = &self.flags;
-        self.executor.reset_but(|event| !is_flag(flags, event));
+        let wiring = &self.wiring;
+        self.executor.reset_but(|event| !wiring.is_flag(event));
         result
     }
 
     /// Gives the protocol sides back, with their names.
     pub fn into_sides(self) -> impl Iterator<Item = (Box<str>, S)> {
-        self.ports.into_iter().map(|port| (port.name, port.side))
+        let names = self.wiring.ports.into_iter().map(|port| port.name);
+        names.zip(self.sides)
+    }
+
+    fn number(&self, name: &str) -> Option<usize> {
+        let mut ports = self.wiring.ports.iter();
+        ports.position(|port| *port.name == *name)
+    }
+
+    fn port(&self, name: &str) -> Option<&Port> {
+        self.number(name).map(|number| &self.wiring.ports[number])
     }
 
     /// Reads at most as many flags as one run has, and nothing behind an abort that the net has not
-    /// dealt with: a net has no priorities, so what belongs to the next run could overtake it. Returns
-    /// how many changes were read.
+    /// dealt with: a net has no priorities, so what belongs to the next run could overtake it. Each flag
+    /// waits at once for every source bound to it, for each in a queue of its own, as the analysis has
+    /// it. Returns how many changes were read.
     fn read(&mut self, number: usize) -> u32 {
-        for read in 0..u32::from(self.ports[number].longest_run) {
-            let port = &mut self.ports[number];
-            if !port.can_read(&self.executor) {
+        let longest = u32::from(self.wiring.ports[number].longest_run);
+        for read in 0..longest {
+            let port = &mut self.wiring.ports[number];
+            if !port.can_read(&self.sides[number], &self.executor) {
                 return read;
             }
             // The other party may have aborted since.
-            match port.side.poll() {
+            match self.sides[number].poll() {
                 None => return read,
                 Some(Change::Flag(flag)) => {
-                    let incoming = &mut port.incoming[flag.index()];
-                    incoming.held += u8::from(incoming.event.is_some());
+                    if let Some(event) = port.incoming[flag.index()] {
+                        let offered = self.executor.offer(event);
+                        debug_assert!(offered.is_ok(), "there is room: {offered:?}");
+                    }
                 }
                 Some(Change::Aborted) => {
                     port.aborts += 1;
@@ -270,19 +305,19 @@ impl<S: Side> NetBinding<S> {
                 }
             }
         }
-        self.ports[number].longest_run.into()
+        longest
     }
 
     /// Takes back what belongs to the aborted run of a protocol, and offers the abort.
     fn void(&mut self, number: usize) {
         let Self {
-            executor,
-            ports,
-            outgoing,
-            ..
+            executor, wiring, ..
         } = self;
+        let Wiring {
+            ports, outgoing, ..
+        } = wiring;
         let port = &mut ports[number];
-        port.forget();
+        port.refusal = None;
         executor.drain_sinks(|event| {
             let flag = outgoing.get(event.index()).copied().flatten();
             flag.is_some_and(|flag| usize::from(flag.port) == number)
@@ -296,40 +331,26 @@ impl<S: Side> NetBinding<S> {
         }
     }
 
-    /// Offers what was read to sources that can take it at once, so that nothing waits in the
-    /// executor, where an abort could not take it back.
-    fn offer_held(&mut self) {
-        for port in &mut self.ports {
-            for index in 0..port.incoming.len() {
-                let Incoming { event, held } = port.incoming[index];
-                if let Some(event) = event
-                    && held > 0
-                    && port.can_fill(FlagId(index as u16), &self.executor)
-                    && self.executor.offer(event).is_ok()
-                {
-                    port.incoming[index].held -= 1;
-                }
-            }
-        }
-    }
-
     /// Shows each full sink to its protocol or to `send`; how many flags were set.
     fn drain(&mut self, mut send: impl FnMut(EventId) -> bool) -> u32 {
         let Self {
             executor,
-            ports,
-            outgoing,
+            sides,
+            wiring,
             refused,
-            ..
         } = self;
+        let Wiring {
+            ports, outgoing, ..
+        } = wiring;
         let mut set = 0;
         executor.drain_sinks(|event| {
             let Some(Outgoing { port, flag }) = outgoing.get(event.index()).copied().flatten()
             else {
                 return send(event);
             };
-            let port = &mut ports[usize::from(port)];
-            let result = port.side.set(flag);
+            let number = usize::from(port);
+            let port = &mut ports[number];
+            let result = sides[number].set(flag);
             match result {
                 Ok(()) => {
                     set += 1;
@@ -344,66 +365,5 @@ impl<S: Side> NetBinding<S> {
             result.is_ok()
         });
         set
-    }
-}
-
-fn is_flag(flags: &[bool], event: EventId) -> bool {
-    flags.get(event.index()).is_some_and(|&is_flag| is_flag)
-}
-
-impl<S: Side> Port<S> {
-    fn new(name: Box<str>, side: S) -> Self {
-        let flags = side.protocol().flags().count();
-        Self {
-            name,
-            incoming: vec![Incoming::default(); flags].into(),
-            aborted: None,
-            abort_sources: Vec::new(),
-            sources: Vec::new(),
-            longest_run: longest_run(side.protocol()),
-            aborts: 0,
-            refusal: None,
-            side,
-        }
-    }
-
-    /// Lets `flag`, whose event is `event`, fill `place` too.
-    fn add_source(&mut self, place: PlaceId, event: EventId, flag: FlagId) -> Option<BindError> {
-        let protocol = self.side.protocol();
-        let abortable = protocol.keeper() == Some(self.side.party().other());
-        let first = self.incoming[flag.index()].event.replace(event).is_none();
-        self.sources.push((flag, place));
-        (abortable && !first).then(|| BindError::SeveralSources {
-            protocol: self.name.to_string(),
-            flag: protocol.flag_name(flag).to_owned(),
-        })
-    }
-
-    /// Whether there is something to read that may be read now.
-    fn can_read(&self, executor: &Executor) -> bool {
-        let is_unread = |&place: &PlaceId| executor.is_marked(place) || executor.waiting(place) > 0;
-        if self.abort_sources.iter().any(is_unread) {
-            return false;
-        }
-        match self.side.peek() {
-            None => false,
-            Some(Change::Aborted) => true,
-            Some(Change::Flag(flag)) => {
-                let Incoming { event, held } = self.incoming[flag.index()];
-                event.is_none() || held < MAX_HELD
-            }
-        }
-    }
-
-    /// Whether a source of `flag` would be filled by the next evaluation, if the flag were offered.
-    fn can_fill(&self, flag: FlagId, executor: &Executor) -> bool {
-        let mut sources = self.sources.iter().filter(|&&(of, _)| of == flag);
-        sources.any(|&(_, place)| !executor.is_marked(place) && executor.waiting(place) == 0)
-    }
-
-    /// Forgets what belongs to a run that is over.
-    fn forget(&mut self) {
-        self.incoming.iter_mut().for_each(|flag| flag.held = 0);
-        self.refusal = None;
     }
 }

@@ -313,6 +313,24 @@ impl Executor {
         Ok(())
     }
 
+    /// Lets exactly `count` events wait for `source`; `false`, and no change, if it is no source or the
+    /// count is above [`MAX_WAITING`](Self::MAX_WAITING). Looks at every source.
+    pub fn set_waiting(&mut self, source: PlaceId, count: u32) -> bool {
+        let sources = self.net.sources();
+        let Ok(index) = sources.binary_search_by_key(&source, |&(place, _)| place) else {
+            return false;
+        };
+        if count > Self::MAX_WAITING {
+            return false;
+        }
+        let Self {
+            net, state, ports, ..
+        } = self;
+        ports.set_waiting(index, count);
+        ports.restart_sources(|source| !state.is_marked(net.layout(), net.sources()[source].0));
+        true
+    }
+
     /// Back to the initial marking, with nothing waiting; the counters keep counting. Looks at
     /// every place.
     pub fn reset(&mut self) {

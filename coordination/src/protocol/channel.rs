@@ -112,6 +112,10 @@ impl Side for End {
         self.party
     }
 
+    fn read_to(&self) -> Position {
+        self.read.position
+    }
+
     fn set(&mut self, flag: FlagId) -> Result<(), SetError> {
         let now = self.now();
         let to = may_set(&self.protocol, self.party, self.read, now, flag)?;

@@ -101,6 +101,8 @@ pub trait Side {
     fn protocol(&self) -> &Protocol;
     /// The party on this side.
     fn party(&self) -> Party;
+    /// Up to where this party has read or set the flags of its run.
+    fn read_to(&self) -> Position;
     /// Sets a flag of this party; an error changes nothing.
     fn set(&mut self, flag: FlagId) -> Result<(), SetError>;
     /// What the next [`poll`](Self::poll) would return, without reading it.

@@ -115,9 +115,15 @@ impl Replica {
         Ok(replica)
     }
 
-    /// The level to send, to repeat and to store.
+    /// The level to send and to repeat.
     pub fn level(&self) -> Level {
         self.known.level(self.id, &self.protocol)
+    }
+
+    /// The level up to where the owner has read or set flags: what to store, so that after a restart
+    /// the rest comes again with the other side's next level.
+    pub fn read_level(&self) -> Level {
+        self.read.level(self.id, &self.protocol)
     }
 
     /// The run that both sides together are known to be in.
@@ -230,6 +236,10 @@ impl Side for Replica {
 
     fn party(&self) -> Party {
         self.party
+    }
+
+    fn read_to(&self) -> Position {
+        self.read.position
     }
 
     fn set(&mut self, flag: FlagId) -> Result<(), SetError> {

@@ -45,7 +45,7 @@ fn bind<S: Side>(
     sides: impl IntoIterator<Item = (&'static str, S)>,
 ) -> NetBinding<S> {
     let net = model.compile(&mut EventTable::new()).unwrap();
-    NetBinding::new(&net, sides).unwrap()
+    NetBinding::unproved(&net, sides).unwrap()
 }
 
 fn is_marked<S: Side>(binding: &NetBinding<S>, name: &str) -> bool {
@@ -91,7 +91,7 @@ fn an_abort_that_stays_in_its_source_holds_back_what_follows() {
     net.transition("hear", &["gone", "go"], &[]);
     let mut events = EventTable::new();
     let compiled = net.compile(&mut events).unwrap();
-    let mut binding = NetBinding::new(&compiled, [("a", mediator)]).unwrap();
+    let mut binding = NetBinding::unproved(&compiled, [("a", mediator)]).unwrap();
     for _ in 0..2 {
         robot.set(request).unwrap();
         robot.abort().unwrap();
@@ -190,6 +190,9 @@ impl Side for Overtaken {
     }
     fn party(&self) -> Party {
         self.end.party()
+    }
+    fn read_to(&self) -> Position {
+        self.end.read_to()
     }
     fn set(&mut self, flag: FlagId) -> Result<(), SetError> {
         self.end.set(flag)

@@ -1,6 +1,7 @@
 //! Robots and mediator on different machines: the same bindings over replicas, whose levels are
 //! lost, repeated and reordered.
 
+use coordination::analysis::{Limits, Use, check};
 use coordination::binding::{MachineBinding, NetBinding};
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
@@ -90,14 +91,17 @@ struct World {
 
 impl World {
     fn new() -> Self {
-        let net = net_model().compile(&mut EventTable::new()).unwrap();
+        let model = net_model();
+        let uses = ROBOTS.map(|name| Use::new(name, area("mediator"), Party::Second));
+        let proof = check(&model, &uses, &Limits::default()).unwrap();
+        let net = model.compile(&mut EventTable::new()).unwrap();
         let sides = ROBOTS.iter().zip(0..).map(|(&name, id)| {
             let side = Replica::new(&area("mediator"), id, Party::Second, 1);
             (name, side)
         });
         Self {
             robots: (0..3).map(Robot::new).collect(),
-            mediator: NetBinding::new(&net, sides).unwrap(),
+            mediator: NetBinding::new(&proof, &net, sides).unwrap(),
         }
     }
 

@@ -6,3 +6,4 @@ mod junction;
 mod lossy;
 mod machine;
 mod net;
+mod proof;

@@ -39,7 +39,7 @@ fn compile(model: &NetModel) -> (Net, EventTable) {
 fn bind(model: &NetModel, protocol: &Arc<Protocol>) -> (End, NetBinding<End>, EventTable) {
     let (robot, mediator) = channel(protocol);
     let (net, events) = compile(model);
-    let binding = NetBinding::new(&net, [("robot", mediator)]).unwrap();
+    let binding = NetBinding::unproved(&net, [("robot", mediator)]).unwrap();
     (robot, binding, events)
 }
 
@@ -281,7 +281,7 @@ fn what_does_not_fit_is_refused_with_its_reason() {
         build(&mut model);
         let (net, _) = compile(&model);
         let sides = names.iter().map(|&name| (name, channel(&area(keeper)).1));
-        let errors = NetBinding::new(&net, sides).unwrap_err();
+        let errors = NetBinding::unproved(&net, sides).unwrap_err();
         errors.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
     let net = |source: &'static str, sink: &'static str| {
@@ -336,7 +336,7 @@ fn what_does_not_fit_is_refused_with_its_reason() {
         model
     });
     let mediator = channel(&area("mediator")).1;
-    assert!(NetBinding::new(&compiled, [("r", mediator)]).is_ok());
+    assert!(NetBinding::unproved(&compiled, [("r", mediator)]).is_ok());
 }
 
 /// Two events for one sink: the second has to wait until the first is taken, and then goes on.

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use config::{NetConfig, SiteConfig};
-use coordination::analysis::Limits;
+use coordination::analysis::{Limits, Proof};
 use coordination::petri::Dot;
 
 use super::failure::Failure;
@@ -107,8 +107,8 @@ fn describe_order(site: &SiteConfig, plans: &[Arc<Plan>]) -> String {
 fn describe_net(net: &NetConfig) -> (String, bool) {
     let mut text = format!("\nnet {}{}\n", net.name, about(net.about.as_deref()));
     match net.analyse(&Limits::default()) {
-        Ok(reports) => {
-            for report in reports {
+        Ok(proofs) => {
+            for report in proofs.iter().map(Proof::report) {
                 let situation = report.situation.as_deref().unwrap_or("as it begins");
                 text += &format!(
                     "  {situation}: may run; {} states, {} steps, ends: {}\n",
@@ -116,7 +116,7 @@ fn describe_net(net: &NetConfig) -> (String, bool) {
                     report.steps,
                     report.ends.join(", ")
                 );
-                for warning in report.warnings {
+                for warning in &report.warnings {
                     text += &format!("    note: {warning}\n");
                 }
             }

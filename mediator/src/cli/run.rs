@@ -63,6 +63,11 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
     let (store, stored) =
         Store::open(&journal, &site.name).map_err(|error| Failure::Refused(error.to_string()))?;
     let plans = plans(&arguments.site, &site, &setup)?;
+    for plan in &plans {
+        for warning in plan.warnings() {
+            tracing::warn!("coordination {}, net {}: {warning}", plan.id, plan.net);
+        }
+    }
     let manager = Manager::with_plans(&setup, plans, &stored, 0)
         .map_err(|error| Failure::Refused(error.to_string()))?;
     tracing::info!(

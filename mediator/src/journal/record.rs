@@ -1,5 +1,7 @@
 //! Coordinations as the journal knows them: by names, so that a changed site or net is noticed.
 
+use std::collections::BTreeMap;
+
 use contract::level::PROTOCOL_ID;
 use coordination::protocol::Level;
 use serde::{Deserialize, Serialize};
@@ -14,6 +16,9 @@ pub struct CoordinationRecord {
     pub situation: Option<String>,
     /// The marked places of the net.
     pub marking: Vec<String>,
+    /// By source: how many events wait for it, as far as some do.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub waiting: BTreeMap<String, u32>,
     /// By role of the net, in its order.
     pub parts: Vec<PartRecord>,
 }

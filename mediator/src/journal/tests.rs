@@ -63,6 +63,7 @@ fn coordination(number: u64) -> Entry {
         coordination: "overtaking".into(),
         situation: Some("normal-ahead".into()),
         marking: vec!["normal-in-1".into()],
+        waiting: [("normal-done1".into(), 2)].into(),
         parts: vec![PartRecord {
             role: "normal".into(),
             robot: "amr-1".into(),

@@ -61,7 +61,7 @@ pub(crate) fn yielding(
     Script {
         paths: paths(&protocol),
         flags,
-        enters: entered,
+        enters: entered.into(),
         protocol: Arc::new(protocol),
     }
 }

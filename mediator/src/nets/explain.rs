@@ -1,16 +1,17 @@
 //! What an instance waits for, in sentences.
 
 use super::instance::{Instance, Stage};
-use super::plan::Wired;
-use coordination::petri::{Executor, PlaceId, TransitionId};
-use coordination::protocol::{FlagId, Party};
+use super::part::Part;
+use coordination::binding::NetBinding;
+use coordination::petri::{PlaceId, TransitionId};
+use coordination::protocol::{FlagId, Party, Side};
 
 impl Instance {
     /// What the robot of a role waits for in this coordination, by `name`s of robots.
     pub(crate) fn why(&self, role: usize, name: impl Fn(usize) -> String) -> String {
-        let part = &self.parts[role];
+        let part = &self.parts()[role];
         let protocol = part.protocol();
-        let next: Vec<FlagId> = { protocol.next(part.position()) }
+        let next: Vec<FlagId> = { protocol.next(part.read_to()) }
             .map(|(flag, _)| flag)
             .collect();
         let names: Vec<&str> = next.iter().map(|&flag| protocol.flag_name(flag)).collect();
@@ -30,14 +31,10 @@ impl Instance {
             return format!("it is to set the flag `{names}` itself{when}");
         }
         match &self.stage {
-            Stage::Yielding => self.why_yielding(role, name),
-            Stage::Running {
-                situation,
-                executor,
-            } => {
-                let wired = &self.plan.situations[*situation].wired;
+            Stage::Yielding(_) => self.why_yielding(role, name),
+            Stage::Running { net, .. } => {
                 let why = { next.iter() }
-                    .filter_map(|&flag| self.why_not(wired, executor, role, flag, &name))
+                    .filter_map(|&flag| self.why_not(net, role, flag, &name))
                     .min_by_key(|(missing, _)| *missing);
                 match why {
                     Some((_, why)) => why,
@@ -48,7 +45,7 @@ impl Instance {
     }
 
     fn why_yielding(&self, role: usize, name: impl Fn(usize) -> String) -> String {
-        let open: Vec<String> = { self.parts.iter().enumerate() }
+        let open: Vec<String> = { self.parts().iter().enumerate() }
             .filter(|(other, _)| !self.has_read_halt(*other))
             .map(|(_, part)| name(part.robot))
             .collect();
@@ -66,17 +63,17 @@ impl Instance {
     /// The transition that lacks least for setting a flag, and how much it lacks.
     fn why_not(
         &self,
-        wired: &Wired,
-        executor: &Executor,
+        running: &NetBinding<Part>,
         role: usize,
         flag: FlagId,
         name: &impl Fn(usize) -> String,
     ) -> Option<(usize, String)> {
+        let executor = running.executor();
         let net = executor.net();
         let structure = net.structure();
         let sinks: Vec<PlaceId> = { net.sinks().iter() }
-            .filter(|(_, event)| wired.sinks.get(event) == Some(&(role, flag)))
             .map(|&(place, _)| place)
+            .filter(|&place| running.flag_of(place) == Some((role, flag)))
             .collect();
         let missing = |transition: TransitionId| -> Vec<PlaceId> {
             let inputs = structure.inputs(transition).iter().copied();
@@ -102,7 +99,7 @@ impl Instance {
         let lacks_names: Vec<String> = { lacks.iter() }
             .map(|&place| {
                 let place_name = net.place_name(place);
-                let meaning = self.meaning(wired, place, place_name, name);
+                let meaning = self.meaning(running, place, place_name, name);
                 format!("`{place_name}` ({meaning})")
             })
             .collect();
@@ -115,21 +112,15 @@ impl Instance {
 
     fn meaning(
         &self,
-        wired: &Wired,
+        running: &NetBinding<Part>,
         place: PlaceId,
         place_name: &str,
         name: &impl Fn(usize) -> String,
     ) -> String {
-        for (part, sources) in self.parts.iter().zip(&wired.sources) {
-            for (flag, source) in sources.iter().enumerate() {
-                if source
-                    .as_ref()
-                    .is_some_and(|(_, places)| places.contains(&place))
-                {
-                    let flag = part.protocol().flag_name(FlagId(flag as u16));
-                    return format!("{} has not set `{flag}`", name(part.robot));
-                }
-            }
+        if let Some((role, flag)) = running.flag_of(place) {
+            let part = &running.sides()[role];
+            let flag = part.protocol().flag_name(flag);
+            return format!("{} has not set `{flag}`", name(part.robot));
         }
         { self.plan.meanings.get(place_name) }
             .filter(|meaning| !meaning.is_empty())

@@ -8,15 +8,19 @@
 //! An instance is one run of a plan with certain robots: the net's marking, and this side of each protocol. It is pure, and
 //! all of it can be stored and restored.
 
+mod access;
 mod control;
 mod explain;
 mod instance;
 mod load;
 mod part;
 mod plan;
+mod stored;
+mod yielding;
 
 pub use load::{PlanError, plans};
 pub use plan::Plan;
 
-pub(crate) use instance::{Instance, Stage, Unrestorable};
+pub(crate) use instance::{Instance, Stage};
 pub(crate) use plan::{Cast, Kind};
+pub(crate) use stored::Unrestorable;

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use super::plan::Script;
 use contract::level::PROTOCOL_ID;
 use coordination::protocol::{
-    Change, FlagId, Level, MergeError, Party, Position, Protocol, Replica, SetError, Side,
+    AbortError, Change, FlagId, Level, MergeError, Party, Position, Protocol, Replica, SetError,
+    Side,
 };
 
 /// The mediator is the second party of all protocols of nets, and of those of the contract.
@@ -22,43 +24,40 @@ pub(crate) struct Kept {
 pub(crate) struct Part {
     pub(crate) robot: usize,
     side: Replica,
-    /// Up to where flags were read or set: what is stored. The rest comes again with the robot's next report.
-    read: (u32, Position),
+    /// By flag: areas that are kept for the robot once it is set.
+    enters: Arc<[Vec<usize>]>,
     /// The robot's side, where it follows from protocol 1.
     pub(crate) own: Option<Replica>,
     pub(crate) kept: Vec<Kept>,
 }
 
 impl Part {
-    pub(crate) fn new(robot: usize, protocol: &Arc<Protocol>, derived: bool) -> Self {
+    pub(crate) fn new(robot: usize, script: &Script, derived: bool) -> Self {
+        let side = |party| Replica::new(&script.protocol, PROTOCOL_ID, party, 0);
         Self {
             robot,
-            side: Replica::new(protocol, PROTOCOL_ID, MEDIATOR, 0),
-            read: (0, Position::START),
-            own: derived.then(|| Replica::new(protocol, PROTOCOL_ID, MEDIATOR.other(), 0)),
+            side: side(MEDIATOR),
+            enters: Arc::clone(&script.enters),
+            own: derived.then(|| side(MEDIATOR.other())),
             kept: Vec::new(),
         }
     }
 
     pub(crate) fn resume(
         robot: usize,
-        protocol: &Arc<Protocol>,
+        script: &Script,
         level: Level,
         own: Option<Level>,
     ) -> Result<Self, MergeError> {
-        let side = Replica::resume(protocol, MEDIATOR, level)?;
+        let protocol = &script.protocol;
         let own = own.map(|own| Replica::resume(protocol, MEDIATOR.other(), own));
         Ok(Self {
             robot,
-            read: (side.run(), side.position()),
-            side,
+            side: Replica::resume(protocol, MEDIATOR, level)?,
+            enters: Arc::clone(&script.enters),
             own: own.transpose()?,
             kept: Vec::new(),
         })
-    }
-
-    pub(crate) fn protocol(&self) -> &Protocol {
-        self.side.protocol()
     }
 
     /// What to tell the robot.
@@ -66,65 +65,25 @@ impl Part {
         self.side.level()
     }
 
-    /// What to store.
+    /// What to store: up to where flags were read or set. The rest comes again with the robot's next
+    /// report.
     pub(crate) fn read_level(&self) -> Level {
-        let protocol = self.side.protocol();
-        let (run, position) = self.read;
-        Level {
-            run,
-            path: protocol.path(position),
-            progress: protocol.progress(position),
-            ..self.side.level()
-        }
-    }
-
-    /// Up to where flags were read or set in this run.
-    pub(crate) fn position(&self) -> Position {
-        self.read.1
+        self.side.read_level()
     }
 
     /// The array was run to its end: for protocol 2 the robot is free again.
     pub(crate) fn is_over(&self) -> bool {
-        self.read.0 > 0
+        // The robot sets the last flag of every path, so reading it begins the next run.
+        self.side.read_level().run > 0
     }
 
     pub(crate) fn merge(&mut self, level: Level) -> Result<(), MergeError> {
         self.side.merge(level).map(|_| ())
     }
 
-    /// The robot's next flag that was not read.
-    pub(crate) fn peek(&self) -> Option<FlagId> {
-        match self.side.peek()? {
-            Change::Flag(flag) => Some(flag),
-            // The mediator is the only keeper.
-            Change::Aborted => None,
-        }
-    }
-
-    /// Reads it.
-    pub(crate) fn poll(&mut self) {
-        if let Some(Change::Flag(flag)) = self.side.poll() {
-            self.advance(flag);
-        }
-    }
-
-    pub(crate) fn set(&mut self, flag: FlagId) -> Result<(), SetError> {
-        self.side.set(flag)?;
-        self.advance(flag);
-        Ok(())
-    }
-
-    fn advance(&mut self, flag: FlagId) {
-        let (run, at) = self.read;
-        let protocol = self.side.protocol();
-        if let Some(next) = protocol.after(at, flag) {
-            // The robot sets the last flag of every path, so reading it begins the next run.
-            self.read = if protocol.is_end(next) {
-                (run.saturating_add(1), Position::START)
-            } else {
-                (run, next)
-            };
-        }
+    /// The robot has set a flag that was not read.
+    pub(crate) fn has_unread(&self) -> bool {
+        self.side.peek().is_some()
     }
 
     /// Sets a flag of the robot's side, where that follows from protocol 1.
@@ -191,17 +150,62 @@ impl Part {
     }
 }
 
+impl Side for Part {
+    fn protocol(&self) -> &Protocol {
+        self.side.protocol()
+    }
+
+    fn party(&self) -> Party {
+        MEDIATOR
+    }
+
+    fn read_to(&self) -> Position {
+        self.side.read_to()
+    }
+
+    /// Keeps the areas that the flag lets the robot into.
+    fn set(&mut self, flag: FlagId) -> Result<(), SetError> {
+        self.side.set(flag)?;
+        self.tell_own();
+        let enters = Arc::clone(&self.enters);
+        self.keep(&enters[flag.index()]);
+        Ok(())
+    }
+
+    fn peek(&self) -> Option<Change> {
+        self.side.peek()
+    }
+
+    fn poll(&mut self) -> Option<Change> {
+        self.side.poll()
+    }
+
+    /// The mediator is the keeper, and never gives up a run: it begins another instance.
+    fn abort(&mut self) -> Result<Position, AbortError> {
+        self.side.abort()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use contract::protocols;
 
+    fn script(protocol: Protocol) -> Script {
+        Script {
+            enters: vec![Vec::new(); protocol.flags().count()].into(),
+            flags: Vec::new(),
+            paths: Vec::new(),
+            protocol: Arc::new(protocol),
+        }
+    }
+
     #[test]
     fn what_is_stored_leaves_out_what_was_not_read() {
-        let protocol =
-            Arc::new(protocols::control([("e1", true), ("done1", false)]).expect("valid"));
-        let mut part = Part::new(0, &protocol, false);
-        let mut robot = Replica::new(&protocol, PROTOCOL_ID, MEDIATOR.other(), 0);
+        let script = script(protocols::control([("e1", true), ("done1", false)]).expect("valid"));
+        let protocol = &script.protocol;
+        let mut part = Part::new(0, &script, false);
+        let mut robot = Replica::new(protocol, PROTOCOL_ID, MEDIATOR.other(), 0);
         part.set(protocol.flag("acquire").expect("it has it"))
             .expect("first");
         robot.merge(part.level()).expect("follows");
@@ -211,17 +215,16 @@ mod tests {
             .expect("next");
         part.merge(robot.level()).expect("follows");
         assert_eq!((part.level().progress, part.read_level().progress), (2, 1));
-        let mut again = Part::resume(0, &protocol, part.read_level(), None).expect("its own");
+        let mut again = Part::resume(0, &script, part.read_level(), None).expect("its own");
         again.merge(robot.level()).expect("the robot says it again");
-        assert_eq!(again.peek(), protocol.flag("acquired"));
+        assert_eq!(again.peek(), protocol.flag("acquired").map(Change::Flag));
         again.poll();
         assert_eq!(again.read_level().progress, 2);
     }
 
     #[test]
     fn an_old_grant_does_not_use_up_what_is_kept() {
-        let protocol = Arc::new(protocols::control([]).expect("valid"));
-        let mut part = Part::new(0, &protocol, false);
+        let mut part = Part::new(0, &script(protocols::control([]).expect("valid")), false);
         part.keep(&[4]);
         part.gave_back(4, true);
         assert!(part.keeps(4), "that was before");

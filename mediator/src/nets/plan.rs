@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use contract::wire::{ControlFlag, ControlPath};
-use coordination::event::EventId;
-use coordination::petri::{Net, PlaceId};
+use coordination::analysis::Proof;
+use coordination::petri::Net;
 use coordination::protocol::{FlagId, Position, Protocol};
 use description::geometry::Rect;
 
@@ -61,7 +61,7 @@ pub(crate) struct Passage {
 pub(crate) struct Script {
     pub(crate) protocol: Arc<Protocol>,
     /// By flag: areas that are kept for the robot from then on.
-    pub(crate) enters: Vec<Vec<usize>>,
+    pub(crate) enters: Arc<[Vec<usize>]>,
     /// For messages.
     pub(crate) flags: Vec<ControlFlag>,
     pub(crate) paths: Vec<ControlPath>,
@@ -73,21 +73,9 @@ pub(crate) struct SituationPlan {
     pub(crate) name: String,
     /// By role.
     pub(crate) casts: Vec<Cast>,
-    pub(crate) wired: Wired,
-}
-
-/// A net and how its sources and sinks hang on flags.
-#[derive(Clone, Debug)]
-pub(crate) struct Wired {
     pub(crate) net: Net,
-    /// By role and flag: the event of its sources, and those.
-    pub(crate) sources: Vec<Vec<Option<Sources>>>,
-    /// By role and flag: its sinks.
-    pub(crate) sinks: BTreeMap<EventId, (usize, FlagId)>,
+    pub(crate) proof: Proof,
 }
-
-/// The event of a flag, and the sources that it fills.
-pub(crate) type Sources = (EventId, Vec<PlaceId>);
 
 /// Which robot fits a role.
 #[derive(Clone, Debug)]
@@ -121,6 +109,14 @@ pub(crate) struct YieldPlan {
 }
 
 impl Plan {
+    /// What the analysis has to say about the net, though it may run: by situation.
+    pub fn warnings(&self) -> impl Iterator<Item = String> + '_ {
+        self.situations.iter().flat_map(|situation| {
+            let warnings = situation.proof.report().warnings.iter();
+            warnings.map(|warning| format!("situation {}: {warning}", situation.name))
+        })
+    }
+
     /// The coordination takes discrete control of robots, so that it ends.
     pub(crate) fn controls(&self) -> bool {
         { self.roles.iter() }.any(|role| matches!(role.kind, Kind::Control))

@@ -343,6 +343,34 @@ fn a_net_goes_on_where_the_journal_left_it() {
     );
 }
 
+/// The net would let a second robot in, beside the one that the protocols have let in.
+#[test]
+fn a_journal_that_the_net_cannot_have_written_is_given_up() {
+    let setup = setup(3);
+    let plans = junction(&setup);
+    let mut stored = Stored::default();
+    let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
+    talk(&mut manager, &mut [robot(1, &["Cr"])], 0);
+    for entry in manager.entries() {
+        stored.apply(entry);
+    }
+    for record in stored.coordinations.values_mut() {
+        assert_ne!(record.marking, ["free"]);
+        record.marking = vec!["free".into()];
+    }
+    let mut manager = Manager::with_plans(&setup, plans, &stored, 0).expect("still starts");
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    let [alarm @ Alarm::NotResumed { .. }] = &alarms[..] else {
+        panic!("{alarms:?}");
+    };
+    assert!(
+        alarm
+            .to_string()
+            .contains("never comes to where it is to begin"),
+        "{alarm}"
+    );
+}
+
 #[test]
 fn nonsense_about_coordinations_is_named_and_does_no_harm() {
     let setup = setup(3);

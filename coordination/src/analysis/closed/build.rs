@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::super::refusal::Reason;
 use super::super::state::Layout;
 use super::super::usage::{Limits, Use};
-use super::{Arcs, Bound, Closed, Outside, Set};
+use super::net::{Arcs, Bound, Closed, Outside, Set};
 use crate::petri::{Binding, NetModel, PlaceKind};
 use crate::protocol::ABORTED;
 
@@ -37,6 +37,7 @@ impl<'a> Closed<'a> {
             at_end: vec![0; model.places().len().div_ceil(64)],
             initial: Vec::new(),
             max_waiting: limits.waiting,
+            endless: model.allows_endless(),
             layout: Layout::new(0, 0, 0),
         };
         let mut marked = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::super::refusal::Step;
 use super::super::usage::Use;
-use super::{Closed, Move, Outside};
+use super::net::{Closed, Move, Outside};
 use crate::protocol::{FlagId, Position};
 
 impl Closed<'_> {

@@ -3,21 +3,21 @@
 use super::binding::{Binding, PlaceKind};
 use super::names::{Element, NameId, Names};
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::petri) struct SetData {
     pub(in crate::petri) name: String,
     pub(in crate::petri) places: Vec<NameId>,
 }
 
 /// One name for two elements, the first of which keeps it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::petri) struct Duplicate {
     pub(in crate::petri) name: NameId,
     pub(in crate::petri) first: Element,
     pub(in crate::petri) second: Element,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::petri) struct ModelData {
     pub(in crate::petri) name: String,
     pub(in crate::petri) names: Names,
@@ -34,6 +34,8 @@ pub(in crate::petri) struct ModelData {
     pub(in crate::petri) marks: Vec<NameId>,
     pub(in crate::petri) exclusions: Vec<SetData>,
     pub(in crate::petri) ends: Vec<SetData>,
+    /// Whether its transitions may fire for ever without any news from outside.
+    pub(in crate::petri) endless: bool,
 }
 
 impl ModelData {

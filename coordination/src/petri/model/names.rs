@@ -33,7 +33,7 @@ impl Element {
 
 /// All names of a model. Names are looked up while the model is built, so that checking and
 /// compiling it need numbers only.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(in crate::petri) struct Names {
     names: Vec<Arc<str>>,
     elements: Vec<Element>,

@@ -75,6 +75,7 @@ impl NetModel {
                 marks: Vec::new(),
                 exclusions: Vec::new(),
                 ends: Vec::new(),
+                endless: false,
             }),
         }
     }
@@ -155,6 +156,18 @@ impl NetModel {
         self
     }
 
+    /// Declares that the net's transitions may fire for ever without any flag or event from outside,
+    /// for which the analysis refuses it otherwise.
+    pub fn allow_endless(&mut self) -> &mut Self {
+        self.edit().endless = true;
+        self
+    }
+
+    /// Whether [`allow_endless`](Self::allow_endless) was called.
+    pub fn allows_endless(&self) -> bool {
+        self.data.endless
+    }
+
     /// Everything that is wrong with the model; nothing if it compiles.
     pub fn check(&self) -> Vec<ModelError> {
         check::resolve(&self.data).err().unwrap_or_default()
@@ -226,6 +239,12 @@ impl NetModel {
 
     pub(in crate::petri) fn from_data(data: Arc<ModelData>) -> Self {
         Self { data }
+    }
+
+    /// Whether both are one model: the same names and numbers, marks and bindings. Quick for a model
+    /// and its clones.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.data, &other.data) || self.data == other.data
     }
 
     pub(in crate::petri) fn data(&self) -> &Arc<ModelData> {

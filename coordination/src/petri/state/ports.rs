@@ -24,6 +24,11 @@ impl Ports {
         self.waiting[source]
     }
 
+    /// [`restart_sources`](Self::restart_sources) follows.
+    pub(in crate::petri) fn set_waiting(&mut self, source: usize, count: u32) {
+        self.waiting[source] = count;
+    }
+
     /// One more event waits for `source`.
     pub(in crate::petri) fn wait(&mut self, source: usize, is_empty: bool) {
         self.waiting[source] += 1;

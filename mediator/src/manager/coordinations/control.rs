@@ -81,10 +81,10 @@ impl Coordinations {
         let parts = self
             .get_mut(plan)
             .into_iter()
-            .flat_map(|own| &mut own.parts);
+            .flat_map(|own| own.parts_mut());
         if let Some(part) = { parts }.find(|part| part.robot == robot) {
             part.merge(level)?;
-            if part.peek().is_some() {
+            if part.has_unread() {
                 around.sessions.drop_candidate(robot);
             }
         }

@@ -256,7 +256,7 @@ impl Coordinations {
             for part in self
                 .get_mut(plan)
                 .into_iter()
-                .flat_map(|own| &mut own.parts)
+                .flat_map(|own| own.parts_mut())
             {
                 if part.robot == robot && part.keeps(area) {
                     changed |= match change {
@@ -274,7 +274,7 @@ impl Coordinations {
 
 impl Reservations for Coordinations {
     fn kept(&self, area: usize) -> Vec<usize> {
-        let parts = self.instances().flat_map(|instance| &instance.parts);
+        let parts = self.instances().flat_map(|instance| instance.parts());
         parts
             .filter(|part| part.keeps(area))
             .map(|part| part.robot)
@@ -286,7 +286,7 @@ impl Reservations for Coordinations {
     }
 
     fn open(&self) -> Vec<Reserved> {
-        let parts = self.instances().flat_map(|instance| &instance.parts);
+        let parts = self.instances().flat_map(|instance| instance.parts());
         parts
             .flat_map(|part| {
                 let open = part.kept.iter().filter(|kept| !kept.granted);

@@ -38,7 +38,7 @@ impl CoordinationStatus {
     pub(crate) fn of(instance: &Instance, names: &Names, now_ns: u64) -> Self {
         let name = |robot: usize| names.robot_id(robot);
         let ms = |from_ns: u64, to_ns: u64| to_ns.saturating_sub(from_ns) / 1_000_000;
-        let roles = instance.plan.roles.iter().zip(&instance.parts);
+        let roles = instance.plan.roles.iter().zip(instance.parts());
         Self {
             number: instance.number,
             id: instance.plan.id.clone(),
@@ -47,7 +47,7 @@ impl CoordinationStatus {
                 Stage::Running { situation, .. } => {
                     instance.plan.situations[situation].name.clone()
                 }
-                Stage::Yielding => String::new(),
+                Stage::Yielding(_) => String::new(),
             },
             robots: roles
                 .map(|(role, part)| (role.name.clone(), name(part.robot)))
@@ -60,7 +60,7 @@ impl CoordinationStatus {
                 })
                 .collect(),
             fired: instance.fired,
-            waits: (0..instance.parts.len())
+            waits: (0..instance.parts().len())
                 .map(|role| instance.why(role, name))
                 .collect(),
             age_ms: ms(instance.since_ns, now_ns),

@@ -43,7 +43,7 @@ impl Coordinations {
 
     fn what_each_waits_for(&self, instance: &Instance) -> String {
         let name = |robot: usize| self.names.robot_id(robot);
-        let sentences = { instance.parts.iter().enumerate() }
+        let sentences = { instance.parts().iter().enumerate() }
             .map(|(role, part)| format!("{}: {}", name(part.robot), instance.why(role, name)));
         sentences.collect::<Vec<_>>().join("; ")
     }

@@ -1,0 +1,176 @@
+//! How a net's sources and sinks hang on the flags of protocol sides.
+
+use super::error::{BindError, Named, Role, duplicates, find_flag, longest_run};
+use crate::event::EventId;
+use crate::petri::{Binding, Executor, Net, PlaceId, PlaceKind};
+use crate::protocol::{Change, FlagId, SetError, Side};
+
+/// The most events of one flag that wait for a source.
+pub(super) const MAX_HELD: u8 = u8::MAX;
+
+/// A sink's flag: in which protocol, and which.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outgoing {
+    pub(super) port: u16,
+    pub(super) flag: FlagId,
+}
+
+/// One protocol and what the net is bound to there.
+#[derive(Clone, Debug)]
+pub(super) struct Port {
+    pub(super) name: Box<str>,
+    /// By flag of the other party: the event of the sources bound to it.
+    pub(super) incoming: Box<[Option<EventId>]>,
+    pub(super) aborted: Option<EventId>,
+    /// Bound to the abort.
+    abort_sources: Vec<PlaceId>,
+    /// Bound to flags of the other party, by flag.
+    pub(super) sources: Vec<(FlagId, PlaceId)>,
+    /// Bound to flags of this party.
+    pub(super) sinks: Vec<(FlagId, PlaceId)>,
+    /// The most flags that are read at a time.
+    pub(super) longest_run: u16,
+    pub(super) aborts: u64,
+    pub(super) refusal: Option<(FlagId, SetError)>,
+}
+
+/// All ports of a net.
+#[derive(Clone, Debug)]
+pub(super) struct Wiring {
+    /// In the order of the sides.
+    pub(super) ports: Box<[Port]>,
+    /// By event, as far as sinks have flags.
+    pub(super) outgoing: Box<[Option<Outgoing>]>,
+    /// By event: whether it stands for a flag, or for an abort.
+    pub(super) flags: Box<[bool]>,
+}
+
+impl Wiring {
+    /// Finds the flag of each source and sink of `net`, or all that does not fit.
+    pub(super) fn new<S: Side>(
+        net: &Net,
+        names: Vec<Box<str>>,
+        sides: &[S],
+    ) -> Result<Self, Vec<BindError>> {
+        let mut errors = duplicates(names.iter().map(|name| &**name));
+        let mut ports: Box<[Port]> = { names.into_iter().zip(sides) }
+            .map(|(name, side)| Port::new(name, side))
+            .collect();
+        let (mut outgoing, mut flags) = (Vec::new(), Vec::new());
+        let model = net.model();
+        for (place, found) in net.places().zip(model.places()) {
+            let Some(Binding::Flag { protocol, flag }) = found.binding else {
+                continue;
+            };
+            let user = || format!("place `{}`", found.name);
+            let Some(number) = ports.iter().position(|port| *port.name == **protocol) else {
+                let known: Vec<_> = ports.iter().map(|port| &*port.name).collect();
+                errors.push(BindError::UnknownProtocol {
+                    user: user(),
+                    protocol: protocol.clone(),
+                    known: known.join(", "),
+                });
+                continue;
+            };
+            let (port, side) = (&mut ports[number], &sides[number]);
+            let is_sink = found.kind == PlaceKind::Sink;
+            let events = if is_sink { net.sinks() } else { net.sources() };
+            let Ok(index) = events.binary_search_by_key(&place, |&(place, _)| place) else {
+                continue;
+            };
+            let event = events[index].1;
+            if flags.len() <= event.index() {
+                flags.resize(event.index() + 1, false);
+            }
+            flags[event.index()] = true;
+            let role = if is_sink { Role::Sets } else { Role::Reads };
+            let named = (protocol.as_str(), side.protocol());
+            match find_flag(user, named, side.party(), role, flag) {
+                Ok(Named::Flag(flag)) if is_sink => {
+                    if outgoing.len() <= event.index() {
+                        outgoing.resize(event.index() + 1, None);
+                    }
+                    port.sinks.push((flag, place));
+                    let port = number as u16;
+                    outgoing[event.index()] = Some(Outgoing { port, flag });
+                }
+                Ok(Named::Flag(flag)) => errors.extend(port.add_source(side, place, event, flag)),
+                Ok(Named::Abort) => {
+                    port.aborted = Some(event);
+                    port.abort_sources.push(place);
+                }
+                Err(error) => errors.push(error),
+            }
+        }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        Ok(Self {
+            ports,
+            outgoing: outgoing.into(),
+            flags: flags.into(),
+        })
+    }
+
+    /// Whether an event stands for a flag, or for an abort.
+    pub(super) fn is_flag(&self, event: EventId) -> bool {
+        self.flags
+            .get(event.index())
+            .is_some_and(|&is_flag| is_flag)
+    }
+}
+
+impl Port {
+    fn new<S: Side>(name: Box<str>, side: &S) -> Self {
+        Self {
+            name,
+            incoming: vec![None; side.protocol().flags().count()].into(),
+            aborted: None,
+            abort_sources: Vec::new(),
+            sources: Vec::new(),
+            sinks: Vec::new(),
+            longest_run: longest_run(side.protocol()),
+            aborts: 0,
+            refusal: None,
+        }
+    }
+
+    /// Lets `flag`, whose event is `event`, fill `place` too.
+    fn add_source<S: Side>(
+        &mut self,
+        side: &S,
+        place: PlaceId,
+        event: EventId,
+        flag: FlagId,
+    ) -> Option<BindError> {
+        let protocol = side.protocol();
+        let abortable = protocol.keeper() == Some(side.party().other());
+        let first = self.incoming[flag.index()].replace(event).is_none();
+        self.sources.push((flag, place));
+        (abortable && !first).then(|| BindError::SeveralSources {
+            protocol: self.name.to_string(),
+            flag: protocol.flag_name(flag).to_owned(),
+        })
+    }
+
+    /// The sources of `flag`.
+    pub(super) fn sources_of(&self, flag: FlagId) -> impl Iterator<Item = PlaceId> {
+        let sources = self.sources.iter().filter(move |&&(of, _)| of == flag);
+        sources.map(|&(_, place)| place)
+    }
+
+    /// Whether there is something to read that may be read now.
+    pub(super) fn can_read<S: Side>(&self, side: &S, executor: &Executor) -> bool {
+        let is_unread = |&place: &PlaceId| executor.is_marked(place) || executor.waiting(place) > 0;
+        if self.abort_sources.iter().any(is_unread) {
+            return false;
+        }
+        match side.peek() {
+            None => false,
+            Some(Change::Aborted) => true,
+            Some(Change::Flag(flag)) => self
+                .sources_of(flag)
+                .all(|place| executor.waiting(place) < MAX_HELD.into()),
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Robots that are only let into areas: protocol 1.
+
+use std::sync::Arc;
+
+use super::instance::Instance;
+use super::plan::Kind;
+use coordination::protocol::Position;
+
+impl Instance {
+    /// The net has let the robot of a role into an area, and knows that it may still be there.
+    pub(crate) fn lets_in(&self, role: usize, area: usize) -> bool {
+        let Kind::Access(passages) = &self.plan.roles[role].kind else {
+            return false;
+        };
+        let at = self.parts()[role].own_position();
+        { passages.iter() }.any(|passage| {
+            let inside = at == Some(passage.granted_at) || at == Some(passage.entered_at);
+            inside && passage.areas.contains(&area)
+        })
+    }
+
+    /// Follows protocol 1 of a role's robot: `asks`, `has` and `is_in` say how it stands with an area.
+    pub(crate) fn follow_access(
+        &mut self,
+        role: usize,
+        asks: impl Fn(usize) -> bool,
+        has: impl Fn(usize) -> bool,
+        is_in: impl Fn(usize) -> bool,
+    ) -> bool {
+        let plan = Arc::clone(&self.plan);
+        let Kind::Access(passages) = &plan.roles[role].kind else {
+            return false;
+        };
+        let part = &mut self.parts_mut()[role];
+        part.tell_own();
+        let Some(at) = part.own_position() else {
+            return false;
+        };
+        let mut changed = false;
+        if at == Position::START {
+            let wants = |areas: &[usize]| {
+                areas.iter().all(|&area| asks(area) || has(area)) && areas.iter().any(|&a| asks(a))
+            };
+            if let Some(passage) = passages.iter().find(|passage| wants(&passage.areas)) {
+                changed |= part.set_own(passage.request);
+            }
+            return changed;
+        }
+        for passage in passages {
+            let none_left = !passage.areas.iter().any(|&area| has(area));
+            // It has given all back without entering, or was in and out again before that was seen.
+            let waits = |&area: &usize| asks(area) && part.keeps(area);
+            let gave_up = none_left && !passage.areas.iter().any(waits);
+            let entered = passage.areas.iter().any(|&area| is_in(area));
+            if at == passage.granted_at && (entered || gave_up) {
+                changed |= part.set_own(passage.entered);
+            }
+            let at = part.own_position();
+            if at == Some(passage.entered_at) && none_left && part.set_own(passage.released) {
+                part.kept.clear();
+                changed = true;
+            }
+        }
+        changed
+    }
+}
