@@ -16,7 +16,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::builder::blackboard::Creator;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
-use super::instance::Run;
+use super::run::Run;
 use super::{Place, SymbolError};
 
 /// Handles of this variant can be sent to, and dropped in, any thread.

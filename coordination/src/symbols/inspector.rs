@@ -7,7 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use super::blackboard::{Blackboard, failed};
 use super::directory::{DIRECTORY_KEY, Directory, FORMAT};
 use super::entry::Reader;
-use super::instance::{self, Run, Seen};
+use super::lock::{self, Seen};
+use super::run::Run;
 use super::sweep;
 use super::{Datatype, Place, SymbolError, SymbolInfo};
 
@@ -35,7 +36,7 @@ struct Visit(Run);
 impl Visit {
     /// Whether the owner of this run certainly lives, or certainly does not.
     fn is_alive(&self) -> Option<bool> {
-        match instance::look(&self.0.root, &self.0.robot).ok()? {
+        match lock::look(&self.0.root, &self.0.robot).ok()? {
             Seen::Alive(content) => Some(content.word? == self.0.word),
             Seen::Absent | Seen::Dead(_) => Some(false),
         }
@@ -63,7 +64,7 @@ impl Inspector {
         let Some(root) = place.existing_root()? else {
             return Err(not_running(None));
         };
-        let content = match instance::look(&root, robot)? {
+        let content = match lock::look(&root, robot)? {
             Seen::Absent => return Err(not_running(None)),
             Seen::Dead(content) => return Err(not_running(content.pid)),
             Seen::Alive(content) => content,

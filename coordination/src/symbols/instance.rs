@@ -1,62 +1,15 @@
-//! The instance file: which process runs a robot, and in which run.
-//!
-//! The owner holds an exclusive lock on `<root>/<robot>.pid` as long as it lives; the kernel
-//! releases it however the process ends. The file names the pid and the run, a random word that
-//! is part of the name of everything the run creates, so that it can be found and removed.
+//! The one owner of a robot's table: its lock, its run, and what is removed with it.
 
-use std::collections::hash_map::RandomState;
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::hash::{BuildHasher, Hasher};
-use std::io::{self, Read, Seek, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
-use std::path::{Path, PathBuf};
+use std::fs::{self, File};
+use std::io::{Seek, Write};
+use std::path::PathBuf;
 use std::process;
-use std::time::Duration;
 
+use super::lock::{Content, instance_path, lock_exclusively, read_content};
 use super::place::file_error;
+use super::run::Run;
 use super::sweep::{self, Removed};
 use super::{Place, SymbolError};
-
-/// Somebody who only looks holds the lock for some microseconds; an owner for longer.
-const LOCK_TRIES: u32 = 10;
-const LOCK_PAUSE: Duration = Duration::from_millis(5);
-
-/// One life of a table: what its files and its shared memory are called.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Run {
-    pub(super) root: PathBuf,
-    pub(super) robot: String,
-    /// Twelve hexadecimal digits, different for every run.
-    pub(super) word: String,
-}
-
-impl Run {
-    fn new(root: &Path, robot: &str) -> Self {
-        // The keys of a `RandomState` come from the system's random numbers.
-        let mut hasher = RandomState::new().build_hasher();
-        hasher.write_u32(process::id());
-        let word = format!("{:012x}", hasher.finish() & 0xffff_ffff_ffff);
-        Self::of(root, robot, &word)
-    }
-
-    pub(super) fn of(root: &Path, robot: &str, word: &str) -> Self {
-        Self {
-            root: root.to_owned(),
-            robot: robot.to_owned(),
-            word: word.to_owned(),
-        }
-    }
-
-    /// The folder of what iceoryx2 keeps outside shared memory.
-    pub(super) fn folder(&self) -> PathBuf {
-        self.root.join(format!("{}.{}", self.robot, self.word))
-    }
-
-    pub(super) fn is_word(text: &str) -> bool {
-        let hexadecimal = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
-        text.len() == 12 && text.bytes().all(hexadecimal)
-    }
-}
 
 /// The lock of the one owner; dropping it removes whatever the run has left.
 #[derive(Debug)]
@@ -111,150 +64,5 @@ impl Drop for Instance {
         let _ = sweep::remove_runs(&self.run.root, &self.run.robot, Content::default());
         let _ = sweep::remove_run(&self.run);
         let _ = fs::remove_file(&self.path);
-    }
-}
-
-/// What the instance file says.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Content {
-    pub(super) pid: Option<u32>,
-    pub(super) word: Option<String>,
-    pub(super) ready: bool,
-}
-
-impl Content {
-    fn to_text(&self) -> String {
-        let pid = self.pid.unwrap_or_default();
-        let word = self.word.as_deref().unwrap_or_default();
-        let state = if self.ready { "ready" } else { "starting" };
-        format!("pid {pid}\nrun {word}\n{state}\n")
-    }
-
-    fn from_text(text: &str) -> Self {
-        let mut content = Self::default();
-        for line in text.lines() {
-            match line.split_once(' ') {
-                Some(("pid", pid)) => content.pid = pid.parse().ok(),
-                Some(("run", word)) => {
-                    content.word = Some(word.to_owned()).filter(|word| Run::is_word(word));
-                }
-                _ => content.ready |= line == "ready",
-            }
-        }
-        content
-    }
-}
-
-/// What somebody who is not the owner sees.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Seen {
-    /// There is no instance file.
-    Absent,
-    /// The owner has ended without removing its file.
-    Dead(Content),
-    /// The owner lives.
-    Alive(Content),
-}
-
-/// Looks at the instance file of `robot` without changing anything.
-pub(super) fn look(root: &Path, robot: &str) -> Result<Seen, SymbolError> {
-    let path = instance_path(root, robot);
-    let file = match File::open(&path) {
-        Ok(file) => file,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Seen::Absent),
-        Err(error) => return Err(file_error("open", &path)(error)),
-    };
-    let content = read_content(&file).map_err(file_error("read", &path))?;
-    match file.try_lock_shared() {
-        Err(TryLockError::WouldBlock) => Ok(Seen::Alive(content)),
-        Err(TryLockError::Error(error)) => Err(file_error("lock", &path)(error)),
-        // A lock on a file that was just removed by its owner says nothing about the robot.
-        Ok(()) if !is_same_file(&file, &path) => Ok(Seen::Absent),
-        Ok(()) => Ok(Seen::Dead(content)),
-    }
-}
-
-/// Locks the instance file, which is created if it is missing.
-pub(super) fn lock_exclusively(robot: &str, path: &Path) -> Result<File, SymbolError> {
-    let mut busy_pid = None;
-    for attempt in 0..LOCK_TRIES {
-        if attempt > 0 {
-            std::thread::sleep(LOCK_PAUSE);
-        }
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .open(path)
-            .map_err(file_error("open", path))?;
-        match file.try_lock() {
-            // The former owner may have removed the file between our opening and locking it.
-            Ok(()) if is_same_file(&file, path) => return Ok(file),
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                busy_pid = read_content(&file).ok().and_then(|content| content.pid);
-            }
-            Err(TryLockError::Error(error)) => return Err(file_error("lock", path)(error)),
-        }
-    }
-    Err(SymbolError::AlreadyRuns {
-        robot: robot.into(),
-        pid: busy_pid,
-    })
-}
-
-pub(super) fn instance_path(root: &Path, robot: &str) -> PathBuf {
-    root.join(format!("{robot}.pid"))
-}
-
-pub(super) fn read_content(mut file: &File) -> io::Result<Content> {
-    // Longer than anything that we write; a foreign file is not read to its end.
-    let mut bytes = Vec::new();
-    file.rewind()?;
-    file.take(256).read_to_end(&mut bytes)?;
-    Ok(Content::from_text(&String::from_utf8_lossy(&bytes)))
-}
-
-fn is_same_file(file: &File, path: &Path) -> bool {
-    match (file.metadata(), fs::metadata(path)) {
-        (Ok(ours), Ok(theirs)) => (ours.dev(), ours.ino()) == (theirs.dev(), theirs.ino()),
-        _ => false,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn content_survives_the_file() {
-        let content = Content {
-            pid: Some(42),
-            word: Some("0123456789ab".to_owned()),
-            ready: true,
-        };
-        assert_eq!(Content::from_text(&content.to_text()), content);
-    }
-
-    #[test]
-    fn nonsense_in_the_file_is_no_content() {
-        for text in [
-            "",
-            "pid x\nrun ../../etc\n",
-            "run 0123456789AB",
-            "\u{fffd}\n\n",
-        ] {
-            assert_eq!(Content::from_text(text), Content::default(), "{text}");
-        }
-    }
-
-    #[test]
-    fn runs_differ() {
-        let run = || Run::new(Path::new("/r"), "a").word;
-        let (first, second) = (run(), run());
-        assert!(Run::is_word(&first) && Run::is_word(&second));
-        assert_ne!(first, second);
     }
 }

@@ -55,7 +55,9 @@ mod entry;
 mod error;
 mod inspector;
 mod instance;
+mod lock;
 mod place;
+mod run;
 mod sweep;
 mod table;
 

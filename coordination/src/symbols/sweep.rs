@@ -7,8 +7,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::instance::{self, Content, Run};
+use super::lock::{self, Content};
 use super::place::file_error;
+use super::run::Run;
 use super::{Place, SymbolError};
 
 /// Where Linux shows POSIX shared memory as files.
@@ -37,10 +38,10 @@ pub fn remove_stale(robot: &str, place: &Place) -> Result<Removed, SymbolError> 
     let Some(root) = place.existing_root()? else {
         return Ok(Removed::default());
     };
-    let path = instance::instance_path(&root, robot);
+    let path = lock::instance_path(&root, robot);
     let existed = path.exists();
-    let file = instance::lock_exclusively(robot, &path)?;
-    let dead = instance::read_content(&file).unwrap_or_default();
+    let file = lock::lock_exclusively(robot, &path)?;
+    let dead = lock::read_content(&file).unwrap_or_default();
     let result = remove_runs(&root, robot, dead);
     // Removed while the lock is held, so that no new owner can lose its file.
     fs::remove_file(&path).map_err(file_error("remove", &path))?;
