@@ -6,6 +6,8 @@
 //! `PREFIX/mediator/to/ID` carries [`crate::wire::MediatorReport`] to one robot;
 //! `PREFIX/mediator/alive` is the mediator's liveliness token.
 
+use description::names::{is_key_part, is_key_prefix};
+
 /// Why a name cannot be part of a key.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
@@ -95,7 +97,7 @@ fn robot_key(prefix: &str, robot_id: &str, leaf: &str) -> Result<String, Invalid
 }
 
 fn check_robot_id(robot_id: &str) -> Result<(), InvalidName> {
-    if is_name(robot_id) {
+    if is_key_part(robot_id) {
         return Ok(());
     }
     Err(InvalidName {
@@ -105,7 +107,7 @@ fn check_robot_id(robot_id: &str) -> Result<(), InvalidName> {
 }
 
 fn check_prefix(prefix: &str) -> Result<(), InvalidName> {
-    if prefix.split('/').all(is_name) {
+    if is_key_prefix(prefix) {
         Ok(())
     } else {
         Err(InvalidName {
@@ -113,13 +115,6 @@ fn check_prefix(prefix: &str) -> Result<(), InvalidName> {
             found: prefix.into(),
         })
     }
-}
-
-fn is_name(text: &str) -> bool {
-    !text.is_empty()
-        && text
-            .bytes()
-            .all(|b| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_' | b'.'))
 }
 
 #[cfg(test)]

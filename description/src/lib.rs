@@ -2,6 +2,7 @@
 //!
 //! * [`geometry`]: points, poses, twists, segments, rectangles, outlines;
 //! * [`keys`]: how a key of a file is declared: type, unit, range, default and explanation in one place;
+//! * [`names`]: what can stand in keys on the network;
 //! * [`robot`], [`threads`]: what a robot file says;
 //! * [`site`]: what a site file says;
 //! * [`wheels`]: the speeds of the two hub wheels.
@@ -11,6 +12,7 @@
 
 pub mod geometry;
 pub mod keys;
+pub mod names;
 pub mod robot;
 pub mod site;
 pub mod threads;

@@ -35,7 +35,7 @@
 //! | cable redundancy, hot connect | planned | |
 //! | KELO drive, velocity mode | supported | [`kelo::Setpoint`] |
 //! | KELO drive, torque and differential modes | partial | as process data only, [`kelo::Outputs`] |
-//! | Hokuyo URG-04LX, streams (`MD`, `MS`) | supported | any bit rate of [`hokuyo::BIT_RATES`], SCIP 1.1 switched to 2.0 |
+//! | Hokuyo URG-04LX, streams (`MD`, `MS`) | supported | any bit rate of [`description::robot::BIT_RATES`], SCIP 1.1 switched to 2.0 |
 //! | other SCIP 2.0 lidars | partial | up to 768 beams; no intensities (`ME`) |
 //! | single scans (`GD`, `GS`) | planned | |
 //!

@@ -5,6 +5,7 @@ use std::time::Duration;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::RobotConfig;
 use crate::report::Report;
+use description::names::is_key_prefix;
 use description::robot::{Horizon, Link};
 use description::threads::{ActivityKind, Trigger};
 
@@ -290,13 +291,12 @@ fn fleet(robot: &RobotConfig, report: &Report) {
     let f = &robot.fleet;
     endpoints("fleet.listen", &f.listen, report);
     endpoints("fleet.connect", &f.connect, report);
-    let bad_part = |part: &str| part.is_empty() || part.contains(['*', '$', '?', '#', ' ']);
-    if !f.key_prefix.is_empty() && f.key_prefix.split('/').any(bad_part) {
+    if !f.key_prefix.is_empty() && !is_key_prefix(&f.key_prefix) {
         report.wrong(
             ProblemKind::OutOfRange,
             "fleet.key_prefix",
             format!("text {:?}", f.key_prefix),
-            "parts between single `/`, without `*`, `$`, `?`, `#` or space",
+            "parts of letters, digits, `-`, `_` or `.` between single `/`",
         );
     }
     if f.scouting && f.interface.is_none() && !report.touched(&["fleet"]) {
@@ -322,7 +322,7 @@ fn endpoints(key: &str, list: &[String], report: &Report) {
     for (index, text) in list.iter().enumerate() {
         if !text.is_empty() && !is_endpoint(text) {
             let key = format!("{key}[{index}]");
-            let expected = "an endpoint such as \"tcp/192.168.1.20:7447\"";
+            let expected = "an endpoint such as \"tcp/192.168.1.20:7447\", over `tcp` or `tls`";
             report.wrong(
                 ProblemKind::OutOfRange,
                 &key,
@@ -336,7 +336,7 @@ fn endpoints(key: &str, list: &[String], report: &Report) {
 /// `protocol/address`, with one of the transports that are built in.
 fn is_endpoint(text: &str) -> bool {
     match text.split_once('/') {
-        Some(("tcp" | "udp" | "tls", address)) => {
+        Some(("tcp" | "tls", address)) => {
             let address = address.split(['?', '#']).next().unwrap_or_default();
             address
                 .rsplit_once(':')

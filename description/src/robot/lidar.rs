@@ -10,8 +10,8 @@ use crate::section;
 const RANGE: Quantity = Quantity::new("a range", "m").above(0.0).at_most(60.0);
 const OFFSET: Quantity = Quantity::new("an offset", "m").at_least(-5.0).at_most(5.0);
 
-/// The bit rates of the sensor's serial line: SCIP 2.0, command SS.
-pub const BIT_RATES: &[u32] = &[19_200, 57_600, 115_200, 250_000, 500_000, 750_000];
+/// The bit rates that SCIP 2.0 devices know (command `SS`).
+pub const BIT_RATES: [u32; 7] = [19_200, 38_400, 57_600, 115_200, 250_000, 500_000, 750_000];
 
 /// The rule of a bit rate: one of [`BIT_RATES`].
 pub struct BitRate;
@@ -49,7 +49,7 @@ impl BitRate {
 
 impl Field<BitRate> for u32 {
     fn read(s: &dyn Source, key: &'static str, _: &BitRate, _: Option<u32>) -> u32 {
-        s.one_of(key, BIT_RATES, &BitRate::expected())
+        s.one_of(key, &BIT_RATES, &BitRate::expected())
     }
 
     fn document(

@@ -11,7 +11,7 @@ use super::codec::{self, STREAM_COMMAND_BYTES, Status};
 use super::conversation::{Answer, Conversation, Reply, Trouble};
 use super::error::ConnectError;
 use super::identity::{DeviceState, Fields, Identity, Parameters};
-use super::options::{BIT_RATES, Options, ScanFormat};
+use super::options::{LIKELY_BIT_RATES, Options, ScanFormat};
 use super::port::Port;
 use crate::clock::monotonic_ns;
 
@@ -87,7 +87,7 @@ struct Session {
 impl Session {
     /// Tries the bit rates until the device answers; its stream, if any, is ended then.
     fn find_device(&mut self, wanted: u32) -> Result<(), ConnectError> {
-        let others = BIT_RATES.into_iter().filter(|rate| *rate != wanted);
+        let others = LIKELY_BIT_RATES.into_iter().filter(|rate| *rate != wanted);
         let rates: Vec<u32> = std::iter::once(wanted).chain(others).collect();
         let mut tried = Vec::new();
         while !self.is_late() {

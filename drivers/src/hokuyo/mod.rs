@@ -49,5 +49,5 @@ pub use codec::{Encoding, Status};
 pub use device::Hokuyo;
 pub use error::{ConnectError, ReadError};
 pub use identity::{DeviceState, Identity, Parameters};
-pub use options::{BIT_RATES, Options, ScanFormat};
+pub use options::{Options, ScanFormat};
 pub use scan::{Counters, FIRST_LENGTH_MM, MAX_BEAMS, Reading, Received, Scan};

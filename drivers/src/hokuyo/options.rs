@@ -4,11 +4,14 @@ use std::time::Duration;
 
 use super::codec::{Encoding, LINE_DATA_BYTES, STREAM_COMMAND_BYTES};
 use super::error::ConnectError;
+use description::robot::BIT_RATES;
+
 use super::identity::Parameters;
 use super::scan::MAX_BEAMS;
 
-/// The bit rates that SCIP 2.0 devices know, the most likely ones first.
-pub const BIT_RATES: [u32; 7] = [115_200, 19_200, 750_000, 500_000, 250_000, 57_600, 38_400];
+/// The bit rates of [`BIT_RATES`] in the order in which a silent device is tried: the most likely ones first.
+pub(super) const LIKELY_BIT_RATES: [u32; 7] =
+    [115_200, 19_200, 750_000, 500_000, 250_000, 57_600, 38_400];
 
 /// How to connect and what to measure.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -209,6 +212,13 @@ impl ScanFormat {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_bit_rate_is_tried() {
+        let mut tried = LIKELY_BIT_RATES;
+        tried.sort_unstable();
+        assert_eq!(tried, BIT_RATES);
+    }
 
     const FULL: ScanFormat = ScanFormat {
         first_step: 44,

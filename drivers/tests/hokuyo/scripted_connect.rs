@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use drivers::hokuyo::{BIT_RATES, ConnectError, Encoding, Hokuyo, Options, Parameters, Scan};
+use description::robot::BIT_RATES;
+use drivers::hokuyo::{ConnectError, Encoding, Hokuyo, Options, Parameters, Scan};
 use drivers::monotonic_ns;
 
 use super::peer::{Peer, Setup};
