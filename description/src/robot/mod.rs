@@ -12,7 +12,7 @@ pub use fieldbus::{Ethercat, Link};
 pub use fleet::Fleet;
 pub use lidar::{BIT_RATES, BitRate, Lidar};
 pub use navigation::Navigation;
-pub use tubes::{Horizon, Tubes};
+pub use tubes::{Horizon, MOST_OMEGA_STEPS, Tubes};
 
 use crate::geometry::Footprint;
 use crate::keys::{Count, Id, Map, Need, Quantity, Table, TableOrDefaults, Text};

@@ -11,6 +11,8 @@ const CURVATURE: Quantity = Quantity::new("a curvature", "1/m")
     .at_most(20.0);
 const STEP: Quantity = Quantity::new("a length", "m").at_least(0.01).at_most(1.0);
 const MARGIN: Quantity = Quantity::new("a length", "m").at_least(0.0).at_most(2.0);
+/// The most turn rates of a horizon.
+pub const MOST_OMEGA_STEPS: u32 = 501;
 const ROWS: &str = "tables { horizon_s = …, speed_m_s = … }";
 
 section! {
@@ -34,7 +36,7 @@ section! {
         /// Turn rates reach from minus to plus this.
         pub omega_max_rad_s: f64 as Quantity::new("a turn rate", "rad/s").above(0.0).at_most(10.0) => FRAC_PI_2,
         /// Turn rates per horizon, evenly spaced; odd, so that straight is one of them.
-        pub omega_steps: u32 as Count::new("an odd count", 3, 501) => 41,
+        pub omega_steps: u32 as Count::new("an odd count", 3, MOST_OMEGA_STEPS) => 41,
         /// Spacing of the samples on a tube's border: no larger object slips between them.
         pub sample_step_m: f64 as STEP => 0.05,
         /// How far outside the border the samples lie: at least half of `sample_step_m` plus the sensor's error.
@@ -57,7 +59,7 @@ section! {
         /// Floor out of view that was seen free, or driven over, counts as free for this distance.
         pub floor_memory_m: f64 as Quantity::new("a way", "m").at_least(0.0).at_most(20.0) => 2.0,
         /// Tightest curve of a way around a standing thing; 0: the robot stops before it.
-        pub detour_curvature_1_m: f64 as CURVATURE => 2.5,
+        pub detour_curvature_1_m: f64 as CURVATURE => 0.0,
         /// Largest turn of such a way from the direction in which it was hindered.
         pub detour_heading_rad: f64 as Quantity::new("an angle", "rad").at_least(0.0).at_most(FRAC_PI_2) => 1.5,
         /// Highest speed on such a way.

@@ -1,5 +1,7 @@
 //! What a set of tubes is made of, and how commands are adapted to it.
 
+use description::robot::MOST_OMEGA_STEPS;
+
 use super::error::{TubeError, positive, within};
 
 /// One row of tubes: how long ahead, at which speed.
@@ -163,8 +165,6 @@ impl Default for AdaptPolicy {
     }
 }
 
-/// The most turning speeds in a row.
-pub const MAX_STEPS: usize = 1001;
 /// The most rows.
 pub const MAX_HORIZONS: usize = 32;
 
@@ -187,7 +187,7 @@ impl TubeParameters {
             "omega_steps",
             self.omega_steps as f64,
             3.0,
-            MAX_STEPS as f64,
+            f64::from(MOST_OMEGA_STEPS),
         )?;
         within("d_sample_m", self.d_sample_m, 0.005, 1.0)?;
         within("d_aug_m", self.d_aug_m, 0.0, 1.0)?;
