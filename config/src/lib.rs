@@ -23,6 +23,7 @@ mod loaded;
 mod net;
 mod origin;
 mod overrides;
+mod page;
 mod reader;
 mod report;
 mod tree;
@@ -37,3 +38,4 @@ pub use net::{
 };
 pub use origin::Origin;
 pub use overrides::Override;
+pub use page::reference_page;
