@@ -13,7 +13,7 @@ use bytemuck::Zeroable;
 use coordination::activity::{LifeCycle, LifeCycleEvent};
 use coordination::event::{EventTable, queue};
 use coordination::fsm::MachineModel;
-use coordination::symbols::{Place, Reader, SymbolTable, TableBuilder, Writer, remove_stale};
+use coordination::symbols::{Namespace, Reader, SymbolTable, TableBuilder, Writer, remove_stale};
 use counting::allocations;
 use rustix::thread::{SecureComputingMode, set_secure_computing_mode};
 
@@ -80,7 +80,7 @@ fn use_symbols(writer: &mut Writer<Scan>, reader: &mut Reader<Scan>) -> u64 {
     }
 }
 
-fn handles(place: &Place) -> (SymbolTable, Writer<Scan>, Reader<Scan>) {
+fn handles(place: &Namespace) -> (SymbolTable, Writer<Scan>, Reader<Scan>) {
     let mut builder = TableBuilder::new("a", place);
     builder.declare::<Scan>("lidar", "front").unwrap();
     let table = builder.build().unwrap();
@@ -92,7 +92,7 @@ fn handles(place: &Place) -> (SymbolTable, Writer<Scan>, Reader<Scan>) {
 #[test]
 fn symbols_do_not_allocate() {
     let folder = tempfile::tempdir().unwrap();
-    let (_table, mut writer, mut reader) = handles(&Place::new(folder.path(), "rt_"));
+    let (_table, mut writer, mut reader) = handles(&Namespace::new(folder.path(), "rt_"));
     // Handles are made here and used in a thread of their own, as in a robot.
     let worker = std::thread::spawn(move || use_symbols(&mut writer, &mut reader));
     assert_eq!(worker.join().unwrap(), 0);
@@ -107,7 +107,7 @@ fn child() {
     let (Ok(role), Some(root)) = (env::var(ROLE), env::var_os(ROOT)) else {
         return;
     };
-    let (_table, mut writer, mut reader) = handles(&Place::new(root, "rt_"));
+    let (_table, mut writer, mut reader) = handles(&Namespace::new(root, "rt_"));
     let done = Arc::new(AtomicBool::new(false));
     let worker_done = Arc::clone(&done);
     std::thread::spawn(move || {
@@ -144,7 +144,7 @@ fn child_output(role: &str) -> String {
         .output()
         .unwrap();
     // The child ends while its thread still holds handles.
-    remove_stale("a", &Place::new(folder.path(), "rt_")).unwrap();
+    remove_stale("a", &Namespace::new(folder.path(), "rt_")).unwrap();
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 

@@ -17,7 +17,7 @@ use iceoryx2::service::builder::blackboard::Creator;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
 use super::run::Run;
-use super::{Place, SymbolError};
+use super::{Namespace, SymbolError};
 
 /// Handles of this variant can be sent to, and dropped in, any thread.
 pub(super) type Service = ipc_threadsafe::Service;
@@ -43,7 +43,7 @@ impl Blackboard {
     /// Creates the blackboard with the entries that `fill` adds.
     pub(super) fn create(
         run: &Run,
-        place: &Place,
+        place: &Namespace,
         fill: impl FnOnce(Adder) -> Adder,
     ) -> Result<Self, SymbolError> {
         let node = node(run, place)?;
@@ -59,7 +59,7 @@ impl Blackboard {
     }
 
     /// Opens the blackboard that another process, or this one, created.
-    pub(super) fn open(run: &Run, place: &Place) -> Result<Self, SymbolError> {
+    pub(super) fn open(run: &Run, place: &Namespace) -> Result<Self, SymbolError> {
         let node = node(run, place)?;
         let factory = node
             .service_builder(&service_name(run)?)
@@ -94,7 +94,7 @@ impl Blackboard {
     }
 }
 
-fn node(run: &Run, place: &Place) -> Result<Node<Service>, SymbolError> {
+fn node(run: &Run, place: &Namespace) -> Result<Node<Service>, SymbolError> {
     // What it has to say comes back as an error; its log would mix into the robot's.
     set_log_level_from_env_or(LogLevel::Fatal);
     let mut config = Config::default();

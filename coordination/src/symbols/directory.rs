@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::place::check_name;
+use super::namespace::check_name;
 use super::{Datatype, SymbolError};
 
 /// The key of the directory in the blackboard.

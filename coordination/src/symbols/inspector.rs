@@ -10,7 +10,7 @@ use super::entry::Reader;
 use super::lock::{self, Seen};
 use super::run::Run;
 use super::sweep;
-use super::{Datatype, Place, SymbolError, SymbolInfo};
+use super::{Datatype, Namespace, SymbolError, SymbolInfo};
 
 /// Who asks, in the error messages of an inspector.
 const ASKED_BY: &str = "inspector";
@@ -54,7 +54,7 @@ impl Drop for Visit {
 
 impl Inspector {
     /// Opens the symbols of `robot` while it runs. Not for real-time threads.
-    pub fn open(robot: &str, place: &Place) -> Result<Self, SymbolError> {
+    pub fn open(robot: &str, place: &Namespace) -> Result<Self, SymbolError> {
         place.check(robot)?;
         let not_running = |dead_pid| SymbolError::NotRunning {
             robot: robot.into(),

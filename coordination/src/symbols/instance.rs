@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use std::process;
 
 use super::lock::{Content, instance_path, lock_exclusively, read_content};
-use super::place::file_error;
+use super::namespace::file_error;
 use super::run::Run;
 use super::sweep::{self, Removed};
-use super::{Place, SymbolError};
+use super::{Namespace, SymbolError};
 
 /// The lock of the one owner; dropping it removes whatever the run has left.
 #[derive(Debug)]
@@ -22,7 +22,7 @@ pub(super) struct Instance {
 
 impl Instance {
     /// Becomes the owner, and removes what dead owners left behind.
-    pub(super) fn acquire(robot: &str, place: &Place) -> Result<(Self, Removed), SymbolError> {
+    pub(super) fn acquire(robot: &str, place: &Namespace) -> Result<(Self, Removed), SymbolError> {
         place.check(robot)?;
         let root = place.create_root()?;
         let path = instance_path(&root, robot);

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::SymbolError;
-use super::place::file_error;
+use super::namespace::file_error;
 use super::run::Run;
 
 /// Somebody who only looks holds the lock for some microseconds; an owner for longer.

@@ -7,7 +7,7 @@
 //! [`SymbolTable::seal`] ends it.
 //!
 //! Any other process of the same user can look into a running robot with an [`Inspector`]. One
-//! robot id runs once per [`Place`]. The shared memory disappears with the table; what a killed
+//! robot id runs once per [`Namespace`]. The shared memory disappears with the table; what a killed
 //! process left behind is removed by the next start, or by [`remove_stale`].
 //!
 //! **Real time:** [`Writer::write`] and [`Reader::read`] do not allocate, lock, wait or make a
@@ -17,7 +17,7 @@
 //! **Not for** queues (a reader sees the newest value only), nor for values with pointers.
 //!
 //! ```
-//! use coordination::symbols::{Datatype, Inspector, Place, TableBuilder};
+//! use coordination::symbols::{Datatype, Inspector, Namespace, TableBuilder};
 //!
 //! #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 //! #[repr(C)]
@@ -31,7 +31,7 @@
 //!
 //! # let folder = tempfile::tempdir().expect("a temporary folder");
 //! # let run_folder = folder.path();
-//! let place = Place::new(run_folder, "robots_");
+//! let place = Namespace::new(run_folder, "robots_");
 //! let mut builder = TableBuilder::new("amr1", &place);
 //! builder.declare::<Encoders>("drive", "drive")?;
 //! let table = builder.build()?;
@@ -56,7 +56,7 @@ mod error;
 mod inspector;
 mod instance;
 mod lock;
-mod place;
+mod namespace;
 mod run;
 mod sweep;
 mod table;
@@ -66,6 +66,6 @@ pub use directory::SymbolInfo;
 pub use entry::{Reader, Writer};
 pub use error::SymbolError;
 pub use inspector::Inspector;
-pub use place::Place;
+pub use namespace::Namespace;
 pub use sweep::{Removed, remove_stale};
 pub use table::{SymbolTable, TableBuilder};

@@ -8,9 +8,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::lock::{self, Content};
-use super::place::file_error;
+use super::namespace::file_error;
 use super::run::Run;
-use super::{Place, SymbolError};
+use super::{Namespace, SymbolError};
 
 /// Where Linux shows POSIX shared memory as files.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -33,7 +33,7 @@ impl Removed {
 
 /// Removes what a killed process left behind of `robot`. Refuses while the robot runs, and names
 /// its process. Finding nothing is no error.
-pub fn remove_stale(robot: &str, place: &Place) -> Result<Removed, SymbolError> {
+pub fn remove_stale(robot: &str, place: &Namespace) -> Result<Removed, SymbolError> {
     place.check(robot)?;
     let Some(root) = place.existing_root()? else {
         return Ok(Removed::default());

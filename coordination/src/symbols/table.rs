@@ -8,19 +8,19 @@ use super::directory::{DIRECTORY_KEY, Directory, RowId};
 use super::entry::{Reader, Writer};
 use super::instance::Instance;
 use super::sweep::Removed;
-use super::{Datatype, Place, Stamped, SymbolError, SymbolInfo};
+use super::{Datatype, Namespace, Stamped, SymbolError, SymbolInfo};
 
 /// Collects the declarations of the owners; the first phase of start-up.
 pub struct TableBuilder {
     robot: String,
-    place: Place,
+    place: Namespace,
     directory: Box<Directory>,
     adders: Vec<Box<dyn FnOnce(Adder) -> Adder>>,
 }
 
 impl TableBuilder {
     /// A table without symbols for the robot called `robot`. Nothing is created yet.
-    pub fn new(robot: &str, place: &Place) -> Self {
+    pub fn new(robot: &str, place: &Namespace) -> Self {
         Self {
             robot: robot.to_owned(),
             place: place.clone(),

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use coordination::symbols::{Place, SymbolTable, TableBuilder};
+use coordination::symbols::{Namespace, SymbolTable, TableBuilder};
 use tempfile::TempDir;
 
 /// A small value whose parts must agree.
@@ -33,14 +33,14 @@ coordination::datatype!(OtherEncoders, "encoders");
 
 /// A place of its own for one test.
 pub struct Room {
-    pub place: Place,
+    pub place: Namespace,
     folder: TempDir,
 }
 
 impl Room {
     pub fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let place = Place::new(folder.path().join("run"), "test_");
+        let place = Namespace::new(folder.path().join("run"), "test_");
         Self { place, folder }
     }
 
@@ -92,7 +92,7 @@ pub fn shared_memory(words: &[String]) -> Vec<String> {
 }
 
 /// A table with one small and one large symbol.
-pub fn small_table(robot: &str, place: &Place) -> SymbolTable {
+pub fn small_table(robot: &str, place: &Namespace) -> SymbolTable {
     let mut builder = TableBuilder::new(robot, place);
     builder.declare::<Encoders>("drive", "drive").unwrap();
     builder.declare::<Scan>("lidar", "front").unwrap();

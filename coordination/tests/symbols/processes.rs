@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use coordination::symbols::{Inspector, Place, SymbolError, TableBuilder, remove_stale};
+use coordination::symbols::{Inspector, Namespace, SymbolError, TableBuilder, remove_stale};
 
 use rustix::process::{Signal, getpid, kill_process};
 
@@ -20,7 +20,7 @@ fn child() {
     let (Ok(role), Some(root)) = (env::var(ROLE), env::var_os(ROOT)) else {
         return;
     };
-    let place = Place::new(root, "test_");
+    let place = Namespace::new(root, "test_");
     let wait = || {
         println!("\nready");
         std::io::stdout().flush().unwrap();

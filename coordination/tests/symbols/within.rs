@@ -5,7 +5,7 @@ use std::sync::{Arc, Barrier};
 use std::thread;
 
 use bytemuck::Zeroable;
-use coordination::symbols::{Inspector, Place, SymbolError, SymbolTable, TableBuilder};
+use coordination::symbols::{Inspector, Namespace, SymbolError, SymbolTable, TableBuilder};
 
 use crate::common::{Encoders, OtherEncoders, Room, Scan, shared_memory, small_table};
 
@@ -141,7 +141,7 @@ fn a_wrong_declaration_is_refused() {
 
 #[test]
 fn a_wrong_place_is_refused() {
-    let build = |robot: &str, place: &Place| {
+    let build = |robot: &str, place: &Namespace| {
         let mut builder = TableBuilder::new(robot, place);
         builder.declare::<Encoders>("drive", "drive").unwrap();
         builder.build().unwrap_err()
@@ -151,15 +151,15 @@ fn a_wrong_place_is_refused() {
         let error = build(robot, &room.place);
         assert!(matches!(error, SymbolError::BadName { .. }), "{robot}");
     }
-    let prefixed = Place::new(room.root(), "../x");
+    let prefixed = Namespace::new(room.root(), "../x");
     assert!(matches!(build("a", &prefixed), SymbolError::BadName { .. }));
 
-    let long = Place::new(room.root().join("r".repeat(80)), "");
+    let long = Namespace::new(room.root().join("r".repeat(80)), "");
     assert!(matches!(build("a", &long), SymbolError::BadRoot { .. }));
 
     let file = room.root().join("file");
     std::fs::write(&file, "").unwrap();
-    let error = build("a", &Place::new(&file, ""));
+    let error = build("a", &Namespace::new(&file, ""));
     assert!(matches!(error, SymbolError::File { .. }), "{error}");
 }
 
@@ -168,7 +168,7 @@ fn the_longest_names_fit() {
     let room = Room::new();
     let length = room.root().as_os_str().len();
     let root = room.root().join("r".repeat(79 - length));
-    let place = Place::new(root, "p".repeat(16));
+    let place = Namespace::new(root, "p".repeat(16));
     let robot = "r".repeat(32);
     let mut builder = TableBuilder::new(&robot, &place);
     let name = "n".repeat(40);

@@ -1,6 +1,6 @@
 //! What a robot believes, read from its symbols as any program of the same user can.
 
-use coordination::symbols::{Inspector, Place, Reader};
+use coordination::symbols::{Inspector, Namespace, Reader};
 use onboard::symbols::values::{NavigationState, PoseEstimate, TubeState};
 use sim::world::Pose;
 
@@ -47,7 +47,7 @@ impl Insight {
     ///
     /// # Errors
     /// A sentence when the robot does not run, or not yet.
-    pub fn open(robot: &str, place: &Place) -> Result<Self, String> {
+    pub fn open(robot: &str, place: &Namespace) -> Result<Self, String> {
         let inspector = Inspector::open(robot, place).map_err(|error| error.to_string())?;
         let text = |error: coordination::symbols::SymbolError| error.to_string();
         Ok(Self {

@@ -1,7 +1,7 @@
 //! `onboard check`: validates the files and prints the resolved plan, touching no device.
 
 use config::{RobotConfig, SiteConfig};
-use coordination::symbols::Place;
+use coordination::symbols::Namespace;
 use description::robot::Link;
 use description::threads::{ActivityKind, Core, Scheduling, Trigger};
 
@@ -91,7 +91,7 @@ fn print_threads(robot: &RobotConfig) {
 /// Builds the real table in a folder of its own, and lists it: what is printed is what `run` does.
 fn print_symbols(robot: &RobotConfig) -> Result<(), Failure> {
     let folder = std::env::temp_dir().join(format!("onboard-check-{}", std::process::id()));
-    let place = Place::new(&folder, format!("chk{:x}_", std::process::id()));
+    let place = Namespace::new(&folder, format!("chk{:x}_", std::process::id()));
     let wiring = Wiring::build(&robot.identity.id, &place, &thread_names(robot));
     let listed = wiring.map(|wiring| wiring.table.directory());
     // Empty by now; what is left of it is no reason to fail.

@@ -101,7 +101,7 @@ mod tests {
     use std::time::Instant;
 
     use coordination::activity::{Activity, LifeCycle};
-    use coordination::symbols::{Place, TableBuilder};
+    use coordination::symbols::{Namespace, TableBuilder};
 
     use super::*;
     use crate::realtime::clock::SECOND_NS;
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn news_and_wake_ups_make_the_loop_run_long_before_its_period() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut builder = TableBuilder::new("async", &Place::new(folder.path(), "async_"));
+        let mut builder = TableBuilder::new("async", &Namespace::new(folder.path(), "async_"));
         builder
             .declare::<ThreadReport>("thread", "test")
             .expect("declared");

@@ -119,14 +119,14 @@ impl Thread {
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
-    use coordination::symbols::{Place, TableBuilder};
+    use coordination::symbols::{Namespace, TableBuilder};
 
     use super::*;
 
     #[test]
     fn repeated_overruns_degrade_then_overload_and_a_reset_forgives() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut builder = TableBuilder::new("overruns", &Place::new(folder.path(), "ov_"));
+        let mut builder = TableBuilder::new("overruns", &Namespace::new(folder.path(), "ov_"));
         builder
             .declare::<ThreadReport>("thread", "motion")
             .expect("declared");

@@ -222,7 +222,7 @@ mod tests {
     use std::time::{Duration, Instant};
 
     use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
-    use coordination::symbols::{Place, Reader, SymbolTable, TableBuilder};
+    use coordination::symbols::{Namespace, Reader, SymbolTable, TableBuilder};
 
     use super::*;
     use crate::realtime::scheduling::CoreClass;
@@ -268,7 +268,7 @@ mod tests {
 
     fn bench() -> Bench {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let mut builder = TableBuilder::new("runner", &Place::new(folder.path(), "run_"));
+        let mut builder = TableBuilder::new("runner", &Namespace::new(folder.path(), "run_"));
         builder
             .declare::<ThreadReport>("thread", "test")
             .expect("declared");

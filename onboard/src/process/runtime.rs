@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-use coordination::symbols::Place;
+use coordination::symbols::Namespace;
 
 use crate::composition::failure::Failure;
 
@@ -60,7 +60,7 @@ impl Runtime {
     /// Where the shared memory of this folder's robots lives. The prefix is drawn from the folder's name, so that
     /// robots in different folders never meet.
     #[must_use]
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> Namespace {
         let hash = self
             .folder
             .as_os_str()
@@ -69,7 +69,7 @@ impl Runtime {
             .fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
                 (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
             });
-        Place {
+        Namespace {
             root: self.folder.join("symbols"),
             prefix: format!("ob{:08x}_", (hash >> 32) ^ (hash & 0xffff_ffff)),
         }

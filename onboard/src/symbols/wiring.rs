@@ -3,7 +3,7 @@
 //! A new symbol is one line with `Writer` at its owner and one with `Reader` at each reader.
 
 use coordination::symbols::{
-    Datatype, Place, Reader, SymbolError, SymbolTable, TableBuilder, Writer,
+    Datatype, Namespace, Reader, SymbolError, SymbolTable, TableBuilder, Writer,
 };
 use description::threads::ActivityKind;
 use skills::borders::AreaSet;
@@ -272,7 +272,11 @@ impl Wiring {
     ///
     /// # Errors
     /// [`SymbolError`], as when the robot runs already.
-    pub fn build(robot_id: &str, place: &Place, threads: &[String]) -> Result<Self, SymbolError> {
+    pub fn build(
+        robot_id: &str,
+        place: &Namespace,
+        threads: &[String],
+    ) -> Result<Self, SymbolError> {
         let mut builder = TableBuilder::new(robot_id, place);
         Self::declare(&mut builder, threads)?;
         let wiring = Self::take(builder.build()?, threads)?;

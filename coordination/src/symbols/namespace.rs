@@ -18,15 +18,15 @@ const WORD: &str = "ASCII letters, digits, `_` and `-`";
 /// Where the shared memory lives: one folder per runtime folder, so that several fleets, and tests
 /// in parallel, do not meet.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct Namespace {
     /// The folder for what belongs to the shared memory; it is created if it is missing.
     pub root: PathBuf,
     /// What the names of the shared memory begin with, in a folder that all programs share.
     pub prefix: String,
 }
 
-impl Place {
-    /// A place with this root folder and this prefix.
+impl Namespace {
+    /// A namespace with this root folder and this prefix.
     pub fn new(root: impl Into<PathBuf>, prefix: impl Into<String>) -> Self {
         Self {
             root: root.into(),
