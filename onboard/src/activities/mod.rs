@@ -12,6 +12,5 @@ pub mod navigation;
 pub mod news;
 pub mod port;
 pub mod proprioception;
-mod ramp;
 pub mod robot_activity;
 pub mod scans;

@@ -8,4 +8,5 @@ pub mod reload;
 pub mod run;
 pub mod runner;
 pub mod runtime;
+mod signals;
 pub mod supervisor;

@@ -1,19 +1,14 @@
-//! Drive: exchanges process data with the KELO drive every millisecond and guards what is sent.
-//!
-//! Owns the encoders and the drive's status. Whatever happens above it, it never sends a setpoint over the limit, and
-//! it ramps to zero when setpoints stop coming, when the drive reports a fault, or when anything panicked.
-
-use std::time::Duration;
+//! The activity: its event loop around the bus, and what it judges of the drive.
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
 use description::wheels::WheelSpeeds;
-use drivers::ethercat::{BringUpOptions, Bus, Counters, ExchangeError, Expectation, Link};
-use drivers::kelo::{
-    self, Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch, VoltageLimits,
-};
+use drivers::ethercat::{Bus, Counters, ExchangeError};
+use drivers::kelo::{self, Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch};
 
+use super::bring_ups::BringUpLimit;
 use super::ramp::WheelRamp;
+use super::settings::{BRING_UP, OpenLink, RETRY_NS, SHUT_DOWN_NS, Settings, encoders};
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
@@ -21,59 +16,17 @@ use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{DriveStatus, Encoders, WheelSetpoints};
+use crate::symbols::values::{DriveStatus, WheelSetpoints};
 use crate::symbols::wiring::DriveSymbols;
 
-const BRING_UP: BringUpOptions = BringUpOptions {
-    timeout: Duration::from_secs(3),
-    frame_timeout: Duration::from_millis(20),
-    frame_attempts: 10,
-    cycle: Duration::from_millis(1),
-};
-/// Pause between two attempts to bring the bus up.
-const RETRY_NS: u64 = 500 * MILLISECOND_NS;
 /// How long a fault that the drive reports is taken for noise.
 const FAULT_NS: u64 = 50 * MILLISECOND_NS;
-/// A drive whose sensor time stands still for so long has failed.
+/// A drive whose sensor time stands still for `STALL_NS` has failed.
 const STALL_NS: u64 = 200 * MILLISECOND_NS;
 /// How long a drive may take to give its motors the power it is told to; longer, and an emergency stop holds them.
 const POWER_NS: u64 = 200 * MILLISECOND_NS;
-/// How long a drive may take to leave OP when the program ends.
-const SHUT_DOWN_NS: u64 = 100 * MILLISECOND_NS;
 /// How long a robot whose fieldbus thread panicked may take to stand.
 const AFTER_PANIC_NS: u64 = 2 * SECOND_NS;
-/// Most bring-ups in a minute that can be configured.
-const MAX_BRING_UPS: usize = 16;
-
-/// What the drive activity needs to know.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// What the bus must look like.
-    pub expectation: Expectation,
-    /// Time that an answer may take, from the cycle's start.
-    pub deadline_ns: u64,
-    /// Age at which a setpoint is stale.
-    pub setpoint_timeout_ns: u64,
-    /// How long lost frames are borne.
-    pub hold_ns: u64,
-    /// Bring-ups in a minute before an operator is wanted.
-    pub bring_ups_per_minute: usize,
-    /// Fastest wheel speed that may ever be sent.
-    pub max_wheel_speed_rad_s: f64,
-    /// Wheel deceleration of a stop.
-    pub stop_deceleration_rad_s2: f64,
-    /// Current limit while driving.
-    pub drive_current_a: f32,
-    /// Current limit while standing.
-    pub stop_current_a: f32,
-    /// Within these the bus voltage is good.
-    pub voltage: VoltageLimits,
-    /// Pivot encoder when the unit points forward.
-    pub pivot_zero_rad: f64,
-}
-
-/// Opens the link to the bus; called again after each loss.
-pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
 
 /// The activity.
 pub struct Drive {
@@ -96,7 +49,7 @@ pub struct Drive {
     told_to_power: bool,
     unpowered_since_ns: u64,
     latched: bool,
-    bring_ups_ns: [u64; MAX_BRING_UPS],
+    bring_ups: BringUpLimit,
     retry_ns: u64,
     complaints: Complaints,
     panicked_ns: u64,
@@ -117,6 +70,7 @@ impl Drive {
             max_wheel_speed_rad_s: settings.max_wheel_speed_rad_s as f32,
             max_current_a: settings.drive_current_a.max(settings.stop_current_a),
         };
+        let bring_ups = BringUpLimit::new(settings.bring_ups_per_minute);
         Self {
             port,
             settings,
@@ -137,7 +91,7 @@ impl Drive {
             told_to_power: false,
             unpowered_since_ns: 0,
             latched: false,
-            bring_ups_ns: [0; MAX_BRING_UPS],
+            bring_ups,
             retry_ns: 0,
             complaints: Complaints::default(),
             panicked_ns: 0,
@@ -188,26 +142,18 @@ impl Drive {
         self.retry_ns = self::now_ns() + RETRY_NS;
     }
 
-    /// Notes the time of a bring-up after a loss; true when an operator is wanted first.
+    /// Whether an operator is wanted before another bring-up.
     fn too_many_bring_ups(&mut self, now_ns: u64) -> bool {
         if self.status.bring_ups == 0 || !self.complaints.is_empty() {
             return false; // the first one, and further attempts at the same one, do not count
         }
-        let limit = self.settings.bring_ups_per_minute.clamp(1, MAX_BRING_UPS);
-        let recent = &mut self.bring_ups_ns[..limit];
-        let oldest = recent.iter_mut().min();
-        match oldest {
-            Some(oldest) if *oldest != 0 && now_ns - *oldest < 60 * SECOND_NS => {
-                self.port.raise(Fault::BringUpLimit, limit as f64);
-                self.retry_ns = u64::MAX;
-                true
-            }
-            Some(oldest) => {
-                *oldest = now_ns;
-                false
-            }
-            None => false,
+        let too_many = !self.bring_ups.note(now_ns);
+        if too_many {
+            self.port
+                .raise(Fault::BringUpLimit, self.bring_ups.per_minute() as f64);
+            self.retry_ns = u64::MAX;
         }
+        too_many
     }
 
     /// The operator has seen to the faults. One whose cause is still there stays.
@@ -221,7 +167,7 @@ impl Drive {
             }
         }
         self.port.clear(Fault::BringUpLimit);
-        self.bring_ups_ns = [0; MAX_BRING_UPS];
+        self.bring_ups.forget();
         self.retry_ns = 0;
     }
 
@@ -342,16 +288,11 @@ impl Drive {
         self.answered_ns = now_ns;
         self.lost_since_ns = 0;
         self.judge_drive(now_ns);
-        let feedback = Feedback::from(&self.inputs);
-        let encoders = Encoders {
-            left_rad: f64::from(feedback.left_rad),
-            right_rad: f64::from(feedback.right_rad),
-            pivot_rad: f64::from(feedback.pivot_rad) - self.settings.pivot_zero_rad,
-            left_rad_s: f64::from(feedback.left_rad_s),
-            right_rad_s: f64::from(feedback.right_rad_s),
-            pivot_rad_s: f64::from(feedback.pivot_rad_s),
-            epoch: self.status.bring_ups,
-        };
+        let encoders = encoders(
+            &Feedback::from(&self.inputs),
+            self.settings.pivot_zero_rad,
+            self.status.bring_ups,
+        );
         self.symbols.encoders.write(now_ns, &encoders);
     }
 

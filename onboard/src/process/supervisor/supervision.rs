@@ -1,15 +1,12 @@
-//! The supervisor: life cycles, faults, signals, requests and the log, ten times a second on the main thread.
-//!
-//! It runs no activity. It tells activities what to do by events and learns of them by reports; what they do meanwhile
-//! does not wait for it.
+//! What the supervisor does ten times a second.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
-use coordination::event::{Receiver, Sender};
 use description::threads::ActivityKind;
 
+use super::handles::{Handle, Handles};
+use super::sent::{Sent, quoted};
 use crate::activities::machine_names::MachineNames;
 use crate::activities::port::{Command, Instructed, Report};
 use crate::process::ctl::{Event, Pending, Request, Server};
@@ -30,27 +27,12 @@ const STANDSTILL_NS: u64 = 3 * SECOND_NS;
 const STOPPING_NS: u64 = SECOND_NS;
 /// Wheel speed below which the robot stands.
 const STANDING_RAD_S: f64 = 0.2;
-/// How long navigation may take to say what became of an event.
-const ANSWER_NS: u64 = SECOND_NS;
 /// An encoder reading older than this says nothing.
 const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
-/// The supervisor's side of one activity.
-#[derive(Debug)]
-pub struct Handle {
-    /// Which.
-    pub kind: ActivityKind,
-    /// Commands to it.
-    pub commands: Sender<Command>,
-    /// Reports from it.
-    pub reports: Receiver<Report>,
-    /// Its state, as last reported.
-    pub state: LifeCycleState,
-}
-
 /// The supervisor.
 pub struct Supervisor {
-    handles: Vec<Handle>,
+    handles: Handles,
     symbols: SupervisorSymbols,
     table: FaultTable,
     mode_value: RobotMode,
@@ -61,13 +43,6 @@ pub struct Supervisor {
     log: LogDrain,
     reload: Reload,
     sent: Option<Sent>,
-}
-
-/// An event that was sent to the robot's machine and waits for its answer.
-struct Sent {
-    event: String,
-    pending: Pending,
-    since_ns: u64,
 }
 
 /// How the program ends.
@@ -92,7 +67,7 @@ impl Supervisor {
         reload: Reload,
     ) -> Self {
         Self {
-            handles,
+            handles: Handles(handles),
             symbols,
             table: FaultTable::default(),
             mode_value,
@@ -108,7 +83,8 @@ impl Supervisor {
 
     /// Supervises until the robot has been asked to end and stands.
     pub fn run(&mut self, asked_to_end: &AtomicBool, server: &Server) -> Ending {
-        self.tell_all(Command::LifeCycle(LifeCycleEvent::Configure));
+        self.handles
+            .tell_all(Command::LifeCycle(LifeCycleEvent::Configure));
         let mut next_ns = now_ns();
         loop {
             next_ns = (next_ns + PERIOD_NS).max(now_ns());
@@ -141,21 +117,15 @@ impl Supervisor {
 
     /// Takes in all reports.
     fn hear(&mut self, now_ns: u64) {
-        for index in 0..self.handles.len() {
-            while let Some(report) = self.handles[index].reports.receive() {
-                self.take(index, report, now_ns);
-            }
+        while let Some((kind, report)) = self.handles.next_report() {
+            self.take(kind.name(), report, now_ns);
         }
         self.log.drain();
     }
 
-    fn take(&mut self, index: usize, report: Report, now_ns: u64) {
-        let name = self.handles[index].kind.name();
+    fn take(&mut self, name: &str, report: Report, now_ns: u64) {
         match report {
-            Report::LifeCycle(state) => {
-                self.handles[index].state = state;
-                tracing::debug!("{name} is {state}");
-            }
+            Report::LifeCycle(state) => tracing::debug!("{name} is {state}"),
             Report::Raised(fault, figure) => self.raise(name, fault, figure, now_ns),
             Report::Cleared(fault) => self.clear(name, fault, now_ns),
             Report::Moved { from, to } => {
@@ -191,25 +161,26 @@ impl Supervisor {
     fn keep_running(&mut self) {
         // A fleet network that cannot be reached keeps no robot from starting.
         let all_configured = self.mode_value.mode != Mode::Configuring as u64
-            || self.handles.iter().all(|handle| {
+            || self.handles.0.iter().all(|handle| {
                 handle.state == LifeCycleState::Ready || handle.kind == ActivityKind::Communication
             });
-        for handle in &mut self.handles {
-            let held =
-                (self.operator_paused && is_mover(handle.kind)) || self.reload.holds(handle.kind);
+        for handle in &mut self.handles.0 {
+            let paused = self.operator_paused && handle.kind == ActivityKind::Navigation;
+            let held = paused || self.reload.holds(handle.kind);
             let wakes =
                 handle.state == LifeCycleState::Ready || handle.state == LifeCycleState::Paused;
             if held && handle.state == LifeCycleState::Running {
-                tell(handle, Command::LifeCycle(LifeCycleEvent::Pause));
+                handle.tell(Command::LifeCycle(LifeCycleEvent::Pause));
             } else if all_configured && wakes && !held {
-                tell(handle, Command::LifeCycle(LifeCycleEvent::Run));
+                handle.tell(Command::LifeCycle(LifeCycleEvent::Run));
             }
         }
         if [Fault::OperatorStop, Fault::Overruns]
             .iter()
             .any(|&fault| self.table.state(fault).active != 0)
         {
-            self.tell(ActivityKind::MotionTube, Command::StopNow);
+            self.handles
+                .tell(ActivityKind::MotionTube, Command::StopNow);
         }
         if all_configured {
             self.mode_value.mode = self.mode() as u64;
@@ -236,16 +207,19 @@ impl Supervisor {
             None => {}
             Some((thread, Load::Fine)) => {
                 tracing::info!("thread {thread} keeps its time again");
-                self.tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
+                self.handles
+                    .tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
             }
             Some((thread, Load::Degraded)) => {
                 tracing::warn!("thread {thread} overruns: driving at half speed");
-                self.tell(ActivityKind::Navigation, Command::LimitSpeed(500));
+                self.handles
+                    .tell(ActivityKind::Navigation, Command::LimitSpeed(500));
             }
             Some((thread, Load::Overloaded)) => {
                 tracing::error!("thread {thread} overruns repeatedly: stopping");
                 self.raise("supervisor", Fault::Overruns, 0.0, now_ns);
-                self.tell(ActivityKind::MotionTube, Command::StopNow);
+                self.handles
+                    .tell(ActivityKind::MotionTube, Command::StopNow);
             }
         }
     }
@@ -254,7 +228,7 @@ impl Supervisor {
         let result = match &pending.request {
             Request::Pause => {
                 self.operator_paused = true;
-                self.tell(
+                self.handles.tell(
                     ActivityKind::Navigation,
                     Command::LifeCycle(LifeCycleEvent::Pause),
                 );
@@ -269,7 +243,8 @@ impl Supervisor {
             }
             Request::Stop => {
                 self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
-                self.tell(ActivityKind::MotionTube, Command::StopNow);
+                self.handles
+                    .tell(ActivityKind::MotionTube, Command::StopNow);
                 Ok("stopped; `onboard ctl reset` goes on".into())
             }
             Request::Reset => {
@@ -277,8 +252,9 @@ impl Supervisor {
                     self.clear("operator", fault, now_ns);
                 }
                 self.watch.forget();
-                self.tell_all(Command::Reset);
-                self.tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
+                self.handles.tell_all(Command::Reset);
+                self.handles
+                    .tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
                 Ok("reset".into())
             }
             Request::Reload => {
@@ -322,62 +298,24 @@ impl Supervisor {
             };
             event.instruction(id)
         };
-        let mut refused = true;
-        for handle in self
-            .handles
-            .iter_mut()
-            .filter(|handle| handle.kind == ActivityKind::Navigation)
-        {
-            refused = handle
-                .commands
-                .send(Command::Instruct(instruction))
-                .is_err();
-        }
-        if refused {
+        let mut handles = self.handles.0.iter_mut();
+        let navigation = handles.find(|handle| handle.kind == ActivityKind::Navigation);
+        let command = Command::Instruct(instruction);
+        if navigation.is_none_or(|handle| handle.commands.send(command).is_err()) {
             return Err("navigation does not take its commands".into());
         }
         Ok(event.name)
     }
 
     fn answer_sent(&mut self, what: Instructed) {
-        let Some(sent) = self.sent.take() else {
-            return; // it took too long and was answered
-        };
-        let event = &sent.event;
-        let state = |number: u16| self.names.state(number);
-        let result = match what {
-            Instructed::Taken { from, to, hold } => {
-                let stands = hold.map_or(String::new(), |hold| {
-                    format!("; the robot stands: {}", hold.reason())
-                });
-                Ok(format!(
-                    "`{event}`: state {} -> {}{stands}",
-                    state(from),
-                    state(to)
-                ))
-            }
-            Instructed::Ignored { state: number } => {
-                let fsm = &self.reload.plan().fsm;
-                let accepted = fsm
-                    .transitions
-                    .iter()
-                    .filter(|t| t.from == state(number) && fsm.external.contains(&t.on))
-                    .map(|t| &t.on);
-                Err(format!(
-                    "state `{}` has no use for `{event}`; it takes {}",
-                    state(number),
-                    quoted(accepted)
-                ))
-            }
-            Instructed::Refused(error) => Err(error.to_string()),
-            Instructed::NotReady => Err("navigation does not run yet".to_owned()),
-        };
-        tracing::info!("operator: send {event}: {result:?}");
-        sent.pending.answer(&result);
+        // One that took too long was answered.
+        if let Some(sent) = self.sent.take() {
+            sent.answer(what, &self.names, &self.reload.plan().fsm);
+        }
     }
 
     fn expire_sent(&mut self, now_ns: u64) {
-        if let Some(sent) = self.sent.take_if(|sent| now_ns > sent.since_ns + ANSWER_NS) {
+        if let Some(sent) = self.sent.take_if(|sent| sent.is_late(now_ns)) {
             let why = "navigation does not answer; see `onboard inspect` for what it does";
             sent.pending.answer(&Err(why.into()));
         }
@@ -388,12 +326,7 @@ impl Supervisor {
         if !self.reload.in_progress() {
             return;
         }
-        let all = |wanted: &[LifeCycleState]| {
-            self.handles
-                .iter()
-                .filter(|handle| RECONFIGURED.contains(&handle.kind))
-                .all(|handle| wanted.contains(&handle.state))
-        };
+        let all = |states: &[LifeCycleState]| self.handles.are(&RECONFIGURED, states);
         let (paused, reconfiguring) = (
             all(&[LifeCycleState::Paused, LifeCycleState::Ready]),
             all(&[LifeCycleState::Reconfiguring]),
@@ -416,7 +349,7 @@ impl Supervisor {
 
     fn tell_reconfigured(&mut self, event: LifeCycleEvent) {
         for kind in RECONFIGURED {
-            self.tell(kind, Command::LifeCycle(event));
+            self.handles.tell(kind, Command::LifeCycle(event));
         }
     }
 
@@ -430,7 +363,8 @@ impl Supervisor {
                 self.raise("supervisor", Fault::Panic, 0.0, now_ns);
             }
         }
-        self.tell(ActivityKind::MotionTube, Command::StopNow);
+        self.handles
+            .tell(ActivityKind::MotionTube, Command::StopNow);
         self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
     }
 
@@ -446,23 +380,15 @@ impl Supervisor {
     }
 
     fn stop_activities(&mut self) {
-        self.tell_all(Command::LifeCycle(LifeCycleEvent::Stop));
+        self.handles
+            .tell_all(Command::LifeCycle(LifeCycleEvent::Stop));
         let deadline_ns = now_ns() + STOPPING_NS;
-        while now_ns() < deadline_ns
-            && self
-                .handles
-                .iter()
-                .any(|handle| handle.state != LifeCycleState::Stopped)
-        {
+        while now_ns() < deadline_ns && self.handles.not_stopped().next().is_some() {
             sleep_until(now_ns() + 5 * MILLISECOND_NS);
             self.hear(now_ns());
         }
-        for handle in self
-            .handles
-            .iter()
-            .filter(|handle| handle.state != LifeCycleState::Stopped)
-        {
-            tracing::warn!("{} did not stop in time", handle.kind);
+        for kind in self.handles.not_stopped() {
+            tracing::warn!("{kind} did not stop in time");
         }
     }
 
@@ -470,53 +396,4 @@ impl Supervisor {
         self.symbols.faults.write(now_ns, &self.table);
         self.symbols.mode.write(now_ns, &self.mode_value);
     }
-
-    fn tell(&mut self, kind: ActivityKind, command: Command) {
-        for handle in self.handles.iter_mut().filter(|handle| handle.kind == kind) {
-            tell(handle, command);
-        }
-    }
-
-    fn tell_all(&mut self, command: Command) {
-        self.handles
-            .iter_mut()
-            .for_each(|handle| tell(handle, command));
-    }
-}
-
-/// Activities that an operator's pause holds.
-fn is_mover(kind: ActivityKind) -> bool {
-    kind == ActivityKind::Navigation
-}
-
-/// Names for people: "`a`, `b`", or "none".
-fn quoted<'a>(names: impl Iterator<Item = &'a String>) -> String {
-    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
-    if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join(", ")
-    }
-}
-
-fn tell(handle: &mut Handle, command: Command) {
-    if handle.commands.send(command).is_err() {
-        tracing::error!(
-            "{} does not take its commands: {command:?} is lost",
-            handle.kind
-        );
-    }
-}
-
-/// A flag that SIGINT, SIGTERM, SIGQUIT and the closing of the terminal raise.
-///
-/// # Errors
-/// The operating system's.
-pub fn termination_flag() -> std::io::Result<Arc<AtomicBool>> {
-    let flag = Arc::<AtomicBool>::default();
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
-    for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
-        signal_hook::flag::register(signal, Arc::clone(&flag))?;
-    }
-    Ok(flag)
 }

@@ -1,0 +1,66 @@
+//! What the drive activity needs to know of the bus and the drive on it.
+
+use std::time::Duration;
+
+use drivers::ethercat::{BringUpOptions, Expectation, Link};
+use drivers::kelo::{Feedback, VoltageLimits};
+
+use crate::realtime::clock::MILLISECOND_NS;
+use crate::symbols::values::Encoders;
+
+/// How the bus is brought up.
+pub(super) const BRING_UP: BringUpOptions = BringUpOptions {
+    timeout: Duration::from_secs(3),
+    frame_timeout: Duration::from_millis(20),
+    frame_attempts: 10,
+    cycle: Duration::from_millis(1),
+};
+
+/// Pause between two attempts to bring the bus up.
+pub(super) const RETRY_NS: u64 = 500 * MILLISECOND_NS;
+
+/// How long a drive may take to leave OP when the program ends.
+pub(super) const SHUT_DOWN_NS: u64 = 100 * MILLISECOND_NS;
+
+/// What the drive activity needs to know.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// What the bus must look like.
+    pub expectation: Expectation,
+    /// Time that an answer may take, from the cycle's start.
+    pub deadline_ns: u64,
+    /// Age at which a setpoint is stale.
+    pub setpoint_timeout_ns: u64,
+    /// How long lost frames are borne.
+    pub hold_ns: u64,
+    /// Bring-ups in a minute before an operator is wanted.
+    pub bring_ups_per_minute: usize,
+    /// Fastest wheel speed that may ever be sent.
+    pub max_wheel_speed_rad_s: f64,
+    /// Wheel deceleration of a stop.
+    pub stop_deceleration_rad_s2: f64,
+    /// Current limit while driving.
+    pub drive_current_a: f32,
+    /// Current limit while standing.
+    pub stop_current_a: f32,
+    /// Within these the bus voltage is good.
+    pub voltage: VoltageLimits,
+    /// Pivot encoder when the unit points forward.
+    pub pivot_zero_rad: f64,
+}
+
+/// Opens the link to the bus; called again after each loss.
+pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
+
+/// What the encoders say, in the robot's terms; `epoch` counts bring-ups.
+pub(super) fn encoders(feedback: &Feedback, pivot_zero_rad: f64, epoch: u64) -> Encoders {
+    Encoders {
+        left_rad: f64::from(feedback.left_rad),
+        right_rad: f64::from(feedback.right_rad),
+        pivot_rad: f64::from(feedback.pivot_rad) - pivot_zero_rad,
+        left_rad_s: f64::from(feedback.left_rad_s),
+        right_rad_s: f64::from(feedback.right_rad_s),
+        pivot_rad_s: f64::from(feedback.pivot_rad_s),
+        epoch,
+    }
+}

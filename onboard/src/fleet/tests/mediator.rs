@@ -1,0 +1,201 @@
+//! A mediator that is silent, refuses, restarts, or takes the control.
+
+use super::*;
+
+#[test]
+fn a_silent_mediator_leaves_what_the_robot_has_and_gives_no_more() {
+    let mut scene = Scene::new(&["1", "2"]);
+    scene.be("drive-1", at(4.0, -0.5, 0.0, 0.01));
+    assert_eq!(scene.member.troubles(scene.now_ns), Troubles::default());
+    let later_ns = scene.now_ns + 1100 * MS;
+    let near = sense("drive-1", at(5.0, -0.5, 0.0, 0.01), 0.0);
+    scene.member.step(&near, later_ns);
+    assert!(scene.member.troubles(later_ns).silent);
+    assert_eq!(scene.allowed(), [0]);
+    let report = scene.member.report(later_ns);
+    let asked = report.access.iter().any(|access| access.area == "2");
+    assert!(!asked, "nobody is there to ask");
+}
+
+#[test]
+fn nobody_at_all_is_told_too() {
+    let mut member = Member::new(setup(), 0);
+    assert!(!member.troubles(900 * MS).silent);
+    assert!(member.troubles(1100 * MS).silent);
+    member.receive(
+        &MediatorReport {
+            version: Some(VERSION.into()),
+            mediator_epoch: 1,
+            sequence: 1,
+            robot_id: "amr-1".into(),
+            boot_epoch: 7,
+            refusal: "site `corridor` is not ours".into(),
+            ..MediatorReport::default()
+        },
+        1200 * MS,
+    );
+    let troubles = member.troubles(1300 * MS);
+    assert!(troubles.refused && !troubles.silent);
+    assert!(member.refusal().contains("corridor"));
+}
+
+#[test]
+fn a_mediator_of_another_version_is_refused_in_words() {
+    let mut member = Member::new(setup(), 0);
+    let message = MediatorReport {
+        version: Some(wire::Version { major: 9, minor: 0 }),
+        mediator_epoch: 1,
+        sequence: 1,
+        robot_id: "amr-1".into(),
+        boot_epoch: 7,
+        session: 1,
+        ..MediatorReport::default()
+    };
+    member.receive(&message, MS);
+    assert!(member.troubles(3 * MS).refused);
+    assert!(member.refusal().contains("9.0"), "{}", member.refusal());
+    let message = MediatorReport {
+        version: Some(VERSION.into()),
+        ..message
+    };
+    member.receive(&message, 4 * MS);
+    assert!(!member.troubles(5 * MS).refused);
+}
+
+#[test]
+fn an_uncertain_pose_gives_nothing_back() {
+    let mut scene = Scene::new(&["1", "2"]);
+    scene.be("drive-1", at(5.0, -0.5, 0.0, 0.01));
+    assert_eq!(scene.holds(), "1 2");
+    scene.with(&Sense {
+        place: None,
+        ..sense("drive-1", at(0.0, 0.0, 0.0, 1.0), 0.0)
+    });
+    assert_eq!(scene.holds(), "1 2");
+    assert!(!scene.member.report(scene.now_ns).located);
+}
+
+#[test]
+fn a_restarted_robot_goes_on_where_the_mediator_knows_it() {
+    let mut scene = Scene::new(&["1"]);
+    scene.mediator.take_up = Some(TakeUp {
+        pose: Some(wire::Pose {
+            x_m: 6.0,
+            y_m: -0.5,
+            ..wire::Pose::default()
+        }),
+        fsm_state: "search-2".into(),
+    });
+    // It thinks that it is at its start.
+    scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+    assert!(!scene.member.report(scene.now_ns).located);
+    assert!(scene.allowed().is_empty());
+    let directives = scene.directives();
+    let [Directive::Relocate { pose, state, .. }] = directives.as_slice() else {
+        panic!("{directives:?}");
+    };
+    assert_eq!((pose.x_m, *state), (6.0, StateId(1)));
+    scene.member.relocated();
+    scene.mediator.free.insert("2".into());
+    scene.be("search-2", at(6.0, -0.5, 0.0, 0.1));
+    assert_eq!(scene.allowed(), [1]);
+}
+
+#[test]
+fn a_robot_that_nobody_can_place_waits_for_an_operator() {
+    let mut scene = Scene::new(&["1"]);
+    scene.mediator.take_up = Some(TakeUp {
+        pose: None,
+        fsm_state: "search-2".into(),
+    });
+    scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+    assert!(scene.member.troubles(scene.now_ns).lost && scene.allowed().is_empty());
+    assert!(scene.directives().is_empty());
+    scene.member.reset();
+    assert_eq!(scene.directives().len(), 1, "to its start");
+    scene.member.relocated();
+    scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+    assert!(!scene.member.troubles(scene.now_ns).lost);
+    assert_eq!(scene.allowed(), [0]);
+}
+
+#[test]
+fn a_restarted_mediator_changes_nothing() {
+    let mut scene = Scene::new(&["1", "2"]);
+    scene.be("drive-1", at(4.6, -0.5, 0.0, 0.01));
+    (scene.mediator.epoch, scene.mediator.sequence) = (2, 0);
+    scene.be("drive-1", at(4.7, -0.5, 0.0, 0.01));
+    assert_eq!(scene.holds(), "1 2");
+    assert_eq!(scene.member.standing().mediator_epoch, 2);
+    assert_eq!(scene.member.report(scene.now_ns).mediator_epoch, 2);
+}
+
+/// Protocol 2 with one step: go aside into area 5, done on the output "aside-done".
+fn control(progress: u32) -> wire::Control {
+    let flag = |name: &str, by_mediator| wire::ControlFlag {
+        name: name.into(),
+        by_mediator,
+        ..wire::ControlFlag::default()
+    };
+    wire::Control {
+        coordination: 3,
+        level: Some(wire::Level {
+            progress,
+            ..wire::Level::default()
+        }),
+        net: "overtaking".into(),
+        flags: vec![
+            flag("acquire", true),
+            flag("acquired", false),
+            wire::ControlFlag {
+                instruction: Some(wire::Instruction {
+                    event: "aside".into(),
+                    speed_limit_m_s: 0.2,
+                    stop_at: None,
+                    areas: vec!["5".into()],
+                }),
+                ..flag("e5", true)
+            },
+            wire::ControlFlag {
+                on_output: "aside-done".into(),
+                ..flag("done5", false)
+            },
+            flag("release", true),
+            flag("released", false),
+        ],
+        paths: Vec::new(),
+    }
+}
+
+#[test]
+fn an_acquired_robot_asks_for_nothing_by_itself_and_does_as_ordered() {
+    let mut scene = Scene::new(&["1", "2", "5"]);
+    scene.be("drive-1", at(3.5, -0.5, 0.0, 0.01));
+    scene.mediator.control = Some(control(1));
+    scene.be("drive-1", at(4.6, -0.5, 0.0, 0.01));
+    let standing = scene.member.standing();
+    assert!(standing.acquired && standing.coordination == 3);
+    assert_eq!(scene.holds(), "1", "area 2 is near, and not ordered");
+    scene.mediator.control = Some(control(3));
+    scene.be("drive-1", at(4.6, -0.5, 0.0, 0.01));
+    assert_eq!(scene.holds(), "1 5");
+    let ordered = Directive::Instruct(Instruction {
+        speed_limit_m_s: Some(0.2),
+        ..Instruction::plain(number("aside"))
+    });
+    assert_eq!(scene.directives(), [ordered]);
+    scene.member.answered(Answer::Taken);
+    scene.be("shift-5", at(4.6, -0.8, -0.3, 0.01));
+    assert_eq!((scene.directives(), scene.allowed()), (vec![], vec![0, 4]));
+    scene.member.output("aside-done");
+    assert!(scene.member.is_report_due(scene.now_ns));
+    let control_level = scene.member.report(scene.now_ns).control;
+    let progress = control_level
+        .and_then(|control| control.level)
+        .map(|level| level.progress);
+    assert_eq!(progress, Some(4));
+    scene.mediator.control = Some(control(5));
+    scene.be("wait-5", at(4.6, -1.2, 0.0, 0.01));
+    assert!(!scene.member.standing().acquired);
+    assert_eq!(scene.holds(), "5");
+}

@@ -1,0 +1,74 @@
+//! The supervisor's side of the activities: commands to them, reports and states from them.
+
+use coordination::activity::LifeCycleState;
+use coordination::event::{Receiver, Sender};
+use description::threads::ActivityKind;
+
+use crate::activities::port::{Command, Report};
+
+/// The supervisor's side of one activity.
+#[derive(Debug)]
+pub struct Handle {
+    /// Which.
+    pub kind: ActivityKind,
+    /// Commands to it.
+    pub commands: Sender<Command>,
+    /// Reports from it.
+    pub reports: Receiver<Report>,
+    /// Its state, as last reported.
+    pub state: LifeCycleState,
+}
+
+impl Handle {
+    /// Sends a command; a full queue is an error for the log.
+    pub(super) fn tell(&mut self, command: Command) {
+        if self.commands.send(command).is_err() {
+            tracing::error!(
+                "{} does not take its commands: {command:?} is lost",
+                self.kind
+            );
+        }
+    }
+}
+
+/// All activities.
+#[derive(Debug)]
+pub(super) struct Handles(pub(super) Vec<Handle>);
+
+impl Handles {
+    /// The next report, with the activity that it comes from.
+    pub(super) fn next_report(&mut self) -> Option<(ActivityKind, Report)> {
+        self.0.iter_mut().find_map(|handle| {
+            let report = handle.reports.receive()?;
+            if let Report::LifeCycle(state) = report {
+                handle.state = state;
+            }
+            Some((handle.kind, report))
+        })
+    }
+
+    /// A command to one activity.
+    pub(super) fn tell(&mut self, kind: ActivityKind, command: Command) {
+        for handle in self.0.iter_mut().filter(|handle| handle.kind == kind) {
+            handle.tell(command);
+        }
+    }
+
+    /// A command to all.
+    pub(super) fn tell_all(&mut self, command: Command) {
+        self.0.iter_mut().for_each(|handle| handle.tell(command));
+    }
+
+    /// Whether each of `kinds` is in one of `states`.
+    pub(super) fn are(&self, kinds: &[ActivityKind], states: &[LifeCycleState]) -> bool {
+        { self.0.iter().filter(|handle| kinds.contains(&handle.kind)) }
+            .all(|handle| states.contains(&handle.state))
+    }
+
+    /// Activities that have not stopped.
+    pub(super) fn not_stopped(&self) -> impl Iterator<Item = ActivityKind> + '_ {
+        { self.0.iter() }
+            .filter(|handle| handle.state != LifeCycleState::Stopped)
+            .map(|handle| handle.kind)
+    }
+}

@@ -1,0 +1,11 @@
+//! The supervisor: life cycles, faults, signals, requests and the log, ten times a second on the main thread.
+//!
+//! It runs no activity. It tells activities what to do by events and learns of them by reports; what they do meanwhile
+//! does not wait for it.
+
+mod handles;
+mod sent;
+mod supervision;
+
+pub use handles::Handle;
+pub use supervision::{Ending, PERIOD_NS, Supervisor};
