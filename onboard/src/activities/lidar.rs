@@ -31,7 +31,7 @@ pub struct Settings {
     pub options: Options,
     /// The scan that the tubes and the perception were prepared for.
     pub format: ScanFormat,
-    /// A device that sends no scan for so long is taken for lost.
+    /// A device that sends no scan for longer than this counts as lost.
     pub silent_ns: u64,
 }
 

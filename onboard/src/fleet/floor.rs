@@ -6,8 +6,8 @@ use skills::borders::{AreaSet, BorderGains, BorderGuard, Curve};
 
 use super::Setup;
 
-/// An area is left only when the footprint, grown as before a border, is so much farther away: the estimate may still move
-/// back and forth.
+/// An area counts as left only when the footprint, grown as before a border, is `LEAVING_M` away from it (hysteresis): the
+/// estimate may still move back and forth.
 const LEAVING_M: f64 = 0.05;
 
 /// Where the robot is, as well as it knows.

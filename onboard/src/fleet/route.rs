@@ -7,12 +7,12 @@ use super::StatePlan;
 pub(super) struct Upcoming {
     /// Its state.
     pub(super) state: usize,
-    /// The robot drives at least so far until it begins.
+    /// Shortest distance that the robot drives before it begins.
     pub(super) way_m: f64,
 }
 
-/// States that may follow on `state` within the way that `reach_m` says of each, nearest first; `gap_m` is the way to an
-/// area, at least.
+/// States that may follow on `state`, nearest first, as far as `reaches` accepts their distance; `gap_m` is a lower bound of
+/// the distance to an area.
 ///
 /// A state is entered where the first area begins that the state before has not got. Whoever drives straight on along a lane
 /// is thus not taken to be near the lane beside it, which follows only after a turn.

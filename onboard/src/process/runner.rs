@@ -31,7 +31,7 @@ pub enum Trigger {
     Period(u64),
     /// The activity's own device, on which it waits itself for a bounded time.
     Device,
-    /// A wake-up, and at least every so many nanoseconds.
+    /// A wake-up, and at the latest after this many nanoseconds.
     Wake(Wake, u64),
 }
 
