@@ -38,6 +38,7 @@ impl LifeCycleState {
     ];
 
     /// The state's name as people read it.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Created => "created",
@@ -51,12 +52,14 @@ impl LifeCycleState {
     }
 
     /// The state with this number.
+    #[must_use]
     pub fn from_u8(number: u8) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()
     }
 
     /// Whether resources are being acquired or exchanged, so that real-time rules are suspended
     /// and outputs disabled.
+    #[must_use]
     pub const fn is_configuring(self) -> bool {
         matches!(self, Self::Configuring | Self::Reconfiguring)
     }
@@ -101,6 +104,7 @@ impl LifeCycleEvent {
     ];
 
     /// The event's name as people read it.
+    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Configure => "configure",
@@ -172,6 +176,7 @@ pub struct LifeCycle {
 
 impl LifeCycle {
     /// A life that begins in [`LifeCycleState::Created`]. Allocates.
+    #[must_use]
     pub fn new() -> Self {
         let mut model = MachineModel::new("life cycle");
         for state in LifeCycleState::ALL {
@@ -196,6 +201,7 @@ impl LifeCycle {
     }
 
     /// The present state.
+    #[must_use]
     pub fn state(&self) -> LifeCycleState {
         Self::state_of(self.machine.state())
     }
@@ -208,16 +214,19 @@ impl LifeCycle {
     }
 
     /// Whether the present state would react to `event`.
+    #[must_use]
     pub fn accepts(&self, event: LifeCycleEvent) -> bool {
         self.machine.accepts(EventId(event as u16))
     }
 
     /// How many events were ignored.
+    #[must_use]
     pub fn ignored(&self) -> u64 {
         self.machine.ignored()
     }
 
     /// The machine underneath, for printing.
+    #[must_use]
     pub fn machine(&self) -> &Machine {
         &self.machine
     }

@@ -36,11 +36,13 @@ impl Use {
     }
 
     /// The name of the party that the net is.
+    #[must_use]
     pub fn net_party_name(&self) -> &str {
         self.protocol.party_name(self.net_party)
     }
 
     /// The name of the other party.
+    #[must_use]
     pub fn other_party_name(&self) -> &str {
         self.protocol.party_name(self.net_party.other())
     }

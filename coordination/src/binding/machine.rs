@@ -162,11 +162,13 @@ impl<S: Side> MachineBinding<S> {
     }
 
     /// The machine.
+    #[must_use]
     pub fn machine(&self) -> &Machine {
         &self.machine
     }
 
     /// The name of the machine's present state.
+    #[must_use]
     pub fn state_name(&self) -> &str {
         self.machine.state_name(self.machine.state())
     }
@@ -178,6 +180,7 @@ impl<S: Side> MachineBinding<S> {
     }
 
     /// This party's side of the protocol called `name`. Searches.
+    #[must_use]
     pub fn side(&self, name: &str) -> Option<&S> {
         let port = self.ports.iter().find(|port| *port.name == *name)?;
         Some(&port.side)
@@ -190,6 +193,7 @@ impl<S: Side> MachineBinding<S> {
     }
 
     /// How many flags of the protocol called `name` the machine fired that wait for their turn.
+    #[must_use]
     pub fn waiting(&self, name: &str) -> usize {
         let port = self.ports.iter().find(|port| *port.name == *name);
         port.map_or(0, |port| port.to_set.len())
@@ -213,6 +217,7 @@ impl<S: Side> MachineBinding<S> {
     }
 
     /// How many flags that waited to be set were voided because the other party aborted their run.
+    #[must_use]
     pub fn voided(&self) -> u64 {
         self.ports.iter().map(|port| port.voided).sum()
     }

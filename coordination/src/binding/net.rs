@@ -166,6 +166,7 @@ impl<S: Side> NetBinding<S> {
     }
 
     /// The names of the protocols, in the order given.
+    #[must_use]
     pub fn names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.wiring.ports.iter().map(|port| &*port.name)
     }

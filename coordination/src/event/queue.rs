@@ -12,6 +12,7 @@ use thiserror::Error;
 pub struct QueueFull<E>(pub E);
 
 /// A queue for `capacity` events (at least one) between two threads. Allocates.
+#[must_use]
 pub fn queue<E: Copy + Send>(capacity: usize) -> (Sender<E>, Receiver<E>) {
     let (producer, consumer) = RingBuffer::new(capacity.max(1));
     let refused = Arc::new(AtomicU64::new(0));

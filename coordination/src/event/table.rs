@@ -10,6 +10,7 @@ pub struct EventId(pub u16);
 
 impl EventId {
     /// The id as an index into an array with one entry per event.
+    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -38,6 +39,7 @@ impl EventTable {
     pub const MAX_EVENTS: usize = u16::MAX as usize;
 
     /// A table without events.
+    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -59,6 +61,7 @@ impl EventTable {
     }
 
     /// The id of `name`, if the table knows it.
+    #[must_use]
     pub fn id(&self, name: &str) -> Option<EventId> {
         self.ids.get(name).copied()
     }
@@ -69,11 +72,13 @@ impl EventTable {
     }
 
     /// How many events the table holds.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.names.len()
     }
 
     /// Whether the table holds no event.
+    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }

@@ -8,6 +8,7 @@ pub struct StateId(pub u16);
 
 impl StateId {
     /// The id as an index into an array with one entry per state.
+    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -134,21 +135,25 @@ impl Machine {
     }
 
     /// Whether the present state has a transition for `event`.
+    #[must_use]
     pub fn accepts(&self, event: EventId) -> bool {
         self.cell(self.state(), event).is_some()
     }
 
     /// The present state.
+    #[must_use]
     pub fn state(&self) -> StateId {
         StateId(self.present)
     }
 
     /// The state that the machine starts in.
+    #[must_use]
     pub fn initial(&self) -> StateId {
         StateId(self.initial)
     }
 
     /// How many inputs were ignored since the machine was made.
+    #[must_use]
     pub fn ignored(&self) -> u64 {
         self.ignored
     }
@@ -169,37 +174,44 @@ impl Machine {
     }
 
     /// The machine's name.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// The name of a state, or `?` for an id of another machine.
+    #[must_use]
     pub fn state_name(&self, state: StateId) -> &str {
         self.states.get(state.index()).map_or("?", |name| name)
     }
 
     /// The id of the state called `name`. Searches; meant for start-up.
+    #[must_use]
     pub fn state_id(&self, name: &str) -> Option<StateId> {
         let index = self.states.iter().position(|state| **state == *name)?;
         Some(StateId(index as u16))
     }
 
     /// The id of the input called `name`, if a transition uses it. Searches; meant for start-up.
+    #[must_use]
     pub fn input(&self, name: &str) -> Option<EventId> {
         id_of(&self.inputs, name)
     }
 
     /// The name of an input, or `?` if no transition uses that event.
+    #[must_use]
     pub fn input_name(&self, event: EventId) -> &str {
         name_of(&self.inputs, event)
     }
 
     /// The id of the output called `name`, if a transition fires it. Searches; meant for start-up.
+    #[must_use]
     pub fn output(&self, name: &str) -> Option<OutputId> {
         id_of(&self.output_names, name)
     }
 
     /// The name of an output, or `?` if no transition fires that event.
+    #[must_use]
     pub fn output_name(&self, event: OutputId) -> &str {
         name_of(&self.output_names, event)
     }

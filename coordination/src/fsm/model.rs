@@ -146,6 +146,7 @@ impl MachineModel {
     }
 
     /// The machine's name.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -175,6 +176,7 @@ impl MachineModel {
     }
 
     /// Everything that is wrong with the model; nothing if it compiles.
+    #[must_use]
     pub fn check(&self) -> Vec<ModelError> {
         let mut errors = Vec::new();
         self.check_names(&mut errors);

@@ -32,6 +32,7 @@ type Note<'a> = dyn Fn(&str) -> Option<&'a str> + 'a;
 
 impl<'a> Dot<'a> {
     /// The net in its initial marking.
+    #[must_use]
     pub fn new(model: &'a NetModel) -> Self {
         Self {
             model,

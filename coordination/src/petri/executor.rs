@@ -87,6 +87,7 @@ pub struct Executor {
 
 impl Net {
     /// An executor in the initial marking. Not for real-time threads.
+    #[must_use]
     pub fn executor(&self) -> Executor {
         Executor::new(self.clone())
     }
@@ -114,6 +115,7 @@ impl Executor {
     }
 
     /// The net that runs.
+    #[must_use]
     pub fn net(&self) -> &Net {
         &self.net
     }
@@ -231,6 +233,7 @@ impl Executor {
     }
 
     /// The full sinks with the events that they produce, in the order in which they filled.
+    #[must_use]
     pub fn marked_sinks(&self) -> impl ExactSizeIterator<Item = (PlaceId, EventId)> {
         let full = self.ports.full().iter();
         full.map(|&sink| self.net.sinks()[usize::from(sink)])
@@ -278,6 +281,7 @@ impl Executor {
     }
 
     /// Whether `place` is marked; `false` for a place that the net does not have.
+    #[must_use]
     pub fn is_marked(&self, place: PlaceId) -> bool {
         let known = place.index() < self.net.places().len();
         known && self.state.is_marked(self.net.layout(), place)
@@ -385,6 +389,7 @@ impl Executor {
     }
 
     /// How many events wait for `source`; 0 if it is no source.
+    #[must_use]
     pub fn waiting(&self, source: PlaceId) -> u32 {
         let sources = self.net.sources();
         let found = sources.binary_search_by_key(&source, |&(place, _)| place);
@@ -392,11 +397,13 @@ impl Executor {
     }
 
     /// How many transitions have fired since the executor was made.
+    #[must_use]
     pub fn firings(&self) -> u64 {
         self.firings
     }
 
     /// How many offers were refused since the executor was made.
+    #[must_use]
     pub fn refused(&self) -> u64 {
         self.refused
     }

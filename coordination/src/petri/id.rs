@@ -6,6 +6,7 @@ pub struct PlaceId(pub u16);
 
 impl PlaceId {
     /// The id as an index into an array with one entry per place.
+    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -21,6 +22,7 @@ pub struct TransitionId(pub u16);
 
 impl TransitionId {
     /// The id as an index into an array with one entry per transition.
+    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }

@@ -81,21 +81,25 @@ impl Net {
     }
 
     /// The net's name.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.inner.data.name
     }
 
     /// The model that this net was made from; shared, not copied.
+    #[must_use]
     pub fn model(&self) -> NetModel {
         NetModel::from_data(Arc::clone(&self.inner.data))
     }
 
     /// The inputs, outputs, kinds and initial marks in numbers.
+    #[must_use]
     pub fn structure(&self) -> &Structure {
         &self.inner.structure
     }
 
     /// The place called `name`.
+    #[must_use]
     pub fn place_id(&self, name: &str) -> Option<PlaceId> {
         match self.inner.data.names.find(name) {
             Element::Place(number) => Some(PlaceId::from_index(number as usize)),
@@ -104,6 +108,7 @@ impl Net {
     }
 
     /// The name of a place, or `?` for an id of another net.
+    #[must_use]
     pub fn place_name(&self, place: PlaceId) -> &str {
         let data = &self.inner.data;
         let place = data.places.get(place.index());
@@ -111,6 +116,7 @@ impl Net {
     }
 
     /// The transition called `name`.
+    #[must_use]
     pub fn transition_id(&self, name: &str) -> Option<TransitionId> {
         match self.inner.data.names.find(name) {
             Element::Transition(number) => Some(TransitionId::from_index(number as usize)),
@@ -119,6 +125,7 @@ impl Net {
     }
 
     /// The name of a transition, or `?` for an id of another net.
+    #[must_use]
     pub fn transition_name(&self, transition: TransitionId) -> &str {
         let data = &self.inner.data;
         let transition = data.transitions.get(transition.index());
@@ -126,21 +133,25 @@ impl Net {
     }
 
     /// All places, in the model's order.
+    #[must_use]
     pub fn places(&self) -> impl ExactSizeIterator<Item = PlaceId> + Clone + use<> {
         self.inner.structure.places()
     }
 
     /// All transitions, in the model's order.
+    #[must_use]
     pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + Clone + use<> {
         self.inner.structure.transitions()
     }
 
     /// The sources and the events that fill them, in the model's order.
+    #[must_use]
     pub fn sources(&self) -> &[(PlaceId, EventId)] {
         &self.inner.sources
     }
 
     /// The sinks and the events that they produce, in the model's order.
+    #[must_use]
     pub fn sinks(&self) -> &[(PlaceId, EventId)] {
         &self.inner.sinks
     }

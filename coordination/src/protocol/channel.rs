@@ -12,11 +12,13 @@ use super::sync::{AtomicBool, AtomicU64, Ordering};
 use super::tree::{FlagId, Party, Position, Protocol};
 
 /// The two ends of a protocol, in the order of its parties, in run 0. Allocates.
+#[must_use]
 pub fn channel(protocol: &Arc<Protocol>) -> (End, End) {
     channel_at(protocol, 0)
 }
 
 /// The two ends of a protocol, in the order of its parties, in the run with the given number.
+#[must_use]
 pub fn channel_at(protocol: &Arc<Protocol>, run: u32) -> (End, End) {
     let start = State::start_of(run, false);
     let shared = Arc::new(Shared {
@@ -57,22 +59,26 @@ pub struct End {
 
 impl End {
     /// The run that this party last set or read a flag in, or polled in without finding any.
+    #[must_use]
     pub fn run(&self) -> u32 {
         self.read.run
     }
 
     /// How far this party has read or written that run.
+    #[must_use]
     pub fn position(&self) -> Position {
         self.read.position
     }
 
     /// How far the protocol is, read or not. `id` is the protocol's number between the sides.
+    #[must_use]
     pub fn level(&self, id: u16) -> Level {
         self.now().level(id, &self.protocol)
     }
 
     /// Whether the other end is gone, so that nobody will read or set. All that it set before is
     /// there for whoever polls after that.
+    #[must_use]
     pub fn is_abandoned(&self) -> bool {
         self.shared.gone[self.party.other().index()].load(Ordering::Acquire)
     }

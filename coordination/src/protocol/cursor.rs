@@ -56,6 +56,7 @@ pub enum SetError {
 
 impl SetError {
     /// The error in the protocol's names. Allocates.
+    #[must_use]
     pub fn describe(&self, protocol: &Protocol) -> String {
         let name = |flag| protocol.flag_name(flag);
         let text = match *self {

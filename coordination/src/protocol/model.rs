@@ -43,6 +43,7 @@ impl ProtocolModel {
     }
 
     /// The protocol's name.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -81,6 +82,7 @@ impl ProtocolModel {
     }
 
     /// Everything that is wrong with the model; nothing if it compiles.
+    #[must_use]
     pub fn check(&self) -> Vec<ModelError> {
         let mut problems = Vec::new();
         let graph = self.graph(&mut problems);

@@ -89,6 +89,7 @@ pub struct Replica {
 impl Replica {
     /// The side of `party` of the protocol that both sides number `id`, before the first flag of
     /// run `run`. The side that numbers runs tells the other.
+    #[must_use]
     pub fn new(protocol: &Arc<Protocol>, id: u16, party: Party, run: u32) -> Self {
         let start = State::start_of(run, false);
         Self {
@@ -116,22 +117,26 @@ impl Replica {
     }
 
     /// The level to send and to repeat.
+    #[must_use]
     pub fn level(&self) -> Level {
         self.known.level(self.id, &self.protocol)
     }
 
     /// The level up to where the owner has read or set flags: what to store, so that after a restart
     /// the rest comes again with the other side's next level.
+    #[must_use]
     pub fn read_level(&self) -> Level {
         self.read.level(self.id, &self.protocol)
     }
 
     /// The run that both sides together are known to be in.
+    #[must_use]
     pub fn run(&self) -> u32 {
         self.known.run
     }
 
     /// How far both sides together are known to be.
+    #[must_use]
     pub fn position(&self) -> Position {
         self.known.position
     }

@@ -13,6 +13,7 @@ pub enum Party {
 
 impl Party {
     /// The one across.
+    #[must_use]
     pub const fn other(self) -> Self {
         match self {
             Self::First => Self::Second,
@@ -21,6 +22,7 @@ impl Party {
     }
 
     /// 0 or 1, as an index into an array with one entry per party.
+    #[must_use]
     pub const fn index(self) -> usize {
         self as usize
     }
@@ -32,6 +34,7 @@ pub struct FlagId(pub u16);
 
 impl FlagId {
     /// The id as an index into an array with one entry per flag.
+    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -47,6 +50,7 @@ impl Position {
     pub const START: Self = Self(0);
 
     /// The position as an index into an array with one entry per position.
+    #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
     }
@@ -124,16 +128,19 @@ impl Protocol {
     }
 
     /// The protocol's name.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// The names of the two parties, [`Party::First`] first.
+    #[must_use]
     pub fn parties(&self) -> [&str; 2] {
         [&self.parties[0], &self.parties[1]]
     }
 
     /// The party called `name`.
+    #[must_use]
     pub fn party(&self, name: &str) -> Option<Party> {
         [Party::First, Party::Second]
             .into_iter()
@@ -141,27 +148,32 @@ impl Protocol {
     }
 
     /// The name of a party.
+    #[must_use]
     pub fn party_name(&self, party: Party) -> &str {
         &self.parties[party.index()]
     }
 
     /// The party that may abort a run, if the model declares one.
+    #[must_use]
     pub fn keeper(&self) -> Option<Party> {
         self.keeper
     }
 
     /// The flag called `name`. Searches; meant for start-up.
+    #[must_use]
     pub fn flag(&self, name: &str) -> Option<FlagId> {
         let index = self.flags.iter().position(|flag| *flag.name == *name)?;
         Some(FlagId(index as u16))
     }
 
     /// The name of a flag, or `?` for an id of another protocol.
+    #[must_use]
     pub fn flag_name(&self, flag: FlagId) -> &str {
         self.flags.get(flag.index()).map_or("?", |flag| &flag.name)
     }
 
     /// The party that may set a flag; nothing for an id of another protocol.
+    #[must_use]
     pub fn owner(&self, flag: FlagId) -> Option<Party> {
         self.flags.get(flag.index()).map(|flag| flag.owner)
     }
@@ -178,11 +190,13 @@ impl Protocol {
     }
 
     /// How many paths a run can take.
+    #[must_use]
     pub fn paths(&self) -> usize {
         self.paths.len()
     }
 
     /// Whether a run is complete here.
+    #[must_use]
     pub fn is_end(&self, position: Position) -> bool {
         self.node(position)
             .is_none_or(|node| node.last == position.0)
@@ -202,6 +216,7 @@ impl Protocol {
     }
 
     /// The party whose flag comes next; nothing at an end.
+    #[must_use]
     pub fn turn(&self, position: Position) -> Option<Party> {
         self.next(position)
             .next()
@@ -209,28 +224,33 @@ impl Protocol {
     }
 
     /// Where setting `flag` leads from `position`, if it is next there.
+    #[must_use]
     pub fn after(&self, position: Position, flag: FlagId) -> Option<Position> {
         let mut next = self.next(position);
         next.find_map(|(found, to)| (found == flag).then_some(to))
     }
 
     /// The flag that was set last, and the position before; nothing at the start.
+    #[must_use]
     pub fn before(&self, position: Position) -> Option<(FlagId, Position)> {
         let node = self.node(position).filter(|node| node.depth > 0)?;
         Some((FlagId(node.flag), Position(node.parent)))
     }
 
     /// How many flags are set at a position.
+    #[must_use]
     pub fn progress(&self, position: Position) -> u16 {
         self.node(position).map_or(0, |node| node.depth)
     }
 
     /// The first of the paths, in the model's order, that lead through a position.
+    #[must_use]
     pub fn path(&self, position: Position) -> u16 {
         self.node(position).map_or(0, |node| node.path)
     }
 
     /// The position with `progress` flags set on path number `path`, if there is one.
+    #[must_use]
     pub fn position(&self, path: u16, progress: u16) -> Option<Position> {
         let mut at = *self.paths.get(usize::from(path))?;
         let mut node = self.nodes[usize::from(at)];
@@ -245,6 +265,7 @@ impl Protocol {
     }
 
     /// Whether `to` is `from` or can follow it within a run.
+    #[must_use]
     pub fn leads(&self, from: Position, to: Position) -> bool {
         self.node(from)
             .is_some_and(|node| from <= to && to.0 <= node.last)
@@ -252,6 +273,7 @@ impl Protocol {
 
     /// The flag set at `from`, and where it leads, on the way to `to`; nothing if `to` does not
     /// come later.
+    #[must_use]
     pub fn towards(&self, from: Position, to: Position) -> Option<(FlagId, Position)> {
         self.next(from).find(|&(_, child)| self.leads(child, to))
     }
@@ -267,6 +289,7 @@ impl Protocol {
     }
 
     /// A position as people read it: `request, granted`, or `nothing set`.
+    #[must_use]
     pub fn describe(&self, position: Position) -> impl fmt::Display {
         Described(self, position)
     }

@@ -96,6 +96,7 @@ impl<T: Datatype> Reader<T> {
     /// iceoryx2 repeats inside and does not say how often. This counts, at the cost of one load,
     /// the reads during which the symbol changed: never fewer than those repeated, and a few more,
     /// because a write just before or just after the copy looks the same.
+    #[must_use]
     pub fn retries(&self) -> u64 {
         self.retries
     }

@@ -26,6 +26,7 @@ pub struct Removed {
 
 impl Removed {
     /// Whether there was nothing to remove.
+    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.paths.is_empty()
     }

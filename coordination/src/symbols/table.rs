@@ -20,6 +20,7 @@ pub struct TableBuilder {
 
 impl TableBuilder {
     /// A table without symbols for the robot called `robot`. Nothing is created yet.
+    #[must_use]
     pub fn new(robot: &str, place: &Namespace) -> Self {
         Self {
             robot: robot.to_owned(),

@@ -29,6 +29,7 @@ impl Binding {
     }
 
     /// The name in the [`EventTable`]: the event's own, or `<protocol>.<flag>`.
+    #[must_use]
     pub fn event_name(&self) -> String {
         match self {
             Self::Event(name) => name.clone(),

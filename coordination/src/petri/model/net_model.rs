@@ -81,6 +81,7 @@ impl NetModel {
     }
 
     /// The net's name.
+    #[must_use]
     pub fn name(&self) -> &str {
         &self.data.name
     }
@@ -164,11 +165,13 @@ impl NetModel {
     }
 
     /// Whether [`allow_endless`](Self::allow_endless) was called.
+    #[must_use]
     pub fn allows_endless(&self) -> bool {
         self.data.endless
     }
 
     /// Everything that is wrong with the model; nothing if it compiles.
+    #[must_use]
     pub fn check(&self) -> Vec<ModelError> {
         check::resolve(&self.data).err().unwrap_or_default()
     }
@@ -179,6 +182,7 @@ impl NetModel {
     }
 
     /// All places, in the order of declaration.
+    #[must_use]
     pub fn places(&self) -> impl ExactSizeIterator<Item = Place<'_>> {
         let data = &*self.data;
         let mut marked = vec![false; data.places.len()];
@@ -202,6 +206,7 @@ impl NetModel {
 
     /// All transitions, in the order of declaration. Arcs that [`check`](Self::check) refuses are
     /// left out.
+    #[must_use]
     pub fn transitions(&self) -> impl ExactSizeIterator<Item = Transition<'_>> {
         let data = &*self.data;
         let mut transitions: Vec<_> = data
@@ -228,11 +233,13 @@ impl NetModel {
     }
 
     /// All exclusions, in the order of declaration.
+    #[must_use]
     pub fn exclusions(&self) -> impl ExactSizeIterator<Item = PlaceSet<'_>> {
         self.data.exclusions.iter().map(|set| self.named(set))
     }
 
     /// All ends, in the order of declaration.
+    #[must_use]
     pub fn ends(&self) -> impl ExactSizeIterator<Item = PlaceSet<'_>> {
         self.data.ends.iter().map(|set| self.named(set))
     }
@@ -243,6 +250,7 @@ impl NetModel {
 
     /// Whether both are one model: the same names and numbers, marks and bindings. Quick for a model
     /// and its clones.
+    #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.data, &other.data) || self.data == other.data
     }

@@ -33,16 +33,19 @@ pub(in crate::petri) struct Arcs<'a> {
 
 impl Structure {
     /// How many places there are.
+    #[must_use]
     pub fn place_count(&self) -> usize {
         self.kinds.len()
     }
 
     /// How many transitions there are.
+    #[must_use]
     pub fn transition_count(&self) -> usize {
         self.self_loops.len()
     }
 
     /// How many arcs there are.
+    #[must_use]
     pub fn arc_count(&self) -> usize {
         self.places.len()
     }
@@ -58,12 +61,14 @@ impl Structure {
     }
 
     /// The input places of a transition, in the order of declaration.
+    #[must_use]
     pub fn inputs(&self, transition: TransitionId) -> &[PlaceId] {
         let first = 2 * transition.index();
         &self.places[self.starts[first] as usize..self.starts[first + 1] as usize]
     }
 
     /// The output places of a transition, in the order of declaration.
+    #[must_use]
     pub fn outputs(&self, transition: TransitionId) -> &[PlaceId] {
         let first = 2 * transition.index() + 1;
         &self.places[self.starts[first] as usize..self.starts[first + 1] as usize]
@@ -96,11 +101,13 @@ impl Structure {
     }
 
     /// Who marks and empties a place.
+    #[must_use]
     pub fn kind(&self, place: PlaceId) -> PlaceKind {
         self.kinds[place.index()]
     }
 
     /// Whether a place is marked initially.
+    #[must_use]
     pub fn marked(&self, place: PlaceId) -> bool {
         self.marked[place.index()]
     }
