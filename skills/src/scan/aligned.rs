@@ -213,12 +213,15 @@ impl AlignedScan {
 
     fn place_points(&mut self, raw_mm: &[u16], knots: &[Knot; KNOTS + 1]) {
         let range_max_m = self.geometry.range_max_m as f32;
+        // The sensor measures in whole millimetres.
+        let nearest_mm = (self.geometry.range_min_m * 1e3).round() as u16;
+        let nearest_mm = nearest_mm.max(FIRST_LENGTH_MM);
         let knots_per_beam = KNOTS as f64 / (self.geometry.beams - 1) as f64;
         let beams = self.points.iter_mut().zip(&*self.directions).zip(raw_mm);
         for (beam, ((place, &(cos, sin)), &raw)) in beams.enumerate() {
             let (state, range_m) = match raw {
                 0 => (BeamState::Free, range_max_m),
-                1..FIRST_LENGTH_MM => {
+                near if near < nearest_mm => {
                     *place = ScanPoint::default();
                     continue;
                 }

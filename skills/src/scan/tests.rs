@@ -135,6 +135,22 @@ fn a_wall_stays_straight_while_the_robot_turns_and_drives() {
 }
 
 #[test]
+fn readings_nearer_than_the_least_range_are_unknown() {
+    let geometry = ScanGeometry {
+        range_min_m: 0.15,
+        ..urg()
+    };
+    let mut scan = AlignedScan::new(geometry).unwrap();
+    let mut raw = vec![1000; geometry.beams];
+    (raw[300], raw[301], raw[302]) = (20, 149, 150);
+    scan.align(&raw, 200 * MS, &history(Twist2::default()))
+        .unwrap();
+    let ranges_m = &scan.ranges_m()[300..303];
+    assert!(ranges_m[0] < 0.0 && ranges_m[1] < 0.0, "{ranges_m:?}");
+    assert!((ranges_m[2] - 0.15).abs() < 1e-4, "{ranges_m:?}");
+}
+
+#[test]
 fn bad_scans_are_refused_and_change_nothing() {
     let mut scan = AlignedScan::new(urg()).unwrap();
     let history = history(Twist2::new(0.4, 0.0));
