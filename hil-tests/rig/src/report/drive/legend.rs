@@ -1,8 +1,8 @@
 //! What the signs on the map mean, how long a metre is, and the list of schedule changes.
 
-use super::map::{SPEED_COLOURS, speed_colour};
 use super::run::Run;
 use super::schedule::Schedule;
+use super::speeds::{SPEED_COLOURS, speed_colour};
 use crate::report::draw::canvas::{Canvas, Px, Px2, shortened};
 use crate::report::draw::frame::Frame;
 use crate::report::draw::labels::text_width_px;

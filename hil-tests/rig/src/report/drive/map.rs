@@ -2,18 +2,17 @@
 
 use super::run::{Run, Sample};
 use super::schedule::Schedule;
+use super::speeds::{SPEED_COLOURS, speed_colour, speed_index};
 use super::{footprints, legend, marks};
 use crate::report::draw::canvas::{Canvas, Curve, Px2};
+use crate::report::draw::floor;
 use crate::report::draw::frame::Frame;
 use crate::report::draw::labels::Labels;
 use crate::report::draw::thin::apart;
-use crate::report::draw::{floor, scale};
 
 /// Points of the path that are drawn, and how near they may be.
 const MOST_POINTS: usize = 4500;
 const SPACING_PX: f64 = 2.0;
-/// Different colours of the path.
-pub(super) const SPEED_COLOURS: usize = 12;
 /// Draws the panel with its legend; returns where it ends.
 pub(super) fn draw(
     canvas: &mut Canvas,
@@ -91,13 +90,4 @@ fn draw_path(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame, labels: &mut Lab
             .into_iter()
             .map(|index| points[index]),
     );
-}
-
-fn speed_index(share: f64) -> usize {
-    ((share * SPEED_COLOURS as f64) as usize).min(SPEED_COLOURS - 1)
-}
-
-/// Colour of one of the path's curves.
-pub(super) fn speed_colour(index: usize) -> String {
-    scale::speed_colour((index as f64 + 0.5) / SPEED_COLOURS as f64)
 }

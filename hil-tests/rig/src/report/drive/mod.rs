@@ -16,6 +16,7 @@ mod marks;
 mod run;
 mod schedule;
 mod sheet;
+mod speeds;
 
 #[cfg(test)]
 pub(super) mod tests;
