@@ -48,7 +48,7 @@ const fn floor(family: Family, p: usize, [generate, one, saturated]: [f64; 3]) -
     }
 }
 
-/// One firing in a net of [`LARGE`] takes at most so many times as long as in one of [`SMALL`].
+/// One firing in a net of [`LARGE`] takes at most this many times as long as in one of [`SMALL`].
 const FLATNESS: f64 = 1.8;
 const FLAT: [Family; 4] = [Family::Seq, Family::Pr1, Family::P1r, Family::Ph];
 const SMALL: usize = 5;

@@ -27,7 +27,7 @@ struct Array<T> {
 struct Line([u8; 64]);
 
 impl<T: Pod> Array<T> {
-    /// At least so many zeros.
+    /// At least `count` zeros.
     fn zeros(count: usize) -> Self {
         let lines = (count * size_of::<T>()).div_ceil(size_of::<Line>());
         Self {

@@ -9,8 +9,8 @@ use crate::event::EventId;
 use crate::fsm::{Machine, StateId};
 use crate::protocol::{Change, FlagId, SetError, Side};
 
-/// So many flags wait to be set already that the event might fire one too many. The machine did
-/// not step; the event comes back.
+/// The queues of flags that wait to be set might overflow. The machine did not step; the event comes
+/// back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("event {} has to wait: too many output flags are waiting to be set", .0.0)]
 pub struct NoRoom(pub EventId);

@@ -2,50 +2,11 @@
 
 use thiserror::Error;
 
+use super::evaluation::{Budget, Evaluation};
 use super::id::{PlaceId, TransitionId};
 use super::net::Net;
 use super::state::{Allowance, Ports, State};
 use crate::event::EventId;
-
-/// How much one evaluation may do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Budget {
-    /// The most firings.
-    pub firings: u32,
-    /// The most rounds; in one round each transition fires at most once.
-    pub rounds: u32,
-}
-
-impl Budget {
-    /// At most one firing.
-    pub const ONE: Self = Self {
-        firings: 1,
-        rounds: 1,
-    };
-    /// One round: until every enabled transition has fired.
-    pub const ROUND: Self = Self {
-        firings: u32::MAX,
-        rounds: 1,
-    };
-}
-
-impl Default for Budget {
-    /// One round.
-    fn default() -> Self {
-        Self::ROUND
-    }
-}
-
-/// What one evaluation did.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Evaluation {
-    /// How many transitions fired.
-    pub fired: u32,
-    /// A transition is enabled, or an empty source has an event waiting: the next evaluation has
-    /// something to do. Also if the search for an enabled transition was cut short; see
-    /// [`Executor::limit_search`].
-    pub remaining: bool,
-}
 
 /// Why an event was refused; nothing changed but the count of refusals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]

@@ -72,6 +72,7 @@
 
 mod compile;
 mod dot;
+mod evaluation;
 mod executor;
 mod id;
 mod layout;
@@ -80,7 +81,8 @@ mod net;
 mod state;
 
 pub use dot::Dot;
-pub use executor::{Budget, Evaluation, Executor, OfferError, WrongMarking};
+pub use evaluation::{Budget, Evaluation};
+pub use executor::{Executor, OfferError, WrongMarking};
 pub use id::{PlaceId, TransitionId};
 pub use model::{Binding, ModelError, NetModel, Place, PlaceKind, PlaceSet, Structure, Transition};
 pub use net::Net;

@@ -23,7 +23,7 @@ pub(in crate::petri) struct Use {
 
 impl Use {
     /// Whether the first and the last transition that mention the place are in different groups of
-    /// so many.
+    /// `transitions` each.
     pub(in crate::petri) fn spans_groups_of(&self, transitions: usize) -> bool {
         let group = |list: u32| list.saturating_sub(1) as usize / 2 / transitions;
         group(self.first) != group(self.last)
