@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 
-use crate::origin::{Source, line_of};
+use crate::spot::{Source, line_of};
 
 /// What sort of problem it is; shown as the diagnostic's code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -21,11 +21,13 @@ mod hint;
 mod load;
 mod loaded;
 mod net;
+mod node;
 mod origin;
 mod overrides;
 mod page;
 mod reader;
 mod report;
+mod spot;
 mod tree;
 
 pub use check::check_together;

@@ -3,13 +3,16 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
+use description::keys::Section;
+use description::robot::Robot;
+use description::site::Site;
 use miette::NamedSource;
 
 use crate::diagnostic::{ConfigError, Problem, ProblemKind};
 use crate::hint;
-use crate::load::{ROBOT_SECTIONS, SITE_SECTIONS};
-use crate::origin::{Source, Spot};
-use crate::tree::{self, Entry, Node, Value};
+use crate::node::{Entry, Node, Value};
+use crate::spot::{Source, Spot};
+use crate::tree;
 
 /// No file nests deeper.
 const DEEPEST: usize = 8;
@@ -48,11 +51,7 @@ impl Override {
             return Err(problem(key.trim(), "nothing".to_owned(), expected).into());
         }
         let top = keys.first().map_or("", |(part, _)| part.as_str());
-        let sections: Vec<&str> = ROBOT_SECTIONS
-            .iter()
-            .chain(SITE_SECTIONS)
-            .copied()
-            .collect();
+        let sections: Vec<&str> = Robot::KEYS.iter().chain(Site::KEYS).copied().collect();
         if !sections.contains(&top) {
             let expected = format!("one of {}", description::keys::quoted_list(&sections, "or"));
             let mut wrong = problem(key.trim(), format!("`{top}`"), &expected);

@@ -6,59 +6,10 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostic::{ConfigError, Problem, ProblemKind};
-use crate::origin::{Origin, Spot};
+use crate::node::{Entry, Node, Value};
+use crate::origin::Origin;
 use crate::report::MOST_PROBLEMS;
-
-/// A value of the tree.
-#[derive(Clone, Debug)]
-pub(crate) enum Value {
-    Text(String),
-    Integer(i64),
-    /// An integer that no 64 bits hold, as it was written.
-    HugeInteger(String),
-    Float(f64),
-    Boolean(bool),
-    Datetime(String),
-    Array(Vec<Node>),
-    Table(Vec<Entry>),
-}
-
-/// A value and where it stands.
-#[derive(Clone, Debug)]
-pub(crate) struct Node {
-    pub(crate) spot: Spot,
-    pub(crate) value: Value,
-}
-
-/// A key with its value, in the order of the file.
-#[derive(Clone, Debug)]
-pub(crate) struct Entry {
-    pub(crate) key: String,
-    pub(crate) spot: Spot,
-    pub(crate) node: Node,
-}
-
-impl Value {
-    /// The value as an error shows it.
-    pub(crate) fn show(&self) -> String {
-        match self {
-            Value::Text(text) => {
-                let short: String = text.chars().take(40).collect();
-                let dots = if short.len() < text.len() { "…" } else { "" };
-                format!("text {:?}", format!("{short}{dots}"))
-            }
-            Value::Integer(number) => number.to_string(),
-            Value::HugeInteger(digits) => digits.clone(),
-            // `{:?}` keeps the `.0` that tells a float from an integer.
-            Value::Float(number) => format!("{number:?}"),
-            Value::Boolean(truth) => truth.to_string(),
-            Value::Datetime(time) => format!("date or time {time}"),
-            Value::Array(items) if items.len() == 1 => "an array of 1 value".to_owned(),
-            Value::Array(items) => format!("an array of {} values", items.len()),
-            Value::Table(_) => "a table".to_owned(),
-        }
-    }
-}
+use crate::spot::{Spot, join};
 
 /// Parses a document; on syntax errors returns them and no tree.
 pub(crate) fn parse_document(text: &str, origin: &Origin) -> Result<Vec<Entry>, ConfigError> {
@@ -174,7 +125,7 @@ fn syntax_problem(text: &str, error: &toml::de::Error, origin: &Origin) -> Probl
         let key = if line.starts_with('[') {
             line.trim_matches(['[', ']', ' ']).to_owned()
         } else {
-            crate::origin::join(section, name)
+            join(section, name)
         };
         let problem = origin.problem_at(
             ProblemKind::Duplicate,
@@ -186,7 +137,7 @@ fn syntax_problem(text: &str, error: &toml::de::Error, origin: &Origin) -> Probl
         return origin.also(problem, &key, "first here");
     }
     let key = match line.split_once('=') {
-        Some((key, _)) => crate::origin::join(section, key.trim()),
+        Some((key, _)) => join(section, key.trim()),
         None => line.trim_matches(['[', ']', ' ']).to_owned(),
     };
     let shown: String = line.chars().take(60).collect();

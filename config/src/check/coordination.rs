@@ -1,6 +1,6 @@
 //! Priorities and coordinations: names. Whether nets fit is seen with the net files, by the mediator.
 
-use crate::check::reference;
+use crate::check::reference::reference;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;

@@ -8,6 +8,7 @@ mod floor;
 mod fsm;
 mod map;
 mod net;
+mod reference;
 mod robot;
 mod room;
 mod skills;
@@ -15,8 +16,6 @@ mod states;
 mod threads;
 mod together;
 
-use crate::diagnostic::ProblemKind;
-use crate::hint;
 use crate::loaded::RobotConfig;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
@@ -58,27 +57,4 @@ pub(crate) fn site(site: &SiteConfig, report: &Report) {
             map::starts(site, report);
         }
     }
-}
-
-/// Reports a name that none of `names` is. An empty name was reported already, and
-/// so was a section without any names.
-fn reference(report: &Report, key: &str, name: &str, what: &str, names: &[&str]) {
-    if name.is_empty() || names.is_empty() || names.contains(&name) {
-        return;
-    }
-    let mut problem = report.problem(
-        ProblemKind::UnknownReference,
-        key,
-        format!("{what} `{name}`, which does not exist"),
-        format!("the name of {}", article(what)),
-    );
-    if let Some(advice) = hint::for_name(name, names) {
-        problem = problem.with_hint(advice);
-    }
-    report.push(problem);
-}
-
-fn article(noun: &str) -> String {
-    let an = noun.starts_with(['a', 'e', 'i', 'o']);
-    format!("{} {noun}", if an { "an" } else { "a" })
 }

@@ -1,6 +1,6 @@
 //! Skills: what they name exists, and their parts can work together.
 
-use crate::check::reference;
+use crate::check::reference::reference;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;

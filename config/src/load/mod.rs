@@ -8,25 +8,20 @@ use std::path::Path;
 use std::sync::Arc;
 
 use description::keys::Section;
-use description::robot::Robot;
-use description::site::Site;
 use miette::NamedSource;
 
 use crate::check;
 use crate::diagnostic::{ConfigError, Problem, ProblemKind};
 use crate::loaded::{Loaded, RobotConfig, SiteConfig};
-use crate::origin::{Origin, Source, Spot};
+use crate::node::Entry;
+use crate::origin::Origin;
 use crate::overrides::Override;
 use crate::reader;
 use crate::report::Report;
-use crate::tree::{self, Entry};
+use crate::spot::{Source, Spot};
+use crate::tree;
 
 pub use net::{load_net, parse_net};
-
-/// The top-level keys of a robot file.
-pub(crate) const ROBOT_SECTIONS: &[&str] = Robot::KEYS;
-/// The top-level keys of a site file; none is also a robot file's.
-pub(crate) const SITE_SECTIONS: &[&str] = Site::KEYS;
 
 /// No file that a person writes is larger.
 const LARGEST_BYTES: u64 = 1 << 20;
@@ -189,15 +184,17 @@ fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> ConfigError {
 
 #[cfg(test)]
 mod tests {
-    use super::{ROBOT_SECTIONS, SITE_SECTIONS};
+    use description::keys::Section;
+    use description::robot::Robot;
+    use description::site::Site;
 
     /// Else an override could belong to both files.
     #[test]
     fn no_section_is_in_both_files() {
         assert!(
-            ROBOT_SECTIONS
+            Robot::KEYS
                 .iter()
-                .all(|section| !SITE_SECTIONS.contains(section))
+                .all(|section| !Site::KEYS.contains(section))
         );
     }
 }

@@ -7,7 +7,7 @@ use ::coordination::analysis::{Limits, Proof, Refusal, Situation, Use, check_sit
 use ::coordination::petri::{NetModel, PlaceKind};
 use ::coordination::protocol::{Party, Protocol, ProtocolModel};
 
-use super::{
+use super::data::{
     MEDIATOR, NetConfig, NetFlag, NetParty, NetPlace, NetProtocol, NetSet, NetSituation,
     NetTransition,
 };

@@ -4,9 +4,9 @@ use std::cell::RefCell;
 
 use crate::diagnostic::ProblemKind;
 use crate::hint;
-use crate::origin::join;
+use crate::node::{Entry, Node, Value};
 use crate::report::Report;
-use crate::tree::{Entry, Node, Value};
+use crate::spot::join;
 use description::keys::{Need, Source, quoted_list};
 
 /// A table of the file, while it is being read.

@@ -4,7 +4,7 @@ use description::keys::{Count, Fault, Need, Quantity, Source, quoted_list};
 
 use super::section::Section;
 use crate::diagnostic::ProblemKind;
-use crate::tree::Value;
+use crate::node::Value;
 
 impl Source for Section<'_> {
     fn name(&self) -> &str {

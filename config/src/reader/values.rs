@@ -5,7 +5,7 @@ use description::keys::{Count, Quantity, quoted_list};
 use super::section::Section;
 use crate::diagnostic::ProblemKind;
 use crate::hint;
-use crate::tree::{Node, Value};
+use crate::node::{Node, Value};
 
 impl<'a> Section<'a> {
     pub(super) fn read_number(&self, path: &str, node: &Node, quantity: &Quantity) -> f64 {

@@ -10,6 +10,7 @@
 //! assert!((point.x_m - 1.28).abs() < 1e-12);
 //! ```
 
+mod fields;
 mod motion;
 mod shape;
 

@@ -55,3 +55,13 @@ pub trait Field<R>: Sized {
         about: &'static str,
     );
 }
+
+impl Page {
+    /// The keys of one kind of file.
+    #[must_use]
+    pub fn of<T: Section>() -> Self {
+        let mut page = Self::default();
+        page.table("", T::ABOUT, T::document);
+        page
+    }
+}

@@ -34,6 +34,7 @@ pub use error::KeyError;
 pub use field::{Field, Section};
 pub use page::{KeyDoc, Page, TableDoc};
 pub use quantity::{ANGLE, Count, Quantity, rounded};
+pub(crate) use rules::none;
 pub use rules::{
     Corners, Ends, Flat, Id, Micros, Millis, Name, Optional, Pose, Text, Texts, Truth, Word,
     WordList, Words, quoted_list,

@@ -35,14 +35,6 @@ pub struct Page {
 }
 
 impl Page {
-    /// The keys of one kind of file.
-    #[must_use]
-    pub fn of<T: super::Section>() -> Self {
-        let mut page = Self::default();
-        page.table("", T::ABOUT, T::document);
-        page
-    }
-
     /// Adds a key to the current table.
     pub fn key(
         &mut self,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::POSITION;
+use super::quantities::POSITION;
 use crate::geometry::Rect;
 use crate::keys::{Corners, Count, Each, Map, Name, Need, Optional, Quantity, Table, Text, Texts};
 use crate::section;

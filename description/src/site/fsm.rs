@@ -1,6 +1,6 @@
 //! State machines, and which robot runs which.
 
-use super::POSITION;
+use super::quantities::POSITION;
 use crate::geometry::Pose2;
 use crate::keys::{List, Map, Name, Need, Optional, Pose, Text, Texts};
 use crate::section;

@@ -1,6 +1,6 @@
 //! Walls, lanes, areas and perception zones.
 
-use super::{LENGTH, POSITION, SPEED};
+use super::quantities::{LENGTH, POSITION, SPEED};
 use crate::geometry::{Rect, Segment};
 use crate::keys::{Corners, Count, Ends, Flat, Name, Need, Optional, Text, Word, WordList};
 use crate::{section, words};

@@ -4,6 +4,7 @@ mod coordination;
 mod fsm;
 mod map;
 mod monitors;
+mod quantities;
 mod skills;
 
 pub use coordination::{
@@ -18,15 +19,8 @@ pub use skills::{ControllerConfig, SkillConfig, StopPlace, TurnDirection};
 use std::collections::BTreeMap;
 
 use crate::geometry::Point2;
-use crate::keys::{Each, Id, KeyError, Map, Need, Page, Quantity, Section, Source, Table, Truth};
+use crate::keys::{Each, Id, KeyError, Map, Need, Page, Section, Source, Table, Truth};
 use crate::section;
-
-pub(crate) const SPEED: Quantity = Quantity::new("a speed", "m/s").above(0.0).at_most(3.0);
-pub(crate) const LENGTH: Quantity = Quantity::new("a length", "m").above(0.0).at_most(100.0);
-/// A place in `map`.
-pub(crate) const POSITION: Quantity = Quantity::new("a position", "m")
-    .at_least(-10_000.0)
-    .at_most(10_000.0);
 
 /// A site. All lengths are metres in the `map` frame, x east, y north.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Monitors: conditions that raise events.
 
 use super::map::Feature;
-use super::{LENGTH, POSITION};
+use super::quantities::{LENGTH, POSITION};
 use crate::geometry::Rect;
 use crate::keys::{
     Corners, Count, Fault, Field, Flat, Name, Need, Optional, Page, Quantity, Source, Word,

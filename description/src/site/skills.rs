@@ -1,6 +1,6 @@
 //! Skills: what runs together, and controllers with their parameters.
 
-use super::{LENGTH, POSITION, SPEED};
+use super::quantities::{LENGTH, POSITION, SPEED};
 use crate::geometry::Pose2;
 use crate::keys::{
     Fault, Field, Flat, Name, Need, Optional, Page, Pose, Quantity, Source, Text, Texts, Word,

@@ -5,4 +5,3 @@ pub mod failure;
 pub mod files;
 pub mod plan;
 pub mod replacement;
-mod site_parts;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ::coordination::petri::PlaceKind;
 
-use super::{key_of, kind, repeated, unknown};
+use super::names::{key_of, kind, repeated, unknown};
 use crate::diagnostic::ProblemKind;
 use crate::net::{NetConfig, NetPlace, NetSet};
 use crate::report::Report;

@@ -1,18 +1,18 @@
 //! Nets: names, who may set what, arcs, and whether models come out that compile.
 
 mod arcs;
+mod names;
 mod protocols;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use ::coordination::petri::{Binding, PlaceKind};
 use ::coordination::protocol::{ABORTED, Party};
 
-use crate::check::article;
 use crate::diagnostic::ProblemKind;
-use crate::hint;
 use crate::net::{MEDIATOR, NetConfig, NetPlace};
 use crate::report::Report;
+use names::{key_of, kind, unknown};
 
 /// More than a person writes, and little enough to be checked at once.
 const MOST: &[(&str, usize)] = &[
@@ -97,16 +97,6 @@ fn sizes(net: &NetConfig, report: &Report) -> bool {
     good && protocols::sizes(net, report)
 }
 
-/// Where a place stands in the file.
-fn key_of(place: &NetPlace) -> String {
-    let section = match place.kind {
-        PlaceKind::Internal => "places",
-        PlaceKind::Source => "sources",
-        PlaceKind::Sink => "sinks",
-    };
-    format!("{section}.{}", place.id)
-}
-
 /// Places by id; a name may stand for one thing only.
 fn names<'a>(net: &'a NetConfig, report: &Report) -> BTreeMap<&'a str, &'a NetPlace> {
     let mut keys: BTreeMap<&str, String> = BTreeMap::new();
@@ -188,45 +178,11 @@ fn party(party: Party) -> &'static str {
     }
 }
 
-fn kind(kind: PlaceKind) -> &'static str {
-    match kind {
-        PlaceKind::Internal => "place",
-        PlaceKind::Source => "source",
-        PlaceKind::Sink => "sink",
-    }
-}
-
 fn event_name(key: &str, event: &str, report: &Report) {
     let good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if !event.is_empty() && !event.chars().all(good) {
         let found = format!("{event:?}");
         let expected = "\"<role>.<flag>\", or an event's name of letters, digits, `-` and `_`";
         report.wrong(ProblemKind::OutOfRange, key, found, expected);
-    }
-}
-
-/// Reports a name that does not exist, with advice.
-fn unknown(report: &Report, key: &str, name: &str, what: &str, names: &[&str]) {
-    let found = format!("{what} `{name}`, which does not exist");
-    let expected = format!("the name of {}", article(what));
-    let mut problem = report.problem(ProblemKind::UnknownReference, key, found, expected);
-    // Guessing takes time; a report that is full shows none of it.
-    if !report.is_full()
-        && let Some(advice) = hint::for_name(name, names)
-    {
-        problem = problem.with_hint(advice);
-    }
-    report.push(problem);
-}
-
-/// Reports each name that stands a second time in a list.
-fn repeated(report: &Report, key: &str, names: &[String]) {
-    let mut seen = BTreeSet::new();
-    for (index, name) in names.iter().enumerate() {
-        if !name.is_empty() && !seen.insert(name) {
-            let key = format!("{key}[{index}]");
-            let found = format!("`{name}` a second time");
-            report.wrong(ProblemKind::Duplicate, &key, found, "each name once");
-        }
     }
 }

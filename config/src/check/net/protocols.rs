@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ::coordination::protocol::Problem as Fault;
 
-use super::{repeated, unknown};
+use super::names::{repeated, unknown};
 use crate::diagnostic::ProblemKind;
 use crate::net::{MEDIATOR, NetConfig, NetProtocol};
 use crate::report::Report;

@@ -2,7 +2,7 @@
 
 use description::robot::{Control, Drive};
 
-use super::Plan;
+use super::contents::Plan;
 
 impl Plan {
     /// The first key or section that differs and takes a restart: hardware, geometry, threads, and what the drive

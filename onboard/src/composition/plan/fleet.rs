@@ -7,7 +7,7 @@ use skills::map::SemanticMap;
 use skills::navigator::Navigator;
 use skills::schedule::Schedule;
 
-use super::Plan;
+use super::contents::Plan;
 use crate::fleet::{AreaPlace, Setup, StatePlan};
 
 impl Plan {

@@ -15,9 +15,10 @@ use skills::tubes::{
     TubeSet,
 };
 
-use super::{Plan, PlanError, ns_from_ms};
+use super::contents::{Plan, ns_from_ms};
+use super::error::PlanError;
+use super::site_parts;
 use crate::activities::{communication, drive, lidar};
-use crate::composition::site_parts;
 
 impl Plan {
     /// Vehicle geometry.

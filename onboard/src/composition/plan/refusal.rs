@@ -5,7 +5,8 @@ use skills::map::MapError;
 use skills::navigator::SetupError;
 use skills::schedule::ScheduleError;
 
-use super::{Plan, PlanError};
+use super::contents::Plan;
+use super::error::PlanError;
 use crate::composition::failure::Failure;
 
 /// The error, at the key that is to blame for it.

@@ -6,6 +6,8 @@ use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
 
 use super::*;
+use crate::composition::failure::Failure;
+use crate::composition::files::Files;
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
 

@@ -11,7 +11,7 @@ use skills::monitors::MonitorKind;
 use skills::perception::{Feature, FeatureSet};
 use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 
-use crate::composition::plan::PlanError;
+use super::error::PlanError;
 
 /// Walls, lanes and areas.
 #[must_use]
