@@ -12,7 +12,7 @@ const CURVATURE: Quantity = Quantity::new("a curvature", "1/m")
 const STEP: Quantity = Quantity::new("a length", "m").at_least(0.01).at_most(1.0);
 const MARGIN: Quantity = Quantity::new("a length", "m").at_least(0.0).at_most(2.0);
 /// The most turn rates of a horizon.
-pub const MOST_OMEGA_STEPS: u32 = 501;
+pub const MOST_OMEGA_STEPS: u32 = 1001;
 const ROWS: &str = "tables { horizon_s = …, speed_m_s = … }";
 
 section! {
