@@ -84,7 +84,7 @@ fn names_and_lists_are_for_printing() {
 }
 
 #[test]
-fn one_machines_output_is_anothers_input() {
+fn the_output_of_one_machine_is_the_input_of_another() {
     let mut events = EventTable::new();
     let mut robot = crossing().compile(&mut events).unwrap();
     let mut model = MachineModel::new("manager");
