@@ -1,4 +1,4 @@
-//! How long motion tubes take on this machine: `cargo run --release -p skills --example tube_timing`.
+//! How long motion tubes take on this machine: `cargo run --example tube_timing`.
 //!
 //! Every figure is of one call, timed many times: the median and the 99th percentile. The robot stands or drives in a
 //! corridor where most tubes are free, which is the slow case: a blocked tube is left early.

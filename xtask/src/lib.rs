@@ -4,6 +4,7 @@
 //! - [`circles`]: no file may depend on itself through others, and no part of a crate either;
 //! - [`arrows`]: a crate uses only crates below it;
 //! - [`lengths`]: a long file says why it is long.
+//! - [`pages`]: the commands that pages tell a reader to type.
 //!
 //! `cargo xtask house` prints all findings; `tests/house.rs` holds them at none.
 
@@ -12,6 +13,7 @@ pub mod circles;
 mod files;
 mod house;
 pub mod lengths;
+pub mod pages;
 pub mod source;
 
 pub use files::ReadError;

@@ -1,4 +1,4 @@
-//! How long one scan takes: `cargo test --release -p skills --test it localisation::timing -- --ignored --nocapture`.
+//! How long one scan takes: `cargo test --test it localisation::timing -- --ignored --nocapture`.
 
 use crate::localisation::floor::Floor;
 use crate::localisation::maps;

@@ -1,0 +1,353 @@
+//! Every command that a page tells a reader to type is run: here, by another test, or by `.ci/run`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Who runs a command.
+#[derive(Debug)]
+enum Run {
+    /// This test, which expects success.
+    Here,
+    /// This test, beside a mediator that it starts.
+    BesideMediator,
+    /// `.ci/run`, which has a line with all of its words in this order, and perhaps more.
+    ByCi,
+    /// Another test, in a file that names this.
+    ByTest {
+        file: &'static str,
+        naming: &'static str,
+    },
+    /// Nobody: what it takes is not there when tests run.
+    Needs(&'static str),
+}
+use Run::{BesideMediator, ByCi, ByTest, Here, Needs};
+
+const CONTROLS: &str = "hil-tests/rig/tests/robots/fleets/controls.rs";
+const PROGRAM: &str = "hil-tests/rig/tests/robots/fleets/program.rs";
+const TRIALS: &str = "hil-tests/rig/tests/robots/bad_days/trials.rs";
+const LAPS: &str = "hil-tests/rig/tests/robots/bad_days/laps.rs";
+const OPERATOR: &str = "hil-tests/rig/tests/robots/bad_days/operator.rs";
+const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
+const HARDWARE: &str = "the robot's own hardware, and an administrator";
+const SERVE: &str =
+    "target/debug/mediator run --site config/sites/overtaking.toml --listen tcp/0.0.0.0:7447";
+
+/// All commands of all pages, each once.
+const COMMANDS: &[(&str, Run)] = &[
+    // README
+    ("cargo run --bin rig -- overtaking", ByCi),
+    ("cargo test --workspace", ByCi),
+    ("cargo run --bin rig -- docking", ByCi),
+    ("cargo run --bin rig -- t-junction", ByCi),
+    (
+        "cargo run --bin rig -- campaign overtaking --runs 20",
+        ByTest {
+            file: ".ci/run",
+            naming: "--bin rig -- campaign docking --runs 1",
+        },
+    ),
+    (
+        "cargo run --bin rig -- overtaking --without-mediator",
+        ByTest {
+            file: CONTROLS,
+            naming: "without_the_mediator",
+        },
+    ),
+    (
+        "cargo run --bin rig -- overtaking --without-nets",
+        Needs("the five minutes after which a scenario that does not succeed is given up"),
+    ),
+    ("cargo run --bin rig -- lap", ByCi),
+    (
+        "cargo run --bin rig -- lap --robot config/robots/amr-1.toml --site config/sites/corridor.toml",
+        ByTest {
+            file: LAPS,
+            naming: "\"--robot\"",
+        },
+    ),
+    (
+        "cargo run --bin rig -- course",
+        ByTest {
+            file: TRIALS,
+            naming: "trial(\"course\"",
+        },
+    ),
+    (
+        "cargo run --bin rig -- clutter",
+        ByTest {
+            file: TRIALS,
+            naming: "trial(\"clutter\"",
+        },
+    ),
+    ("cargo run --bin rig -- clutter --stepped --runs 100", ByCi),
+    ("cargo run --bin rig -- map config/sites/course.toml", Here),
+    (
+        "cargo run --bin rig -- scenario config/scenarios/overtaking.toml",
+        ByTest {
+            file: PROGRAM,
+            naming: "\"scenario\"",
+        },
+    ),
+    (
+        "cargo run --bin rig -- devices --robot config/robots/amr-1.toml --ethercat udp:127.0.0.1:34980",
+        ByTest {
+            file: "hil-tests/rig/tests/stranger.rs",
+            naming: "\"devices\"",
+        },
+    ),
+    (
+        "cargo run --bin onboard -- check --robot config/robots/amr-1.toml --site config/sites/corridor.toml",
+        Here,
+    ),
+    (
+        "cargo run --bin mediator -- check --site config/sites/overtaking.toml",
+        Here,
+    ),
+    (
+        "cargo run --bin mediator -- show --site config/sites/overtaking.toml --net overtaking",
+        Here,
+    ),
+    ("cargo build --bin mediator", Here),
+    (SERVE, BesideMediator),
+    ("target/debug/mediator status", BesideMediator),
+    ("target/debug/mediator why amr-1", BesideMediator),
+    ("target/debug/mediator clear 3", BesideMediator),
+    (
+        "cargo build --release --bin onboard",
+        Needs(
+            "as long as all of CI, for one more profile; without --release it is built with every test",
+        ),
+    ),
+    (
+        "sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep target/release/onboard",
+        Needs(HARDWARE),
+    ),
+    (
+        "target/release/onboard run --robot config/robots/amr-1.toml --site config/sites/corridor.toml --set 'ethercat.interface=\"eth0\"' --set 'lidar.device=\"/dev/ttyACM0\"'",
+        Needs(HARDWARE),
+    ),
+    (
+        "target/release/onboard inspect --watch",
+        ByTest {
+            file: OPERATOR,
+            naming: "\"inspect\"",
+        },
+    ),
+    (
+        "target/release/onboard ctl pause",
+        ByTest {
+            file: OPERATOR,
+            naming: "ask(\"pause\")",
+        },
+    ),
+    (
+        "target/release/onboard ctl send stop --stop 5.0,0.5,3.14159",
+        ByTest {
+            file: ORDERS,
+            naming: "\"send\"",
+        },
+    ),
+    ("cargo run --example tube_timing", Here),
+    (
+        "cargo test --test it localisation::timing -- --ignored --nocapture",
+        Here,
+    ),
+    // CONTRIBUTING
+    (
+        "bash .ci/run",
+        Needs("everything else: it is what runs these tests"),
+    ),
+    ("cargo xtask house", Here),
+    (
+        "cargo test -p mediator",
+        ByTest {
+            file: ".ci/run",
+            naming: "cargo test --workspace",
+        },
+    ),
+    (
+        "cargo test -p config",
+        ByTest {
+            file: ".ci/run",
+            naming: "cargo test --workspace",
+        },
+    ),
+    (
+        "cargo test -p onboard",
+        ByTest {
+            file: ".ci/run",
+            naming: "cargo test --workspace",
+        },
+    ),
+    (
+        "cargo run -p config --example keys > config/KEYS.md",
+        ByTest {
+            file: "config/tests/keys_page.rs",
+            naming: "KEYS.md",
+        },
+    ),
+    // coordination/README
+    ("cargo run -p coordination --example t_junction", Here),
+    (
+        "cargo run --release -p coordination --example petri_families -- --baseline",
+        ByTest {
+            file: ".ci/run",
+            naming: "--example petri_families -- --check",
+        },
+    ),
+    (
+        "cargo test -p coordination",
+        ByTest {
+            file: ".ci/run",
+            naming: "cargo test --workspace",
+        },
+    ),
+    (
+        "RUSTFLAGS=\"--cfg loom\" CARGO_TARGET_DIR=target/loom cargo test --release -p coordination --test loom_protocol",
+        ByTest {
+            file: ".ci/run",
+            naming: "-p coordination --test loom_protocol",
+        },
+    ),
+    (
+        "RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=thread CARGO_TARGET_DIR=target/tsan cargo test -Zbuild-std --target x86_64-unknown-linux-gnu -p coordination --test binding --test protocol",
+        Needs("the sources of Rust's standard library"),
+    ),
+];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn commands() -> Vec<xtask::pages::Command> {
+    xtask::pages::commands(&root()).expect("readable pages")
+}
+
+#[test]
+fn every_command_of_a_page_is_run_by_somebody() {
+    let table: BTreeMap<&str, &Run> = COMMANDS.iter().map(|(text, run)| (*text, run)).collect();
+    let commands = commands();
+    for command in &commands {
+        assert!(
+            table.contains_key(command.text.as_str()),
+            "{}:{}: nobody runs `{}`; say in xtask/tests/pages.rs who does",
+            command.page.display(),
+            command.line,
+            command.text
+        );
+    }
+    for text in table.keys() {
+        assert!(
+            commands.iter().any(|command| command.text == *text),
+            "`{text}` stands on no page any more"
+        );
+    }
+}
+
+#[test]
+fn what_a_page_names_is_there() {
+    let findings = xtask::pages::broken_paths(&root()).expect("readable pages");
+    assert!(findings.is_empty(), "{}", findings.join("\n"));
+}
+
+#[test]
+fn commands_that_ci_runs_stand_in_its_script() {
+    let script = fs::read_to_string(root().join(".ci/run")).expect(".ci/run");
+    for (text, _) in COMMANDS.iter().filter(|(_, run)| matches!(run, ByCi)) {
+        let runs = script.lines().any(|line| {
+            let mut words = line.split_whitespace();
+            text.split_whitespace()
+                .all(|wanted| words.any(|word| word == wanted))
+        });
+        assert!(runs, ".ci/run has no line with `{text}`");
+    }
+}
+
+#[test]
+fn commands_that_other_tests_run_are_named_there() {
+    for (text, run) in COMMANDS {
+        match run {
+            ByTest { file, naming } => {
+                let source = fs::read_to_string(root().join(file))
+                    .unwrap_or_else(|error| panic!("{file}: {error}"));
+                assert!(
+                    source.contains(naming),
+                    "{file} should run `{text}`, but has no `{naming}`"
+                );
+            }
+            Needs(what) => assert!(!what.is_empty()),
+            Here | BesideMediator | ByCi => {}
+        }
+    }
+}
+
+/// Runs a command as a reader would, from the repository's root.
+fn run(text: &str, environment: &[(&str, &Path)]) {
+    let output = Command::new("bash")
+        .args(["-c", text])
+        .current_dir(root())
+        .envs(environment.iter().copied())
+        .output()
+        .expect("bash");
+    assert!(
+        output.status.success(),
+        "`{text}`: {}\n{}{}",
+        output.status,
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+/// A process that ends with this.
+struct Ends(Child);
+
+impl Drop for Ends {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn commands_beside_a_mediator_reach_it() {
+    run("cargo build --bin mediator", &[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let runtime = folder.path().join("run");
+    // A port of its own: another mediator may run on this machine.
+    let serve = SERVE.replace("0.0.0.0:7447", "127.0.0.1:0");
+    let journal = folder.path().join("journal.redb");
+    let mediator = Command::new("bash")
+        .args([
+            "-c",
+            &format!("exec {serve} --journal {}", journal.display()),
+        ])
+        .current_dir(root())
+        .env("MEDIATOR_RUNTIME_DIR", &runtime)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("bash");
+    let mediator = Ends(mediator);
+    let began = Instant::now();
+    while !runtime.join("overtaking.ctl").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60), "no mediator");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let beside = COMMANDS
+        .iter()
+        .filter(|(_, run)| matches!(run, BesideMediator));
+    for (text, _) in beside.filter(|(text, _)| *text != SERVE) {
+        run(text, &[("MEDIATOR_RUNTIME_DIR", &runtime)]);
+    }
+    drop(mediator);
+}
+
+#[test]
+fn short_commands_do_what_they_should() {
+    for (text, _) in COMMANDS.iter().filter(|(_, run)| matches!(run, Here)) {
+        run(text, &[]);
+    }
+}
