@@ -245,7 +245,8 @@ impl Execution for Stage {
     }
 
     fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R {
-        let world = self.world.lock();
+        // Simulated buses wait for the lock: a judge that is preempted while it holds it costs them frames.
+        let world = self.world.lock().snapshot();
         to(&world, &self.listener.observations())
     }
 

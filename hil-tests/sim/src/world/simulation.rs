@@ -90,6 +90,18 @@ impl World {
         Ok(world)
     }
 
+    /// A copy without the log, for those who look longer than a lock may be held.
+    #[must_use]
+    pub fn snapshot(&self) -> World {
+        World {
+            scene: self.scene.clone(),
+            walks: self.walks.clone(),
+            robots: self.robots.clone(),
+            log: TruthLog::new(0),
+            ..*self
+        }
+    }
+
     /// Steps up to `now_ns`, in which every robot holds its last command. A time in the past changes nothing.
     pub fn advance_to(&mut self, now_ns: u64) {
         let Some(mut stepped_ns) = self.stepped_ns else {
