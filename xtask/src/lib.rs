@@ -5,12 +5,14 @@
 //! - [`arrows`]: a crate uses only crates below it;
 //! - [`lengths`]: a long file says why it is long.
 //! - [`pages`]: the commands that pages tell a reader to type.
+//! - [`fuzz`]: the fuzz targets of `config/fuzz`, built and run.
 //!
 //! `cargo xtask house` prints all findings; `tests/house.rs` holds them at none.
 
 pub mod arrows;
 pub mod circles;
 mod files;
+pub mod fuzz;
 mod house;
 pub mod lengths;
 pub mod pages;

@@ -94,7 +94,7 @@ const COMMANDS: &[(&str, Run)] = &[
     (
         "cargo run --bin rig -- devices --robot config/robots/amr-1.toml --ethercat udp:127.0.0.1:34980",
         ByTest {
-            file: "hil-tests/rig/tests/stranger.rs",
+            file: "hil-tests/rig/tests/robots/stranger.rs",
             naming: "\"devices\"",
         },
     ),
@@ -161,6 +161,7 @@ const COMMANDS: &[(&str, Run)] = &[
         Needs("everything else: it is what runs these tests"),
     ),
     ("cargo xtask house", Here),
+    ("cargo xtask fuzz", ByCi),
     (
         "cargo test -p mediator",
         ByTest {
@@ -284,11 +285,24 @@ fn commands_that_other_tests_run_are_named_there() {
     }
 }
 
-/// Runs a command as a reader would, from the repository's root.
+/// A command as a reader types it, in the repository's root. What cargo tells a test about its crate is kept from it:
+/// build scripts below zenoh run again when that changes, and all above them is compiled again.
+fn bash(text: &str) -> Command {
+    let mut command = Command::new("bash");
+    command.args(["-c", text]).current_dir(root());
+    for (name, _) in std::env::vars_os() {
+        let name = name.to_string_lossy().into_owned();
+        let of_the_crate = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_BIN_"];
+        if of_the_crate.iter().any(|start| name.starts_with(start)) {
+            command.env_remove(name);
+        }
+    }
+    command
+}
+
+/// Runs a command, which is to succeed.
 fn run(text: &str, environment: &[(&str, &Path)]) {
-    let output = Command::new("bash")
-        .args(["-c", text])
-        .current_dir(root())
+    let output = bash(text)
         .envs(environment.iter().copied())
         .output()
         .expect("bash");
@@ -319,12 +333,7 @@ fn commands_beside_a_mediator_reach_it() {
     // A port of its own: another mediator may run on this machine.
     let serve = SERVE.replace("0.0.0.0:7447", "127.0.0.1:0");
     let journal = folder.path().join("journal.redb");
-    let mediator = Command::new("bash")
-        .args([
-            "-c",
-            &format!("exec {serve} --journal {}", journal.display()),
-        ])
-        .current_dir(root())
+    let mediator = bash(&format!("exec {serve} --journal {}", journal.display()))
         .env("MEDIATOR_RUNTIME_DIR", &runtime)
         .stdout(Stdio::null())
         .stderr(Stdio::null())

@@ -1,6 +1,6 @@
-//! Tests that start whole robots as processes, one after the other: one binary, so that the programs' libraries are linked
-//! once.
+//! Tests that start whole robots or their devices as processes: one binary, so that the programs' libraries are linked once.
 
 mod bad_days;
 mod fleets;
+mod stranger;
 mod turn;

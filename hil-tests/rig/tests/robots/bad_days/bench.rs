@@ -71,7 +71,7 @@ impl Bench {
     /// World and devices, at the start pose of the site, with copies of the files that ship.
     pub fn new() -> Self {
         static BENCHES: AtomicU32 = AtomicU32::new(0);
-        let turn = Turn::take();
+        let turn = Turn::of_a_robot();
         let folder = tempfile::tempdir().expect("a temporary folder");
         for (from, to) in [
             ("robots/amr-1.toml", "robot.toml"),

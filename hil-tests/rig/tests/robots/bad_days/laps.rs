@@ -26,7 +26,7 @@ struct Lap {
 impl Lap {
     /// Starts it and waits until its robot runs.
     fn start() -> Self {
-        let turn = Turn::take();
+        let turn = Turn::of_a_robot();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let log = File::create(folder.path().join("rig.log")).expect("created");
         let child = Command::new(RIG)

@@ -9,7 +9,7 @@ use crate::turn::Turn;
 
 /// Runs one and gives its summary.
 fn trial(scenario: &str, seed: u32) -> Json {
-    let _turn = Turn::take();
+    let _turn = Turn::of_a_robot();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("out");
     let site = match scenario {

@@ -37,7 +37,7 @@ pub struct Bench {
 impl Bench {
     /// Sets the stage.
     pub fn start(scenario: Scenario, mediator: bool) -> Self {
-        let turn = Turn::take();
+        let turn = Turn::of_a_fleet();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let options = Options {
             program: PathBuf::from(RIG),

@@ -20,7 +20,7 @@ struct Program {
 
 impl Program {
     fn start(scenario: &str) -> Self {
-        let turn = Turn::take();
+        let turn = Turn::of_a_fleet();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let log = File::create(folder.path().join("rig.log")).expect("created");
         let file = Path::new(CONFIG).join("scenarios").join(scenario);

@@ -9,15 +9,14 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-#[path = "robots/turn.rs"]
-mod turn;
+use crate::turn::Turn;
 
 const CONFIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
-const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/stranger_soem.py");
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/robots/stranger_soem.py");
 
 #[test]
 fn soem_turns_a_wheel_of_the_simulated_robot() {
-    let _turn = turn::Turn::take();
+    let _turn = Turn::of_a_robot();
     let python = std::env::var("RIG_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let import = run(Command::new(&python).args(["-c", "import pysoem"]));
     if let Err(why) = import {
