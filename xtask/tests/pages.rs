@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 enum Run {
     /// This test, which expects success.
     Here,
+    /// This test, which leaves this out: it takes as long as all of CI, and changes nothing but speed.
+    HereWithout(&'static str),
     /// This test, beside a mediator that it starts.
     BesideMediator,
     /// `.ci/run`, which has a line with all of its words in this order, and perhaps more.
@@ -23,7 +25,7 @@ enum Run {
     /// Nobody: what it takes is not there when tests run.
     Needs(&'static str),
 }
-use Run::{BesideMediator, ByCi, ByTest, Here, Needs};
+use Run::{BesideMediator, ByCi, ByTest, Here, HereWithout, Needs};
 
 const CONTROLS: &str = "hil-tests/rig/tests/robots/fleets/controls.rs";
 const PROGRAM: &str = "hil-tests/rig/tests/robots/fleets/program.rs";
@@ -58,7 +60,10 @@ const COMMANDS: &[(&str, Run)] = &[
     ),
     (
         "cargo run --bin rig -- overtaking --without-nets",
-        Needs("the five minutes after which a scenario that does not succeed is given up"),
+        ByTest {
+            file: CONTROLS,
+            naming: "without_nets",
+        },
     ),
     ("cargo run --bin rig -- lap", ByCi),
     (
@@ -117,9 +122,7 @@ const COMMANDS: &[(&str, Run)] = &[
     ("target/debug/mediator clear 3", BesideMediator),
     (
         "cargo build --release --bin onboard",
-        Needs(
-            "as long as all of CI, for one more profile; without --release it is built with every test",
-        ),
+        HereWithout(" --release"),
     ),
     (
         "sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep target/release/onboard",
@@ -280,7 +283,7 @@ fn commands_that_other_tests_run_are_named_there() {
                 );
             }
             Needs(what) => assert!(!what.is_empty()),
-            Here | BesideMediator | ByCi => {}
+            Here | HereWithout(_) | BesideMediator | ByCi => {}
         }
     }
 }
@@ -356,7 +359,11 @@ fn commands_beside_a_mediator_reach_it() {
 
 #[test]
 fn short_commands_do_what_they_should() {
-    for (text, _) in COMMANDS.iter().filter(|(_, run)| matches!(run, Here)) {
-        run(text, &[]);
+    for (text, by) in COMMANDS {
+        match by {
+            Here => run(text, &[]),
+            HereWithout(what) => run(&text.replace(what, ""), &[]),
+            _ => {}
+        }
     }
 }

@@ -23,6 +23,17 @@ pub fn shipped(name: &str) -> Scenario {
         .unwrap_or_else(|failure| panic!("{failure:?}"))
 }
 
+/// What is taken away from a scenario.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Without {
+    /// Nothing.
+    Nothing,
+    /// The mediator.
+    Mediator,
+    /// The mediator's nets.
+    Nets,
+}
+
 /// A run through the real programs.
 pub type Run = rig::run::Run<Stage>;
 
@@ -36,7 +47,7 @@ pub struct Bench {
 
 impl Bench {
     /// Sets the stage.
-    pub fn start(scenario: Scenario, mediator: bool) -> Self {
+    pub fn start(scenario: Scenario, without: Without) -> Self {
         let turn = Turn::of_a_fleet();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let options = Options {
@@ -44,8 +55,8 @@ impl Bench {
             seed: 3,
             out: folder.path().join("out"),
             headless: true,
-            mediator,
-            nets: true,
+            mediator: without != Without::Mediator,
+            nets: without != Without::Nets,
         };
         let run = Run::start(scenario, &options).unwrap_or_else(|failure| panic!("{failure:?}"));
         Self {

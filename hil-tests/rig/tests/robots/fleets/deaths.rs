@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use rig::run::Ending;
 
-use crate::fleets::bench::{Bench, Run, has, shipped, waits};
+use crate::fleets::bench::{Bench, Run, Without, has, shipped, waits};
 
 const START: Duration = Duration::from_secs(30);
 
@@ -22,7 +22,7 @@ fn is_held(run: &Run) -> bool {
 
 #[test]
 fn a_mediator_that_is_killed_and_comes_back_finishes_what_it_began() {
-    let mut bench = Bench::start(shipped("overtaking"), true);
+    let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
     bench.until("both are coordinated", Duration::from_secs(90), is_held);
     bench.run.kill_mediator();
     bench.holds_for("robots go on", Duration::from_secs(2), |run| {
@@ -48,7 +48,7 @@ fn restart(bench: &mut Bench) {
 
 #[test]
 fn the_areas_of_a_robot_that_is_killed_stay_blocked_until_an_operator_clears_them() {
-    let mut bench = Bench::start(shipped("overtaking"), true);
+    let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
     // The emergency robot is behind the other one, and wants to go where that is.
     bench.until("both have where they stand", START, |run| {
         has(run, "amr-1", "6") && has(run, "amr-2", "4")
