@@ -187,11 +187,13 @@ impl ConfigError {
     }
 
     /// What is wrong; never empty.
+    #[must_use]
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }
 
     /// Two errors as one, so that a robot's and a site's problems print together.
+    #[must_use]
     pub fn and(mut self, other: ConfigError) -> ConfigError {
         self.problems.extend(other.problems);
         self.omitted += other.omitted;

@@ -52,16 +52,19 @@ impl Origin {
     }
 
     /// The file's name, as it was given.
+    #[must_use]
     pub fn file(&self) -> &str {
         self.sources.first().map_or("", |source| source.text.name())
     }
 
     /// Whether the key was written at all, in the file or by an override.
+    #[must_use]
     pub fn is_written(&self, key: &str) -> bool {
         self.places.contains_key(key)
     }
 
     /// The line on which the key's value stands; none for an override or a default.
+    #[must_use]
     pub fn line(&self, key: &str) -> Option<usize> {
         let place = self.places.get(key)?;
         let source = self.sources.get(place.value.source)?;

@@ -30,6 +30,9 @@ pub struct Override {
 
 impl Override {
     /// Reads `a.b=value`.
+    ///
+    /// # Errors
+    /// If there is no `=`, the key begins with no section of a file, or the value is not TOML.
     pub fn parse(typed: &str) -> Result<Override, ConfigError> {
         let problem = |key: &str, found: String, expected: &str| {
             Problem::new(ProblemKind::Override, key, found, expected).in_file(name(typed))
@@ -71,6 +74,7 @@ impl Override {
     }
 
     /// As it was typed, without `--set`.
+    #[must_use]
     pub fn typed(&self) -> &str {
         &self.typed
     }

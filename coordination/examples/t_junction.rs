@@ -241,6 +241,9 @@ fn mediator(mut net: NetBinding<End>, world: &World) -> Result<u64, Failure> {
 }
 
 /// Runs the junction until every robot has crossed as often as `settings` says.
+///
+/// # Errors
+/// If the net is refused by its analysis, or the run does not end as it must.
 pub fn run(settings: Settings) -> Result<Outcome, Failure> {
     let protocol = Arc::new(protocol()?);
     let model = mediator_model();

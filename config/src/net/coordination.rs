@@ -14,22 +14,26 @@ use super::data::{
 
 impl NetConfig {
     /// The situation with this id.
+    #[must_use]
     pub fn situation(&self, id: &str) -> Option<&NetSituation> {
         self.situations.iter().find(|situation| situation.id == id)
     }
 
     /// The place with this id.
+    #[must_use]
     pub fn place(&self, id: &str) -> Option<&NetPlace> {
         self.places.iter().find(|place| place.id == id)
     }
 
     /// The compiled protocol of a role: the first party is the role, the second the mediator.
+    #[must_use]
     pub fn protocol(&self, role: &str) -> Option<&Arc<Protocol>> {
         self.compiled.get(role)
     }
 
     /// What the file says about a flag of a role. A flag in several arrays of its protocol is
     /// described where it stands first.
+    #[must_use]
     pub fn flag(&self, role: &str, flag: &str) -> Option<&NetFlag> {
         let role = self.roles.iter().find(|own| own.id == role)?;
         let protocol = self.protocols.iter().find(|own| own.id == role.protocol)?;
@@ -38,6 +42,7 @@ impl NetConfig {
     }
 
     /// All areas that some flag lets a robot enter.
+    #[must_use]
     pub fn areas(&self) -> BTreeSet<&str> {
         self.protocols
             .iter()
@@ -48,6 +53,7 @@ impl NetConfig {
     }
 
     /// The protocols that the net takes part in, as the analysis wants them.
+    #[must_use]
     pub fn uses(&self) -> Vec<Use> {
         self.compiled
             .iter()
@@ -57,6 +63,7 @@ impl NetConfig {
 
     /// The net as it begins in a situation. Places that nothing can mark from there, and transitions
     /// that need one of them, are left out.
+    #[must_use]
     pub fn model(&self, situation: &str) -> Option<NetModel> {
         let marked = &self.situation(situation)?.marked;
         let (places, transitions) = self.possible(marked);
@@ -97,6 +104,7 @@ impl NetConfig {
     }
 
     /// The net in all its situations, with their names.
+    #[must_use]
     pub fn models(&self) -> Vec<(&str, NetModel)> {
         let ids = self
             .situations

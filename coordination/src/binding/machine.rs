@@ -153,6 +153,9 @@ impl<S: Side> MachineBinding<S> {
 
     /// Steps the machine for an event that is no flag. Flags that it fires are set, or wait for
     /// their turn; all other outputs go to `fire`. Real time if `fire` is.
+    ///
+    /// # Errors
+    /// [`NoRoom`] while outputs of earlier steps wait; the machine has not moved.
     pub fn step(&mut self, event: EventId, fire: impl FnMut(EventId)) -> Result<(), NoRoom> {
         if !self.has_room(Room::Event) {
             return Err(NoRoom(event));

@@ -34,6 +34,9 @@ pub struct Sender<E> {
 
 impl<E: Copy + Send> Sender<E> {
     /// Puts `event` at the end of the queue; a full queue counts it as refused and gives it back.
+    ///
+    /// # Errors
+    /// [`QueueFull`] with the event.
     pub fn send(&mut self, event: E) -> Result<(), QueueFull<E>> {
         self.producer.push(event).map_err(|full| {
             let rtrb::PushError::Full(event) = full;

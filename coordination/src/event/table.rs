@@ -45,6 +45,9 @@ impl EventTable {
     }
 
     /// The id of `name`, which is added if it is new. Not for real-time threads.
+    ///
+    /// # Errors
+    /// [`TooManyEvents`] if the name is new and there are [`MAX_EVENTS`](Self::MAX_EVENTS).
     pub fn intern(&mut self, name: &str) -> Result<EventId, TooManyEvents> {
         if let Some(id) = self.id(name) {
             return Ok(id);

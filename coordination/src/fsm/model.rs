@@ -190,6 +190,9 @@ impl MachineModel {
 
     /// Checks the model and makes the machine, whose events are entered into `events`. After an
     /// error `events` is as before, unless it ran full. Not for real-time threads.
+    ///
+    /// # Errors
+    /// The first problem that [`check`](Self::check) finds, or that the table is full.
     pub fn compile(&self, events: &mut EventTable) -> Result<Machine, ModelError> {
         if let Some(error) = self.check().into_iter().next() {
             return Err(error);

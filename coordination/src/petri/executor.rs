@@ -96,6 +96,10 @@ impl Executor {
 
     /// Lets an event wait for every source bound to it; the next evaluation fills those that are
     /// empty.
+    ///
+    /// # Errors
+    /// If no source is bound to the event, or one has [`MAX_WAITING`](Self::MAX_WAITING) events
+    /// waiting; then no source takes it.
     pub fn offer(&mut self, event: EventId) -> Result<(), OfferError> {
         let filled = self.net.filled_by(event);
         let full = filled
@@ -255,6 +259,9 @@ impl Executor {
 
     /// Marks exactly `places`. Waiting events stay, and so does where the next choice begins. After
     /// an error nothing has changed. Looks at every place.
+    ///
+    /// # Errors
+    /// [`WrongMarking`] for the first place that the net does not have.
     pub fn set_marking(&mut self, places: &[PlaceId]) -> Result<(), WrongMarking> {
         let count = self.net.places().len();
         if let Some(&place) = places.iter().find(|place| place.index() >= count) {

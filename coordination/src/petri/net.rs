@@ -32,6 +32,9 @@ struct Inner {
 impl NetModel {
     /// Checks the model and makes the net, whose events are entered into `events`. Not for
     /// real-time threads.
+    ///
+    /// # Errors
+    /// Everything that [`check`](Self::check) finds, or that the table is full.
     pub fn compile(&self, events: &mut EventTable) -> Result<Net, Vec<ModelError>> {
         Net::new(self.structure()?, Arc::clone(self.data()), events).map_err(|error| vec![error])
     }

@@ -105,6 +105,10 @@ pub trait Side {
     /// Up to where this party has read or set the flags of its run.
     fn read_to(&self) -> Position;
     /// Sets a flag of this party; an error changes nothing.
+    ///
+    /// # Errors
+    /// If the flag is unknown, not this party's or not next, or if the other party's flags or abort
+    /// are still to be read; see [`SetError`].
     fn set(&mut self, flag: FlagId) -> Result<(), SetError>;
     /// What the next [`poll`](Self::poll) would return, without reading it.
     fn peek(&self) -> Option<Change>;
@@ -113,6 +117,9 @@ pub trait Side {
     fn poll(&mut self) -> Option<Change>;
     /// Gives up the present run and begins the next, if this party is the keeper. Returns how far
     /// the run had come, flags not read included; an empty array stays as it is.
+    ///
+    /// # Errors
+    /// If this party is not the keeper, or no run number is left.
     fn abort(&mut self) -> Result<Position, AbortError>;
 }
 

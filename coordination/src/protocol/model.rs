@@ -96,6 +96,9 @@ impl ProtocolModel {
     }
 
     /// Checks the model and makes the protocol. Not for real-time threads.
+    ///
+    /// # Errors
+    /// The first problem that [`check`](Self::check) finds.
     pub fn compile(&self) -> Result<Protocol, ModelError> {
         let mut problems = Vec::new();
         let graph = self.graph(&mut problems);

@@ -103,6 +103,9 @@ impl Replica {
 
     /// The side of `party` where `level` left it, all of it read: for a side that restarts from a
     /// journal or from what the other side reports.
+    ///
+    /// # Errors
+    /// [`MergeError::NoSuchPosition`] if the protocol cannot be where the level says.
     pub fn resume(
         protocol: &Arc<Protocol>,
         party: Party,
@@ -143,6 +146,9 @@ impl Replica {
 
     /// Takes over what a level of the other side tells. Levels may be lost, repeated, late and out
     /// of order. After an error nothing has changed. Does not allocate.
+    ///
+    /// # Errors
+    /// [`MergeError`] if the level cannot come from an honest other side of this protocol.
     pub fn merge(&mut self, level: Level) -> Result<Merged, MergeError> {
         let to = self.position_of(level)?;
         let (from, aborted) = match level.run.checked_sub(self.known.run) {
@@ -188,6 +194,9 @@ impl Replica {
     /// Gives up whatever the present run is and goes to the start of `run`, which the side that
     /// numbers runs has told. What was not read is void, and this is not reported by a poll. A
     /// level of the keeper that restarted reads as an abort on the other side.
+    ///
+    /// # Errors
+    /// [`RunNotNewer`] unless `run` is above the present run; nothing has changed.
     pub fn restart(&mut self, run: u32) -> Result<(), RunNotNewer> {
         if run <= self.known.run {
             return Err(RunNotNewer {

@@ -54,6 +54,10 @@ impl Drop for Visit {
 
 impl Inspector {
     /// Opens the symbols of `robot` while it runs. Not for real-time threads.
+    ///
+    /// # Errors
+    /// If the robot does not run, is still starting, was built with another directory format, or its
+    /// shared memory cannot be opened.
     pub fn open(robot: &str, place: &Namespace) -> Result<Self, SymbolError> {
         place.check(robot)?;
         let not_running = |dead_pid| SymbolError::NotRunning {
@@ -115,6 +119,9 @@ impl Inspector {
     }
 
     /// A reader of the symbol (`T`, `model`). The directory does not list it.
+    ///
+    /// # Errors
+    /// If nobody owns the symbol, or its type differs.
     pub fn reader<T: Datatype>(&self, model: &str) -> Result<Reader<T>, SymbolError> {
         let row = self.read_directory().look_up::<T>(ASKED_BY, model)?;
         let handle = self

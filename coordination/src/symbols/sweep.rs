@@ -34,6 +34,9 @@ impl Removed {
 
 /// Removes what a killed process left behind of `robot`. Refuses while the robot runs, and names
 /// its process. Finding nothing is no error.
+///
+/// # Errors
+/// If the robot runs, its name cannot be used, or a file cannot be removed.
 pub fn remove_stale(robot: &str, place: &Namespace) -> Result<Removed, SymbolError> {
     place.check(robot)?;
     let Some(root) = place.existing_root()? else {

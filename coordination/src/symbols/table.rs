@@ -31,6 +31,9 @@ impl TableBuilder {
     }
 
     /// Declares that the activity `owner` owns the symbol (`T`, `model`).
+    ///
+    /// # Errors
+    /// If a name cannot be used, the symbol is declared already, or the directory is full.
     pub fn declare<T: Datatype>(
         &mut self,
         owner: &str,
@@ -49,6 +52,9 @@ impl TableBuilder {
 
     /// Creates the shared memory, after removing what a killed process left of this robot. Refuses
     /// while the robot runs already. Not for real-time threads.
+    ///
+    /// # Errors
+    /// If nothing is declared, the robot runs already, or a file or the shared memory cannot be made.
     pub fn build(self) -> Result<SymbolTable, SymbolError> {
         if self.adders.is_empty() {
             return Err(SymbolError::NothingDeclared {
@@ -134,6 +140,10 @@ pub struct SymbolTable {
 
 impl SymbolTable {
     /// Hands `owner` the writer of its symbol (`T`, `model`), once.
+    ///
+    /// # Errors
+    /// If the table is sealed, the symbol is unknown or of another type or owner, or its writer is
+    /// taken.
     pub fn writer<T: Datatype>(&self, owner: &str, model: &str) -> Result<Writer<T>, SymbolError> {
         let mut state = self.lock();
         let row = state.look_up::<T>(owner, model)?;
@@ -167,6 +177,9 @@ impl SymbolTable {
     }
 
     /// Looks up the symbol (`T`, `model`) for the activity `reader`, and notes it as a reader.
+    ///
+    /// # Errors
+    /// If the table is sealed, the symbol is unknown or of another type, or the list of readers is full.
     pub fn reader<T: Datatype>(&self, reader: &str, model: &str) -> Result<Reader<T>, SymbolError> {
         let mut state = self.lock();
         let row = state.look_up::<T>(reader, model)?;
@@ -185,6 +198,9 @@ impl SymbolTable {
     }
 
     /// Ends start-up: no more handles are given. Fails if a declared symbol has no writer.
+    ///
+    /// # Errors
+    /// [`SymbolError::NotTaken`] with every such symbol.
     pub fn seal(&self) -> Result<(), SymbolError> {
         let mut state = self.lock();
         let not_taken = state.directory.not_taken();

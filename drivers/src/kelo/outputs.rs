@@ -26,21 +26,25 @@ impl Command {
     const MODE_MASK: u16 = 0b11 << Command::MODE_SHIFT;
 
     /// Both motors off, nothing asked.
+    #[must_use]
     pub const fn off() -> Command {
         Command(0)
     }
 
     /// With these bits set.
+    #[must_use]
     pub const fn with(self, bits: u16) -> Command {
         Command(self.0 | bits)
     }
 
     /// In this mode.
+    #[must_use]
     pub const fn in_mode(self, mode: Mode) -> Command {
         Command(self.0 & !Command::MODE_MASK | (mode as u16) << Command::MODE_SHIFT)
     }
 
     /// The mode asked for.
+    #[must_use]
     pub const fn mode(self) -> Mode {
         match (self.0 & Command::MODE_MASK) >> Command::MODE_SHIFT {
             0 => Mode::Torque,
@@ -51,6 +55,7 @@ impl Command {
     }
 
     /// Whether any of these bits is set.
+    #[must_use]
     pub const fn has(self, bits: u16) -> bool {
         self.0 & bits != 0
     }
@@ -95,6 +100,7 @@ pub struct Outputs {
 
 impl Outputs {
     /// As the drive expects it.
+    #[must_use]
     pub fn to_bytes(&self) -> [u8; OUTPUTS_BYTES] {
         let mut bytes = [0; OUTPUTS_BYTES];
         bytes[0..2].copy_from_slice(&self.command1.0.to_le_bytes());

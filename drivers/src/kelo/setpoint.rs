@@ -47,6 +47,7 @@ impl Default for SetpointLimits {
 impl Setpoint {
     /// What to tell the drive. Speeds are scaled down to the limit, those too slow to turn become zero, and what is not
     /// a number becomes zero.
+    #[must_use]
     pub fn to_outputs(self, limits: &SetpointLimits) -> Outputs {
         const BOTH: u16 = Command::ENABLE_1 | Command::ENABLE_2;
         const EMERGENCY: u16 = Command::EMERGENCY_1 | Command::EMERGENCY_2;

@@ -232,6 +232,7 @@ impl Server {
     }
 
     /// The next request, if one waits. Bad ones are answered here, and clients that say nothing are left.
+    #[must_use]
     pub fn next(&self) -> Option<Pending> {
         while let Ok((stream, _)) = self.listener.accept() {
             let Some(line) = first_line(&stream) else {

@@ -19,6 +19,7 @@ pub enum MemoryLock {
 
 /// Locks present and future pages on fault, after checking the limit, because a lock under a low limit makes
 /// later allocations fail.
+#[must_use]
 pub fn lock_memory() -> MemoryLock {
     let limit = getrlimit(Resource::Memlock).current;
     let enough = limit.is_none_or(|bytes| bytes >= NEEDED_LOCKED_BYTES);

@@ -125,6 +125,7 @@ pub fn check_core(cores: CoreClass) -> Result<(), NoSuchCore> {
 }
 
 /// Gives the calling thread what it wants as far as that is permitted; warnings say what to grant for the rest.
+#[must_use]
 pub fn promote(wanted: &Wanted) -> Vec<String> {
     let mut warnings = Vec::new();
     if let Err(warning) = pin(wanted.cores) {

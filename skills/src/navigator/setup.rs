@@ -147,7 +147,7 @@ impl NavigationGains {
     }
 
     /// Checks that every gain is a positive number; the steering lag may be 0.
-    pub fn validate(&self) -> Result<(), SetupError> {
+    pub(crate) fn validate(&self) -> Result<(), SetupError> {
         let positive = [
             ("lateral gain", self.lateral_gain_1_m2),
             ("heading gain", self.heading_gain_1_m),

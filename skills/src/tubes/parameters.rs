@@ -170,7 +170,7 @@ pub const MAX_HORIZONS: usize = 32;
 
 impl TubeParameters {
     /// Checks what can be checked without a robot.
-    pub fn validate(&self) -> Result<(), TubeError> {
+    pub(crate) fn validate(&self) -> Result<(), TubeError> {
         if self.horizons.is_empty() {
             return Err(TubeError::NoHorizon);
         }
@@ -262,7 +262,7 @@ fn validate_rows(rows: &[Horizon]) -> Result<(), TubeError> {
 
 impl AdaptPolicy {
     /// Checks every number.
-    pub fn validate(&self) -> Result<(), TubeError> {
+    pub(crate) fn validate(&self) -> Result<(), TubeError> {
         within("curvature_band_1_m", self.curvature_band_1_m, 0.0, 10.0)?;
         within("speed_weight", self.speed_weight, 0.0, 1e3)?;
         within("hysteresis_1_m", self.hysteresis_1_m, 0.0, 10.0)?;

@@ -177,6 +177,9 @@ impl NetModel {
     }
 
     /// The checked model in numbers instead of names.
+    ///
+    /// # Errors
+    /// Everything that [`check`](Self::check) finds.
     pub fn structure(&self) -> Result<Structure, Vec<ModelError>> {
         check::resolve(&self.data)
     }
