@@ -26,7 +26,7 @@ pub enum ProblemKind {
     OutOfRange,
     /// The same thing named twice.
     Duplicate,
-    /// A name that nothing has.
+    /// A name that refers to nothing.
     UnknownReference,
     /// Values that do not fit together.
     Inconsistent,
@@ -105,7 +105,7 @@ impl Problem {
         let (start, end) = (span.start.min(text.len()), span.end.min(text.len()));
         self.file = source.text.name().to_owned();
         self.line = source.is_file.then(|| line_of(text, start));
-        // Nobody reads such a line, and the printer cannot indent that far.
+        // The printer cannot indent that far, and nobody would read it.
         if text.lines().any(|line| line.len() > LONGEST_SHOWN_LINE) {
             return;
         }

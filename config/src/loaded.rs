@@ -1,4 +1,4 @@
-//! What a file says, with where it says so.
+//! The content of a file, and where each value was written.
 
 use std::ops::{Deref, DerefMut};
 
@@ -7,7 +7,7 @@ use description::site::Site;
 
 use crate::origin::Origin;
 
-/// What a file says, once it is read and valid, and where each value was written.
+/// A valid file, and where each of its values was written.
 #[derive(Clone, Debug)]
 pub struct Loaded<T> {
     /// What it says.

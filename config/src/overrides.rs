@@ -158,7 +158,7 @@ fn read_value(text: &str, offset: usize) -> Result<Node, String> {
     let trimmed = text.trim();
     match tree::parse_value(trimmed, start) {
         Ok(node) => Ok(node),
-        // What opens like TOML was meant to be TOML.
+        // A value that begins like TOML was meant as TOML.
         Err(message) if trimmed.starts_with(['[', '{', '"', '\'']) => {
             Err(format!("a TOML value ({message})"))
         }

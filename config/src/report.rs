@@ -38,7 +38,7 @@ impl Report {
         self.problems.borrow().len() >= MOST_PROBLEMS
     }
 
-    /// Whether any of these keys, what is below it or what is around it already has a problem.
+    /// Whether any of these keys, or a key above or below one of them, already has a problem.
     pub(crate) fn touched(&self, keys: &[&str]) -> bool {
         let below = |key: &str, outer: &str| {
             key.strip_prefix(outer)

@@ -1,7 +1,7 @@
 //! Circles: modules that depend on themselves through others.
 //!
 //! Two graphs are looked at. Between files, where a re-export counts as the file that defines the name. And between the
-//! parts of each folder, where a part is a file, or a folder with all that is in it: this one gives the floors that a
+//! parts of each folder, where a part is a file, or a folder with all that is in it: this graph gives the levels that a
 //! reader sees.
 
 use std::collections::{BTreeMap, BTreeSet};

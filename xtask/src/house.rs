@@ -1,4 +1,4 @@
-//! Everything at once.
+//! All checks of the workspace.
 
 use std::path::Path;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::files::{ReadError, read};
 
-/// Inline code that begins so is a command.
+/// Inline code that begins with one of these is a command.
 const BEGINNINGS: [&str; 5] = [
     "cargo ",
     "target/debug/",

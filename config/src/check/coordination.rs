@@ -1,4 +1,4 @@
-//! Priorities and coordinations: names. Whether nets fit is seen with the net files, by the mediator.
+//! Priorities and coordinations: names. The mediator, which reads the net files, checks whether they fit.
 
 use crate::check::reference::reference;
 use crate::diagnostic::ProblemKind;
@@ -11,7 +11,7 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
     for role in site.roles.keys() {
         reference(report, &format!("roles.{role}"), role, "role", &roles);
     }
-    // Whoever takes the mediator away on the command line, to drive one robot alone, knows that nobody is coordinated.
+    // Switching the mediator off on the command line, to drive one robot alone, is deliberate and no mistake.
     let managed = "areas.managed";
     let by_override = report.origin.is_written(managed) && report.origin.line(managed).is_none();
     for (id, coordination) in &site.coordinations {

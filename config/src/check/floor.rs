@@ -18,7 +18,7 @@ const MOST_CELLS: usize = 300;
 const MIDDLE: f64 = 0.4873;
 /// Less floor behind a wall than this share of the area is rounding.
 const CUT_SHARE: f64 = 0.01;
-/// Two areas are neighbours when so much of their border is open, metres.
+/// Open border that two areas need for a robot to pass from one to the other, metres.
 const OPENING_M: f64 = 0.20;
 
 pub(super) fn check(site: &SiteConfig, report: &Report) {
@@ -28,7 +28,7 @@ pub(super) fn check(site: &SiteConfig, report: &Report) {
     for area in &site.areas {
         on_one_floor(site, area, report);
     }
-    // What sticks through a wall is not reached through it.
+    // An area that a wall cuts in two was reported above; paths through it would mean nothing.
     if !report.touched(&["areas"]) {
         reachable(site, report);
     }
@@ -154,7 +154,7 @@ impl Cells {
         let from_m = (point - self.region.min).xy_m();
         [0, 1].map(|axis| {
             let cell = from_m[axis] / self.side_m(axis);
-            // What is negative or no number becomes 0.
+            // The cast turns negative values and NaN into 0.
             (cell as usize).min(self.count[axis] - 1)
         })
     }

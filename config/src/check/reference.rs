@@ -4,8 +4,7 @@ use crate::diagnostic::ProblemKind;
 use crate::hint;
 use crate::report::Report;
 
-/// Reports a name that none of `names` is. An empty name was reported already, and
-/// so was a section without any names.
+/// Reports a name that is not in `names`. An empty name was reported already, and so was a section without any names.
 pub(super) fn reference(report: &Report, key: &str, name: &str, what: &str, names: &[&str]) {
     if name.is_empty() || names.is_empty() || names.contains(&name) {
         return;

@@ -44,7 +44,7 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
     }
 }
 
-/// What stands still has no speed; how fast a robot creeps up to things is for a person to say.
+/// `stop` takes no speed. `creep` needs one: a person must choose how fast to approach a wall.
 fn speed(skill: &SkillConfig, key: &str, report: &Report) {
     if report.touched(&[&format!("skills.{}.controller", skill.id)]) {
         return;

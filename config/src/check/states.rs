@@ -310,7 +310,7 @@ fn turn_meets_lane(
         .iter()
         .filter(|transition| transition.from == turn.state.name)
         .filter_map(|transition| resolve(site, fsm, &transition.to)?.lane)
-        // A state that waits within the turn has the lane already that it leads to.
+        // A state that waits during the turn already names the lane that the turn ends on.
         .filter(|after| after.id != before.id)
     {
         // To the left of the lane that it comes from.

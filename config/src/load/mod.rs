@@ -23,7 +23,7 @@ use crate::tree;
 
 pub use net::{load_net, parse_net};
 
-/// No file that a person writes is larger.
+/// Larger than any file that a person writes.
 const LARGEST_BYTES: u64 = 1 << 20;
 
 /// Reads and checks a robot file; overrides for site files are left alone.

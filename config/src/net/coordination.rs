@@ -126,8 +126,8 @@ impl NetConfig {
         check_situations(&situations, &self.uses(), limits)
     }
 
-    /// Places that a transition, a robot or an event might mark, and transitions whose inputs are
-    /// all among them. Not by what can be reached, only by what nothing feeds.
+    /// Places that a transition, a robot or an event might mark, and transitions whose inputs are all among them. It
+    /// removes only what nothing feeds; it does not search reachable markings.
     fn possible<'a>(&'a self, marked: &'a [String]) -> (BTreeSet<&'a str>, Vec<&'a NetTransition>) {
         let mut feeders: BTreeMap<&str, usize> = BTreeMap::new();
         let mut users: BTreeMap<&str, Vec<usize>> = BTreeMap::new();

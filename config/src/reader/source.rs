@@ -195,7 +195,7 @@ impl Source for Section<'_> {
     }
 
     fn refuse(&self, fault: Fault, key: &str, found: String, expected: String) {
-        // What is absent was reported as a whole.
+        // An absent table has already been reported as a whole.
         if self.entries.is_none() {
             return;
         }
@@ -209,7 +209,7 @@ impl Source for Section<'_> {
 }
 
 impl Section<'_> {
-    /// Reports what is neither of the values that are possible.
+    /// Reports a value that is neither a known word nor a number in range.
     fn neither(&self, key: &str, value: &Value, expected: &str) {
         let kind = match value {
             Value::Text(_) | Value::Integer(_) | Value::HugeInteger(_) => ProblemKind::OutOfRange,

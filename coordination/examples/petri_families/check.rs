@@ -13,7 +13,7 @@ const EFFORT: Effort = Effort {
     time: Duration::from_millis(300),
 };
 
-/// A failure is measured again so often, since it may be due to what else runs.
+/// How often a failed comparison is measured again: other programs may have disturbed it.
 const AGAIN: usize = 2;
 
 /// How many times as fast as the executor of Fig. 4 ours is at least.
@@ -54,7 +54,7 @@ const FLAT: [Family; 4] = [Family::Seq, Family::Pr1, Family::P1r, Family::Ph];
 const SMALL: usize = 5;
 const LARGE: usize = 100;
 
-/// Whether all is as fast as it is to be; what is not is said on standard error.
+/// Whether every threshold is met; those that are missed are printed on standard error.
 pub fn passes() -> bool {
     let mut all = true;
     println!("what,measured,threshold");
@@ -92,7 +92,7 @@ fn judge(what: &str, threshold: f64, bound: Bound, measure: impl Fn() -> f64) ->
     let mut measured = f64::NAN;
     for _ in 0..=AGAIN {
         measured = measure();
-        // Nothing compares with what is no number.
+        // Comparisons with NaN fail.
         let good = match bound {
             Bound::AtLeast => measured >= threshold,
             Bound::AtMost => measured <= threshold,

@@ -124,8 +124,8 @@ impl fmt::Display for LifeCycleEvent {
     }
 }
 
-/// The life cycle's transitions. After a fault, and after new parameters, an activity is *ready*:
-/// whether it runs again is for others to say.
+/// The life cycle's transitions. After a fault, and after new parameters, an activity is *ready*;
+/// others decide whether it runs again.
 const TRANSITIONS: &[(LifeCycleState, LifeCycleEvent, LifeCycleState)] = {
     use LifeCycleEvent::{Configure, Configured, Fault, Pause, Reconfigure, Run, Stop};
     use LifeCycleState::{Configuring, Created, Paused, Ready, Reconfiguring, Running, Stopped};

@@ -1,4 +1,4 @@
-//! Activities: the smallest parts of a robot that run concurrently.
+//! Activities (the paper's Section 1.1): the smallest parts of a robot that run concurrently.
 //!
 //! Each has a [`LifeCycle`], a state machine that says which of its behaviours is active, and one
 //! event loop in the order of the five Cs, [`event_loop_once`]. Many activities can share one

@@ -1,4 +1,4 @@
-//! Analysis of a net before it may run: every state that it can reach is looked at.
+//! Analysis of a net before it may run: it visits every reachable state.
 //!
 //! A net alone is always dead or blocked: somebody must fill its sources and empty its sinks. So the
 //! net is *closed* with the protocols it is bound to ([`Use`]): the other party of each protocol may

@@ -1,4 +1,4 @@
-//! What an analysis leaves behind for those who run the net.
+//! The result of an analysis, which a binding needs to run the net.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Nets, machines and protocols together: how the events of one activity become the tokens of
-//! another.
+//! Nets, machines and protocols together (the paper's Figure 3): how the events of one activity
+//! become the tokens of another.
 //!
 //! An output event of a robot's machine sets a flag of a protocol; the flag fills a source of the
 //! mediator's net; a transition fires and marks a sink; the sink sets the mediator's flag; that

@@ -1,4 +1,5 @@
-//! Events: what happened, as small numbers, and the queues that carry them between activities.
+//! Events (the paper's Section 1.2): what happened, as small numbers, and the queues that carry
+//! them between activities.
 //!
 //! An [`EventTable`] gives each event name a dense [`EventId`], so that machines and nets can use
 //! arrays instead of searching. A [`queue`] carries events from exactly one producer to exactly one

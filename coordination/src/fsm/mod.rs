@@ -1,14 +1,14 @@
-//! Finite state machines: the discrete behaviour of one activity.
+//! Finite state machines (the paper's Section 3.1): the discrete behaviour of one activity.
 //!
 //! A machine is a Mealy machine (S, I, O, T, O): states, input events, output events, and for a
 //! state and an input at most one next state with its outputs. It is in exactly one state. A
 //! [`MachineModel`] names these things; [`MachineModel::compile`] checks it and makes a [`Machine`]
 //! of dense tables that reads and fires the events of one [`EventTable`](crate::event::EventTable).
 //!
-//! An input without a transition in the present state is ignored and counted, never an error:
-//! which events arrive is not in the machine's hands.
+//! An input without a transition in the present state is ignored and counted, never an error,
+//! because a machine cannot decide which events arrive.
 //!
-//! [`Machine::to_net`] makes the equivalent Petri net.
+//! [`Machine::to_net`] makes the equivalent Petri net (the paper's Figure 2).
 //!
 //! **Real time:** [`Machine::step`] takes constant time and does not allocate. Building a model and
 //! compiling it allocate.

@@ -29,8 +29,8 @@
 //! that ends within a round ends the round too. Nothing is promised to a transition that is enabled only
 //! now and then: an unlucky rhythm of the others may miss it for ever.
 //!
-//! **In the paper's words** (Figure 4). What its executor keeps in lists is here in sets of bits;
-//! `layout` explains them.
+//! **In the paper's words** (Section 4.1, Figure 4). What its executor keeps in lists is here in
+//! sets of bits; `layout` explains them.
 //!
 //! | paper | here |
 //! |---|---|

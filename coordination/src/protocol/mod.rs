@@ -1,4 +1,5 @@
-//! Protocol flag arrays: the order in which two parties may set the flags that they share.
+//! Protocol flag arrays (the paper's Section 3.2): the order in which two parties may set the flags
+//! that they share.
 //!
 //! A [`ProtocolModel`] lists entries, each a flag and the party that may set it, in arrays; an array
 //! can be followed by one of several others, so that a run can take one of several paths. Compiled,

@@ -8,7 +8,7 @@ use super::cursor::{AbortError, Change, SetError, Side, look, may_set, next_run}
 use super::level::{Level, State};
 use super::tree::{FlagId, Party, Position, Protocol};
 
-/// What a level of the other side told.
+/// What was new in a level of the other side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Merged {
     /// Nothing that was not known: it is repeated, late, or nothing has happened.
@@ -144,8 +144,8 @@ impl Replica {
         self.known.position
     }
 
-    /// Takes over what a level of the other side tells. Levels may be lost, repeated, late and out
-    /// of order. After an error nothing has changed. Does not allocate.
+    /// Takes over what is new in a level of the other side. Levels may be lost, repeated, late and
+    /// out of order. After an error nothing has changed. Does not allocate.
     ///
     /// # Errors
     /// [`MergeError`] if the level cannot come from an honest other side of this protocol.
@@ -191,9 +191,9 @@ impl Replica {
         })
     }
 
-    /// Gives up whatever the present run is and goes to the start of `run`, which the side that
-    /// numbers runs has told. What was not read is void, and this is not reported by a poll. A
-    /// level of the keeper that restarted reads as an abort on the other side.
+    /// Gives up the present run and goes to the start of `run`, the number that the other side has
+    /// given out. Unread flags are void, and no poll reports this. A level of the keeper that
+    /// restarted reads as an abort on the other side.
     ///
     /// # Errors
     /// [`RunNotNewer`] unless `run` is above the present run; nothing has changed.

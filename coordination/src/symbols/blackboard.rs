@@ -1,8 +1,8 @@
 //! The one file that knows how iceoryx2 is set up.
 //!
-//! Each run has an iceoryx2 root folder and prefix of its own, so it shares no node, no service and
-//! no management segment with anything else on the machine, and no configuration file of the
-//! system has a say in it.
+//! Each run has an iceoryx2 root folder and prefix of its own, so it shares no node, service or
+//! management segment with anything else on the machine, and no system-wide configuration file
+//! affects it.
 
 use std::fmt::Debug;
 
@@ -95,7 +95,7 @@ impl Blackboard {
 }
 
 fn node(run: &Run, place: &Namespace) -> Result<Node<Service>, SymbolError> {
-    // What it has to say comes back as an error; its log would mix into the robot's.
+    // Errors are returned anyway; iceoryx2's log would mix with the robot's.
     set_log_level_from_env_or(LogLevel::Fatal);
     let mut config = Config::default();
     let folder = run.folder();

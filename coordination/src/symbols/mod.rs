@@ -1,4 +1,5 @@
-//! The symbol table: what the activities of a robot share, in shared memory.
+//! The symbol table (the paper's Section 3.3): what the activities of a robot share, in shared
+//! memory.
 //!
 //! A symbol is one plain value with a time stamp. Its semantic id is the pair (datatype, model),
 //! for example `encoders` / `drive`, and unique; exactly one activity owns it and writes it, any

@@ -211,7 +211,7 @@ impl Pose2 {
         )
     }
 
-    /// Where this pose gets to when it moves with a constant twist for a time.
+    /// This pose after moving with a constant twist for a time.
     #[must_use]
     #[inline]
     pub fn advance(self, twist: Twist2, duration_s: f64) -> Self {
@@ -258,7 +258,7 @@ impl Twist2 {
         Self { v_m_s, omega_rad_s }
     }
 
-    /// The pose reached from the origin after moving so for a time: an arc, or a straight line.
+    /// The pose reached from the origin after moving with this twist for a time: an arc, or a straight line.
     #[must_use]
     #[inline]
     pub fn displacement(self, duration_s: f64) -> Pose2 {
@@ -281,7 +281,7 @@ impl Twist2 {
     }
 }
 
-/// What a controller wants of the base: a speed along a path of constant curvature.
+/// What a controller asks of the base: a speed along a path of constant curvature.
 ///
 /// The path, not the turning speed, is the intention: a command that is slowed down still follows the same curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

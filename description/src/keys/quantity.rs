@@ -79,7 +79,7 @@ impl Quantity {
         }
     }
 
-    /// What a value out of range would be if it had been meant in a smaller unit.
+    /// Advice for a value out of range that fits when read in a smaller unit.
     #[must_use]
     pub fn other_unit(&self, value: f64) -> Option<String> {
         let guesses: &[(&str, f64)] = match self.unit {

@@ -63,7 +63,7 @@ section! {
         pub max_std_m: f64 as STD_M => 0.30,
         /// Above this standard deviation of the heading the robot stops.
         pub max_std_rad: f64 as STD_RAD => 0.30,
-        /// Borders, and stops before them, are kept away from by this many standard deviations of the pose.
+        /// Margin to borders, and to stops before them, in standard deviations of the pose.
         pub border_sigma: f64 as SIGMAS => 3.0,
     }
 }

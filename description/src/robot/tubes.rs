@@ -43,7 +43,7 @@ section! {
         pub augment_m: f64 as STEP => 0.06,
         /// Largest shift of a wanted curvature, so that the lane is kept.
         pub curvature_band_1_m: f64 as CURVATURE => 0.4,
-        /// What a lost m/s weighs against a shift of the curvature by one 1/m.
+        /// Cost of giving up 1 m/s of speed, where shifting the curvature by 1 1/m costs 1.
         pub speed_weight: f64 as GAIN => 4.0,
         /// The other side must be better by this much curvature before a shift changes sides.
         pub hysteresis_1_m: f64 as CURVATURE => 0.2,
@@ -58,22 +58,22 @@ section! {
         pub memory_s: f64 as DURATION => 2.0,
         /// Floor out of view that was seen free, or driven over, counts as free for this distance.
         pub floor_memory_m: f64 as Quantity::new("a way", "m").at_least(0.0).at_most(20.0) => 2.0,
-        /// Tightest curve of a way around a standing thing; 0: the robot stops before it.
+        /// Tightest curve of a detour around a stationary obstacle; 0: no detours, the robot stops before it.
         pub detour_curvature_1_m: f64 as CURVATURE => 0.0,
-        /// Largest turn of such a way from the direction in which it was hindered.
+        /// Largest heading change of a detour from the direction in which the robot was blocked.
         pub detour_heading_rad: f64 as Quantity::new("an angle", "rad").at_least(0.0).at_most(FRAC_PI_2) => 1.5,
-        /// Highest speed on such a way.
+        /// Highest speed on a detour.
         pub detour_speed_m_s: f64 as SPEED => 0.25,
-        /// How long the robot is hindered before such a way begins.
+        /// How long the robot is blocked before a detour begins.
         pub detour_after_s: f64 as DURATION => 0.1,
-        /// Where no way leads on, the robot backs out this far over known floor; 0: never. What comes up behind a
-        /// standing robot is not seen.
+        /// Where no detour exists, the robot backs up this far over known floor; 0: never. It cannot see what comes up
+        /// behind it.
         pub detour_retreat_m: f64 as MARGIN => 0.4,
         /// Speed at which things that were seen to move may approach; 0: motion is ignored.
         pub moving_speed_m_s: f64 as Quantity::new("a speed", "m/s").at_least(0.0).at_most(5.0) => 1.0,
         /// Distance that remains between a moving thing and the robot when it stands.
         pub moving_margin_m: f64 as MARGIN => 0.05,
-        /// What has moved may move on for this long after it came to rest.
+        /// A thing that has moved is expected to move again for this long after it came to rest.
         pub moving_rest_s: f64 as DURATION => 4.0,
     }
 }

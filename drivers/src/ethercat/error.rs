@@ -282,7 +282,7 @@ pub enum ExchangeError {
         /// The system's number for it.
         os_error: Option<i32>,
     },
-    /// The caller's buffer has not the size of the process data.
+    /// The caller's buffer does not have the size of the process data.
     #[error("{found} bytes of {direction} given, the SubDevice has {expected}")]
     ImageSize {
         /// Which buffer.

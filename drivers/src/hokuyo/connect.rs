@@ -116,7 +116,7 @@ impl Session {
         })
     }
 
-    /// Brings the device at this bit rate, if there is one, to SCIP 2.0, idle. False when nobody answers.
+    /// Brings the device at this bit rate, if there is one, to SCIP 2.0, idle. `false` when nothing answers.
     fn wake(&mut self) -> Result<bool, ConnectError> {
         // The first command may join noise that the device heard at other bit rates; its line end flushes that.
         match self.ask(b"QT")? {

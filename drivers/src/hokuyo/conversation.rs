@@ -99,7 +99,7 @@ impl Conversation {
     pub fn reset(&mut self, bit_rate: u32) -> Result<bool, Gone> {
         let done = self.port.set_bit_rate(bit_rate).is_ok();
         if !done {
-            // A port that is gone says so when read.
+            // If the port is gone, the next read reports it.
             self.port.read(&mut self.chunk)?;
         }
         self.port.clear();

@@ -1,4 +1,4 @@
-//! What the device says about itself.
+//! What the device says about itself (SCIP 2.0, commands `VV`, `PP` and `II`).
 
 use std::f64::consts::TAU;
 use std::time::Duration;

@@ -9,7 +9,7 @@ pub const OUTPUTS_BYTES: usize = 36;
 /// Size of the process data from the drive.
 pub const INPUTS_BYTES: usize = 172;
 
-/// Highest wheel speed that a drive is asked for.
+/// Highest wheel speed that may be commanded.
 pub const MAX_WHEEL_SPEED_RAD_S: f32 = 35.0;
 
 /// Wheel speeds below this count as standing still.

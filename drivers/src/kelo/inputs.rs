@@ -1,4 +1,4 @@
-//! What the drive reports (TxPDO): 172 bytes, packed, little-endian.
+//! Process data from the drive (TxPDO): 172 bytes, packed, little-endian.
 
 use super::INPUTS_BYTES;
 
@@ -113,8 +113,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// From what the drive has sent. Every bit pattern is taken; whether it makes sense is for
-    /// [`Faults`](super::Faults) to say.
+    /// Reads the process data. Every bit pattern is accepted; [`Faults`](super::Faults) judges whether it makes sense.
     #[must_use]
     pub fn from_bytes(bytes: &[u8; INPUTS_BYTES]) -> Inputs {
         let mut fields = Fields(bytes);

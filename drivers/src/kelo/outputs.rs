@@ -1,4 +1,4 @@
-//! What the drive is told (RxPDO): 36 bytes, packed, little-endian.
+//! Process data to the drive (RxPDO): 36 bytes, packed, little-endian.
 
 use super::OUTPUTS_BYTES;
 
@@ -25,7 +25,7 @@ impl Command {
     const MODE_SHIFT: u16 = 2;
     const MODE_MASK: u16 = 0b11 << Command::MODE_SHIFT;
 
-    /// Both motors off, nothing asked.
+    /// Both motors off.
     #[must_use]
     pub const fn off() -> Command {
         Command(0)
@@ -99,7 +99,7 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// As the drive expects it.
+    /// The process data on the wire.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; OUTPUTS_BYTES] {
         let mut bytes = [0; OUTPUTS_BYTES];

@@ -1,11 +1,11 @@
-//! Wheel speeds in the robot's terms, made into what the drive is told.
+//! Wheel speeds in the robot's terms, converted to the process data of the drive.
 
 use description::wheels::WheelSpeeds;
 
 use super::outputs::{Command, Mode, Outputs};
 use super::{MAX_WHEEL_SPEED_RAD_S, MIN_WHEEL_SPEED_RAD_S};
 
-/// What the two wheels shall do.
+/// What the two wheels are to do.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Setpoint {
     /// Motors off: the wheels roll freely.
@@ -18,19 +18,19 @@ pub enum Setpoint {
         /// At most this current in each motor, either way.
         current_a: f32,
     },
-    /// Emergency stop by the drive itself: its emergency bits, motors otherwise told to hold.
+    /// Emergency stop by the drive itself: emergency bits set, speed setpoints zero.
     Emergency {
         /// At most this current in each motor, either way.
         current_a: f32,
     },
 }
 
-/// Bounds on what the drive is told, whatever is asked.
+/// Limits on what is sent to the drive, whatever the setpoint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetpointLimits {
-    /// Faster than this no wheel is asked to turn. Never above [`MAX_WHEEL_SPEED_RAD_S`].
+    /// Highest wheel speed. Never above [`MAX_WHEEL_SPEED_RAD_S`].
     pub max_wheel_speed_rad_s: f32,
-    /// More current no motor is allowed.
+    /// Highest current limit of each motor.
     pub max_current_a: f32,
 }
 
@@ -45,8 +45,8 @@ impl Default for SetpointLimits {
 }
 
 impl Setpoint {
-    /// What to tell the drive. Speeds are scaled down to the limit, those too slow to turn become zero, and what is not
-    /// a number becomes zero.
+    /// The process data for this setpoint. Wheel speeds are scaled down together to the limit; speeds too slow to turn
+    /// a wheel, and NaN, become zero.
     #[must_use]
     pub fn to_outputs(self, limits: &SetpointLimits) -> Outputs {
         const BOTH: u16 = Command::ENABLE_1 | Command::ENABLE_2;
@@ -91,7 +91,7 @@ fn turning(rad_s: f64) -> f32 {
     }
 }
 
-/// `value` between zero and `limit`; zero for what is not a number.
+/// `value` clamped to zero and `limit`; NaN becomes zero.
 fn at_most(value: f32, limit: f32) -> f32 {
     if value > 0.0 && limit > 0.0 {
         value.min(limit)

@@ -1,9 +1,9 @@
 //! Simulated devices that speak the real protocols, and the world between them.
 //!
-//! A robot program finds its fieldbus and its lidar here as it would find the real ones: EtherCAT datagrams on a network
-//! interface or over UDP, SCIP on a pseudo-terminal. The crate depends on no other of the workspace, so that any program
-//! can be tested against it: a MainDevice or lidar library of somebody else must work unchanged. What really happened is
-//! for the world to say, never for the robot.
+//! A robot program finds its fieldbus and its lidar here as it would find the real ones: EtherCAT datagrams on a
+//! network interface or over UDP, SCIP on a pseudo-terminal. The crate depends on no other of the workspace, so that
+//! any program can be tested against it: a MainDevice or lidar library of somebody else must work unchanged. The world
+//! holds the truth about what happened; the robot's own opinion does not count.
 //!
 //! | module | holds |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! Real-time priority and clock for the simulators' own threads.
 //!
-//! Simulated devices must run above the programs they are tested with, so that a starved simulator is not
-//! taken for a faulty device. Without the privilege they run anyway, and say so.
+//! Simulated devices must run above the programs they are tested with, so that a starved simulator is not mistaken for
+//! a faulty device. Without the privilege they run at normal priority and say so.
 
 use std::fmt;
 use std::io;

@@ -1,4 +1,4 @@
-//! The faults this process knows: who notices, what happens, how it resumes (DESIGN section 6, the safety chain).
+//! The faults this process knows: who notices, what happens, how it resumes.
 //!
 //! A fault is a level with a counter. Activities report edges through their queue; the supervisor owns the table.
 

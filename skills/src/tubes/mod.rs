@@ -1,9 +1,10 @@
 //! Free-space motion tubes: is the floor free that the robot is about to sweep?
 //!
 //! A *tube* is the area that the footprint sweeps at a constant curvature over a horizon. At start-up its border is
-//! sampled once, a little outside, and every sample is mapped to the beam that looks at it and to the range at which
-//! it lies. At run time the tube is free when every one of those beams measures farther than its sample: one
-//! comparison per sample, whatever stands around it.
+//! sampled once, a little outside, and every sample is mapped to the beam that looks at it and to the range at which it
+//! lies. At run time the tube is free when every one of those beams measures farther than its sample: one comparison
+//! per sample, whatever stands around it. After Rodrigues, Tsiogkas, Huebel and Bruyninckx, *Clutter-resilient
+//! autonomous mobile robot navigation with computationally efficient free-space features*, ISRR 2022.
 //!
 //! | part | does |
 //! |---|---|

@@ -71,7 +71,7 @@ struct List<'a> {
 }
 
 impl List<'_> {
-    /// Every name must be a place, once, and not of a kind that has no business here.
+    /// Every name must be a place of a kind allowed here, and may be listed only once.
     fn check(&self, key: &str, names: &[String], refused: Option<(PlaceKind, &str)>) {
         for (index, name) in names.iter().enumerate() {
             let key = format!("{key}[{index}]");

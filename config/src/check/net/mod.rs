@@ -56,7 +56,7 @@ pub(crate) fn check(net: &mut NetConfig, report: &Report) {
     }
 }
 
-/// Whether the rest of the checks may take the time.
+/// Whether the net is small enough for the slower checks.
 fn sizes(net: &NetConfig, report: &Report) -> bool {
     let of_kind = |kind| net.places.iter().filter(|place| place.kind == kind).count();
     let mut good = true;
@@ -136,7 +136,7 @@ fn bound(net: &NetConfig, place: &NetPlace, binding: &Binding, report: &Report) 
     if !roles.contains(&role.as_str()) {
         return unknown(report, &key, role, "role", &roles);
     }
-    // Without a protocol, what is wrong with that was said.
+    // A missing protocol has already been reported.
     let Some(protocol) = net.compiled.get(role) else {
         return;
     };

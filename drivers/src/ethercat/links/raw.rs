@@ -13,7 +13,7 @@ const ETHERTYPE: u16 = 0x88A4;
 ///
 /// Frames leave with ethercrab's source address `10:10:10:10:10:10` and the broadcast destination. They come back with
 /// the same destination, so the interface need not be promiscuous, and with the locally-administered bit of the source
-/// set. The interface's own address would not do: virtual interfaces have that bit set from the start.
+/// set. The interface's own address cannot be used: virtual interfaces already have that bit set.
 pub struct RawLink {
     socket: Socket,
     interface: String,
@@ -37,7 +37,7 @@ impl RawLink {
                 available: names.join(", "),
             });
         };
-        // Without a protocol nothing arrives before `bind` has named interface and ethertype.
+        // Without a protocol no frame arrives before `bind` names interface and EtherType.
         let flags = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
         // SAFETY: no pointers are passed.
         let fd = unsafe { libc::socket(libc::AF_PACKET, flags, 0) };

@@ -131,7 +131,7 @@ mod tests {
             .receive(&mut [0u8; 64], monotonic_ns() + 1_000_000_000)
             .unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::ConnectionRefused);
-        // And it does not swallow the next frames.
+        // The error must not cost the frames after it.
         link.send(&[0u8; 30]).unwrap();
         link.send(&[0u8; 30]).unwrap();
     }

@@ -1,4 +1,4 @@
-//! Finds scans in the bytes of a stream.
+//! Finds scans in the bytes of a stream (SCIP 2.0, commands `MD` and `MS`).
 //!
 //! Real-time: after construction, no allocation, no system call. Any byte sequence is accepted: a scan with a broken
 //! line is dropped and reported once, and the search goes on at the next echo of the stream command, even when noise

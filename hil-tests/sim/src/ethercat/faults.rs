@@ -1,7 +1,7 @@
 //! Faults that happen on real buses, injected while the segment runs.
 //!
-//! A [`FaultHandle`] can be cloned and used from any thread. What it is told takes effect with the next frame, or
-//! within a few milliseconds when there is none. Durations count from there.
+//! A [`FaultHandle`] can be cloned and used from any thread. Requests take effect with the next frame, or within a few
+//! milliseconds when there is none; durations count from then.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! A simulated EtherCAT segment: registers and datagrams, believed by any MainDevice.
+//! A simulated EtherCAT segment at the level of registers and datagrams: any MainDevice can bring it up.
 //!
 //! | part | where |
 //! |---|---|

@@ -45,7 +45,7 @@ pub struct Statistics {
     pub lost: u64,
     /// Process data watchdogs that took a SubDevice out of OP.
     pub watchdog_trips: u64,
-    /// Longest time between two calls of the segment: a starved simulator shows here, and is not to be taken for a
+    /// Longest time between two calls of the segment: a starved simulator shows here, so that it is not mistaken for a
     /// fault of the MainDevice.
     pub longest_gap_ns: u64,
     /// AL status register of every SubDevice.

@@ -1,4 +1,4 @@
-//! What the outputs ask of the motors, and what of it the drive allows.
+//! What the outputs ask of the motors, and how much of it the drive allows.
 
 use super::injected::Injected;
 use super::pdo::{Mode, Outputs, command, status};

@@ -152,7 +152,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Writes the process data; what does not fit is left out.
+    /// Writes the process data; bytes that do not fit are left out.
     pub fn encode(&self, bytes: &mut [u8]) {
         let mut full = [0; INPUT_BYTES];
         let mut writer = Writer {

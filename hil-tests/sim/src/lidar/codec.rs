@@ -1,4 +1,4 @@
-//! SCIP's checksum, number encoding and line layout.
+//! Checksum, number encoding and line layout of SCIP 2.0 (Hokuyo, "Communication Protocol Specification for SCIP 2.0").
 
 /// Most data characters on a line.
 const LINE_CHARACTERS: usize = 64;

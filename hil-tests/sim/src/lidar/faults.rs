@@ -104,7 +104,7 @@ impl FaultHandle {
         self.request(Request::CorruptScans { scans });
     }
 
-    /// The device hangs: it neither listens nor sends.
+    /// The device hangs: it neither receives nor sends.
     pub fn freeze(&self) {
         self.request(Request::Freeze { frozen: true });
     }

@@ -248,7 +248,7 @@ impl Scene {
         self.obstacles.len() < before
     }
 
-    /// The clock jumps from `from_ns` to `to_ns` without anything moving.
+    /// The clock jumps from `from_ns` to `to_ns` while nothing moves.
     pub(super) fn skip(&mut self, from_ns: u64, to_ns: u64) {
         for placed in &mut self.obstacles {
             placed.placed_ns += to_ns.saturating_sub(from_ns);

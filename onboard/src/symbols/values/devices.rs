@@ -70,7 +70,7 @@ value! {
         sequence: u64,
         /// Number of valid entries.
         count: u64,
-        /// Range of each step; below 20 an error code (facts of SCIP 2.0).
+        /// Range of each step; below 20 an error code of SCIP 2.0.
         #[serde(serialize_with = "all")]
         ranges_mm: [u16; MAX_STEPS],
     }

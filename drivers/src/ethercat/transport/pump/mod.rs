@@ -61,7 +61,7 @@ pub struct Pump {
 
 impl Pump {
     pub fn new(link: Box<dyn Link>) -> Pump {
-        // Numbers of this run of the program are not those of the run before, nor of another program on the wire.
+        // From process id and clock: numbers differ from those of the last run and of other programs on the wire.
         let number = (u64::from(std::process::id()) << 48) ^ monotonic_ns();
         Pump {
             link,

@@ -1,4 +1,4 @@
-//! The poll loop against links that behave as told.
+//! The poll loop against scripted links.
 
 use super::*;
 use crate::ethercat::transport::channel::Channel;

@@ -127,8 +127,7 @@ const WRITABLE: [(u16, u16); 19] = [
     (0x0980, 0x09A8),
 ];
 
-/// Whether a MainDevice may write the byte at `address`. Process memory is the SyncManagers' matter and not asked
-/// here.
+/// Whether a MainDevice may write the byte at `address`. Process memory is not covered: SyncManagers decide there.
 #[must_use]
 pub fn writable(address: u16) -> bool {
     if (SYNC_MANAGER..SYNC_MANAGER + 8 * SYNC_MANAGER_COUNT as u16).contains(&address) {

@@ -1,4 +1,4 @@
-//! The old language: one status character, no checksums, no streams.
+//! SCIP 1.1: one status character, no checksums, no streams.
 
 use super::sensor::Device;
 use super::types::{BIT_RATES, Emission, Protocol};

@@ -1,4 +1,4 @@
-//! SCIP 2.0: commands, their statuses and replies.
+//! SCIP 2.0: commands, their statuses and replies, as in Hokuyo's "Communication Protocol Specification for SCIP 2.0".
 
 use super::sensor::{Device, Stream};
 use super::types::{BIT_RATES, Emission, Kind};
