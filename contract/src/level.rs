@@ -8,18 +8,14 @@ pub const PROTOCOL_ID: u16 = 0;
 
 /// A level in a message that cannot be one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum LevelError {
     /// The message leaves it out.
     #[error("level is missing")]
     Missing,
     /// A number is larger than any protocol has.
     #[error("level has {what} {found}, expected at most {max}", max = u16::MAX)]
-    TooLarge {
-        /// Path or progress.
-        what: &'static str,
-        /// As found.
-        found: u32,
-    },
+    TooLarge { what: &'static str, found: u32 },
 }
 
 /// Puts a level into a message.

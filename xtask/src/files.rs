@@ -4,31 +4,20 @@ use std::path::{Path, PathBuf};
 
 /// Why the sources cannot be judged.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ReadError {
     /// A file cannot be read.
     #[error("{}: {error}", path.display())]
     File {
-        /// Which.
         path: PathBuf,
-        /// Why.
         error: std::io::Error,
     },
     /// A file is no Rust.
     #[error("{}: {error}", path.display())]
-    Rust {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        error: syn::Error,
-    },
+    Rust { path: PathBuf, error: syn::Error },
     /// A manifest is no TOML, or lacks what is needed.
     #[error("{}: {what}", path.display())]
-    Manifest {
-        /// Which.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
+    Manifest { path: PathBuf, what: String },
 }
 
 /// Reads a file as text.

@@ -76,25 +76,20 @@ pub fn control_paths(
 
 /// Flags and paths that make no protocol.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ControlError {
     /// A path names a flag that is not there.
     #[error("path {path} names flag {found}, and there are {flags}, numbered from 0")]
     NoSuchFlag {
-        /// Which path.
         path: usize,
-        /// As found.
         found: usize,
-        /// How many there are.
         flags: usize,
     },
     /// Paths that begin alike must stand together, each once, and none may be the beginning of another.
     #[error(
         "path {path} is not where it belongs: paths that begin alike stand together, each once"
     )]
-    Order {
-        /// Which path.
-        path: usize,
-    },
+    Order { path: usize },
     /// What protocols in general must keep.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -9,47 +9,28 @@ use crate::protocol::ABORTED;
 
 /// One step of a closed net, in names.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Step {
     /// A transition fires.
-    Fires {
-        /// The transition.
-        transition: String,
-    },
+    Fires { transition: String },
     /// The other party of a protocol sets a flag.
     Sets {
-        /// The party.
         party: String,
-        /// The protocol, as the net's bindings call it.
         protocol: String,
-        /// The flag.
         flag: String,
     },
     /// A sink is emptied and its flag set.
     Raises {
-        /// The party that the net is.
         party: String,
-        /// The protocol, as the net's bindings call it.
         protocol: String,
-        /// The flag.
         flag: String,
     },
     /// The other party of a protocol gives up the run.
-    Aborts {
-        /// The party.
-        party: String,
-        /// The protocol, as the net's bindings call it.
-        protocol: String,
-    },
+    Aborts { party: String, protocol: String },
     /// An event fills its sources.
-    Arrives {
-        /// The event.
-        event: String,
-    },
+    Arrives { event: String },
     /// A sink is emptied and its event sent.
-    Sends {
-        /// The event.
-        event: String,
-    },
+    Sends { event: String },
 }
 
 impl fmt::Display for Step {
@@ -131,6 +112,7 @@ impl fmt::Display for Dead {
 /// What is wrong with a net.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Reason {
     /// The model does not compile.
     #[error("{}", joined(.0))]
@@ -140,37 +122,23 @@ pub enum Reason {
     NoSituation,
     /// Two protocols in use have the same name.
     #[error("two protocols are called `{protocol}`")]
-    TwoProtocols {
-        /// The name.
-        protocol: String,
-    },
+    TwoProtocols { protocol: String },
     /// The other party can give up a run of a protocol, and the net would not hear of it.
     #[error(
         "no source is bound to `{ABORTED}` of protocol `{protocol}`, whose other party can give up its runs"
     )]
-    UnreadAbort {
-        /// The protocol.
-        protocol: String,
-    },
+    UnreadAbort { protocol: String },
     /// A flag fills several sources although its run can be given up, which could then not take it
     /// back from all of them.
     #[error(
         "flag `{flag}` of protocol `{protocol}` fills several sources, but the other party can give up its run; bind one source"
     )]
-    SeveralSources {
-        /// The protocol.
-        protocol: String,
-        /// The flag.
-        flag: String,
-    },
+    SeveralSources { protocol: String, flag: String },
     /// A place is bound to a protocol that is not in use.
     #[error("place `{place}` is bound to the unknown protocol `{protocol}`; known: {known}")]
     UnknownProtocol {
-        /// The place.
         place: String,
-        /// The unknown name.
         protocol: String,
-        /// The names that exist.
         known: String,
     },
     /// A place is bound to a flag that its protocol does not have.
@@ -178,13 +146,9 @@ pub enum Reason {
         "place `{place}` is bound to the unknown flag `{flag}` of protocol `{protocol}`; known: {known}"
     )]
     UnknownFlag {
-        /// The place.
         place: String,
-        /// The protocol.
         protocol: String,
-        /// The unknown flag.
         flag: String,
-        /// The flags that exist.
         known: String,
     },
     /// A source waits for a flag of the net's own party, or a sink sets the other party's.
@@ -194,43 +158,26 @@ pub enum Reason {
     WrongOwner {
         /// `source` or `sink`.
         kind: &'static str,
-        /// The place.
         place: String,
-        /// The protocol.
         protocol: String,
-        /// The flag.
         flag: String,
-        /// Who owns it.
         owner: String,
-        /// Who should.
         expected: String,
     },
     /// The analysis was not finished.
     #[error(
         "it is too large to analyse: more than {limit} {what}; nothing is known about the rest"
     )]
-    TooLarge {
-        /// What there are too many of.
-        what: &'static str,
-        /// How many are allowed.
-        limit: u64,
-    },
+    TooLarge { what: &'static str, limit: u64 },
     /// A firing would put a second token into a place.
     #[error(
         "it is not safe: transition `{transition}` would put a second token into place `{place}`"
     )]
-    Unsafe {
-        /// The transition.
-        transition: String,
-        /// The place.
-        place: String,
-    },
+    Unsafe { transition: String, place: String },
     /// Two places of an exclusion are marked.
     #[error("exclusion `{exclusion}` is broken: {} are marked together", quoted(.places))]
     Exclusion {
-        /// The exclusion.
         exclusion: String,
-        /// Its marked places.
         places: Vec<String>,
     },
     /// A sink is marked whose flag is not next.
@@ -238,13 +185,9 @@ pub enum Reason {
         "flag `{flag}` of protocol `{protocol}` is out of order: sink `{sink}` is marked, but after {} comes {next}", if .done.is_empty() { "the beginning of a run" } else { .done.as_str() }
     )]
     OutOfOrder {
-        /// The sink.
         sink: String,
-        /// The protocol.
         protocol: String,
-        /// Its flag.
         flag: String,
-        /// The flags that are set.
         done: String,
         /// The flags that could be next, and whose they are.
         next: String,
@@ -254,38 +197,28 @@ pub enum Reason {
         "source `{place}` overflows: `{event}` comes again while {waiting} of them wait already"
     )]
     Overflow {
-        /// The source.
         place: String,
-        /// Its event.
         event: String,
-        /// How many wait.
         waiting: u8,
     },
     /// Nothing can happen any more, and this is no declared end.
     #[error("it stops for ever{}", stopped(.marked, .missed))]
     Deadlock {
-        /// The marked places.
         marked: Vec<String>,
         /// What each protocol in the middle of a run waits for.
         missed: Vec<String>,
     },
     /// From here no end can be reached, though the net goes on.
     #[error("it can go on for ever without any way to an end; marked are {}", quoted(.marked))]
-    Livelock {
-        /// The marked places.
-        marked: Vec<String>,
-    },
+    Livelock { marked: Vec<String> },
     /// From here a run of a protocol can never be completed, though the net goes on.
     #[error(
         "a run of protocol `{protocol}` can never be completed: {missed}; marked are {}",
         quoted(.marked)
     )]
     Unfinished {
-        /// The protocol.
         protocol: String,
-        /// What it waits for.
         missed: String,
-        /// The marked places.
         marked: Vec<String>,
     },
     /// Its transitions can fire for ever without any flag or event from outside.
@@ -297,17 +230,12 @@ pub enum Reason {
     /// Transitions that never fire, and what follows from that.
     #[error("{}{}", joined(.transitions), unreached(.sinks))]
     DeadTransitions {
-        /// The transitions.
         transitions: Vec<Dead>,
-        /// The sinks that are therefore never marked.
         sinks: Vec<String>,
     },
     /// A declared end that never comes.
     #[error("end `{end}` is never reached")]
-    EndUnreached {
-        /// The end.
-        end: String,
-    },
+    EndUnreached { end: String },
 }
 
 /// A net that may not run: what is wrong, and the shortest way there.

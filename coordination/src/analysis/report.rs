@@ -7,16 +7,12 @@ use super::refusal::Trace;
 /// What is worth knowing, but no reason to refuse a net.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Warning {
     /// The net declares no end, so only single runs of protocols were shown to complete.
     NoEnds,
     /// No source reads a flag that the other party sets.
-    Unread {
-        /// The protocol.
-        protocol: String,
-        /// The flag.
-        flag: String,
-    },
+    Unread { protocol: String, flag: String },
     /// The net's transitions can fire for ever without any flag or event from outside, as it
     /// declares, so that an evaluation may always use up its budget.
     NeverRests {

@@ -6,113 +6,70 @@ use crate::protocol::{ABORTED, FlagId, Party, Protocol};
 
 /// Why a net or a machine does not fit the protocols given.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum BindError {
     /// Two sides were given the same name.
     #[error("two protocols are called `{protocol}`")]
-    DuplicateProtocol {
-        /// The name.
-        protocol: String,
-    },
+    DuplicateProtocol { protocol: String },
     /// A binding names a protocol that was not given.
     #[error("{user} names the unknown protocol `{protocol}`; known protocols: {known}")]
     UnknownProtocol {
-        /// What names it.
         user: String,
-        /// The unknown name.
         protocol: String,
-        /// The names that were given.
         known: String,
     },
     /// A binding names a flag that the protocol does not have.
     #[error("{user} names the unknown flag `{flag}` of protocol `{protocol}`; its flags: {known}")]
     UnknownFlag {
-        /// What names it.
         user: String,
-        /// The protocol.
         protocol: String,
-        /// The unknown name.
         flag: String,
-        /// The names that exist.
         known: String,
     },
     /// What sets a flag must be on its owner's side, and what reads it on the other.
     #[error("{user} is bound to flag `{flag}` of protocol `{protocol}`, which `{owner}` sets")]
     WrongOwner {
-        /// What is bound.
         user: String,
-        /// The protocol.
         protocol: String,
-        /// The flag.
         flag: String,
-        /// The party that owns it.
         owner: String,
     },
     /// Something is bound to the abort of a protocol that the other party cannot abort.
     #[error("{user} is bound to `{ABORTED}` of protocol `{protocol}`, whose keeper is not across")]
-    NeverAborted {
-        /// What is bound.
-        user: String,
-        /// The protocol.
-        protocol: String,
-    },
+    NeverAborted { user: String, protocol: String },
     /// A flag fills several sources although its run can be aborted, which could then not take it
     /// back from all of them.
     #[error(
         "flag `{flag}` of protocol `{protocol}` fills several sources, but the other party can abort its run; \
          bind one source"
     )]
-    SeveralSources {
-        /// The protocol.
-        protocol: String,
-        /// The flag.
-        flag: String,
-    },
+    SeveralSources { protocol: String, flag: String },
     /// The proof is one of another net.
     #[error(
         "the proof is one of net `{proved}` with other places, transitions or marks, not of this net `{net}`"
     )]
-    OtherModel {
-        /// The net to be bound.
-        net: String,
-        /// The net of the proof.
-        proved: String,
-    },
+    OtherModel { net: String, proved: String },
     /// A side is of another protocol, or of another party, than the proof has under that name.
     #[error(
         "the side given for `{protocol}` is of another protocol or another party than in the net's proof"
     )]
-    OtherProtocol {
-        /// The name.
-        protocol: String,
-    },
+    OtherProtocol { protocol: String },
     /// The proof knows of no protocol with that name.
     #[error("protocol `{protocol}` is not part of the net's proof")]
-    NotInProof {
-        /// The name.
-        protocol: String,
-    },
+    NotInProof { protocol: String },
     /// There is no side for a protocol of the proof.
     #[error("no side is given for protocol `{protocol}`, which is part of the net's proof")]
-    NoSide {
-        /// The name.
-        protocol: String,
-    },
+    NoSide { protocol: String },
     /// A place to be marked is none of the net.
     #[error("the net has no place or source number {place}")]
-    UnknownPlace {
-        /// Its number.
-        place: u16,
-    },
+    UnknownPlace { place: u16 },
     /// The analysis never looked at the state in which the net is to begin.
     #[error(
         "net `{net}` never comes to where it is to begin, so nothing is proved of that: marked are {marked}; set are {positions}"
     )]
     NotReached {
-        /// The net.
         net: String,
-        /// The marked places.
         marked: String,
-        /// What is set of each protocol.
         positions: String,
     },
 }

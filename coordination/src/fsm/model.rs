@@ -9,57 +9,35 @@ use crate::event::{EventId, EventTable, TooManyEvents};
 
 /// What is wrong with a [`MachineModel`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ModelError {
     /// The model has no state at all.
     #[error("machine `{machine}` has no states")]
-    NoStates {
-        /// The machine's name.
-        machine: String,
-    },
+    NoStates { machine: String },
     /// No state was made the initial one.
     #[error("machine `{machine}` has no initial state")]
-    NoInitialState {
-        /// The machine's name.
-        machine: String,
-    },
+    NoInitialState { machine: String },
     /// Two different states were made the initial one.
     #[error("machine `{machine}` has two initial states, `{first}` and `{second}`")]
     TwoInitialStates {
-        /// The machine's name.
         machine: String,
-        /// The state named first.
         first: String,
-        /// The state named later.
         second: String,
     },
     /// A state or an event has an empty name.
     #[error("machine `{machine}` has {what} without a name")]
-    EmptyName {
-        /// The machine's name.
-        machine: String,
-        /// Which kind of thing has no name.
-        what: &'static str,
-    },
+    EmptyName { machine: String, what: &'static str },
     /// Two states have the same name.
     #[error("machine `{machine}` has two states named `{state}`")]
-    DuplicateState {
-        /// The machine's name.
-        machine: String,
-        /// The name used twice.
-        state: String,
-    },
+    DuplicateState { machine: String, state: String },
     /// A transition or the initial state names a state that does not exist.
     #[error(
         "machine `{machine}`: {place} names the unknown state `{state}`; known states: {known}"
     )]
     UnknownState {
-        /// The machine's name.
         machine: String,
-        /// Where the name is used.
         place: String,
-        /// The unknown name.
         state: String,
-        /// The names that exist, for the message.
         known: String,
     },
     /// One state has two transitions for the same event.
@@ -67,45 +45,31 @@ pub enum ModelError {
         "machine `{machine}`: state `{state}` has two transitions on `{event}`, to `{first}` and to `{second}`"
     )]
     TwoTransitions {
-        /// The machine's name.
         machine: String,
-        /// The state they leave.
         state: String,
-        /// The event they share.
         event: String,
-        /// Where the first one leads.
         first: String,
-        /// Where the second one leads.
         second: String,
     },
     /// No sequence of events leads from the initial state to this one.
     #[error("machine `{machine}`: state `{state}` can never be reached from `{initial}`")]
     UnreachableState {
-        /// The machine's name.
         machine: String,
-        /// The unreachable state.
         state: String,
-        /// The initial state.
         initial: String,
     },
     /// The machine is larger than its tables can be.
     #[error("machine `{machine}` has {found} {what}; at most {limit} fit")]
     TooLarge {
-        /// The machine's name.
         machine: String,
-        /// What there is too much of.
         what: &'static str,
-        /// How many there are.
         found: usize,
-        /// How many fit.
         limit: usize,
     },
     /// The event table is full.
     #[error("machine `{machine}`: {reason}")]
     Events {
-        /// The machine's name.
         machine: String,
-        /// Which event found no room.
         reason: TooManyEvents,
     },
 }

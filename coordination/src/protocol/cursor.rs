@@ -16,33 +16,24 @@ pub enum Change {
 
 /// Why a flag was not set. Nothing changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum SetError {
     /// The protocol has no such flag.
     #[error("the protocol has no flag number {}", flag.0)]
-    Unknown {
-        /// The flag asked for.
-        flag: FlagId,
-    },
+    Unknown { flag: FlagId },
     /// The flag belongs to the other party.
     #[error("flag number {} belongs to the other party", flag.0)]
-    NotYours {
-        /// The flag asked for.
-        flag: FlagId,
-    },
+    NotYours { flag: FlagId },
     /// Other flags come first.
     #[error("flag number {} is not next after {} flags", flag.0, at.0)]
     OutOfOrder {
-        /// The flag asked for.
         flag: FlagId,
         /// Where the run is; [`Protocol::next`] lists what is expected there.
         at: Position,
     },
     /// The other party has set a flag that this one has not read.
     #[error("flag number {} of the other party has not been read", unread.0)]
-    Unread {
-        /// The first flag not read.
-        unread: FlagId,
-    },
+    Unread { unread: FlagId },
     /// The run is complete; the next begins when the other party has read the last flag.
     #[error("the run is complete and the other party has not read its last flag")]
     Complete,

@@ -16,6 +16,7 @@ pub struct ModelError {
 
 /// One thing that can be wrong with a [`ProtocolModel`](super::ProtocolModel).
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Problem {
     /// The model has no array.
     #[error(" has no arrays")]
@@ -25,66 +26,39 @@ pub enum Problem {
     NoName,
     /// Something in it has an empty name.
     #[error(" has {what} without a name")]
-    EmptyName {
-        /// Which kind of thing.
-        what: &'static str,
-    },
+    EmptyName { what: &'static str },
     /// Both parties have the same name.
     #[error(": both parties are called `{party}`")]
-    SameParties {
-        /// The name.
-        party: String,
-    },
+    SameParties { party: String },
     /// A name that is not one of the two parties.
     #[error(": {place} names the unknown party `{found}`; expected `{first}` or `{second}`")]
     UnknownParty {
-        /// Where the name is used.
         place: String,
-        /// The unknown name.
         found: String,
-        /// The first party.
         first: String,
-        /// The second party.
         second: String,
     },
     /// Two different parties were made the keeper.
     #[error(" has two keepers, `{first}` and `{second}`")]
-    TwoKeepers {
-        /// The one named first.
-        first: String,
-        /// The one named later.
-        second: String,
-    },
+    TwoKeepers { first: String, second: String },
     /// Two arrays have the same name.
     #[error(" has two arrays named `{array}`")]
-    DuplicateArray {
-        /// The name.
-        array: String,
-    },
+    DuplicateArray { array: String },
     /// An array without entries.
     #[error(": array `{array}` has no entries")]
-    EmptyArray {
-        /// The array.
-        array: String,
-    },
+    EmptyArray { array: String },
     /// A name that is not an array.
     #[error(": {place} names the unknown array `{found}`; known arrays: {known}")]
     UnknownArray {
-        /// Where the name is used.
         place: String,
-        /// The unknown name.
         found: String,
-        /// The names that exist.
         known: String,
     },
     /// One flag has two owners.
     #[error(": flag `{flag}` belongs to `{first}` and to `{second}`")]
     TwoOwners {
-        /// The flag.
         flag: String,
-        /// The owner named first.
         first: String,
-        /// The owner named later.
         second: String,
     },
     /// A flag has the name that stands for an abort.
@@ -95,13 +69,9 @@ pub enum Problem {
         ": {place} can go on with `{first}` or `{second}`, which both begin with flag `{flag}`"
     )]
     SameFlag {
-        /// Where they are alternatives.
         place: String,
-        /// One alternative.
         first: String,
-        /// The other.
         second: String,
-        /// The flag.
         flag: String,
     },
     /// Alternatives begin with flags of different parties, so that both could choose at once.
@@ -109,41 +79,22 @@ pub enum Problem {
         ": {place} can go on with `{first}`, begun by `{first_owner}`, or `{second}`, begun by `{second_owner}`; one party must choose"
     )]
     TwoChoose {
-        /// Where they are alternatives.
         place: String,
-        /// One alternative.
         first: String,
-        /// Who begins it.
         first_owner: String,
-        /// The other alternative.
         second: String,
-        /// Who begins that.
         second_owner: String,
     },
     /// An array is followed, in the end, by itself.
     #[error(": array `{array}` would follow itself; a run must end")]
-    Cycle {
-        /// An array on the cycle.
-        array: String,
-    },
+    Cycle { array: String },
     /// No path leads to an array.
     #[error(": no path from the beginning leads to array `{array}`")]
-    Unreachable {
-        /// The array.
-        array: String,
-    },
+    Unreachable { array: String },
     /// A flag would be set twice in one run.
     #[error(": flag `{flag}` of array `{array}` is already set when the run gets there")]
-    SetTwice {
-        /// The flag.
-        flag: String,
-        /// The array that sets it again.
-        array: String,
-    },
+    SetTwice { flag: String, array: String },
     /// There are more positions than fit.
     #[error(" has more than {limit} positions, counted along every path")]
-    TooLarge {
-        /// How many fit.
-        limit: usize,
-    },
+    TooLarge { limit: usize },
 }

@@ -21,46 +21,24 @@ pub enum Merged {
 
 /// Why a level was refused. Nothing changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum MergeError {
     /// It is a level of another protocol.
     #[error("expected a level of protocol {expected}, found one of protocol {found}")]
-    OtherProtocol {
-        /// The protocol of this replica.
-        expected: u16,
-        /// The protocol of the level.
-        found: u16,
-    },
+    OtherProtocol { expected: u16, found: u16 },
     /// The protocol has no such path, or the path is shorter.
     #[error("the protocol has no path {path} with {progress} flags set")]
-    NoSuchPosition {
-        /// The path of the level.
-        path: u16,
-        /// Its progress.
-        progress: u16,
-    },
+    NoSuchPosition { path: u16, progress: u16 },
     /// The other side says that a flag of this side is set, which this side has not set.
     #[error("the other side claims flag number {}, which is not its own", flag.0)]
-    ClaimsMine {
-        /// The first such flag.
-        flag: FlagId,
-    },
+    ClaimsMine { flag: FlagId },
     /// The two sides took different paths.
     #[error("the other side is on path {path}, which this run has left at {}", mine.0)]
-    OtherPath {
-        /// The path of the level.
-        path: u16,
-        /// Where this side is.
-        mine: Position,
-    },
+    OtherPath { path: u16, mine: Position },
     /// The other side is in a later run that it had no right to begin. Sides that have lost each
     /// other's past agree on a new run ([`Replica::restart`]) or on a level ([`Replica::resume`]).
     #[error("the other side is in run {found}, and run {present} is not over")]
-    UnexpectedRun {
-        /// The run of this side.
-        present: u32,
-        /// The run of the level.
-        found: u32,
-    },
+    UnexpectedRun { present: u32, found: u32 },
 }
 
 /// Runs only go forward; nothing changed.

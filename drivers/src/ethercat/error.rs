@@ -54,27 +54,21 @@ impl fmt::Display for ProcessData {
 
 /// Why a bus could not be brought to OP. The link is closed; open it again for the next attempt.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum BringUpError {
     /// The link does not carry frames.
     #[error("{link}: {phase}: {}: {source}", explain(source))]
     Link {
-        /// The link.
         link: String,
-        /// During which step.
         phase: Phase,
-        /// What the system said.
         source: io::Error,
     },
     /// No frame came back.
     #[error("{link}: {phase}: no answer to {attempts} frames in {waited_ms} ms; {}", hint(*echoed_frames))]
     NoAnswer {
-        /// The link.
         link: String,
-        /// During which step.
         phase: Phase,
-        /// How often the frame was sent.
         attempts: u32,
-        /// Over which time.
         waited_ms: u64,
         /// Frames that came back unchanged.
         echoed_frames: u64,
@@ -82,11 +76,8 @@ pub enum BringUpError {
     /// Not the one SubDevice that is supported on a bus.
     #[error("{link}: found {found} SubDevices, expected {expected}")]
     SubDeviceCount {
-        /// The link.
         link: String,
-        /// How many there should be.
         expected: u16,
-        /// How many answered.
         found: u16,
     },
     /// Another vendor's SubDevice.
@@ -94,13 +85,9 @@ pub enum BringUpError {
         "SubDevice {address:#06x} ({name:?}): vendor id {found:#010x}, expected {expected:#010x}"
     )]
     Vendor {
-        /// Station address.
         address: u16,
-        /// Its name, from the SII.
         name: String,
-        /// As configured.
         expected: u32,
-        /// As in the SII.
         found: u32,
     },
     /// Another product.
@@ -109,25 +96,17 @@ pub enum BringUpError {
         hex_list(expected)
     )]
     Product {
-        /// Station address.
         address: u16,
-        /// Its name, from the SII.
         name: String,
-        /// As configured: any of these.
         expected: Vec<u32>,
-        /// As in the SII.
         found: u32,
     },
     /// Another process-data layout.
     #[error("SubDevice {address:#06x}: {found} bytes of {direction}, expected {expected}")]
     ProcessDataSize {
-        /// Station address.
         address: u16,
-        /// Which way.
         direction: ProcessData,
-        /// As configured.
         expected: usize,
-        /// As mapped.
         found: usize,
     },
     /// No SyncManager carries the outputs.
@@ -135,11 +114,8 @@ pub enum BringUpError {
         "SubDevice {address:#06x}: none of its {sync_managers} SyncManagers carries {expected} bytes of outputs"
     )]
     OutputSyncManager {
-        /// Station address.
         address: u16,
-        /// How many there are.
         sync_managers: u8,
-        /// The size of the outputs.
         expected: usize,
     },
     /// The SubDevice would go on with old outputs when the MainDevice falls silent.
@@ -148,11 +124,8 @@ pub enum BringUpError {
          {control:#04x}, expected bit 0x40 set): it would keep driving without a MainDevice"
     )]
     WatchdogDisarmed {
-        /// Station address.
         address: u16,
-        /// Its number.
         sync_manager: u8,
-        /// Its control byte.
         control: u8,
     },
     /// The SubDevice does not take the watchdog time.
@@ -160,47 +133,32 @@ pub enum BringUpError {
         "SubDevice {address:#06x}: process-data watchdog is {found_us} µs, expected {expected_us} µs"
     )]
     WatchdogTime {
-        /// Station address.
         address: u16,
-        /// As configured.
         expected_us: u64,
-        /// As read back.
         found_us: u64,
     },
     /// No SubDevice has such a watchdog time.
     #[error("a process-data watchdog of {watchdog_ms} ms cannot be set, expected 1 to 6553 ms")]
-    WatchdogRange {
-        /// As configured.
-        watchdog_ms: u32,
-    },
+    WatchdogRange { watchdog_ms: u32 },
     /// The SubDevice refused a state.
     #[error("SubDevice {address:#06x} refused {wanted}: it is in {status}")]
     Refused {
-        /// Station address.
         address: u16,
-        /// The state that was asked for.
         wanted: AlState,
-        /// The state it is in, and why.
         status: AlStatus,
     },
     /// In OP, but the process data is not exchanged.
     #[error("SubDevice {address:#06x}: working counter {found} in OP, expected {expected}")]
     WorkingCounter {
-        /// Station address.
         address: u16,
-        /// Reading and writing.
         expected: u16,
-        /// As received.
         found: u16,
     },
     /// It took too long.
     #[error("{link}: {phase}: not done in {limit_ms} ms; {}", status_text(*status))]
     TimedOut {
-        /// The link.
         link: String,
-        /// The step it stuck in.
         phase: Phase,
-        /// The time for the whole bring-up.
         limit_ms: u64,
         /// The SubDevice's state, if it still answers.
         status: Option<AlStatus>,
@@ -208,11 +166,8 @@ pub enum BringUpError {
     /// The SubDevice answered what the protocol does not allow.
     #[error("{link}: {phase}: {source}; {}", status_text(*status))]
     Protocol {
-        /// The link.
         link: String,
-        /// During which step.
         phase: Phase,
-        /// What was wrong.
         source: ethercrab::error::Error,
         /// The SubDevice's state, if it still answers.
         status: Option<AlStatus>,
@@ -254,22 +209,17 @@ fn status_text(status: Option<AlStatus>) -> String {
 
 /// Why an exchange gave no inputs. What follows is the caller's policy: the bus can be used again in the next cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ExchangeError {
     /// No answer by the deadline.
     #[error("no answer by the deadline")]
     Lost,
     /// Answered, but the process data was not wholly read and written.
     #[error("working counter {found}, expected {expected}")]
-    WorkingCounter {
-        /// As received.
-        found: u16,
-        /// Reading and writing.
-        expected: u16,
-    },
+    WorkingCounter { found: u16, expected: u16 },
     /// The SubDevice has left OP; only bringing the bus up again helps.
     #[error("SubDevice {address:#06x} has left OP: it is in {status}")]
     NotOperational {
-        /// Station address.
         address: u16,
         /// Where it is, and why if that could be read before the deadline.
         status: AlStatus,
@@ -277,19 +227,14 @@ pub enum ExchangeError {
     /// The link refused; it should be opened again.
     #[error("link: {kind} (system error {os_error:?})")]
     Io {
-        /// What kind of failure.
         kind: io::ErrorKind,
-        /// The system's number for it.
         os_error: Option<i32>,
     },
     /// The caller's buffer does not have the size of the process data.
     #[error("{found} bytes of {direction} given, the SubDevice has {expected}")]
     ImageSize {
-        /// Which buffer.
         direction: ProcessData,
-        /// As mapped at bring-up.
         expected: usize,
-        /// As given.
         found: usize,
     },
     /// The answer cannot be understood.

@@ -29,31 +29,25 @@ pub enum ReadError {
 
 /// Why no connection was made.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ConnectError {
     /// The serial device cannot be opened.
     #[error("cannot open {}: {source}", path.display())]
     Open {
-        /// The device.
         path: PathBuf,
-        /// What the system says.
         source: serialport::Error,
     },
     /// Setting up the open port failed.
     #[error("cannot set up {}: {source}", path.display())]
     Setup {
-        /// The device.
         path: PathBuf,
-        /// What the system says.
         source: std::io::Error,
     },
     /// An option is out of its range.
     #[error("option {option}: expected {expected}, found {found}")]
     Option {
-        /// The option's name.
         option: &'static str,
-        /// What would be accepted.
         expected: String,
-        /// What was given.
         found: String,
     },
     /// The wanted scans do not fit through the line.
@@ -62,13 +56,10 @@ pub enum ConnectError {
          choose {advice}"
     )]
     TooSlow {
-        /// Beams per scan.
         beams: usize,
-        /// Scans per second.
         rate_hz: f64,
         /// What they need, start and stop bits counted.
         needed_bit_s: u32,
-        /// What the line carries.
         bit_rate: u32,
         /// Changes of the options that would fit.
         advice: String,
@@ -79,53 +70,34 @@ pub enum ConnectError {
         path.display()
     )]
     NoAnswer {
-        /// The device.
         path: PathBuf,
-        /// Bit rates tried, in this order.
         tried: Vec<u32>,
         /// Bytes that came in.
         heard_bytes: u64,
     },
     /// A command got no usable reply in any attempt.
     #[error("no valid reply to {command} at {bit_rate} bit/s")]
-    NoReply {
-        /// The command.
-        command: String,
-        /// The bit rate at that time.
-        bit_rate: u32,
-    },
+    NoReply { command: String, bit_rate: u32 },
     /// The device refused a command.
     #[error("the device refuses {command} with status {status} ({meaning})")]
     Refused {
-        /// The command.
         command: String,
-        /// Its answer.
         status: Status,
-        /// What that means here.
         meaning: &'static str,
     },
     /// A reply lacks a field or has one that makes no sense.
     #[error("reply to {command}: field {field}: expected {expected}, found {found:?}")]
     Field {
-        /// The command.
         command: &'static str,
-        /// The field.
         field: &'static str,
-        /// What would be accepted.
         expected: &'static str,
         /// What came; empty when it is missing.
         found: String,
     },
     /// The time for connecting ran out.
     #[error("time for connecting ran out while {during}")]
-    OutOfTime {
-        /// The step under way.
-        during: &'static str,
-    },
+    OutOfTime { during: &'static str },
     /// The port disappeared while connecting.
     #[error("the serial device {} is gone", path.display())]
-    Disconnected {
-        /// The device.
-        path: PathBuf,
-    },
+    Disconnected { path: PathBuf },
 }

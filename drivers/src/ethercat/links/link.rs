@@ -30,40 +30,31 @@ pub trait Link: Send {
 
 /// Why a link cannot be opened.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum LinkError {
     /// The interface does not exist.
     #[error("no network interface {interface:?}; this machine has: {available}")]
     NoSuchInterface {
-        /// As asked for.
         interface: String,
-        /// What exists, separated by commas.
         available: String,
     },
     /// The interface exists but is down.
     #[error(
         "network interface {interface:?} is down; bring it up with `ip link set {interface} up`"
     )]
-    InterfaceDown {
-        /// As asked for.
-        interface: String,
-    },
+    InterfaceDown { interface: String },
     /// The process may not open raw sockets.
     #[error(
         "not allowed to send raw Ethernet frames on {interface:?}: CAP_NET_RAW is missing; grant it to the program \
          with `sudo setcap cap_net_raw+ep <path of the program>`, or start it as root"
     )]
-    NotPermitted {
-        /// As asked for.
-        interface: String,
-    },
+    NotPermitted { interface: String },
     /// The system refused something else.
     #[error("cannot open {link}: {step}: {source}")]
     System {
         /// The link, as [`Link::describe`] names it.
         link: String,
-        /// What was tried.
         step: &'static str,
-        /// What the system answered.
         source: io::Error,
     },
 }

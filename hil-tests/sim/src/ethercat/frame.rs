@@ -89,6 +89,7 @@ impl Command {
 
 /// Why a frame was not processed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum FrameError {
     /// Another protocol's frame, or an EtherCAT frame without datagrams.
     #[error("not a frame of EtherCAT datagrams")]
@@ -98,7 +99,6 @@ pub enum FrameError {
     TooShort {
         /// Bytes that the length fields ask for.
         needed: usize,
-        /// Bytes there are.
         available: usize,
     },
 }

@@ -30,45 +30,30 @@ const BATCH: usize = 32;
 
 /// Why a segment cannot be served.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ServeError {
     /// The UDP port is taken, or not ours to take.
     #[error("EtherCAT segment: cannot bind UDP port {} on {}: {source}", address.port(), address.ip())]
     Udp {
-        /// The address asked for.
         address: SocketAddr,
-        /// What the system says.
         source: io::Error,
     },
     /// There is no such interface.
     #[error("EtherCAT segment: no network interface {name:?}")]
-    NoInterface {
-        /// The name asked for.
-        name: String,
-    },
+    NoInterface { name: String },
     /// The interface carries no frames.
     #[error("EtherCAT segment: network interface {name:?} is down; try `ip link set {name} up`")]
-    InterfaceDown {
-        /// The name asked for.
-        name: String,
-    },
+    InterfaceDown { name: String },
     /// Frames would come back on a loopback interface without having passed the segment.
     #[error(
         "EtherCAT segment: {name:?} is a loopback interface; use UDP, or a pair of virtual interfaces"
     )]
-    Loopback {
-        /// The name asked for.
-        name: String,
-    },
+    Loopback { name: String },
     /// The interface cannot be opened, usually for lack of CAP_NET_RAW.
     #[error(
         "EtherCAT segment: cannot open network interface {name:?} for raw frames (needs CAP_NET_RAW): {source}"
     )]
-    Raw {
-        /// The name asked for.
-        name: String,
-        /// What the system says.
-        source: io::Error,
-    },
+    Raw { name: String, source: io::Error },
     /// No thread can be started.
     #[error("EtherCAT segment: cannot start a thread: {0}")]
     Thread(io::Error),
