@@ -68,13 +68,13 @@ impl Setup {
 
 /// What is wrong with a setup.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum SetupError {
     /// An id is used twice.
     #[error("two {kind}s have the id `{id}`")]
     Duplicate {
         /// Area or robot.
         kind: &'static str,
-        /// The id.
         id: String,
     },
     /// An id that cannot be part of a key of the journal.
@@ -82,17 +82,11 @@ pub enum SetupError {
     Name {
         /// Area or robot.
         kind: &'static str,
-        /// The id.
         id: String,
     },
     /// A robot starts where no area is.
     #[error("robot `{robot}` starts in area `{area}`, which the site does not have")]
-    UnknownStart {
-        /// The robot.
-        robot: String,
-        /// The area.
-        area: String,
-    },
+    UnknownStart { robot: String, area: String },
     /// No robot fits into it.
     #[error("area `{0}` has capacity 0, expected at least 1")]
     NoCapacity(String),

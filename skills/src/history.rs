@@ -14,21 +14,14 @@ pub const DEFAULT_CAPACITY: usize = 512;
 
 /// Why an entry was not taken.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum HistoryError {
     /// The stamp is not newer than the newest entry.
     #[error("odometry stamp {stamp_ns} ns is not after the newest, {newest_ns} ns")]
-    NotAfter {
-        /// The stamp offered.
-        stamp_ns: u64,
-        /// The newest stamp held.
-        newest_ns: u64,
-    },
+    NotAfter { stamp_ns: u64, newest_ns: u64 },
     /// A number is NaN or infinite.
     #[error("odometry at {stamp_ns} ns is not finite")]
-    NotFinite {
-        /// The stamp offered.
-        stamp_ns: u64,
-    },
+    NotFinite { stamp_ns: u64 },
 }
 
 /// Odometry at one time.

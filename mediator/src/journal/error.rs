@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// Why the journal cannot be used. The mediator must not go on without it.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum StoreError {
     /// The store itself.
     #[error(
@@ -11,33 +12,24 @@ pub enum StoreError {
         path = path.display()
     )]
     Store {
-        /// The file.
         path: PathBuf,
-        /// What the store says.
         error: Box<redb::Error>,
     },
     /// A value that is not what its key promises.
     #[error("journal {path}, key `{key}`: expected {expected}, found `{found}`", path = path.display())]
     Value {
-        /// The file.
         path: PathBuf,
-        /// Which key.
         key: String,
-        /// What belongs there.
         expected: &'static str,
-        /// What is there.
         found: String,
     },
     /// The journal of somewhere else.
     #[error("journal {path} is of {what} `{found}`, expected `{expected}`: name another file", path = path.display())]
     Other {
-        /// The file.
         path: PathBuf,
         /// Site or format.
         what: &'static str,
-        /// As found.
         found: String,
-        /// Ours.
         expected: String,
     },
 }

@@ -6,6 +6,7 @@ use crate::setup::SetupError;
 
 /// Why a mediator cannot go on from its journal.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum RestoreError {
     /// The site's own areas and robots.
     #[error(transparent)]
@@ -17,7 +18,6 @@ pub enum RestoreError {
     Unknown {
         /// Area or robot.
         kind: &'static str,
-        /// The id.
         id: String,
     },
     /// A stored level that the protocol does not have.
@@ -25,36 +25,24 @@ pub enum RestoreError {
         "journal: the level of robot `{robot}` in area `{area}` does not exist in protocol `{protocol}`: {error}"
     )]
     Level {
-        /// The robot.
         robot: String,
-        /// The area.
         area: String,
         /// Access or revocation.
         protocol: &'static str,
-        /// What is wrong with it.
         error: MergeError,
     },
 }
 
 /// Why an area was not cleared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ClearError {
     /// No such area.
     #[error("there is no area `{found}`; this site has {known}")]
-    UnknownArea {
-        /// As asked for.
-        found: String,
-        /// All there are.
-        known: String,
-    },
+    UnknownArea { found: String, known: String },
     /// Somebody is in it.
     #[error("area `{area}` is not cleared: robot `{robot}` is in it and is heard")]
-    Heard {
-        /// The area.
-        area: String,
-        /// The robot.
-        robot: String,
-    },
+    Heard { area: String, robot: String },
 }
 
 /// No such robot.

@@ -42,35 +42,20 @@ pub struct ScanPoint {
 
 /// Why a scan was not taken. The previous one stays as it was.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum AlignError {
     /// Another number of beams than the geometry has.
     #[error("a scan of {found} beams; expected {expected}")]
-    BeamCount {
-        /// Beams of the geometry.
-        expected: usize,
-        /// Beams given.
-        found: usize,
-    },
+    BeamCount { expected: usize, found: usize },
     /// Not newer than the scan before.
     #[error("scan stamp {stamp_ns} ns is not after the one before, {previous_ns} ns")]
-    NotAfter {
-        /// Stamp given.
-        stamp_ns: u64,
-        /// Stamp of the scan before.
-        previous_ns: u64,
-    },
+    NotAfter { stamp_ns: u64, previous_ns: u64 },
     /// The odometry does not reach over the time of the scan.
     #[error("no odometry for the scan of {stamp_ns} ns")]
-    NoOdometry {
-        /// Stamp given.
-        stamp_ns: u64,
-    },
+    NoOdometry { stamp_ns: u64 },
     /// The robot moved, and the scan stayed the same to the millimetre.
     #[error("scan of {stamp_ns} ns repeats the one before although the robot moved")]
-    Frozen {
-        /// Stamp given.
-        stamp_ns: u64,
-    },
+    Frozen { stamp_ns: u64 },
 }
 
 /// A sensor pose inside a turn, ready for interpolation.

@@ -28,38 +28,23 @@ pub struct ScanGeometry {
 
 /// What is wrong with a scan geometry.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ScanGeometryError {
     /// A number is NaN or infinite.
     #[error("a number of the scan geometry is not finite")]
     NotFinite,
     /// Too few or too many beams.
     #[error("a scan of {found} beams; expected 2 to {MAX_BEAMS}")]
-    Beams {
-        /// Beams asked for.
-        found: usize,
-    },
+    Beams { found: usize },
     /// The beams do not fit into one turn, or do not advance.
     #[error("{beams} beams at {angle_step_rad} rad; expected steps over 0 and at most one turn")]
-    Angles {
-        /// Beams asked for.
-        beams: usize,
-        /// Step asked for.
-        angle_step_rad: f64,
-    },
+    Angles { beams: usize, angle_step_rad: f64 },
     /// The range is empty.
     #[error("ranges from {range_min_m} m to {range_max_m} m; expected 0 <= min < max <= 65 m")]
-    Ranges {
-        /// Shortest.
-        range_min_m: f64,
-        /// Longest.
-        range_max_m: f64,
-    },
+    Ranges { range_min_m: f64, range_max_m: f64 },
     /// The turn takes a negative or an absurd time.
     #[error("a turn of {turn_s} s; expected 0 to 1 s")]
-    Turn {
-        /// Time of one turn.
-        turn_s: f64,
-    },
+    Turn { turn_s: f64 },
 }
 
 impl ScanGeometry {

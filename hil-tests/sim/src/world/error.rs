@@ -2,15 +2,11 @@
 
 /// Why a world cannot be built or changed as asked.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum WorldError {
     /// A robot's model makes no sense.
     #[error("robot \"{id}\": {reason}")]
-    Robot {
-        /// Its name.
-        id: String,
-        /// What was expected and found.
-        reason: String,
-    },
+    Robot { id: String, reason: String },
     /// An obstacle makes no sense.
     #[error("obstacle: {0}")]
     Obstacle(String),
@@ -19,10 +15,5 @@ pub enum WorldError {
     Walker(String),
     /// There is no robot of that name.
     #[error("no robot \"{id}\" in this world; it has: {known}")]
-    UnknownRobot {
-        /// The name asked for.
-        id: String,
-        /// The names there are.
-        known: String,
-    },
+    UnknownRobot { id: String, known: String },
 }

@@ -75,6 +75,7 @@ pub struct Adapted {
 
 /// Why a scan was not judged.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ObserveError {
     /// It holds no scan.
     #[error("the scan is empty")]
@@ -84,20 +85,10 @@ pub enum ObserveError {
     Geometry,
     /// Not newer than the one before.
     #[error("scan of {reference_ns} ns is not after the one before, {previous_ns} ns")]
-    NotAfter {
-        /// Its reference time.
-        reference_ns: u64,
-        /// That of the scan before.
-        previous_ns: u64,
-    },
+    NotAfter { reference_ns: u64, previous_ns: u64 },
     /// From too long ago, or from the future.
     #[error("scan of {reference_ns} ns is not of now, {now_ns} ns")]
-    NotOfNow {
-        /// Its reference time.
-        reference_ns: u64,
-        /// Now.
-        now_ns: u64,
-    },
+    NotOfNow { reference_ns: u64, now_ns: u64 },
 }
 
 /// Counts since the start.

@@ -23,13 +23,11 @@ pub struct LidarOptions {
 
 /// Why a lidar cannot be served.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum LidarError {
     /// The sensor has no such bit rate.
     #[error("lidar: bit rate {found}, expected one of {BIT_RATES:?}")]
-    BitRate {
-        /// What was asked for.
-        found: u32,
-    },
+    BitRate { found: u32 },
     /// No pseudo-terminal could be had.
     #[error("lidar: no pseudo-terminal: {0}")]
     Terminal(#[source] io::Error),
