@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use onboard::cli::EXIT_REFUSED;
 
 use crate::commands::{self, Request};
 use crate::scenario::Changes;
@@ -302,17 +301,9 @@ impl From<DevicesArgs> for devices::Setup {
     }
 }
 
-/// Runs the program with these arguments, the first being its name.
+/// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
-        Err(error) => {
-            // Help and version are no errors; the code follows.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(EXIT_REFUSED));
-        }
-    };
-    let result = match cli.command {
+    let result = match Cli::parse_from(arguments).command {
         Command::Overtaking(own) => commands::scenario(&own.request("overtaking".into())),
         Command::Docking(own) => commands::scenario(&own.request("docking".into())),
         Command::TJunction(own) => commands::scenario(&own.request("t-junction".into())),

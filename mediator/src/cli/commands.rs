@@ -68,17 +68,9 @@ enum Command {
     },
 }
 
-/// Runs the program with these arguments, the first being its name.
+/// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
-        Err(error) => {
-            // Help and version are no errors; the code follows.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(EXIT_REFUSED));
-        }
-    };
-    let result = match cli.command {
+    let result = match Cli::parse_from(arguments).command {
         Command::Check { site } => check::check(&site),
         Command::Show {
             site,

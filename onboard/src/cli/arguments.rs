@@ -7,7 +7,6 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use super::check;
-use crate::composition::failure::EXIT_REFUSED;
 use crate::composition::files::Files;
 use crate::process::ctl::Request;
 use crate::process::runtime::Runtime;
@@ -75,17 +74,9 @@ struct RuntimeArgs {
     folder: Option<PathBuf>,
 }
 
-/// Runs the program with these arguments, the first being its name.
+/// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
-        Err(error) => {
-            // Help and version are no errors; the code follows.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(EXIT_REFUSED));
-        }
-    };
-    let result = match cli.command {
+    let result = match Cli::parse_from(arguments).command {
         Command::Check(files) => check::check(&files),
         Command::Run { files, runtime } => {
             Runtime::new(runtime.folder).and_then(|runtime| run::run(&files, &runtime))

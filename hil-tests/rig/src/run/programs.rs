@@ -87,19 +87,6 @@ impl Run<Stage> {
         }
     }
 
-    /// Starts a killed robot again.
-    ///
-    /// # Errors
-    /// [`Failure::Failed`] with the operating system's reason.
-    pub fn start_robot_again(&mut self, robot: usize) -> Result<(), Failure> {
-        if let Some(member) = self.stage.members.get_mut(robot) {
-            member.start()?;
-            let what = format!("{} is started again", member.id());
-            self.note(what);
-        }
-        Ok(())
-    }
-
     /// Kills the mediator; the run goes on.
     pub fn kill_mediator(&mut self) {
         if let Some(mediator) = &mut self.stage.mediator {

@@ -75,12 +75,6 @@ impl AlStatus {
         self.code
     }
 
-    /// An error waits for its acknowledgement.
-    #[must_use]
-    pub fn has_error(&self) -> bool {
-        self.error
-    }
-
     /// Content of the AL status register.
     #[must_use]
     pub fn register(&self) -> u16 {

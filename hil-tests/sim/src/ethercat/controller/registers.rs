@@ -11,8 +11,6 @@ pub const FMMU_COUNT: usize = 8;
 /// SyncManagers.
 pub const SYNC_MANAGER_COUNT: usize = 8;
 
-/// Type, revision, build, unit counts, memory size, ports, features.
-pub const INFORMATION: u16 = 0x0000;
 /// Configured station address.
 pub const STATION_ADDRESS: u16 = 0x0010;
 /// Station alias, from the SII.

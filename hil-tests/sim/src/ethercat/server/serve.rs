@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -70,7 +70,6 @@ pub struct ServeOptions {
 #[derive(Debug)]
 pub struct ServerHandle {
     stop: Arc<AtomicBool>,
-    errors: Arc<AtomicU64>,
     thread: Option<JoinHandle<()>>,
     local_addr: Option<SocketAddr>,
     granted: Option<Granted>,
@@ -87,12 +86,6 @@ impl ServerHandle {
     #[must_use]
     pub fn granted(&self) -> Option<&Granted> {
         self.granted.as_ref()
-    }
-
-    /// Errors of the socket since the start, such as an interface that went down.
-    #[must_use]
-    pub fn io_errors(&self) -> u64 {
-        self.errors.load(Ordering::Relaxed)
     }
 
     /// Whether the thread still runs.
@@ -167,13 +160,11 @@ fn start<W: Wire + 'static>(
     local_addr: Option<SocketAddr>,
 ) -> Result<ServerHandle, ServeError> {
     let stop = Arc::new(AtomicBool::new(false));
-    let errors = Arc::new(AtomicU64::new(0));
     let (tell, told) = mpsc::sync_channel(1);
     let mut server = Server {
         wire,
         segment,
         held: VecDeque::new(),
-        errors: errors.clone(),
     };
     let stopped = stop.clone();
     let thread = thread::Builder::new()
@@ -190,7 +181,6 @@ fn start<W: Wire + 'static>(
         .map_err(|_| ServeError::Thread(io::Error::other("it ended at once")))?;
     Ok(ServerHandle {
         stop,
-        errors,
         thread: Some(thread),
         local_addr,
         granted,
@@ -209,7 +199,6 @@ struct Server<W: Wire> {
     wire: W,
     segment: Segment,
     held: VecDeque<Held<W::Peer>>,
-    errors: Arc<AtomicU64>,
 }
 
 impl<W: Wire> Server<W> {
@@ -223,7 +212,6 @@ impl<W: Wire> Server<W> {
                     Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
                     Err(_) => {
                         // For instance: interface down, or the peer's port closed. May be temporary; do not spin.
-                        self.errors.fetch_add(1, Ordering::Relaxed);
                         thread::sleep(Duration::from_millis(1));
                         break;
                     }
@@ -277,9 +265,8 @@ impl<W: Wire> Server<W> {
     }
 
     fn send(&mut self, frame: &[u8], peer: W::Peer) {
-        if self.wire.send(frame, peer).is_err() {
-            self.errors.fetch_add(1, Ordering::Relaxed);
-        }
+        // A reply that cannot be sent is lost, as on a wire.
+        let _ = self.wire.send(frame, peer);
     }
 
     /// Waits for a frame, for a held reply to become due, or for the tick.
