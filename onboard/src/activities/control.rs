@@ -24,7 +24,7 @@ pub struct Control {
     port: Port,
     symbols: ControlSymbols,
     controller: Box<WheelController>,
-    exchange: Option<Exchange<WheelController>>,
+    exchange: Exchange<WheelController>,
     command_timeout_ns: u64,
     command: Stamped<SafeCommand>,
     encoders: Encoders,
@@ -41,13 +41,14 @@ impl Control {
         port: Port,
         symbols: ControlSymbols,
         controller: WheelController,
+        exchange: Exchange<WheelController>,
         command_timeout_ns: u64,
     ) -> Self {
         Self {
             port,
             symbols,
             controller: Box::new(controller),
-            exchange: None,
+            exchange,
             command_timeout_ns,
             command: Stamped::default(),
             encoders: Encoders::default(),
@@ -56,13 +57,6 @@ impl Control {
             stepped_ns: 0,
             stopping: true,
         }
-    }
-
-    /// Lets limits and gains be exchanged while it runs.
-    #[must_use]
-    pub fn reloading(mut self, exchange: Exchange<WheelController>) -> Self {
-        self.exchange = Some(exchange);
-        self
     }
 
     /// The wheels as they turn.
@@ -115,14 +109,12 @@ impl Activity for Control {
     }
 
     fn configure(&mut self, _now_ns: u64) {
-        if self.port.state() == LifeCycleState::Reconfiguring
-            && let Some(exchange) = &mut self.exchange
-        {
-            let Some(mut controller) = exchange.take() else {
+        if self.port.state() == LifeCycleState::Reconfiguring {
+            let Some(mut controller) = self.exchange.take() else {
                 return;
             };
             std::mem::swap(&mut self.controller, &mut controller);
-            exchange.give_back(controller);
+            self.exchange.give_back(controller);
             // Its ramp goes on from what the wheels do.
             let speeds = self.speeds();
             self.controller.reset(speeds);

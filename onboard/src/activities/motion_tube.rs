@@ -3,10 +3,9 @@
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
 use skills::odometry::Odometry;
-use skills::scan::AlignError;
 use skills::tubes::{Adapted, MotionTubes, Reason, Verdict};
 
-use super::scans::{Intake, ScanIntake};
+use super::scans::ScanIntake;
 use crate::activities::exchange::Exchange;
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
@@ -19,11 +18,10 @@ use crate::symbols::wiring::MotionTubeSymbols;
 pub struct MotionTube {
     port: Port,
     symbols: MotionTubeSymbols,
-    intake: ScanIntake,
+    scans: Option<Box<ScanIntake>>,
     exchange: Exchange<MotionTubes>,
     tubes: Box<MotionTubes>,
     command_timeout_ns: u64,
-    fresh_scan: bool,
     wanted: Stamped<WantedMotion>,
     odometry: Stamped<Odometry>,
     stopped_by_operator: bool,
@@ -37,7 +35,6 @@ impl MotionTube {
     pub fn new(
         port: Port,
         symbols: MotionTubeSymbols,
-        intake: ScanIntake,
         tubes: Box<MotionTubes>,
         exchange: Exchange<MotionTubes>,
         command_timeout_ns: u64,
@@ -45,11 +42,10 @@ impl MotionTube {
         Self {
             port,
             symbols,
-            intake,
+            scans: None,
             exchange,
             tubes,
             command_timeout_ns,
-            fresh_scan: false,
             wanted: Stamped::default(),
             odometry: Stamped::default(),
             stopped_by_operator: false,
@@ -59,12 +55,12 @@ impl MotionTube {
     }
 
     fn observe(&mut self, now_ns: u64) {
-        if !self.fresh_scan {
+        let Some(scan) = self.scans.as_ref().and_then(|scans| scans.fresh()) else {
             return;
-        }
+        };
         let begin_ns = self::now_ns();
         // A refused scan is counted by the tubes; when they get no other, they stop.
-        if self.tubes.observe(self.intake.aligned(), now_ns).is_ok() {
+        if self.tubes.observe(scan, now_ns).is_ok() {
             self.state.evaluation_ns = self::now_ns() - begin_ns;
             let set = self.tubes.set();
             self.state.free_tubes =
@@ -131,16 +127,8 @@ impl Activity for MotionTube {
     fn communicate_in(&mut self, _now_ns: u64) {
         self.wanted = self.symbols.wanted.read();
         self.odometry = self.symbols.odometry.read();
-        let intake = self
-            .intake
-            .take(&mut self.symbols.scan, &mut self.symbols.trace);
-        self.fresh_scan = intake == Intake::Aligned;
-        // Without odometry no scan can be aligned: that is not the lidar's fault.
-        if let Intake::Refused(error) = intake
-            && !matches!(error, AlignError::NoOdometry { .. })
-        {
-            self.port
-                .note(Fault::ScanBroken, self.intake.sequence() as f64);
+        if let Some(sequence) = self.scans.as_ref().and_then(|scans| scans.broken()) {
+            self.port.note(Fault::ScanBroken, sequence as f64);
         }
     }
 
@@ -188,4 +176,8 @@ impl Activity for MotionTube {
     }
 }
 
-impl RobotActivity for MotionTube {}
+impl RobotActivity for MotionTube {
+    fn scans(&mut self) -> Option<&mut Option<Box<ScanIntake>>> {
+        Some(&mut self.scans)
+    }
+}

@@ -1,31 +1,26 @@
-//! Takes in scans and odometry, and aligns each scan to the robot's motion during its turn.
+//! Reads scans and odometry once for all activities of a thread, and aligns each scan to the motion during its turn.
+//!
+//! Real-time contract: after construction nothing here allocates, locks or makes a system call.
 
-use coordination::symbols::{Reader, Stamped};
+use coordination::symbols::Stamped;
 use skills::history::OdometryHistory;
 use skills::scan::{AlignError, AlignedScan, ScanGeometry, ScanGeometryError};
 
 use crate::symbols::values::{MAX_STEPS, OdometryTrace, RangeScan};
+use crate::symbols::wiring::ScanSymbols;
 
-/// What one look at the symbols brought.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Intake {
-    /// No scan since the last look.
-    Nothing,
-    /// A scan, aligned.
-    Aligned,
-    /// A scan that cannot be used.
-    Refused(AlignError),
-}
-
-/// A reader's own copy of the last scan, and of the odometry that goes with it.
+/// A thread's copy of the last scan, and of the odometry that goes with it.
 pub struct ScanIntake {
+    symbols: ScanSymbols,
     history: OdometryHistory,
     aligned: AlignedScan,
     raw: Box<Stamped<RangeScan>>,
     trace: Box<Stamped<OdometryTrace>>,
     seen_samples: u64,
-    // A scan for which odometry has not come yet: tried once more at the next look.
+    /// A scan for which odometry has not come yet: tried once more at the next look.
     waiting: bool,
+    /// What became of the scan that the last look found, if it found one.
+    found: Option<Result<(), AlignError>>,
 }
 
 impl ScanIntake {
@@ -33,26 +28,28 @@ impl ScanIntake {
     ///
     /// # Errors
     /// [`ScanGeometryError`] for a geometry that is none.
-    pub fn new(geometry: ScanGeometry) -> Result<Self, ScanGeometryError> {
+    pub fn new(geometry: ScanGeometry, symbols: ScanSymbols) -> Result<Self, ScanGeometryError> {
         Ok(Self {
+            symbols,
             history: OdometryHistory::default(),
             aligned: AlignedScan::new(geometry)?,
             raw: Box::default(),
             trace: Box::default(),
             seen_samples: 0,
             waiting: false,
+            found: None,
         })
     }
 
-    /// Looks at the symbols.
-    pub fn take(
-        &mut self,
-        scan: &mut Reader<RangeScan>,
-        trace: &mut Reader<OdometryTrace>,
-    ) -> Intake {
+    /// Looks at the symbols: once in each cycle of the thread, before its activities run.
+    pub fn look(&mut self) {
+        self.found = self.take();
+    }
+
+    fn take(&mut self) -> Option<Result<(), AlignError>> {
         let seen_stamp_ns = self.raw.stamp_ns;
-        *self.raw = scan.read();
-        *self.trace = trace.read();
+        *self.raw = self.symbols.scan.read();
+        *self.trace = self.symbols.trace.read();
         for sample in self.trace.value.since(self.seen_samples) {
             // A refused sample is counted by the history; the ones around it serve.
             let _ = self
@@ -61,38 +58,32 @@ impl ScanIntake {
         }
         self.seen_samples = self.trace.value.written;
         if self.raw.stamp_ns == seen_stamp_ns && !self.waiting {
-            return Intake::Nothing;
+            return None;
         }
         let count = (self.raw.value.count as usize).min(MAX_STEPS);
-        match self.aligned.align(
+        let result = self.aligned.align(
             &self.raw.value.ranges_mm[..count],
             self.raw.stamp_ns,
             &self.history,
-        ) {
-            Ok(()) => {
-                self.waiting = false;
-                Intake::Aligned
-            }
-            Err(AlignError::NoOdometry { .. }) if !self.waiting => {
-                self.waiting = true;
-                Intake::Nothing
-            }
-            Err(error) => {
-                self.waiting = false;
-                Intake::Refused(error)
-            }
+        );
+        let early = matches!(result, Err(AlignError::NoOdometry { .. }));
+        self.waiting = early && !self.waiting;
+        (!self.waiting).then_some(result)
+    }
+
+    /// The scan that the last look brought, aligned.
+    #[must_use]
+    pub fn fresh(&self) -> Option<&AlignedScan> {
+        matches!(self.found, Some(Ok(()))).then_some(&self.aligned)
+    }
+
+    /// The sequence number of the scan that the last look brought, if it was broken.
+    #[must_use]
+    pub fn broken(&self) -> Option<u64> {
+        match self.found {
+            // Without odometry no scan can be aligned: that is not the lidar's fault.
+            None | Some(Ok(()) | Err(AlignError::NoOdometry { .. })) => None,
+            Some(Err(_)) => Some(self.raw.value.sequence),
         }
-    }
-
-    /// The last scan that was aligned.
-    #[must_use]
-    pub fn aligned(&self) -> &AlignedScan {
-        &self.aligned
-    }
-
-    /// Sequence number of the last scan.
-    #[must_use]
-    pub fn sequence(&self) -> u64 {
-        self.raw.value.sequence
     }
 }

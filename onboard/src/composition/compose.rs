@@ -4,11 +4,12 @@ use coordination::symbols::SymbolTable;
 use description::robot::Link;
 use description::threads::ActivityKind;
 use drivers::ethercat::{Link as FrameLink, RawLink, UdpLink};
+use skills::navigator::Navigator;
 
 use crate::activities::communication::{Communication, MembershipSetup};
 use crate::activities::control::Control;
 use crate::activities::drive::{Drive, OpenLink};
-use crate::activities::fleet_link;
+use crate::activities::fleet_link::{self, NavigationEnd};
 use crate::activities::lidar::Lidar;
 use crate::activities::machine_names::MachineNames;
 use crate::activities::motion_tube::MotionTube;
@@ -16,31 +17,22 @@ use crate::activities::navigation::Navigation;
 use crate::activities::news::Alarm;
 use crate::activities::port::Port;
 use crate::activities::proprioception::Proprioception;
-use crate::activities::robot_activity::RobotActivity;
+use crate::activities::robot_activity::{RobotActivity, ThreadActivities};
 use crate::activities::scans::ScanIntake;
-use crate::composition::failure::Failure;
 use crate::composition::plan::{Plan, PlanError, ns_from_ms};
 use crate::composition::replacement::ReloadEnds;
 use crate::realtime::clock::now_ns;
 use crate::realtime::log::LogSender;
 use crate::realtime::wake::Wake;
-use crate::symbols::wiring::{ACTIVITIES, SupervisorSymbols, Wiring};
+use crate::symbols::wiring::{ChainSymbols, ScanSymbols, SupervisorSymbols, Wiring};
 
-/// All activities, until their threads take them.
-pub struct Activities(Vec<(ActivityKind, Box<dyn RobotActivity>)>);
-
-impl Activities {
-    /// Takes one out. The configuration has each of them on exactly one thread.
-    pub fn take(&mut self, kind: ActivityKind) -> Option<Box<dyn RobotActivity>> {
-        let index = self.0.iter().position(|(own, _)| *own == kind)?;
-        Some(self.0.swap_remove(index).1)
-    }
-}
+/// Activities with their names in the thread table.
+pub type Named = Vec<(ActivityKind, Box<dyn RobotActivity>)>;
 
 /// What composition yields.
 pub struct Composed {
-    /// The activities.
-    pub activities: Activities,
+    /// The activities of each thread, in the order of the thread table.
+    pub threads: Vec<ThreadActivities>,
     /// The supervisor's symbols.
     pub supervisor: SupervisorSymbols,
     /// Names of the robot's machine.
@@ -53,43 +45,20 @@ pub struct Composed {
     pub table: SymbolTable,
 }
 
-/// Composes the robot. `ports` are in the order of [`ACTIVITIES`].
+/// Composes the robot. Every activity needs a port.
 ///
 /// # Errors
-/// [`Failure::Refused`] when a part cannot be built.
+/// [`PlanError`] when a part cannot be built.
 pub fn compose(
     plan: &Plan,
     wiring: Wiring,
-    ports: Vec<Port>,
-    reload: ReloadEnds,
-    boot_epoch: u64,
-    log: &LogSender,
-) -> Result<Composed, Failure> {
-    build(plan, wiring, ports, reload, boot_epoch, log).map_err(Failure::refused)
-}
-
-fn build(
-    plan: &Plan,
-    wiring: Wiring,
-    ports: Vec<Port>,
+    mut ports: Vec<(ActivityKind, Port)>,
     reload: ReloadEnds,
     boot_epoch: u64,
     log: &LogSender,
 ) -> Result<Composed, PlanError> {
-    let mut ports: Vec<(ActivityKind, Port)> = ACTIVITIES.into_iter().zip(ports).collect();
-    let mut port = |kind: ActivityKind| {
-        let index = ports.iter().position(|(own, _)| *own == kind);
-        // Every kind is in `ACTIVITIES`; the test below holds them together.
-        ports
-            .swap_remove(index.expect("every activity has a port"))
-            .1
-    };
-    let intake = || {
-        ScanIntake::new(plan.scan_geometry()?).map_err(|error| PlanError::Lidar(error.to_string()))
-    };
-    let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
+    let symbols = wiring.symbols;
     let navigator = Box::new(plan.navigator()?);
-    let start = plan.start(navigator.machine().state());
     let names = MachineNames::of(&navigator);
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
     let fleet = plan.fleet_setup(&navigator, boot_epoch).map(|setup| {
@@ -98,78 +67,141 @@ fn build(
         (navigation_end, MembershipSetup { setup, link, names })
     });
     let (navigation_end, membership) = fleet.unzip();
+    let mut activities = compose_chain(
+        plan,
+        navigator,
+        symbols.chain,
+        &mut ports,
+        reload,
+        navigation_end,
+    )?;
+    let mut port = |kind| port(&mut ports, kind);
     let drive = Drive::new(
         port(ActivityKind::Drive),
         plan.drive_settings(),
-        wiring.drive,
+        symbols.drive,
         open_link(&plan.robot.ethercat.link),
         log.clone(),
-    );
-    let proprioception = Proprioception::new(
-        port(ActivityKind::Proprioception),
-        wiring.proprioception,
-        plan.dead_reckoning()?,
     );
     let lidar = Lidar::new(
         port(ActivityKind::Lidar),
         plan.lidar_settings()?,
-        wiring.lidar,
+        symbols.lidar,
         scan_wake.clone(),
         log.clone(),
     );
-    let mut navigation = Navigation::new(
-        port(ActivityKind::Navigation),
-        wiring.navigation,
-        intake()?,
-        navigator,
-        reload.navigator,
-        start,
-    );
-    if let Some(link) = navigation_end {
-        navigation = navigation.managed(wiring.navigation_fleet, link);
-    }
-    let motion_tube = MotionTube::new(
-        port(ActivityKind::MotionTube),
-        wiring.motion_tube,
-        intake()?,
-        Box::new(plan.motion_tubes()?),
-        reload.tubes,
-        command_timeout_ns,
-    );
-    let control = Control::new(
-        port(ActivityKind::Control),
-        wiring.control,
-        plan.wheel_controller()?,
-        command_timeout_ns,
-    )
-    .reloading(reload.controller);
     let mut communication = Communication::new(
         port(ActivityKind::Communication),
         plan.communication_settings(boot_epoch),
-        (wiring.communication, wiring.communication_fleet),
+        (symbols.communication, symbols.communication_fleet),
         log.clone(),
         alarm.news.clone(),
         membership,
         now_ns(),
     );
     communication.open_network(now_ns());
-    let activities: Vec<(ActivityKind, Box<dyn RobotActivity>)> = vec![
-        (ActivityKind::Drive, Box::new(drive)),
-        (ActivityKind::Proprioception, Box::new(proprioception)),
-        (ActivityKind::Lidar, Box::new(lidar)),
-        (ActivityKind::Navigation, Box::new(navigation)),
-        (ActivityKind::MotionTube, Box::new(motion_tube)),
-        (ActivityKind::Control, Box::new(control)),
-        (ActivityKind::Communication, Box::new(communication)),
-    ];
+    activities.extend([
+        (ActivityKind::Drive, Box::new(drive) as _),
+        (ActivityKind::Lidar, Box::new(lidar) as _),
+        (ActivityKind::Communication, Box::new(communication) as _),
+    ]);
     Ok(Composed {
-        activities: Activities(activities),
-        supervisor: wiring.supervisor,
+        threads: by_thread(plan, activities, wiring.scans)?,
+        supervisor: symbols.supervisor,
         names,
         alarm,
         scan_wake,
         table: wiring.table,
     })
+}
+
+/// Composes the chain of activities from encoders and scans to wheel setpoints, which needs no device and no network:
+/// on a simulated clock the same ones run. With `leave` navigation may only be where the mediator lets it.
+///
+/// # Errors
+/// [`PlanError`] when a part cannot be built.
+pub fn compose_chain(
+    plan: &Plan,
+    navigator: Box<Navigator>,
+    symbols: ChainSymbols,
+    ports: &mut Vec<(ActivityKind, Port)>,
+    reload: ReloadEnds,
+    leave: Option<NavigationEnd>,
+) -> Result<Named, PlanError> {
+    let mut port = |kind| port(ports, kind);
+    let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
+    let start = plan.start(navigator.machine().state());
+    let proprioception = Proprioception::new(
+        port(ActivityKind::Proprioception),
+        symbols.proprioception,
+        plan.dead_reckoning()?,
+    );
+    let mut navigation = Navigation::new(
+        port(ActivityKind::Navigation),
+        symbols.navigation,
+        navigator,
+        reload.navigator,
+        start,
+    );
+    if let Some(link) = leave {
+        navigation = navigation.managed(symbols.navigation_fleet, link);
+    }
+    let motion_tube = MotionTube::new(
+        port(ActivityKind::MotionTube),
+        symbols.motion_tube,
+        Box::new(plan.motion_tubes()?),
+        reload.tubes,
+        command_timeout_ns,
+    );
+    let control = Control::new(
+        port(ActivityKind::Control),
+        symbols.control,
+        plan.wheel_controller()?,
+        reload.controller,
+        command_timeout_ns,
+    );
+    Ok(vec![
+        (ActivityKind::Proprioception, Box::new(proprioception)),
+        (ActivityKind::Navigation, Box::new(navigation)),
+        (ActivityKind::MotionTube, Box::new(motion_tube)),
+        (ActivityKind::Control, Box::new(control)),
+    ])
+}
+
+/// Puts activities on the threads of the table, in its order; a thread that looks at scans gets one intake for all of
+/// its activities.
+///
+/// # Errors
+/// As [`Plan::scan_geometry`].
+pub fn by_thread(
+    plan: &Plan,
+    mut activities: Named,
+    mut scans: Vec<(ActivityKind, ScanSymbols)>,
+) -> Result<Vec<ThreadActivities>, PlanError> {
+    let threads = plan.robot.threads.iter().map(|thread| {
+        let kinds = || thread.activities.iter().copied();
+        let scans = { kinds().find_map(|kind| take(&mut scans, kind)) }
+            .map(|symbols| {
+                ScanIntake::new(plan.scan_geometry()?, symbols)
+                    .map(Box::new)
+                    .map_err(|error| PlanError::Lidar(error.to_string()))
+            })
+            .transpose()?;
+        let activities = kinds().filter_map(|kind| take(&mut activities, kind));
+        Ok(ThreadActivities::new(activities.collect(), scans))
+    });
+    threads.collect()
+}
+
+/// Takes out what belongs to an activity.
+fn take<T>(all: &mut Vec<(ActivityKind, T)>, kind: ActivityKind) -> Option<T> {
+    let index = all.iter().position(|(own, _)| *own == kind)?;
+    Some(all.swap_remove(index).1)
+}
+
+fn port(ports: &mut Vec<(ActivityKind, Port)>, kind: ActivityKind) -> Port {
+    // Every kind is in `ACTIVITIES`; the test below holds them together.
+    take(ports, kind).expect("every activity has a port")
 }
 
 /// How the drive activity opens its link, at first and after each loss.
@@ -187,6 +219,7 @@ fn open_link(link: &Link) -> OpenLink {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::symbols::wiring::ACTIVITIES;
 
     #[test]
     fn every_activity_has_a_port() {

@@ -8,11 +8,10 @@ use std::sync::atomic::Ordering;
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
-use coordination::activity::event_loop_once;
 use tokio::time::{MissedTickBehavior, interval};
 
 use crate::activities::news::{Alarm, News};
-use crate::activities::robot_activity::RobotActivity;
+use crate::activities::robot_activity::ThreadActivities;
 use crate::process::runner::{ThreadSetup, Timing, Trigger};
 use crate::realtime::clock::{MILLISECOND_NS, now_ns};
 use crate::realtime::scheduling::promote;
@@ -26,7 +25,7 @@ const GLANCE_NS: u64 = 100 * MILLISECOND_NS;
 /// The operating system's.
 pub fn spawn_asynchronous(
     setup: ThreadSetup,
-    activities: Vec<Box<dyn RobotActivity>>,
+    activities: ThreadActivities,
     alarm: Alarm,
 ) -> std::io::Result<JoinHandle<()>> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -63,7 +62,7 @@ fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>
     })
 }
 
-async fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>, news: &News) {
+async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &News) {
     let mut timing = Timing::new(&setup.trigger);
     let period = match setup.trigger {
         Trigger::Period(period_ns) => Duration::from_nanos(period_ns),
@@ -86,9 +85,7 @@ async fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>
             (None, None) => continue,
         };
         timing.woken(begin_ns.saturating_sub(late_ns), late_ns);
-        for activity in &mut activities {
-            event_loop_once(activity.as_mut(), now_ns());
-        }
+        activities.step(now_ns);
         timing.executed(begin_ns, 0, true);
         timing.publish(&mut setup.report);
     }
@@ -104,6 +101,7 @@ mod tests {
     use coordination::symbols::{Namespace, TableBuilder};
 
     use super::*;
+    use crate::activities::robot_activity::RobotActivity;
     use crate::realtime::clock::SECOND_NS;
     use crate::realtime::scheduling::{CoreClass, Wanted};
     use crate::symbols::values::ThreadReport;
@@ -150,8 +148,8 @@ mod tests {
         let turns = Arc::<AtomicU64>::default();
         let counter = Counter(LifeCycle::new(), Arc::clone(&turns));
         let alarm = Alarm::default();
-        let thread =
-            spawn_asynchronous(setup, vec![Box::new(counter)], alarm.clone()).expect("a thread");
+        let activities = ThreadActivities::new(vec![Box::new(counter)], None);
+        let thread = spawn_asynchronous(setup, activities, alarm.clone()).expect("a thread");
         let reaches = |wanted: u64| {
             let began = Instant::now();
             while turns.load(Ordering::Relaxed) < wanted {

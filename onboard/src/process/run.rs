@@ -7,15 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 use config::ProblemKind;
-use coordination::activity::LifeCycleState;
-use coordination::event::queue;
 use description::threads::{ActivityKind, ThreadConfig, Trigger as ConfigTrigger};
 
 use crate::activities::communication;
-use crate::activities::news::Alarm;
-use crate::activities::port::{COMMANDS, Port, REPORTS};
-use crate::activities::robot_activity::RobotActivity;
-use crate::composition::compose::{Activities, compose};
+use crate::composition::compose::compose;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
 use crate::composition::plan::{Plan, thread_names, wanted_scheduling};
@@ -26,7 +21,7 @@ use crate::process::reload::Reload;
 use crate::process::runner::{ThreadSetup, Trigger};
 use crate::process::runtime::Runtime;
 use crate::process::signals::termination_flag;
-use crate::process::supervisor::{Ending, Handle, Supervisor};
+use crate::process::supervisor::{Ending, Supervisor, ports};
 use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory};
@@ -130,11 +125,12 @@ impl Robot {
         log_drain: log::LogDrain,
     ) -> Result<Self, Failure> {
         let boot_epoch = draw_epoch();
-        let (ports, handles) = ports(&mut wiring);
+        let (ports, handles) = ports(std::mem::take(&mut wiring.states));
         let threads = std::mem::take(&mut wiring.threads);
         let (reports, watched): (Vec<_>, Vec<_>) = threads.into_iter().unzip();
         let (reload, reload_ends) = Reload::new(files.clone(), &plan);
-        let composed = compose(&plan, wiring, ports, reload_ends, boot_epoch, log)?;
+        let composed = compose(&plan, wiring, ports, reload_ends, boot_epoch, log)
+            .map_err(Failure::refused)?;
         let mode = RobotMode {
             mode: 0,
             boot_epoch,
@@ -165,8 +161,8 @@ impl Robot {
             stop: Arc::default(),
             _table: composed.table,
         };
-        let mut activities = composed.activities;
-        for (thread, report) in plan.robot.threads.iter().zip(reports) {
+        let threads = plan.robot.threads.iter().zip(composed.threads);
+        for ((thread, activities), report) in threads.zip(reports) {
             let setup = ThreadSetup {
                 name: thread.name.clone(),
                 trigger: trigger(thread, &composed.scan_wake),
@@ -175,7 +171,12 @@ impl Robot {
                 stop: Arc::clone(&robot.stop),
                 log: log.clone(),
             };
-            match robot.spawn(setup, thread, &mut activities, &composed.alarm) {
+            let spawned = if thread.trigger == ConfigTrigger::Async {
+                spawn_asynchronous(setup, activities, composed.alarm.clone())
+            } else {
+                setup.spawn(activities)
+            };
+            match spawned {
                 Ok(handle) => robot.threads.push(handle),
                 Err(error) => {
                     robot.end();
@@ -187,25 +188,6 @@ impl Robot {
             }
         }
         Ok(robot)
-    }
-
-    fn spawn(
-        &self,
-        setup: ThreadSetup,
-        thread: &ThreadConfig,
-        activities: &mut Activities,
-        alarm: &Alarm,
-    ) -> std::io::Result<JoinHandle<()>> {
-        let own: Vec<Box<dyn RobotActivity>> = thread
-            .activities
-            .iter()
-            .filter_map(|kind| activities.take(*kind))
-            .collect();
-        if thread.trigger == ConfigTrigger::Async {
-            spawn_asynchronous(setup, own, alarm.clone())
-        } else {
-            setup.spawn(own)
-        }
     }
 
     /// Ends all threads; one that hangs is left behind, and said so.
@@ -227,29 +209,6 @@ impl Robot {
             }
         }
     }
-}
-
-/// A port for each activity, and the supervisor's side of it.
-fn ports(wiring: &mut Wiring) -> (Vec<Port>, Vec<Handle>) {
-    let states = std::mem::take(&mut wiring.states);
-    ACTIVITIES
-        .into_iter()
-        .zip(states)
-        .map(|(kind, state)| {
-            let (commands, command_receiver) = queue(COMMANDS);
-            let (report_sender, reports) = queue(REPORTS);
-            let port = Port::new(command_receiver, report_sender, state);
-            (
-                port,
-                Handle {
-                    kind,
-                    commands,
-                    reports,
-                    state: LifeCycleState::Created,
-                },
-            )
-        })
-        .unzip()
 }
 
 fn trigger(thread: &ThreadConfig, scan_wake: &crate::realtime::wake::Wake) -> Trigger {

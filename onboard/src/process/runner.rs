@@ -6,10 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 
 use bytemuck::Zeroable;
-use coordination::activity::{LifeCycleState, event_loop_once};
 use coordination::symbols::Writer;
 
-use crate::activities::robot_activity::RobotActivity;
+use crate::activities::robot_activity::ThreadActivities;
 use crate::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
 use crate::realtime::guard;
 use crate::realtime::log::LogSender;
@@ -57,7 +56,7 @@ impl ThreadSetup {
     ///
     /// # Errors
     /// The operating system's, when it has no thread to give.
-    pub fn spawn(self, activities: Vec<Box<dyn RobotActivity>>) -> std::io::Result<JoinHandle<()>> {
+    pub fn spawn(self, activities: ThreadActivities) -> std::io::Result<JoinHandle<()>> {
         let name = self.name.clone();
         Builder::new()
             .name(name)
@@ -66,7 +65,7 @@ impl ThreadSetup {
     }
 }
 
-fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>) {
+fn run(mut setup: ThreadSetup, mut activities: ThreadActivities) {
     prefault_stack();
     for warning in promote(&setup.wanted) {
         setup.log.warn(format!("thread {}: {warning}", setup.name));
@@ -84,41 +83,27 @@ fn run(mut setup: ThreadSetup, mut activities: Vec<Box<dyn RobotActivity>>) {
     timing.publish_now(&mut setup.report);
 }
 
-fn cycle(trigger: &Trigger, activities: &mut [Box<dyn RobotActivity>], timing: &mut Timing) {
+fn cycle(trigger: &Trigger, activities: &mut ThreadActivities, timing: &mut Timing) {
     timing.wait(trigger);
-    let running = all_running(activities);
+    let running = activities.running();
     let begin_ns = now_ns();
-    let mut step = || {
-        for activity in activities.iter_mut() {
-            event_loop_once(activity.as_mut(), now_ns());
-        }
-    };
     if running {
-        guard::real_time(step);
+        guard::real_time(|| activities.step(now_ns));
     } else {
-        step();
+        activities.step(now_ns);
     }
-    let waited_ns: u64 = activities.iter().map(|activity| activity.waited_ns()).sum();
-    timing.executed(begin_ns, waited_ns, running && all_running(activities));
-}
-
-fn all_running(activities: &[Box<dyn RobotActivity>]) -> bool {
-    activities
-        .iter()
-        .all(|activity| activity.life_cycle().state() == LifeCycleState::Running)
+    let measured = running && activities.running();
+    timing.executed(begin_ns, activities.waited_ns(), measured);
 }
 
 /// What remains to be done when an event loop has panicked: the drive ramps to a stop.
-fn finish_after_panic(activities: &mut [Box<dyn RobotActivity>], stop: &AtomicBool) {
+fn finish_after_panic(activities: &mut ThreadActivities, stop: &AtomicBool) {
     let mut next_ns = now_ns();
     let mut finished = false;
     while !finished && !stop.load(Ordering::Relaxed) {
         next_ns += AFTER_PANIC_PERIOD_NS;
         sleep_until(next_ns);
-        finished = activities.iter_mut().all(|activity| {
-            // A panic in here too leaves the stop to the drive's own watchdog.
-            catch_unwind(AssertUnwindSafe(|| activity.after_panic(now_ns()))).unwrap_or(true)
-        });
+        finished = activities.after_panic(now_ns());
     }
 }
 
@@ -225,6 +210,7 @@ mod tests {
     use coordination::symbols::{Namespace, Reader, SymbolTable, TableBuilder};
 
     use super::*;
+    use crate::activities::robot_activity::RobotActivity;
     use crate::realtime::scheduling::CoreClass;
 
     /// Counts its turns, panics when told to, and then needs three steps to come to rest.
@@ -315,7 +301,8 @@ mod tests {
                 steps_after: Arc::clone(&self.steps_after),
             };
             let setup = self.setup.take().expect("started once");
-            setup.spawn(vec![Box::new(activity)]).expect("a thread")
+            let activities = ThreadActivities::new(vec![Box::new(activity)], None);
+            setup.spawn(activities).expect("a thread")
         }
     }
 

@@ -29,6 +29,9 @@ pub const ACTIVITIES: [ActivityKind; 7] = [
     ActivityKind::Communication,
 ];
 
+/// Activities that look at scans.
+const SCAN_READERS: [ActivityKind; 2] = [ActivityKind::Navigation, ActivityKind::MotionTube];
+
 /// One end of a symbol.
 trait End: Sized {
     /// Declares the symbol, at the end that owns it.
@@ -113,12 +116,8 @@ users! {
 
     /// Symbols of the navigation activity.
     NavigationSymbols, ActivityKind::Navigation.name(), {
-        /// The lidar's scans.
-        scan: Reader<RangeScan> => "hokuyo",
         /// Dead reckoning.
         odometry: Reader<Odometry> => "odom",
-        /// Dead reckoning of the last third of a second.
-        trace: Reader<OdometryTrace> => "odom",
         /// Pose in `map`.
         pose: Writer<PoseEstimate> => "map",
         /// State, area, skill.
@@ -161,12 +160,8 @@ users! {
 
     /// Symbols of the motion tube activity.
     MotionTubeSymbols, ActivityKind::MotionTube.name(), {
-        /// The lidar's scans.
-        scan: Reader<RangeScan> => "hokuyo",
         /// Dead reckoning.
         odometry: Reader<Odometry> => "odom",
-        /// Dead reckoning of the last third of a second.
-        trace: Reader<OdometryTrace> => "odom",
         /// What navigation wants.
         wanted: Reader<WantedMotion> => "wanted",
         /// What is safe.
@@ -200,74 +195,122 @@ users! {
     }
 }
 
-/// Declares, and builds [`Wiring`] from, the structures of all users.
-macro_rules! wiring {
-    ($($(#[$meta:meta])* $field:ident: $symbols:ident,)*) => {
-        /// All ends of all symbols.
-        pub struct Wiring {
-            /// Keeps the shared memory.
-            pub table: SymbolTable,
-            $($(#[$meta])* pub $field: $symbols,)*
-            /// Life cycles, in the order of [`ACTIVITIES`].
-            pub states: Vec<Writer<ActivityState>>,
-            /// Reports of the threads, in the order given: the thread's end and the supervisor's.
-            pub threads: Vec<(Writer<ThreadReport>, Reader<ThreadReport>)>,
-        }
+/// Scans, and the odometry of the time in which they were measured.
+#[derive(Debug)]
+pub struct ScanSymbols {
+    /// The lidar's scans.
+    pub scan: Reader<RangeScan>,
+    /// Dead reckoning of the last third of a second.
+    pub trace: Reader<OdometryTrace>,
+}
 
-        impl Wiring {
-            fn declare(builder: &mut TableBuilder, threads: &[String]) -> Result<(), SymbolError> {
+/// Joins the structures of several users in one.
+macro_rules! joined {
+    ($(#[$meta:meta])* $name:ident, { $($(#[$field_meta:meta])* $field:ident: $symbols:ident,)* }) => {
+        $(#[$meta])*
+        #[derive(Debug)]
+        pub struct $name { $($(#[$field_meta])* pub $field: $symbols,)* }
+
+        impl $name {
+            fn declare(builder: &mut TableBuilder) -> Result<(), SymbolError> {
                 $($symbols::declare(builder)?;)*
-                for activity in ACTIVITIES.map(ActivityKind::name) {
-                    builder.declare::<ActivityState>(activity, activity)?;
-                }
-                for thread in threads {
-                    builder.declare::<ThreadReport>(&owner_of(thread), thread)?;
-                }
                 Ok(())
             }
 
-            fn take(table: SymbolTable, threads: &[String]) -> Result<Self, SymbolError> {
-                let states = ACTIVITIES
-                    .iter()
-                    .map(|activity| table.writer(activity.name(), activity.name()))
-                    .collect::<Result<_, _>>()?;
-                let threads = threads
-                    .iter()
-                    .map(|thread| {
-                        let writer = table.writer(&owner_of(thread), thread)?;
-                        Ok((writer, table.reader(SUPERVISOR, thread)?))
-                    })
-                    .collect::<Result<_, SymbolError>>()?;
-                Ok(Self { $($field: $symbols::take(&table)?,)* states, threads, table })
+            fn take(table: &SymbolTable) -> Result<Self, SymbolError> {
+                Ok(Self { $($field: $symbols::take(table)?,)* })
             }
         }
     };
 }
 
-wiring! {
-    /// Of the drive activity.
-    drive: DriveSymbols,
-    /// Of the proprioception activity.
-    proprioception: ProprioceptionSymbols,
-    /// Of the lidar activity.
-    lidar: LidarSymbols,
-    /// Of the navigation activity.
-    navigation: NavigationSymbols,
-    /// Of the same, on a managed site.
-    navigation_fleet: NavigationFleetSymbols,
-    /// Of the communication activity.
-    communication: CommunicationSymbols,
-    /// Of the same, on a managed site.
-    communication_fleet: CommunicationFleetSymbols,
-    /// Of the motion tube activity.
-    motion_tube: MotionTubeSymbols,
-    /// Of the control activity.
-    control: ControlSymbols,
-    /// Of the supervisor.
-    supervisor: SupervisorSymbols,
+joined! {
+    /// Of the chain of activities from encoders and scans to wheel setpoints.
+    ChainSymbols, {
+        /// Of the proprioception activity.
+        proprioception: ProprioceptionSymbols,
+        /// Of the navigation activity.
+        navigation: NavigationSymbols,
+        /// Of the same, on a managed site.
+        navigation_fleet: NavigationFleetSymbols,
+        /// Of the motion tube activity.
+        motion_tube: MotionTubeSymbols,
+        /// Of the control activity.
+        control: ControlSymbols,
+    }
+}
+
+joined! {
+    /// Of all users.
+    AllSymbols, {
+        /// Of the drive activity.
+        drive: DriveSymbols,
+        /// Of the lidar activity.
+        lidar: LidarSymbols,
+        /// Of the activities between them.
+        chain: ChainSymbols,
+        /// Of the communication activity.
+        communication: CommunicationSymbols,
+        /// Of the same, on a managed site.
+        communication_fleet: CommunicationFleetSymbols,
+        /// Of the supervisor.
+        supervisor: SupervisorSymbols,
+    }
+}
+
+/// All ends of all symbols.
+pub struct Wiring {
+    /// Keeps the shared memory.
+    pub table: SymbolTable,
+    /// Those of each user.
+    pub symbols: AllSymbols,
+    /// Scans, for each activity that looks at them.
+    pub scans: Vec<(ActivityKind, ScanSymbols)>,
+    /// Life cycles, in the order of [`ACTIVITIES`].
+    pub states: Vec<Writer<ActivityState>>,
+    /// Reports of the threads, in the order given: the thread's end and the supervisor's.
+    pub threads: Vec<(Writer<ThreadReport>, Reader<ThreadReport>)>,
 }
 
 impl Wiring {
+    fn declare(builder: &mut TableBuilder, threads: &[String]) -> Result<(), SymbolError> {
+        AllSymbols::declare(builder)?;
+        for activity in ACTIVITIES.map(ActivityKind::name) {
+            builder.declare::<ActivityState>(activity, activity)?;
+        }
+        for thread in threads {
+            builder.declare::<ThreadReport>(&owner_of(thread), thread)?;
+        }
+        Ok(())
+    }
+
+    fn take(table: SymbolTable, threads: &[String]) -> Result<Self, SymbolError> {
+        let scans = |kind: ActivityKind| {
+            let scan = table.reader(kind.name(), "hokuyo")?;
+            let trace = table.reader(kind.name(), "odom")?;
+            Ok((kind, ScanSymbols { scan, trace }))
+        };
+        let states = ACTIVITIES
+            .iter()
+            .map(|activity| table.writer(activity.name(), activity.name()))
+            .collect::<Result<_, _>>()?;
+        let reports = |thread: &String| {
+            let writer = table.writer(&owner_of(thread), thread)?;
+            Ok((writer, table.reader(SUPERVISOR, thread)?))
+        };
+        Ok(Self {
+            symbols: AllSymbols::take(&table)?,
+            scans: { SCAN_READERS.into_iter() }
+                .map(scans)
+                .collect::<Result<_, SymbolError>>()?,
+            states,
+            threads: { threads.iter() }
+                .map(reports)
+                .collect::<Result<_, SymbolError>>()?,
+            table,
+        })
+    }
+
     /// Builds the symbol table of `robot_id` in `place` and takes every end of every symbol.
     ///
     /// # Errors

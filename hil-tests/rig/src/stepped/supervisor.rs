@@ -1,11 +1,11 @@
 //! In the place of the supervisor: life cycles, commands to the activities, and what they report.
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
-use coordination::event::{Receiver, Sender, queue};
-use description::threads::ActivityKind;
-use onboard::activities::port::{COMMANDS, Command, Instructed, Port, REPORTS, Report};
+use coordination::event::EventId;
+use onboard::activities::machine_names::MachineNames;
+use onboard::activities::port::{Command, Instructed, Report};
+use onboard::process::supervisor::Handle;
 use onboard::symbols::faults::Fault;
-use onboard::symbols::values::ActivityState;
 
 /// Something an activity reported.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,61 +25,35 @@ pub enum Note {
     Instructed(Instructed),
 }
 
-struct Handle {
-    kind: ActivityKind,
-    commands: Sender<Command>,
-    reports: Receiver<Report>,
-    state: LifeCycleState,
-}
-
-/// Handles of the activities that run.
-#[derive(Default)]
+/// The activities that run.
 pub(super) struct Supervisor {
     handles: Vec<Handle>,
-    states: Vec<String>,
+    names: MachineNames,
     lost: u64,
 }
 
 impl Supervisor {
-    /// The port of one more activity.
-    pub(super) fn port(
-        &mut self,
-        kind: ActivityKind,
-        state: coordination::symbols::Writer<ActivityState>,
-    ) -> Port {
-        let (commands, commands_end) = queue(COMMANDS);
-        let (reports_end, reports) = queue(REPORTS);
-        self.handles.push(Handle {
-            kind,
-            commands,
-            reports,
-            state: LifeCycleState::Created,
-        });
-        Port::new(commands_end, reports_end, state)
+    /// Has all of `handles` acquire what they need. `names` are those of the robot's machine.
+    pub(super) fn new(handles: Vec<Handle>, names: MachineNames) -> Self {
+        let mut supervisor = Self {
+            handles,
+            names,
+            lost: 0,
+        };
+        supervisor.tell(Command::LifeCycle(LifeCycleEvent::Configure), |_| true);
+        supervisor
     }
 
-    /// Names of the machine's states, by number.
-    pub(super) fn name_states(&mut self, states: Vec<String>) {
-        self.states = states;
-    }
-
-    /// Has all activities acquire what they need.
-    pub(super) fn configure(&mut self) {
-        for handle in &mut self.handles {
-            self.lost += u64::from(
-                handle
-                    .commands
-                    .send(Command::LifeCycle(LifeCycleEvent::Configure))
-                    .is_err(),
-            );
-        }
-    }
-
-    /// A command to one activity.
-    pub(super) fn tell(&mut self, kind: ActivityKind, command: Command) {
-        for handle in self.handles.iter_mut().filter(|handle| handle.kind == kind) {
+    /// A command to some of the activities.
+    pub(super) fn tell(&mut self, command: Command, to: impl Fn(&Handle) -> bool) {
+        for handle in self.handles.iter_mut().filter(|handle| to(handle)) {
             self.lost += u64::from(handle.commands.send(command).is_err());
         }
+    }
+
+    /// The number of an event that the machine takes from outside.
+    pub(super) fn event(&self, name: &str) -> Option<EventId> {
+        self.names.input(name)
     }
 
     /// Takes in all reports, and lets run what is ready.
@@ -92,12 +66,7 @@ impl Supervisor {
                     Report::Cleared(fault) => note(Note::Cleared(fault)),
                     Report::Instructed(what) => note(Note::Instructed(what)),
                     Report::Moved { from, to } => {
-                        let name = |number: u16| {
-                            self.states
-                                .get(usize::from(number))
-                                .cloned()
-                                .unwrap_or_default()
-                        };
+                        let name = |number| self.names.state(number).to_owned();
                         note(Note::Moved {
                             from: name(from),
                             to: name(to),
@@ -112,16 +81,9 @@ impl Supervisor {
                 LifeCycleState::Ready | LifeCycleState::Running
             )
         });
-        for handle in &mut self.handles {
-            if all_ready && handle.state == LifeCycleState::Ready {
-                self.lost += u64::from(
-                    handle
-                        .commands
-                        .send(Command::LifeCycle(LifeCycleEvent::Run))
-                        .is_err(),
-                );
-            }
-        }
+        self.tell(Command::LifeCycle(LifeCycleEvent::Run), |handle| {
+            all_ready && handle.state == LifeCycleState::Ready
+        });
     }
 
     /// Commands that found a full queue.

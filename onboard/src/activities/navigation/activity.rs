@@ -13,7 +13,7 @@ use crate::activities::exchange::Exchange;
 use crate::activities::fleet_link::{Event, NavigationEnd};
 use crate::activities::port::{Command, Instructed, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
-use crate::activities::scans::{Intake, ScanIntake};
+use crate::activities::scans::ScanIntake;
 use crate::fleet::{Answer, Directive};
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{Name, NavigationState, PoseEstimate, WantedMotion};
@@ -30,13 +30,12 @@ enum Asked {
 pub struct Navigation {
     port: Port,
     symbols: NavigationSymbols,
-    intake: ScanIntake,
+    scans: Option<Box<ScanIntake>>,
     exchange: Exchange<Part>,
     part: Box<Part>,
     membership: Membership,
     /// An instruction was given; what becomes of it shows with the next step.
     asked: Option<Asked>,
-    fresh_scan: bool,
     odometry: Stamped<Odometry>,
     output: Option<NavigationOutput>,
     speed_share: f64,
@@ -50,7 +49,6 @@ impl Navigation {
     pub fn new(
         port: Port,
         symbols: NavigationSymbols,
-        intake: ScanIntake,
         navigator: Box<Navigator>,
         exchange: Exchange<Part>,
         start: Start,
@@ -58,12 +56,11 @@ impl Navigation {
         Self {
             port,
             symbols,
-            intake,
+            scans: None,
             exchange,
             part: Box::new(Part::new(navigator, start)),
             membership: Membership::default(),
             asked: None,
-            fresh_scan: false,
             odometry: Stamped::default(),
             output: None,
             speed_share: 1.0,
@@ -84,7 +81,8 @@ impl Navigation {
         if self.odometry.stamp_ns == 0 {
             return; // the drive has not spoken yet
         }
-        let scan = self.fresh_scan.then(|| self.intake.aligned());
+        // What cannot be used is reported by the motion tube, which looks at the same scans.
+        let scan = self.scans.as_ref().and_then(|scans| scans.fresh());
         let before = self.part.navigator.machine().state();
         let input = NavigationInput {
             now_ns,
@@ -259,11 +257,6 @@ impl Activity for Navigation {
     fn communicate_in(&mut self, now_ns: u64) {
         self.membership.read(now_ns);
         self.odometry = self.symbols.odometry.read();
-        // What cannot be used is reported by the motion tube, which looks at the same scans.
-        self.fresh_scan = self
-            .intake
-            .take(&mut self.symbols.scan, &mut self.symbols.trace)
-            == Intake::Aligned;
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
@@ -327,4 +320,8 @@ impl Activity for Navigation {
     }
 }
 
-impl RobotActivity for Navigation {}
+impl RobotActivity for Navigation {
+    fn scans(&mut self) -> Option<&mut Option<Box<ScanIntake>>> {
+        Some(&mut self.scans)
+    }
+}

@@ -1,10 +1,13 @@
 //! The supervisor's side of the activities: commands to them, reports and states from them.
 
 use coordination::activity::LifeCycleState;
-use coordination::event::{Receiver, Sender};
+use coordination::event::{Receiver, Sender, queue};
+use coordination::symbols::Writer;
 use description::threads::ActivityKind;
 
-use crate::activities::port::{Command, Report};
+use crate::activities::port::{COMMANDS, Command, Port, REPORTS, Report};
+use crate::symbols::values::ActivityState;
+use crate::symbols::wiring::ACTIVITIES;
 
 /// The supervisor's side of one activity.
 #[derive(Debug)]
@@ -29,6 +32,25 @@ impl Handle {
             );
         }
     }
+}
+
+/// A port for each activity, and the supervisor's side of it. `states` are in the order of [`ACTIVITIES`].
+#[must_use]
+pub fn ports(states: Vec<Writer<ActivityState>>) -> (Vec<(ActivityKind, Port)>, Vec<Handle>) {
+    { ACTIVITIES.into_iter().zip(states) }
+        .map(|(kind, state)| {
+            let (commands, command_receiver) = queue(COMMANDS);
+            let (report_sender, reports) = queue(REPORTS);
+            let handle = Handle {
+                kind,
+                commands,
+                reports,
+                state: LifeCycleState::Created,
+            };
+            let port = Port::new(command_receiver, report_sender, state);
+            ((kind, port), handle)
+        })
+        .unzip()
 }
 
 /// All activities.

@@ -7,5 +7,5 @@ mod handles;
 mod sent;
 mod supervision;
 
-pub use handles::Handle;
+pub use handles::{Handle, ports};
 pub use supervision::{Ending, PERIOD_NS, Supervisor};
