@@ -17,7 +17,6 @@ mod command;
 mod control;
 mod coordinate;
 mod instruction;
-mod look;
 mod output;
 mod setup;
 mod state;
