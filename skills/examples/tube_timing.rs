@@ -7,15 +7,14 @@
 //! time by the vector unit.
 
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Segment, Twist2};
+use description::robot::{AdaptPolicy, Horizon, Tubes};
 use skills::history::OdometryHistory;
 use skills::map::{LaneData, MapData, SemanticMap, WallData};
 use skills::perception::PerceptionGains;
 use skills::perception::corridor::CorridorTracker;
 use skills::perception::line::LineFitter;
 use skills::scan::{AlignedScan, ScanGeometry};
-use skills::tubes::{
-    AdaptPolicy, KnownRanges, MotionTubes, Surroundings, TubeId, TubeParameters, TubeSet,
-};
+use skills::tubes::{KnownRanges, MotionTubes, StopRules, Surroundings, TubeId, TubeSet};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -134,7 +133,7 @@ fn all_above(ranges_m: &[f32], limits_m: &[f32]) -> bool {
 }
 
 /// One set of tubes: generation, reaction to a scan, evaluation beside brute force.
-fn measure(name: &str, parameters: &TubeParameters) -> Result<(), Box<dyn std::error::Error>> {
+fn measure(name: &str, parameters: &Tubes) -> Result<(), Box<dyn std::error::Error>> {
     let geometry = ScanGeometry::urg_04lx(Pose2::new(0.28, 0.0, 0.0), 4.0);
     let footprint = Footprint {
         front_m: 0.32,
@@ -151,7 +150,7 @@ fn measure(name: &str, parameters: &TubeParameters) -> Result<(), Box<dyn std::e
     );
     println!("  generated in {:.1} ms", generation.as_secs_f64() * 1e3);
     let mut scene = Scene::new(geometry)?;
-    let mut tubes = MotionTubes::new(set.clone(), AdaptPolicy::default())?;
+    let mut tubes = MotionTubes::new(set.clone(), AdaptPolicy::default(), StopRules::default())?;
     let mut observe = || {
         scene.next();
         timed(|| {
@@ -160,7 +159,7 @@ fn measure(name: &str, parameters: &TubeParameters) -> Result<(), Box<dyn std::e
     };
     times(2_000, &mut observe).show("a scan: memory, floor, motion, all tubes, clearance");
 
-    let mut known = KnownRanges::new(&geometry, parameters.d_sample_m);
+    let mut known = KnownRanges::new(&geometry, parameters.sample_step_m);
     known.load(scene.scan.ranges_m());
     let occupied = tubes.memory().occupied().to_vec();
     let nothing = vec![0; occupied.len()];
@@ -253,21 +252,21 @@ fn measure_scan() -> Result<(), Box<dyn std::error::Error>> {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("scan");
     measure_scan()?;
-    measure(
-        "robot file amr-1",
-        &TubeParameters {
-            d_aug_m: 0.06,
-            ..TubeParameters::default()
-        },
-    )?;
+    let amr_1 = Tubes {
+        backward_horizons: vec![Horizon {
+            horizon_s: 1.5,
+            speed_m_s: 0.10,
+        }],
+        ..Tubes::default()
+    };
+    measure("robot file amr-1", &amr_1)?;
     // Rows and turn rates for more than two thousand usable tubes.
     measure(
         "large set",
-        &TubeParameters {
-            d_sample_m: 0.082,
-            d_aug_m: 0.06,
+        &Tubes {
+            sample_step_m: 0.082,
             omega_steps: 621,
-            ..TubeParameters::default()
+            ..amr_1
         },
     )?;
     Ok(())

@@ -24,13 +24,14 @@
 //! use description::geometry::{Footprint, MotionCommand, Pose2, Twist2};
 //! use skills::history::OdometryHistory;
 //! use skills::scan::{AlignedScan, ScanGeometry};
-//! use skills::tubes::{AdaptPolicy, MotionTubes, TubeParameters, TubeSet, Verdict};
+//! use description::robot::{AdaptPolicy, Tubes};
+//! use skills::tubes::{MotionTubes, StopRules, TubeSet, Verdict};
 //!
 //! let footprint = Footprint { front_m: 0.32, rear_m: 0.08, left_m: 0.15, right_m: 0.15 };
 //! let sensor = ScanGeometry::urg_04lx(Pose2::new(0.28, 0.0, 0.0), 4.0);
-//! let (set, report) = TubeSet::generate(&TubeParameters::default(), &footprint, &sensor)?;
+//! let (set, report) = TubeSet::generate(&Tubes::default(), &footprint, &sensor)?;
 //! assert!(report.tubes > 100);
-//! let mut tubes = MotionTubes::new(set, AdaptPolicy::default())?;
+//! let mut tubes = MotionTubes::new(set, AdaptPolicy::default(), StopRules::default())?;
 //!
 //! // A wall across the way, 1.5 m from `base_link`: its range in millimetres for every beam; 0 is out of range.
 //! let wall_mm = |beam| {

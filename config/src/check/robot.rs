@@ -6,11 +6,10 @@ use crate::diagnostic::ProblemKind;
 use crate::loaded::RobotConfig;
 use crate::report::Report;
 use description::names::is_key_prefix;
-use description::robot::{Horizon, Link};
+use description::robot::{Link, check_mount};
 use description::threads::{ActivityKind, Trigger};
 
 pub(super) fn check(robot: &RobotConfig, report: &Report) {
-    footprint(robot, report);
     drive(robot, report);
     ethercat(robot, report);
     lidar(robot, report);
@@ -24,22 +23,6 @@ fn refuse(bad: bool, report: &Report, key: &str, found: String, expected: String
     if bad && !report.touched(&[key]) {
         report.wrong(ProblemKind::Inconsistent, key, found, expected);
     }
-}
-
-/// What the motion tubes need of the body.
-fn footprint(robot: &RobotConfig, report: &Report) {
-    let (f, mount) = (&robot.footprint, &robot.lidar.mount);
-    let outside = mount.x_m > f.front_m
-        || mount.x_m < -f.rear_m
-        || mount.y_m > f.left_m
-        || mount.y_m < -f.right_m;
-    refuse(
-        outside,
-        report,
-        "lidar.mount",
-        format!("a sensor at ({:?}, {:?})", mount.x_m, mount.y_m),
-        "a sensor inside the footprint".to_owned(),
-    );
 }
 
 fn drive(robot: &RobotConfig, report: &Report) {
@@ -196,94 +179,24 @@ fn navigation(robot: &RobotConfig, report: &Report) {
 
 fn tubes(robot: &RobotConfig, report: &Report) {
     let t = &robot.tubes;
-    refuse(
-        t.omega_steps.is_multiple_of(2),
-        report,
-        "tubes.omega_steps",
-        t.omega_steps.to_string(),
-        "an odd count, so that driving straight is one of them".to_owned(),
-    );
-    refuse(
-        t.augment_m < t.sample_step_m / 2.0,
-        report,
-        "tubes.augment_m",
-        format!("{:?}", t.augment_m),
-        format!(
-            "at least {} m, half of `sample_step_m`: less leaves objects unseen",
-            description::keys::rounded(t.sample_step_m / 2.0)
-        ),
-    );
-    horizons_grow("tubes.horizons", &t.horizons, report);
-    horizons_grow("tubes.backward_horizons", &t.backward_horizons, report);
+    let mount = check_mount(&robot.lidar.mount, &robot.footprint);
+    for error in mount
+        .err()
+        .into_iter()
+        .chain(t.contradictions(&robot.footprint))
+    {
+        refuse(true, report, &error.key, error.found, error.expected);
+    }
     if t.horizons.is_empty() || report.touched(&["tubes.horizons"]) {
         return;
     }
-    tubes_lie_close(robot, report);
-    let fastest_m_s = t.horizons.iter().map(|h| h.speed_m_s).fold(0.0, f64::max);
+    let fastest_m_s = t.fastest_m_s();
     refuse(
         robot.drive.max_speed_m_s > fastest_m_s,
         report,
         "drive.max_speed_m_s",
         format!("{:?}", robot.drive.max_speed_m_s),
         format!("at most {fastest_m_s} m/s, the fastest of `tubes.horizons`"),
-    );
-}
-
-/// Longer ones are not slower, and there are not too many of them.
-fn horizons_grow(key: &str, horizons: &[Horizon], report: &Report) {
-    const MOST_HORIZONS: usize = 16;
-    for (index, pair) in horizons.windows(2).enumerate() {
-        let (before, this) = (pair[0], pair[1]);
-        let shorter = this.horizon_s * this.speed_m_s <= before.horizon_s * before.speed_m_s;
-        refuse(
-            shorter,
-            report,
-            &format!("{key}[{}].horizon_s", index + 1),
-            format!("{:?}", this.horizon_s),
-            format!(
-                "a longer way than the one before it, {} s at {} m/s",
-                before.horizon_s, before.speed_m_s
-            ),
-        );
-        refuse(
-            this.speed_m_s < before.speed_m_s,
-            report,
-            &format!("{key}[{}].speed_m_s", index + 1),
-            format!("{:?}", this.speed_m_s),
-            format!(
-                "at least that of the one before it, {} m/s",
-                before.speed_m_s
-            ),
-        );
-    }
-    refuse(
-        horizons.len() > MOST_HORIZONS,
-        report,
-        key,
-        format!("{} horizons", horizons.len()),
-        format!("at most {MOST_HORIZONS}"),
-    );
-}
-
-/// Between the ends of two neighbouring tubes no path may fit that leaves both.
-fn tubes_lie_close(robot: &RobotConfig, report: &Report) {
-    let (t, f) = (&robot.tubes, &robot.footprint);
-    let width_m = f.left_m + f.right_m;
-    // Curvatures 2 omega_max / (steps - 1) / v apart end that times half the length squared apart.
-    let needed = t
-        .horizons
-        .iter()
-        .chain(&t.backward_horizons)
-        .map(|h| 1.0 + t.omega_max_rad_s * h.speed_m_s * h.horizon_s * h.horizon_s / width_m)
-        .fold(0.0, f64::max);
-    refuse(
-        f64::from(t.omega_steps) <= needed,
-        report,
-        "tubes.omega_steps",
-        t.omega_steps.to_string(),
-        format!(
-            "over {needed:.1}, so that neighbouring tubes end less than the robot's width, {width_m} m, apart"
-        ),
     );
 }
 

@@ -12,14 +12,17 @@ macro_rules! section {
         $(#[doc = $about:literal])*
         $(#[derive($($trait:ident),*)])?
         pub struct $name:ident: Default {
-            $($(#[doc = $doc:literal])* pub $field:ident: $type:ty as $rule:expr => $default:expr,)*
+            $(
+                $(#[doc = $doc:literal])*
+                pub $field:ident $(@ $key:literal)?: $type:ty as $rule:expr => $default:expr,
+            )*
         }
     ) => {
         $crate::section! {
             $(#[doc = $about])*
             $(#[derive($($trait),*)])?
             pub struct $name {
-                $($(#[doc = $doc])* pub $field: $type as $rule => $default,)*
+                $($(#[doc = $doc])* pub $field $(@ $key)?: $type as $rule => $default,)*
             }
         }
 

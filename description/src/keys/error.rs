@@ -14,8 +14,6 @@ pub struct KeyError {
     pub found: String,
     /// What was expected.
     pub expected: String,
-    /// A second key that has to do with it, and what it is.
-    pub also: Option<(String, String)>,
 }
 
 impl KeyError {
@@ -30,7 +28,6 @@ impl KeyError {
             key: key.into(),
             found: found.into(),
             expected: expected.into(),
-            also: None,
         }
     }
 
@@ -38,13 +35,6 @@ impl KeyError {
     #[must_use]
     pub fn below(mut self, section: &str) -> Self {
         self.key = format!("{section}.{}", self.key);
-        self
-    }
-
-    /// The same with a second key.
-    #[must_use]
-    pub fn with(mut self, key: impl Into<String>, label: impl Into<String>) -> Self {
-        self.also = Some((key.into(), label.into()));
         self
     }
 }
@@ -55,7 +45,6 @@ impl fmt::Display for KeyError {
             key,
             found,
             expected,
-            ..
         } = self;
         write!(f, "{key}: found {found}, expected {expected}")
     }

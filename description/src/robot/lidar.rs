@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::{DURATION, TIMEOUT_MS};
-use crate::geometry::Pose2;
-use crate::keys::{Count, Field, Page, Pose, Quantity, Source, Text};
+use crate::geometry::{Footprint, Pose2};
+use crate::keys::{Count, Field, KeyError, Page, Pose, Quantity, Source, Text};
 use crate::section;
 
 const RANGE: Quantity = Quantity::new("a range", "m").above(0.0).at_most(60.0);
@@ -38,6 +38,23 @@ section! {
         /// After that, scans must be good for this long before it drives on.
         pub good_scans_s: f64 as DURATION => 2.0,
     }
+}
+
+/// Checks that the sensor sits inside the footprint, from where motion tubes are judged.
+///
+/// # Errors
+/// `lidar.mount` otherwise. Coordinates that are not numbers are not judged.
+pub fn check_mount(mount: &Pose2, footprint: &Footprint) -> Result<(), KeyError> {
+    let outside = mount.x_m > footprint.front_m
+        || mount.x_m < -footprint.rear_m
+        || mount.y_m > footprint.left_m
+        || mount.y_m < -footprint.right_m;
+    if outside {
+        let found = format!("a sensor at ({:?}, {:?})", mount.x_m, mount.y_m);
+        let expected = "a sensor inside the footprint";
+        return Err(KeyError::new("lidar.mount", found, expected));
+    }
+    Ok(())
 }
 
 impl BitRate {

@@ -10,9 +10,9 @@ mod tubes;
 pub use drive::{Control, Drive};
 pub use fieldbus::{Ethercat, Link};
 pub use fleet::Fleet;
-pub use lidar::{BIT_RATES, BitRate, Lidar};
+pub use lidar::{BIT_RATES, BitRate, Lidar, check_mount};
 pub use navigation::Navigation;
-pub use tubes::{Horizon, MOST_OMEGA_STEPS, Tubes};
+pub use tubes::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, Tubes};
 
 use crate::geometry::Footprint;
 use crate::keys::{Count, Id, Map, Need, Quantity, Table, TableOrDefaults, Text};

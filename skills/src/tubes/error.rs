@@ -1,85 +1,15 @@
 //! Why a set of tubes, its policy, or a single tube is refused.
 
 use crate::scan::ScanGeometryError;
+use description::keys::KeyError;
 use thiserror::Error;
 
 /// Why no set of tubes could be made, or no adaptation be set up.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 pub enum TubeError {
-    /// A number that must be finite and positive.
-    #[error("{name} is {found}; expected a number over 0")]
-    NotPositive {
-        /// Which.
-        name: &'static str,
-        /// Its value.
-        found: f64,
-    },
-    /// A number outside its range.
-    #[error("{name} is {found}; expected {min} to {max}")]
-    OutOfRange {
-        /// Which.
-        name: &'static str,
-        /// Its value.
-        found: f64,
-        /// Smallest allowed.
-        min: f64,
-        /// Largest allowed.
-        max: f64,
-    },
-    /// No horizon at all.
-    #[error("no horizon; expected at least one")]
-    NoHorizon,
-    /// Two horizons of the same length.
-    #[error("two horizons are {length_m} m long; expected different lengths")]
-    SameLength {
-        /// That length.
-        length_m: f64,
-    },
-    /// A faster horizon is shorter than a slower one.
-    #[error(
-        "the horizon of {speed_m_s} m/s is shorter than a slower one; expected longer horizons to be faster"
-    )]
-    FasterButShorter {
-        /// Its speed.
-        speed_m_s: f64,
-    },
-    /// An even number of turning speeds has no straight ahead.
-    #[error("{found} turning speeds; expected an odd number")]
-    EvenSteps {
-        /// How many.
-        found: usize,
-    },
-    /// Paths between two neighbouring tubes would leave both.
-    #[error(
-        "neighbouring tubes of {length_m} m end {gap_m} m apart; expected under the robot's width, {width_m} m: use more turning speeds"
-    )]
-    TubesApart {
-        /// Length of the tubes.
-        length_m: f64,
-        /// How far apart their ends lie.
-        gap_m: f64,
-        /// The width of the robot.
-        width_m: f64,
-    },
-    /// The samples lie too close to the tube.
-    #[error("d_aug_m is {d_aug_m}; expected at least half of d_sample_m, {d_sample_m}")]
-    AugmentedTooLittle {
-        /// Found.
-        d_aug_m: f64,
-        /// The sample step.
-        d_sample_m: f64,
-    },
-    /// The footprint has a side that is not positive.
-    #[error("a side of the footprint is not over 0")]
-    Footprint,
-    /// The sensor must see the robot's surroundings from within.
-    #[error("the sensor at ({x_m}, {y_m}) m is outside the footprint; expected inside")]
-    SensorOutside {
-        /// Forward.
-        x_m: f64,
-        /// Left.
-        y_m: f64,
-    },
+    /// A parameter, by its key in a robot file.
+    #[error(transparent)]
+    Key(#[from] KeyError),
     /// The scan geometry is unusable.
     #[error("scan geometry: {0}")]
     Scan(#[from] ScanGeometryError),
@@ -132,7 +62,7 @@ pub enum Refusal {
         /// Largest range.
         range_max_m: f64,
     },
-    /// The beams lie too far apart to find what `d_sample_m` promises.
+    /// The beams lie too far apart to find what `sample_step_m` promises.
     #[error(
         "beams are {beam_gap_m:.3} m apart at its end; at most {allowed_m:.3} m can find what is asked for"
     )]
@@ -163,26 +93,5 @@ impl Refusal {
             Self::BeyondRange { .. } => Self::KINDS[3],
             Self::BeamsTooCoarse { .. } => Self::KINDS[4],
         }
-    }
-}
-
-pub(crate) fn positive(name: &'static str, found: f64) -> Result<(), TubeError> {
-    if found.is_finite() && found > 0.0 {
-        Ok(())
-    } else {
-        Err(TubeError::NotPositive { name, found })
-    }
-}
-
-pub(crate) fn within(name: &'static str, found: f64, min: f64, max: f64) -> Result<(), TubeError> {
-    if (min..=max).contains(&found) {
-        Ok(())
-    } else {
-        Err(TubeError::OutOfRange {
-            name,
-            found,
-            min,
-            max,
-        })
     }
 }

@@ -10,10 +10,7 @@ use skills::drive::{DriveLimits, WheelController};
 use skills::navigator::{NavigationGains, Navigator, NavigatorSetup};
 use skills::odometry::{DeadReckoning, TricycleGeometry};
 use skills::scan::ScanGeometry;
-use skills::tubes::{
-    AdaptPolicy, DetourPolicy, Horizon, MotionTubes, MovingPolicy, TubeParameters, TubeReport,
-    TubeSet,
-};
+use skills::tubes::{MotionTubes, StopRules, TubeReport, TubeSet};
 
 use super::contents::{Plan, ns_from_ms};
 use super::error::PlanError;
@@ -109,30 +106,8 @@ impl Plan {
     }
 
     pub(super) fn tube_set(&self) -> Result<(TubeSet, TubeReport), PlanError> {
-        let tubes = &self.robot.tubes;
-        let rows = |rows: &[description::robot::Horizon]| {
-            let row = |row: &description::robot::Horizon| Horizon {
-                duration_s: row.horizon_s,
-                speed_m_s: row.speed_m_s,
-            };
-            rows.iter().map(row).collect()
-        };
-        let parameters = TubeParameters {
-            horizons: rows(&tubes.horizons),
-            backward: rows(&tubes.backward_horizons),
-            omega_max_rad_s: tubes.omega_max_rad_s,
-            omega_steps: tubes.omega_steps as usize,
-            d_sample_m: tubes.sample_step_m,
-            d_aug_m: tubes.augment_m,
-            memory_s: tubes.memory_s,
-            floor_memory_m: tubes.floor_memory_m,
-        };
-        let footprint = self.robot.footprint;
-        Ok(TubeSet::generate(
-            &parameters,
-            &footprint,
-            &self.scan_geometry()?,
-        )?)
+        let (tubes, footprint) = (&self.robot.tubes, &self.robot.footprint);
+        Ok(TubeSet::generate(tubes, footprint, &self.scan_geometry()?)?)
     }
 
     /// The motion tubes, at rest until scans come.
@@ -141,31 +116,12 @@ impl Plan {
     /// [`PlanError::Tubes`], or as [`Plan::scan_format`].
     pub fn motion_tubes(&self) -> Result<MotionTubes, PlanError> {
         let (set, _) = self.tube_set()?;
-        let tubes = &self.robot.tubes;
-        let policy = AdaptPolicy {
-            stop_deceleration_m_s2: self.robot.drive.stop_deceleration_m_s2,
-            curvature_band_1_m: tubes.curvature_band_1_m,
-            speed_weight: tubes.speed_weight,
-            hysteresis_1_m: tubes.hysteresis_1_m,
-            free_scans: u8::try_from(tubes.free_scans).unwrap_or(u8::MAX),
-            reaction_s: tubes.reaction_s,
-            resume_after_s: tubes.resume_after_s,
+        let rules = StopRules {
+            deceleration_m_s2: self.robot.drive.stop_deceleration_m_s2,
             scan_timeout_s: f64::from(self.robot.lidar.scan_timeout_ms) / 1000.0,
             good_scans_s: self.robot.lidar.good_scans_s,
-            detour: DetourPolicy {
-                curvature_1_m: tubes.detour_curvature_1_m,
-                heading_rad: tubes.detour_heading_rad,
-                speed_m_s: tubes.detour_speed_m_s,
-                after_s: tubes.detour_after_s,
-                retreat_m: tubes.detour_retreat_m,
-            },
-            moving: MovingPolicy {
-                speed_m_s: tubes.moving_speed_m_s,
-                margin_m: tubes.moving_margin_m,
-                rest_s: tubes.moving_rest_s,
-            },
         };
-        Ok(MotionTubes::new(set, policy)?)
+        Ok(MotionTubes::new(set, self.robot.tubes.adapt, rules)?)
     }
 
     /// Navigation, at the robot's start.

@@ -13,8 +13,8 @@
 use super::room::Room;
 use super::select::{Search, Selection, Selector};
 use crate::tubes::memory::known::KnownRanges;
-use crate::tubes::parameters::DetourPolicy;
 use description::geometry::{MotionCommand, wrap_angle};
+use description::robot::DetourPolicy;
 
 /// A detour ends when the wanted way has been free this long.
 const FREE_NS: u64 = 250_000_000;
@@ -246,7 +246,7 @@ fn opening(selector: &Selector<'_>, known: &KnownRanges, off_rad: f64) -> f64 {
     const STEP_RAD: f64 = 0.1;
     let set = selector.set;
     let body = set.footprint();
-    let half_width_m = body.left_m.max(body.right_m) + set.parameters().d_aug_m;
+    let half_width_m = body.left_m.max(body.right_m) + set.parameters().augment_m;
     // Directions along the obstacle itself are no opening.
     let widest_rad = selector.policy.detour.heading_rad.min(1.0);
     let steps = (widest_rad / STEP_RAD) as usize;

@@ -5,6 +5,7 @@
 //! * `select`: the tube for a wanted command;
 //! * [`room`]: how far beside its path a detour may lead;
 //! * `detour`: the way around what stands in the way;
+//! * [`stop_rules`]: how it must stop, whatever the policy;
 //! * `retreat`: backing out of a dead end;
 //! * [`motion_tubes`]: the run-time object; `observe`, `speed` and `command`: what it does.
 //!
@@ -26,6 +27,7 @@ pub mod room;
 mod select;
 mod sight;
 mod speed;
+pub mod stop_rules;
 
 #[cfg(doc)]
 use {motion_tubes::MotionTubes, outcome::Reason};

@@ -6,14 +6,16 @@ use super::retreat::Retreat;
 use super::room::Room;
 use super::select::{Selection, Selector};
 use super::sight::Sight;
+use super::stop_rules::StopRules;
 use crate::tubes::error::TubeError;
 use crate::tubes::memory::floor::Floor;
 use crate::tubes::memory::known::KnownRanges;
 use crate::tubes::memory::moving::Moving;
 use crate::tubes::memory::seen::Memory;
-use crate::tubes::parameters::AdaptPolicy;
 use crate::tubes::set::tube_set::{Surroundings, TubeId, TubeSet};
 use description::geometry::{MotionCommand, Pose2};
+use description::keys::Section;
+use description::robot::AdaptPolicy;
 
 /// A stop because no tube was free.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +29,7 @@ pub(super) struct Block {
 pub struct MotionTubes {
     pub(super) set: TubeSet,
     pub(super) policy: AdaptPolicy,
+    pub(super) stop_deceleration_m_s2: f64,
     pub(super) known: KnownRanges,
     pub(super) memory: Memory,
     pub(super) floor: Floor,
@@ -52,9 +55,10 @@ impl MotionTubes {
     /// Takes a set of tubes into operation. It begins stopped, until scans have been good for long enough.
     ///
     /// # Errors
-    /// Those of [`AdaptPolicy::validate`].
-    pub fn new(set: TubeSet, policy: AdaptPolicy) -> Result<Self, TubeError> {
-        policy.validate()?;
+    /// [`TubeError::Key`] for the first value out of its range.
+    pub fn new(set: TubeSet, policy: AdaptPolicy, rules: StopRules) -> Result<Self, TubeError> {
+        Section::check(&policy).map_err(|error| error.below("tubes"))?;
+        rules.check()?;
         let fastest_m_s = set.parameters().fastest_m_s();
         let memory_s = set.parameters().memory_s;
         let floor = Floor::new(
@@ -66,7 +70,7 @@ impl MotionTubes {
         );
         let near_m = set.footprint().length_m().max(set.footprint().width_m());
         Ok(Self {
-            known: KnownRanges::new(set.geometry(), set.parameters().d_sample_m),
+            known: KnownRanges::new(set.geometry(), set.parameters().sample_step_m),
             memory: Memory::new(
                 set.grid(),
                 memory_s,
@@ -78,8 +82,9 @@ impl MotionTubes {
             streaks: vec![0; set.len()].into_boxed_slice(),
             set,
             clearance_m: f64::INFINITY,
-            sight: Sight::new(&policy),
+            sight: Sight::new(&rules),
             policy,
+            stop_deceleration_m_s2: rules.deceleration_m_s2,
             odom_pose: Pose2::IDENTITY,
             block: None,
             detour: Detour::default(),

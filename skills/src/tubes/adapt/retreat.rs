@@ -4,8 +4,8 @@
 //! turn and sees nothing new. After `AFTER_NS` it backs out a little, straight, over floor that it knows to be free, and
 //! looks again: what was beside it is ahead of it then. It tries that `TRIES` times in one place.
 
-use crate::tubes::parameters::DetourPolicy;
 use description::geometry::Point2;
+use description::robot::DetourPolicy;
 
 /// A retreat begins after being blocked this long,
 const AFTER_NS: u64 = 3_000_000_000;

@@ -5,9 +5,9 @@
 //! serves, shifted, if it is at least two rows longer. Rows compete by cost: the shift of the curvature, and the speed
 //! lost; of equals the longest wins. Backwards is served by the rows behind in the same way.
 
-use crate::tubes::parameters::AdaptPolicy;
 use crate::tubes::set::tube_set::{TubeId, TubeSet};
 use description::geometry::MotionCommand;
+use description::robot::AdaptPolicy;
 
 /// A shift must lead into a tube at least this many rows longer than the longest unshifted one.
 const SHIFT_BUYS_ROWS: usize = 2;
@@ -45,7 +45,7 @@ pub(super) struct Selector<'a> {
 impl Selector<'_> {
     fn is_free(&self, row: usize, step: usize) -> bool {
         let id = self.set.id(row, step);
-        self.streaks[id.0 as usize] >= self.policy.free_scans
+        u32::from(self.streaks[id.0 as usize]) >= self.policy.free_scans
     }
 
     /// The best tube for `wanted`, given the one driven so far.

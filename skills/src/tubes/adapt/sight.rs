@@ -1,7 +1,7 @@
 //! Whether scans arrive, and have arrived without a gap for long enough.
 
 use super::outcome::{ObserveError, Reason};
-use crate::tubes::parameters::AdaptPolicy;
+use super::stop_rules::StopRules;
 
 /// Tolerance between clock readings of two threads.
 const CLOCK_SLACK_NS: u64 = 20_000_000;
@@ -21,10 +21,10 @@ pub(super) struct Sight {
 }
 
 impl Sight {
-    pub fn new(policy: &AdaptPolicy) -> Self {
+    pub fn new(rules: &StopRules) -> Self {
         Self {
-            timeout_ns: (policy.scan_timeout_s * 1e9) as u64,
-            good_ns: (policy.good_scans_s * 1e9) as u64,
+            timeout_ns: (rules.scan_timeout_s * 1e9) as u64,
+            good_ns: (rules.good_scans_s * 1e9) as u64,
             newest: None,
             good_since_ns: None,
             blind_since_ns: None,

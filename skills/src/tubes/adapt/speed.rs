@@ -32,7 +32,7 @@ impl MotionTubes {
             return self.stop(Reason::Reversing, None, now_ns, now_ns);
         }
         let length_m = self.length_m(&selection, current);
-        let decel = self.policy.stop_deceleration_m_s2;
+        let decel = self.stop_deceleration_m_s2;
         let speed_m_s = current.v_m_s.abs();
         if speed_m_s * delay_s + speed_m_s * speed_m_s / (2.0 * decel) > length_m {
             self.driven = None;
@@ -104,7 +104,7 @@ impl MotionTubes {
 
     /// The highest speed that lets the robot stand before something that moves arrives; `None` when it must stop.
     fn unmet_m_s(&self, speed_m_s: f64, delay_s: f64) -> Option<f64> {
-        let decel = self.policy.stop_deceleration_m_s2;
+        let decel = self.stop_deceleration_m_s2;
         let away_m = self.moving.nearest_m();
         let highest =
             |decel_m_s2| highest_speed_m_s(&self.policy.moving, away_m, delay_s, decel_m_s2);

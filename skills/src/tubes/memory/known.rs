@@ -1,7 +1,7 @@
 //! What one scan says per beam: free up to this range.
 //!
 //! An unknown beam says nothing. Something that is hidden from a few of them alone is narrower than the gap between
-//! their known neighbours; so up to the range where that gap spans `d_sample_m` the nearer neighbour answers for
+//! their known neighbours; so up to the range where that gap spans `sample_step_m` the nearer neighbour answers for
 //! them, and beyond they count as blocked.
 
 use crate::scan::{MAX_BEAMS, ScanGeometry};
@@ -13,7 +13,7 @@ pub struct KnownRanges {
     ranges_m: Box<[f32; MAX_BEAMS]>,
     beams: usize,
     angle_step_rad: f32,
-    d_sample_m: f32,
+    sample_step_m: f32,
     /// Directions of the beams, and the sensor, in `base_link`.
     directions: Box<[Point2]>,
     sensor: Point2,
@@ -22,12 +22,12 @@ pub struct KnownRanges {
 impl KnownRanges {
     /// Nothing known: all blocked.
     #[must_use]
-    pub fn new(geometry: &ScanGeometry, d_sample_m: f64) -> Self {
+    pub fn new(geometry: &ScanGeometry, sample_step_m: f64) -> Self {
         Self {
             ranges_m: Box::new([0.0; MAX_BEAMS]),
             beams: geometry.beams.min(MAX_BEAMS),
             angle_step_rad: geometry.angle_step_rad as f32,
-            d_sample_m: d_sample_m as f32,
+            sample_step_m: sample_step_m as f32,
             directions: (0..geometry.beams)
                 .map(|beam| {
                     let angle_rad = geometry.mount.theta_rad + geometry.beam_angle_rad(beam);
@@ -61,9 +61,11 @@ impl KnownRanges {
             let after = range_at(end);
             let gap_rad = self.angle_step_rad * (end - beam + 1) as f32;
             let free_m = match (before, after) {
-                (Some(before), Some(after)) => before.min(after).min(self.d_sample_m / gap_rad),
+                (Some(before), Some(after)) => before.min(after).min(self.sample_step_m / gap_rad),
                 // At the edge of the view the other half of a thing may lie outside.
-                (Some(one), None) | (None, Some(one)) => one.min(self.d_sample_m / (2.0 * gap_rad)),
+                (Some(one), None) | (None, Some(one)) => {
+                    one.min(self.sample_step_m / (2.0 * gap_rad))
+                }
                 (None, None) => 0.0,
             };
             self.ranges_m[beam..end].fill(free_m);

@@ -14,8 +14,8 @@
 
 use super::known::KnownRanges;
 use crate::scan::{AlignedScan, BeamState, ScanGeometry};
-use crate::tubes::parameters::MovingPolicy;
 use description::geometry::{Footprint, Point2, Pose2};
+use description::robot::MovingPolicy;
 
 /// Scans that are kept.
 const KEPT: usize = 16;

@@ -1,7 +1,7 @@
 //! From parameters, footprint and sensor to a set of tubes.
 //!
-//! **Step.** A sample is judged by the nearest beam, which passes it at up to q = r·Δα/2. For a thing of `d_sample_m`
-//! to hold a sample in spite of that, samples are `d_sample_m` − 3·q apart: 2·q for a disc, 3·q for the corner of a box.
+//! **Step.** A sample is judged by the nearest beam, which passes it at up to q = r·Δα/2. For a thing of `sample_step_m`
+//! to hold a sample in spite of that, samples are `sample_step_m` − 3·q apart: 2·q for a disc, 3·q for the corner of a box.
 //!
 //! **Samples out of view** within one footprint of `base_link` become cells of the tube's mask on the near grid, with
 //! all cells out of view that the tube sweeps there; farther ones refuse the tube.
@@ -12,11 +12,12 @@ use super::tube_set::{Row, Tube, TubeSet};
 use crate::scan::ScanGeometry;
 use crate::tubes::error::{Refusal, TubeError};
 use crate::tubes::memory::grid::NearGrid;
-use crate::tubes::parameters::{Horizon, TubeParameters};
 use description::geometry::{Footprint, Point2};
+use description::keys::{KeyError, Section};
+use description::robot::{Horizon, Tubes, check_mount};
 use std::collections::BTreeMap;
 
-/// The share of `d_sample_m` that must remain as step.
+/// The share of `sample_step_m` that must remain as step.
 const MIN_STEP_SHARE: f64 = 0.25;
 
 /// How the sensor sees a point of `base_link`.
@@ -41,34 +42,17 @@ fn near_m(footprint: &Footprint) -> f64 {
     footprint.length_m().max(footprint.width_m())
 }
 
-fn check(
-    parameters: &TubeParameters,
-    footprint: &Footprint,
-    geometry: &ScanGeometry,
-) -> Result<(), TubeError> {
-    parameters.validate()?;
+fn check(tubes: &Tubes, footprint: &Footprint, geometry: &ScanGeometry) -> Result<(), TubeError> {
+    Section::check(footprint).map_err(|error| error.below("footprint"))?;
+    Section::check(tubes).map_err(|error| error.below("tubes"))?;
+    if tubes.horizons.is_empty() {
+        return Err(KeyError::new("tubes.horizons", "none", "at least one").into());
+    }
+    if let Some(error) = tubes.contradictions(footprint).into_iter().next() {
+        return Err(error.into());
+    }
     geometry.validate()?;
-    if !footprint.is_valid() {
-        return Err(TubeError::Footprint);
-    }
-    if !footprint.contains(geometry.mount.position()) {
-        return Err(TubeError::SensorOutside {
-            x_m: geometry.mount.x_m,
-            y_m: geometry.mount.y_m,
-        });
-    }
-    for horizon in parameters.horizons.iter().chain(&parameters.backward) {
-        let length_m = horizon.length_m();
-        let step_1_m = parameters.omega_step_rad_s() / horizon.speed_m_s;
-        let gap_m = step_1_m * length_m * length_m / 2.0;
-        if gap_m >= footprint.width_m() {
-            return Err(TubeError::TubesApart {
-                length_m,
-                gap_m,
-                width_m: footprint.width_m(),
-            });
-        }
-    }
+    check_mount(&geometry.mount, footprint)?;
     Ok(())
 }
 
@@ -79,13 +63,13 @@ impl TubeSet {
     /// # Errors
     /// [`TubeError`]: parameters, footprint or sensor are refused, or not one tube can be judged.
     pub fn generate(
-        parameters: &TubeParameters,
+        parameters: &Tubes,
         footprint: &Footprint,
         geometry: &ScanGeometry,
     ) -> Result<(Self, TubeReport), TubeError> {
         check(parameters, footprint, geometry)?;
-        let cell_m = parameters.d_sample_m / 2.0;
-        let grid = NearGrid::new(near_m(footprint) + parameters.d_aug_m + cell_m, cell_m);
+        let cell_m = parameters.sample_step_m / 2.0;
+        let grid = NearGrid::new(near_m(footprint) + parameters.augment_m + cell_m, cell_m);
         let mut generator = Generator {
             parameters,
             footprint,
@@ -100,10 +84,11 @@ impl TubeSet {
         };
         generator.find_blind_cells();
         let mut rows = Vec::new();
-        let ahead = parameters.sorted_horizons();
-        let behind = parameters.sorted_backward();
-        let directed = ahead.iter().map(|horizon| (*horizon, false));
-        for (horizon, backward) in directed.chain(behind.iter().map(|horizon| (*horizon, true))) {
+        // The longest of each direction first.
+        let ahead = parameters.horizons.iter().rev().map(|row| (*row, false));
+        let behind = parameters.backward_horizons.iter().rev();
+        let steps = parameters.omega_steps as usize;
+        for (horizon, backward) in ahead.chain(behind.map(|row| (*row, true))) {
             let row = Row {
                 horizon,
                 backward,
@@ -111,17 +96,17 @@ impl TubeSet {
                 curvature_step_1_m: parameters.omega_step_rad_s() / horizon.speed_m_s,
             };
             rows.push(row);
-            for step in 0..parameters.omega_steps {
-                let from_middle = step as f64 - (parameters.omega_steps / 2) as f64;
+            for step in 0..steps {
+                let from_middle = step as f64 - (steps / 2) as f64;
                 generator.tube(row, from_middle * row.curvature_step_1_m)?;
             }
         }
-        generator.finish(rows, ahead.len())
+        generator.finish(rows, parameters.horizons.len())
     }
 }
 
 struct Generator<'a> {
-    parameters: &'a TubeParameters,
+    parameters: &'a Tubes,
     footprint: &'a Footprint,
     geometry: &'a ScanGeometry,
     grid: NearGrid,
@@ -217,24 +202,24 @@ impl Generator<'_> {
                 angle_rad: path.angle_rad(),
             });
         }
-        let d_sample_m = self.parameters.d_sample_m;
-        let d_aug_m = self.parameters.d_aug_m;
+        let sample_step_m = self.parameters.sample_step_m;
+        let augment_m = self.parameters.augment_m;
         let mut points = Vec::new();
-        sample_border(self.footprint, path, d_aug_m, d_sample_m, &mut points);
+        sample_border(self.footprint, path, augment_m, sample_step_m, &mut points);
         let farthest_m = points
             .iter()
             .map(|&point| point.distance_m(self.geometry.mount.position()))
             .fold(0.0, f64::max);
         let beam_gap_m = farthest_m * self.geometry.angle_step_rad;
-        let step_m = d_sample_m - 1.5 * beam_gap_m;
-        if step_m < MIN_STEP_SHARE * d_sample_m {
+        let step_m = sample_step_m - 1.5 * beam_gap_m;
+        if step_m < MIN_STEP_SHARE * sample_step_m {
             return Err(Refusal::BeamsTooCoarse {
                 beam_gap_m,
-                allowed_m: (1.0 - MIN_STEP_SHARE) * d_sample_m / 1.5,
+                allowed_m: (1.0 - MIN_STEP_SHARE) * sample_step_m / 1.5,
             });
         }
         points.clear();
-        sample_border(self.footprint, path, d_aug_m, step_m, &mut points);
+        sample_border(self.footprint, path, augment_m, step_m, &mut points);
 
         let mut by_beam: BTreeMap<usize, f64> = BTreeMap::new();
         let mut unseen = Vec::new();
@@ -276,7 +261,7 @@ impl Generator<'_> {
         Ok(mask)
     }
 
-    /// The cells out of view that the tube sweeps, and those within `d_aug_m` of its border out of view.
+    /// The cells out of view that the tube sweeps, and those within `augment_m` of its border out of view.
     fn mask(&self, path: Path, any_unseen: bool) -> Vec<u64> {
         let mut mask = vec![0u64; self.grid.words()];
         if !any_unseen {
@@ -291,7 +276,7 @@ impl Generator<'_> {
         });
         // Floor that must be known free is kept on a grid of the same cell size, at any angle to this one.
         let margin_cells = if path.length_m < 0.0 { 1.5 } else { 0.5 };
-        let margin_m = self.parameters.d_aug_m + margin_cells * cell_m;
+        let margin_m = self.parameters.augment_m + margin_cells * cell_m;
         for cell in 0..self.grid.cells() {
             let centre = self.grid.centre(cell);
             if !self.footprint.contains(centre)
@@ -352,7 +337,7 @@ impl Generator<'_> {
             grid: self.grid,
             rows: rows.into_boxed_slice(),
             ahead,
-            steps: self.parameters.omega_steps,
+            steps: self.parameters.omega_steps as usize,
             tubes: self.tubes.into_boxed_slice(),
             sample_beams: self.sample_beams.into_boxed_slice(),
             sample_ranges_m: self.sample_ranges_m.into_boxed_slice(),

@@ -1,8 +1,8 @@
 //! The report on a generated set of tubes.
 
 use crate::tubes::error::Refusal;
-use crate::tubes::parameters::Horizon;
 use description::geometry::Point2;
+use description::robot::Horizon;
 use std::fmt;
 use std::mem::discriminant;
 
@@ -100,7 +100,7 @@ impl fmt::Display for TubeReport {
                 f,
                 "  refused: {} of {} s at {} m/s{}, curvature {:+.2} to {:+.2} 1/m; the first: {}",
                 refused.len(),
-                first.horizon.duration_s,
+                first.horizon.horizon_s,
                 first.horizon.speed_m_s,
                 backwards(first.backward),
                 first.curvature_1_m,
@@ -119,7 +119,7 @@ impl fmt::Display for TubeReport {
                 f,
                 "  by memory: {} samples of {} s at {} m/s{}, curvature {:+.2} 1/m, up to {reach_m:.2} m from base_link",
                 unseen.len(),
-                unseen[0].horizon.duration_s,
+                unseen[0].horizon.horizon_s,
                 unseen[0].horizon.speed_m_s,
                 backwards(unseen[0].backward),
                 unseen[0].curvature_1_m,

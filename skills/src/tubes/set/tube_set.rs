@@ -3,8 +3,8 @@
 use crate::scan::{MAX_BEAMS, ScanGeometry};
 use crate::tubes::memory::grid::NearGrid;
 use crate::tubes::memory::known::KnownRanges;
-use crate::tubes::parameters::{Horizon, TubeParameters};
 use description::geometry::{Footprint, Twist2};
+use description::robot::{Horizon, Tubes};
 
 /// A tube, as an index into its set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -57,7 +57,7 @@ impl<'a> Surroundings<'a> {
 /// All tubes of a robot. Made once; evaluation reads it only.
 #[derive(Clone, Debug)]
 pub struct TubeSet {
-    pub(in crate::tubes) parameters: TubeParameters,
+    pub(in crate::tubes) parameters: Tubes,
     pub(in crate::tubes) footprint: Footprint,
     pub(in crate::tubes) geometry: ScanGeometry,
     pub(in crate::tubes) grid: NearGrid,
@@ -186,7 +186,7 @@ impl TubeSet {
 
     /// What it was made of.
     #[must_use]
-    pub fn parameters(&self) -> &TubeParameters {
+    pub fn parameters(&self) -> &Tubes {
         &self.parameters
     }
 

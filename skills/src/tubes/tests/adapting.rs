@@ -1,15 +1,14 @@
 //! How commands are adapted, one rule a test.
 
-use super::stand::{AHEAD, Stand, with_disc};
+use super::stand::{AHEAD, Stand, parameters, with_detours, with_disc};
 use super::world::{MS, Random, SMALL, Thing, corridor, urg};
-use crate::tubes::{
-    AdaptPolicy, Adapted, Horizon, MotionTubes, Reason, TubeError, TubeParameters, TubeSet, Verdict,
-};
+use crate::tubes::{Adapted, MotionTubes, Reason, StopRules, TubeSet, Verdict};
 use description::geometry::{MotionCommand, Point2, Segment, Twist2};
+use description::robot::{AdaptPolicy, Horizon, Tubes};
 
 #[test]
 fn it_begins_stopped_until_scans_have_been_good_for_two_seconds() {
-    let mut stand = Stand::new(AdaptPolicy::default());
+    let mut stand = Stand::new(with_detours());
     let first = stand.ask(AHEAD, 0);
     assert_eq!(
         (first.verdict, first.reason),
@@ -54,10 +53,10 @@ fn without_a_scan_for_250_ms_it_stops_and_resumes_after_two_good_seconds() {
 
 #[test]
 fn the_times_are_configurable() {
-    let mut stand = Stand::new(AdaptPolicy {
+    let mut stand = Stand::with_rules(StopRules {
         good_scans_s: 0.5,
         scan_timeout_s: 0.15,
-        ..AdaptPolicy::default()
+        ..StopRules::default()
     });
     let seen = stand.look(&corridor(), AHEAD, 0.8);
     assert_eq!(seen[4].reason, Reason::AwaitingScans);
@@ -125,16 +124,16 @@ fn between_scans_it_only_slows_down() {
 
 #[test]
 fn an_ageing_scan_costs_speed_where_the_tube_is_short() {
-    let parameters = TubeParameters {
+    let parameters = Tubes {
         horizons: vec![Horizon {
-            duration_s: 0.25,
+            horizon_s: 0.25,
             speed_m_s: 0.4,
         }],
-        ..TubeParameters::default()
+        ..parameters()
     };
     let (set, _) = TubeSet::generate(&parameters, &SMALL, &urg()).unwrap();
     let mut stand = Stand::ready();
-    stand.tubes = MotionTubes::new(set, AdaptPolicy::default()).unwrap();
+    stand.tubes = MotionTubes::new(set, with_detours(), StopRules::default()).unwrap();
     stand.look(&corridor(), AHEAD, 2.5);
     let mut before = 0.4;
     for age_ms in [0, 50, 100, 150, 200, 250] {
@@ -168,7 +167,7 @@ fn a_thing_at_the_edge_of_the_lane_shifts_within_the_band() {
     // With no band it keeps the path, and slows.
     let mut stand = Stand::new(AdaptPolicy {
         curvature_band_1_m: 0.0,
-        ..AdaptPolicy::default()
+        ..with_detours()
     });
     let seen = stand.look(&things, AHEAD, 3.0);
     let last = seen.last().unwrap();
@@ -293,31 +292,39 @@ fn unknown_directions_are_blocked_where_they_are_wide() {
 }
 #[test]
 fn a_nonsense_policy_is_refused() {
-    let (set, _) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
-    let good = AdaptPolicy::default();
-    for policy in [
-        AdaptPolicy {
-            stop_deceleration_m_s2: 0.0,
-            ..good
-        },
-        AdaptPolicy {
-            scan_timeout_s: f64::NAN,
-            ..good
-        },
-        AdaptPolicy {
-            curvature_band_1_m: -0.1,
-            ..good
-        },
-        AdaptPolicy {
-            free_scans: 0,
-            ..good
-        },
-        AdaptPolicy {
-            resume_after_s: -1.0,
-            ..good
-        },
+    let (set, _) = TubeSet::generate(&parameters(), &SMALL, &urg()).unwrap();
+    let refused = |policy, rules, key: &str| {
+        let error = MotionTubes::new(set.clone(), policy, rules).unwrap_err();
+        assert!(error.to_string().starts_with(key), "{error}");
+    };
+    let (policy, rules) = (with_detours(), StopRules::default());
+    for (key, spoil) in [
+        (
+            "tubes.curvature_band_1_m",
+            (|policy| policy.curvature_band_1_m = -0.1) as fn(&mut AdaptPolicy),
+        ),
+        ("tubes.free_scans", |policy| policy.free_scans = 0),
+        ("tubes.resume_after_s", |policy| {
+            policy.resume_after_s = -1.0
+        }),
+        ("tubes.detour_after_s", |policy| {
+            policy.detour.after_s = f64::NAN
+        }),
     ] {
-        let refused = MotionTubes::new(set.clone(), policy);
-        assert!(matches!(refused, Err(TubeError::OutOfRange { .. })));
+        let mut policy = policy;
+        spoil(&mut policy);
+        refused(policy, rules, key);
     }
+    let deceleration_m_s2 = 0.0;
+    let stop = StopRules {
+        deceleration_m_s2,
+        ..rules
+    };
+    refused(policy, stop, "drive.stop_deceleration_m_s2");
+    let scan_timeout_s = f64::NAN;
+    let blind = StopRules {
+        scan_timeout_s,
+        ..rules
+    };
+    refused(policy, blind, "lidar.scan_timeout_ms");
 }

@@ -1,19 +1,19 @@
 //! Usefulness: in the empty reference corridor nothing that is needed is declared blocked.
 
+use super::stand::{parameters, with_detours, without_detours};
 use super::world::{Drive, MS, Random, Robot, SMALL, corridor, urg};
-use crate::tubes::{
-    AdaptPolicy, DetourPolicy, MotionTubes, Reason, TubeParameters, TubeSet, Verdict,
-};
+use crate::tubes::{MotionTubes, Reason, StopRules, TubeSet, Verdict};
 use description::geometry::{MotionCommand, Pose2, wrap_angle};
+use description::robot::Tubes;
 use std::f64::consts::PI;
 
-fn tubes(d_aug_m: f64) -> MotionTubes {
-    let parameters = TubeParameters {
-        d_aug_m,
-        ..TubeParameters::default()
+fn tubes(augment_m: f64) -> MotionTubes {
+    let parameters = Tubes {
+        augment_m,
+        ..parameters()
     };
     let (set, _) = TubeSet::generate(&parameters, &SMALL, &urg()).unwrap();
-    MotionTubes::new(set, AdaptPolicy::default()).unwrap()
+    MotionTubes::new(set, with_detours(), StopRules::default()).unwrap()
 }
 
 /// Follows a lane: y, direction of travel.
@@ -25,11 +25,11 @@ fn follow(pose: Pose2, lane_y_m: f64, heading_rad: f64) -> MotionCommand {
 }
 
 /// Drives two laps of the corridor; gives the verdicts while driving, by phase.
-fn laps(noise_m: f64, d_aug_m: f64) -> Vec<(bool, Verdict, Reason, f64)> {
+fn laps(noise_m: f64, augment_m: f64) -> Vec<(bool, Verdict, Reason, f64)> {
     let walls = corridor();
     let mut drive = Drive::new(
         Robot::new(Pose2::new(2.0, -0.5, 0.0), urg()),
-        tubes(d_aug_m),
+        tubes(augment_m),
     );
     drive.noise_m = noise_m;
     drive.random = Random(5);
@@ -77,8 +77,8 @@ fn laps(noise_m: f64, d_aug_m: f64) -> Vec<(bool, Verdict, Reason, f64)> {
 
 #[test]
 fn lanes_and_u_turns_of_the_empty_corridor_are_free() {
-    for (noise_m, d_aug_m) in [(0.0, 0.045), (0.01, 0.045), (0.01, 0.06)] {
-        for (in_u_turn, verdict, reason, wall_ahead_m) in laps(noise_m, d_aug_m) {
+    for (noise_m, augment_m) in [(0.0, 0.045), (0.01, 0.045), (0.01, 0.06)] {
+        for (in_u_turn, verdict, reason, wall_ahead_m) in laps(noise_m, augment_m) {
             let needed = in_u_turn || wall_ahead_m > 2.4;
             if needed {
                 assert_eq!(
@@ -100,14 +100,8 @@ fn lanes_and_u_turns_of_the_empty_corridor_are_free() {
 #[test]
 fn towards_a_wall_it_slows_step_by_step_and_stops_before_it() {
     let walls = corridor();
-    let policy = AdaptPolicy {
-        detour: DetourPolicy {
-            curvature_1_m: 0.0,
-            ..DetourPolicy::default()
-        },
-        ..AdaptPolicy::default()
-    };
-    let tubes = MotionTubes::new(tubes(0.045).set().clone(), policy).unwrap();
+    let set = tubes(0.045).set().clone();
+    let tubes = MotionTubes::new(set, without_detours(), StopRules::default()).unwrap();
     let mut drive = Drive::new(Robot::new(Pose2::new(6.0, -0.5, 0.0), urg()), tubes);
     let mut speeds = Vec::new();
     for _ in 0..300 {

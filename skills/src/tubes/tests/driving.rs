@@ -1,7 +1,8 @@
 //! Driving among things: whatever is wanted, nothing is touched.
 
+use super::stand::{parameters, with_detours};
 use super::world::{Drive, Random, Robot, SMALL, Thing, corridor, urg};
-use crate::tubes::{AdaptPolicy, MotionTubes, TubeParameters, TubeSet, Verdict};
+use crate::tubes::{MotionTubes, StopRules, TubeSet, Verdict};
 use description::geometry::{MotionCommand, Point2, Pose2};
 
 fn world(random: &mut Random, start: Pose2) -> Vec<Thing> {
@@ -20,7 +21,7 @@ fn world(random: &mut Random, start: Pose2) -> Vec<Thing> {
 
 #[test]
 fn a_robot_that_wants_anything_touches_nothing() {
-    let (set, _) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
+    let (set, _) = TubeSet::generate(&parameters(), &SMALL, &urg()).unwrap();
     let (mut stopped, mut shifted, mut slowed, mut distance_m) = (0, 0, 0, 0.0);
     for seed in 0..30 {
         let random = &mut Random(seed);
@@ -33,7 +34,7 @@ fn a_robot_that_wants_anything_touches_nothing() {
         if things.iter().any(|thing| thing.overlaps(&SMALL, start)) {
             continue;
         }
-        let tubes = MotionTubes::new(set.clone(), AdaptPolicy::default()).unwrap();
+        let tubes = MotionTubes::new(set.clone(), with_detours(), StopRules::default()).unwrap();
         let mut drive = Drive::new(Robot::new(start, urg()), tubes);
         drive.noise_m = 0.005;
         let mut wanted = MotionCommand::new(0.4, 0.0);

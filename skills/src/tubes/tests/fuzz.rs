@@ -1,21 +1,23 @@
 //! Any input: no panic, and no motion without a scan, on NaN, or faster than wanted.
 
+use super::stand::{parameters, with_detours};
 use super::world::{MS, Random, SMALL, urg};
 use crate::history::OdometryHistory;
 use crate::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
 use crate::scan::AlignedScan;
-use crate::tubes::{AdaptPolicy, MotionTubes, Reason, TubeParameters, TubeSet, Verdict};
+use crate::tubes::{MotionTubes, Reason, StopRules, TubeSet, Verdict};
 use description::geometry::{MotionCommand, Twist2};
+use description::robot::Tubes;
 use proptest::prelude::*;
 use std::sync::OnceLock;
 
 fn set() -> TubeSet {
     static SET: OnceLock<TubeSet> = OnceLock::new();
     let generate = || {
-        let parameters = TubeParameters {
-            horizons: TubeParameters::default().horizons[..3].to_vec(),
+        let parameters = Tubes {
+            horizons: parameters().horizons[..3].to_vec(),
             omega_steps: 21,
-            ..TubeParameters::default()
+            ..parameters()
         };
         TubeSet::generate(&parameters, &SMALL, &urg()).unwrap().0
     };
@@ -73,7 +75,7 @@ impl Rig {
             history: OdometryHistory::default(),
             scan: AlignedScan::new(urg()).unwrap(),
             raw: vec![0; urg().beams],
-            tubes: MotionTubes::new(set(), AdaptPolicy::default()).unwrap(),
+            tubes: MotionTubes::new(set(), with_detours(), StopRules::default()).unwrap(),
             judged_ns: None,
             moved: 0,
         }

@@ -1,28 +1,30 @@
 //! What generation counts, reports and refuses.
 
+use super::stand::parameters;
 use super::world::{SMALL, urg};
 use crate::scan::ScanGeometry;
-use crate::tubes::{Horizon, Refusal, TubeError, TubeParameters, TubeSet};
+use crate::tubes::{Refusal, TubeError, TubeSet};
 use description::geometry::{Footprint, Pose2};
+use description::robot::{Horizon, Tubes};
 
-fn one(length_m: f64, d_sample_m: f64) -> TubeParameters {
-    TubeParameters {
+fn one(length_m: f64, sample_step_m: f64) -> Tubes {
+    Tubes {
         horizons: vec![Horizon {
-            duration_s: length_m / 0.4,
+            horizon_s: length_m / 0.4,
             speed_m_s: 0.4,
         }],
         omega_max_rad_s: 0.8,
         omega_steps: 41,
-        d_sample_m,
-        d_aug_m: d_sample_m / 2.0,
-        backward: Vec::new(),
-        ..TubeParameters::default()
+        sample_step_m,
+        augment_m: sample_step_m / 2.0,
+        backward_horizons: Vec::new(),
+        ..parameters()
     }
 }
 
 #[test]
 fn straight_samples_are_as_many_as_the_formula_says() {
-    let parameters = TubeParameters {
+    let parameters = Tubes {
         omega_steps: 3,
         omega_max_rad_s: 1e-7,
         ..one(1.2, 0.05)
@@ -47,7 +49,7 @@ fn straight_samples_are_as_many_as_the_formula_says() {
 
 #[test]
 fn a_turning_tube_lists_what_memory_must_answer_for() {
-    let (set, report) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
+    let (set, report) = TubeSet::generate(&parameters(), &SMALL, &urg()).unwrap();
     assert_eq!(report.tubes + report.refused.len(), set.len());
     let u_turn = report
         .unseen
@@ -68,7 +70,7 @@ fn a_turning_tube_lists_what_memory_must_answer_for() {
 
 #[test]
 fn tubes_are_refused_for_a_reason() {
-    let (_, report) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
+    let (_, report) = TubeSet::generate(&parameters(), &SMALL, &urg()).unwrap();
     assert!(
         report
             .refused
@@ -85,7 +87,7 @@ fn tubes_are_refused_for_a_reason() {
     for refused in &report.refused {
         assert!(refused.curvature_1_m.abs() > 1.8, "{refused:?}");
         assert!(
-            refused.curvature_1_m.abs() > 2.4 || refused.horizon.duration_s > 3.5,
+            refused.curvature_1_m.abs() > 2.4 || refused.horizon.horizon_s > 3.5,
             "{refused:?}"
         );
     }
@@ -95,7 +97,7 @@ fn tubes_are_refused_for_a_reason() {
         right_m: 0.5,
         ..SMALL
     };
-    let (_, report) = TubeSet::generate(&TubeParameters::default(), &wide, &urg()).unwrap();
+    let (_, report) = TubeSet::generate(&parameters(), &wide, &urg()).unwrap();
     assert!(
         report
             .refused
@@ -107,8 +109,7 @@ fn tubes_are_refused_for_a_reason() {
         range_max_m: 1.5,
         ..urg()
     };
-    let (_, report) =
-        TubeSet::generate(&TubeParameters::default(), &SMALL, &short_sighted).unwrap();
+    let (_, report) = TubeSet::generate(&parameters(), &SMALL, &short_sighted).unwrap();
     assert!(
         report
             .refused
@@ -121,7 +122,7 @@ fn tubes_are_refused_for_a_reason() {
         beams: 114,
         ..urg()
     };
-    let (_, report) = TubeSet::generate(&TubeParameters::default(), &SMALL, &coarse).unwrap();
+    let (_, report) = TubeSet::generate(&parameters(), &SMALL, &coarse).unwrap();
     assert!(
         report
             .refused
@@ -136,9 +137,9 @@ fn a_sensor_that_looks_backwards_judges_nothing() {
         mount: Pose2::new(0.28, 0.0, std::f64::consts::PI),
         ..urg()
     };
-    let parameters = TubeParameters {
-        backward: Vec::new(),
-        ..TubeParameters::default()
+    let parameters = Tubes {
+        backward_horizons: Vec::new(),
+        ..parameters()
     };
     let error = TubeSet::generate(&parameters, &SMALL, &backwards).unwrap_err();
     assert!(matches!(error, TubeError::NothingLeft { .. }), "{error}");
@@ -146,73 +147,52 @@ fn a_sensor_that_looks_backwards_judges_nothing() {
 
 #[test]
 fn nonsense_is_refused_with_what_was_found() {
-    let good = TubeParameters::default();
-    let with = |change: fn(&mut TubeParameters)| {
+    let good = parameters();
+    let with = |change: fn(&mut Tubes)| {
         let mut parameters = good.clone();
         change(&mut parameters);
         TubeSet::generate(&parameters, &SMALL, &urg()).unwrap_err()
     };
-    assert!(matches!(with(|p| p.horizons.clear()), TubeError::NoHorizon));
-    assert!(matches!(
-        with(|p| p.horizons.push(p.horizons[0])),
-        TubeError::SameLength { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.horizons[0].speed_m_s = f64::NAN),
-        TubeError::OutOfRange { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.horizons[0].duration_s = -1.0),
-        TubeError::OutOfRange { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.horizons[3].duration_s = 0.7),
-        TubeError::FasterButShorter { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.omega_steps = 40),
-        TubeError::EvenSteps { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.omega_steps = 1),
-        TubeError::OutOfRange { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.omega_steps = 11),
-        TubeError::TubesApart { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.omega_max_rad_s = f64::NAN),
-        TubeError::NotPositive { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.d_sample_m = 0.0),
-        TubeError::OutOfRange { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.d_aug_m = 0.02),
-        TubeError::AugmentedTooLittle { .. }
-    ));
-    assert!(matches!(
-        with(|p| p.memory_s = f64::INFINITY),
-        TubeError::OutOfRange { .. }
-    ));
+    for (key, error) in [
+        ("tubes.horizons", with(|p| p.horizons.clear())),
+        (
+            "tubes.horizons[5].horizon_s",
+            with(|p| p.horizons.push(p.horizons[0])),
+        ),
+        (
+            "tubes.horizons[0].speed_m_s",
+            with(|p| p.horizons[0].speed_m_s = f64::NAN),
+        ),
+        (
+            "tubes.horizons[0].horizon_s",
+            with(|p| p.horizons[0].horizon_s = -1.0),
+        ),
+        (
+            "tubes.horizons[3].horizon_s",
+            with(|p| p.horizons[3].horizon_s = 0.7),
+        ),
+        ("tubes.omega_steps", with(|p| p.omega_steps = 40)),
+        ("tubes.omega_steps", with(|p| p.omega_steps = 1)),
+        ("tubes.omega_steps", with(|p| p.omega_steps = 1003)),
+        ("tubes.omega_steps", with(|p| p.omega_steps = 11)),
+        (
+            "tubes.omega_max_rad_s",
+            with(|p| p.omega_max_rad_s = f64::NAN),
+        ),
+        ("tubes.sample_step_m", with(|p| p.sample_step_m = 0.0)),
+        ("tubes.augment_m", with(|p| p.augment_m = 0.02)),
+        ("tubes.memory_s", with(|p| p.memory_s = f64::INFINITY)),
+    ] {
+        assert!(
+            matches!(&error, TubeError::Key(error) if error.key == key),
+            "{key}: {error}"
+        );
+    }
 
-    let footprint = |footprint: Footprint| {
-        TubeSet::generate(&TubeParameters::default(), &footprint, &urg()).unwrap_err()
-    };
-    assert!(matches!(
-        footprint(Footprint {
-            left_m: 0.0,
-            ..SMALL
-        }),
-        TubeError::Footprint
-    ));
-    assert!(matches!(
-        footprint(Footprint {
-            front_m: 0.2,
-            ..SMALL
-        }),
-        TubeError::SensorOutside { .. }
-    ));
+    let with = |footprint| TubeSet::generate(&parameters(), &footprint, &urg()).unwrap_err();
+    let (left_m, front_m) = (0.0, 0.2);
+    let flat = with(Footprint { left_m, ..SMALL });
+    assert!(matches!(&flat, TubeError::Key(error) if error.key == "footprint.left_m"));
+    let short = with(Footprint { front_m, ..SMALL });
+    assert!(matches!(&short, TubeError::Key(error) if error.key == "lidar.mount"));
 }

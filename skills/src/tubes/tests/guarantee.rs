@@ -1,10 +1,12 @@
 //! The guarantee: what is declared free is not entered.
 
+use super::stand::{parameters, with_detours};
 use super::world::{BIG, Random, Robot, SMALL, Thing, urg};
 use crate::scan::ScanGeometry;
 use crate::tubes::TubeId;
-use crate::tubes::{AdaptPolicy, Horizon, MotionTubes, TubeParameters, TubeSet};
+use crate::tubes::{MotionTubes, StopRules, TubeSet};
 use description::geometry::{Footprint, Point2, Pose2, Twist2};
+use description::robot::{Horizon, Tubes};
 use proptest::prelude::*;
 
 /// What became of tubes, ahead or behind.
@@ -45,7 +47,7 @@ fn path_between(set: &TubeSet, one: TubeId, next: TubeId) -> impl Iterator<Item 
     let omega_rad_s = (set.twist(one).omega_rad_s + set.twist(next).omega_rad_s) / 2.0;
     let speed_m_s = set.horizon(one).speed_m_s;
     let horizon = Horizon {
-        duration_s: set.length_between_m(one) / speed_m_s,
+        horizon_s: set.length_between_m(one) / speed_m_s,
         speed_m_s,
     };
     parts(horizon, Twist2::new(set.twist(one).v_m_s, omega_rad_s))
@@ -53,14 +55,14 @@ fn path_between(set: &TubeSet, one: TubeId, next: TubeId) -> impl Iterator<Item 
 
 fn parts(horizon: Horizon, twist: Twist2) -> impl Iterator<Item = Pose2> + use<> {
     let steps = (horizon.length_m() / 0.004).ceil() as usize;
-    (0..=steps).map(move |step| twist.displacement(horizon.duration_s * step as f64 / steps as f64))
+    (0..=steps).map(move |step| twist.displacement(horizon.horizon_s * step as f64 / steps as f64))
 }
 
 /// Brings a robot into a world of one to three things, some of them at the border of a tube, and drives every tube
 /// that is declared free.
 fn try_worlds(
     random: &mut Random,
-    parameters: &TubeParameters,
+    parameters: &Tubes,
     footprint: &Footprint,
     geometry: ScanGeometry,
     worlds: usize,
@@ -89,7 +91,7 @@ fn try_worlds(
                 } else {
                     Point2::new(random.between(-1.0, 2.5), random.between(-2.0, 2.0))
                 };
-                random.thing(middle, parameters.d_sample_m)
+                random.thing(middle, parameters.sample_step_m)
             })
             .collect();
         // It comes straight in from behind, so that what stands beside it was ahead of it; or in a bend, where what
@@ -116,7 +118,7 @@ fn try_world(set: &TubeSet, things: &[Thing], curvature_1_m: f64) -> Option<Outc
         return None;
     }
     let mut robot = Robot::new(begin, *set.geometry());
-    let mut tubes = MotionTubes::new(set.clone(), AdaptPolicy::default()).unwrap();
+    let mut tubes = MotionTubes::new(set.clone(), with_detours(), StopRules::default()).unwrap();
     for _ in 0..18 {
         robot.drive(approach, 0.1);
         robot.measure(things);
@@ -164,22 +166,22 @@ fn try_world(set: &TubeSet, things: &[Thing], curvature_1_m: f64) -> Option<Outc
 fn rows(
     [ahead_m, behind_m]: [&[f64]; 2],
     omega_max_rad_s: f64,
-    omega_steps: usize,
-    d_sample_m: f64,
-) -> TubeParameters {
-    let horizon = |&duration_s: &f64| Horizon {
-        duration_s,
+    omega_steps: u32,
+    sample_step_m: f64,
+) -> Tubes {
+    let horizon = |&horizon_s: &f64| Horizon {
+        horizon_s,
         speed_m_s: 1.0,
     };
-    TubeParameters {
+    Tubes {
         horizons: ahead_m.iter().map(horizon).collect(),
-        backward: behind_m.iter().map(horizon).collect(),
+        backward_horizons: behind_m.iter().map(horizon).collect(),
         omega_max_rad_s,
         omega_steps,
-        d_sample_m,
+        sample_step_m,
         // Ideal ranges, but for their rounding to millimetres.
-        d_aug_m: d_sample_m / 2.0 + 0.0006,
-        ..TubeParameters::default()
+        augment_m: sample_step_m / 2.0 + 0.0006,
+        ..parameters()
     }
 }
 
@@ -270,10 +272,10 @@ fn any_robot(seed: u64) -> Outcomes {
     let geometry = any_sensor(random, &footprint);
     let ahead_m = [random.between(0.15, 0.5), random.between(0.6, 1.2)];
     let behind_m = [random.between(0.05, 0.2), random.between(0.25, 0.6)];
-    let d_sample_m = random.between(0.05, 0.12);
-    let parameters = TubeParameters {
-        d_aug_m: d_sample_m / 2.0 + random.between(0.0006, 0.03),
-        ..rows([&ahead_m, &behind_m], 2.5, 21, d_sample_m)
+    let sample_step_m = random.between(0.05, 0.12);
+    let parameters = Tubes {
+        augment_m: sample_step_m / 2.0 + random.between(0.0006, 0.03),
+        ..rows([&ahead_m, &behind_m], 2.5, 21, sample_step_m)
     };
     try_worlds(random, &parameters, &footprint, geometry, 6)
 }

@@ -1,9 +1,10 @@
 //! Which scans are used, and what is remembered of them.
 
+use super::stand::with_detours;
 use super::stand::{AHEAD, Stand, with_disc, without_detours};
 use super::world::{MS, Random, Robot, Thing, corridor, urg};
 use crate::scan::{AlignedScan, ScanGeometry};
-use crate::tubes::{AdaptPolicy, ObserveError, Reason, Verdict};
+use crate::tubes::{ObserveError, Reason, Verdict};
 use description::geometry::{MotionCommand, Pose2, Twist2};
 
 #[test]
@@ -94,7 +95,7 @@ fn what_a_new_scan_looks_through_is_forgotten() {
 
 #[test]
 fn memory_is_bounded() {
-    let mut stand = Stand::new(AdaptPolicy::default());
+    let mut stand = Stand::new(with_detours());
     let random = &mut Random(2);
     stand.twist = Twist2::new(0.01, 0.0);
     for _ in 0..200 {

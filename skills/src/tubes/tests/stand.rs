@@ -1,18 +1,32 @@
 //! A robot that stands and asks its tubes.
 
 use super::world::{MS, Robot, SMALL, Thing, corridor, urg};
-use crate::tubes::{AdaptPolicy, Adapted, DetourPolicy, MotionTubes, TubeParameters, TubeSet};
+use crate::tubes::{Adapted, MotionTubes, StopRules, TubeSet};
 use description::geometry::{MotionCommand, Point2, Pose2, Twist2};
+use description::robot::{AdaptPolicy, Horizon, Tubes};
+
+/// Tubes ahead and behind, for a sensor with little noise.
+pub(super) fn parameters() -> Tubes {
+    Tubes {
+        backward_horizons: vec![Horizon {
+            horizon_s: 1.5,
+            speed_m_s: 0.10,
+        }],
+        augment_m: 0.045,
+        ..Tubes::default()
+    }
+}
 
 /// Keeps to what is wanted within the band, and stops otherwise.
 pub(super) fn without_detours() -> AdaptPolicy {
-    AdaptPolicy {
-        detour: DetourPolicy {
-            curvature_1_m: 0.0,
-            ..DetourPolicy::default()
-        },
-        ..AdaptPolicy::default()
-    }
+    AdaptPolicy::default()
+}
+
+/// Drives around things that stand, as tightly as navigation does.
+pub(super) fn with_detours() -> AdaptPolicy {
+    let mut policy = AdaptPolicy::default();
+    policy.detour.curvature_1_m = 2.5;
+    policy
 }
 
 pub(super) const AHEAD: MotionCommand = MotionCommand::new(0.4, 0.0);
@@ -26,10 +40,18 @@ pub(super) struct Stand {
 
 impl Stand {
     pub fn new(policy: AdaptPolicy) -> Self {
-        let (set, _) = TubeSet::generate(&TubeParameters::default(), &SMALL, &urg()).unwrap();
+        Self::made_of(policy, StopRules::default())
+    }
+
+    pub fn with_rules(rules: StopRules) -> Self {
+        Self::made_of(with_detours(), rules)
+    }
+
+    fn made_of(policy: AdaptPolicy, rules: StopRules) -> Self {
+        let (set, _) = TubeSet::generate(&parameters(), &SMALL, &urg()).unwrap();
         Self {
             robot: Robot::new(Pose2::new(3.0, -0.5, 0.0), urg()),
-            tubes: MotionTubes::new(set, policy).unwrap(),
+            tubes: MotionTubes::new(set, policy, rules).unwrap(),
             twist: Twist2::default(),
         }
     }

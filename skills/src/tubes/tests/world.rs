@@ -193,11 +193,11 @@ impl Random {
         (self.unit() * count as f64) as usize
     }
 
-    /// A disc or a box whose sides are all longer than `d_sample_m`.
-    pub fn thing(&mut self, middle: Point2, d_sample_m: f64) -> Thing {
+    /// A disc or a box whose sides are all longer than `sample_step_m`.
+    pub fn thing(&mut self, middle: Point2, sample_step_m: f64) -> Thing {
         let mut half_m = || {
             let largest = if self.unit() < 0.6 { 1.3 } else { 8.0 };
-            d_sample_m * 0.5 * self.between(1.001, largest)
+            sample_step_m * 0.5 * self.between(1.001, largest)
         };
         let (x, y) = (half_m(), half_m());
         if self.unit() < 0.5 {

@@ -4,7 +4,6 @@ use crate::clutter::robot::Robot;
 use crate::clutter::world::{World, rect};
 use crate::random::Random;
 use description::geometry::{Pose2, Rect};
-use skills::tubes::AdaptPolicy;
 
 const START: Pose2 = Pose2::new(1.0, -0.5, 0.0);
 const GOAL_M: f64 = 11.0;
@@ -24,7 +23,7 @@ struct Drive {
 }
 
 fn drive(seed: u64, boxes: Vec<Rect>, limit_s: f64) -> Drive {
-    let mut robot = Robot::new(seed, World::new(boxes), START, AdaptPolicy::default());
+    let mut robot = Robot::new(seed, World::new(boxes), START);
     let mut drive = Drive {
         clearance_m: f64::INFINITY,
         ..Drive::default()

@@ -4,7 +4,6 @@ use crate::clutter::robot::Robot;
 use crate::clutter::world::{Disc, World};
 use crate::random::Random;
 use description::geometry::{Point2, Pose2};
-use skills::tubes::AdaptPolicy;
 
 const START: Pose2 = Pose2::new(1.0, -0.5, 0.0);
 const GOAL_M: f64 = 11.0;
@@ -26,7 +25,7 @@ struct Drive {
 fn drive(seed: u64, discs: Vec<Disc>, limit_s: f64) -> Drive {
     let mut world = World::new(Vec::new());
     world.discs = discs;
-    let mut robot = Robot::new(seed, world, START, AdaptPolicy::default());
+    let mut robot = Robot::new(seed, world, START);
     let mut drive = Drive {
         clearance_m: f64::INFINITY,
         ..Drive::default()

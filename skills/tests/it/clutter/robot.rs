@@ -5,12 +5,13 @@ use crate::clutter::world::{self, Disc, World};
 use crate::plant::{Plant, STEP_NS};
 use crate::random::Random;
 use description::geometry::{Footprint, MotionCommand, Pose2, wrap_angle};
+use description::robot::{AdaptPolicy, Horizon, Tubes};
 use description::wheels::WheelSpeeds;
 use skills::drive::{DriveLimits, StopKind, WheelController};
 use skills::history::OdometryHistory;
 use skills::odometry::{DeadReckoning, TricycleGeometry};
 use skills::scan::{AlignedScan, ScanGeometry};
-use skills::tubes::{AdaptPolicy, Adapted, MotionTubes, Reason, TubeParameters, TubeSet, Verdict};
+use skills::tubes::{Adapted, MotionTubes, Reason, StopRules, TubeSet, Verdict};
 
 pub const FOOTPRINT: Footprint = Footprint {
     front_m: 0.32,
@@ -53,11 +54,16 @@ pub struct Robot {
 }
 
 impl Robot {
-    pub fn new(seed: u64, world: World, start: Pose2, policy: AdaptPolicy) -> Self {
-        let parameters = TubeParameters {
-            d_aug_m: 0.06,
-            ..TubeParameters::default()
+    pub fn new(seed: u64, world: World, start: Pose2) -> Self {
+        let parameters = Tubes {
+            backward_horizons: vec![Horizon {
+                horizon_s: 1.5,
+                speed_m_s: 0.10,
+            }],
+            ..Tubes::default()
         };
+        let mut policy = AdaptPolicy::default();
+        policy.detour.curvature_1_m = 2.5;
         let (set, _) = TubeSet::generate(&parameters, &FOOTPRINT, &lidar()).expect("sound tubes");
         let mut plant = Plant::new(seed, world.walls(), FOOTPRINT, start);
         plant.obstacles.clone_from(&world.boxes);
@@ -72,7 +78,7 @@ impl Robot {
         Self {
             plant,
             world,
-            tubes: MotionTubes::new(set, policy).expect("a sound policy"),
+            tubes: MotionTubes::new(set, policy, StopRules::default()).expect("a sound policy"),
             adapted: Adapted::default(),
             lane_y_m: start.y_m,
             wanted: None,
