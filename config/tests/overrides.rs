@@ -36,7 +36,7 @@ fn overrides_replace_values_in_the_file_that_has_the_section() {
     ]);
     let robot =
         parse_robot("robot.toml", ROBOT, &overrides).unwrap_or_else(|e| panic!("{}", lines(&e)));
-    assert_eq!(robot.drive.max_speed_m_s, 0.3);
+    assert_eq!(robot.drive.limits.max_speed_m_s, 0.3);
     assert_eq!(robot.lidar.device.to_str(), Some("/tmp/pty-3"));
     assert_eq!(
         robot.ethercat.link,
@@ -58,7 +58,7 @@ fn the_last_override_of_a_key_holds() {
     let overrides = sets(&["drive.max_speed_m_s=9.9", "drive.max_speed_m_s=0.2"]);
     let robot =
         parse_robot("robot.toml", ROBOT, &overrides).unwrap_or_else(|e| panic!("{}", lines(&e)));
-    assert_eq!(robot.drive.max_speed_m_s, 0.2);
+    assert_eq!(robot.drive.limits.max_speed_m_s, 0.2);
 }
 
 #[test]

@@ -29,9 +29,9 @@ fn the_shipped_robot_is_the_one_of_the_scenarios() {
         (f.front_m, f.rear_m, f.left_m, f.right_m),
         (0.32, 0.08, 0.15, 0.15)
     );
-    assert_eq!(robot.drive.wheelbase_m, 0.25);
-    assert_eq!(robot.drive.max_wheel_speed_rad_s, 35.0);
-    assert_eq!(robot.drive.stop_deceleration_m_s2, 2.0);
+    assert_eq!(robot.drive.geometry.wheelbase_m, 0.25);
+    assert_eq!(robot.drive.limits.max_wheel_speed_rad_s, 35.0);
+    assert_eq!(robot.drive.limits.stop_deceleration_m_s2, 2.0);
     assert_eq!(
         robot.ethercat.link,
         Link::Udp("127.0.0.1:34980".parse().unwrap())
@@ -46,6 +46,21 @@ fn the_shipped_robot_is_the_one_of_the_scenarios() {
         205
     );
     assert_eq!(robot.tubes.omega_max_rad_s, std::f64::consts::FRAC_PI_2);
+}
+
+#[test]
+fn as_many_turn_rates_as_tubes_take_are_allowed() {
+    let with = |steps: u32| {
+        let text = edit(
+            ROBOT,
+            "omega_steps = 41 ",
+            &format!("omega_steps = {steps} "),
+        );
+        parse_robot("amr-1.toml", &text, &[])
+    };
+    assert_eq!(with(1001).unwrap().tubes.omega_steps, 1001);
+    let error = with(1003).unwrap_err();
+    assert_eq!(error.problems()[0].key, "tubes.omega_steps");
 }
 
 #[test]

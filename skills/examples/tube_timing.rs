@@ -7,10 +7,11 @@
 //! time by the vector unit.
 
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Segment, Twist2};
+use description::robot::Navigation;
 use description::robot::{AdaptPolicy, Horizon, Tubes};
+use description::site::{Lane, Site, Wall};
 use skills::history::OdometryHistory;
-use skills::map::{LaneData, MapData, SemanticMap, WallData};
-use skills::perception::PerceptionGains;
+use skills::map::SemanticMap;
 use skills::perception::corridor::CorridorTracker;
 use skills::perception::line::LineFitter;
 use skills::scan::{AlignedScan, ScanGeometry};
@@ -221,21 +222,21 @@ fn measure_scan() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::new(geometry)?;
     times(2_000, || scene.next()).show("a scan of 682 beams aligned to the motion");
 
-    let wall = |id: &str, y_m: f64| WallData {
+    let wall = |id: &str, y_m: f64| Wall {
         id: id.into(),
         line: Segment::new(Point2::new(-10.0, y_m), Point2::new(10.0, y_m)),
     };
-    let map = SemanticMap::new(&MapData {
+    let map = SemanticMap::new(&Site {
         walls: vec![wall("south", -1.1), wall("north", 2.1)],
-        lanes: vec![LaneData {
+        lanes: vec![Lane {
             id: "east".into(),
             line: Segment::new(Point2::new(-9.0, 0.0), Point2::new(9.0, 0.0)),
             end_wall: None,
         }],
-        areas: vec![],
+        ..Site::default()
     })?;
     let lane = &map.lanes()[0];
-    let gains = PerceptionGains::default();
+    let gains = Navigation::default();
     let mut tracker = CorridorTracker::new(gains);
     let mut fitter = LineFitter::new(geometry.beams, gains);
     tracker.start(lane, Pose2::IDENTITY, 0.1, 0.1);

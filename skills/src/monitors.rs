@@ -6,11 +6,11 @@
 //! When an operator sends on a robot that has strayed, its deviation is known already. It is raised again only when the
 //! robot gets farther off than turning back takes, or does not come closer for `NEARER_S`.
 
-use crate::perception::Feature;
 use crate::perception::corridor::CorridorEstimate;
 use crate::perception::lane_end::LaneEndEstimate;
 use coordination::event::EventId;
-use description::geometry::{Pose2, Rect};
+use description::geometry::Pose2;
+use description::site::{Feature, MonitorKind};
 
 /// A returning robot is back once its deviation is below this share of the limit.
 const RETURNED_SHARE: f64 = 0.9;
@@ -19,37 +19,6 @@ const FARTHER_M: f64 = 0.10;
 /// A returning robot must come at least `NEARER_M` closer every `NEARER_S`, or its deviation counts again.
 const NEARER_S: f64 = 20.0;
 const NEARER_M: f64 = 0.05;
-
-/// A condition.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum MonitorKind {
-    /// `base_link` is in a region of `map`.
-    RegionReached {
-        /// The region.
-        region: Rect,
-    },
-    /// A feature was seen where it was expected, scan after scan, and is known well.
-    EstimateStable {
-        /// Which feature.
-        feature: Feature,
-        /// Scans in a row.
-        scans: u32,
-        /// Standard deviation at most this.
-        max_std_m: f64,
-    },
-    /// The controller is done.
-    ManoeuvreDone,
-    /// This time has passed since the state was entered.
-    After {
-        /// How long.
-        seconds: f64,
-    },
-    /// `base_link` is too far from the controller's path.
-    Deviation {
-        /// How far; without a number the limit of the state's area.
-        limit_m: Option<f64>,
-    },
-}
 
 /// What the conditions are evaluated on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,7 +42,7 @@ pub struct Situation {
 }
 
 /// A condition with its event.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Monitor {
     /// Raised when the condition becomes true.
     pub event: EventId,
@@ -172,7 +141,7 @@ impl Monitor {
 
     fn holds(&self, situation: &Situation) -> bool {
         match self.kind {
-            MonitorKind::RegionReached { region } => region.contains(situation.pose.position()),
+            MonitorKind::RegionReached { region, .. } => region.contains(situation.pose.position()),
             MonitorKind::EstimateStable {
                 feature,
                 scans,
@@ -191,7 +160,7 @@ impl Monitor {
                 known.is_some_and(|(seen, std_m)| seen >= scans && std_m <= max_std_m)
             }
             MonitorKind::ManoeuvreDone => situation.manoeuvre_done,
-            MonitorKind::After { seconds } => situation.in_state_s >= seconds,
+            MonitorKind::After { after_s } => situation.in_state_s >= after_s,
             MonitorKind::Deviation { limit_m } => {
                 situation.lateral_error_m.abs() > limit_m.unwrap_or(situation.deviation_limit_m)
             }
@@ -202,7 +171,8 @@ impl Monitor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use description::geometry::Point2;
+    use description::geometry::{Point2, Rect};
+    use description::site::RegionRef;
 
     fn monitor(kind: MonitorKind) -> Monitor {
         Monitor::new(EventId(3), kind)
@@ -211,7 +181,10 @@ mod tests {
     #[test]
     fn a_region_fires_once_until_reset() {
         let region = Rect::new(Point2::new(5.0, -1.0), Point2::new(6.0, 0.0));
-        let mut monitor = monitor(MonitorKind::RegionReached { region });
+        let mut monitor = monitor(MonitorKind::RegionReached {
+            of: RegionRef::Own,
+            region,
+        });
         let mut situation = Situation::default();
         assert_eq!(monitor.step(&situation), None);
         situation.pose = Pose2::new(5.2, -0.5, 0.0);
@@ -251,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_time_fires_once_when_it_has_passed() {
-        let mut monitor = monitor(MonitorKind::After { seconds: 3.0 });
+        let mut monitor = monitor(MonitorKind::After { after_s: 3.0 });
         let mut situation = Situation::default();
         let mut fired = |in_state_s| {
             situation.in_state_s = in_state_s;

@@ -6,7 +6,7 @@ use crate::diagnostic::ProblemKind;
 use crate::loaded::RobotConfig;
 use crate::report::Report;
 use description::names::is_key_prefix;
-use description::robot::{Link, check_mount};
+use description::robot::{Link, URG_04LX_HZ, URG_04LX_STEPS, check_mount, scan_bit_s, scan_bytes};
 use description::threads::{ActivityKind, Trigger};
 
 pub(super) fn check(robot: &RobotConfig, report: &Report) {
@@ -35,11 +35,14 @@ fn drive(robot: &RobotConfig, report: &Report) {
         format!("above `min_bus_voltage_v`, {} V", d.min_bus_voltage_v),
     );
     refuse(
-        d.stop_deceleration_m_s2 < d.deceleration_m_s2,
+        d.limits.stop_deceleration_m_s2 < d.limits.deceleration_m_s2,
         report,
         "drive.stop_deceleration_m_s2",
-        format!("{:?}", d.stop_deceleration_m_s2),
-        format!("at least `deceleration_m_s2`, {} m/s²", d.deceleration_m_s2),
+        format!("{:?}", d.limits.stop_deceleration_m_s2),
+        format!(
+            "at least `deceleration_m_s2`, {} m/s²",
+            d.limits.deceleration_m_s2
+        ),
     );
     refuse(
         d.stop_current_a > d.drive_current_a,
@@ -48,12 +51,12 @@ fn drive(robot: &RobotConfig, report: &Report) {
         format!("{:?}", d.stop_current_a),
         format!("at most `drive_current_a`, {} A", d.drive_current_a),
     );
-    let reachable_m_s = d.max_wheel_speed_rad_s * d.wheel_diameter_m / 2.0;
+    let reachable_m_s = d.limits.max_wheel_speed_rad_s * d.geometry.wheel_diameter_m / 2.0;
     refuse(
-        d.max_speed_m_s > reachable_m_s,
+        d.limits.max_speed_m_s > reachable_m_s,
         report,
         "drive.max_speed_m_s",
-        format!("{:?}", d.max_speed_m_s),
+        format!("{:?}", d.limits.max_speed_m_s),
         format!(
             "at most {reachable_m_s:.3} m/s, what `max_wheel_speed_rad_s` and `wheel_diameter_m` allow"
         ),
@@ -96,18 +99,6 @@ fn ethercat(robot: &RobotConfig, report: &Report) {
     }
 }
 
-/// Bits per second that full scans take on the line, start and stop bits included.
-fn scan_bits_per_second(cluster: u32, skip: u32) -> u32 {
-    const STEPS: u32 = 682;
-    const SCANS_PER_SECOND: u32 = 10;
-    /// Echo, status, time stamp and the empty line.
-    const HEADER_BYTES: u32 = 16 + 4 + 6 + 1;
-    let data = 3 * STEPS.div_ceil(cluster.max(1));
-    // Each line of 64 data bytes carries a checksum and a line feed.
-    let bytes = HEADER_BYTES + data + 2 * data.div_ceil(64);
-    bytes * 10 * SCANS_PER_SECOND / (skip + 1)
-}
-
 fn lidar(robot: &RobotConfig, report: &Report) {
     let l = &robot.lidar;
     refuse(
@@ -120,15 +111,16 @@ fn lidar(robot: &RobotConfig, report: &Report) {
     if report.touched(&["lidar.cluster", "lidar.skip"]) {
         return;
     }
-    let needed = scan_bits_per_second(l.cluster, l.skip);
-    if l.bit_rate < needed && !report.touched(&["lidar.bit_rate"]) {
+    let readings = URG_04LX_STEPS.div_ceil(l.cluster.max(1));
+    let needed = scan_bit_s(scan_bytes(readings as usize, 3), URG_04LX_HZ, l.skip);
+    if f64::from(l.bit_rate) < needed && !report.touched(&["lidar.bit_rate"]) {
         let problem = report
             .problem(
                 ProblemKind::Inconsistent,
                 "lidar.bit_rate",
                 l.bit_rate.to_string(),
                 format!(
-                    "at least {needed} bit/s, which scans at cluster {} and skip {} take",
+                    "at least {needed:.0} bit/s, which scans at cluster {} and skip {} take",
                     l.cluster, l.skip
                 ),
             )
@@ -150,7 +142,7 @@ fn lidar(robot: &RobotConfig, report: &Report) {
 
 fn navigation(robot: &RobotConfig, report: &Report) {
     let (d, n) = (&robot.drive, &robot.navigation);
-    let tightest_1_m = d.max_steering_rad.tan() / d.wheelbase_m;
+    let tightest_1_m = d.limits.max_steering_rad.tan() / d.geometry.wheelbase_m;
     refuse(
         n.max_curvature_1_m > tightest_1_m,
         report,
@@ -192,10 +184,10 @@ fn tubes(robot: &RobotConfig, report: &Report) {
     }
     let fastest_m_s = t.fastest_m_s();
     refuse(
-        robot.drive.max_speed_m_s > fastest_m_s,
+        robot.drive.limits.max_speed_m_s > fastest_m_s,
         report,
         "drive.max_speed_m_s",
-        format!("{:?}", robot.drive.max_speed_m_s),
+        format!("{:?}", robot.drive.limits.max_speed_m_s),
         format!("at most {fastest_m_s} m/s, the fastest of `tubes.horizons`"),
     );
 }

@@ -88,6 +88,11 @@ impl Field<Ends> for Segment {
         Self::new(end("from_m"), end("to_m"))
     }
 
+    fn check(&self, _: &str, rule: &Ends) -> Result<(), KeyError> {
+        self.a.check("from_m", &rule.0)?;
+        self.b.check("to_m", &rule.0)
+    }
+
     fn document(page: &mut Page, _: &'static str, rule: &Ends, _: Option<Self>, _: &'static str) {
         let value = format!("[x, y], each {}", rule.0.describe());
         page.key(
@@ -121,6 +126,11 @@ impl Field<Corners> for Rect {
             };
         });
         rect
+    }
+
+    fn check(&self, key: &str, rule: &Corners) -> Result<(), KeyError> {
+        self.min.check(&format!("{key}.min_m"), &rule.0)?;
+        self.max.check(&format!("{key}.max_m"), &rule.0)
     }
 
     fn document(

@@ -31,12 +31,26 @@ impl KeyError {
         }
     }
 
+    /// A name that nothing has, at the key that says it.
+    #[must_use]
+    pub fn unknown(key: impl Into<String>, what: &str, name: &str) -> Self {
+        let found = format!("{what} `{name}`, which does not exist");
+        Self::new(key, found, format!("the name of {}", article(what)))
+    }
+
     /// The same below a section: `omega_steps` below `tubes` is `tubes.omega_steps`.
     #[must_use]
     pub fn below(mut self, section: &str) -> Self {
         self.key = format!("{section}.{}", self.key);
         self
     }
+}
+
+/// The noun with its article.
+#[must_use]
+pub fn article(noun: &str) -> String {
+    let an = noun.starts_with(['a', 'e', 'i', 'o']);
+    format!("{} {noun}", if an { "an" } else { "a" })
 }
 
 impl fmt::Display for KeyError {

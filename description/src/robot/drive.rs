@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use super::{ACCELERATION, GAIN, LENGTH, SPEED, TIMEOUT_MS};
-use crate::keys::{ANGLE, Count, Quantity};
+use crate::geometry::Twist2;
+use crate::keys::{ANGLE, Count, Flat, KeyError, Quantity, Section};
 use crate::section;
 
 const CURRENT: Quantity = Quantity::new("a current", "A").above(0.0).at_most(100.0);
@@ -11,9 +12,9 @@ const VOLTAGE: Quantity = Quantity::new("a voltage", "V").above(0.0).at_most(100
 const PIVOT: Quantity = Quantity::new("an angle", "rad").above(0.0).at_most(PI);
 
 section! {
-    /// The wheel unit's geometry and the limits of motion.
+    /// Measures of the wheel unit, and where it sits.
     #[derive(Copy)]
-    pub struct Drive {
+    pub struct TricycleGeometry {
         /// From the fixed axle (`base_link`) forward to the unit's pivot.
         pub wheelbase_m: f64 as LENGTH,
         /// Diameter of each hub wheel.
@@ -22,8 +23,13 @@ section! {
         pub wheel_separation_m: f64 as LENGTH,
         /// How far the wheel axle trails behind the pivot.
         pub caster_offset_m: f64 as Quantity::new("a length", "m").at_least(0.0).at_most(5.0),
-        /// What the pivot encoder reads when the unit points forward.
-        pub pivot_zero_rad: f64 as ANGLE => 0.0,
+    }
+}
+
+section! {
+    /// What the drive may do.
+    #[derive(Copy)]
+    pub struct DriveLimits {
         /// No wheel setpoint ever exceeds this.
         pub max_wheel_speed_rad_s: f64 as Quantity::new("a speed", "rad/s").above(0.0).at_most(100.0),
         /// Speed limit of `base_link`.
@@ -38,6 +44,19 @@ section! {
         pub deceleration_m_s2: f64 as ACCELERATION,
         /// Deceleration of every stop for a fault.
         pub stop_deceleration_m_s2: f64 as ACCELERATION,
+    }
+}
+
+section! {
+    /// The wheel unit's geometry and the limits of motion.
+    #[derive(Copy)]
+    pub struct Drive {
+        /// Measures.
+        pub geometry: TricycleGeometry as Flat,
+        /// What the pivot encoder reads when the unit points forward.
+        pub pivot_zero_rad: f64 as ANGLE => 0.0,
+        /// Limits of motion.
+        pub limits: DriveLimits as Flat,
         /// Motor current limit while driving.
         pub drive_current_a: f64 as CURRENT,
         /// Motor current limit while standing.
@@ -67,5 +86,86 @@ section! {
         pub align_rad: f64 as PIVOT => 0.6,
         /// A motion command older than this counts as none.
         pub command_timeout_ms: u32 as TIMEOUT_MS => 150,
+    }
+}
+
+impl Default for TricycleGeometry {
+    /// A KELO drive 100 under a platform of 0.4 m × 0.3 m.
+    fn default() -> Self {
+        Self {
+            wheelbase_m: 0.25,
+            wheel_diameter_m: 0.105,
+            wheel_separation_m: 0.0775,
+            caster_offset_m: 0.01,
+        }
+    }
+}
+
+impl TricycleGeometry {
+    /// Half the diameter.
+    #[must_use]
+    pub fn wheel_radius_m(&self) -> f64 {
+        self.wheel_diameter_m / 2.0
+    }
+
+    /// Checks that the numbers describe a vehicle.
+    ///
+    /// # Errors
+    /// The first key of `[drive]` that describes none.
+    pub fn validate(&self) -> Result<(), KeyError> {
+        self.check().map_err(|error| error.below("drive"))?;
+        if self.caster_offset_m >= self.wheelbase_m / 2.0 {
+            return Err(KeyError::new(
+                "drive.caster_offset_m",
+                format!("{:?}", self.caster_offset_m),
+                format!("below half of `wheelbase_m`, {} m", self.wheelbase_m),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Twist of `base_link` from the unit's speed, the pivot angle and its rate.
+    #[must_use]
+    pub fn twist(&self, unit_m_s: f64, pivot_rad: f64, pivot_rate_rad_s: f64) -> Twist2 {
+        let (sin, cos) = pivot_rad.sin_cos();
+        let caster_m = self.caster_offset_m;
+        let omega_rad_s = (unit_m_s * sin + caster_m * pivot_rate_rad_s * cos)
+            / (self.wheelbase_m - caster_m * cos);
+        let v_m_s = unit_m_s * cos - caster_m * (omega_rad_s + pivot_rate_rad_s) * sin;
+        Twist2::new(v_m_s, omega_rad_s)
+    }
+}
+
+impl Default for DriveLimits {
+    /// The platform of 0.4 m × 0.3 m.
+    fn default() -> Self {
+        Self {
+            max_wheel_speed_rad_s: 35.0,
+            max_speed_m_s: 0.4,
+            max_steering_rad: 1.2,
+            max_steering_rate_rad_s: 3.0,
+            acceleration_m_s2: 0.5,
+            deceleration_m_s2: 0.8,
+            stop_deceleration_m_s2: 2.0,
+        }
+    }
+}
+
+impl DriveLimits {
+    /// Checks every limit.
+    ///
+    /// # Errors
+    /// The first key of `[drive]` that no drive can have.
+    pub fn validate(&self) -> Result<(), KeyError> {
+        self.check().map_err(|error| error.below("drive"))?;
+        if self.max_steering_rad >= FRAC_PI_2 {
+            let found = format!("{:?}", self.max_steering_rad);
+            return Err(KeyError::new(
+                "drive.max_steering_rad",
+                found,
+                "an angle below π/2",
+            ));
+        }
+        Ok(())
     }
 }

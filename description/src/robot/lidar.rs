@@ -13,6 +13,26 @@ const OFFSET: Quantity = Quantity::new("an offset", "m").at_least(-5.0).at_most(
 /// The bit rates that SCIP 2.0 devices know (command `SS`).
 pub const BIT_RATES: [u32; 7] = [19_200, 38_400, 57_600, 115_200, 250_000, 500_000, 750_000];
 
+/// Steps that a URG-04LX measures in a turn.
+pub const URG_04LX_STEPS: u32 = 682;
+/// Turns of a URG-04LX in a second.
+pub const URG_04LX_HZ: f64 = 10.0;
+
+/// Bytes of one scan on the line (SCIP 2.0, command `MD`): the echo with its line feed, status, time stamp, the data in
+/// lines of 64 with checksum and line feed, and the empty line.
+#[must_use]
+pub const fn scan_bytes(readings: usize, characters: usize) -> usize {
+    const HEADER_BYTES: usize = 16 + 4 + 6;
+    let data = readings * characters;
+    HEADER_BYTES + data + 2 * data.div_ceil(64) + 1
+}
+
+/// Bit/s that scans of this size take, start and stop bits included, when `skip` turns are left out between two.
+#[must_use]
+pub fn scan_bit_s(bytes: usize, turns_hz: f64, skip: u32) -> f64 {
+    bytes as f64 * 10.0 * turns_hz / f64::from(skip + 1)
+}
+
 /// The rule of a bit rate: one of [`BIT_RATES`].
 pub struct BitRate;
 

@@ -7,10 +7,12 @@ mod lidar;
 mod navigation;
 mod tubes;
 
-pub use drive::{Control, Drive};
+pub use drive::{Control, Drive, DriveLimits, TricycleGeometry};
 pub use fieldbus::{Ethercat, Link};
 pub use fleet::Fleet;
-pub use lidar::{BIT_RATES, BitRate, Lidar, check_mount};
+pub use lidar::{
+    BIT_RATES, BitRate, Lidar, URG_04LX_HZ, URG_04LX_STEPS, check_mount, scan_bit_s, scan_bytes,
+};
 pub use navigation::Navigation;
 pub use tubes::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, Tubes};
 

@@ -19,12 +19,6 @@ const STD_RAD: Quantity = Quantity::new("a standard deviation", "rad")
 const STD_RATE: Quantity = Quantity::new("a standard deviation per metre", "")
     .above(0.0)
     .at_most(1.0);
-const START_M: Quantity = Quantity::new("a standard deviation", "m")
-    .at_least(0.0)
-    .at_most(10.0);
-const START_RAD: Quantity = Quantity::new("a standard deviation", "rad")
-    .at_least(0.0)
-    .at_most(PI);
 
 section! {
     /// Gains of controllers and feature trackers, and when the pose is too uncertain to drive. The defaults drive the
@@ -56,9 +50,9 @@ section! {
         /// Growth of the heading's standard deviation over one metre driven (with the root of the distance).
         pub odometry_std_rad_per_m: f64 as STD_RATE => 0.03,
         /// Standard deviation of the start position.
-        pub start_std_m: f64 as START_M => 0.10,
+        pub start_std_m: f64 as STD_M => 0.10,
         /// Standard deviation of the start heading.
-        pub start_std_rad: f64 as START_RAD => 0.10,
+        pub start_std_rad: f64 as STD_RAD => 0.10,
         /// Above this standard deviation of the position the robot stops.
         pub max_std_m: f64 as STD_M => 0.30,
         /// Above this standard deviation of the heading the robot stops.

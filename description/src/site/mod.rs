@@ -23,7 +23,7 @@ use crate::keys::{Each, Id, KeyError, Map, Need, Page, Section, Source, Table, T
 use crate::section;
 
 /// A site. All lengths are metres in the `map` frame, x east, y north.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Site {
     /// The site's name.
     pub name: String,

@@ -3,7 +3,8 @@
 use super::quantities::{LENGTH, POSITION, SPEED};
 use crate::geometry::Pose2;
 use crate::keys::{
-    Fault, Field, Flat, Name, Need, Optional, Page, Pose, Quantity, Source, Text, Texts, Word,
+    Fault, Field, Flat, KeyError, Name, Need, Optional, Page, Pose, Quantity, Source, Text, Texts,
+    Word,
 };
 use crate::{kinds, section, words};
 
@@ -139,6 +140,17 @@ pub enum StopPlace {
 pub struct PlaceKeys;
 
 impl Field<PlaceKeys> for StopPlace {
+    fn check(&self, _: &str, _: &PlaceKeys) -> Result<(), KeyError> {
+        match self {
+            Self::BeforeArea { margin_m, .. } => margin_m.check("margin_m", &MARGIN),
+            Self::Pose(pose) if !pose.is_finite() => {
+                let found = format!("{pose:?}");
+                Err(KeyError::new("pose", found, "a pose of finite numbers"))
+            }
+            Self::Pose(_) | Self::Instructed => Ok(()),
+        }
+    }
+
     fn read(s: &dyn Source, _: &'static str, _: &PlaceKeys, _: Option<Self>) -> Self {
         let area = s.text("before_area", "an area's id", Need::Optional);
         let margin_m = s.number("margin_m", &MARGIN, Need::Optional);
@@ -200,15 +212,32 @@ impl Field<PlaceKeys> for StopPlace {
 /// The rule of a way that is not zero.
 pub struct Way;
 
+impl Way {
+    const SHORTEST_M: f64 = 0.01;
+
+    fn expected() -> String {
+        format!(
+            "a way of at least {} m; negative: backward",
+            Self::SHORTEST_M
+        )
+    }
+}
+
 impl Field<Way> for f64 {
     fn read(s: &dyn Source, key: &'static str, _: &Way, _: Option<f64>) -> f64 {
-        const SHORTEST_M: f64 = 0.01;
         let way_m = s.number(key, &WAY, Need::Required).unwrap_or(f64::NAN);
-        if way_m.abs() < SHORTEST_M {
-            let expected = format!("a way of at least {SHORTEST_M} m; negative: backward");
-            s.refuse(Fault::OutOfRange, key, format!("{way_m:?}"), expected);
+        if way_m.abs() < Way::SHORTEST_M {
+            let found = format!("{way_m:?}");
+            s.refuse(Fault::OutOfRange, key, found, Way::expected());
         }
         way_m
+    }
+
+    fn check(&self, key: &str, _: &Way) -> Result<(), KeyError> {
+        if self.abs() < Way::SHORTEST_M {
+            return Err(KeyError::new(key, format!("{self:?}"), Way::expected()));
+        }
+        self.check(key, &WAY)
     }
 
     fn document(page: &mut Page, key: &'static str, _: &Way, _: Option<f64>, about: &'static str) {

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use super::codec::{Encoding, LINE_DATA_BYTES, STREAM_COMMAND_BYTES};
+use super::codec::Encoding;
 use super::error::ConnectError;
-use description::robot::BIT_RATES;
+use description::robot::{BIT_RATES, scan_bit_s, scan_bytes};
 
 use super::identity::Parameters;
 use super::scan::MAX_BEAMS;
@@ -157,14 +157,13 @@ impl ScanFormat {
     /// All bytes of one scan: echo, status, time stamp, data lines and the empty line.
     #[must_use]
     pub fn wire_bytes(&self) -> usize {
-        let data = self.data_bytes();
-        (STREAM_COMMAND_BYTES + 1) + 4 + 6 + data + 2 * data.div_ceil(LINE_DATA_BYTES) + 1
+        scan_bytes(self.beams(), self.encoding.characters())
     }
 
     /// Bit/s that the stream needs, with start and stop bits, at `scan_hz` turns per second.
     #[must_use]
     pub fn bit_s(&self, scan_hz: f64) -> f64 {
-        self.wire_bytes() as f64 * 10.0 * scan_hz / f64::from(self.skip + 1)
+        scan_bit_s(self.wire_bytes(), scan_hz, self.skip.into())
     }
 
     /// Refuses a stream that the line cannot carry, and says what it could.
@@ -230,7 +229,11 @@ mod tests {
 
     #[test]
     fn a_full_scan_has_the_known_size() {
-        assert_eq!(FULL.beams(), 682);
+        use crate::hokuyo::codec::{LINE_DATA_BYTES, STREAM_COMMAND_BYTES};
+        use description::robot::{URG_04LX_HZ, URG_04LX_STEPS};
+        assert_eq!(FULL.beams(), URG_04LX_STEPS as usize);
+        assert_eq!(Parameters::urg_04lx().scan_hz(), URG_04LX_HZ);
+        assert_eq!((STREAM_COMMAND_BYTES, LINE_DATA_BYTES), (15, 64));
         assert_eq!(FULL.data_bytes(), 2046);
         assert_eq!(FULL.wire_bytes(), 16 + 4 + 6 + 2046 + 64 + 1);
         assert_eq!(ScanFormat { cluster: 3, ..FULL }.beams(), 228);

@@ -138,10 +138,10 @@ fn robot_model(robot: &RobotConfig, start: Pose) -> RobotModel {
     let mount = &robot.lidar.mount;
     RobotModel {
         footprint: shapes::footprint(robot),
-        wheelbase_m: robot.drive.wheelbase_m,
-        wheel_diameter_m: robot.drive.wheel_diameter_m,
-        wheel_separation_m: robot.drive.wheel_separation_m,
-        caster_offset_m: robot.drive.caster_offset_m,
+        wheelbase_m: robot.drive.geometry.wheelbase_m,
+        wheel_diameter_m: robot.drive.geometry.wheel_diameter_m,
+        wheel_separation_m: robot.drive.geometry.wheel_separation_m,
+        caster_offset_m: robot.drive.geometry.caster_offset_m,
         pivot_zero_rad: robot.drive.pivot_zero_rad,
         lidar: Pose::new(mount.x_m, mount.y_m, mount.theta_rad),
         wheel_scale_error: WHEEL_SCALE_ERROR,

@@ -48,7 +48,7 @@ impl Replacement {
         Ok(Self {
             navigator: Box::new(navigation::Part::new(Box::new(navigator), start)),
             tubes: Box::new(plan.motion_tubes().map_err(text)?),
-            controller: Box::new(plan.wheel_controller().map_err(text)?),
+            controller: Box::new({ plan.wheel_controller() }.map_err(|error| error.to_string())?),
             names,
             plan,
         })

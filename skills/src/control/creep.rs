@@ -1,9 +1,9 @@
 //! A short way forward or backward along a direction, by dead reckoning and pose.
 
-use super::gains::ControlGains;
 use super::law::{path_curvature, reverse_curvature};
 use super::steer::{PathError, Steer};
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::robot::Navigation;
 
 /// Creeping without a speed of its own, m/s.
 pub const CREEP_SPEED_M_S: f64 = 0.10;
@@ -38,7 +38,7 @@ impl Creep {
 
     /// One step at `pose` in `map`.
     #[must_use]
-    pub fn step(&self, pose: Pose2, gains: &ControlGains) -> Steer {
+    pub fn step(&self, pose: Pose2, gains: &Navigation) -> Steer {
         let error = PathError {
             lateral_m: self.line.lateral_m(pose.position()),
             heading_rad: wrap_angle(pose.theta_rad - self.line.direction_rad()),

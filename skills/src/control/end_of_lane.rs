@@ -1,6 +1,6 @@
 //! Up to a distance from the wall at the lane's end.
 
-use super::gains::ControlGains;
+use description::robot::Navigation;
 
 /// Closer than this counts as there when it has to stop, m.
 const STOP_WITHIN_M: f64 = 0.01;
@@ -24,7 +24,7 @@ impl EndOfLane {
         wall_m: f64,
         speed_limit_m_s: f64,
         speed_m_s: f64,
-        gains: &ControlGains,
+        gains: &Navigation,
     ) -> (f64, bool) {
         let left_m = wall_m - self.distance_m;
         let exit_m_s = self.exit_speed_m_s.min(speed_limit_m_s);

@@ -1,10 +1,10 @@
 //! Drives along a track and says when the robot is on the lane at its end.
 
-use super::gains::ControlGains;
 use super::law::{path_curvature, speed_share};
 use super::steer::Steer;
 use super::track::Track;
 use description::geometry::Pose2;
+use description::robot::Navigation;
 
 /// How close to the lane a manoeuvre is done, and after which way the tolerances double.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +72,7 @@ impl Follower {
     }
 
     /// One step at `pose` in `map`.
-    pub fn step(&mut self, pose: Pose2, speed_m_s: f64, gains: &ControlGains) -> Steer {
+    pub fn step(&mut self, pose: Pose2, speed_m_s: f64, gains: &Navigation) -> Steer {
         let place = self.track.place(pose, self.along_m);
         // The pivot lags, so the curve is commanded before it begins and ended before it ends.
         let early_m = gains.steering_lag_s * speed_m_s.max(0.0);

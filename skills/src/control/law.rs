@@ -1,7 +1,7 @@
 //! The steering laws.
 
-use super::gains::ControlGains;
 use super::steer::{PathError, Steer};
+use description::robot::Navigation;
 
 /// Steepest angle at which a path is approached from the side, rad.
 const APPROACH_RAD: f64 = 0.7;
@@ -12,7 +12,7 @@ const SLOWEST_SHARE: f64 = 0.3;
 ///
 /// Near the path it is linear in both errors; far away the lateral error is limited to a bounded approach angle.
 #[must_use]
-pub fn path_curvature(error: PathError, path_curvature_1_m: f64, gains: &ControlGains) -> f64 {
+pub fn path_curvature(error: PathError, path_curvature_1_m: f64, gains: &Navigation) -> f64 {
     let off_rad = error.heading_rad + wanted_rad(error, gains);
     let curvature = path_curvature_1_m - gains.heading_gain_1_m * off_rad;
     curvature.clamp(-gains.max_curvature_1_m, gains.max_curvature_1_m)
@@ -24,13 +24,13 @@ pub fn path_curvature(error: PathError, path_curvature_1_m: f64, gains: &Control
 /// y'' + k_θ·y' + k_y·y = 0, forward needs κ = −k_θ·θ − k_y·y and backward κ = +k_θ·θ − k_y·y: the sign of the heading
 /// gain changes, that of the lateral gain does not. With the gains of forward motion the heading error would grow.
 #[must_use]
-pub fn reverse_curvature(error: PathError, gains: &ControlGains) -> f64 {
+pub fn reverse_curvature(error: PathError, gains: &Navigation) -> f64 {
     let off_rad = error.heading_rad - wanted_rad(error, gains);
     (gains.heading_gain_1_m * off_rad).clamp(-gains.max_curvature_1_m, gains.max_curvature_1_m)
 }
 
 /// The angle to the path at which the lateral error is driven down.
-fn wanted_rad(error: PathError, gains: &ControlGains) -> f64 {
+fn wanted_rad(error: PathError, gains: &Navigation) -> f64 {
     let approach_rad = (error.lateral_m.abs() / gains.lookahead_m)
         .atan()
         .min(APPROACH_RAD);
@@ -49,7 +49,7 @@ pub fn speed_share(error: PathError) -> f64 {
 
 /// Keeps on a straight path: `error` relative to it.
 #[must_use]
-pub fn keep_lane(error: PathError, gains: &ControlGains) -> Steer {
+pub fn keep_lane(error: PathError, gains: &Navigation) -> Steer {
     Steer {
         error,
         curvature_1_m: path_curvature(error, 0.0, gains),

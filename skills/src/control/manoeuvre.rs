@@ -1,8 +1,8 @@
 //! The tracks of manoeuvres between lanes, and why there is none.
 
-use super::steer::TurnDirection;
 use super::track::Track;
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::site::TurnDirection;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Lanes of a U-turn run against each other, and lanes of a shift along each other, within this.

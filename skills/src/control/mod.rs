@@ -18,7 +18,6 @@ mod approach;
 mod creep;
 mod end_of_lane;
 mod follow;
-mod gains;
 mod law;
 pub mod manoeuvre;
 mod ramp;
@@ -30,11 +29,10 @@ pub use approach::{Stopping, approach_speed_m_s};
 pub use creep::{CREEP_SPEED_M_S, Creep, MAX_BACKWARD_M_S};
 pub use end_of_lane::EndOfLane;
 pub use follow::{Arrival, Follower};
-pub use gains::ControlGains;
 pub use law::{keep_lane, path_curvature, reverse_curvature, speed_share};
 pub use manoeuvre::TrackError;
 pub use ramp::SpeedRamp;
-pub use steer::{PathError, Steer, TurnDirection};
+pub use steer::{PathError, Steer};
 pub use track::{Track, TrackPlace};
 
 #[cfg(test)]

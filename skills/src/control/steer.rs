@@ -23,23 +23,3 @@ pub struct Steer {
     /// Of the speed limit, what is sensible with this error.
     pub speed_share: f64,
 }
-
-/// To which side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TurnDirection {
-    /// Counter-clockwise.
-    Left,
-    /// Clockwise.
-    Right,
-}
-
-impl TurnDirection {
-    /// +1 to the left, −1 to the right.
-    #[must_use]
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Left => 1.0,
-            Self::Right => -1.0,
-        }
-    }
-}

@@ -1,6 +1,8 @@
 use super::manoeuvre::{self, Fillet};
 use super::*;
 use description::geometry::{MotionCommand, Point2, Pose2, Segment, wrap_angle};
+use description::robot::Navigation;
+use description::site::TurnDirection;
 use std::f64::consts::PI;
 
 const LANE: Segment = Segment::new(Point2::new(0.0, 0.0), Point2::new(10.0, 0.0));
@@ -21,7 +23,7 @@ fn on_lane(pose: Pose2) -> PathError {
 
 #[test]
 fn the_law_leads_back_from_everywhere_without_overshoot() {
-    let gains = ControlGains::default();
+    let gains = Navigation::default();
     for lateral_m in [-2.0, -0.3, 0.05, 0.8] {
         for heading_rad in [-1.2, 0.0, 0.9] {
             let mut pose = Pose2::new(0.0, lateral_m, heading_rad);
@@ -45,7 +47,7 @@ fn the_law_leads_back_from_everywhere_without_overshoot() {
 
 #[test]
 fn backward_the_same_gains_need_the_other_law() {
-    let gains = ControlGains::default();
+    let gains = Navigation::default();
     for lateral_m in [-0.2, 0.0, 0.1] {
         for heading_rad in [-0.2, 0.0, 0.3] {
             let mut pose = Pose2::new(0.0, lateral_m, heading_rad);
@@ -73,7 +75,7 @@ fn backward_the_same_gains_need_the_other_law() {
 
 #[test]
 fn a_creep_measures_its_way_in_both_directions() {
-    let gains = ControlGains::default();
+    let gains = Navigation::default();
     for distance_m in [-0.4, 0.3] {
         let start = Pose2::new(1.0, 2.0, 0.52);
         let creep = Creep::start(start, 0.5, distance_m);
@@ -92,7 +94,7 @@ fn a_creep_measures_its_way_in_both_directions() {
 
 #[test]
 fn at_the_lanes_end_it_has_the_exit_speed() {
-    let gains = ControlGains::default();
+    let gains = Navigation::default();
     let end = EndOfLane {
         distance_m: 1.2,
         exit_speed_m_s: 0.3,
@@ -112,7 +114,7 @@ fn at_the_lanes_end_it_has_the_exit_speed() {
 
 #[test]
 fn told_to_stop_at_the_end_it_stops_there() {
-    let gains = ControlGains::default();
+    let gains = Navigation::default();
     let end = EndOfLane {
         distance_m: 0.3,
         exit_speed_m_s: 0.0,
@@ -162,7 +164,7 @@ fn stopping_ends_at_the_place_and_tries_again_while_the_place_moves() {
 
 /// Follows a track from `pose`; the pose at the end, and the largest error on the way.
 fn follow(mut follower: Follower, pose: &mut Pose2, speed_m_s: f64) -> f64 {
-    let gains = ControlGains::default();
+    let gains = Navigation::default();
     let mut worst_m: f64 = 0.0;
     for _ in 0..2000 {
         let steer = follower.step(*pose, 0.0, &gains);
@@ -284,7 +286,7 @@ fn what_cannot_be_driven_is_refused() {
 
 #[test]
 fn a_track_that_is_left_leads_back() {
-    let gains = ControlGains::default();
+    let gains = Navigation::default();
     let outgoing = Segment::new(Point2::new(5.0, 0.0), Point2::new(5.0, 5.0));
     let mut pose = Pose2::new(3.0, 0.0, 0.0);
     let track = manoeuvre::turn(0.6, 2.5, &LANE, &outgoing, pose).unwrap();

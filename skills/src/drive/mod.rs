@@ -7,8 +7,9 @@
 //!
 //! Real time: [`WheelController::step`] does not allocate, lock or panic; it stops on input that is not finite.
 
-use crate::odometry::{GeometryError, TricycleGeometry};
 use description::geometry::{MotionCommand, wrap_angle};
+use description::keys::{KeyError, Section};
+use description::robot::{Control, DriveLimits, TricycleGeometry};
 use description::wheels::WheelSpeeds;
 
 /// How far the ramp may run ahead of the measured speed before it waits, m/s.
@@ -17,103 +18,6 @@ const RAMP_AHEAD_M_S: f64 = 0.2;
 const STANDING_M_S: f64 = 1e-3;
 /// Longer control steps count as this long, s.
 const LONGEST_STEP_S: f64 = 0.1;
-
-/// What the drive may do. All positive.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriveLimits {
-    /// Of each hub wheel.
-    pub max_wheel_speed_rad_s: f64,
-    /// Of `base_link`.
-    pub max_speed_m_s: f64,
-    /// Of the pivot to either side.
-    pub max_steering_rad: f64,
-    /// Of the pivot's motion.
-    pub max_steering_rate_rad_s: f64,
-    /// Speeding up.
-    pub acceleration_m_s2: f64,
-    /// Slowing down by command.
-    pub deceleration_m_s2: f64,
-    /// Slowing down when told to stop at once.
-    pub stop_deceleration_m_s2: f64,
-    /// Pivot rate per radian of pivot error.
-    pub pivot_gain_1_s: f64,
-    /// A larger pivot error counts as this one.
-    pub pivot_error_max_rad: f64,
-    /// With a larger pivot error the unit turns before it rolls.
-    pub align_rad: f64,
-}
-
-impl Default for DriveLimits {
-    /// The platform of 0.4 m × 0.3 m. A pivot gain of 5 /s stays well damped with 50 ms between sensing and turning.
-    fn default() -> Self {
-        Self {
-            max_wheel_speed_rad_s: 35.0,
-            max_speed_m_s: 0.4,
-            max_steering_rad: 1.2,
-            max_steering_rate_rad_s: 3.0,
-            acceleration_m_s2: 0.5,
-            deceleration_m_s2: 0.8,
-            stop_deceleration_m_s2: 2.0,
-            pivot_gain_1_s: 5.0,
-            pivot_error_max_rad: std::f64::consts::FRAC_PI_4,
-            align_rad: 0.6,
-        }
-    }
-}
-
-impl DriveLimits {
-    /// Checks that every limit is a positive number and that steering stays below a right angle.
-    ///
-    /// # Errors
-    /// The first limit that no drive can have.
-    pub fn validate(&self) -> Result<(), DriveLimitError> {
-        for (name, value) in [
-            ("maximum wheel speed", self.max_wheel_speed_rad_s),
-            ("maximum speed", self.max_speed_m_s),
-            ("maximum steering angle", self.max_steering_rad),
-            ("maximum steering rate", self.max_steering_rate_rad_s),
-            ("acceleration", self.acceleration_m_s2),
-            ("deceleration", self.deceleration_m_s2),
-            ("stop deceleration", self.stop_deceleration_m_s2),
-            ("pivot gain", self.pivot_gain_1_s),
-            ("largest pivot error", self.pivot_error_max_rad),
-            ("alignment angle", self.align_rad),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(DriveLimitError::NotPositive { name, value });
-            }
-        }
-        if self.max_steering_rad >= std::f64::consts::FRAC_PI_2 {
-            return Err(DriveLimitError::Steering(self.max_steering_rad));
-        }
-        Ok(())
-    }
-
-    /// The tightest curve that the steering limit allows.
-    #[must_use]
-    pub fn max_curvature_1_m(&self, geometry: &TricycleGeometry) -> f64 {
-        self.max_steering_rad.tan() / geometry.wheelbase_m
-    }
-}
-
-/// Limits that no drive can have.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum DriveLimitError {
-    /// A limit that must be positive.
-    #[error("{name} must be positive, found {value}")]
-    NotPositive {
-        /// Which.
-        name: &'static str,
-        /// Found.
-        value: f64,
-    },
-    /// The steering limit reaches a right angle.
-    #[error("maximum steering angle must be below π/2, found {0} rad")]
-    Steering(f64),
-    /// The vehicle itself.
-    #[error(transparent)]
-    Geometry(#[from] GeometryError),
-}
 
 /// Whether to follow the command, or how to stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -132,6 +36,7 @@ pub enum StopKind {
 pub struct WheelController {
     geometry: TricycleGeometry,
     limits: DriveLimits,
+    gains: Control,
     /// Ramped speed of the unit along its heading.
     unit_m_s: f64,
 }
@@ -140,13 +45,19 @@ impl WheelController {
     /// A controller at standstill.
     ///
     /// # Errors
-    /// Those of [`DriveLimits::validate`] and [`TricycleGeometry::validate`].
-    pub fn new(geometry: TricycleGeometry, limits: DriveLimits) -> Result<Self, DriveLimitError> {
+    /// The first key of `[drive]` or `[control]` that does not fit.
+    pub fn new(
+        geometry: TricycleGeometry,
+        limits: DriveLimits,
+        gains: Control,
+    ) -> Result<Self, KeyError> {
         geometry.validate()?;
         limits.validate()?;
+        gains.check().map_err(|error| error.below("control"))?;
         Ok(Self {
             geometry,
             limits,
+            gains,
             unit_m_s: 0.0,
         })
     }
@@ -233,13 +144,13 @@ impl WheelController {
             return (0.0, 0.0);
         }
         let rate_limit = self.limits.max_steering_rate_rad_s;
-        let error_max_rad = self.limits.pivot_error_max_rad;
-        let rate_rad_s = (self.limits.pivot_gain_1_s
+        let error_max_rad = self.gains.pivot_error_max_rad;
+        let rate_rad_s = (self.gains.pivot_gain_1_s
             * error_rad.clamp(-error_max_rad, error_max_rad))
         .clamp(-rate_limit, rate_limit);
         // Speed of the trailing axle on that path; at the steering limit the path is the one that is possible.
         let slope = steering_rad.tan();
-        let share = if error_rad.abs() > self.limits.align_rad {
+        let share = if error_rad.abs() > self.gains.align_rad {
             0.0
         } else {
             error_rad.cos().max(0.0)

@@ -19,7 +19,8 @@ impl Unit {
         let geometry = TricycleGeometry::default();
         Self {
             geometry,
-            controller: WheelController::new(geometry, DriveLimits::default()).unwrap(),
+            controller: WheelController::new(geometry, DriveLimits::default(), Control::default())
+                .unwrap(),
             wheels: WheelSpeeds::default(),
             pivot_rad: 0.0,
             pose: Pose2::IDENTITY,
@@ -160,7 +161,7 @@ fn impossible_limits_are_refused() {
         max_steering_rad: 1.6,
         ..DriveLimits::default()
     };
-    assert!(WheelController::new(TricycleGeometry::default(), limits).is_err());
+    assert!(WheelController::new(TricycleGeometry::default(), limits, Control::default()).is_err());
     let limits = DriveLimits {
         acceleration_m_s2: f64::NAN,
         ..DriveLimits::default()
@@ -175,7 +176,7 @@ proptest! {
         limit in 1.0..40.0f64,
     ) {
         let limits = DriveLimits { max_wheel_speed_rad_s: limit, max_speed_m_s: 3.0, ..DriveLimits::default() };
-        let mut controller = WheelController::new(TricycleGeometry::default(), limits).unwrap();
+        let mut controller = WheelController::new(TricycleGeometry::default(), limits, Control::default()).unwrap();
         for (speed, curvature, pivot, measured, stop, dt) in steps {
             let stop = [StopKind::None, StopKind::None, StopKind::Gentle, StopKind::Hard][usize::from(stop)];
             let wheels = WheelSpeeds { left_rad_s: measured, right_rad_s: -measured * 0.5 };

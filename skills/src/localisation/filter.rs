@@ -4,6 +4,7 @@ use super::doubt::{Doubt, ScanVerdict};
 use crate::odometry::Odometry;
 use crate::perception::WallFit;
 use description::geometry::{Pose2, Segment, wrap_angle};
+use description::robot::Navigation;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Uncertainty that grows even at standstill: (1 mm)² and (1 mrad)² per second.
@@ -26,33 +27,6 @@ const LEAP_STD_RAD: f64 = 0.10;
 /// Factor on the covariance for each scan that keeps contradicting the pose.
 const INSISTENCE: f64 = 1.5;
 
-/// How the pose is estimated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseGains {
-    /// Growth of the position's standard deviation over one metre driven (it grows with the root of the way).
-    pub odometry_std_m_per_m: f64,
-    /// The same of the heading.
-    pub odometry_std_rad_per_m: f64,
-    /// Corrections farther than this many standard deviations are refused.
-    pub gate_sigma: f64,
-    /// Above this standard deviation of the position the pose is uncertain.
-    pub max_std_m: f64,
-    /// Above this standard deviation of the heading the pose is uncertain.
-    pub max_std_rad: f64,
-}
-
-impl Default for PoseGains {
-    fn default() -> Self {
-        Self {
-            odometry_std_m_per_m: 0.03,
-            odometry_std_rad_per_m: 0.03,
-            gate_sigma: 4.0,
-            max_std_m: 0.30,
-            max_std_rad: 0.30,
-        }
-    }
-}
-
 /// Corrections since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PoseCounters {
@@ -67,7 +41,7 @@ pub struct PoseCounters {
 /// The filter.
 #[derive(Clone, Debug)]
 pub struct PoseFilter {
-    pub(super) gains: PoseGains,
+    pub(super) gains: Navigation,
     pub(super) pose: Pose2,
     pub(super) covariance: Matrix3<f64>,
     pub(super) last: Option<Odometry>,
@@ -78,7 +52,7 @@ pub struct PoseFilter {
 impl PoseFilter {
     /// Starts at a pose known to the given standard deviations.
     #[must_use]
-    pub fn new(gains: PoseGains, start: Pose2, std_m: f64, std_rad: f64) -> Self {
+    pub fn new(gains: Navigation, start: Pose2, std_m: f64, std_rad: f64) -> Self {
         let mut filter = Self {
             gains,
             pose: start,

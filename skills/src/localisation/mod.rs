@@ -17,7 +17,7 @@ mod filter;
 mod walls;
 
 pub use doubt::ScanVerdict;
-pub use filter::{PoseCounters, PoseFilter, PoseGains};
+pub use filter::{PoseCounters, PoseFilter};
 pub use walls::WallsOutcome;
 
 #[cfg(test)]

@@ -3,11 +3,12 @@ use super::*;
 use crate::odometry::Odometry;
 use crate::perception::WallFit;
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::robot::Navigation;
 use nalgebra::Matrix2;
 use proptest::prelude::*;
 
 fn filter(pose: Pose2) -> PoseFilter {
-    PoseFilter::new(PoseGains::default(), pose, 0.1, 0.1)
+    PoseFilter::new(Navigation::default(), pose, 0.1, 0.1)
 }
 
 fn odometry(x_m: f64, theta_rad: f64) -> Odometry {

@@ -1,8 +1,8 @@
 //! What surrounds a lane: the walls beside it, in pieces, and the wall that closes it.
 
-use super::data::{LaneData, WallData};
-use super::error::{MapError, check_length};
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::keys::KeyError;
+use description::site::{Lane, Wall};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Walls beside a lane are parallel to it within this.
@@ -69,25 +69,17 @@ impl LaneGeometry {
     }
 }
 
-pub(super) fn lane_geometry(lane: &LaneData, walls: &[WallData]) -> Result<LaneGeometry, MapError> {
-    check_length("lane", &lane.id, &lane.line)?;
+pub(super) fn lane_geometry(lane: &Lane, walls: &[Wall]) -> Result<LaneGeometry, KeyError> {
+    let key = || format!("lanes.{}.end_wall", lane.id);
     let end = match &lane.end_wall {
         None => nearest_end(&lane.line, walls),
         Some(name) => {
-            let index = walls
-                .iter()
-                .position(|wall| wall.id == *name)
-                .ok_or_else(|| MapError::Unknown {
-                    kind: "lane",
-                    id: lane.id.clone(),
-                    wanted: "wall",
-                    name: name.clone(),
-                })?;
+            let index = walls.iter().position(|wall| wall.id == *name);
+            let index = index.ok_or_else(|| KeyError::unknown(key(), "wall", name))?;
             if distance_ahead_m(&lane.line, &walls[index].line).is_none() {
-                return Err(MapError::NotAcross {
-                    lane: lane.id.clone(),
-                    wall: name.clone(),
-                });
+                let found = format!("wall `{name}`, which does not close lane `{}`", lane.id);
+                let expected = "a wall that crosses the lane's line ahead of its start";
+                return Err(KeyError::new(key(), found, expected));
             }
             Some(index)
         }
@@ -124,7 +116,7 @@ fn directed(wall: Segment, lane: &Segment) -> Segment {
 
 /// The pieces of parallel wall that face the lane from one side: what other walls hide from it is left out, and so is
 /// the wall behind a gap only where that gap lets it be seen.
-fn facing(lane: &Segment, walls: &[WallData], side: f64) -> Vec<LaneWall> {
+fn facing(lane: &Segment, walls: &[Wall], side: f64) -> Vec<LaneWall> {
     let unit = lane.unit();
     let outwards = Point2::new(-unit.y_m, unit.x_m) * side;
     // What lies behind the walls that close the lane is another corridor.
@@ -185,8 +177,8 @@ fn facing(lane: &Segment, walls: &[WallData], side: f64) -> Vec<LaneWall> {
 }
 
 /// The nearest parallel wall to the left (`side` 1) or right (−1) that runs along the lane.
-fn nearest_beside(lane: &Segment, walls: &[WallData], side: f64) -> Option<LaneWall> {
-    let beside = |(index, wall): (usize, &WallData)| {
+fn nearest_beside(lane: &Segment, walls: &[Wall], side: f64) -> Option<LaneWall> {
+    let beside = |(index, wall): (usize, &Wall)| {
         let line = directed(wall.line, lane);
         let off_rad = wrap_angle(line.direction_rad() - lane.direction_rad()).abs();
         let middle = (line.a + line.b) * 0.5;
@@ -217,7 +209,7 @@ fn distance_ahead_m(lane: &Segment, wall: &Segment) -> Option<f64> {
     wall.ray_range_m(lane.a, lane.direction_rad())
 }
 
-fn nearest_end(lane: &Segment, walls: &[WallData]) -> Option<usize> {
+fn nearest_end(lane: &Segment, walls: &[Wall]) -> Option<usize> {
     walls
         .iter()
         .enumerate()

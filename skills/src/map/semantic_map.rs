@@ -1,10 +1,10 @@
 //! The map, checked, with everything resolved.
 
-use super::data::{AreaData, MapData};
-use super::error::{MapError, check_length};
 use super::lane::{LaneGeometry, lane_geometry};
 use crate::borders::MAX_AREAS;
 use description::geometry::{Point2, Rect, Segment};
+use description::keys::{KeyError, Section};
+use description::site::{self, Site};
 
 /// An area as navigation uses it.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,32 +41,34 @@ pub struct SemanticMap {
 }
 
 impl SemanticMap {
-    /// Checks the data and finds each lane's walls.
+    /// Checks the site's walls, lanes and areas, and finds each lane's walls.
     ///
     /// # Errors
-    /// The first [`MapError`] in the data.
-    pub fn new(data: &MapData) -> Result<Self, MapError> {
-        unique("wall", data.walls.iter().map(|wall| &wall.id))?;
-        unique("lane", data.lanes.iter().map(|lane| &lane.id))?;
-        unique("area", data.areas.iter().map(|area| &area.id))?;
-        if data.areas.len() > MAX_AREAS {
-            let found = data.areas.len();
-            return Err(MapError::TooManyAreas { found });
+    /// The first key of the site that does not fit.
+    pub fn new(site: &Site) -> Result<Self, KeyError> {
+        unique("walls", site.walls.iter().map(|wall| &wall.id))?;
+        unique("lanes", site.lanes.iter().map(|lane| &lane.id))?;
+        unique("areas", site.areas.iter().map(|area| &area.id))?;
+        if site.areas.len() > MAX_AREAS {
+            let found = format!("{} areas", site.areas.len());
+            return Err(KeyError::new(
+                "areas",
+                found,
+                format!("at most {MAX_AREAS}"),
+            ));
         }
-        for wall in &data.walls {
-            check_length("wall", &wall.id, &wall.line)?;
+        for wall in &site.walls {
+            check_line("walls", &wall.id, wall, &wall.line)?;
         }
-        let lanes = data
-            .lanes
-            .iter()
-            .map(|lane| lane_geometry(lane, &data.walls))
-            .collect::<Result<Vec<_>, _>>()?;
-        let areas = data
-            .areas
-            .iter()
-            .map(|area| resolve_area(area, &lanes))
-            .collect::<Result<Vec<_>, _>>()?;
-        let walls = data.walls.iter().map(|wall| Wall {
+        for lane in &site.lanes {
+            check_line("lanes", &lane.id, lane, &lane.line)?;
+        }
+        let lanes = site.lanes.iter();
+        let lanes = lanes.map(|lane| lane_geometry(lane, &site.walls));
+        let lanes = lanes.collect::<Result<Vec<_>, _>>()?;
+        let areas = site.areas.iter().map(|area| resolve_area(area, &lanes));
+        let areas = areas.collect::<Result<Vec<_>, _>>()?;
+        let walls = site.walls.iter().map(|wall| Wall {
             id: wall.id.clone(),
             line: wall.line,
             direction_rad: wall.line.direction_rad(),
@@ -78,19 +80,19 @@ impl SemanticMap {
         })
     }
 
-    /// All walls, in the order of the data.
+    /// All walls, in the order of the site.
     #[must_use]
     pub fn walls(&self) -> &[Wall] {
         &self.walls
     }
 
-    /// All lanes, in the order of the data.
+    /// All lanes, in the order of the site.
     #[must_use]
     pub fn lanes(&self) -> &[LaneGeometry] {
         &self.lanes
     }
 
-    /// All areas, in the order of the data.
+    /// All areas, in the order of the site.
     #[must_use]
     pub fn areas(&self) -> &[Area] {
         &self.areas
@@ -112,50 +114,45 @@ impl SemanticMap {
 }
 
 fn unique<'a>(
-    kind: &'static str,
+    section: &str,
     ids: impl Iterator<Item = &'a String> + Clone,
-) -> Result<(), MapError> {
+) -> Result<(), KeyError> {
     for (index, id) in ids.clone().enumerate() {
         if ids.clone().take(index).any(|earlier| earlier == id) {
-            let id = id.clone();
-            return Err(MapError::Duplicate { kind, id });
+            let found = format!("`{id}` a second time");
+            return Err(KeyError::new(section, found, "each name once"));
         }
     }
     Ok(())
 }
 
-fn resolve_area(area: &AreaData, lanes: &[LaneGeometry]) -> Result<Area, MapError> {
-    let size = area.region.max - area.region.min;
-    if !(size.is_finite() && size.x_m >= 0.0 && size.y_m >= 0.0) {
-        let id = area.id.clone();
-        return Err(MapError::Region { id });
+fn check_line(
+    section: &str,
+    id: &str,
+    value: &impl Section,
+    line: &Segment,
+) -> Result<(), KeyError> {
+    let key = format!("{section}.{id}");
+    value.check().map_err(|error| error.below(&key))?;
+    if line.length_m() > 1e-6 {
+        return Ok(());
     }
-    for (what, found) in [
-        ("speed limit", area.speed_limit_m_s),
-        ("deviation limit", area.deviation_limit_m),
-    ] {
-        if !(found.is_finite() && found > 0.0) {
-            let id = area.id.clone();
-            return Err(MapError::Limit { id, what, found });
-        }
-    }
-    let lane =
-        match &area.lane {
-            None => None,
-            Some(name) => Some(lanes.iter().position(|lane| lane.id == *name).ok_or_else(
-                || MapError::Unknown {
-                    kind: "area",
-                    id: area.id.clone(),
-                    wanted: "lane",
-                    name: name.clone(),
-                },
-            )?),
-        };
+    let found = format!("a length of {} m", line.length_m());
+    Err(KeyError::new(key, found, "a length above zero"))
+}
+
+fn resolve_area(area: &site::Area, lanes: &[LaneGeometry]) -> Result<Area, KeyError> {
+    let key = format!("areas.{}", area.id);
+    area.check().map_err(|error| error.below(&key))?;
+    let lane = area.lane.as_ref().map(|name| {
+        let lane = lanes.iter().position(|lane| lane.id == *name);
+        lane.ok_or_else(|| KeyError::unknown(format!("{key}.lane"), "lane", name))
+    });
     Ok(Area {
         id: area.id.clone(),
         region: area.region,
-        lane,
-        speed_limit_m_s: area.speed_limit_m_s,
-        deviation_limit_m: area.deviation_limit_m,
+        lane: lane.transpose()?,
+        speed_limit_m_s: area.control.speed_limit_m_s,
+        deviation_limit_m: area.control.deviation_limit_m,
     })
 }

@@ -1,29 +1,30 @@
 use super::*;
 use description::geometry::{Point2, Rect, Segment, wrap_angle};
+use description::site::{Area, ControlLayer, Lane, Manoeuvre, Site, Wall};
 
-type Spoil = fn(&mut MapData);
+type Spoil = fn(&mut Site);
 
 fn line(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
     Segment::new(Point2::new(ax, ay), Point2::new(bx, by))
 }
 
-fn wall(id: &str, line: Segment) -> WallData {
-    WallData {
+fn wall(id: &str, line: Segment) -> Wall {
+    Wall {
         id: id.into(),
         line,
     }
 }
 
-fn lane(id: &str, line: Segment, end_wall: Option<&str>) -> LaneData {
-    LaneData {
+fn lane(id: &str, line: Segment, end_wall: Option<&str>) -> Lane {
+    Lane {
         id: id.into(),
         line,
         end_wall: end_wall.map(Into::into),
     }
 }
 
-fn corridor() -> MapData {
-    MapData {
+fn corridor() -> Site {
+    Site {
         walls: vec![
             wall("south", line(0.0, -1.6, 10.0, -1.6)),
             wall("north", line(10.0, 1.6, 0.0, 1.6)),
@@ -36,13 +37,18 @@ fn corridor() -> MapData {
             lane("east", line(1.2, -0.5, 8.8, -0.5), None),
             lane("west", line(8.8, 0.5, 1.2, 0.5), Some("west")),
         ],
-        areas: vec![AreaData {
+        areas: vec![Area {
             id: "1".into(),
             region: Rect::new(Point2::new(1.5, -0.9), Point2::new(5.5, 0.0)),
             lane: Some("east".into()),
-            speed_limit_m_s: 0.4,
-            deviation_limit_m: 0.3,
+            capacity: 1,
+            control: ControlLayer {
+                manoeuvre: Manoeuvre::Any,
+                speed_limit_m_s: 0.4,
+                deviation_limit_m: 0.3,
+            },
         }],
+        ..Site::default()
     }
 }
 
@@ -71,8 +77,8 @@ fn lanes_know_the_nearest_walls_directed_like_them() {
 }
 
 /// An arm from the west, one to the south, one to the east; a pillar before the north wall, another hall behind the end.
-fn junction() -> MapData {
-    MapData {
+fn junction() -> Site {
+    Site {
         walls: vec![
             wall("north", line(-6.2, 1.2, 6.2, 1.2)),
             wall("south-west", line(-1.2, -1.2, -6.2, -1.2)),
@@ -89,7 +95,7 @@ fn junction() -> MapData {
             lane("in", line(-5.0, -0.5, -1.2, -0.5), None),
             lane("down", line(-0.5, -1.2, -0.5, -5.0), None),
         ],
-        areas: vec![],
+        ..Site::default()
     }
 }
 
@@ -140,46 +146,46 @@ fn what_does_not_fit_is_refused_with_names() {
     let cases: [(Spoil, &str); 9] = [
         (
             |map| map.walls[1].id = "south".into(),
-            "two walls are called `south`",
+            "walls: found `south` a second time",
         ),
         (
             |map| map.lanes[0].line.b = map.lanes[0].line.a,
-            "lane `east` must have",
+            "lanes.east: found a length of 0 m",
         ),
         (
             |map| map.walls[0].line.a.x_m = f64::NAN,
-            "wall `south` must have",
+            "walls.south.from_m: found NaN",
         ),
         (
             |map| map.areas[0].lane = Some("nowhere".into()),
-            "area `1` names the lane `nowhere`",
+            "areas.1.lane: found lane `nowhere`, which does not exist",
         ),
         (
             |map| map.lanes[0].end_wall = Some("nowhere".into()),
-            "lane `east` names the wall `nowhere`",
+            "lanes.east.end_wall: found wall `nowhere`, which does not exist",
         ),
         (
             |map| map.lanes[0].end_wall = Some("west".into()),
-            "wall `west` does not close lane `east`",
+            "lanes.east.end_wall: found wall `west`, which does not close lane `east`",
         ),
         (
             |map| map.areas[0].region.max.x_m = f64::INFINITY,
-            "area `1` must have finite corners",
+            "areas.1.region.max_m: found inf",
         ),
         (
             |map| {
                 let area = map.areas[0].clone();
-                let many = (0..300).map(|n| AreaData {
+                let many = (0..300).map(|n| Area {
                     id: n.to_string(),
                     ..area.clone()
                 });
                 map.areas = many.collect();
             },
-            "300 areas; expected at most 256",
+            "areas: found 300 areas, expected at most 256",
         ),
         (
-            |map| map.areas[0].speed_limit_m_s = -0.4,
-            "speed limit of area `1` must be positive, found -0.4",
+            |map| map.areas[0].control.speed_limit_m_s = -0.4,
+            "areas.1.speed_limit_m_s: found -0.4, expected a speed above 0",
         ),
     ];
     for (spoil, expected) in cases {

@@ -2,7 +2,7 @@
 
 use super::instruction::{Inbox, Parameters};
 use super::output::NavigationCounters;
-use super::setup::{NavigatorSetup, SetupError};
+use super::setup::NavigatorSetup;
 use super::state::Navigator;
 use crate::borders::{BorderGains, BorderGuard};
 use crate::control::{SpeedRamp, Stopping};
@@ -13,7 +13,9 @@ use crate::perception::lane_end::LaneEndTracker;
 use crate::perception::line::LineFitter;
 use crate::perception::walls::WallMatcher;
 use crate::schedule::controllers::motion::{Motion, PATH_POSES};
-use crate::schedule::{RobotLimits, compile};
+use crate::schedule::{RobotLimits, compile, machine};
+use coordination::event::EventTable;
+use description::keys::{KeyError, Section};
 
 /// Poses of the planned path are at least this far apart.
 const PATH_STEP_M: f64 = 0.05;
@@ -21,49 +23,42 @@ const PATH_STEP_M: f64 = 0.05;
 const BORDER_MARGIN_M: f64 = 0.01;
 
 impl Navigator {
-    /// Checks the setup and starts in its start state.
+    /// Checks the setup and starts in the robot's start state.
     ///
     /// # Errors
-    /// [`SetupError`]: the first part of the setup that is refused.
-    pub fn new(setup: NavigatorSetup) -> Result<Self, SetupError> {
-        setup.gains.validate()?;
-        let max_speed_m_s = setup.max_speed_m_s;
-        if !(max_speed_m_s.is_finite() && max_speed_m_s > 0.0) {
-            let what = "maximum speed";
-            let found = max_speed_m_s;
-            return Err(SetupError::NotPositive { what, found });
+    /// The first key of the robot's or the site's file that does not fit.
+    pub fn new(setup: NavigatorSetup) -> Result<Self, KeyError> {
+        let NavigatorSetup {
+            ref site,
+            gains,
+            max_speed_m_s,
+            footprint,
+            ..
+        } = setup;
+        gains.check().map_err(|error| error.below("navigation"))?;
+        footprint
+            .check()
+            .map_err(|error| error.below("footprint"))?;
+        let key = format!("robots.{}", setup.robot);
+        let robot = { site.robots.get(&setup.robot) }
+            .ok_or_else(|| KeyError::unknown(key.as_str(), "robot", &setup.robot))?;
+        let map = SemanticMap::new(site)?;
+        let mut events = EventTable::new();
+        let mut machine = machine(site, &robot.role, &mut events)?;
+        let limits = RobotLimits {
+            max_speed_m_s,
+            max_curvature_1_m: gains.max_curvature_1_m,
+            footprint,
+        };
+        let schedules = compile(site, &robot.role, &map, &machine, &events, &limits)?;
+        if let Some(name) = &robot.start_state {
+            let unknown = || KeyError::unknown(format!("{key}.start_state"), "state", name);
+            machine.restart_in(machine.state_id(name).ok_or_else(unknown)?);
         }
-        if !setup.footprint.is_valid() {
-            return Err(SetupError::Footprint);
-        }
-        if !setup.start.is_finite() {
-            return Err(SetupError::Start);
-        }
-        let map = SemanticMap::new(&setup.map)?;
-        let mut machine = setup.machine;
-        let schedules = compile(
-            &map,
-            &machine,
-            &setup.states,
-            &setup.skills,
-            &setup.monitors,
-            &RobotLimits {
-                max_speed_m_s,
-                max_curvature_1_m: setup.gains.max_curvature_1_m,
-                footprint: setup.footprint,
-            },
-        )?;
-        if let Some(name) = &setup.start_state {
-            let state = machine
-                .state_id(name)
-                .ok_or_else(|| SetupError::StartState(name.clone()))?;
-            machine.restart_in(state);
-        }
-        let gains = setup.gains;
-        let matcher = WallMatcher::new(&map, setup.beams, gains.perception());
+        let matcher = WallMatcher::new(&map, setup.beams, gains);
         let guard = BorderGuard::new(
             map.areas().iter().map(|area| area.region),
-            setup.footprint,
+            footprint,
             BorderGains {
                 sigmas: gains.border_sigma,
                 margin_m: BORDER_MARGIN_M,
@@ -72,29 +67,24 @@ impl Navigator {
         let mut navigator = Self {
             map,
             machine,
+            events,
             schedules,
-            skill_names: setup.skills.into_iter().map(|skill| skill.id).collect(),
-            control: gains.control(),
-            pose: PoseFilter::new(
-                gains.pose(),
-                setup.start,
-                gains.start_std_m,
-                gains.start_std_rad,
-            ),
-            fitter: LineFitter::new(setup.beams, gains.perception()),
+            skill_names: site.skills.iter().map(|skill| skill.id.clone()).collect(),
+            gains,
+            pose: PoseFilter::new(gains, robot.start, gains.start_std_m, gains.start_std_rad),
+            fitter: LineFitter::new(setup.beams, gains),
             points: Vec::with_capacity(setup.beams),
-            corridor: CorridorTracker::new(gains.perception()),
-            lane_end: LaneEndTracker::new(gains.perception()),
+            corridor: CorridorTracker::new(gains),
+            lane_end: LaneEndTracker::new(gains),
             matcher,
             guard,
-            footprint: setup.footprint,
-            border_sigma: gains.border_sigma,
+            footprint,
             max_speed_m_s,
             motion: Motion::Still,
             stopping: Stopping::default(),
             instructed: None,
             halting: Stopping::default(),
-            ramp: SpeedRamp::new(gains.acceleration_m_s2, gains.deceleration_m_s2),
+            ramp: SpeedRamp::new(setup.acceleration_m_s2, gains.deceleration_m_s2),
             last_curvature_1_m: 0.0,
             path: Vec::with_capacity(PATH_POSES),
             path_step_m: path_step_m(max_speed_m_s, gains.deceleration_m_s2),

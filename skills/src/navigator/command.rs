@@ -42,7 +42,7 @@ impl Navigator {
         let speed_m_s = self.speed_m_s(input);
         self.plan_ahead(control, speed_m_s);
         let border = self.look_ahead(input, speed_m_s);
-        let border_m_s = border.speed_limit_m_s(self.control.deceleration_m_s2, REACTION_S);
+        let border_m_s = border.speed_limit_m_s(self.gains.deceleration_m_s2, REACTION_S);
         let stand = if self.pose.is_uncertain() {
             Some(Hold::PoseUncertain)
         } else if !input.motion_allowed {
@@ -92,7 +92,7 @@ impl Navigator {
             speed_m_s,
             step_m: self.path_step_m,
             length_m: length_m.min(control.left_m),
-            gains: &self.control,
+            gains: &self.gains,
         };
         self.motion.plan(&mut self.path, self.pose.pose(), &ahead);
     }
@@ -104,7 +104,7 @@ impl Navigator {
             let area = self.map.area_at(pose.position());
             area.map_or(f64::INFINITY, |area| areas[area].speed_limit_m_s)
         };
-        let deceleration_m_s2 = self.control.deceleration_m_s2;
+        let deceleration_m_s2 = self.gains.deceleration_m_s2;
         let ahead = self.path.iter().enumerate().map(|(index, pose)| {
             // The border lies somewhere after the pose before.
             let way_m = index as f64 * self.path_step_m;
@@ -116,7 +116,7 @@ impl Navigator {
     /// Looks along the planned path as far as the robot needs to stop.
     fn look_ahead(&self, input: &NavigationInput, speed_m_s: f64) -> BorderVerdict {
         let speed_m_s = speed_m_s.abs().max(self.ramp.speed_m_s().abs());
-        let reach_m = speed_m_s * speed_m_s / (2.0 * self.control.deceleration_m_s2)
+        let reach_m = speed_m_s * speed_m_s / (2.0 * self.gains.deceleration_m_s2)
             + 2.0 * REACTION_S * speed_m_s
             + LOOK_M;
         let poses = (reach_m / self.path_step_m).ceil() as usize;
@@ -137,7 +137,7 @@ impl Navigator {
 
     /// How far back the robot might go, straight or on the tightest curves.
     fn look_behind_m(&self, allowed: &AreaSet) -> f64 {
-        let tightest_1_m = self.control.max_curvature_1_m;
+        let tightest_1_m = self.gains.max_curvature_1_m;
         let (pose, covariance) = (self.pose.pose(), self.pose.covariance());
         let back = [-tightest_1_m, 0.0, tightest_1_m].map(|curvature_1_m| {
             let curve = Curve {

@@ -40,22 +40,20 @@ impl Navigator {
         let (end_m, end_measured) = self.end_distance_m(schedule);
         let lane = schedule.lane.map(|lane| &self.map.lanes()[lane]);
         let along_std_m = lane.map_or(0.0, |lane| self.pose.std_along_m(lane.direction_rad));
-        let steer = self
-            .motion
-            .steer(pose, error, speed_m_s.abs(), &self.control);
+        let steer = self.motion.steer(pose, error, speed_m_s.abs(), &self.gains);
         let now = Progress {
             pose,
             lane,
             end_wall: end_wall(&self.map, schedule),
             end_m,
             end_measured,
-            margin_m: self.border_sigma * along_std_m,
+            margin_m: self.gains.border_sigma * along_std_m,
             speed_m_s,
             limit_m_s,
             instructed: self.parameters.stop_at.is_some(),
             dt_s,
             footprint: &self.footprint,
-            gains: &self.control,
+            gains: &self.gains,
         };
         let behaviour = schedule.controller.behaviour();
         let mut pace = behaviour.pace(&self.motion, &mut self.stopping, &now);
@@ -90,7 +88,7 @@ impl Navigator {
             onto: lane(schedule.lane),
             from: lane(schedule.from_lane),
             pose: self.pose.pose(),
-            max_curvature_1_m: self.control.max_curvature_1_m,
+            max_curvature_1_m: self.gains.max_curvature_1_m,
         };
         self.motion = schedule.controller.behaviour().motion(&start);
         self.stopping = Stopping::default();

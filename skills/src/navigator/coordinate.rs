@@ -28,7 +28,7 @@ impl Navigator {
             turning_back_m: turning_back_m(
                 control.steer.error.lateral_m,
                 control.steer.error.heading_rad,
-                self.control.max_curvature_1_m,
+                self.gains.max_curvature_1_m,
             ),
             deviation_limit_m: schedule.deviation_limit_m,
             in_state_s: self.in_state_s,

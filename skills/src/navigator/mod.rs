@@ -26,5 +26,5 @@ mod take_over;
 pub use crate::schedule::Hold;
 pub use instruction::{Instruction, InstructionError, Parameters};
 pub use output::{EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput};
-pub use setup::{NavigationGains, NavigatorSetup, SetupError};
+pub use setup::NavigatorSetup;
 pub use state::Navigator;

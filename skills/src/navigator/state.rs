@@ -3,7 +3,7 @@
 use super::instruction::{Inbox, Parameters};
 use super::output::{NavigationCounters, NavigationInput};
 use crate::borders::BorderGuard;
-use crate::control::{ControlGains, SpeedRamp, Stopping};
+use crate::control::{SpeedRamp, Stopping};
 use crate::localisation::PoseFilter;
 use crate::map::{LaneWall, SemanticMap};
 use crate::perception::corridor::CorridorTracker;
@@ -13,8 +13,10 @@ use crate::perception::walls::WallMatcher;
 use crate::schedule::Schedule;
 use crate::schedule::controllers::motion::Motion;
 use crate::schedule::controllers::stop_at::InstructedStop;
+use coordination::event::EventTable;
 use coordination::fsm::{Machine, StateId};
 use description::geometry::{Footprint, Point2, Pose2};
+use description::robot::Navigation;
 use std::f64::consts::FRAC_PI_2;
 
 /// A measured speed is clamped to this multiple of the robot's limit.
@@ -25,9 +27,10 @@ const BELIEVED_SPEED: f64 = 2.0;
 pub struct Navigator {
     pub(super) map: SemanticMap,
     pub(super) machine: Machine,
+    pub(super) events: EventTable,
     pub(super) schedules: Vec<Schedule>,
     pub(super) skill_names: Vec<String>,
-    pub(super) control: ControlGains,
+    pub(super) gains: Navigation,
     pub(super) pose: PoseFilter,
     pub(super) fitter: LineFitter,
     pub(super) points: Vec<Point2>,
@@ -36,7 +39,6 @@ pub struct Navigator {
     pub(super) matcher: WallMatcher,
     pub(super) guard: BorderGuard,
     pub(super) footprint: Footprint,
-    pub(super) border_sigma: f64,
     pub(super) max_speed_m_s: f64,
     pub(super) motion: Motion,
     pub(super) stopping: Stopping,
@@ -60,6 +62,12 @@ impl Navigator {
     #[must_use]
     pub fn machine(&self) -> &Machine {
         &self.machine
+    }
+
+    /// The numbers of the events of monitors and machine.
+    #[must_use]
+    pub fn events(&self) -> &EventTable {
+        &self.events
     }
 
     /// The map, for names.

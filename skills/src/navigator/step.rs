@@ -231,7 +231,7 @@ impl Navigator {
                 path_curvature_1_m: control.steer.path_curvature_1_m,
                 limit_m: schedule.keep_within_m(),
                 behind_m: commanded.behind_m,
-                tightest_1_m: self.control.max_curvature_1_m,
+                tightest_1_m: self.gains.max_curvature_1_m,
             },
             corridor: self
                 .corridor

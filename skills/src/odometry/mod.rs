@@ -15,7 +15,8 @@
 //! Real time: [`DeadReckoning::update`] does not allocate, lock or panic.
 //!
 //! ```
-//! use skills::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
+//! use description::robot::TricycleGeometry;
+//! use skills::odometry::{DeadReckoning, EncoderSample};
 //! let mut dead_reckoning = DeadReckoning::new(TricycleGeometry::default(), 35.0)?;
 //! let wheel_rad_per_m = 1.0 / TricycleGeometry::default().wheel_radius_m();
 //! for step in 0..=100u64 {
@@ -27,11 +28,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod tricycle;
-
-pub use tricycle::{GeometryError, TricycleGeometry};
-
 use description::geometry::{Pose2, Twist2, wrap_angle};
+use description::keys::KeyError;
+use description::robot::TricycleGeometry;
 
 /// Longest step that is bridged with the last twist when a sample has to be rejected.
 const BRIDGE_S: f64 = 0.05;
@@ -170,14 +169,13 @@ impl DeadReckoning {
     /// Starts at the origin of `odom`. The wheel speed limit tells possible increments from jumps.
     ///
     /// # Errors
-    /// [`GeometryError`] of the vehicle or of the wheel speed limit.
-    pub fn new(
-        geometry: TricycleGeometry,
-        max_wheel_speed_rad_s: f64,
-    ) -> Result<Self, GeometryError> {
+    /// The first key of `[drive]` that describes no vehicle.
+    pub fn new(geometry: TricycleGeometry, max_wheel_speed_rad_s: f64) -> Result<Self, KeyError> {
         geometry.validate()?;
         if !(max_wheel_speed_rad_s.is_finite() && max_wheel_speed_rad_s > 0.0) {
-            return Err(GeometryError::WheelSpeed(max_wheel_speed_rad_s));
+            let found = format!("{max_wheel_speed_rad_s:?}");
+            let key = "drive.max_wheel_speed_rad_s";
+            return Err(KeyError::new(key, found, "a speed above 0 rad/s"));
         }
         Ok(Self {
             geometry,

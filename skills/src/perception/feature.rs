@@ -1,15 +1,6 @@
 //! Which features a skill tracks or searches.
 
-/// A kind of feature.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Feature {
-    /// The walls on both sides of the lane.
-    Corridor,
-    /// The wall that closes the lane ahead.
-    LaneEnd,
-    /// Every wall of the map that is in view; they correct the pose and nothing else.
-    Walls,
-}
+use description::site::Feature;
 
 /// A set of features.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,8 +25,8 @@ impl FeatureSet {
     }
 }
 
-impl FromIterator<Feature> for FeatureSet {
-    fn from_iter<I: IntoIterator<Item = Feature>>(features: I) -> Self {
+impl<'a> FromIterator<&'a Feature> for FeatureSet {
+    fn from_iter<I: IntoIterator<Item = &'a Feature>>(features: I) -> Self {
         let mut set = Self::default();
         for feature in features {
             match feature {

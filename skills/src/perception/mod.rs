@@ -10,12 +10,13 @@
 
 pub mod corridor;
 mod feature;
-mod gains;
 pub mod lane_end;
 pub mod line;
 mod wall_fit;
 pub mod walls;
 
-pub use feature::{Feature, FeatureSet};
-pub use gains::PerceptionGains;
+pub use feature::FeatureSet;
 pub use wall_fit::WallFit;
+
+/// Noise of a range as a share of it, where that is more than the least noise.
+pub(crate) const RANGE_STD_SHARE: f64 = 0.01;

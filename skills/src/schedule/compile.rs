@@ -2,146 +2,145 @@
 
 use super::controllers::Controller;
 use super::controllers::case::{Case, RobotLimits};
-use super::error::ScheduleError;
 use super::graph::{Bound, Graph};
-use super::setup::{MonitorSetup, SkillSetup, StateSetup};
 use super::state_schedule::Schedule;
 use crate::map::SemanticMap;
-use crate::monitors::{Monitor, MonitorKind};
-use coordination::fsm::{Machine, StateId};
+use crate::monitors::Monitor;
+use coordination::event::{EventId, EventTable};
+use coordination::fsm::{Machine, MachineModel, StateId};
+use description::keys::{KeyError, Section};
+use description::site::{FsmConfig, FsmState, Site, SkillConfig};
 
-/// One schedule for each state of the machine, by [`StateId::index`].
+/// The state machine of a role; its events, and those of the site's monitors, get their numbers in the table.
 ///
 /// # Errors
-/// [`ScheduleError`]: a name that nothing has, a number out of range, or a manoeuvre that cannot be driven.
+/// `fsm.<role>` for a machine that cannot be run, `monitors` for more events than numbers.
+pub fn machine(site: &Site, role: &str, events: &mut EventTable) -> Result<Machine, KeyError> {
+    let fsm = fsm(site, role)?;
+    let mut model = MachineModel::new(role);
+    model.initial(fsm.initial.as_str());
+    for state in &fsm.states {
+        model.state(state.name.as_str());
+    }
+    for one in &fsm.transitions {
+        let outputs: Vec<&str> = one.outputs.iter().map(String::as_str).collect();
+        model.transition(&one.from, &one.on, &one.to, &outputs);
+    }
+    let machine = model.compile(events).map_err(|error| {
+        let expected = "a state machine that can be run";
+        KeyError::new(format!("fsm.{role}"), error.to_string(), expected)
+    })?;
+    for monitor in &site.monitors {
+        events
+            .intern(&monitor.event)
+            .map_err(|error| KeyError::new("monitors", error.to_string(), "fewer events"))?;
+    }
+    Ok(machine)
+}
+
+fn fsm<'a>(site: &'a Site, role: &str) -> Result<&'a FsmConfig, KeyError> {
+    let fsm = site.fsm.get(role);
+    fsm.ok_or_else(|| KeyError::unknown(format!("fsm.{role}"), "state machine", role))
+}
+
+/// One schedule for each state of the role's [`machine`], by [`StateId::index`].
+///
+/// # Errors
+/// The key to blame: a name that nothing has, a number out of range, or a manoeuvre that cannot be driven.
 pub fn compile(
+    site: &Site,
+    role: &str,
     map: &SemanticMap,
     machine: &Machine,
-    states: &[StateSetup],
-    skills: &[SkillSetup],
-    monitors: &[MonitorSetup],
+    events: &EventTable,
     robot: &RobotLimits,
-) -> Result<Vec<Schedule>, ScheduleError> {
+) -> Result<Vec<Schedule>, KeyError> {
+    let fsm = fsm(site, role)?;
+    for skill in &site.skills {
+        let below = |error: KeyError| error.below(&format!("skills.{}", skill.id));
+        skill.check().map_err(below)?;
+    }
+    for monitor in &site.monitors {
+        let below = |error: KeyError| error.below(&format!("monitors.{}", monitor.event));
+        monitor.check().map_err(below)?;
+    }
+    let unknown = |name: &str| KeyError::unknown(format!("fsm.{role}.states"), "state", name);
+    let bound = machine.states().map(|(_, name)| {
+        let state = fsm.state(name).ok_or_else(|| unknown(name))?;
+        bind(site, role, map, state)
+    });
     let graph = Graph {
         map,
         machine,
-        skills,
+        site,
+        role,
         max_speed_m_s: robot.max_speed_m_s,
-        bound: bind(map, machine, states, skills)?,
-    };
-    for skill in skills {
-        if let Some(speed_m_s) = skill.speed_m_s {
-            skill.check_positive("speed", speed_m_s)?;
-        }
-    }
-    let compiler = Compiler {
-        graph,
-        robot,
-        monitors,
+        bound: bound.collect::<Result<_, _>>()?,
     };
     machine
         .states()
-        .map(|(state, name)| compiler.schedule(state, name))
+        .map(|(state, name)| schedule(&graph, robot, events, state, name))
         .collect()
 }
 
-struct Compiler<'a> {
-    graph: Graph<'a>,
-    robot: &'a RobotLimits,
-    monitors: &'a [MonitorSetup],
+fn bind(site: &Site, role: &str, map: &SemanticMap, state: &FsmState) -> Result<Bound, KeyError> {
+    let unknown = |key: &str, what, name: &str| {
+        KeyError::unknown(
+            format!("fsm.{role}.states.{}.{key}", state.name),
+            what,
+            name,
+        )
+    };
+    let skill = { site.skills.iter() }.position(|skill| skill.id == state.skill);
+    let skill = skill.ok_or_else(|| unknown("skill", "skill", &state.skill))?;
+    let area = map.area_index(&state.area);
+    let area = area.ok_or_else(|| unknown("area", "area", &state.area))?;
+    let own = state.lane.as_ref().map(|id| {
+        let lane = map.lanes().iter().position(|lane| lane.id == *id);
+        lane.ok_or_else(|| unknown("lane", "lane", id))
+    });
+    let lane = own.transpose()?.or(map.areas()[area].lane);
+    Ok(Bound { skill, area, lane })
 }
 
-fn bind(
-    map: &SemanticMap,
-    machine: &Machine,
-    states: &[StateSetup],
-    skills: &[SkillSetup],
-) -> Result<Vec<Bound>, ScheduleError> {
-    let unknown = |state: &StateSetup, wanted, name: &str| ScheduleError::Unknown {
-        kind: "state",
-        id: state.name.clone(),
-        wanted,
-        name: name.to_owned(),
-    };
-    for state in states {
-        if machine.state_id(&state.name).is_none() {
-            return Err(unknown(state, "state of the machine", &state.name));
-        }
-    }
-    let bind_one = |name: &str| {
-        let mut described = states.iter().filter(|state| state.name == name);
-        let (Some(state), None) = (described.next(), described.next()) else {
-            return Err(ScheduleError::State {
-                state: name.to_owned(),
-                found: states.iter().filter(|state| state.name == name).count(),
-            });
-        };
-        let skill = skills
-            .iter()
-            .position(|skill| skill.id == state.skill)
-            .ok_or_else(|| unknown(state, "skill", &state.skill))?;
-        let area = match &state.area {
-            None => None,
-            Some(id) => Some(
-                map.area_index(id)
-                    .ok_or_else(|| unknown(state, "area", id))?,
-            ),
-        };
-        let lane = match &state.lane {
-            None => area.and_then(|area| map.areas()[area].lane),
-            Some(id) => Some(
-                map.lanes()
-                    .iter()
-                    .position(|lane| lane.id == *id)
-                    .ok_or_else(|| unknown(state, "lane", id))?,
-            ),
-        };
-        Ok(Bound { skill, area, lane })
-    };
-    machine.states().map(|(_, name)| bind_one(name)).collect()
+fn schedule(
+    graph: &Graph,
+    robot: &RobotLimits,
+    events: &EventTable,
+    state: StateId,
+    name: &str,
+) -> Result<Schedule, KeyError> {
+    let bound = graph.of(state);
+    let skill = graph.skill(state);
+    let case = Case::new(graph, robot, state, name);
+    let (controller, lanes) = Controller::plan(&case)?;
+    Ok(Schedule {
+        skill: bound.skill,
+        area: Some(bound.area),
+        lane: lanes.lane,
+        from_lane: lanes.from_lane,
+        end_lane: lanes.end_lane,
+        tracks: case.tracks,
+        features: case.features,
+        controller,
+        monitors: monitors_of(graph.site, skill, events)?,
+        speed_limit_m_s: lanes.speed_limit_m_s,
+        deviation_limit_m: graph.map.areas()[bound.area].deviation_limit_m,
+    })
 }
 
-impl Compiler<'_> {
-    fn schedule(&self, state: StateId, name: &str) -> Result<Schedule, ScheduleError> {
-        let bound = self.graph.of(state);
-        let skill = self.graph.skill(state);
-        let area = bound.area.map(|area| &self.graph.map.areas()[area]);
-        let case = Case::new(&self.graph, self.robot, state, name);
-        let (controller, lanes) = Controller::plan(&case)?;
-        Ok(Schedule {
-            skill: bound.skill,
-            area: bound.area,
-            lane: lanes.lane,
-            from_lane: lanes.from_lane,
-            end_lane: lanes.end_lane,
-            tracks: skill.tracks,
-            features: skill.tracks.union(skill.searches),
-            controller,
-            monitors: self.monitors_of(skill)?,
-            speed_limit_m_s: lanes.speed_limit_m_s,
-            deviation_limit_m: area.map_or(f64::INFINITY, |area| area.deviation_limit_m),
-        })
-    }
-
-    fn monitors_of(&self, skill: &SkillSetup) -> Result<Vec<Monitor>, ScheduleError> {
-        let find = |name: &String| {
-            let monitor = self.monitors.iter().find(|monitor| monitor.id == *name);
-            let monitor = monitor.ok_or_else(|| ScheduleError::Unknown {
-                kind: "skill",
-                id: skill.id.clone(),
-                wanted: "monitor",
-                name: name.clone(),
-            })?;
-            if let MonitorKind::After { seconds } = monitor.kind
-                && !(seconds.is_finite() && seconds > 0.0)
-            {
-                return Err(ScheduleError::Monitor {
-                    monitor: monitor.id.clone(),
-                    found_s: seconds,
-                });
-            }
-            Ok(Monitor::new(monitor.event, monitor.kind))
-        };
-        skill.monitors.iter().map(find).collect()
-    }
+fn monitors_of(
+    site: &Site,
+    skill: &SkillConfig,
+    events: &EventTable,
+) -> Result<Vec<Monitor>, KeyError> {
+    let find = |(index, name): (usize, &String)| -> Result<Monitor, KeyError> {
+        let found: Option<EventId> = events.id(name);
+        let (event, monitor) = found.zip(site.monitor(name)).ok_or_else(|| {
+            let key = format!("skills.{}.monitors[{index}]", skill.id);
+            KeyError::unknown(key, "monitor", name)
+        })?;
+        Ok(Monitor::new(event, monitor.kind.clone()))
+    };
+    skill.monitors.iter().enumerate().map(find).collect()
 }

@@ -1,15 +1,15 @@
 //! What the machine's transitions say about the states around a state.
 
-use super::setup::{ControllerSetup, SkillSetup};
 use crate::map::SemanticMap;
 use coordination::fsm::{Machine, StateId};
+use description::site::{ControllerConfig, Site, SkillConfig};
 use std::collections::VecDeque;
 
 /// Skill and area of a state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
     pub(super) skill: usize,
-    pub(super) area: Option<usize>,
+    pub(super) area: usize,
     pub(super) lane: Option<usize>,
 }
 
@@ -23,7 +23,8 @@ pub(super) enum Towards {
 pub(super) struct Graph<'a> {
     pub(super) map: &'a SemanticMap,
     pub(super) machine: &'a Machine,
-    pub(super) skills: &'a [SkillSetup],
+    pub(super) site: &'a Site,
+    pub(super) role: &'a str,
     pub(super) max_speed_m_s: f64,
     pub(super) bound: Vec<Bound>,
 }
@@ -33,16 +34,13 @@ impl Graph<'_> {
         self.bound[state.index()]
     }
 
-    pub(super) fn skill(&self, state: StateId) -> &SkillSetup {
-        &self.skills[self.of(state).skill]
+    pub(super) fn skill(&self, state: StateId) -> &SkillConfig {
+        &self.site.skills[self.of(state).skill]
     }
 
     /// Fastest speed in a state: of its area, its skill and the robot.
     pub(super) fn speed_limit_m_s(&self, state: StateId) -> f64 {
-        let area_m_s = self
-            .of(state)
-            .area
-            .map_or(f64::INFINITY, |area| self.map.areas()[area].speed_limit_m_s);
+        let area_m_s = self.map.areas()[self.of(state).area].speed_limit_m_s;
         let skill_m_s = self.skill(state).speed_m_s.unwrap_or(f64::INFINITY);
         area_m_s.min(skill_m_s).min(self.max_speed_m_s)
     }
@@ -50,8 +48,8 @@ impl Graph<'_> {
     /// The lowest speed limit of the states that follow and move forward; 0 when none does, or one moves backward.
     pub(super) fn exit_speed_m_s(&self, state: StateId) -> f64 {
         let speed_m_s = |next: StateId| match self.skill(next).controller {
-            ControllerSetup::Stop => None,
-            ControllerSetup::Creep { distance_m } if distance_m < 0.0 => Some(0.0),
+            ControllerConfig::Stop => None,
+            ControllerConfig::Creep { distance_m } if distance_m < 0.0 => Some(0.0),
             _ => Some(self.speed_limit_m_s(next)),
         };
         self.machine

@@ -9,17 +9,13 @@
 
 mod compile;
 pub(crate) mod controllers;
-mod error;
 mod graph;
 mod room;
-mod setup;
 mod state_schedule;
 
-pub use compile::compile;
+pub use compile::{compile, machine};
 pub use controllers::case::RobotLimits;
 pub use controllers::{Controller, Corridor, CreepBy, Dock, Hold, Shift, StopAt, Turn, UTurn};
-pub use error::ScheduleError;
-pub use setup::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup, StopTarget};
 pub use state_schedule::Schedule;
 
 #[cfg(test)]

@@ -118,7 +118,7 @@ mod tests {
         let lane = segment(0.0, 0.0, 5.0, 0.0);
         let back = segment(5.0, 1.0, 0.0, 1.0);
         let track = crate::control::manoeuvre::u_turn(
-            crate::control::TurnDirection::Left,
+            description::site::TurnDirection::Left,
             0.5,
             &lane,
             &back,

@@ -2,9 +2,10 @@
 
 use super::controllers::Controller;
 use crate::map::SemanticMap;
-use crate::monitors::{Monitor, MonitorKind};
+use crate::monitors::Monitor;
 use crate::perception::FeatureSet;
 use description::geometry::wrap_angle;
+use description::site::MonitorKind;
 
 /// What runs in one state.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,8 +2,9 @@
 
 use crate::random::Random;
 use description::geometry::{Footprint, Point2, Pose2, Rect, Segment, wrap_angle};
+use description::robot::TricycleGeometry;
 use description::wheels::WheelSpeeds;
-use skills::odometry::{EncoderSample, TricycleGeometry};
+use skills::odometry::EncoderSample;
 use skills::scan::ScanGeometry;
 
 pub const STEP_NS: u64 = 1_000_000;

@@ -16,7 +16,7 @@ pub(super) fn device_violations(
 ) -> Vec<(&'static str, String)> {
     let mut found = Vec::new();
     let statistics = devices.drive.statistics();
-    let limit_rad_s = robot.drive.max_wheel_speed_rad_s;
+    let limit_rad_s = robot.drive.limits.max_wheel_speed_rad_s;
     let largest_rad_s = largest_setpoint_rad_s(devices);
     if largest_rad_s > limit_rad_s + 1e-3 || statistics.not_finite > 0 {
         found.push((

@@ -135,7 +135,7 @@ fn robot<E>(run: &Run<E>, player: &Player, track: &Track, heard: &Heard) -> Robo
         id: player.id.clone(),
         role: role(run, &player.id),
         model: player.config.identity.model.clone(),
-        max_speed_m_s: player.config.drive.max_speed_m_s,
+        max_speed_m_s: player.config.drive.limits.max_speed_m_s,
         footprint: player.config.footprint,
         path: track.path.clone(),
         states,

@@ -1,6 +1,6 @@
 //! What two plans differ in that a running robot cannot exchange.
 
-use description::robot::{Control, Drive};
+use description::robot::{Control, Drive, DriveLimits};
 
 use super::contents::Plan;
 
@@ -33,27 +33,30 @@ impl Plan {
 
 fn fixed_in_drive(ours: &Drive, theirs: &Drive) -> Option<String> {
     // What can be exchanged counts as the same.
-    let theirs = Drive {
-        max_speed_m_s: ours.max_speed_m_s,
-        max_steering_rad: ours.max_steering_rad,
-        max_steering_rate_rad_s: ours.max_steering_rate_rad_s,
-        acceleration_m_s2: ours.acceleration_m_s2,
-        deceleration_m_s2: ours.deceleration_m_s2,
-        ..*theirs
+    let limits = DriveLimits {
+        max_wheel_speed_rad_s: theirs.limits.max_wheel_speed_rad_s,
+        stop_deceleration_m_s2: theirs.limits.stop_deceleration_m_s2,
+        ..ours.limits
     };
+    let theirs = Drive { limits, ..*theirs };
     macro_rules! first_of {
-        ($($key:ident),* $(,)?) => {
-            [$((stringify!($key), ours.$key == theirs.$key)),*].into_iter().find(|(_, same)| !same)
+        ($($key:ident $(. $part:ident)?),* $(,)?) => {
+            [$((
+                [stringify!($key), $(stringify!($part))?].last().copied().unwrap_or_default(),
+                ours.$key$(.$part)? == theirs.$key$(.$part)?,
+            )),*]
+            .into_iter()
+            .find(|(_, same)| !same)
         };
     }
     let key = first_of!(
-        wheelbase_m,
-        wheel_diameter_m,
-        wheel_separation_m,
-        caster_offset_m,
+        geometry.wheelbase_m,
+        geometry.wheel_diameter_m,
+        geometry.wheel_separation_m,
+        geometry.caster_offset_m,
         pivot_zero_rad,
-        max_wheel_speed_rad_s,
-        stop_deceleration_m_s2,
+        limits.max_wheel_speed_rad_s,
+        limits.stop_deceleration_m_s2,
         drive_current_a,
         stop_current_a,
         min_bus_voltage_v,

@@ -38,7 +38,7 @@ impl Plan {
                 ..BorderGains::default()
             },
             deceleration_m_s2: gains.deceleration_m_s2,
-            max_speed_m_s: drive.max_speed_m_s,
+            max_speed_m_s: drive.limits.max_speed_m_s,
             request_ahead_m: self.robot.fleet.request_ahead_m,
             silent_after_ns: SILENT_AFTER_NS,
             start: self.start.start,

@@ -5,7 +5,6 @@ use skills::tubes::TubeReport;
 
 use super::contents::Plan;
 use super::error::PlanError;
-use super::refusal;
 use crate::composition::failure::Failure;
 use crate::composition::files::{Files, overrides};
 
@@ -43,7 +42,7 @@ impl Plan {
             tube_report: TubeReport::default(),
         };
         if let Err(error) = plan.build_once() {
-            return Err(refusal::of(&plan, &error));
+            return Err(Failure::Refused(miette::Report::new(error.place(&plan))));
         }
         Ok(plan)
     }

@@ -6,8 +6,6 @@ mod error;
 mod fleet;
 mod load;
 mod parts;
-mod refusal;
-mod site_parts;
 
 pub use contents::{Plan, ns_from_ms, thread_names, wanted_scheduling};
 pub use error::PlanError;

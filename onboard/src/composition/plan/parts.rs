@@ -1,65 +1,42 @@
 //! The parts that activities run, made of what the files say.
 
 use contract::network::NetworkSettings;
-use coordination::event::EventTable;
-use coordination::fsm::MachineModel;
+use description::keys::KeyError;
+use description::robot::DriveLimits;
 use drivers::ethercat::Expectation;
 use drivers::hokuyo::{self, ScanFormat};
 use drivers::kelo::{self, VoltageLimits};
-use skills::drive::{DriveLimits, WheelController};
-use skills::navigator::{NavigationGains, Navigator, NavigatorSetup};
-use skills::odometry::{DeadReckoning, TricycleGeometry};
+use skills::drive::WheelController;
+use skills::navigator::{Navigator, NavigatorSetup};
+use skills::odometry::DeadReckoning;
 use skills::scan::ScanGeometry;
 use skills::tubes::{MotionTubes, StopRules, TubeReport, TubeSet};
 
 use super::contents::{Plan, ns_from_ms};
 use super::error::PlanError;
-use super::site_parts;
 use crate::activities::{communication, drive, lidar};
 
 impl Plan {
-    /// Vehicle geometry.
-    #[must_use]
-    pub fn tricycle(&self) -> TricycleGeometry {
-        let drive = &self.robot.drive;
-        TricycleGeometry {
-            wheelbase_m: drive.wheelbase_m,
-            wheel_diameter_m: drive.wheel_diameter_m,
-            wheel_separation_m: drive.wheel_separation_m,
-            caster_offset_m: drive.caster_offset_m,
-        }
-    }
-
     /// Dead reckoning.
     ///
     /// # Errors
-    /// [`PlanError::Geometry`].
-    pub fn dead_reckoning(&self) -> Result<DeadReckoning, PlanError> {
-        Ok(DeadReckoning::new(
-            self.tricycle(),
-            self.robot.drive.max_wheel_speed_rad_s,
-        )?)
+    /// The key of `[drive]` that describes no vehicle.
+    pub fn dead_reckoning(&self) -> Result<DeadReckoning, KeyError> {
+        let drive = &self.robot.drive;
+        DeadReckoning::new(drive.geometry, drive.limits.max_wheel_speed_rad_s)
     }
 
     /// The controller of wheels and pivot.
     ///
     /// # Errors
-    /// [`PlanError::Limits`].
-    pub fn wheel_controller(&self) -> Result<WheelController, PlanError> {
+    /// The key of `[drive]` or `[control]` that does not fit.
+    pub fn wheel_controller(&self) -> Result<WheelController, KeyError> {
         let drive = &self.robot.drive;
         let limits = DriveLimits {
-            max_wheel_speed_rad_s: drive.max_wheel_speed_rad_s,
-            max_speed_m_s: drive.max_speed_m_s,
-            max_steering_rad: drive.max_steering_rad,
-            max_steering_rate_rad_s: drive.max_steering_rate_rad_s,
-            acceleration_m_s2: drive.acceleration_m_s2,
-            deceleration_m_s2: drive.deceleration_m_s2,
-            stop_deceleration_m_s2: commanded_stop_m_s2(drive.stop_deceleration_m_s2),
-            pivot_gain_1_s: self.robot.control.pivot_gain_1_s,
-            pivot_error_max_rad: self.robot.control.pivot_error_max_rad,
-            align_rad: self.robot.control.align_rad,
+            stop_deceleration_m_s2: commanded_stop_m_s2(drive.limits.stop_deceleration_m_s2),
+            ..drive.limits
         };
-        Ok(WheelController::new(self.tricycle(), limits)?)
+        WheelController::new(drive.geometry, limits, self.robot.control)
     }
 
     /// What the lidar is asked for.
@@ -113,11 +90,11 @@ impl Plan {
     /// The motion tubes, at rest until scans come.
     ///
     /// # Errors
-    /// [`PlanError::Tubes`], or as [`Plan::scan_format`].
+    /// The key of `[tubes]` that does not fit, [`PlanError::Tubes`], or as [`Plan::scan_format`].
     pub fn motion_tubes(&self) -> Result<MotionTubes, PlanError> {
         let (set, _) = self.tube_set()?;
         let rules = StopRules {
-            deceleration_m_s2: self.robot.drive.stop_deceleration_m_s2,
+            deceleration_m_s2: self.robot.drive.limits.stop_deceleration_m_s2,
             scan_timeout_s: f64::from(self.robot.lidar.scan_timeout_ms) / 1000.0,
             good_scans_s: self.robot.lidar.good_scans_s,
         };
@@ -127,51 +104,17 @@ impl Plan {
     /// Navigation, at the robot's start.
     ///
     /// # Errors
-    /// [`PlanError::Machine`] or [`PlanError::Navigation`].
+    /// The key of either file that does not fit, or as [`Plan::scan_format`].
     pub fn navigator(&self) -> Result<Navigator, PlanError> {
-        let mut events = EventTable::new();
-        let mut model = MachineModel::new(self.role.as_str());
-        model.initial(self.fsm.initial.as_str());
-        for state in &self.fsm.states {
-            model.state(state.name.as_str());
-        }
-        for transition in &self.fsm.transitions {
-            let outputs: Vec<&str> = transition.outputs.iter().map(String::as_str).collect();
-            model.transition(&transition.from, &transition.on, &transition.to, &outputs);
-        }
-        let machine = model.compile(&mut events)?;
-        let gains = &self.robot.navigation;
+        let (robot, limits) = (&self.robot, &self.robot.drive.limits);
         Ok(Navigator::new(NavigatorSetup {
-            map: site_parts::map(&self.site),
-            states: site_parts::states(&self.fsm),
-            skills: site_parts::skills(&self.site),
-            monitors: site_parts::monitors(&self.site, &mut events)?,
-            machine,
-            gains: NavigationGains {
-                lateral_gain_1_m2: gains.lateral_gain_1_m2,
-                heading_gain_1_m: gains.heading_gain_1_m,
-                lookahead_m: gains.lookahead_m,
-                max_curvature_1_m: gains.max_curvature_1_m,
-                acceleration_m_s2: self.robot.drive.acceleration_m_s2,
-                deceleration_m_s2: gains.deceleration_m_s2,
-                steering_lag_s: gains.steering_lag_s,
-                range_std_m: gains.range_std_m,
-                wall_inlier_m: gains.wall_inlier_m,
-                wall_min_points: gains.wall_min_points,
-                gate_sigma: gains.gate_sigma,
-                odometry_std_m_per_m: gains.odometry_std_m_per_m,
-                odometry_std_rad_per_m: gains.odometry_std_rad_per_m,
-                start_std_m: gains.start_std_m,
-                start_std_rad: gains.start_std_rad,
-                max_std_m: gains.max_std_m,
-                max_std_rad: gains.max_std_rad,
-                border_sigma: gains.border_sigma,
-            },
-            footprint: self.robot.footprint,
-            max_speed_m_s: self.robot.drive.max_speed_m_s,
+            site: self.site.value.clone(),
+            robot: robot.identity.id.clone(),
+            gains: robot.navigation,
+            acceleration_m_s2: limits.acceleration_m_s2,
+            max_speed_m_s: limits.max_speed_m_s,
+            footprint: robot.footprint,
             beams: self.scan_geometry()?.beams,
-            start: self.start.start,
-            start_state: self.start.start_state.clone(),
         })?)
     }
 
@@ -191,9 +134,9 @@ impl Plan {
             setpoint_timeout_ns: ns_from_ms(drive.setpoint_timeout_ms),
             hold_ns: ns_from_ms(drive.hold_ms),
             bring_ups_per_minute: drive.bringups_per_minute as usize,
-            max_wheel_speed_rad_s: drive.max_wheel_speed_rad_s,
-            stop_deceleration_rad_s2: commanded_stop_m_s2(drive.stop_deceleration_m_s2)
-                / (drive.wheel_diameter_m / 2.0),
+            max_wheel_speed_rad_s: drive.limits.max_wheel_speed_rad_s,
+            stop_deceleration_rad_s2: commanded_stop_m_s2(drive.limits.stop_deceleration_m_s2)
+                / drive.geometry.wheel_radius_m(),
             drive_current_a: drive.drive_current_a as f32,
             stop_current_a: drive.stop_current_a as f32,
             voltage: VoltageLimits {

@@ -6,9 +6,9 @@
 
 use super::line::LineFitter;
 use crate::map::{LaneGeometry, LaneWall};
-use crate::perception::gains::PerceptionGains;
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Pose2, wrap_angle};
+use description::robot::Navigation;
 use nalgebra::{Matrix2, Vector2};
 
 /// Least and largest distance from the expected wall within which points are taken.
@@ -87,7 +87,7 @@ struct Side {
 /// The tracker of one lane's corridor.
 #[derive(Clone, Debug)]
 pub struct CorridorTracker {
-    gains: PerceptionGains,
+    gains: Navigation,
     state: Vector2<f64>,
     covariance: Matrix2<f64>,
     walls: CorridorWalls,
@@ -101,7 +101,7 @@ pub struct CorridorTracker {
 impl CorridorTracker {
     /// A tracker that has not started.
     #[must_use]
-    pub fn new(gains: PerceptionGains) -> Self {
+    pub fn new(gains: Navigation) -> Self {
         Self {
             gains,
             state: Vector2::zeros(),

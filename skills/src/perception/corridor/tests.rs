@@ -1,9 +1,11 @@
 use super::*;
-use crate::map::{LaneData, MapData, SemanticMap, WallData};
+use crate::map::SemanticMap;
 use description::geometry::Segment;
+use description::robot::Navigation;
+use description::site::{Lane, Site, Wall};
 
 fn map(both: bool) -> SemanticMap {
-    let wall = |id: &str, y_m| WallData {
+    let wall = |id: &str, y_m| Wall {
         id: id.into(),
         line: Segment::new(Point2::new(0.0, y_m), Point2::new(10.0, y_m)),
     };
@@ -11,14 +13,14 @@ fn map(both: bool) -> SemanticMap {
     if both {
         walls.push(wall("north", 1.6));
     }
-    SemanticMap::new(&MapData {
+    SemanticMap::new(&Site {
         walls,
-        lanes: vec![LaneData {
+        lanes: vec![Lane {
             id: "east".into(),
             line: Segment::new(Point2::new(1.0, -0.5), Point2::new(9.0, -0.5)),
             end_wall: None,
         }],
-        areas: vec![],
+        ..Site::default()
     })
     .unwrap()
 }
@@ -42,7 +44,7 @@ struct Scene {
 
 impl Scene {
     fn new(both: bool) -> Self {
-        let gains = PerceptionGains::default();
+        let gains = Navigation::default();
         let mut scene = Self {
             map: map(both),
             tracker: CorridorTracker::new(gains),
@@ -140,26 +142,26 @@ fn walls_that_insist_on_being_elsewhere_make_it_lost() {
 
 #[test]
 fn nothing_is_expected_in_an_opening_and_every_piece_counts() {
-    let wall = |id: &str, ax, ay, bx, by| WallData {
+    let wall = |id: &str, ax, ay, bx, by| Wall {
         id: id.into(),
         line: Segment::new(Point2::new(ax, ay), Point2::new(bx, by)),
     };
     // To the right: wall, opening, and a wall that is set back.
-    let map = SemanticMap::new(&MapData {
+    let map = SemanticMap::new(&Site {
         walls: vec![
             wall("near", 0.0, -1.2, 4.2, -1.2),
             wall("far", 5.6, -1.5, 10.0, -1.5),
         ],
-        lanes: vec![LaneData {
+        lanes: vec![Lane {
             id: "east".into(),
             line: Segment::new(Point2::new(1.0, -0.5), Point2::new(9.0, -0.5)),
             end_wall: None,
         }],
-        areas: vec![],
+        ..Site::default()
     })
     .unwrap();
     let lane = &map.lanes()[0];
-    let gains = PerceptionGains::default();
+    let gains = Navigation::default();
     let mut tracker = CorridorTracker::new(gains);
     let mut fitter = LineFitter::new(700, gains);
     let truth = Pose2::new(5.0, -0.46, 0.03);

@@ -4,9 +4,9 @@
 //! follows its own estimate. Only several consistent scans in a row make the estimate stable.
 
 use super::line::LineFitter;
-use crate::perception::gains::PerceptionGains;
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
+use description::robot::Navigation;
 
 /// Gate around the expected wall.
 const GATE_MIN_M: f64 = 0.12;
@@ -43,7 +43,7 @@ pub struct LaneEndEstimate {
 /// The tracker of one lane's end.
 #[derive(Clone, Debug)]
 pub struct LaneEndTracker {
-    gains: PerceptionGains,
+    gains: Navigation,
     found: Option<Found>,
     consistent_scans: u32,
     misses: u32,
@@ -60,7 +60,7 @@ struct Found {
 impl LaneEndTracker {
     /// A tracker that has found nothing.
     #[must_use]
-    pub fn new(gains: PerceptionGains) -> Self {
+    pub fn new(gains: Navigation) -> Self {
         Self {
             gains,
             found: None,

@@ -1,4 +1,5 @@
 use super::*;
+use description::robot::Navigation;
 
 const WALL: Segment = Segment::new(Point2::new(10.0, -1.6), Point2::new(10.0, 1.6));
 
@@ -18,7 +19,7 @@ struct Scene {
 
 impl Scene {
     fn new() -> Self {
-        let gains = PerceptionGains::default();
+        let gains = Navigation::default();
         Self {
             tracker: LaneEndTracker::new(gains),
             fitter: LineFitter::new(700, gains),

@@ -2,9 +2,10 @@
 
 use super::judge::describe;
 use super::points::{INLIER_SIGMA, Line, PIECES, WallPoint, piece};
-use crate::perception::gains::{PerceptionGains, RANGE_STD_SHARE};
+use crate::perception::RANGE_STD_SHARE;
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Segment};
+use description::robot::Navigation;
 
 /// Pairs of points that are tried.
 const PAIRS: usize = 48;
@@ -30,13 +31,13 @@ pub struct LineFitter {
     eye: Point2,
     /// As far as the sensor sees.
     sight_m: f64,
-    gains: PerceptionGains,
+    gains: Navigation,
 }
 
 impl LineFitter {
     /// A fitter that uses at most `capacity` points of a scan.
     #[must_use]
-    pub fn new(capacity: usize, gains: PerceptionGains) -> Self {
+    pub fn new(capacity: usize, gains: Navigation) -> Self {
         Self {
             near: Vec::with_capacity(capacity),
             expected: Segment::default(),
@@ -92,14 +93,14 @@ impl LineFitter {
             along_m: place.x_m,
             across_m: place.y_m,
             std_m,
-            reach_m: self.gains.inlier_m.max(INLIER_SIGMA * std_m),
+            reach_m: self.gains.wall_inlier_m.max(INLIER_SIGMA * std_m),
             share: 0.0,
         });
     }
 
     /// The wall that the points taken agree on.
     pub(in crate::perception) fn solve(&mut self, min_span_m: f64) -> Option<WallFit> {
-        if self.near.len() < self.gains.min_points {
+        if self.near.len() < (self.gains.wall_min_points as usize) {
             return None;
         }
         let mut counts = [0u32; PIECES];
@@ -117,7 +118,7 @@ impl LineFitter {
             &self.near,
             &line,
             &self.expected,
-            self.gains.min_points,
+            self.gains.wall_min_points as usize,
             min_span_m,
         )
     }
@@ -257,7 +258,7 @@ mod tests {
     }
 
     fn fitter() -> LineFitter {
-        LineFitter::new(700, PerceptionGains::default())
+        LineFitter::new(700, Navigation::default())
     }
 
     #[test]

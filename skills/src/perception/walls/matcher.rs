@@ -3,11 +3,12 @@
 use super::beyond::{Beam, seen_beyond};
 use super::view::{Expected, View};
 use crate::map::SemanticMap;
-use crate::perception::gains::{PerceptionGains, RANGE_STD_SHARE};
+use crate::perception::RANGE_STD_SHARE;
 use crate::perception::line::LineFitter;
 use crate::perception::wall_fit::WallFit;
 use crate::scan::{AlignedScan, BeamState};
 use description::geometry::{Point2, Pose2, Segment};
+use description::robot::Navigation;
 use nalgebra::{Matrix3, Vector3};
 
 /// Least and largest distance of a beam's end from its wall; between them this many standard deviations.
@@ -85,14 +86,14 @@ pub struct WallMatcher {
     view: View,
     beams: Vec<Beam>,
     fitter: LineFitter,
-    gains: PerceptionGains,
+    gains: Navigation,
     seen: Vec<SeenWall>,
 }
 
 impl WallMatcher {
     /// A matcher for the map's walls and scans of at most `beams` beams. Allocates, once.
     #[must_use]
-    pub fn new(map: &SemanticMap, beams: usize, gains: PerceptionGains) -> Self {
+    pub fn new(map: &SemanticMap, beams: usize, gains: Navigation) -> Self {
         let walls: Box<[Segment]> = map.walls().iter().map(|wall| wall.line).collect();
         Self {
             tallies: vec![Tally::default(); walls.len()].into_boxed_slice(),
@@ -271,7 +272,7 @@ impl WallMatcher {
             let line = self.walls[wall];
             let in_base = line.seen_from(pose);
             let ends_m = END_SLACK_M + GATE_SIGMA * std_along_m(covariance, line.unit());
-            let enough = tally.given as usize >= self.gains.min_points
+            let enough = tally.given as usize >= (self.gains.wall_min_points as usize)
                 && f64::from(tally.given) >= MIN_BEAM_SHARE * f64::from(tally.expected);
             let unit = line.unit();
             let across_std_m = std_along_m(covariance, Point2::new(-unit.y_m, unit.x_m));

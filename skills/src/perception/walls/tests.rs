@@ -1,10 +1,11 @@
 use super::view::View;
 use super::*;
 use crate::history::OdometryHistory;
-use crate::map::{MapData, SemanticMap, WallData};
-use crate::perception::PerceptionGains;
+use crate::map::SemanticMap;
 use crate::scan::{AlignedScan, ScanGeometry};
 use description::geometry::{Point2, Pose2, Segment, Twist2};
+use description::robot::Navigation;
+use description::site::{Site, Wall};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -13,13 +14,13 @@ fn segment(ax: f64, ay: f64, bx: f64, by: f64) -> Segment {
 }
 
 fn map(walls: &[Segment]) -> SemanticMap {
-    let walls = walls.iter().enumerate().map(|(index, &line)| WallData {
+    let walls = walls.iter().enumerate().map(|(index, &line)| Wall {
         id: index.to_string(),
         line,
     });
-    SemanticMap::new(&MapData {
+    SemanticMap::new(&Site {
         walls: walls.collect(),
-        ..MapData::default()
+        ..Site::default()
     })
     .unwrap()
 }
@@ -68,7 +69,7 @@ fn look(
     believed: Pose2,
     covariance: &Matrix3<f64>,
 ) -> (Vec<SeenWall>, bool, BeamCounts) {
-    let mut matcher = WallMatcher::new(&map(walls), 700, PerceptionGains::default());
+    let mut matcher = WallMatcher::new(&map(walls), 700, Navigation::default());
     let seen = matcher.observe(
         &scan(standing, truth),
         Pose2::IDENTITY,

@@ -2,12 +2,13 @@
 
 use crate::control::Track;
 use crate::map::{LaneGeometry, SemanticMap};
-use crate::schedule::error::ScheduleError;
+use crate::perception::FeatureSet;
 use crate::schedule::graph::Graph;
 use crate::schedule::room::wall_in_the_way;
-use crate::schedule::setup::SkillSetup;
 use coordination::fsm::StateId;
 use description::geometry::Footprint;
+use description::keys::KeyError;
+use description::site::SkillConfig;
 
 /// Between the robot's side and a wall that it passes.
 const BESIDE_M: f64 = 0.05;
@@ -38,7 +39,11 @@ pub(in crate::schedule) struct Case<'a> {
     pub robot: &'a RobotLimits,
     pub state: StateId,
     pub name: &'a str,
-    pub skill: &'a SkillSetup,
+    pub skill: &'a SkillConfig,
+    /// What the skill tracks.
+    pub tracks: FeatureSet,
+    /// What the skill tracks or searches.
+    pub features: FeatureSet,
     /// The lane of the state, if it has one.
     pub own_lane: Option<usize>,
 }
@@ -50,12 +55,18 @@ impl<'a> Case<'a> {
         state: StateId,
         name: &'a str,
     ) -> Self {
+        let skill = graph.skill(state);
+        let kind = graph.site.perception_kinds.get(&skill.perception);
+        let of = |list: Option<&Vec<_>>| list.into_iter().flatten().collect::<FeatureSet>();
+        let tracks = of(kind.map(|kind| &kind.tracks));
         Self {
             graph,
             robot,
             state,
             name,
-            skill: graph.skill(state),
+            skill,
+            tracks,
+            features: tracks.union(of(kind.map(|kind| &kind.searches))),
             own_lane: graph.of(state).lane,
         }
     }
@@ -69,7 +80,7 @@ impl<'a> Case<'a> {
     }
 
     /// The state's lane, which the controller cannot do without.
-    pub fn lane(&self) -> Result<usize, ScheduleError> {
+    pub fn lane(&self) -> Result<usize, KeyError> {
         self.own_lane.ok_or_else(|| self.no_lane("a lane"))
     }
 
@@ -83,23 +94,29 @@ impl<'a> Case<'a> {
         }
     }
 
-    pub fn no_lane(&self, wanted: &'static str) -> ScheduleError {
-        ScheduleError::NoLane {
-            state: self.name.to_owned(),
-            wanted,
-        }
+    pub fn no_lane(&self, wanted: &str) -> KeyError {
+        let found = format!(
+            "state `{}`, which needs {wanted}, and neither its area nor its neighbours give one",
+            self.name
+        );
+        KeyError::new(self.key(), found, wanted)
     }
 
-    pub fn impossible(&self, reason: impl ToString) -> ScheduleError {
-        ScheduleError::Manoeuvre {
-            state: self.name.to_owned(),
-            reason: reason.to_string(),
-        }
+    pub fn impossible(&self, reason: impl std::fmt::Display) -> KeyError {
+        let found = format!("state `{}`, which cannot be driven: {reason}", self.name);
+        KeyError::new(
+            self.key(),
+            found,
+            "a manoeuvre that this robot can drive here",
+        )
+    }
+
+    fn key(&self) -> String {
+        format!("fsm.{}.states.{}", self.graph.role, self.name)
     }
 
     /// Beside a lane there must be room between the walls.
-    pub fn check_offset(&self, lane: usize, offset_m: f64) -> Result<(), ScheduleError> {
-        self.skill.check_finite("offset", offset_m)?;
+    pub fn check_offset(&self, lane: usize, offset_m: f64) -> Result<(), KeyError> {
         let lane = self.geometry(lane);
         let footprint = &self.robot.footprint;
         let middle = (lane.line.a + lane.line.b) * 0.5;
@@ -121,57 +138,11 @@ impl<'a> Case<'a> {
     }
 
     /// The footprint must not come to a wall on its way along a track.
-    pub fn check_room(&self, track: &Track) -> Result<(), ScheduleError> {
+    pub fn check_room(&self, track: &Track) -> Result<(), KeyError> {
         let walls = { self.map().walls().iter() }.map(|wall| (wall.id.as_str(), wall.line));
         match wall_in_the_way(track, &self.robot.footprint, walls) {
             None => Ok(()),
             Some(wall) => Err(self.impossible(format!("on its way it would touch wall `{wall}`"))),
         }
-    }
-}
-
-impl SkillSetup {
-    pub(in crate::schedule) fn check_finite(
-        &self,
-        what: &'static str,
-        found: f64,
-    ) -> Result<(), ScheduleError> {
-        self.check(what, "a number", found, found.is_finite())
-    }
-
-    pub(in crate::schedule) fn check_positive(
-        &self,
-        what: &'static str,
-        found: f64,
-    ) -> Result<(), ScheduleError> {
-        let sound = found.is_finite() && found > 0.0;
-        self.check(what, "positive", found, sound)
-    }
-
-    pub(in crate::schedule) fn check_not_negative(
-        &self,
-        what: &'static str,
-        found: f64,
-    ) -> Result<(), ScheduleError> {
-        let sound = found.is_finite() && found >= 0.0;
-        self.check(what, "zero or more", found, sound)
-    }
-
-    pub(in crate::schedule) fn check(
-        &self,
-        what: &'static str,
-        expected: &'static str,
-        found: f64,
-        sound: bool,
-    ) -> Result<(), ScheduleError> {
-        if sound {
-            return Ok(());
-        }
-        Err(ScheduleError::Parameter {
-            skill: self.id.clone(),
-            what,
-            expected,
-            found,
-        })
     }
 }

@@ -12,8 +12,8 @@ use super::stop_at::StopAt;
 use super::turn::Turn;
 use super::u_turn::UTurn;
 use crate::control::EndOfLane;
-use crate::schedule::error::ScheduleError;
-use crate::schedule::setup::ControllerSetup;
+use description::keys::KeyError;
+use description::site::ControllerConfig;
 
 /// A controller bound to a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,38 +40,34 @@ pub enum Controller {
 
 impl Controller {
     /// Binds what a file says to a state: finds its lanes, and checks that the robot can do what is asked of it.
-    pub(in crate::schedule) fn plan(case: &Case) -> Result<(Self, Lanes), ScheduleError> {
+    pub(in crate::schedule) fn plan(case: &Case) -> Result<(Self, Lanes), KeyError> {
         fn bound<C>(
             wrap: fn(C) -> Controller,
-            planned: Result<(C, Lanes), ScheduleError>,
-        ) -> Result<(Controller, Lanes), ScheduleError> {
+            planned: Result<(C, Lanes), KeyError>,
+        ) -> Result<(Controller, Lanes), KeyError> {
             planned.map(|(controller, lanes)| (wrap(controller), lanes))
         }
         match &case.skill.controller {
-            ControllerSetup::Stop => Ok((Self::Stop, case.on_lane(case.own_lane))),
-            &ControllerSetup::Corridor { offset_m } => {
+            ControllerConfig::Stop => Ok((Self::Stop, case.on_lane(case.own_lane))),
+            &ControllerConfig::Corridor { offset_m } => {
                 bound(Self::Corridor, Corridor::plan(case, offset_m))
             }
-            &ControllerSetup::EndOfLane {
-                distance_m,
-                exit_speed_m_s,
-            } => {
-                let planned = end_of_lane::plan(case, distance_m, exit_speed_m_s);
-                bound(Self::EndOfLane, planned)
+            &ControllerConfig::EndOfLane { distance_m } => {
+                bound(Self::EndOfLane, end_of_lane::plan(case, distance_m))
             }
-            &ControllerSetup::UTurn {
+            &ControllerConfig::UTurn {
                 direction,
                 radius_m,
             } => bound(Self::UTurn, UTurn::plan(case, direction, radius_m)),
-            &ControllerSetup::Shift { offset_m, within_m } => {
+            &ControllerConfig::Shift { offset_m, within_m } => {
                 bound(Self::Shift, Shift::plan(case, offset_m, within_m))
             }
-            &ControllerSetup::Turn { radius_m } => bound(Self::Turn, Turn::plan(case, radius_m)),
-            ControllerSetup::StopAt { target } => bound(Self::StopAt, StopAt::plan(case, target)),
-            &ControllerSetup::Dock { distance_m } => {
+            &ControllerConfig::Turn { radius_m } => bound(Self::Turn, Turn::plan(case, radius_m)),
+            ControllerConfig::StopAt { place } => bound(Self::StopAt, StopAt::plan(case, place)),
+            &ControllerConfig::Dock { distance_m } => {
                 bound(Self::Dock, Dock::plan(case, distance_m))
             }
-            &ControllerSetup::Creep { distance_m } => {
+            &ControllerConfig::Creep { distance_m } => {
                 bound(Self::Creep, CreepBy::plan(case, distance_m))
             }
         }

@@ -3,7 +3,7 @@
 use super::behaviour::Behaviour;
 use super::case::{Case, Lanes};
 use super::motion::{Motion, Start};
-use crate::schedule::error::ScheduleError;
+use description::keys::KeyError;
 
 /// Keeps on [`Schedule::lane`](crate::schedule::Schedule::lane), or beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub struct Corridor {
 }
 
 impl Corridor {
-    pub(super) fn plan(case: &Case, offset_m: f64) -> Result<(Self, Lanes), ScheduleError> {
+    pub(super) fn plan(case: &Case, offset_m: f64) -> Result<(Self, Lanes), KeyError> {
         let lane = case.lane()?;
         case.check_offset(lane, offset_m)?;
         Ok((Self { offset_m }, case.on_lane(Some(lane))))

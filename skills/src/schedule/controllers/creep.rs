@@ -5,7 +5,7 @@ use super::case::{Case, Lanes};
 use super::motion::{Motion, Start};
 use super::pace::{Hold, Pace, Progress};
 use crate::control::{CREEP_SPEED_M_S, Creep, MAX_BACKWARD_M_S, Stopping};
-use crate::schedule::error::ScheduleError;
+use description::keys::KeyError;
 
 /// Straight forward or backward.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,10 +15,7 @@ pub struct CreepBy {
 }
 
 impl CreepBy {
-    pub(super) fn plan(case: &Case, distance_m: f64) -> Result<(Self, Lanes), ScheduleError> {
-        case.skill.check_finite("distance", distance_m)?;
-        let moves = distance_m != 0.0;
-        { case.skill }.check("distance", "other than zero", distance_m, moves)?;
+    pub(super) fn plan(case: &Case, distance_m: f64) -> Result<(Self, Lanes), KeyError> {
         let own_m_s = case.skill.speed_m_s.unwrap_or(CREEP_SPEED_M_S);
         if distance_m < 0.0 && own_m_s > MAX_BACKWARD_M_S {
             return Err(case.impossible(format!(

@@ -5,8 +5,8 @@ use super::case::{Case, Lanes};
 use super::motion::Motion;
 use super::pace::{Hold, Pace, Progress};
 use crate::control::{Stopping, approach_speed_m_s};
-use crate::schedule::error::ScheduleError;
 use description::geometry::Point2;
+use description::keys::KeyError;
 
 /// Least distance between front and wall: closer, the lidar cannot measure it.
 const NEAREST_DOCK_M: f64 = 0.05;
@@ -24,13 +24,12 @@ pub struct Dock {
 }
 
 impl Dock {
-    pub(super) fn plan(case: &Case, distance_m: f64) -> Result<(Self, Lanes), ScheduleError> {
-        case.skill.check_positive("distance", distance_m)?;
+    pub(super) fn plan(case: &Case, distance_m: f64) -> Result<(Self, Lanes), KeyError> {
         let lane = case.lane()?;
         if case.geometry(lane).end.is_none() {
             return Err(case.no_lane("a lane that a wall closes, to dock at"));
         }
-        if !(case.skill.tracks.lane_end || case.skill.searches.lane_end) {
+        if !case.features.lane_end {
             return Err(case.impossible(format!(
                 "skill `{}` docks at a wall and does not look for the lane's end",
                 case.skill.id

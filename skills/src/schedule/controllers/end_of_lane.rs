@@ -5,24 +5,16 @@ use super::case::{Case, Lanes};
 use super::motion::Motion;
 use super::pace::{Pace, Progress};
 use crate::control::{EndOfLane, Stopping};
-use crate::schedule::error::ScheduleError;
+use description::keys::KeyError;
 
-pub(super) fn plan(
-    case: &Case,
-    distance_m: f64,
-    exit_speed_m_s: Option<f64>,
-) -> Result<(EndOfLane, Lanes), ScheduleError> {
-    case.skill.check_positive("distance", distance_m)?;
+pub(super) fn plan(case: &Case, distance_m: f64) -> Result<(EndOfLane, Lanes), KeyError> {
     let lane = case.lane()?;
     if case.geometry(lane).end.is_none() {
         return Err(case.no_lane("a lane that a wall closes"));
     }
-    let exit_speed_m_s = exit_speed_m_s.unwrap_or_else(|| case.graph.exit_speed_m_s(case.state));
-    case.skill
-        .check_not_negative("exit speed", exit_speed_m_s)?;
     let end = EndOfLane {
         distance_m,
-        exit_speed_m_s,
+        exit_speed_m_s: case.graph.exit_speed_m_s(case.state),
     };
     Ok((end, case.on_lane(Some(lane))))
 }

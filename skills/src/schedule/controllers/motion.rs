@@ -1,11 +1,11 @@
 //! The path of the present schedule: how to steer along it, and where it leads.
 
 use crate::control::{
-    Arrival, ControlGains, Creep, Follower, PathError, Steer, Track, TrackError, keep_lane,
-    manoeuvre,
+    Arrival, Creep, Follower, PathError, Steer, Track, TrackError, keep_lane, manoeuvre,
 };
 use crate::map::LaneGeometry;
 use description::geometry::{Pose2, Segment, Twist2, wrap_angle};
+use description::robot::Navigation;
 
 /// Poses of a path that is planned ahead.
 pub(crate) const PATH_POSES: usize = 32;
@@ -71,7 +71,7 @@ impl Motion {
         pose: Pose2,
         error: PathError,
         speed_m_s: f64,
-        gains: &ControlGains,
+        gains: &Navigation,
     ) -> Steer {
         match self {
             Self::Still => Steer {
@@ -122,7 +122,7 @@ pub(crate) struct Ahead<'a> {
     pub step_m: f64,
     /// How far; less when that takes more than [`PATH_POSES`] poses.
     pub length_m: f64,
-    pub gains: &'a ControlGains,
+    pub gains: &'a Navigation,
 }
 
 /// Relative to a lane's centre.

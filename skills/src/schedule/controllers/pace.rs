@@ -1,9 +1,10 @@
 //! How fast the robot may be on its way, and why it stands although it has something to do.
 
 use super::motion::Motion;
-use crate::control::{ControlGains, Stopping};
+use crate::control::Stopping;
 use crate::map::{LaneGeometry, LaneWall};
 use description::geometry::{Footprint, Pose2};
+use description::robot::Navigation;
 
 /// Why a robot that has something to do stands still.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -58,7 +59,7 @@ pub(crate) struct Progress<'a> {
     pub instructed: bool,
     pub dt_s: f64,
     pub footprint: &'a Footprint,
-    pub gains: &'a ControlGains,
+    pub gains: &'a Navigation,
 }
 
 /// How fast the robot may be in a step, and whether it is there.

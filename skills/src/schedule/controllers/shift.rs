@@ -5,8 +5,8 @@ use super::case::{Case, Lanes};
 use super::motion::{Motion, Start};
 use super::pace::{Pace, Progress};
 use crate::control::{Arrival, Stopping, manoeuvre};
-use crate::schedule::error::ScheduleError;
-use crate::schedule::setup::ControllerSetup;
+use description::keys::KeyError;
+use description::site::ControllerConfig;
 
 /// From beside [`Schedule::lane`](crate::schedule::Schedule::lane) onto it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +22,7 @@ impl Shift {
         case: &Case,
         offset_m: f64,
         within_m: f64,
-    ) -> Result<(Self, Lanes), ScheduleError> {
-        case.skill.check_positive("length", within_m)?;
+    ) -> Result<(Self, Lanes), KeyError> {
         let lane = case.lane()?;
         case.check_offset(lane, offset_m)?;
         for before in case.graph.just_before(case.state) {
@@ -31,8 +30,8 @@ impl Shift {
                 continue;
             };
             let before_m = match case.graph.skill(before).controller {
-                ControllerSetup::Corridor { offset_m }
-                | ControllerSetup::Shift { offset_m, .. } => offset_m,
+                ControllerConfig::Corridor { offset_m }
+                | ControllerConfig::Shift { offset_m, .. } => offset_m,
                 _ => 0.0,
             };
             let (from, to) = (&case.geometry(from).line, &case.geometry(lane).line);

@@ -6,10 +6,10 @@ use super::motion::{Motion, Start, pose_error};
 use super::pace::{Hold, Pace, Progress};
 use crate::control::Stopping;
 use crate::map::LaneGeometry;
-use crate::schedule::error::ScheduleError;
 use crate::schedule::room::border_ahead_m;
-use crate::schedule::setup::StopTarget;
 use description::geometry::{Pose2, wrap_angle};
+use description::keys::KeyError;
+use description::site::StopPlace;
 
 /// Largest angle between a stop pose in a file and its lane.
 const PLANNED_HEADING_RAD: f64 = 0.2;
@@ -41,25 +41,22 @@ pub enum StopAt {
 }
 
 impl StopAt {
-    pub(super) fn plan(case: &Case, target: &StopTarget) -> Result<(Self, Lanes), ScheduleError> {
+    pub(super) fn plan(case: &Case, target: &StopPlace) -> Result<(Self, Lanes), KeyError> {
         let lane = case.lane()?;
         let place = match target {
-            StopTarget::Instructed => Self::Instructed,
-            StopTarget::BeforeArea { area, margin_m } => Self::before(case, lane, area, *margin_m)?,
-            StopTarget::Pose(pose) => Self::at(case, lane, *pose)?,
+            StopPlace::Instructed => Self::Instructed,
+            StopPlace::BeforeArea { area, margin_m } => Self::before(case, lane, area, *margin_m)?,
+            StopPlace::Pose(pose) => Self::at(case, lane, *pose)?,
         };
         Ok((place, case.on_lane(Some(lane))))
     }
 
-    fn before(case: &Case, lane: usize, area: &str, margin_m: f64) -> Result<Self, ScheduleError> {
-        case.skill.check_not_negative("margin", margin_m)?;
+    fn before(case: &Case, lane: usize, area: &str, margin_m: f64) -> Result<Self, KeyError> {
         let lane = case.geometry(lane);
         let found = case.map().area_index(area);
-        let region = found.ok_or_else(|| ScheduleError::Unknown {
-            kind: "skill",
-            id: case.skill.id.clone(),
-            wanted: "area",
-            name: area.to_owned(),
+        let region = found.ok_or_else(|| {
+            let key = format!("skills.{}.before_area", case.skill.id);
+            KeyError::unknown(key, "area", area)
         })?;
         let region = &case.map().areas()[region].region;
         let footprint = &case.robot.footprint;
@@ -75,18 +72,13 @@ impl StopAt {
     }
 
     /// The pose must lie on the lane or beside it, in the lane's direction.
-    fn at(case: &Case, index: usize, pose: Pose2) -> Result<Self, ScheduleError> {
-        if !pose.is_finite() {
-            return Err(case.impossible("its stop pose is not finite"));
-        }
+    fn at(case: &Case, index: usize, pose: Pose2) -> Result<Self, KeyError> {
         let lane = case.geometry(index);
         let along_m = lane.line.along_m(pose.position());
         let offset_m = lane.line.lateral_m(pose.position());
         let off_rad = wrap_angle(pose.theta_rad - lane.direction_rad);
         let area = case.graph.of(case.state).area;
-        let beside_m = area.map_or(f64::INFINITY, |area| {
-            case.map().areas()[area].deviation_limit_m
-        });
+        let beside_m = case.map().areas()[area].deviation_limit_m;
         if off_rad.abs() > PLANNED_HEADING_RAD || offset_m.abs() > beside_m || along_m < 0.0 {
             return Err(case.impossible(format!(
                 "its stop pose lies {along_m:.2} m along lane `{}`, {offset_m:.2} m beside it and {:.0}° off, expected 0 m or more, {beside_m} m and {:.0}° or less",

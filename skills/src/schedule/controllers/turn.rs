@@ -6,9 +6,9 @@ use super::motion::{Motion, Start};
 use super::pace::{Pace, Progress};
 use crate::control::manoeuvre::{self, Fillet};
 use crate::control::{Arrival, Stopping, Track, TrackError};
-use crate::schedule::error::ScheduleError;
 use crate::schedule::graph::Towards;
 use description::geometry::Pose2;
+use description::keys::KeyError;
 
 /// From [`Schedule::from_lane`](crate::schedule::Schedule::from_lane) onto
 /// [`Schedule::lane`](crate::schedule::Schedule::lane), at a junction.
@@ -19,8 +19,7 @@ pub struct Turn {
 }
 
 impl Turn {
-    pub(super) fn plan(case: &Case, radius_m: f64) -> Result<(Self, Lanes), ScheduleError> {
-        case.skill.check_positive("radius", radius_m)?;
+    pub(super) fn plan(case: &Case, radius_m: f64) -> Result<(Self, Lanes), KeyError> {
         let to = case.lane()?;
         let from = case
             .graph

@@ -4,11 +4,11 @@ use super::behaviour::Behaviour;
 use super::case::{Case, Lanes};
 use super::motion::{Motion, Start};
 use super::pace::{Pace, Progress};
-use crate::control::{Arrival, Stopping, TurnDirection, manoeuvre};
-use crate::schedule::error::ScheduleError;
+use crate::control::{Arrival, Stopping, manoeuvre};
 use crate::schedule::graph::Towards;
-use crate::schedule::setup::ControllerSetup;
 use description::geometry::Segment;
+use description::keys::KeyError;
+use description::site::{ControllerConfig, TurnDirection};
 use std::f64::consts::PI;
 
 /// From [`Schedule::from_lane`](crate::schedule::Schedule::from_lane) onto
@@ -26,8 +26,7 @@ impl UTurn {
         case: &Case,
         direction: TurnDirection,
         radius_m: f64,
-    ) -> Result<(Self, Lanes), ScheduleError> {
-        case.skill.check_positive("radius", radius_m)?;
+    ) -> Result<(Self, Lanes), KeyError> {
         let graph = case.graph;
         let incoming = graph.nearest_lane(case.state, Towards::Before, None);
         let outgoing = { case.own_lane.filter(|lane| Some(*lane) != incoming) }
@@ -50,19 +49,18 @@ impl UTurn {
         Ok((u_turn, lanes))
     }
 
-    fn check(self, case: &Case, incoming: usize, outgoing: usize) -> Result<(), ScheduleError> {
+    fn check(self, case: &Case, incoming: usize, outgoing: usize) -> Result<(), KeyError> {
         let (incoming, outgoing) = (case.geometry(incoming), case.geometry(outgoing));
         if incoming.line.lateral_m(outgoing.line.a) * self.direction.sign() <= 0.0 {
-            return Err(ScheduleError::TurnSide {
-                state: case.name.to_owned(),
-                incoming: incoming.id.clone(),
-                outgoing: outgoing.id.clone(),
-            });
+            return Err(case.impossible(format!(
+                "the U-turn turns away from lane `{}`, which lies on the other side of `{}`",
+                outgoing.id, incoming.id
+            )));
         }
         // Where it begins is known when the state before ends at a distance from a wall.
         let begins_m = case.graph.just_before(case.state).find_map(|before| {
             match (&case.graph.skill(before).controller, incoming.end) {
-                (&ControllerSetup::EndOfLane { distance_m, .. }, Some(wall)) => {
+                (&ControllerConfig::EndOfLane { distance_m }, Some(wall)) => {
                     let wall_m = wall
                         .line
                         .ray_range_m(incoming.line.a, incoming.direction_rad)?;

@@ -1,129 +1,75 @@
 //! A junction, a shoulder and a wall to dock at: what can be driven there.
 
 use super::*;
-use crate::perception::FeatureSet;
 use description::geometry::Pose2;
+use description::site::StopPlace;
 
-type Change = fn(&mut Yard);
-
-struct Yard {
-    data: MapData,
-    skills: Vec<SkillSetup>,
-    after_s: f64,
-}
-
-fn skill(id: &str, controller: ControllerSetup) -> SkillSetup {
-    SkillSetup {
-        id: id.into(),
-        controller,
-        speed_m_s: None,
-        tracks: [Feature::Walls].into_iter().collect(),
-        searches: [Feature::LaneEnd].into_iter().collect(),
-        monitors: vec!["late".into()],
-    }
-}
-
-fn yard() -> Yard {
-    let line = |ax, ay, bx, by| Segment::new(Point2::new(ax, ay), Point2::new(bx, by));
-    let lane = |id: &str, line| LaneData {
-        id: id.into(),
-        line,
-        end_wall: None,
+fn yard() -> Site {
+    let skill = |id: &str, controller| skill(id, controller, &["late"]);
+    let stop_at = |place| ControllerConfig::StopAt { place };
+    let (offset_m, within_m) = (0.0, 1.5);
+    let skills = vec![
+        skill("drive", ControllerConfig::Corridor { offset_m }),
+        skill("shift", ControllerConfig::Shift { offset_m, within_m }),
+        skill("turn", ControllerConfig::Turn { radius_m: 0.8 }),
+        skill(
+            "before",
+            stop_at(StopPlace::BeforeArea {
+                area: "b".into(),
+                margin_m: 0.05,
+            }),
+        ),
+        skill("pose", stop_at(StopPlace::Pose(Pose2::new(4.0, 0.1, 0.0)))),
+        skill("dock", ControllerConfig::Dock { distance_m: 0.3 }),
+        skill("creep", ControllerConfig::Creep { distance_m: -0.4 }),
+    ];
+    let areas = ["a", "side", "north", "a", "a", "b", "b"];
+    let name = |skill: &SkillConfig| skill.id.clone();
+    let fsm = FsmConfig {
+        initial: "drive".into(),
+        states: { skills.iter().map(name).zip(areas) }
+            .map(|(name, area)| state(&name, area, &name))
+            .collect(),
+        transitions: { skills.iter().map(name) }
+            .map(|name| transition("drive", &format!("to-{name}"), &name))
+            .collect(),
+        ..FsmConfig::default()
     };
-    let wall = |id: &str, line| WallData {
-        id: id.into(),
-        line,
+    let kind = PerceptionKind {
+        tracks: vec![Feature::Walls],
+        searches: vec![Feature::LaneEnd],
     };
-    let area = |id: &str, min: [f64; 2], max: [f64; 2], lane: &str| AreaData {
-        id: id.into(),
-        region: Rect::new(min.into(), max.into()),
-        lane: Some(lane.into()),
-        speed_limit_m_s: 0.4,
-        deviation_limit_m: 0.3,
-    };
-    let stop_at = |target| ControllerSetup::StopAt { target };
-    Yard {
-        data: MapData {
-            walls: vec![
-                wall("east", line(10.0, -2.0, 10.0, 2.0)),
-                wall("south", line(0.0, -2.0, 10.0, -2.0)),
-                wall("corner", line(5.0, 2.0, 5.0, 8.0)),
-            ],
-            lanes: vec![
-                lane("out", line(1.0, 0.0, 9.0, 0.0)),
-                lane("shoulder", line(2.0, -0.7, 6.0, -0.7)),
-                lane("north", line(7.0, 1.0, 7.0, 8.0)),
-            ],
-            areas: vec![
-                area("a", [0.0, -0.4], [6.0, 0.4], "out"),
-                area("side", [2.0, -1.1], [6.0, -0.4], "shoulder"),
-                area("north", [6.0, 1.0], [8.0, 8.0], "north"),
-                area("b", [6.0, -0.4], [10.0, 0.4], "out"),
-            ],
-        },
-        skills: vec![
-            skill("drive", ControllerSetup::Corridor { offset_m: 0.0 }),
-            skill(
-                "shift",
-                ControllerSetup::Shift {
-                    offset_m: 0.0,
-                    within_m: 1.5,
-                },
-            ),
-            skill("turn", ControllerSetup::Turn { radius_m: 0.8 }),
-            skill(
-                "before",
-                stop_at(StopTarget::BeforeArea {
-                    area: "b".into(),
-                    margin_m: 0.05,
-                }),
-            ),
-            skill("pose", stop_at(StopTarget::Pose(Pose2::new(4.0, 0.1, 0.0)))),
-            skill("dock", ControllerSetup::Dock { distance_m: 0.3 }),
-            skill("creep", ControllerSetup::Creep { distance_m: -0.4 }),
+    Site {
+        walls: vec![
+            wall("east", line(10.0, -2.0, 10.0, 2.0)),
+            wall("south", line(0.0, -2.0, 10.0, -2.0)),
+            wall("corner", line(5.0, 2.0, 5.0, 8.0)),
         ],
-        after_s: 3.0,
-    }
-}
-
-impl Yard {
-    fn compile(&self) -> Result<Vec<Schedule>, ScheduleError> {
-        let map = SemanticMap::new(&self.data).unwrap();
-        let areas = ["a", "side", "north", "a", "a", "b", "b"];
-        let mut model = MachineModel::new("yard");
-        let mut states = Vec::new();
-        for (skill, area) in self.skills.iter().zip(areas) {
-            model.state(&skill.id);
-            states.push(StateSetup {
-                name: skill.id.clone(),
-                area: Some(area.into()),
-                lane: None,
-                skill: skill.id.clone(),
-            });
-            model.transition("drive", &format!("to-{}", skill.id), &skill.id, &[]);
-        }
-        model.initial("drive");
-        let mut events = EventTable::new();
-        let machine = model.compile(&mut events).unwrap();
-        let late = MonitorSetup {
-            id: "late".into(),
-            event: events.intern("late").unwrap(),
-            kind: MonitorKind::After {
-                seconds: self.after_s,
-            },
-        };
-        let robot = RobotLimits {
-            max_speed_m_s: 0.5,
-            max_curvature_1_m: 2.5,
-            footprint: FOOTPRINT,
-        };
-        compile(&map, &machine, &states, &self.skills, &[late], &robot)
+        lanes: vec![
+            lane("out", line(1.0, 0.0, 9.0, 0.0)),
+            lane("shoulder", line(2.0, -0.7, 6.0, -0.7)),
+            lane("north", line(7.0, 1.0, 7.0, 8.0)),
+        ],
+        areas: vec![
+            area("a", [[0.0, -0.4], [6.0, 0.4]], Some("out"), 0.4),
+            area("side", [[2.0, -1.1], [6.0, -0.4]], Some("shoulder"), 0.4),
+            area("north", [[6.0, 1.0], [8.0, 8.0]], Some("north"), 0.4),
+            area("b", [[6.0, -0.4], [10.0, 0.4]], Some("out"), 0.4),
+        ],
+        perception_kinds: [("all".into(), kind)].into(),
+        monitors: vec![Monitor {
+            event: "late".into(),
+            kind: MonitorKind::After { after_s: 3.0 },
+        }],
+        skills,
+        fsm: [(ROLE.into(), fsm)].into(),
+        ..Site::default()
     }
 }
 
 #[test]
 fn every_controller_finds_its_lanes_and_places() {
-    let schedules = yard().compile().unwrap();
+    let schedules = compiled(&yard()).unwrap();
     assert_eq!((schedules[1].lane, schedules[1].from_lane), (Some(1), None));
     assert_eq!(
         (schedules[2].lane, schedules[2].from_lane),
@@ -146,130 +92,130 @@ fn every_controller_finds_its_lanes_and_places() {
 
 #[test]
 fn what_cannot_be_driven_is_refused_with_the_reason() {
-    let cases: [(Change, &str); 20] = [
+    let cases: [(Spoil, &str); 20] = [
         (
-            |yard| yard.skills[0].controller = ControllerSetup::Corridor { offset_m: -1.9 },
-            "state `drive` cannot be driven: -1.9 m beside lane `out` it would be -0.05 m from wall `south`",
+            |yard| yard.skills[0].controller = ControllerConfig::Corridor { offset_m: -1.9 },
+            "state `drive`, which cannot be driven: -1.9 m beside lane `out` it would be -0.05 m from wall `south`",
         ),
         (
             |yard| yard.skills[0].speed_m_s = Some(0.0),
-            "speed of skill `drive` must be positive, found 0",
+            "skills.drive.speed_m_s: found 0.0, expected a speed above 0",
         ),
         (
-            |yard| yard.after_s = 0.0,
-            "seconds of monitor `late` must be positive, found 0",
+            |yard| yard.monitors[0].kind = MonitorKind::After { after_s: 0.0 },
+            "monitors.late.after_s: found 0.0, expected a duration above 0",
         ),
         (
             |yard| {
-                yard.skills[1].controller = ControllerSetup::Shift {
+                yard.skills[1].controller = ControllerConfig::Shift {
                     offset_m: 0.0,
                     within_m: 1.0,
                 }
             },
-            "state `shift` cannot be driven: 0.70 m aside within 1 m is too sharp: it takes 1.38 m",
+            "state `shift`, which cannot be driven: 0.70 m aside within 1 m is too sharp: it takes 1.38 m",
         ),
         (
-            |yard| yard.data.lanes[1].line.b.y_m = -1.5,
-            "state `shift` cannot be driven: its lanes must run along each other, and differ by 11°",
+            |yard| yard.lanes[1].line.b.y_m = -1.5,
+            "state `shift`, which cannot be driven: its lanes must run along each other, and differ by 11°",
         ),
         (
-            |yard| yard.skills[2].controller = ControllerSetup::Turn { radius_m: 0.3 },
-            "state `turn` cannot be driven: its radius is 0.3 m, and the tightest curve of 2.5 1/m needs 0.400 m",
+            |yard| yard.skills[2].controller = ControllerConfig::Turn { radius_m: 0.3 },
+            "state `turn`, which cannot be driven: its radius is 0.3 m, and the tightest curve of 2.5 1/m needs 0.400 m",
         ),
         (
-            |yard| yard.skills[2].controller = ControllerSetup::Turn { radius_m: 7.0 },
-            "state `turn` cannot be driven: a curve of radius 7 m begins 7.00 m before the lanes meet, and the lane before the turn leaves 6.00 m",
+            |yard| yard.skills[2].controller = ControllerConfig::Turn { radius_m: 7.0 },
+            "state `turn`, which cannot be driven: a curve of radius 7 m begins 7.00 m before the lanes meet, and the lane before the turn leaves 6.00 m",
         ),
         (
             |yard| {
-                yard.skills[2].controller = ControllerSetup::Turn { radius_m: 4.0 };
-                yard.data.walls[2].line.a.y_m = 0.6;
+                yard.skills[2].controller = ControllerConfig::Turn { radius_m: 4.0 };
+                yard.walls[2].line.a.y_m = 0.6;
             },
-            "state `turn` cannot be driven: on its way it would touch wall `corner`",
+            "state `turn`, which cannot be driven: on its way it would touch wall `corner`",
         ),
         (
             |yard| {
-                yard.data.areas[2].lane = Some("out".into());
+                yard.areas[2].lane = Some("out".into());
             },
-            "state `turn` needs a lane to turn from",
+            "state `turn`, which needs a lane to turn from",
         ),
         (
             |yard| {
-                let target = StopTarget::BeforeArea {
+                let place = StopPlace::BeforeArea {
                     area: "z".into(),
                     margin_m: 0.1,
                 };
-                yard.skills[3].controller = ControllerSetup::StopAt { target };
+                yard.skills[3].controller = ControllerConfig::StopAt { place };
             },
-            "skill `before` names the area `z`",
+            "skills.before.before_area: found area `z`, which does not exist",
         ),
         (
             |yard| {
-                let target = StopTarget::BeforeArea {
+                let place = StopPlace::BeforeArea {
                     area: "north".into(),
                     margin_m: 0.1,
                 };
-                yard.skills[3].controller = ControllerSetup::StopAt { target };
+                yard.skills[3].controller = ControllerConfig::StopAt { place };
             },
             "area `north` does not begin ahead on lane `out`",
         ),
         (
             |yard| {
-                let target = StopTarget::BeforeArea {
+                let place = StopPlace::BeforeArea {
                     area: "b".into(),
                     margin_m: -0.1,
                 };
-                yard.skills[3].controller = ControllerSetup::StopAt { target };
+                yard.skills[3].controller = ControllerConfig::StopAt { place };
             },
-            "margin of skill `before` must be zero or more, found -0.1",
+            "skills.before.margin_m: found -0.1, expected a length at least 0",
         ),
         (
             |yard| {
-                let target = StopTarget::Pose(Pose2::new(4.0, 0.9, 0.0));
-                yard.skills[4].controller = ControllerSetup::StopAt { target };
+                let place = StopPlace::Pose(Pose2::new(4.0, 0.9, 0.0));
+                yard.skills[4].controller = ControllerConfig::StopAt { place };
             },
-            "state `pose` cannot be driven: its stop pose lies 3.00 m along lane `out`, 0.90 m beside it",
+            "state `pose`, which cannot be driven: its stop pose lies 3.00 m along lane `out`, 0.90 m beside it",
         ),
         (
             |yard| {
-                let target = StopTarget::Pose(Pose2::new(4.0, 0.0, 3.0));
-                yard.skills[4].controller = ControllerSetup::StopAt { target };
+                let place = StopPlace::Pose(Pose2::new(4.0, 0.0, 3.0));
+                yard.skills[4].controller = ControllerConfig::StopAt { place };
             },
             "172° off",
         ),
         (
-            |yard| drop(yard.data.walls.remove(0)),
-            "state `dock` needs a lane that a wall closes",
+            |yard| drop(yard.walls.remove(0)),
+            "state `dock`, which needs a lane that a wall closes",
         ),
         (
-            |yard| yard.skills[5].searches = FeatureSet::default(),
-            "state `dock` cannot be driven: skill `dock` docks at a wall and does not look for the lane's end",
+            |yard| yard.perception_kinds.clear(),
+            "state `dock`, which cannot be driven: skill `dock` docks at a wall and does not look for the lane's end",
         ),
         (
-            |yard| yard.skills[5].controller = ControllerSetup::Dock { distance_m: 0.01 },
+            |yard| yard.skills[5].controller = ControllerConfig::Dock { distance_m: 0.01 },
             "closer than the 0.05 m that can be measured",
         ),
         (
-            |yard| yard.skills[6].controller = ControllerSetup::Creep { distance_m: 0.0 },
-            "distance of skill `creep` must be other than zero",
+            |yard| yard.skills[6].controller = ControllerConfig::Creep { distance_m: 0.0 },
+            "skills.creep.distance_m: found 0.0, expected a way of at least 0.01 m",
         ),
         (
             |yard| yard.skills[6].speed_m_s = Some(0.3),
-            "state `creep` cannot be driven: backward at 0.3 m/s is faster",
+            "state `creep`, which cannot be driven: backward at 0.3 m/s is faster",
         ),
         (
             |yard| {
-                yard.skills[6].controller = ControllerSetup::Creep {
+                yard.skills[6].controller = ControllerConfig::Creep {
                     distance_m: f64::NAN,
                 }
             },
-            "distance of skill `creep` must be a number",
+            "skills.creep.distance_m: found NaN, expected a way",
         ),
     ];
     for (change, expected) in cases {
         let mut yard = yard();
         change(&mut yard);
-        let message = yard.compile().unwrap_err().to_string();
+        let message = compiled(&yard).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}\nexpected {expected}");
     }
 }

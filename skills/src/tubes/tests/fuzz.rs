@@ -3,10 +3,11 @@
 use super::stand::{parameters, with_detours};
 use super::world::{MS, Random, SMALL, urg};
 use crate::history::OdometryHistory;
-use crate::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
+use crate::odometry::{DeadReckoning, EncoderSample};
 use crate::scan::AlignedScan;
 use crate::tubes::{MotionTubes, Reason, StopRules, TubeSet, Verdict};
 use description::geometry::{MotionCommand, Twist2};
+use description::robot::TricycleGeometry;
 use description::robot::Tubes;
 use proptest::prelude::*;
 use std::sync::OnceLock;

@@ -3,11 +3,9 @@
 use crate::closed_loop::floor::{Floor, corridor};
 use crate::closed_loop::stops::front_x_m;
 use description::geometry::Pose2;
-use skills::control::TurnDirection;
-use skills::monitors::MonitorKind;
-use skills::schedule::ControllerSetup;
+use description::site::{ControllerConfig, MonitorKind, TurnDirection};
 
-const FOLLOW: ControllerSetup = ControllerSetup::Corridor { offset_m: 0.0 };
+const FOLLOW: ControllerConfig = ControllerConfig::Corridor { offset_m: 0.0 };
 
 /// Dock at the east wall, creep back, turn, go home.
 fn docking() -> Floor {
@@ -23,28 +21,28 @@ fn docking() -> Floor {
         .area("back", [4.0, 0.0], [8.0, 1.2], Some("out"), 0.4)
         .reached("in-bay", [8.0, -1.2], [12.0, 1.2])
         .monitor("docked", MonitorKind::ManoeuvreDone)
-        .monitor("served", MonitorKind::After { seconds: 1.0 })
+        .monitor("served", MonitorKind::After { after_s: 1.0 })
         .monitor("clear", MonitorKind::ManoeuvreDone)
         .monitor("turned", MonitorKind::ManoeuvreDone)
         .state("drive", "access", FOLLOW, &["in-bay"])
         .state(
             "dock",
             "bay",
-            ControllerSetup::Dock { distance_m: 0.3 },
+            ControllerConfig::Dock { distance_m: 0.3 },
             &["docked"],
         )
         .searching_the_end()
-        .state("served", "bay", ControllerSetup::Stop, &["served"])
+        .state("served", "bay", ControllerConfig::Stop, &["served"])
         .state(
             "creep",
             "bay",
-            ControllerSetup::Creep { distance_m: -0.6 },
+            ControllerConfig::Creep { distance_m: -0.6 },
             &["clear"],
         )
         .state(
             "turn",
             "bay",
-            ControllerSetup::UTurn {
+            ControllerConfig::UTurn {
                 direction: TurnDirection::Left,
                 radius_m: 0.5,
             },
@@ -127,10 +125,10 @@ fn creeping_holds_its_line_in_both_directions_from_a_bad_start() {
             .state(
                 "creep",
                 "2",
-                ControllerSetup::Creep { distance_m },
+                ControllerConfig::Creep { distance_m },
                 &["done"],
             )
-            .state("stop", "2", ControllerSetup::Stop, &[])
+            .state("stop", "2", ControllerConfig::Stop, &[])
             .go("creep", "done", "stop");
         for seed in 1..=10 {
             let start = Pose2::new(7.5, -0.5, heading_rad);

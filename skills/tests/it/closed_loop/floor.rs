@@ -2,15 +2,14 @@
 
 use crate::closed_loop::robot::Robot;
 use crate::plant::Plant;
-use coordination::event::EventTable;
-use coordination::fsm::MachineModel;
 use description::geometry::{Footprint, Point2, Pose2, Rect, Segment};
-use skills::map::{AreaData, LaneData, MapData, WallData};
-use skills::monitors::MonitorKind;
-use skills::navigator::{NavigationGains, NavigatorSetup};
-use skills::perception::{Feature, FeatureSet};
+use description::robot::Navigation;
+use description::site::{
+    Area, ControlLayer, ControllerConfig, Feature, FsmConfig, FsmState, FsmTransition, Lane,
+    Manoeuvre, Monitor, MonitorKind, PerceptionKind, RegionRef, Site, SiteRobot, SkillConfig, Wall,
+};
+use skills::navigator::NavigatorSetup;
 use skills::scan::ScanGeometry;
-use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup};
 
 pub const FOOTPRINT: Footprint = Footprint {
     front_m: 0.32,
@@ -31,19 +30,87 @@ pub fn line(from: [f64; 2], to: [f64; 2]) -> Segment {
     Segment::new(Point2::from(from), Point2::from(to))
 }
 
-/// A map and a machine, made step by step.
+/// The name of the state machine.
+pub const ROLE: &str = "test";
+/// The name of the robot.
+pub const ROBOT: &str = "robot";
+
+pub fn area(
+    id: &str,
+    region: Rect,
+    lane: Option<&str>,
+    speed_limit_m_s: f64,
+    deviation_limit_m: f64,
+) -> Area {
+    Area {
+        id: id.into(),
+        region,
+        lane: lane.map(Into::into),
+        capacity: 1,
+        control: ControlLayer {
+            manoeuvre: Manoeuvre::Any,
+            speed_limit_m_s,
+            deviation_limit_m,
+        },
+    }
+}
+
+pub fn region(min: [f64; 2], max: [f64; 2]) -> MonitorKind {
+    MonitorKind::RegionReached {
+        of: RegionRef::Own,
+        region: rect(min, max),
+    }
+}
+
+pub fn state(name: &str, area: &str, skill: &str) -> FsmState {
+    FsmState {
+        name: name.into(),
+        area: area.into(),
+        also: Vec::new(),
+        lane: None,
+        skill: skill.into(),
+    }
+}
+
+pub fn transition(from: &str, on: &str, to: &str, outputs: &[&str]) -> FsmTransition {
+    FsmTransition {
+        from: from.into(),
+        on: on.into(),
+        to: to.into(),
+        outputs: outputs.iter().map(|&name| name.into()).collect(),
+    }
+}
+
+/// The robot of 0.4 m × 0.3 m on a site.
+pub fn setup_of(mut site: Site, fsm: FsmConfig, start: Pose2) -> NavigatorSetup {
+    let robot = SiteRobot {
+        role: ROLE.into(),
+        start,
+        start_state: None,
+    };
+    site.fsm.insert(ROLE.into(), fsm);
+    site.robots.insert(ROBOT.into(), robot);
+    NavigatorSetup {
+        site,
+        robot: ROBOT.into(),
+        gains: Navigation::default(),
+        acceleration_m_s2: 0.5,
+        max_speed_m_s: 0.4,
+        footprint: FOOTPRINT,
+        beams: lidar().beams,
+    }
+}
+
+/// A site and a machine, made step by step.
 #[derive(Clone, Debug, Default)]
 pub struct Floor {
-    pub map: MapData,
-    skills: Vec<SkillSetup>,
-    states: Vec<StateSetup>,
-    monitors: Vec<(String, MonitorKind)>,
-    transitions: Vec<[String; 3]>,
+    pub site: Site,
+    fsm: FsmConfig,
 }
 
 impl Floor {
     pub fn wall(mut self, id: &str, from: [f64; 2], to: [f64; 2]) -> Self {
-        self.map.walls.push(WallData {
+        self.site.walls.push(Wall {
             id: id.into(),
             line: line(from, to),
         });
@@ -51,7 +118,7 @@ impl Floor {
     }
 
     pub fn lane(mut self, id: &str, from: [f64; 2], to: [f64; 2], end: Option<&str>) -> Self {
-        self.map.lanes.push(LaneData {
+        self.site.lanes.push(Lane {
             id: id.into(),
             line: line(from, to),
             end_wall: end.map(Into::into),
@@ -67,24 +134,19 @@ impl Floor {
         lane: Option<&str>,
         speed_limit_m_s: f64,
     ) -> Self {
-        self.map.areas.push(AreaData {
-            id: id.into(),
-            region: rect(min, max),
-            lane: lane.map(Into::into),
-            speed_limit_m_s,
-            deviation_limit_m: 0.4,
-        });
+        let area = area(id, rect(min, max), lane, speed_limit_m_s, 0.4);
+        self.site.areas.push(area);
         self
     }
 
-    pub fn monitor(mut self, id: &str, kind: MonitorKind) -> Self {
-        self.monitors.push((id.into(), kind));
+    pub fn monitor(mut self, event: &str, kind: MonitorKind) -> Self {
+        let event = event.into();
+        self.site.monitors.push(Monitor { event, kind });
         self
     }
 
     pub fn reached(self, id: &str, min: [f64; 2], max: [f64; 2]) -> Self {
-        let region = rect(min, max);
-        self.monitor(id, MonitorKind::RegionReached { region })
+        self.monitor(id, region(min, max))
     }
 
     /// A state with a skill of its own; the pose is corrected by all walls in view.
@@ -92,91 +154,65 @@ impl Floor {
         mut self,
         name: &str,
         area: &str,
-        controller: ControllerSetup,
+        controller: ControllerConfig,
         monitors: &[&str],
     ) -> Self {
-        self.skills.push(SkillSetup {
-            id: format!("{name}-skill"),
+        let skill = format!("{name}-skill");
+        self.fsm.states.push(state(name, area, &skill));
+        self.site.skills.push(SkillConfig {
+            id: skill,
             controller,
             speed_m_s: None,
-            tracks: [Feature::Walls].into_iter().collect(),
-            searches: [Feature::Corridor].into_iter().collect(),
+            perception: name.into(),
             monitors: monitors.iter().map(|&name| name.into()).collect(),
         });
-        self.states.push(StateSetup {
-            name: name.into(),
-            area: Some(area.into()),
-            lane: None,
-            skill: format!("{name}-skill"),
-        });
+        self.perceiving(&[Feature::Walls], &[Feature::Corridor])
+    }
+
+    fn perceiving(mut self, tracks: &[Feature], searches: &[Feature]) -> Self {
+        let state = self.fsm.states.last().expect("a state");
+        let kind = PerceptionKind {
+            tracks: tracks.into(),
+            searches: searches.into(),
+        };
+        self.site.perception_kinds.insert(state.name.clone(), kind);
         self
     }
 
     /// The last state looks for the lane's end too.
-    pub fn searching_the_end(mut self) -> Self {
-        let skill = self.skills.last_mut().expect("a state");
-        skill.searches = [Feature::Corridor, Feature::LaneEnd].into_iter().collect();
-        self
+    pub fn searching_the_end(self) -> Self {
+        self.perceiving(&[Feature::Walls], &[Feature::Corridor, Feature::LaneEnd])
     }
 
-    /// The last state sees the corridor alone.
-    pub fn tracking_only(mut self, tracks: FeatureSet) -> Self {
-        let skill = self.skills.last_mut().expect("a state");
-        skill.tracks = tracks;
-        skill.searches = FeatureSet::default();
-        self
+    /// The last state sees these alone.
+    pub fn tracking_only(self, tracks: &[Feature]) -> Self {
+        self.perceiving(tracks, &[])
     }
 
     /// The last state drives no faster than this.
     pub fn at_speed(mut self, speed_m_s: f64) -> Self {
-        self.skills.last_mut().expect("a state").speed_m_s = Some(speed_m_s);
+        let skill = self.site.skills.last_mut().expect("a state");
+        skill.speed_m_s = Some(speed_m_s);
         self
     }
 
     pub fn go(mut self, from: &str, on: &str, to: &str) -> Self {
-        self.transitions.push([from.into(), on.into(), to.into()]);
+        self.fsm.transitions.push(transition(from, on, to, &[]));
         self
     }
 
     /// The first state is the initial one.
-    pub fn setup(&self, start: Pose2) -> (NavigatorSetup, EventTable) {
-        let mut model = MachineModel::new("test");
-        for state in &self.states {
-            model.state(&state.name);
-        }
-        model.initial(&self.states[0].name);
-        for [from, on, to] in &self.transitions {
-            model.transition(from, on, to, &[]);
-        }
-        let mut events = EventTable::new();
-        let machine = model.compile(&mut events).expect("a sound machine");
-        let monitors = self.monitors.iter().map(|(id, kind)| MonitorSetup {
-            id: id.clone(),
-            event: events.intern(id).expect("room for a few events"),
-            kind: *kind,
-        });
-        let setup = NavigatorSetup {
-            map: self.map.clone(),
-            monitors: monitors.collect(),
-            machine,
-            states: self.states.clone(),
-            skills: self.skills.clone(),
-            gains: NavigationGains::default(),
-            max_speed_m_s: 0.4,
-            footprint: FOOTPRINT,
-            beams: lidar().beams,
-            start,
-            start_state: None,
-        };
-        (setup, events)
+    pub fn setup(&self, start: Pose2) -> NavigatorSetup {
+        let mut fsm = self.fsm.clone();
+        fsm.initial.clone_from(&fsm.states[0].name);
+        setup_of(self.site.clone(), fsm, start)
     }
 
     /// A robot near `start`.
     pub fn robot(&self, seed: u64, start: Pose2) -> Robot {
-        let walls = self.map.walls.iter().map(|wall| wall.line).collect();
+        let walls = self.site.walls.iter().map(|wall| wall.line).collect();
         let plant = Plant::new(seed, walls, FOOTPRINT, start);
-        let (setup, events) = self.setup(start);
-        Robot::around(plant, setup, events)
+        Robot::around(plant, self.setup(start))
     }
 }
 

@@ -3,15 +3,13 @@
 use crate::allocations::allocations;
 use crate::closed_loop::floor::{Floor, corridor, lidar};
 use description::geometry::{Pose2, Rect, Twist2};
+use description::site::{ControllerConfig, MonitorKind, StopPlace, TurnDirection};
 use proptest::prelude::*;
 use skills::borders::AreaSet;
-use skills::control::TurnDirection;
 use skills::history::OdometryHistory;
-use skills::monitors::MonitorKind;
 use skills::navigator::{Instruction, NavigationInput, Navigator};
 use skills::odometry::Odometry;
 use skills::scan::AlignedScan;
-use skills::schedule::{ControllerSetup, StopTarget};
 
 const STATES: [&str; 11] = [
     "drive", "beside", "end", "u-turn", "shift", "pose", "border", "told", "dock", "creep", "stop",
@@ -19,47 +17,41 @@ const STATES: [&str; 11] = [
 
 /// Every controller, and an event from everywhere to each.
 fn everything() -> Floor {
-    let stop_at = |target| ControllerSetup::StopAt { target };
+    let stop_at = |place| ControllerConfig::StopAt { place };
     let controllers = [
-        ("1", ControllerSetup::Corridor { offset_m: 0.0 }),
-        ("1", ControllerSetup::Corridor { offset_m: -0.2 }),
-        (
-            "2",
-            ControllerSetup::EndOfLane {
-                distance_m: 1.2,
-                exit_speed_m_s: None,
-            },
-        ),
+        ("1", ControllerConfig::Corridor { offset_m: 0.0 }),
+        ("1", ControllerConfig::Corridor { offset_m: -0.2 }),
+        ("2", ControllerConfig::EndOfLane { distance_m: 1.2 }),
         (
             "3",
-            ControllerSetup::UTurn {
+            ControllerConfig::UTurn {
                 direction: TurnDirection::Left,
                 radius_m: 0.5,
             },
         ),
         (
             "5",
-            ControllerSetup::Shift {
+            ControllerConfig::Shift {
                 offset_m: 0.0,
                 within_m: 1.6,
             },
         ),
-        ("1", stop_at(StopTarget::Pose(Pose2::new(5.0, -0.5, 0.0)))),
+        ("1", stop_at(StopPlace::Pose(Pose2::new(5.0, -0.5, 0.0)))),
         (
             "1",
-            stop_at(StopTarget::BeforeArea {
+            stop_at(StopPlace::BeforeArea {
                 area: "2".into(),
                 margin_m: 0.1,
             }),
         ),
-        ("2", stop_at(StopTarget::Instructed)),
-        ("2", ControllerSetup::Dock { distance_m: 0.3 }),
-        ("1", ControllerSetup::Creep { distance_m: -0.5 }),
-        ("1", ControllerSetup::Stop),
+        ("2", stop_at(StopPlace::Instructed)),
+        ("2", ControllerConfig::Dock { distance_m: 0.3 }),
+        ("1", ControllerConfig::Creep { distance_m: -0.5 }),
+        ("1", ControllerConfig::Stop),
     ];
     let mut floor = corridor()
         .monitor("done", MonitorKind::ManoeuvreDone)
-        .monitor("late", MonitorKind::After { seconds: 3.0 });
+        .monitor("late", MonitorKind::After { after_s: 3.0 });
     for (name, (area, controller)) in STATES.into_iter().zip(controllers) {
         floor = floor
             .state(name, area, controller, &["done", "late"])
@@ -70,7 +62,7 @@ fn everything() -> Floor {
         .state(
             "west",
             "4",
-            ControllerSetup::Corridor { offset_m: 0.0 },
+            ControllerConfig::Corridor { offset_m: 0.0 },
             &[],
         )
         .go("end", "done", "u-turn")
@@ -175,8 +167,8 @@ proptest! {
     fn nothing_that_comes_in_breaks_a_step(steps in prop::collection::vec(step(), 1..80), seed in any::<u64>()) {
         let floor = everything();
         let start = Pose2::new(4.0, -0.5, 0.0);
-        let (setup, events) = floor.setup(start);
-        let mut navigator = Navigator::new(setup).expect("a sound setup");
+        let mut navigator = Navigator::new(floor.setup(start)).expect("a sound setup");
+        let events = navigator.events().clone();
         let mut random = crate::random::Random::new(seed);
         let mut history = OdometryHistory::default();
         let mut scan = AlignedScan::new(lidar()).expect("sound lidar");
@@ -234,7 +226,7 @@ proptest! {
             if !step.motion_allowed || output.pose_uncertain {
                 prop_assert_eq!(speed_m_s, 0.0);
             }
-            let trespasses = floor.map.areas.iter().enumerate().any(|(index, area)| {
+            let trespasses = floor.site.areas.iter().enumerate().any(|(index, area)| {
                 !allowed.contains(index) && inside(output.pose, &area.region)
             });
             if trespasses {

@@ -2,13 +2,11 @@
 
 use crate::closed_loop::floor::{Floor, junction};
 use description::geometry::{Pose2, wrap_angle};
+use description::site::{ControllerConfig, Feature, MonitorKind};
 use skills::control::manoeuvre;
-use skills::monitors::MonitorKind;
-use skills::perception::Feature;
-use skills::schedule::ControllerSetup;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-const FOLLOW: ControllerSetup = ControllerSetup::Corridor { offset_m: 0.0 };
+const FOLLOW: ControllerConfig = ControllerConfig::Corridor { offset_m: 0.0 };
 
 /// From one arm over the crossing into another.
 fn crossing(from: &str, to: &str, radius_m: f64) -> Floor {
@@ -24,7 +22,7 @@ fn crossing(from: &str, to: &str, radius_m: f64) -> Floor {
             },
         )
         .state("drive", from, FOLLOW, &["at-crossing"])
-        .state("turn", to, ControllerSetup::Turn { radius_m }, &["turned"])
+        .state("turn", to, ControllerConfig::Turn { radius_m }, &["turned"])
         .at_speed(0.3)
         .state("reacquire", to, FOLLOW, &["reacquired"])
         .at_speed(0.2)
@@ -37,7 +35,7 @@ fn crossing(from: &str, to: &str, radius_m: f64) -> Floor {
 fn check(from: &str, to: &str, radius_m: f64, start: Pose2) {
     let floor = crossing(from, to, radius_m);
     let lane = |id: &str| {
-        let found = floor.map.lanes.iter().find(|lane| lane.id == id);
+        let found = floor.site.lanes.iter().find(|lane| lane.id == id);
         found.expect("a lane").line
     };
     let (incoming, outgoing) = (lane(from), lane(to));

@@ -3,16 +3,13 @@
 use crate::closed_loop::floor::{Floor, corridor};
 use crate::closed_loop::robot::Robot;
 use description::geometry::{Pose2, wrap_angle};
-use skills::control::TurnDirection;
-use skills::monitors::MonitorKind;
-use skills::perception::Feature;
-use skills::schedule::ControllerSetup;
+use description::site::{ControllerConfig, Feature, MonitorKind, TurnDirection};
 
 const START: Pose2 = Pose2::new(2.0, -0.5, 0.0);
 const SEEDS: u64 = 8;
 
-fn follow(offset_m: f64) -> ControllerSetup {
-    ControllerSetup::Corridor { offset_m }
+fn follow(offset_m: f64) -> ControllerConfig {
+    ControllerConfig::Corridor { offset_m }
 }
 
 #[test]
@@ -21,7 +18,7 @@ fn a_lane_is_followed_at_an_offset() {
         let floor = corridor()
             .reached("in-2", [5.5, -1.6], [8.5, 0.0])
             .state("beside", "1", follow(offset_m), &["in-2"])
-            .state("there", "2", ControllerSetup::Stop, &[])
+            .state("there", "2", ControllerConfig::Stop, &[])
             .go("beside", "in-2", "there");
         for seed in 1..=SEEDS {
             let mut robot = floor.robot(seed, START);
@@ -42,7 +39,7 @@ fn a_lane_is_followed_at_an_offset() {
 
 /// Drive, shift to the shoulder, wait, shift back, drive on.
 fn shoulder() -> Floor {
-    let shift = |within_m| ControllerSetup::Shift {
+    let shift = |within_m| ControllerConfig::Shift {
         offset_m: 0.0,
         within_m,
     };
@@ -51,13 +48,13 @@ fn shoulder() -> Floor {
         .reached("in-2", [5.5, -1.6], [8.5, 0.0])
         .monitor("beside", MonitorKind::ManoeuvreDone)
         .monitor("back", MonitorKind::ManoeuvreDone)
-        .monitor("waited", MonitorKind::After { seconds: 2.0 })
+        .monitor("waited", MonitorKind::After { after_s: 2.0 })
         .state("drive", "1", follow(0.0), &["at-shoulder"])
         .state("shift-in", "5", shift(1.5), &["beside"])
-        .state("wait", "5", ControllerSetup::Stop, &["waited"])
+        .state("wait", "5", ControllerConfig::Stop, &["waited"])
         .state("shift-out", "1", shift(1.5), &["back"])
         .state("on", "1", follow(0.0), &["in-2"])
-        .state("end", "2", ControllerSetup::Stop, &[])
+        .state("end", "2", ControllerConfig::Stop, &[])
         .go("drive", "at-shoulder", "shift-in")
         .go("shift-in", "beside", "wait")
         .go("wait", "waited", "shift-out")
@@ -104,20 +101,17 @@ fn turning(side: f64) -> Floor {
         TurnDirection::Right
     };
     let mut floor = corridor();
-    for lane in &mut floor.map.lanes {
+    for lane in &mut floor.site.lanes {
         lane.line.a.y_m *= side;
         lane.line.b.y_m *= side;
     }
-    for area in &mut floor.map.areas {
+    for area in &mut floor.site.areas {
         let (one, other) = (area.region.min.y_m * side, area.region.max.y_m * side);
         area.region.min.y_m = one.min(other);
         area.region.max.y_m = one.max(other);
     }
-    let end = ControllerSetup::EndOfLane {
-        distance_m: 1.2,
-        exit_speed_m_s: None,
-    };
-    let turn = ControllerSetup::UTurn {
+    let end = ControllerConfig::EndOfLane { distance_m: 1.2 };
+    let turn = ControllerConfig::UTurn {
         direction,
         radius_m: 0.5,
     };
@@ -177,7 +171,7 @@ fn another_navigator_takes_over_in_the_middle_of_a_turn() {
         robot.run_for(after_s);
         robot.motion_allowed = false;
         robot.run_for(1.0);
-        let (mut setup, _) = floor.setup(Pose2::new(1.0, 1.0, 1.0));
+        let mut setup = floor.setup(Pose2::new(1.0, 1.0, 1.0));
         setup.gains.heading_gain_1_m = 4.5;
         let mut next = skills::navigator::Navigator::new(setup).unwrap();
         assert!(next.take_over(&robot.navigator));
@@ -199,7 +193,7 @@ fn another_navigator_takes_over_in_the_middle_of_a_turn() {
 #[test]
 fn a_slower_area_is_entered_at_its_speed_without_a_jump() {
     let mut floor = corridor();
-    floor.map.areas[1].speed_limit_m_s = 0.15;
+    floor.site.areas[1].control.speed_limit_m_s = 0.15;
     let floor = floor
         .reached("in-2", [5.5, -0.9], [8.5, 0.0])
         .state("fast", "1", follow(0.0), &["in-2"])
@@ -248,10 +242,9 @@ fn a_skill_may_be_slower_than_its_area() {
 
 #[test]
 fn where_nothing_is_in_view_for_long_it_stops_and_goes_on_when_walls_are_back() {
-    let corridor_only = [Feature::Corridor].into_iter().collect();
     let floor = corridor()
         .state("drive", "1", follow(0.0), &[])
-        .tracking_only(corridor_only);
+        .tracking_only(&[Feature::Corridor]);
     let mut robot: Robot = floor.robot(5, START);
     robot.run_for(2.0);
     robot.trouble.codes = Some((0, 19));

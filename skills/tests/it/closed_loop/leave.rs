@@ -3,18 +3,16 @@
 use crate::closed_loop::floor::{Floor, corridor, junction};
 use crate::closed_loop::stops::{FAR, START, front_x_m};
 use description::geometry::Pose2;
+use description::site::{ControllerConfig, Feature, MonitorKind};
 use skills::borders::AreaSet;
-use skills::monitors::MonitorKind;
 use skills::navigator::Hold;
-use skills::perception::Feature;
-use skills::schedule::ControllerSetup;
 
-const FOLLOW: ControllerSetup = ControllerSetup::Corridor { offset_m: 0.0 };
+const FOLLOW: ControllerConfig = ControllerConfig::Corridor { offset_m: 0.0 };
 
 fn without(floor: &Floor, areas: &[&str]) -> AreaSet {
     let mut allowed = AreaSet::ALL;
     for id in areas {
-        let index = floor.map.areas.iter().position(|area| area.id == *id);
+        let index = floor.site.areas.iter().position(|area| area.id == *id);
         allowed.remove(index.expect("an area"));
     }
     allowed
@@ -52,12 +50,11 @@ fn an_area_without_leave_is_waited_for_and_entered_when_allowed() {
 
 #[test]
 fn an_area_that_only_the_uncertainty_still_touches_may_be_left_and_not_approached() {
-    let corridor_only = [Feature::Corridor].into_iter().collect();
-    let backward = ControllerSetup::Creep { distance_m: -0.6 };
+    let backward = ControllerConfig::Creep { distance_m: -0.6 };
     for (controller, leaves) in [(FOLLOW, true), (backward, false)] {
         let floor = corridor()
             .state("drive", "2", controller, &[])
-            .tracking_only(corridor_only);
+            .tracking_only(&[Feature::Corridor]);
         for seed in 1..=6 {
             // The rear is 0.17 m off the border, which is known to 0.10 m.
             let mut robot = floor.robot(seed, Pose2::new(5.75, -0.5, 0.0));
@@ -105,7 +102,7 @@ fn the_planned_path_round_a_corner_is_what_counts() {
         .state(
             "turn",
             "south-out",
-            ControllerSetup::Turn { radius_m: 0.5 },
+            ControllerConfig::Turn { radius_m: 0.5 },
             &["turned"],
         )
         .at_speed(0.3)

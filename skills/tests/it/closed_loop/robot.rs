@@ -2,17 +2,19 @@
 //! arrive late, navigation on each scan and at least every 50 ms.
 
 use crate::allocations::allocations;
-use crate::closed_loop::floor::{FOOTPRINT, lidar};
+use crate::closed_loop::floor::{FOOTPRINT, ROBOT, lidar};
 use crate::closed_loop::site;
 use crate::plant::{Plant, STEP_NS};
 use coordination::event::EventTable;
 use description::geometry::{MotionCommand, Pose2};
+use description::robot::TricycleGeometry;
+use description::robot::{Control, DriveLimits};
 use description::wheels::WheelSpeeds;
 use skills::borders::AreaSet;
-use skills::drive::{DriveLimits, StopKind, WheelController};
+use skills::drive::{StopKind, WheelController};
 use skills::history::OdometryHistory;
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator, NavigatorSetup};
-use skills::odometry::{DeadReckoning, EncoderSample, TricycleGeometry};
+use skills::odometry::{DeadReckoning, EncoderSample};
 use skills::scan::AlignedScan;
 
 const CONTROL_NS: u64 = 5_000_000;
@@ -60,14 +62,13 @@ pub struct Robot {
 impl Robot {
     /// In the reference corridor, on its laps.
     pub fn new(seed: u64, believed: Pose2) -> Self {
-        let (setup, events) = site::setup(believed);
         let plant = Plant::new(seed, site::walls(), FOOTPRINT, believed);
-        Self::around(plant, setup, events)
+        Self::around(plant, site::setup(believed))
     }
 
     /// Starts near the setup's start pose, off by a typical error of a person who puts it down.
-    pub fn around(mut plant: Plant, setup: NavigatorSetup, events: EventTable) -> Self {
-        let believed = setup.start;
+    pub fn around(mut plant: Plant, setup: NavigatorSetup) -> Self {
+        let believed = setup.site.robots[ROBOT].start;
         let random = &mut plant.random;
         plant.pose = believed.compose(Pose2::new(
             random.between(-0.05, 0.05),
@@ -77,17 +78,18 @@ impl Robot {
         let geometry = TricycleGeometry::default();
         let lidar = lidar();
         let next_scan_ns = plant.now_ns + 50 * STEP_NS;
+        let navigator = Navigator::new(setup).expect("a sound setup");
         Self {
             plant,
-            navigator: Navigator::new(setup).expect("a sound setup"),
-            events,
+            events: navigator.events().clone(),
+            navigator,
             trouble: Trouble::default(),
             motion_allowed: true,
             allowed: AreaSet::ALL,
             dead_reckoning: DeadReckoning::new(geometry, 35.0).expect("sound geometry"),
             output: None,
             allocations: 0,
-            controller: WheelController::new(geometry, DriveLimits::default())
+            controller: WheelController::new(geometry, DriveLimits::default(), Control::default())
                 .expect("sound limits"),
             history: OdometryHistory::default(),
             aligned: AlignedScan::new(lidar).expect("sound lidar"),

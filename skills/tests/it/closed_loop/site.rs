@@ -1,38 +1,42 @@
 //! The corridor with its lanes, areas, skills and machine, as the reference site describes it.
 
-use crate::closed_loop::floor::{FOOTPRINT, lidar, line, rect};
-use coordination::event::EventTable;
-use coordination::fsm::MachineModel;
+use crate::closed_loop::floor::{area, line, rect, region, setup_of, state, transition};
 use description::geometry::{Pose2, Segment};
-use skills::control::TurnDirection;
-use skills::map::{AreaData, LaneData, MapData, WallData};
-use skills::monitors::MonitorKind;
-use skills::navigator::{NavigationGains, NavigatorSetup};
-use skills::perception::{Feature, FeatureSet};
-use skills::schedule::{ControllerSetup, MonitorSetup, SkillSetup, StateSetup};
+use description::site::{
+    ControllerConfig, Feature, FsmConfig, Lane, Monitor, MonitorKind, PerceptionKind, Site,
+    SkillConfig, TurnDirection, Wall,
+};
+use skills::navigator::NavigatorSetup;
 
 pub fn walls() -> Vec<Segment> {
-    map().walls.into_iter().map(|wall| wall.line).collect()
+    site().walls.into_iter().map(|wall| wall.line).collect()
 }
 
-fn map() -> MapData {
-    let wall = |id: &str, from, to| WallData {
+fn site() -> Site {
+    let wall = |id: &str, from, to| Wall {
         id: id.into(),
         line: line(from, to),
     };
-    let lane = |id: &str, from, to, end: &str| LaneData {
+    let lane = |id: &str, from, to, end: &str| Lane {
         id: id.into(),
         line: line(from, to),
         end_wall: Some(end.into()),
     };
-    let area = |id: &str, min, max, lane: Option<&str>, speed_limit_m_s| AreaData {
-        id: id.into(),
-        region: rect(min, max),
-        lane: lane.map(Into::into),
-        speed_limit_m_s,
-        deviation_limit_m: 0.3,
+    let area = |id, min, max, lane, limit_m_s| area(id, rect(min, max), lane, limit_m_s, 0.3);
+    let kind = |name: &str, tracks: &[Feature], searches: &[Feature]| {
+        let (tracks, searches) = (tracks.into(), searches.into());
+        (name.to_owned(), PerceptionKind { tracks, searches })
     };
-    MapData {
+    let monitor = |event: &str, kind| Monitor {
+        event: event.into(),
+        kind,
+    };
+    let stable = MonitorKind::EstimateStable {
+        feature: Feature::LaneEnd,
+        scans: 5,
+        max_std_m: 0.05,
+    };
+    Site {
         walls: vec![
             wall("south", [0.0, -1.6], [10.0, -1.6]),
             wall("north", [0.0, 1.6], [10.0, 1.6]),
@@ -51,52 +55,48 @@ fn map() -> MapData {
             area("6", [1.5, 0.0], [4.5, 1.6], Some("west"), 0.4),
             area("7", [0.0, -1.6], [1.5, 1.6], None, 0.3),
         ],
+        perception_kinds: [
+            kind("corridor", &[Feature::Corridor], &[]),
+            kind("search", &[Feature::Corridor], &[Feature::LaneEnd]),
+            kind("both", &[Feature::Corridor, Feature::LaneEnd], &[]),
+        ]
+        .into(),
+        monitors: vec![
+            monitor("in-2", region([5.5, -0.9], [8.5, 0.0])),
+            monitor("in-3", region([8.5, -1.6], [10.0, 1.6])),
+            monitor("in-6", region([1.5, 0.0], [4.5, 1.6])),
+            monitor("end-stable", stable),
+            monitor("lane-ended", MonitorKind::ManoeuvreDone),
+            monitor("turned", MonitorKind::ManoeuvreDone),
+            monitor("strayed", MonitorKind::Deviation { limit_m: None }),
+        ],
+        skills: skills(),
+        ..Site::default()
     }
 }
 
-fn skills() -> Vec<SkillSetup> {
-    let both = FeatureSet {
-        corridor: true,
-        lane_end: true,
-        walls: false,
-    };
-    let corridor: FeatureSet = [Feature::Corridor].into_iter().collect();
-    let lane_end: FeatureSet = [Feature::LaneEnd].into_iter().collect();
-    let skill = |id: &str, controller, tracks, searches, monitors: &[&str]| SkillSetup {
+fn skills() -> Vec<SkillConfig> {
+    let skill = |id: &str, controller, perception: &str, monitors: &[&str]| SkillConfig {
         id: id.into(),
         controller,
         speed_m_s: None,
-        tracks,
-        searches,
+        perception: perception.into(),
         monitors: monitors.iter().map(|&name| name.into()).collect(),
     };
-    let none = FeatureSet::default();
-    let end = ControllerSetup::EndOfLane {
-        distance_m: 1.2,
-        exit_speed_m_s: None,
-    };
-    let turn = ControllerSetup::UTurn {
+    let follow = || ControllerConfig::Corridor { offset_m: 0.0 };
+    let end = ControllerConfig::EndOfLane { distance_m: 1.2 };
+    let turn = ControllerConfig::UTurn {
         direction: TurnDirection::Left,
         radius_m: 0.5,
     };
+    let on_lane = ["in-2", "in-6", "strayed"];
+    let searching = ["end-stable", "in-3", "strayed"];
     vec![
-        skill(
-            "follow-lane",
-            ControllerSetup::Corridor { offset_m: 0.0 },
-            corridor,
-            none,
-            &["in-2", "in-6", "strayed"],
-        ),
-        skill(
-            "search-end",
-            ControllerSetup::Corridor { offset_m: 0.0 },
-            corridor,
-            lane_end,
-            &["end-stable", "in-3", "strayed"],
-        ),
-        skill("end-of-lane", end, both, none, &["lane-ended", "strayed"]),
-        skill("u-turn-left", turn, both, none, &["turned"]),
-        skill("stop", ControllerSetup::Stop, corridor, none, &[]),
+        skill("follow-lane", follow(), "corridor", &on_lane),
+        skill("search-end", follow(), "search", &searching),
+        skill("end-of-lane", end, "both", &["lane-ended", "strayed"]),
+        skill("u-turn-left", turn, "both", &["turned"]),
+        skill("stop", ControllerConfig::Stop, "corridor", &[]),
     ]
 }
 
@@ -115,8 +115,7 @@ const TRANSITIONS: [(&str, &str, &str, &[&str]); 12] = [
     ("halt-2", "reset", "search-2", &[]),
 ];
 
-pub fn setup(start: Pose2) -> (NavigatorSetup, EventTable) {
-    let mut model = MachineModel::new("normal");
+pub fn setup(start: Pose2) -> NavigatorSetup {
     let states = [
         ("drive-1", "1", "follow-lane"),
         ("search-2", "2", "search-end"),
@@ -129,62 +128,15 @@ pub fn setup(start: Pose2) -> (NavigatorSetup, EventTable) {
         ("halt-1", "1", "stop"),
         ("halt-2", "2", "stop"),
     ];
-    for (name, _, _) in states {
-        model.state(name);
-    }
-    model.initial("drive-1");
-    for (from, on, to, outputs) in TRANSITIONS {
-        model.transition(from, on, to, outputs);
-    }
-    let mut events = EventTable::new();
-    let machine = model.compile(&mut events).expect("a sound machine");
-    let region = |min, max| MonitorKind::RegionReached {
-        region: rect(min, max),
+    let fsm = FsmConfig {
+        initial: "drive-1".into(),
+        states: states
+            .map(|(name, area, skill)| state(name, area, skill))
+            .into(),
+        transitions: { TRANSITIONS.iter() }
+            .map(|(from, on, to, outputs)| transition(from, on, to, outputs))
+            .collect(),
+        ..FsmConfig::default()
     };
-    let kinds = [
-        ("in-2", region([5.5, -0.9], [8.5, 0.0])),
-        ("in-3", region([8.5, -1.6], [10.0, 1.6])),
-        ("in-6", region([1.5, 0.0], [4.5, 1.6])),
-        (
-            "end-stable",
-            MonitorKind::EstimateStable {
-                feature: Feature::LaneEnd,
-                scans: 5,
-                max_std_m: 0.05,
-            },
-        ),
-        ("lane-ended", MonitorKind::ManoeuvreDone),
-        ("turned", MonitorKind::ManoeuvreDone),
-        ("strayed", MonitorKind::Deviation { limit_m: None }),
-    ];
-    let monitors = kinds
-        .into_iter()
-        .map(|(id, kind)| MonitorSetup {
-            id: id.into(),
-            event: events.intern(id).expect("room for a few events"),
-            kind,
-        })
-        .collect();
-    let states = states
-        .map(|(name, area, skill)| StateSetup {
-            name: name.into(),
-            area: Some(area.into()),
-            lane: None,
-            skill: skill.into(),
-        })
-        .into();
-    let setup = NavigatorSetup {
-        map: map(),
-        machine,
-        states,
-        skills: skills(),
-        monitors,
-        gains: NavigationGains::default(),
-        max_speed_m_s: 0.4,
-        footprint: FOOTPRINT,
-        beams: lidar().beams,
-        start,
-        start_state: None,
-    };
-    (setup, events)
+    setup_of(site(), fsm, start)
 }

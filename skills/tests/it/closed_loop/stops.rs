@@ -3,12 +3,11 @@
 use crate::closed_loop::floor::{Floor, corridor};
 use crate::closed_loop::robot::Robot;
 use description::geometry::Pose2;
-use skills::monitors::MonitorKind;
+use description::site::{ControllerConfig, MonitorKind, StopPlace};
 use skills::navigator::{Hold, Instruction, InstructionError, Parameters};
-use skills::schedule::{ControllerSetup, StopTarget};
 
 pub const START: Pose2 = Pose2::new(2.0, -0.5, 0.0);
-const FOLLOW: ControllerSetup = ControllerSetup::Corridor { offset_m: 0.0 };
+const FOLLOW: ControllerConfig = ControllerConfig::Corridor { offset_m: 0.0 };
 
 pub fn front_x_m(robot: &Robot) -> f64 {
     robot
@@ -23,7 +22,7 @@ pub fn front_x_m(robot: &Robot) -> f64 {
 pub const FAR: Pose2 = Pose2::new(5.0, -0.5, 0.0);
 
 fn before(area: &str, margin_m: f64) -> Floor {
-    let target = StopTarget::BeforeArea {
+    let place = StopPlace::BeforeArea {
         area: area.into(),
         margin_m,
     };
@@ -32,10 +31,10 @@ fn before(area: &str, margin_m: f64) -> Floor {
         .state(
             "approach",
             "2",
-            ControllerSetup::StopAt { target },
+            ControllerConfig::StopAt { place },
             &["stopped"],
         )
-        .state("wait", "2", ControllerSetup::Stop, &[])
+        .state("wait", "2", ControllerConfig::Stop, &[])
         .state("go", "2", FOLLOW, &[])
         .go("approach", "stopped", "wait")
         .go("wait", "resume", "go")
@@ -86,16 +85,16 @@ fn with_side_walls_alone_the_uncertainty_along_the_lane_is_kept_as_margin() {
 #[test]
 fn it_stops_at_a_pose_of_the_site() {
     let pose = Pose2::new(7.9, -0.4, 0.0);
-    let target = StopTarget::Pose(pose);
+    let place = StopPlace::Pose(pose);
     let floor = corridor()
         .monitor("stopped", MonitorKind::ManoeuvreDone)
         .state(
             "approach",
             "2",
-            ControllerSetup::StopAt { target },
+            ControllerConfig::StopAt { place },
             &["stopped"],
         )
-        .state("wait", "2", ControllerSetup::Stop, &[])
+        .state("wait", "2", ControllerConfig::Stop, &[])
         .go("approach", "stopped", "wait");
     for seed in 1..=12 {
         let mut robot = floor.robot(seed, FAR);
@@ -114,17 +113,17 @@ fn it_stops_at_a_pose_of_the_site() {
 }
 
 fn instructed() -> Floor {
-    let target = StopTarget::Instructed;
+    let place = StopPlace::Instructed;
     corridor()
         .monitor("stopped", MonitorKind::ManoeuvreDone)
         .state("drive", "1", FOLLOW, &[])
         .state(
             "approach",
             "1",
-            ControllerSetup::StopAt { target },
+            ControllerConfig::StopAt { place },
             &["stopped"],
         )
-        .state("wait", "1", ControllerSetup::Stop, &[])
+        .state("wait", "1", ControllerConfig::Stop, &[])
         .go("drive", "come", "approach")
         .go("drive", "slower", "drive")
         .go("approach", "stopped", "wait")

@@ -220,8 +220,8 @@ fn posted_events_reach_the_machine() {
 #[test]
 fn whatever_comes_in_the_command_is_a_sane_number() {
     let mut random = Random::new(12);
-    let (setup, events) = site::setup(START);
-    let mut navigator = Navigator::new(setup).unwrap();
+    let mut navigator = Navigator::new(site::setup(START)).unwrap();
+    let events = navigator.events().clone();
     let mut history = OdometryHistory::default();
     let mut scan = AlignedScan::new(lidar()).unwrap();
     let mut raw = vec![0; lidar().beams];

@@ -5,11 +5,13 @@ use crate::clutter::world::{self, Disc, World};
 use crate::plant::{Plant, STEP_NS};
 use crate::random::Random;
 use description::geometry::{Footprint, MotionCommand, Pose2, wrap_angle};
+use description::robot::TricycleGeometry;
 use description::robot::{AdaptPolicy, Horizon, Tubes};
+use description::robot::{Control, DriveLimits};
 use description::wheels::WheelSpeeds;
-use skills::drive::{DriveLimits, StopKind, WheelController};
+use skills::drive::{StopKind, WheelController};
 use skills::history::OdometryHistory;
-use skills::odometry::{DeadReckoning, TricycleGeometry};
+use skills::odometry::DeadReckoning;
 use skills::scan::{AlignedScan, ScanGeometry};
 use skills::tubes::{Adapted, MotionTubes, Reason, StopRules, TubeSet, Verdict};
 
@@ -83,7 +85,7 @@ impl Robot {
             lane_y_m: start.y_m,
             wanted: None,
             dead_reckoning: DeadReckoning::new(geometry, 35.0).expect("sound geometry"),
-            controller: WheelController::new(geometry, DriveLimits::default())
+            controller: WheelController::new(geometry, DriveLimits::default(), Control::default())
                 .expect("sound limits"),
             history: OdometryHistory::default(),
             aligned: AlignedScan::new(lidar()).expect("a sound lidar"),

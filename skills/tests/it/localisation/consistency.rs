@@ -5,7 +5,8 @@ use crate::localisation::maps::{self, Place};
 use crate::localisation::run::Drive;
 use crate::random::Random;
 use description::geometry::{Pose2, Twist2, wrap_angle};
-use skills::localisation::{PoseFilter, PoseGains};
+use description::robot::Navigation;
+use skills::localisation::PoseFilter;
 
 /// Average and largest normalised error squared (three degrees of freedom) and its share above 11.3 (one per cent).
 fn nees(place: &Place, seeds: std::ops::Range<u64>) -> (f64, f64, f64) {
@@ -45,7 +46,7 @@ fn dead_reckoning_is_no_better_than_it_claims() {
     for seed in 0..runs {
         let start = Pose2::new(1.0, 2.0, 0.5);
         let mut vehicle = Vehicle::new(seed, Floor::default(), start);
-        let mut filter = PoseFilter::new(PoseGains::default(), start, 0.01, 0.01);
+        let mut filter = PoseFilter::new(Navigation::default(), start, 0.01, 0.01);
         filter.predict(&vehicle.odometry);
         let mut random = Random::new(seed + 5000);
         let metres = random.between(0.5, 8.0);

@@ -3,11 +3,11 @@
 use crate::localisation::maps;
 use crate::localisation::run::{START_STD_M, START_STD_RAD};
 use description::geometry::{Pose2, Twist2};
+use description::robot::Navigation;
 use proptest::prelude::*;
 use skills::history::OdometryHistory;
-use skills::localisation::{PoseFilter, PoseGains};
+use skills::localisation::PoseFilter;
 use skills::odometry::Odometry;
-use skills::perception::PerceptionGains;
 use skills::perception::walls::WallMatcher;
 use skills::scan::{AlignedScan, ScanGeometry};
 
@@ -66,9 +66,9 @@ proptest! {
         let place = maps::t_junction();
         let lidar = ScanGeometry::urg_04lx(Pose2::new(0.28, 0.0, 0.0), 4.0);
         let mut scan = AlignedScan::new(lidar).expect("sound lidar");
-        let mut matcher = WallMatcher::new(&place.map, lidar.beams, PerceptionGains::default());
+        let mut matcher = WallMatcher::new(&place.map, lidar.beams, Navigation::default());
         let mut filter =
-            PoseFilter::new(PoseGains::default(), place.start(), START_STD_M, START_STD_RAD);
+            PoseFilter::new(Navigation::default(), place.start(), START_STD_M, START_STD_RAD);
         let mut raw = vec![0u16; lidar.beams];
         let mut odometry = Odometry { stamp_ns: 10_000_000_000, ..Odometry::default() };
         for (ranges, (x, y, theta), dt_ns, backwards) in steps {
@@ -117,8 +117,8 @@ fn garbage_moves_nobody_who_stands() {
         Ranges::Noise(1900, 60, 3),
     ] {
         let mut scan = AlignedScan::new(lidar).expect("sound lidar");
-        let mut matcher = WallMatcher::new(&place.map, lidar.beams, PerceptionGains::default());
-        let mut filter = PoseFilter::new(PoseGains::default(), start, 0.03, 0.03);
+        let mut matcher = WallMatcher::new(&place.map, lidar.beams, Navigation::default());
+        let mut filter = PoseFilter::new(Navigation::default(), start, 0.03, 0.03);
         let mut raw = vec![0u16; lidar.beams];
         let mut odometry = Odometry {
             stamp_ns: 10_000_000_000,

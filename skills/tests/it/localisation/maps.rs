@@ -1,7 +1,8 @@
 //! The reference maps and ways through them.
 
 use description::geometry::{Point2, Pose2, Segment};
-use skills::map::{MapData, SemanticMap, WallData};
+use description::site::{Site, Wall};
+use skills::map::SemanticMap;
 
 pub struct Place {
     pub map: SemanticMap,
@@ -24,13 +25,13 @@ pub fn map(walls: &[[f64; 4]]) -> SemanticMap {
     let walls = walls
         .iter()
         .enumerate()
-        .map(|(index, &[ax, ay, bx, by])| WallData {
+        .map(|(index, &[ax, ay, bx, by])| Wall {
             id: index.to_string(),
             line: Segment::new(Point2::new(ax, ay), Point2::new(bx, by)),
         });
-    SemanticMap::new(&MapData {
+    SemanticMap::new(&Site {
         walls: walls.collect(),
-        ..MapData::default()
+        ..Site::default()
     })
     .expect("a sound map")
 }

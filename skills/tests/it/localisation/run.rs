@@ -4,9 +4,9 @@ use crate::allocations::allocations;
 use crate::localisation::floor::{Floor, Vehicle};
 use crate::localisation::maps::Place;
 use description::geometry::{Point2, Pose2, Twist2, wrap_angle};
+use description::robot::Navigation;
 use nalgebra::{Matrix3, Vector3};
-use skills::localisation::{PoseFilter, PoseGains, WallsOutcome};
-use skills::perception::PerceptionGains;
+use skills::localisation::{PoseFilter, WallsOutcome};
 use skills::perception::walls::WallMatcher;
 
 pub const START_STD_M: f64 = 0.10;
@@ -85,8 +85,8 @@ impl Drive {
         let vehicle = Vehicle::new(seed, floor, start.compose(off));
         let beams = vehicle.lidar.beams;
         Self {
-            filter: PoseFilter::new(PoseGains::default(), start, START_STD_M, START_STD_RAD),
-            matcher: WallMatcher::new(&place.map, beams, PerceptionGains::default()),
+            filter: PoseFilter::new(Navigation::default(), start, START_STD_M, START_STD_RAD),
+            matcher: WallMatcher::new(&place.map, beams, Navigation::default()),
             vehicle,
             way: place.way.clone(),
             reached: 0,

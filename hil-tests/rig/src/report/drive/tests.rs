@@ -32,7 +32,7 @@ fn svg(
         id: robot.identity.id.clone(),
         role: "normal".to_owned(),
         model: robot.identity.model.clone(),
-        max_speed_m_s: robot.drive.max_speed_m_s,
+        max_speed_m_s: robot.drive.limits.max_speed_m_s,
         footprint: robot.footprint,
         path: path.iter().map(point).collect(),
         states: changes.to_vec(),

@@ -100,7 +100,8 @@ fn stops_and_drives_on(bench: &mut Bench, start_ns: u64) {
     let slowest = log.iter().position(slow).expect("found above");
     for truth in &log[slowest..] {
         let after_s = seconds(truth.time_ns - log[slowest].time_ns);
-        let most_m_s = ALL_BUT_STANDING_M_S + 1.5 * bench.config.drive.acceleration_m_s2 * after_s;
+        let most_m_s =
+            ALL_BUT_STANDING_M_S + 1.5 * bench.config.drive.limits.acceleration_m_s2 * after_s;
         assert!(
             truth.twist.v_m_s < most_m_s,
             "jumped, {after_s:.3} s after: {truth:?}"

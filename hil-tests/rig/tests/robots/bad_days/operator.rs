@@ -86,7 +86,7 @@ fn inspect(bench: &Bench) {
     let speed_m_s = encoders[0]["value"]["left_rad_s"]
         .as_f64()
         .expect("a number")
-        * bench.config.drive.wheel_diameter_m
+        * bench.config.drive.geometry.wheel_diameter_m
         / 2.0;
     let true_m_s = bench.truth().twist.v_m_s;
     assert!(

@@ -118,7 +118,7 @@ impl Bench {
             .filter(|truth| truth.time_ns <= until_ns)
             .map(|truth| truth.twist.v_m_s)
             .fold(0.0, f64::max);
-        let deceleration_m_s2 = 0.9 * self.config.drive.stop_deceleration_m_s2;
+        let deceleration_m_s2 = 0.9 * self.config.drive.limits.stop_deceleration_m_s2;
         for truth in log {
             let after_s = seconds(truth.time_ns - start_ns) - delay.as_secs_f64() - SLACK_S;
             let limit_m_s = start_m_s * 1.1 - deceleration_m_s2 * after_s.max(0.0);
