@@ -266,17 +266,6 @@ fn files_that_do_not_fit_together() {
             Inconsistent,
         ),
         (
-            ("max_curvature_1_m = 2.5", "max_curvature_1_m = 1.5"),
-            same_site,
-            [
-                "site.toml",
-                "skills.u-turn-left.radius_m",
-                "0.5",
-                "at least 0.667 m, for the robot's `navigation.max_curvature_1_m`",
-            ],
-            Inconsistent,
-        ),
-        (
             (
                 "omega_max_rad_s = 1.5707963267948966",
                 "omega_max_rad_s = 0.16",

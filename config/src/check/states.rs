@@ -4,7 +4,6 @@ use crate::check::map::distance_ahead;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
-use description::geometry::Segment;
 use description::site::{
     Area, ControllerConfig, FsmConfig, FsmState, Lane, Manoeuvre, MonitorKind, SkillConfig,
     StopPlace, TurnDirection,
@@ -12,8 +11,6 @@ use description::site::{
 
 /// A turn may miss its lane by this much, metres.
 const TURN_TOLERANCE_M: f64 = 0.05;
-/// A stop pose may lie this far beside its lane, metres.
-const STOP_TOLERANCE_M: f64 = 0.30;
 
 /// A state with everything that it names.
 #[derive(Clone, Copy)]
@@ -55,7 +52,7 @@ pub(super) fn meaning(site: &SiteConfig, report: &Report) {
             manoeuvre(&key, state, report);
             lane_needs(site, &key, state, report);
             lane_is_near(site, &key, state, report);
-            stop_place(site, fsm, state, report);
+            instructed(fsm, state, report);
         }
         for (index, transition) in fsm.transitions.iter().enumerate() {
             let key = format!("{key}.transitions[{index}]");
@@ -175,76 +172,28 @@ fn lane_is_near(site: &SiteConfig, key: &str, state: Resolved<'_>, report: &Repo
     }
 }
 
-/// Where `stop-at` stops must be on the state's lane, and known.
-fn stop_place(site: &SiteConfig, fsm: &FsmConfig, state: Resolved<'_>, report: &Report) {
-    let (ControllerConfig::StopAt { place }, Some(lane)) = (&state.skill.controller, state.lane)
+/// A pose that comes with an event needs an event that can bring one.
+fn instructed(fsm: &FsmConfig, state: Resolved<'_>, report: &Report) {
+    let ControllerConfig::StopAt {
+        place: StopPlace::Instructed,
+    } = &state.skill.controller
     else {
         return;
     };
-    let key = |name: &str| format!("skills.{}.{name}", state.skill.id);
-    match place {
-        StopPlace::BeforeArea { area, .. } => {
-            let ahead = site.area(area).is_none_or(|area| border_ahead(lane, area));
-            if !ahead && !report.touched(&[&key("before_area")]) {
-                report.wrong(
-                    ProblemKind::Inconsistent,
-                    &key("before_area"),
-                    format!(
-                        "area `{area}`, which lane `{}` of state `{}` does not lead to",
-                        lane.id, state.state.name
-                    ),
-                    "an area ahead on the state's lane",
-                );
-            }
-        }
-        StopPlace::Pose(pose) => {
-            let at = pose.position();
-            let off_m = lane.line.distance_m(at);
-            let along = (pose.theta_rad - lane.line.direction_rad()).cos() > 0.0;
-            let inside = state
-                .state
-                .areas()
-                .any(|area| site.area(area).is_some_and(|area| area.region.contains(at)));
-            if (off_m > STOP_TOLERANCE_M || !along || !inside) && !report.touched(&[&key("pose")]) {
-                report.wrong(
-                    ProblemKind::Inconsistent,
-                    &key("pose"),
-                    format!(
-                        "({:?}, {:?}, {:?} rad), {off_m:.3} m from lane `{}` of state `{}`",
-                        at.x_m, at.y_m, pose.theta_rad, lane.id, state.state.name
-                    ),
-                    format!(
-                        "a pose in the state's areas, at most {STOP_TOLERANCE_M} m from its lane and in its direction"
-                    ),
-                );
-            }
-        }
-        StopPlace::Instructed => {
-            let instructed = fsm
-                .transitions
-                .iter()
-                .any(|t| t.to == state.state.name && fsm.external.contains(&t.on));
-            if !instructed && !report.touched(&[&key("controller")]) {
-                let problem = report.problem(
-                    ProblemKind::Inconsistent,
-                    &key("controller"),
-                    format!(
-                        "`stop-at` without a place, in state `{}`, which no external event leads to",
-                        state.state.name
-                    ),
-                    "`before_area` or `pose`, or an external event that brings a pose",
-                );
-                report.push(problem);
-            }
-        }
+    let key = format!("skills.{}.controller", state.skill.id);
+    let mut transitions = fsm.transitions.iter();
+    let brings = transitions.any(|t| t.to == state.state.name && fsm.external.contains(&t.on));
+    if !brings && !report.touched(&[&key]) {
+        report.wrong(
+            ProblemKind::Inconsistent,
+            &key,
+            format!(
+                "`stop-at` without a place, in state `{}`, which no external event leads to",
+                state.state.name
+            ),
+            "`before_area` or `pose`, or an external event that brings a pose",
+        );
     }
-}
-
-/// Whether the lane, driven on straight, comes to the area from outside of it.
-fn border_ahead(lane: &Lane, area: &Area) -> bool {
-    const ON_M: f64 = 10.0;
-    let on = Segment::new(lane.line.a, lane.line.b + lane.line.unit() * ON_M);
-    !area.region.contains(lane.line.a) && area.region.clip(&on).is_some()
 }
 
 /// The place where "end of lane" is done must be in the next state's area.

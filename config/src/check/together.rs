@@ -83,9 +83,6 @@ fn skills(robot: &RobotConfig, site: &SiteConfig, fsm: &FsmConfig, problems: &mu
         .filter(|skill| fsm.states.iter().any(|s| s.skill == skill.id));
     for skill in used {
         match skill.controller {
-            ControllerConfig::UTurn { radius_m, .. } => {
-                turn_is_possible(robot, site, &skill.id, radius_m, problems);
-            }
             ControllerConfig::EndOfLane { distance_m } => {
                 let sees_m = robot.lidar.mount.x_m + robot.lidar.range_max_m;
                 if distance_m > sees_m {
@@ -97,8 +94,8 @@ fn skills(robot: &RobotConfig, site: &SiteConfig, fsm: &FsmConfig, problems: &mu
                     ));
                 }
             }
-            ControllerConfig::Turn { radius_m } => {
-                turn_is_possible(robot, site, &skill.id, radius_m, problems);
+            ControllerConfig::UTurn { radius_m, .. } | ControllerConfig::Turn { radius_m } => {
+                tubes_turn_so(robot, site, &skill.id, radius_m, problems);
             }
             ControllerConfig::Corridor { .. }
             | ControllerConfig::Shift { .. }
@@ -110,32 +107,22 @@ fn skills(robot: &RobotConfig, site: &SiteConfig, fsm: &FsmConfig, problems: &mu
     }
 }
 
-fn turn_is_possible(
+fn tubes_turn_so(
     robot: &RobotConfig,
     site: &SiteConfig,
     skill: &str,
     radius_m: f64,
     problems: &mut Vec<Problem>,
 ) {
-    let slowest_m_s = robot
-        .tubes
-        .horizons
-        .iter()
-        .map(|h| h.speed_m_s)
-        .fold(f64::INFINITY, f64::min);
-    let by_tubes_m = slowest_m_s / robot.tubes.omega_max_rad_s;
-    let by_gain_m = 1.0 / robot.navigation.max_curvature_1_m;
-    for (tightest_m, why) in [
-        (by_gain_m, "`navigation.max_curvature_1_m`"),
-        (by_tubes_m, "`tubes.omega_max_rad_s`"),
-    ] {
-        if radius_m < tightest_m {
-            problems.push(site.origin.problem(
-                ProblemKind::Inconsistent,
-                &format!("skills.{skill}.radius_m"),
-                format!("{radius_m:?}"),
-                format!("at least {tightest_m:.3} m, for the robot's {why}"),
-            ));
-        }
+    let rows = robot.tubes.horizons.iter();
+    let slowest_m_s = rows.map(|row| row.speed_m_s).fold(f64::INFINITY, f64::min);
+    let tightest_m = slowest_m_s / robot.tubes.omega_max_rad_s;
+    if radius_m < tightest_m {
+        problems.push(site.origin.problem(
+            ProblemKind::Inconsistent,
+            &format!("skills.{skill}.radius_m"),
+            format!("{radius_m:?}"),
+            format!("at least {tightest_m:.3} m, for the robot's `tubes.omega_max_rad_s`"),
+        ));
     }
 }

@@ -46,6 +46,56 @@ impl KeyError {
     }
 }
 
+/// What is wrong with several keys, each told once; never empty.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeyErrors(Vec<KeyError>);
+
+impl KeyErrors {
+    /// `Ok` when there is none.
+    ///
+    /// # Errors
+    /// All of them.
+    pub fn any(errors: impl IntoIterator<Item = KeyError>) -> Result<(), Self> {
+        let mut own = Vec::new();
+        for error in errors {
+            if !own.contains(&error) {
+                own.push(error);
+            }
+        }
+        if own.is_empty() {
+            Ok(())
+        } else {
+            Err(Self(own))
+        }
+    }
+}
+
+impl From<KeyError> for KeyErrors {
+    fn from(error: KeyError) -> Self {
+        Self(vec![error])
+    }
+}
+
+impl IntoIterator for KeyErrors {
+    type Item = KeyError;
+    type IntoIter = std::vec::IntoIter<KeyError>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+impl fmt::Display for KeyErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.0.iter().enumerate() {
+            write!(f, "{}{error}", if index == 0 { "" } else { "; " })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for KeyErrors {}
+
 /// The noun with its article.
 #[must_use]
 pub fn article(noun: &str) -> String {

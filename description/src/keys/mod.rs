@@ -30,7 +30,7 @@ mod rules;
 mod source;
 mod tables;
 
-pub use error::{KeyError, article};
+pub use error::{KeyError, KeyErrors, article};
 pub use field::{Field, Section};
 pub use page::{KeyDoc, Page, TableDoc};
 pub use quantity::{ANGLE, Count, Quantity, rounded};

@@ -24,17 +24,6 @@ const BLEND_BEND: f64 = 5.773_502_7;
 /// Why a manoeuvre cannot be driven.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TrackError {
-    /// Too tight.
-    #[error(
-        "its radius is {radius_m} m, and the tightest curve of {max_curvature_1_m} 1/m needs {:.3} m",
-        1.0 / max_curvature_1_m
-    )]
-    TooTight {
-        /// Asked for.
-        radius_m: f64,
-        /// Allowed.
-        max_curvature_1_m: f64,
-    },
     /// The lanes of a U-turn are too close.
     #[error("its lanes are {apart_m:.3} m apart, and half a turn of radius {radius_m} m needs {:.3} m", 2.0 * radius_m)]
     TooClose {
@@ -85,20 +74,6 @@ pub enum TrackError {
         /// Needed.
         needed_m: f64,
     },
-}
-
-/// Checks a radius against the tightest curve.
-///
-/// # Errors
-/// [`TrackError::TooTight`].
-pub fn check_radius(radius_m: f64, max_curvature_1_m: f64) -> Result<(), TrackError> {
-    if radius_m * max_curvature_1_m >= 1.0 - 1e-9 {
-        return Ok(());
-    }
-    Err(TrackError::TooTight {
-        radius_m,
-        max_curvature_1_m,
-    })
 }
 
 /// Half a turn from beside `from` on the incoming lane onto the outgoing one, with a straight piece between when they are

@@ -275,8 +275,6 @@ fn what_cannot_be_driven_is_refused() {
         Err(TrackError::TooClose { .. })
     ));
     assert!(matches!(u_turn(LANE), Err(TrackError::NotBack { .. })));
-    assert!(manoeuvre::check_radius(0.4, 2.5).is_ok());
-    assert!(manoeuvre::check_radius(0.39, 2.5).is_err());
     assert!(manoeuvre::check_shift(0.7, 1.0, 2.5).is_err());
     assert!(manoeuvre::check_shift(0.7, 1.45, 2.5).is_ok());
     let pose = Pose2::new(1.0, 0.0, 2.0);

@@ -15,7 +15,7 @@ use crate::perception::walls::WallMatcher;
 use crate::schedule::controllers::motion::{Motion, PATH_POSES};
 use crate::schedule::{RobotLimits, compile, machine};
 use coordination::event::EventTable;
-use description::keys::{KeyError, Section};
+use description::keys::{KeyError, KeyErrors, Section};
 
 /// Poses of the planned path are at least this far apart.
 const PATH_STEP_M: f64 = 0.05;
@@ -26,8 +26,8 @@ impl Navigator {
     /// Checks the setup and starts in the robot's start state.
     ///
     /// # Errors
-    /// The first key of the robot's or the site's file that does not fit.
-    pub fn new(setup: NavigatorSetup) -> Result<Self, KeyError> {
+    /// The keys of the robot's or the site's file that do not fit.
+    pub fn new(setup: NavigatorSetup) -> Result<Self, KeyErrors> {
         let NavigatorSetup {
             ref site,
             gains,

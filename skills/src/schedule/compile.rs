@@ -8,7 +8,7 @@ use crate::map::SemanticMap;
 use crate::monitors::Monitor;
 use coordination::event::{EventId, EventTable};
 use coordination::fsm::{Machine, MachineModel, StateId};
-use description::keys::{KeyError, Section};
+use description::keys::{KeyError, KeyErrors, Section};
 use description::site::{FsmConfig, FsmState, Site, SkillConfig};
 
 /// The state machine of a role; its events, and those of the site's monitors, get their numbers in the table.
@@ -46,7 +46,7 @@ fn fsm<'a>(site: &'a Site, role: &str) -> Result<&'a FsmConfig, KeyError> {
 /// One schedule for each state of the role's [`machine`], by [`StateId::index`].
 ///
 /// # Errors
-/// The key to blame: a name that nothing has, a number out of range, or a manoeuvre that cannot be driven.
+/// Every key to blame: names that nothing has, numbers out of range; else manoeuvres that cannot be driven.
 pub fn compile(
     site: &Site,
     role: &str,
@@ -54,16 +54,17 @@ pub fn compile(
     machine: &Machine,
     events: &EventTable,
     robot: &RobotLimits,
-) -> Result<Vec<Schedule>, KeyError> {
+) -> Result<Vec<Schedule>, KeyErrors> {
     let fsm = fsm(site, role)?;
-    for skill in &site.skills {
-        let below = |error: KeyError| error.below(&format!("skills.{}", skill.id));
-        skill.check().map_err(below)?;
-    }
-    for monitor in &site.monitors {
-        let below = |error: KeyError| error.below(&format!("monitors.{}", monitor.event));
-        monitor.check().map_err(below)?;
-    }
+    let skills = site.skills.iter().filter_map(|skill| {
+        let error = skill.check().err()?;
+        Some(error.below(&format!("skills.{}", skill.id)))
+    });
+    let monitors = site.monitors.iter().filter_map(|monitor| {
+        let error = monitor.check().err()?;
+        Some(error.below(&format!("monitors.{}", monitor.event)))
+    });
+    KeyErrors::any(skills.chain(monitors))?;
     let unknown = |name: &str| KeyError::unknown(format!("fsm.{role}.states"), "state", name);
     let bound = machine.states().map(|(_, name)| {
         let state = fsm.state(name).ok_or_else(|| unknown(name))?;
@@ -75,12 +76,18 @@ pub fn compile(
         site,
         role,
         max_speed_m_s: robot.max_speed_m_s,
-        bound: bound.collect::<Result<_, _>>()?,
+        bound: all(bound)?,
     };
-    machine
-        .states()
-        .map(|(state, name)| schedule(&graph, robot, events, state, name))
-        .collect()
+    let states = machine.states();
+    all(states.map(|(state, name)| schedule(&graph, robot, events, state, name)))
+}
+
+/// All values, or all errors.
+fn all<T>(results: impl Iterator<Item = Result<T, KeyError>>) -> Result<Vec<T>, KeyErrors> {
+    let mut values = Vec::new();
+    let errors = results.filter_map(|result| result.map(|value| values.push(value)).err());
+    KeyErrors::any(errors)?;
+    Ok(values)
 }
 
 fn bind(site: &Site, role: &str, map: &SemanticMap, state: &FsmState) -> Result<Bound, KeyError> {

@@ -6,9 +6,9 @@ use crate::perception::FeatureSet;
 use crate::schedule::graph::Graph;
 use crate::schedule::room::wall_in_the_way;
 use coordination::fsm::StateId;
-use description::geometry::Footprint;
+use description::geometry::{Footprint, Point2};
 use description::keys::KeyError;
-use description::site::SkillConfig;
+use description::site::{FsmState, SkillConfig};
 
 /// Between the robot's side and a wall that it passes.
 const BESIDE_M: f64 = 0.05;
@@ -71,6 +71,16 @@ impl<'a> Case<'a> {
         }
     }
 
+    /// Whether the point lies on the floor that the state takes.
+    pub fn takes(&self, point: Point2) -> bool {
+        let fsm = self.graph.site.fsm.get(self.graph.role);
+        let state = fsm.and_then(|fsm| fsm.state(self.name));
+        let regions = state.into_iter().flat_map(FsmState::areas);
+        regions
+            .filter_map(|area| self.graph.site.area(area))
+            .any(|area| area.region.contains(point))
+    }
+
     pub fn map(&self) -> &SemanticMap {
         self.graph.map
     }
@@ -113,6 +123,22 @@ impl<'a> Case<'a> {
 
     fn key(&self) -> String {
         format!("fsm.{}.states.{}", self.graph.role, self.name)
+    }
+
+    /// What does not fit in a key of the skill.
+    pub fn skill_error(&self, key: &str, found: String, expected: String) -> KeyError {
+        KeyError::new(format!("skills.{}.{key}", self.skill.id), found, expected)
+    }
+
+    /// The robot must be able to drive the curve.
+    pub fn check_radius(&self, radius_m: f64) -> Result<(), KeyError> {
+        let tightest_m = 1.0 / self.robot.max_curvature_1_m;
+        if radius_m >= tightest_m * (1.0 - 1e-9) {
+            return Ok(());
+        }
+        let expected =
+            format!("at least {tightest_m:.3} m, for the robot's `navigation.max_curvature_1_m`");
+        Err(self.skill_error("radius_m", format!("{radius_m:?}"), expected))
     }
 
     /// Beside a lane there must be room between the walls.

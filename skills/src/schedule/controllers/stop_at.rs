@@ -11,8 +11,9 @@ use description::geometry::{Pose2, wrap_angle};
 use description::keys::KeyError;
 use description::site::StopPlace;
 
-/// Largest angle between a stop pose in a file and its lane.
+/// Largest angle and distance between a stop pose in a file and its lane.
 const PLANNED_HEADING_RAD: f64 = 0.2;
+const PLANNED_BESIDE_M: f64 = 0.3;
 /// Largest angle and distance between a stop pose of an instruction and the robot's path.
 const INSTRUCTED_HEADING_RAD: f64 = 0.3;
 const INSTRUCTED_BESIDE_M: f64 = 0.5;
@@ -60,32 +61,42 @@ impl StopAt {
         })?;
         let region = &case.map().areas()[region].region;
         let footprint = &case.robot.footprint;
+        let wrong = |verb: &str| {
+            let found = format!(
+                "area `{area}`, which lane `{}` of state `{}` {verb}",
+                lane.id, case.name
+            );
+            let expected = "an area ahead on the state's lane, with room to stop before it";
+            case.skill_error("before_area", found, expected.to_owned())
+        };
         let along_m = border_ahead_m(&lane.line, region, footprint)
-            .filter(|along_m| *along_m - margin_m - footprint.front_m > 0.0)
-            .ok_or_else(|| {
-                case.impossible(format!(
-                    "area `{area}` does not begin ahead on lane `{}`, or leaves no room to stop before it",
-                    lane.id
-                ))
-            })?;
+            .filter(|along_m| *along_m > 0.0)
+            .ok_or_else(|| wrong("does not lead to"))?;
+        if along_m - margin_m - footprint.front_m <= 0.0 {
+            return Err(wrong("begins too close to"));
+        }
         Ok(Self::Border { along_m, margin_m })
     }
 
-    /// The pose must lie on the lane or beside it, in the lane's direction.
+    /// The pose must lie in the state's areas, on the lane or beside it, in the lane's direction.
     fn at(case: &Case, index: usize, pose: Pose2) -> Result<Self, KeyError> {
         let lane = case.geometry(index);
-        let along_m = lane.line.along_m(pose.position());
-        let offset_m = lane.line.lateral_m(pose.position());
+        let at = pose.position();
+        let along_m = lane.line.along_m(at);
+        let offset_m = lane.line.lateral_m(at);
         let off_rad = wrap_angle(pose.theta_rad - lane.direction_rad);
-        let area = case.graph.of(case.state).area;
-        let beside_m = case.map().areas()[area].deviation_limit_m;
-        if off_rad.abs() > PLANNED_HEADING_RAD || offset_m.abs() > beside_m || along_m < 0.0 {
-            return Err(case.impossible(format!(
-                "its stop pose lies {along_m:.2} m along lane `{}`, {offset_m:.2} m beside it and {:.0}° off, expected 0 m or more, {beside_m} m and {:.0}° or less",
-                lane.id,
-                off_rad.to_degrees(),
-                PLANNED_HEADING_RAD.to_degrees()
-            )));
+        let area = &case.map().areas()[case.graph.of(case.state).area];
+        let beside_m = area.deviation_limit_m.min(PLANNED_BESIDE_M);
+        let off_m = lane.line.distance_m(at);
+        if off_rad.abs() > PLANNED_HEADING_RAD || off_m > beside_m || !case.takes(at) {
+            let found = format!(
+                "({:?}, {:?}, {:?} rad), {off_m:.3} m from lane `{}` of state `{}`",
+                at.x_m, at.y_m, pose.theta_rad, lane.id, case.name
+            );
+            let expected = format!(
+                "a pose in the state's areas, at most {beside_m} m from its lane and at most {PLANNED_HEADING_RAD} rad off its direction"
+            );
+            return Err(case.skill_error("pose", found, expected));
         }
         case.check_offset(index, offset_m)?;
         Ok(Self::Pose { along_m, offset_m })

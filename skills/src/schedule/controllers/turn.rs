@@ -27,8 +27,8 @@ impl Turn {
             .ok_or_else(|| case.no_lane("a lane to turn from"))?;
         let max_curvature_1_m = case.robot.max_curvature_1_m;
         let (incoming, outgoing) = (&case.geometry(from).line, &case.geometry(to).line);
+        case.check_radius(radius_m)?;
         let check = || -> Result<Track, TrackError> {
-            manoeuvre::check_radius(radius_m, max_curvature_1_m)?;
             if let Some(fillet) = Fillet::between(incoming, outgoing, radius_m)? {
                 fillet.check(outgoing, radius_m)?;
             }

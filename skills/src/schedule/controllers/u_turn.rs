@@ -32,8 +32,7 @@ impl UTurn {
         let outgoing = { case.own_lane.filter(|lane| Some(*lane) != incoming) }
             .or_else(|| graph.nearest_lane(case.state, Towards::After, incoming))
             .ok_or_else(|| case.no_lane("a lane to turn onto"))?;
-        manoeuvre::check_radius(radius_m, case.robot.max_curvature_1_m)
-            .map_err(|error| case.impossible(error))?;
+        case.check_radius(radius_m)?;
         let u_turn = Self {
             direction,
             radius_m,

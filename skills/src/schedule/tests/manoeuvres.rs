@@ -69,6 +69,9 @@ fn yard() -> Site {
 
 #[test]
 fn every_controller_finds_its_lanes_and_places() {
+    let mut tight = yard();
+    tight.skills[2].controller = ControllerConfig::Turn { radius_m: 0.4 };
+    assert!(compiled(&tight).is_ok());
     let schedules = compiled(&yard()).unwrap();
     assert_eq!((schedules[1].lane, schedules[1].from_lane), (Some(1), None));
     assert_eq!(
@@ -119,8 +122,8 @@ fn what_cannot_be_driven_is_refused_with_the_reason() {
             "state `shift`, which cannot be driven: its lanes must run along each other, and differ by 11°",
         ),
         (
-            |yard| yard.skills[2].controller = ControllerConfig::Turn { radius_m: 0.3 },
-            "state `turn`, which cannot be driven: its radius is 0.3 m, and the tightest curve of 2.5 1/m needs 0.400 m",
+            |yard| yard.skills[2].controller = ControllerConfig::Turn { radius_m: 0.39 },
+            "skills.turn.radius_m: found 0.39, expected at least 0.400 m, for the robot's `navigation.max_curvature_1_m`",
         ),
         (
             |yard| yard.skills[2].controller = ControllerConfig::Turn { radius_m: 7.0 },
@@ -157,7 +160,7 @@ fn what_cannot_be_driven_is_refused_with_the_reason() {
                 };
                 yard.skills[3].controller = ControllerConfig::StopAt { place };
             },
-            "area `north` does not begin ahead on lane `out`",
+            "skills.before.before_area: found area `north`, which lane `out` of state `before` does not lead to",
         ),
         (
             |yard| {
@@ -174,14 +177,14 @@ fn what_cannot_be_driven_is_refused_with_the_reason() {
                 let place = StopPlace::Pose(Pose2::new(4.0, 0.9, 0.0));
                 yard.skills[4].controller = ControllerConfig::StopAt { place };
             },
-            "state `pose`, which cannot be driven: its stop pose lies 3.00 m along lane `out`, 0.90 m beside it",
+            "skills.pose.pose: found (4.0, 0.9, 0.0 rad), 0.900 m from lane `out` of state `pose`",
         ),
         (
             |yard| {
                 let place = StopPlace::Pose(Pose2::new(4.0, 0.0, 3.0));
                 yard.skills[4].controller = ControllerConfig::StopAt { place };
             },
-            "172° off",
+            "at most 0.2 rad off its direction",
         ),
         (
             |yard| drop(yard.walls.remove(0)),

@@ -2,7 +2,7 @@ use super::*;
 use crate::map::SemanticMap;
 use coordination::event::EventTable;
 use description::geometry::{Footprint, Point2, Rect, Segment};
-use description::keys::KeyError;
+use description::keys::KeyErrors;
 use description::site::{
     Area, ControlLayer, ControllerConfig, Feature, FsmConfig, FsmState, FsmTransition, Lane,
     Manoeuvre, Monitor, MonitorKind, PerceptionKind, Site, SkillConfig, TurnDirection, Wall,
@@ -139,7 +139,7 @@ fn site() -> Site {
     }
 }
 
-fn compiled(site: &Site) -> Result<Vec<Schedule>, KeyError> {
+fn compiled(site: &Site) -> Result<Vec<Schedule>, KeyErrors> {
     let robot = RobotLimits {
         max_speed_m_s: 0.5,
         max_curvature_1_m: 2.5,
