@@ -1,6 +1,7 @@
-//! A net file as plain data.
+//! A net file as plain data: its keys, each declared once.
 
 use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
 use ::coordination::petri::{Binding, PlaceKind};
@@ -8,9 +9,23 @@ use ::coordination::protocol::Protocol;
 
 use crate::origin::Origin;
 use description::geometry::Pose2;
+use description::keys::{Id, List, Map, Name, Need, Optional, Pose, Quantity, Text, Texts, Truth};
 
 /// The mediator's name as a party of protocols; no role may have it.
 pub const MEDIATOR: &str = "mediator";
+
+const SPEED: Quantity = Quantity::new("a speed", "m/s").above(0.0).at_most(3.0);
+const POSITION: Quantity = Quantity::new("a position", "m")
+    .at_least(-10_000.0)
+    .at_most(10_000.0);
+
+/// What an array of flags holds.
+pub(super) const FLAGS: &str = "{ robot = \"<flag>\" } and { mediator = \"<flag>\" }";
+
+/// The rule of places: the tables `[places]`, `[sources]` and `[sinks]`.
+pub struct Places;
+/// The rule of named sets of places.
+pub struct Sets;
 
 /// A coordination.
 ///
@@ -18,41 +33,66 @@ pub const MEDIATOR: &str = "mediator";
 /// [`MEDIATOR`]; its flags are the events `R.<flag>`.
 #[derive(Clone, Debug)]
 pub struct NetConfig {
-    /// The net's name.
-    pub name: String,
-    /// What it is for.
-    pub about: Option<String>,
-    /// Who takes part, besides the mediator.
-    pub roles: Vec<NetRole>,
-    /// In which order flags are set.
-    pub protocols: Vec<NetProtocol>,
-    /// Internal places, then sources, then sinks; each group in the order of the file.
-    pub places: Vec<NetPlace>,
-    /// Transitions, in the order of the file: the order in which they are tried.
-    pub transitions: Vec<NetTransition>,
-    /// Sets of places of which at most one may be marked.
-    pub exclusions: Vec<NetSet>,
-    /// Markings of internal places in which the coordination may end.
-    pub ends: Vec<NetSet>,
-    /// Markings of internal places in which it may begin; at least one.
-    pub situations: Vec<NetSituation>,
-    /// The net may fire for ever by itself, without any flag of a robot.
-    pub endless: bool,
+    /// What the file says.
+    pub file: NetFile,
     /// Where each value was written.
     pub origin: Origin,
     /// By role.
     pub(crate) compiled: BTreeMap<String, Arc<Protocol>>,
 }
 
-/// `[roles.<id>]`: a part that one robot plays.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NetRole {
-    /// Unique among roles.
-    pub id: String,
-    /// The protocol between it and the mediator.
-    pub protocol: String,
-    /// What it is.
-    pub about: Option<String>,
+impl Deref for NetConfig {
+    type Target = NetFile;
+
+    fn deref(&self) -> &NetFile {
+        &self.file
+    }
+}
+
+impl DerefMut for NetConfig {
+    fn deref_mut(&mut self) -> &mut NetFile {
+        &mut self.file
+    }
+}
+
+description::section! {
+    /// A net file says how robots in roles and the mediator coordinate: the flags that they set, and the Petri net by
+    /// which the mediator decides.
+    pub struct NetFile {
+        /// The net's name.
+        pub name: String as Id("the net's name"),
+        /// What it is for.
+        pub about: Option<String> as Optional(Text("what the net is for")),
+        /// Who takes part, besides the mediator.
+        pub roles: Vec<NetRole> as Map("sections [roles.<id>]", Need::Required),
+        /// In which order flags are set.
+        pub protocols: Vec<NetProtocol> as Map("sections [protocols.<id>]", Need::Required),
+        /// Internal places, then sources, then sinks; each group in the order of the file.
+        pub places: Vec<NetPlace> as Places,
+        /// Transitions, in the order of the file: the order in which they are tried.
+        pub transitions: Vec<NetTransition> as Map("sections [transitions.<id>]", Need::Required),
+        /// Sets of places of which at most one may be marked.
+        pub exclusions: Vec<NetSet> as Sets,
+        /// Markings of internal places in which the coordination may end.
+        pub ends: Vec<NetSet> as Sets,
+        /// The net may fire for ever by itself, without any flag of a robot.
+        pub endless: bool as Truth => false,
+        /// Markings of internal places in which it may begin; at least one.
+        pub situations: Vec<NetSituation> as Map("sections [situations.<id>]", Need::Required),
+    }
+}
+
+description::section! {
+    /// A part that one robot plays.
+    #[derive(Eq)]
+    pub struct NetRole {
+        /// Unique among roles.
+        pub id: String as Name,
+        /// The protocol between it and the mediator.
+        pub protocol: String as Text("a protocol's id"),
+        /// What it is.
+        pub about: Option<String> as Optional(Text("what the role is")),
+    }
 }
 
 description::words! {
@@ -78,15 +118,16 @@ pub struct NetProtocol {
     pub arrays: Vec<NetArray>,
 }
 
-/// `[protocols.<id>.arrays.<id>]`
-#[derive(Clone, Debug, PartialEq)]
-pub struct NetArray {
-    /// Unique in the protocol.
-    pub id: String,
-    /// Its entries.
-    pub flags: Vec<NetFlag>,
-    /// The arrays that can follow; none: the run ends.
-    pub then: Vec<String>,
+description::section! {
+    /// One array of a protocol that has alternatives.
+    pub struct NetArray {
+        /// Unique in the protocol.
+        pub id: String as Name,
+        /// Its entries, in the order in which they are set.
+        pub flags: Vec<NetFlag> as List(FLAGS, Need::Required),
+        /// The arrays that can follow; none: the run ends.
+        pub then: Vec<String> as Texts("an array's id"),
+    }
 }
 
 /// One entry of a flag array.
@@ -100,15 +141,17 @@ pub struct NetFlag {
     pub command: NetCommand,
 }
 
-/// What a flag of the mediator's means for the robot, besides being set.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct NetCommand {
-    /// The site's areas that the robot may enter: the flag carries their grants.
-    pub enters: Vec<String>,
-    /// From now on not faster than this.
-    pub speed_limit_m_s: Option<f64>,
-    /// Drive to this pose in `map` and stop.
-    pub stop_pose: Option<Pose2>,
+description::section! {
+    /// What a flag of the mediator's means for the robot, besides being set.
+    #[derive(Default)]
+    pub struct NetCommand {
+        /// With a flag of the mediator's: the site's areas that the robot may enter, whose grants the flag carries.
+        pub enters: Vec<String> as Texts("an area's id"),
+        /// With a flag of the mediator's: from now on not faster than this.
+        pub speed_limit_m_s: Option<f64> as Optional(SPEED),
+        /// With a flag of the mediator's: drive to this pose in `map` and stop.
+        pub stop_pose: Option<Pose2> as Optional(Pose(POSITION)),
+    }
 }
 
 /// A place, from `[places]`, `[sources]` or `[sinks]`.
@@ -124,15 +167,17 @@ pub struct NetPlace {
     pub binding: Option<Binding>,
 }
 
-/// `[transitions.<id>]`
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NetTransition {
-    /// Unique among places and transitions.
-    pub id: String,
-    /// Places that it takes tokens from.
-    pub from: Vec<String>,
-    /// Places that it puts tokens into.
-    pub to: Vec<String>,
+description::section! {
+    /// A transition.
+    #[derive(Eq)]
+    pub struct NetTransition {
+        /// Unique among places and transitions.
+        pub id: String as Name,
+        /// Places that it takes tokens from.
+        pub from: Vec<String> as Texts("a place's id"),
+        /// Places that it puts tokens into.
+        pub to: Vec<String> as Texts("a place's id"),
+    }
 }
 
 /// An entry of `[exclusions]` or `[ends]`.
@@ -144,13 +189,15 @@ pub struct NetSet {
     pub places: Vec<String>,
 }
 
-/// `[situations.<id>]`: where a coordination begins.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NetSituation {
-    /// Unique among situations.
-    pub id: String,
-    /// When it is the right one.
-    pub about: Option<String>,
-    /// The internal places that are marked.
-    pub marked: Vec<String>,
+description::section! {
+    /// Where a coordination begins.
+    #[derive(Eq)]
+    pub struct NetSituation {
+        /// Unique among situations.
+        pub id: String as Name,
+        /// When it is the right one.
+        pub about: Option<String> as Optional(Text("when the net begins like this")),
+        /// The internal places that are marked.
+        pub marked: Vec<String> as Texts("an internal place's id"),
+    }
 }

@@ -3,8 +3,9 @@
 
 mod coordination;
 mod data;
+mod rules;
 
 pub use data::{
-    MEDIATOR, NetArray, NetCommand, NetConfig, NetFlag, NetParty, NetPlace, NetProtocol, NetRole,
-    NetSet, NetSituation, NetTransition,
+    MEDIATOR, NetArray, NetCommand, NetConfig, NetFile, NetFlag, NetParty, NetPlace, NetProtocol,
+    NetRole, NetSet, NetSituation, NetTransition,
 };

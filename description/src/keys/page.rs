@@ -80,8 +80,11 @@ impl Page {
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = String::new();
-        // Keys begin in lines of their own; a bar would end a cell.
-        let cell = |text: &str| text.replace('\n', " ").replace('|', "\\|");
+        // Keys begin in lines of their own; a bar would end a cell, and `<id>` would be a tag.
+        let cell = |text: &str| {
+            let text = text.replace('\n', " ").replace('|', "\\|");
+            text.replace('<', "&lt;")
+        };
         for table in self.tables.iter().filter(|table| !table.keys.is_empty()) {
             let title = match table.path.as_str() {
                 "" => "At the top".to_owned(),

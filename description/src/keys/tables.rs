@@ -175,7 +175,8 @@ impl<T: Section> Field<Each> for BTreeMap<String, T> {
 impl<T: Section> Field<List> for Vec<T> {
     fn read(s: &dyn Source, key: &'static str, rule: &List, _: Option<Self>) -> Self {
         let mut values = Vec::new();
-        s.list(key, rule.0, rule.1, &mut |s| values.push(T::read(s)));
+        let expected = format!("an array of {}", rule.0);
+        s.list(key, &expected, rule.1, &mut |s| values.push(T::read(s)));
         values
     }
 
