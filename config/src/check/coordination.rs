@@ -1,15 +1,17 @@
 //! Priorities and coordinations: names. The mediator, which reads the net files, checks whether they fit.
 
-use crate::check::reference::reference;
+use std::collections::BTreeSet;
+
+use crate::check::reference::Names;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
 use description::site::{CastConfig, CoordinationConfig};
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
-    let roles: Vec<&str> = site.fsm.keys().map(String::as_str).collect();
+    let roles = Names::new("role", site.fsm.keys());
     for role in site.roles.keys() {
-        reference(report, &format!("roles.{role}"), role, "role", &roles);
+        roles.refer(report, &format!("roles.{role}"), role);
     }
     // Switching the mediator off on the command line, to drive one robot alone, is deliberate and no mistake.
     let managed = "areas.managed";
@@ -82,13 +84,11 @@ fn check(site: &SiteConfig, key: &str, coordination: &CoordinationConfig, report
 }
 
 fn check_cast(site: &SiteConfig, key: &str, cast: &CastConfig, report: &Report) {
-    let roles: Vec<&str> = site.fsm.keys().map(String::as_str).collect();
-    let robots: Vec<&str> = site.robots.keys().map(String::as_str).collect();
     if let Some(role) = &cast.role {
-        reference(report, &format!("{key}.role"), role, "role", &roles);
+        Names::new("role", site.fsm.keys()).refer(report, &format!("{key}.role"), role);
     }
     if let Some(robot) = &cast.robot {
-        reference(report, &format!("{key}.robot"), robot, "robot", &robots);
+        Names::new("robot", site.robots.keys()).refer(report, &format!("{key}.robot"), robot);
     }
     if cast.role.is_none() && cast.robot.is_none() {
         report.wrong(
@@ -110,21 +110,12 @@ fn check_cast(site: &SiteConfig, key: &str, cast: &CastConfig, report: &Report) 
 }
 
 fn areas(site: &SiteConfig, key: &str, list: &[String], report: &Report) {
-    let known: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();
-    for (index, area) in list.iter().enumerate() {
-        reference(report, &format!("{key}[{index}]"), area, "area", &known);
-    }
+    let areas = Names::new("area", site.areas.iter().map(|area| &area.id));
+    areas.refer_all(report, key, list);
 }
 
 fn states(site: &SiteConfig, key: &str, list: &[String], report: &Report) {
-    let machines = site.fsm.values();
-    let mut known: Vec<&str> = machines
-        .flat_map(|fsm| &fsm.states)
-        .map(|state| state.name.as_str())
-        .collect();
-    known.sort_unstable();
-    known.dedup();
-    for (index, state) in list.iter().enumerate() {
-        reference(report, &format!("{key}[{index}]"), state, "state", &known);
-    }
+    let all = { site.fsm.values() }.flat_map(|fsm| fsm.states.iter().map(|state| &state.name));
+    let known: BTreeSet<&String> = all.collect();
+    Names::new("state", known).refer_all(report, key, list);
 }

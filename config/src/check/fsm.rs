@@ -2,107 +2,62 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::check::reference::reference;
+use crate::check::reference::Names;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
 use description::site::{FsmConfig, FsmState};
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
-    let areas: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();
-    let lanes: Vec<&str> = site.lanes.iter().map(|lane| lane.id.as_str()).collect();
-    let skills: Vec<&str> = site.skills.iter().map(|skill| skill.id.as_str()).collect();
+    let areas = Names::new("area", site.areas.iter().map(|area| &area.id));
+    let lanes = Names::new("lane", site.lanes.iter().map(|lane| &lane.id));
+    let skills = Names::new("skill", site.skills.iter().map(|skill| &skill.id));
     for (role, fsm) in &site.fsm {
         let key = format!("fsm.{role}");
-        let states: Vec<&str> = fsm.states.iter().map(|state| state.name.as_str()).collect();
-        reference(
-            report,
-            &format!("{key}.initial"),
-            &fsm.initial,
-            "state",
-            &states,
-        );
+        let states = states(fsm);
+        states.refer(report, &format!("{key}.initial"), &fsm.initial);
         for state in &fsm.states {
             let key = format!("{key}.states.{}", state.name);
-            reference(report, &format!("{key}.area"), &state.area, "area", &areas);
+            areas.refer(report, &format!("{key}.area"), &state.area);
             further_areas(&key, state, &areas, report);
             if let Some(lane) = &state.lane {
-                reference(report, &format!("{key}.lane"), lane, "lane", &lanes);
+                lanes.refer(report, &format!("{key}.lane"), lane);
             }
-            reference(
-                report,
-                &format!("{key}.skill"),
-                &state.skill,
-                "skill",
-                &skills,
-            );
+            skills.refer(report, &format!("{key}.skill"), &state.skill);
         }
         let events = events(site, &key, fsm, report);
         for (index, transition) in fsm.transitions.iter().enumerate() {
             let key = format!("{key}.transitions[{index}]");
-            reference(
-                report,
-                &format!("{key}.from"),
-                &transition.from,
-                "state",
-                &states,
-            );
-            reference(
-                report,
-                &format!("{key}.to"),
-                &transition.to,
-                "state",
-                &states,
-            );
-            reference(
-                report,
-                &format!("{key}.on"),
-                &transition.on,
-                "event",
-                &events,
-            );
+            states.refer(report, &format!("{key}.from"), &transition.from);
+            states.refer(report, &format!("{key}.to"), &transition.to);
+            events.refer(report, &format!("{key}.on"), &transition.on);
         }
         duplicates(&key, fsm, report);
         if !report.touched(&[&key]) {
             unreachable_states(&key, fsm, report);
         }
     }
-    let roles: Vec<&str> = site.fsm.keys().map(String::as_str).collect();
+    let roles = Names::new("role", site.fsm.keys());
     for (id, robot) in &site.robots {
-        reference(
-            report,
-            &format!("robots.{id}.role"),
-            &robot.role,
-            "role",
-            &roles,
-        );
+        let key = format!("robots.{id}");
+        roles.refer(report, &format!("{key}.role"), &robot.role);
         if let (Some(name), Some(fsm)) = (&robot.start_state, site.fsm.get(&robot.role)) {
-            let states: Vec<&str> = fsm.states.iter().map(|state| state.name.as_str()).collect();
-            reference(
-                report,
-                &format!("robots.{id}.start_state"),
-                name,
-                "state",
-                &states,
-            );
+            states(fsm).refer(report, &format!("{key}.start_state"), name);
         }
     }
 }
 
+fn states(fsm: &FsmConfig) -> Names<'_> {
+    Names::new("state", fsm.states.iter().map(|state| &state.name))
+}
+
 /// The events that the machine can receive.
-fn events<'a>(
-    site: &'a SiteConfig,
-    key: &str,
-    fsm: &'a FsmConfig,
-    report: &Report,
-) -> Vec<&'a str> {
-    let mut events: Vec<&str> = site
-        .monitors
-        .iter()
-        .map(|monitor| monitor.event.as_str())
+fn events<'a>(site: &'a SiteConfig, key: &str, fsm: &'a FsmConfig, report: &Report) -> Names<'a> {
+    let mut events: Vec<&String> = { site.monitors.iter() }
+        .map(|monitor| &monitor.event)
         .collect();
     for (index, event) in fsm.external.iter().enumerate() {
-        if events.contains(&event.as_str()) {
+        if events.contains(&event) {
             let found = format!("`{event}`, which is a monitor's or stands here already");
             let expected = "events of other origin, each once";
             let key = format!("{key}.external[{index}]");
@@ -110,7 +65,7 @@ fn events<'a>(
         }
         events.push(event);
     }
-    events
+    Names::new("event", events)
 }
 
 fn duplicates(key: &str, fsm: &FsmConfig, report: &Report) {
@@ -164,10 +119,10 @@ fn unreachable_states(key: &str, fsm: &FsmConfig, report: &Report) {
     }
 }
 
-fn further_areas(key: &str, state: &FsmState, areas: &[&str], report: &Report) {
+fn further_areas(key: &str, state: &FsmState, areas: &Names, report: &Report) {
     for (index, area) in state.also.iter().enumerate() {
         let key = format!("{key}.also[{index}]");
-        reference(report, &key, area, "area", areas);
+        areas.refer(report, &key, area);
         if !area.is_empty() && (*area == state.area || state.also[..index].contains(area)) {
             let found = format!("area `{area}` a second time");
             report.wrong(ProblemKind::Duplicate, &key, found, "each area once");

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_4;
 
-use crate::check::reference::reference;
+use crate::check::reference::Names;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
@@ -14,55 +14,39 @@ use description::site::{Lane, MonitorKind, RegionRef, Wall};
 const SHORTEST_M: f64 = 0.01;
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
-    let walls: Vec<&str> = site.walls.iter().map(|wall| wall.id.as_str()).collect();
-    let lanes: Vec<&str> = site.lanes.iter().map(|lane| lane.id.as_str()).collect();
-    let areas: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();
-    let zones: Vec<&str> = site
-        .perception
-        .iter()
-        .map(|zone| zone.id.as_str())
-        .collect();
-    let kinds: Vec<&str> = site.perception_kinds.keys().map(String::as_str).collect();
+    let walls = Names::new("wall", site.walls.iter().map(|wall| &wall.id));
+    let lanes = Names::new("lane", site.lanes.iter().map(|lane| &lane.id));
+    let areas = Names::new("area", site.areas.iter().map(|area| &area.id));
+    let zones = Names::new("zone", site.perception.iter().map(|zone| &zone.id));
+    let kinds = Names::new("perception kind", site.perception_kinds.keys());
     for lane in &site.lanes {
         if let Some(wall) = &lane.end_wall {
-            reference(
-                report,
-                &format!("lanes.{}.end_wall", lane.id),
-                wall,
-                "wall",
-                &walls,
-            );
+            walls.refer(report, &format!("lanes.{}.end_wall", lane.id), wall);
         }
     }
     for area in &site.areas {
         if let Some(lane) = &area.lane {
-            reference(
-                report,
-                &format!("areas.{}.lane", area.id),
-                lane,
-                "lane",
-                &lanes,
-            );
+            lanes.refer(report, &format!("areas.{}.lane", area.id), lane);
         }
     }
     for zone in &site.perception {
         let key = format!("perception.zones.{}.kind", zone.id);
-        reference(report, &key, &zone.kind, "perception kind", &kinds);
+        kinds.refer(report, &key, &zone.kind);
     }
     for monitor in &site.monitors {
         let key = |name: &str| format!("monitors.{}.{name}", monitor.event);
         if let MonitorKind::RegionReached { of, .. } = &monitor.kind {
             match of {
-                RegionRef::Area(id) => reference(report, &key("area"), id, "area", &areas),
-                RegionRef::Zone(id) => reference(report, &key("zone"), id, "zone", &zones),
+                RegionRef::Area(id) => areas.refer(report, &key("area"), id),
+                RegionRef::Zone(id) => zones.refer(report, &key("zone"), id),
                 RegionRef::Own => {}
             }
         }
     }
     for (section, empty) in [
-        ("walls", walls.is_empty()),
-        ("areas", areas.is_empty()),
-        ("perception.kinds", kinds.is_empty()),
+        ("walls", site.walls.is_empty()),
+        ("areas", site.areas.is_empty()),
+        ("perception.kinds", site.perception_kinds.is_empty()),
     ] {
         if empty && !report.touched(&[section]) && report.origin.is_written(section) {
             let expected = format!("at least one section [{section}.<id>]");

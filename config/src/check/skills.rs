@@ -1,6 +1,6 @@
 //! Skills: what they name exists, and their parts can work together.
 
-use crate::check::reference::reference;
+use crate::check::reference::Names;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
@@ -9,33 +9,25 @@ use description::site::{
 };
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
-    let kinds: Vec<&str> = site.perception_kinds.keys().map(String::as_str).collect();
-    let events: Vec<&str> = site
-        .monitors
-        .iter()
-        .map(|monitor| monitor.event.as_str())
-        .collect();
-    let areas: Vec<&str> = site.areas.iter().map(|area| area.id.as_str()).collect();
+    let kinds = Names::new("perception kind", site.perception_kinds.keys());
+    let events = Names::new(
+        "monitor",
+        site.monitors.iter().map(|monitor| &monitor.event),
+    );
+    let areas = Names::new("area", site.areas.iter().map(|area| &area.id));
     for skill in &site.skills {
         let key = format!("skills.{}", skill.id);
         if let ControllerConfig::StopAt {
             place: StopPlace::BeforeArea { area, .. },
         } = &skill.controller
         {
-            reference(report, &format!("{key}.before_area"), area, "area", &areas);
+            areas.refer(report, &format!("{key}.before_area"), area);
         }
         speed(skill, &format!("{key}.speed_m_s"), report);
-        let perception = format!("{key}.perception");
-        reference(
-            report,
-            &perception,
-            &skill.perception,
-            "perception kind",
-            &kinds,
-        );
+        kinds.refer(report, &format!("{key}.perception"), &skill.perception);
+        events.refer_all(report, &format!("{key}.monitors"), &skill.monitors);
         for (index, event) in skill.monitors.iter().enumerate() {
             let key = format!("{key}.monitors[{index}]");
-            reference(report, &key, event, "monitor", &events);
             if !event.is_empty() && skill.monitors[..index].contains(event) {
                 let found = format!("`{event}` a second time");
                 report.wrong(ProblemKind::Duplicate, &key, found, "each monitor once");

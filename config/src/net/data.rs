@@ -9,15 +9,12 @@ use ::coordination::protocol::Protocol;
 
 use crate::origin::Origin;
 use description::geometry::Pose2;
-use description::keys::{Id, List, Map, Name, Need, Optional, Pose, Quantity, Text, Texts, Truth};
+use description::keys::{
+    Id, List, Map, Name, Need, Optional, POSITION, Pose, SPEED, Text, Texts, Truth,
+};
 
 /// The mediator's name as a party of protocols; no role may have it.
 pub const MEDIATOR: &str = "mediator";
-
-const SPEED: Quantity = Quantity::new("a speed", "m/s").above(0.0).at_most(3.0);
-const POSITION: Quantity = Quantity::new("a position", "m")
-    .at_least(-10_000.0)
-    .at_most(10_000.0);
 
 /// What an array of flags holds.
 pub(super) const FLAGS: &str = "{ robot = \"<flag>\" } and { mediator = \"<flag>\" }";

@@ -33,7 +33,7 @@ mod tables;
 pub use error::{KeyError, KeyErrors, article};
 pub use field::{Field, Section};
 pub use page::{KeyDoc, Page, TableDoc};
-pub use quantity::{ANGLE, Count, Quantity, rounded};
+pub use quantity::{ANGLE, Count, OFFSET, POSITION, Quantity, SPEED, rounded};
 pub(crate) use rules::none;
 pub use rules::{
     Corners, Ends, Flat, Id, Micros, Millis, Name, Optional, Pose, Text, Texts, Truth, Word,

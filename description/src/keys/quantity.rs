@@ -138,6 +138,17 @@ impl Count {
     }
 }
 
+/// A speed of a robot.
+pub const SPEED: Quantity = Quantity::new("a speed", "m/s").above(0.0).at_most(3.0);
+
+/// A place in `map`.
+pub const POSITION: Quantity = Quantity::new("a position", "m")
+    .at_least(-10_000.0)
+    .at_most(10_000.0);
+
+/// A short distance to one side.
+pub const OFFSET: Quantity = Quantity::new("an offset", "m").at_least(-5.0).at_most(5.0);
+
 /// A direction.
 pub const ANGLE: Quantity = Quantity::new("an angle", "rad")
     .at_least(-2.0 * std::f64::consts::PI)

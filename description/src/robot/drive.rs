@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use super::{ACCELERATION, GAIN, LENGTH, SPEED, TIMEOUT_MS};
+use super::{ACCELERATION, GAIN, LENGTH, TIMEOUT_MS};
 use crate::geometry::Twist2;
-use crate::keys::{ANGLE, Count, Flat, KeyError, Quantity, Section};
+use crate::keys::{ANGLE, Count, Flat, KeyError, Quantity, SPEED, Section};
 use crate::section;
 
 const CURRENT: Quantity = Quantity::new("a current", "A").above(0.0).at_most(100.0);

@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use super::{DURATION, TIMEOUT_MS};
 use crate::geometry::{Footprint, Pose2};
-use crate::keys::{Count, Field, KeyError, Page, Pose, Quantity, Source, Text};
+use crate::keys::{Count, Field, KeyError, OFFSET, Page, Pose, Quantity, Source, Text};
 use crate::section;
 
 const RANGE: Quantity = Quantity::new("a range", "m").above(0.0).at_most(60.0);
-const OFFSET: Quantity = Quantity::new("an offset", "m").at_least(-5.0).at_most(5.0);
 
 /// The bit rates that SCIP 2.0 devices know (command `SS`).
 pub const BIT_RATES: [u32; 7] = [19_200, 38_400, 57_600, 115_200, 250_000, 500_000, 750_000];

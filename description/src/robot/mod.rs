@@ -21,7 +21,6 @@ use crate::keys::{Count, Id, Map, Need, Quantity, Table, TableOrDefaults, Text};
 use crate::section;
 use crate::threads::ThreadConfig;
 
-pub(crate) const SPEED: Quantity = Quantity::new("a speed", "m/s").above(0.0).at_most(3.0);
 pub(crate) const LENGTH: Quantity = Quantity::new("a length", "m").above(0.0).at_most(5.0);
 pub(crate) const ACCELERATION: Quantity = Quantity::new("an acceleration", "m/s²")
     .above(0.0)

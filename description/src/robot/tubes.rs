@@ -2,9 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::{DURATION, GAIN, SPEED};
+use super::{DURATION, GAIN};
 use crate::geometry::Footprint;
-use crate::keys::{Count, Flat, KeyError, List, Need, Quantity, rounded};
+use crate::keys::{Count, Flat, KeyError, List, Need, Quantity, SPEED, rounded};
 use crate::section;
 
 const CURVATURE: Quantity = Quantity::new("a curvature", "1/m")

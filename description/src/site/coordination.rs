@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::quantities::POSITION;
 use crate::geometry::Rect;
-use crate::keys::{Corners, Count, Each, Map, Name, Need, Optional, Quantity, Table, Text, Texts};
+use crate::keys::{
+    Corners, Count, Each, Map, Name, Need, Optional, POSITION, Quantity, Table, Text, Texts,
+};
 use crate::section;
 
 const PATIENCE: Quantity = Quantity::new("a time", "s").above(0.0).at_most(3600.0);

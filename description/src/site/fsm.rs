@@ -1,8 +1,7 @@
 //! State machines, and which robot runs which.
 
-use super::quantities::POSITION;
 use crate::geometry::Pose2;
-use crate::keys::{List, Map, Name, Need, Optional, Pose, Text, Texts};
+use crate::keys::{List, Map, Name, Need, Optional, POSITION, Pose, Text, Texts};
 use crate::section;
 
 section! {

@@ -1,9 +1,14 @@
 //! Walls, lanes, areas and perception zones.
 
-use super::quantities::{LENGTH, POSITION, SPEED};
 use crate::geometry::{Rect, Segment};
-use crate::keys::{Corners, Count, Ends, Flat, Name, Need, Optional, Text, Word, WordList};
+use crate::keys::{
+    Corners, Count, Ends, Flat, Name, Need, Optional, POSITION, Quantity, SPEED, Text, Word,
+    WordList,
+};
 use crate::{section, words};
+
+/// A length on a floor.
+pub(super) const LENGTH: Quantity = Quantity::new("a length", "m").above(0.0).at_most(100.0);
 
 section! {
     /// A straight, solid wall, as the lidar sees it.

@@ -4,7 +4,6 @@ mod coordination;
 mod fsm;
 mod map;
 mod monitors;
-mod quantities;
 mod skills;
 
 pub use coordination::{

@@ -1,10 +1,10 @@
 //! Monitors: conditions that raise events.
 
-use super::map::Feature;
-use super::quantities::{LENGTH, POSITION};
+use super::map::{Feature, LENGTH};
 use crate::geometry::Rect;
 use crate::keys::{
-    Corners, Count, Fault, Field, Flat, Name, Need, Optional, Page, Quantity, Source, Word,
+    Corners, Count, Fault, Field, Flat, Name, Need, Optional, POSITION, Page, Quantity, Source,
+    Word,
 };
 use crate::{kinds, section};
 

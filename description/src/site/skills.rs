@@ -1,14 +1,13 @@
 //! Skills: what runs together, and controllers with their parameters.
 
-use super::quantities::{LENGTH, POSITION, SPEED};
+use super::map::LENGTH;
 use crate::geometry::Pose2;
 use crate::keys::{
-    Fault, Field, Flat, KeyError, Name, Need, Optional, Page, Pose, Quantity, Source, Text, Texts,
-    Word,
+    Fault, Field, Flat, KeyError, Name, Need, OFFSET, Optional, POSITION, Page, Pose, Quantity,
+    SPEED, Source, Text, Texts, Word,
 };
 use crate::{kinds, section, words};
 
-const OFFSET: Quantity = Quantity::new("an offset", "m").at_least(-5.0).at_most(5.0);
 const MARGIN: Quantity = Quantity::new("a length", "m").at_least(0.0).at_most(5.0);
 const WAY: Quantity = Quantity::new("a way", "m").at_least(-10.0).at_most(10.0);
 

@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ::coordination::petri::PlaceKind;
 
-use super::names::{key_of, kind, repeated, unknown};
+use super::names::{key_of, kind, repeated};
+use crate::check::reference::unknown;
 use crate::diagnostic::ProblemKind;
 use crate::net::{NetConfig, NetPlace, NetSet};
 use crate::report::Report;

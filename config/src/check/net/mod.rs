@@ -9,10 +9,11 @@ use std::collections::BTreeMap;
 use ::coordination::petri::{Binding, PlaceKind};
 use ::coordination::protocol::{ABORTED, Party};
 
+use crate::check::reference::unknown;
 use crate::diagnostic::ProblemKind;
 use crate::net::{MEDIATOR, NetConfig, NetPlace};
 use crate::report::Report;
-use names::{key_of, kind, unknown};
+use names::{key_of, kind};
 
 /// More than a person writes, and little enough to be checked at once.
 const MOST: &[(&str, usize)] = &[

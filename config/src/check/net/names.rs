@@ -4,9 +4,7 @@ use std::collections::BTreeSet;
 
 use ::coordination::petri::PlaceKind;
 
-use crate::check::reference::article;
 use crate::diagnostic::ProblemKind;
-use crate::hint;
 use crate::net::NetPlace;
 use crate::report::Report;
 
@@ -27,20 +25,6 @@ pub(super) fn kind(kind: PlaceKind) -> &'static str {
         PlaceKind::Source => "source",
         PlaceKind::Sink => "sink",
     }
-}
-
-/// Reports a name that does not exist, with advice.
-pub(super) fn unknown(report: &Report, key: &str, name: &str, what: &str, names: &[&str]) {
-    let found = format!("{what} `{name}`, which does not exist");
-    let expected = format!("the name of {}", article(what));
-    let mut problem = report.problem(ProblemKind::UnknownReference, key, found, expected);
-    // Guessing takes time; a report that is full shows none of it.
-    if !report.is_full()
-        && let Some(advice) = hint::for_name(name, names)
-    {
-        problem = problem.with_hint(advice);
-    }
-    report.push(problem);
 }
 
 /// Reports each name that stands a second time in a list.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use ::coordination::protocol::Problem as Fault;
 
-use super::names::{repeated, unknown};
+use super::names::repeated;
+use crate::check::reference::unknown;
 use crate::diagnostic::ProblemKind;
 use crate::net::{MEDIATOR, NetConfig, NetProtocol};
 use crate::report::Report;
