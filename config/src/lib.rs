@@ -19,7 +19,7 @@
 //! let robot = load_robot("robots/amr-1.toml", &[Override::parse("drive.max_speed_m_s=0.3")?])?;
 //! let site = load_site("sites/corridor.toml", &[])?;
 //! check_together(&robot, &site)?;
-//! assert_eq!(robot.drive.max_speed_m_s, 0.3);
+//! assert_eq!(robot.drive.limits.max_speed_m_s, 0.3);
 //!
 //! let millimetres = Override::parse("drive.wheelbase_m=250")?;
 //! let error = load_robot("robots/amr-1.toml", &[millimetres]).unwrap_err();
