@@ -23,11 +23,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use coordination::analysis::{self, Limits, Use};
-use coordination::binding::{MachineBinding, NetBinding};
-use coordination::event::EventTable;
-use coordination::fsm::MachineModel;
+use coordination::binding::NetBinding;
+use coordination::event::{EventId, EventTable};
+use coordination::fsm::{Machine, MachineModel};
 use coordination::petri::{Binding, Budget, NetModel};
-use coordination::protocol::{End, ModelError, Party, Protocol, ProtocolModel, channel};
+use coordination::protocol::{
+    Change, End, ModelError, Party, Protocol, ProtocolModel, Side, channel,
+};
 
 const ROBOTS: [&str; 3] = ["robot 1", "robot 2", "robot 3"];
 
@@ -100,17 +102,17 @@ fn protocol() -> Result<Protocol, ModelError> {
     model.compile()
 }
 
-/// A robot's states: where it is. `area.…` are flags of the protocol; the others are its own events.
+/// A robot's states: where it is. Its outputs set flags of the protocol; `granted` is one; the other inputs are its own events.
 fn robot_model() -> MachineModel {
     let mut model = MachineModel::new("robot");
     for state in ["on the road", "at the border", "entering", "in Cr"] {
         model.state(state);
     }
     model.initial("on the road");
-    model.transition("on the road", "near", "at the border", &["area.request"]);
-    model.transition("at the border", "area.granted", "entering", &[]);
-    model.transition("entering", "inside", "in Cr", &["area.entered"]);
-    model.transition("in Cr", "outside", "on the road", &["area.released"]);
+    model.transition("on the road", "near", "at the border", &["request"]);
+    model.transition("at the border", "granted", "entering", &[]);
+    model.transition("entering", "inside", "in Cr", &["entered"]);
+    model.transition("in Cr", "outside", "on the road", &["released"]);
     model
 }
 
@@ -186,35 +188,71 @@ impl World {
     }
 }
 
-/// One robot: drives up to the crossing, asks, waits, crosses, and comes back.
+/// A robot: its state machine, and its end of the protocol.
+struct Robot<'a> {
+    name: &'a str,
+    machine: Machine,
+    end: End,
+    world: &'a World,
+}
+
+impl Robot<'_> {
+    /// Steps the machine. Its outputs set flags, each as soon as it is next.
+    fn step(&mut self, event: EventId) -> Result<(), Failure> {
+        let outputs = self.machine.step(event).outputs.to_vec();
+        for output in outputs {
+            let flag = self.end.protocol().flag(self.machine.output_name(output));
+            let flag = flag.ok_or("an output is no flag")?;
+            while self.end.set(flag).is_err() {
+                // The mediator has not read the end of the last run.
+                self.end.poll();
+                self.wait()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits for a flag of the mediator, and steps the machine by it.
+    fn hear(&mut self) -> Result<(), Failure> {
+        loop {
+            if let Some(Change::Flag(flag)) = self.end.poll() {
+                let event = self.machine.input(self.end.protocol().flag_name(flag));
+                return self.step(event.ok_or("a flag is no input")?);
+            }
+            self.wait()?;
+        }
+    }
+
+    fn wait(&self) -> Result<(), Failure> {
+        let state = self.machine.state_name(self.machine.state());
+        self.world.wait(self.name, state)
+    }
+}
+
+/// One robot drives up to the crossing, asks, waits, crosses, and comes back.
 fn robot(name: &str, number: u32, end: End, world: &World) -> Result<u32, Failure> {
     let mut events = EventTable::new();
     let machine = robot_model().compile(&mut events)?;
     let [near, inside, outside] = ["near", "inside", "outside"].map(|name| events.intern(name));
     let (near, inside, outside) = (near?, inside?, outside?);
-    let entering = machine.state_id("entering");
-    let mut robot = MachineBinding::new(machine, [("area", end)]).map_err(all)?;
-    // This robot has no outputs but flags; what a machine fires else would go to its own activities.
-    let no_outputs = |_| {};
+    let mut robot = Robot {
+        name,
+        machine,
+        end,
+        world,
+    };
     for _ in 0..world.settings.crossings {
         world.drive(1 + number);
         world.say(name, "asks");
-        robot.step(near, no_outputs)?;
-        while Some(robot.machine().state()) != entering {
-            robot.communicate(no_outputs);
-            world.wait(name, robot.state_name())?;
-        }
+        robot.step(near)?;
+        robot.hear()?;
         world.enter();
         world.say(name, "enters Cr");
-        robot.step(inside, no_outputs)?;
+        robot.step(inside)?;
         world.drive(1);
         world.say(name, "leaves Cr");
         world.leave();
-        robot.step(outside, no_outputs)?;
-    }
-    while robot.waiting("area") > 0 {
-        robot.communicate(no_outputs);
-        world.wait(name, "its last flags are not taken")?;
+        robot.step(outside)?;
     }
     Ok(world.settings.crossings)
 }

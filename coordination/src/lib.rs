@@ -7,7 +7,7 @@
 //! * [`fsm`]: Mealy machines, from a symbolic model to dense tables;
 //! * [`petri`]: Petri nets, from a symbolic model to dense tables that an executor runs;
 //! * [`protocol`]: flag arrays, the order in which two parties set the flags that they share;
-//! * [`binding`]: nets, machines and protocols together;
+//! * [`binding`]: nets and protocols together;
 //! * [`activity`]: the life cycle of an activity and the 5C event loop;
 //! * `symbols` (feature `symbols`): the symbol table in shared memory.
 //!

@@ -4,11 +4,12 @@ mod counting;
 
 use std::sync::Arc;
 
-use coordination::binding::{MachineBinding, NetBinding};
+use coordination::analysis::{Limits, Use, check};
+use coordination::binding::NetBinding;
 use coordination::event::EventTable;
 use coordination::fsm::MachineModel;
 use coordination::petri::{Binding, Budget, NetModel};
-use coordination::protocol::{Party, Protocol, ProtocolModel, Replica, Side, channel};
+use coordination::protocol::{End, Party, Protocol, ProtocolModel, Replica, Side, channel};
 use counting::allocations;
 
 fn area(keeper: &str) -> Arc<Protocol> {
@@ -24,29 +25,26 @@ fn area(keeper: &str) -> Arc<Protocol> {
     Arc::new(model.compile().unwrap())
 }
 
-fn gate(robot: &str) -> NetModel {
+/// Lets one robot in at a time; what one that gave up holds is free again.
+fn gate(protocol: &Arc<Protocol>) -> (End, NetBinding<End>) {
     let mut gate = NetModel::new("gate");
-    gate.source("asked", Binding::flag(robot, "request"));
-    gate.sink("granted", Binding::flag(robot, "granted"));
-    gate.source("left", Binding::flag(robot, "released"));
+    gate.source("asked", Binding::flag("r", "request"));
+    gate.sink("granted", Binding::flag("r", "granted"));
+    gate.source("left", Binding::flag("r", "released"));
     gate.place("free").mark("free").place("inside");
     gate.transition("enter", &["asked", "free"], &["inside", "granted"]);
     gate.transition("leave", &["left", "inside"], &["free"]);
-    gate
-}
-
-fn robot() -> MachineModel {
-    let mut model = MachineModel::new("robot");
-    model
-        .state("away")
-        .state("waiting")
-        .state("inside")
-        .initial("away");
-    model.transition("away", "near", "waiting", &["area.request"]);
-    model.transition("waiting", "area.granted", "inside", &[]);
-    model.transition("inside", "out", "away", &["area.released"]);
-    model.transition("waiting", "area.aborted", "away", &[]);
-    model
+    if protocol.keeper() == Some(Party::First) {
+        gate.source("gone", Binding::flag("r", "aborted"));
+        gate.transition("ignored", &["gone", "free"], &["free"]);
+        gate.transition("cleared", &["gone", "inside"], &["free"]);
+    }
+    let uses = [Use::new("r", Arc::clone(protocol), Party::Second)];
+    let proof = check(&gate, &uses, &Limits::default()).unwrap_or_else(|error| panic!("{error}"));
+    let net = gate.compile(&mut EventTable::new()).unwrap();
+    let (robot, mediator) = channel(protocol);
+    let gate = NetBinding::new(&proof, &net, [("r", mediator)]).unwrap();
+    (robot, gate)
 }
 
 #[test]
@@ -56,40 +54,40 @@ fn the_allocator_is_counted() {
 
 #[test]
 fn a_run_through_net_machine_and_protocol_allocates_nothing() {
-    let protocol = area("mediator");
-    let (robot_end, mediator_end) = channel(&protocol);
+    let mut model = MachineModel::new("robot");
+    model.state("away").state("inside").initial("away");
+    model.transition("away", "near", "inside", &["request"]);
+    model.transition("inside", "out", "away", &["released"]);
     let mut events = EventTable::new();
-    let machine = robot().compile(&mut events).unwrap();
+    let mut machine = model.compile(&mut events).unwrap();
     let [near, out] = ["near", "out"].map(|event| events.id(event).unwrap());
-    let mut robot = MachineBinding::new(machine, [("area", robot_end)]).unwrap();
-    let net = gate("r").compile(&mut EventTable::new()).unwrap();
-    let mut gate = NetBinding::unproved(&net, [("r", mediator_end)]).unwrap();
+    let protocol = area("mediator");
+    let (mut robot, mut gate) = gate(&protocol);
+    let [request, released] = ["request", "released"].map(|flag| protocol.flag(flag).unwrap());
     let used = allocations(|| {
         for _ in 0..100 {
-            robot.step(near, |_| {}).unwrap();
+            assert_eq!(machine.step(near).outputs.len(), 1);
+            robot.set(request).unwrap();
             gate.step(Budget::default(), |_| true);
-            robot.communicate(|_| {});
-            robot.step(out, |_| {}).unwrap();
-            robot.step(near, |_| {}).unwrap();
+            robot.poll().unwrap();
+            assert_eq!(machine.step(out).outputs.len(), 1);
+            robot.set(released).unwrap();
             gate.step(Budget::default(), |_| true);
-            robot.communicate(|_| {});
+            robot.poll();
+            robot.set(request).unwrap();
             gate.step(Budget::default(), |_| true);
             gate.abort().unwrap();
-            robot.communicate(|_| {});
-            assert_eq!(robot.waiting("area"), 0);
+            robot.poll().unwrap();
         }
     });
     assert_eq!(used, 0);
-    assert_eq!(robot.state_name(), "away");
     assert_eq!(gate.executor().firings(), 300);
 }
 
 #[test]
 fn an_abort_of_the_other_party_allocates_nothing() {
     let protocol = area("robot");
-    let (mut robot, mediator_end) = channel(&protocol);
-    let net = gate("r").compile(&mut EventTable::new()).unwrap();
-    let mut gate = NetBinding::unproved(&net, [("r", mediator_end)]).unwrap();
+    let (mut robot, mut gate) = gate(&protocol);
     let request = protocol.flag("request").unwrap();
     let used = allocations(|| {
         for _ in 0..100 {

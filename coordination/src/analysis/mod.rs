@@ -88,3 +88,6 @@ pub use proof::Proof;
 pub use refusal::{Dead, Reason, Refusal, Step, Trace};
 pub use report::{Report, Warning};
 pub use usage::{Limits, Situation, Use};
+
+#[cfg(test)]
+mod random_nets;

@@ -1,10 +1,10 @@
-//! What can be wrong when a net or a machine is bound to protocols.
+//! What can be wrong when a net is bound to protocols.
 
 use thiserror::Error;
 
 use crate::protocol::{ABORTED, FlagId, Party, Protocol};
 
-/// Why a net or a machine does not fit the protocols given.
+/// Why a net does not fit the protocols given.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum BindError {
@@ -12,31 +12,48 @@ pub enum BindError {
     #[error("two protocols are called `{protocol}`")]
     DuplicateProtocol { protocol: String },
     /// A binding names a protocol that was not given.
-    #[error("{user} names the unknown protocol `{protocol}`; known protocols: {known}")]
+    #[error("place `{place}` names the unknown protocol `{protocol}`; known protocols: {known}")]
     UnknownProtocol {
-        user: String,
+        /// The place that names it.
+        place: String,
+        /// The unknown name.
         protocol: String,
         known: String,
     },
     /// A binding names a flag that the protocol does not have.
-    #[error("{user} names the unknown flag `{flag}` of protocol `{protocol}`; its flags: {known}")]
+    #[error(
+        "place `{place}` names the unknown flag `{flag}` of protocol `{protocol}`; its flags: {known}"
+    )]
     UnknownFlag {
-        user: String,
+        /// The place that names it.
+        place: String,
+        /// The protocol.
         protocol: String,
         flag: String,
         known: String,
     },
     /// What sets a flag must be on its owner's side, and what reads it on the other.
-    #[error("{user} is bound to flag `{flag}` of protocol `{protocol}`, which `{owner}` sets")]
+    #[error(
+        "place `{place}` is bound to flag `{flag}` of protocol `{protocol}`, which `{owner}` sets"
+    )]
     WrongOwner {
-        user: String,
+        /// The place.
+        place: String,
+        /// The protocol.
         protocol: String,
         flag: String,
         owner: String,
     },
     /// Something is bound to the abort of a protocol that the other party cannot abort.
-    #[error("{user} is bound to `{ABORTED}` of protocol `{protocol}`, whose keeper is not across")]
-    NeverAborted { user: String, protocol: String },
+    #[error(
+        "place `{place}` is bound to `{ABORTED}` of protocol `{protocol}`, whose keeper is not across"
+    )]
+    NeverAborted {
+        /// The place.
+        place: String,
+        /// The protocol.
+        protocol: String,
+    },
     /// A flag fills several sources although its run can be aborted, which could then not take it
     /// back from all of them.
     #[error(
@@ -90,7 +107,7 @@ pub(super) enum Named {
 
 /// Finds `flag` in `protocol`, called `name` here, for the side of `party`.
 pub(super) fn find_flag(
-    user: impl Fn() -> String,
+    place: &str,
     (name, protocol): (&str, &Protocol),
     party: Party,
     role: Role,
@@ -101,7 +118,7 @@ pub(super) fn find_flag(
             Ok(Named::Abort)
         } else {
             Err(BindError::NeverAborted {
-                user: user(),
+                place: place.to_owned(),
                 protocol: name.to_owned(),
             })
         };
@@ -109,7 +126,7 @@ pub(super) fn find_flag(
     let Some(id) = protocol.flag(flag) else {
         let known: Vec<_> = protocol.flags().map(|(_, flag, _)| flag).collect();
         return Err(BindError::UnknownFlag {
-            user: user(),
+            place: place.to_owned(),
             protocol: name.to_owned(),
             flag: flag.to_owned(),
             known: known.join(", "),
@@ -121,7 +138,7 @@ pub(super) fn find_flag(
     };
     match protocol.owner(id) {
         Some(owner) if owner != setter => Err(BindError::WrongOwner {
-            user: user(),
+            place: place.to_owned(),
             protocol: name.to_owned(),
             flag: flag.to_owned(),
             owner: protocol.party_name(owner).to_owned(),

@@ -1,4 +1,4 @@
-//! The mediator's half: a net and one protocol side per robot.
+//! A net and one protocol side per robot.
 
 use super::error::BindError;
 use super::proved::{Standing, check_proof};
@@ -49,7 +49,7 @@ impl<S: Side> NetBinding<S> {
         net: &Net,
         sides: impl IntoIterator<Item = (N, S)>,
     ) -> Result<Self, Vec<BindError>> {
-        let binding = Self::unproved(net, sides)?;
+        let binding = Self::bind(net, sides)?;
         check_proof(proof, &binding.executor, &binding.wiring, &binding.sides)?;
         Ok(binding)
     }
@@ -65,18 +65,26 @@ impl<S: Side> NetBinding<S> {
         sides: impl IntoIterator<Item = (N, S)>,
         standing: &Standing,
     ) -> Result<Self, Vec<BindError>> {
-        let mut binding = Self::unproved(net, sides)?;
+        let mut binding = Self::bind(net, sides)?;
         standing.restore(&mut binding.executor)?;
         check_proof(proof, &binding.executor, &binding.wiring, &binding.sides)?;
         Ok(binding)
     }
 
-    /// As [`new`](Self::new), of a net of which nothing is known: for tests of what such a net does, and
-    /// for tools that look into one. It decides nothing about machines that move.
+    /// As [`new`](Self::new), of a net of which nothing is known: for tests of what such a net does. Only this crate's
+    /// tests and builds with the feature `unproved` have it.
     ///
     /// # Errors
     /// All that does not fit.
+    #[cfg(any(test, feature = "unproved"))]
     pub fn unproved<N: Into<Box<str>>>(
+        net: &Net,
+        sides: impl IntoIterator<Item = (N, S)>,
+    ) -> Result<Self, Vec<BindError>> {
+        Self::bind(net, sides)
+    }
+
+    fn bind<N: Into<Box<str>>>(
         net: &Net,
         sides: impl IntoIterator<Item = (N, S)>,
     ) -> Result<Self, Vec<BindError>> {

@@ -62,11 +62,10 @@ impl Wiring {
             let Some(Binding::Flag { protocol, flag }) = found.binding else {
                 continue;
             };
-            let user = || format!("place `{}`", found.name);
             let Some(number) = ports.iter().position(|port| *port.name == **protocol) else {
                 let known: Vec<_> = ports.iter().map(|port| &*port.name).collect();
                 errors.push(BindError::UnknownProtocol {
-                    user: user(),
+                    place: found.name.to_owned(),
                     protocol: protocol.clone(),
                     known: known.join(", "),
                 });
@@ -85,7 +84,7 @@ impl Wiring {
             flags[event.index()] = true;
             let role = if is_sink { Role::Sets } else { Role::Reads };
             let named = (protocol.as_str(), side.protocol());
-            match find_flag(user, named, side.party(), role, flag) {
+            match find_flag(found.name, named, side.party(), role, flag) {
                 Ok(Named::Flag(flag)) if is_sink => {
                     if outgoing.len() <= event.index() {
                         outgoing.resize(event.index() + 1, None);

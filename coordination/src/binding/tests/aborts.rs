@@ -3,15 +3,14 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use coordination::binding::{MachineBinding, NetBinding};
-use coordination::event::EventTable;
-use coordination::fsm::MachineModel;
-use coordination::petri::{Binding, Budget, NetModel};
-use coordination::protocol::{
+use crate::binding::NetBinding;
+use crate::event::EventTable;
+use crate::petri::{Binding, Budget, NetModel};
+use crate::protocol::{
     AbortError, Change, End, FlagId, Party, Position, Protocol, SetError, Side, channel,
 };
 
-use super::common::area;
+use super::area;
 
 const ROBOTS: [&str; 2] = ["a", "b"];
 
@@ -226,27 +225,4 @@ fn a_net_does_not_mistake_an_abort_for_the_flag_that_it_saw() {
     let progress = binding.step(Budget::default(), |_| true);
     assert_eq!((progress.set, binding.aborts("a")), (0, 1));
     assert!(is_marked(&binding, "free"));
-}
-
-#[test]
-fn a_machine_does_not_mistake_an_abort_for_the_flag_that_it_saw() {
-    let protocol: Arc<Protocol> = area("mediator");
-    let flag = |name| protocol.flag(name).unwrap();
-    let (mut robot, mut mediator) = channel(&protocol);
-    robot.set(flag("request")).unwrap();
-    mediator.poll().unwrap();
-    mediator.set(flag("granted")).unwrap();
-    let mut model = MachineModel::new("robot");
-    model.state("waiting").state("inside").state("stopped");
-    model.initial("waiting");
-    model.transition("waiting", "area.granted", "inside", &["go"]);
-    model.transition("waiting", "area.aborted", "stopped", &["stop"]);
-    let mut events = EventTable::new();
-    let machine = model.compile(&mut events).unwrap();
-    let sides = [("area", overtaken(robot, mediator))];
-    let mut binding = MachineBinding::new(machine, sides).unwrap();
-    let mut fired = Vec::new();
-    binding.communicate(|event| fired.push(event));
-    assert_eq!(binding.state_name(), "stopped");
-    assert_eq!(fired, [events.id("stop").unwrap()]);
 }

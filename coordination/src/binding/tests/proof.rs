@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use coordination::analysis::{Limits, Proof, Use, check};
-use coordination::binding::{NetBinding, Standing};
-use coordination::event::EventTable;
-use coordination::petri::{Binding, Budget, Net, NetModel};
-use coordination::protocol::{
-    Change, Level, Party, Protocol, ProtocolModel, Replica, Side, channel,
-};
+use crate::analysis::{Limits, Proof, Use, check};
+use crate::binding::{NetBinding, Standing};
+use crate::event::EventTable;
+use crate::petri::{Binding, Budget, Net, NetModel};
+use crate::protocol::{Change, Level, Party, Protocol, ProtocolModel, Replica, Side, channel};
 
-use super::common::area;
+use super::area;
 
 /// Lets one of two robots in.
 fn gate() -> NetModel {
@@ -60,7 +58,7 @@ fn side(protocol: &Arc<Protocol>, flags: u16) -> Replica {
     Replica::resume(protocol, Party::Second, level).unwrap()
 }
 
-fn refusal<S>(result: Result<NetBinding<S>, Vec<coordination::binding::BindError>>) -> String {
+fn refusal<S>(result: Result<NetBinding<S>, Vec<crate::binding::BindError>>) -> String {
     let errors = result.err().expect("it does not fit");
     let texts: Vec<_> = errors.iter().map(ToString::to_string).collect();
     texts.join("; ")

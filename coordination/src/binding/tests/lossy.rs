@@ -1,15 +1,13 @@
-//! Robots and mediator on different machines: the same bindings over replicas, whose levels are
-//! lost, repeated and reordered.
+//! Robots and mediator on different machines: a binding over replicas, whose levels are lost, repeated and reordered.
 
-use coordination::analysis::{Limits, Use, check};
-use coordination::binding::{MachineBinding, NetBinding};
-use coordination::event::EventTable;
-use coordination::fsm::MachineModel;
-use coordination::petri::{Binding, Budget, NetModel};
-use coordination::protocol::{Level, Party, Replica};
+use crate::analysis::{Limits, Use, check};
+use crate::binding::NetBinding;
+use crate::event::EventTable;
+use crate::petri::{Binding, Budget, NetModel};
+use crate::protocol::{FlagId, Level, Party, Replica, Side};
 use proptest::prelude::*;
 
-use super::common::area;
+use super::area;
 
 const ROBOTS: [&str; 3] = ["a", "b", "c"];
 
@@ -30,8 +28,10 @@ fn net_model() -> NetModel {
 }
 
 struct Robot {
-    events: EventTable,
-    binding: MachineBinding<Replica>,
+    side: Replica,
+    request: FlagId,
+    released: FlagId,
+    is_inside: bool,
     crossed: u32,
     to_mediator: Vec<Level>,
     to_robot: Vec<Level>,
@@ -39,48 +39,31 @@ struct Robot {
 
 impl Robot {
     fn new(id: u16) -> Self {
-        let mut model = MachineModel::new("robot");
-        model
-            .state("away")
-            .state("waiting")
-            .state("inside")
-            .initial("away");
-        model.transition("away", "near", "waiting", &["area.request"]);
-        model.transition("waiting", "area.granted", "inside", &[]);
-        model.transition("inside", "out", "away", &["area.released"]);
-        let mut events = EventTable::new();
-        let machine = model.compile(&mut events).unwrap();
-        let side = Replica::new(&area("mediator"), id, Party::First, 1);
+        let protocol = area("mediator");
+        let flag = |name| protocol.flag(name).unwrap();
         Self {
-            binding: MachineBinding::new(machine, [("area", side)]).unwrap(),
-            events,
+            request: flag("request"),
+            released: flag("released"),
+            side: Replica::new(&protocol, id, Party::First, 1),
+            is_inside: false,
             crossed: 0,
             to_mediator: Vec::new(),
             to_robot: Vec::new(),
         }
     }
 
-    fn is_inside(&self) -> bool {
-        self.binding.state_name() == "inside"
-    }
-
     /// Drives on, and looks at its flags.
     fn act(&mut self) {
-        let next = match self.binding.state_name() {
-            "away" => "near",
-            "inside" => "out",
-            _ => "",
-        };
-        if let Some(event) = self.events.id(next)
-            && self.binding.step(event, |_| {}).is_ok()
-        {
-            self.crossed += u32::from(next == "out");
+        if self.is_inside {
+            self.side.set(self.released).unwrap();
+            self.is_inside = false;
+            self.crossed += 1;
+        } else {
+            // Refused while it waits for the grant, or for the mediator to read the end of the last run.
+            let _ = self.side.set(self.request);
         }
-        self.binding.communicate(|_| {});
-    }
-
-    fn level(&self) -> Level {
-        self.binding.side("area").unwrap().level()
+        // The mediator sets nothing but `granted`.
+        self.is_inside |= self.side.poll().is_some();
     }
 }
 
@@ -115,8 +98,8 @@ impl World {
     }
 
     fn tell_robot(&mut self, robot: usize, level: Level) {
-        let side = self.robots[robot].binding.side_mut("area").unwrap();
-        side.merge(level).expect("both sides are honest");
+        let merged = self.robots[robot].side.merge(level);
+        merged.expect("both sides are honest");
     }
 }
 
@@ -135,7 +118,7 @@ proptest! {
                     world.mediator.step(Budget::default(), |_| true);
                 }
                 2 => {
-                    let level = world.robots[robot].level();
+                    let level = world.robots[robot].side.level();
                     world.robots[robot].to_mediator.push(level);
                 }
                 3 => {
@@ -155,15 +138,15 @@ proptest! {
                     }
                 }
             }
-            prop_assert!(world.robots.iter().filter(|robot| robot.is_inside()).count() <= 1);
+            prop_assert!(world.robots.iter().filter(|robot| robot.is_inside).count() <= 1);
         }
         // When the network works again, everybody gets across.
         let before: Vec<u32> = world.robots.iter().map(|robot| robot.crossed).collect();
         for _ in 0..30 {
             for robot in 0..3 {
                 world.robots[robot].act();
-                prop_assert!(world.robots.iter().filter(|robot| robot.is_inside()).count() <= 1);
-                let level = world.robots[robot].level();
+                prop_assert!(world.robots.iter().filter(|robot| robot.is_inside).count() <= 1);
+                let level = world.robots[robot].side.level();
                 world.tell_mediator(robot, level);
                 world.mediator.step(Budget::default(), |_| true);
                 let level = world.mediator_level(robot);

@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use coordination::analysis::{Limits, Proof, Reason, Use, check};
-use coordination::binding::NetBinding;
-use coordination::event::EventTable;
-use coordination::petri::{Binding, Budget, NetModel};
-use coordination::protocol::{End, Party, Protocol, ProtocolModel, Side, channel};
+use crate::analysis::{Limits, Proof, Reason, Use, check};
+use crate::binding::NetBinding;
+use crate::event::EventTable;
+use crate::petri::{Binding, Budget, NetModel};
+use crate::protocol::{End, Party, Protocol, ProtocolModel, Side, channel};
 
 /// By robot.
 type Protocols = Vec<(String, Arc<Protocol>)>;

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use coordination::binding::NetBinding;
-use coordination::event::EventTable;
-use coordination::petri::{Binding, Budget, Net, NetModel, OfferError};
-use coordination::protocol::{
+use crate::binding::NetBinding;
+use crate::event::EventTable;
+use crate::petri::{Binding, Budget, Net, NetModel, OfferError};
+use crate::protocol::{
     AbortError, Change, End, Position, Protocol, ProtocolModel, SetError, Side, channel,
 };
 
-use super::common::area;
+use super::area;
 
 /// Grants requests while it is open; counts who has left in an event. An event closes it.
 fn gate_model() -> NetModel {

@@ -1,9 +1,0 @@
-//! Nets and machines bound to protocols.
-
-mod aborts;
-mod common;
-mod junction;
-mod lossy;
-mod machine;
-mod net;
-mod proof;
