@@ -45,6 +45,7 @@
 //! ```
 
 pub mod client;
+mod instruction;
 pub mod keys;
 pub mod level;
 #[cfg(feature = "network")]

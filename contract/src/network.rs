@@ -39,7 +39,7 @@ impl NetworkSettings {
         set("mode", "peer".into())?;
         set("listen/endpoints", self.listen.clone().into())?;
         set("connect/endpoints", self.connect.clone().into())?;
-        // For ever, and beside the session, which opens at once. Whoever was restarted is found again within a second.
+        // Retried for ever in the background: the session opens at once, and finds a restarted peer within a second.
         set("connect/timeout_ms", (-1).into())?;
         set("connect/exit_on_failure", false.into())?;
         let retry = serde_json::json!({

@@ -11,6 +11,41 @@
 //! * [`activity`]: the life cycle of an activity and the 5C event loop;
 //! * `symbols` (feature `symbols`): the symbol table in shared memory.
 //!
+//! # Example
+//! A robot asks for an area. Its side and the mediator's are on two machines, and send each other levels, as often as they like;
+//! the grant is an event for the robot's machine.
+//! ```
+//! use std::sync::Arc;
+//! use coordination::event::EventTable;
+//! use coordination::fsm::MachineModel;
+//! use coordination::protocol::{Change, Party, ProtocolModel, Replica, Side};
+//!
+//! let mut area = ProtocolModel::new("area", "robot", "mediator");
+//! area.array("pass", &[("request", "robot"), ("granted", "mediator"), ("released", "robot")]);
+//! let area = Arc::new(area.compile()?);
+//! let flag = |name| area.flag(name).expect("listed above");
+//! let mut robot = Replica::new(&area, 0, Party::First, 0);
+//! let mut mediator = Replica::new(&area, 0, Party::Second, 0);
+//!
+//! let mut machine = MachineModel::new("robot");
+//! machine.state("waiting").state("inside").initial("waiting");
+//! machine.transition("waiting", "granted", "inside", &["drive"]);
+//! let mut machine = machine.compile(&mut EventTable::new())?;
+//!
+//! robot.set(flag("request"))?;
+//! mediator.merge(robot.level())?;
+//! assert_eq!(mediator.poll(), Some(Change::Flag(flag("request"))));
+//! mediator.set(flag("granted"))?;
+//! robot.merge(mediator.level())?;
+//! if let Some(Change::Flag(flag)) = robot.poll()
+//!     && let Some(event) = machine.input(area.flag_name(flag))
+//! {
+//!     machine.step(event);
+//! }
+//! assert_eq!(machine.state_name(machine.state()), "inside");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! **Real time.** What is built once (tables, queues, machines) may allocate while it is built;
 //! using it afterwards never allocates, locks, logs, waits or makes a system call. Where a function
 //! is not for a real-time thread, its documentation says so.

@@ -1,6 +1,8 @@
 //! The vocabulary for robots, sites and motions that all crates share, as plain data.
 //!
+//! * [`areas`]: areas of a site by number;
 //! * [`geometry`]: points, poses, twists, segments, rectangles, outlines;
+//! * [`instruction`]: events for a state machine, with parameters;
 //! * [`keys`]: how a key of a file is declared: type, unit, range, default and explanation in one place;
 //! * [`names`]: what can stand in keys on the network;
 //! * [`robot`], [`threads`]: what a robot file says;
@@ -27,7 +29,9 @@
 //! assert_eq!(error.key, "pivot_gain_1_s");
 //! ```
 
+pub mod areas;
 pub mod geometry;
+pub mod instruction;
 pub mod keys;
 pub mod names;
 pub mod robot;

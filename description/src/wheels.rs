@@ -1,7 +1,23 @@
-//! Speeds of the two hub wheels of a drive: the one form between the wheel controller and the process data.
+//! Angles and speeds of the two hub wheels of a drive: the one form between process data, odometry and wheel controller.
 
 /// Faster than any wheel; stands for infinity where speeds are scaled.
 const FASTEST_RAD_S: f64 = 1e9;
+
+/// What the encoders of a drive say; positive wheel angles drive the unit forward along its heading.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "pod",
+    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+)]
+#[repr(C)]
+pub struct EncoderAngles {
+    /// Left hub wheel, accumulated.
+    pub left_rad: f64,
+    /// Right hub wheel, accumulated.
+    pub right_rad: f64,
+    /// Pivot, its zero already subtracted, positive to the left; may wrap at ±π.
+    pub pivot_rad: f64,
+}
 
 /// Speeds of the two hub wheels, positive drives the unit forward along its heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

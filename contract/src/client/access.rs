@@ -6,7 +6,7 @@ use coordination::protocol::{Change, MergeError, Merged, Position, Replica, Side
 
 use super::situation::{ClientCounters, Situation};
 use crate::level::{self, LevelError};
-use crate::protocols::{AccessProtocol, ROBOT_PARTY};
+use crate::protocols::{AccessProtocol, ControlError, ROBOT_PARTY, begin};
 use crate::wire::{Access, AccessGrant};
 
 /// The robot's claim on one area: the run of protocol 1 under way, and those before it.
@@ -30,16 +30,13 @@ impl Claim {
             inherited: false,
         }
     }
-
-    /// It was ever used.
-    fn is_known(&self) -> bool {
-        self.replica.run() > 0 || self.replica.position() != Position::START
-    }
 }
 
-/// Why what the mediator says of an area was ignored.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+/// Why what the mediator says of a protocol was ignored.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(super) enum BadLevel {
+    #[error(transparent)]
+    Protocol(#[from] ControlError),
     #[error(transparent)]
     Level(#[from] LevelError),
     #[error(transparent)]
@@ -69,7 +66,7 @@ impl Claims {
     pub(super) fn inherit(&mut self, grant: &AccessGrant) -> Result<(), BadLevel> {
         let level = level::decode(grant.level.as_ref())?;
         let claim = Claim {
-            replica: self.protocol.resume(ROBOT_PARTY, level)?,
+            replica: Replica::resume(&self.protocol.protocol, ROBOT_PARTY, level)?,
             fence: grant.fence,
             waits_for: grant.waits_for.clone(),
             inherited: true,
@@ -87,7 +84,7 @@ impl Claims {
         let level = level::decode(grant.level.as_ref())?;
         let protocol = &self.protocol;
         let claim = { self.by_area.entry(grant.area.clone()) }
-            .or_insert_with(|| Claim::new(protocol.begin(ROBOT_PARTY)));
+            .or_insert_with(|| Claim::new(begin(&protocol.protocol, ROBOT_PARTY)));
         let merged = claim.replica.merge(level)?;
         claim.waits_for.clone_from(&grant.waits_for);
         if merged == Merged::Nothing {
@@ -179,7 +176,7 @@ impl Claims {
         let mut news = false;
         for area in wanted {
             let claim = { self.by_area.entry(area.clone()) }
-                .or_insert_with(|| Claim::new(protocol.begin(ROBOT_PARTY)));
+                .or_insert_with(|| Claim::new(begin(&protocol.protocol, ROBOT_PARTY)));
             if claim.replica.position() == Position::START {
                 news |= claim.replica.set(protocol.request).is_ok();
             }
@@ -189,13 +186,17 @@ impl Claims {
 
     /// For the report.
     pub(super) fn report(&self) -> Vec<Access> {
-        { self.by_area.iter() }
-            .filter(|(_, claim)| claim.is_known())
-            .map(|(area, claim)| Access {
-                area: area.clone(),
-                level: Some(level::encode(claim.replica.level())),
-                fence: claim.fence,
-            })
+        let all = self.by_area.iter();
+        all.filter_map(|(area, claim)| report_of(area, &claim.replica, claim.fence))
             .collect()
     }
+}
+
+/// What a report says of a protocol about an area, if that was ever used.
+pub(super) fn report_of(area: &str, replica: &Replica, fence: u64) -> Option<Access> {
+    (replica.run() > 0 || replica.position() != Position::START).then(|| Access {
+        area: area.to_owned(),
+        level: Some(level::encode(replica.level())),
+        fence,
+    })
 }

@@ -4,11 +4,12 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use coordination::protocol::{Change, FlagId, Party, Position, Protocol, Replica, Side};
+use description::instruction::Instruction;
 
-use crate::level::{self, LevelError, PROTOCOL_ID};
-use crate::protocols::{self, ControlError, RELEASE, ROBOT_PARTY};
-use crate::wire::{self, Instruction, Pose};
-use coordination::protocol::MergeError;
+use super::access::BadLevel;
+use crate::level;
+use crate::protocols::{RELEASE, ROBOT_PARTY, begin, control_paths};
+use crate::wire;
 
 /// What the mediator wants the robot to do, by a flag of a coordination.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,27 +18,10 @@ pub struct Order {
     pub coordination: u64,
     /// The flag.
     pub flag: String,
-    /// To be posted to the state machine, when its state has a transition on it; `None`: only the rest is ordered.
-    pub event: Option<String>,
-    /// Not faster than this.
-    pub speed_limit_m_s: Option<f64>,
-    /// Where to stop, in `map`.
-    pub stop_at: Option<Pose>,
-    /// Areas that the client asks for by itself, because of this order.
-    pub areas: Vec<String>,
+    /// Its event, if there is one, is for the state machine, as soon as its state has a transition on it.
+    pub instruction: Instruction<Option<String>>,
     /// Given again because the robot's process has restarted: the state machine may have taken the event before.
     pub repeated: bool,
-}
-
-/// Why a coordination cannot be taken part in.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub(super) enum BadControl {
-    #[error(transparent)]
-    Protocol(#[from] ControlError),
-    #[error(transparent)]
-    Level(#[from] LevelError),
-    #[error(transparent)]
-    Merge(#[from] MergeError),
 }
 
 #[derive(Clone, Debug)]
@@ -56,25 +40,15 @@ pub(super) struct Control {
 
 impl Control {
     /// Joins a coordination. A robot that `registers` goes on where it was before it restarted.
-    pub(super) fn join(message: &wire::Control, registers: bool) -> Result<Self, BadControl> {
-        let flags: Vec<(&str, bool)> = message
-            .flags
-            .iter()
-            .map(|flag| (flag.name.as_str(), flag.by_mediator))
-            .collect();
-        let paths: Vec<Vec<usize>> = message
-            .paths
-            .iter()
-            .map(|path| path.flags.iter().map(|&flag| flag as usize).collect())
-            .collect();
-        let protocol = Arc::new(protocols::control_paths(&flags, &paths)?);
+    pub(super) fn join(message: &wire::Control, registers: bool) -> Result<Self, BadLevel> {
+        let protocol = Arc::new(control_paths(&message.flags, &message.paths)?);
         let level = level::decode(message.level.as_ref())?;
         let robot = ROBOT_PARTY;
         let said = |name: &str| message.flags.iter().find(|flag| flag.name == name);
         let replica = if registers {
             Replica::resume(&protocol, robot, level)?
         } else {
-            Replica::new(&protocol, PROTOCOL_ID, robot, 0)
+            begin(&protocol, robot)
         };
         let mut control = Self {
             coordination: message.coordination,
@@ -112,7 +86,7 @@ impl Control {
     }
 
     /// Takes in a level of the same coordination.
-    pub(super) fn learn(&mut self, message: &wire::Control) -> Result<(), BadControl> {
+    pub(super) fn learn(&mut self, message: &wire::Control) -> Result<(), BadLevel> {
         self.replica.merge(level::decode(message.level.as_ref())?)?;
         while let Some(change) = self.replica.poll() {
             if let Change::Flag(flag) = change {
@@ -126,22 +100,13 @@ impl Control {
         let Some(said) = self.flags.get(flag.index()) else {
             return;
         };
-        let Some(instruction) = &said.instruction else {
-            if said.name == RELEASE {
-                self.areas.clear();
-            }
-            return;
-        };
-        let Instruction {
-            event,
-            speed_limit_m_s,
-            stop_at,
-            areas,
-        } = instruction.clone();
         if said.name == RELEASE {
             self.areas.clear();
         }
-        for area in &areas {
+        let Some(instruction) = &said.instruction else {
+            return;
+        };
+        for area in &instruction.areas {
             if !self.areas.contains(area) {
                 self.areas.push(area.clone());
             }
@@ -149,10 +114,7 @@ impl Control {
         self.orders.push_back(Order {
             coordination: self.coordination,
             flag: said.name.clone(),
-            event: (!event.is_empty()).then_some(event),
-            speed_limit_m_s: (speed_limit_m_s > 0.0).then_some(speed_limit_m_s),
-            stop_at,
-            areas,
+            instruction: instruction.into(),
             repeated,
         });
     }

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use coordination::protocol::{Position, Replica, Side};
 
-use super::access::{BadLevel, Claims};
+use super::access::{BadLevel, Claims, report_of};
 use super::situation::{ClientCounters, Situation};
 use crate::level;
-use crate::protocols::{ROBOT_PARTY, RevocationProtocol};
+use crate::protocols::{ROBOT_PARTY, RevocationProtocol, begin};
 use crate::wire::Access;
 
 #[derive(Clone, Debug)]
@@ -22,11 +22,6 @@ impl Revocation {
     fn is_asked(&self) -> bool {
         let at = self.replica.position();
         at != Position::START && !self.replica.protocol().is_end(at)
-    }
-
-    /// It was ever used.
-    fn is_known(&self) -> bool {
-        self.replica.run() > 0 || self.replica.position() != Position::START
     }
 }
 
@@ -53,7 +48,7 @@ impl Revocations {
     pub(super) fn inherit(&mut self, message: &Access) -> Result<(), BadLevel> {
         let level = level::decode(message.level.as_ref())?;
         let revocation = Revocation {
-            replica: self.protocol.resume(ROBOT_PARTY, level)?,
+            replica: Replica::resume(&self.protocol.protocol, ROBOT_PARTY, level)?,
             fence: message.fence,
         };
         self.by_area.insert(message.area.clone(), revocation);
@@ -64,7 +59,7 @@ impl Revocations {
     pub(super) fn learn(&mut self, message: &Access) -> Result<(), BadLevel> {
         let revocation =
             { self.by_area.entry(message.area.clone()) }.or_insert_with(|| Revocation {
-                replica: self.protocol.begin(ROBOT_PARTY),
+                replica: begin(&self.protocol.protocol, ROBOT_PARTY),
                 fence: 0,
             });
         let level = level::decode(message.level.as_ref())?;
@@ -101,13 +96,8 @@ impl Revocations {
 
     /// For the report.
     pub(super) fn report(&self) -> Vec<Access> {
-        { self.by_area.iter() }
-            .filter(|(_, revocation)| revocation.is_known())
-            .map(|(area, revocation)| Access {
-                area: area.clone(),
-                level: Some(level::encode(revocation.replica.level())),
-                fence: revocation.fence,
-            })
+        let all = self.by_area.iter();
+        all.filter_map(|(area, own)| report_of(area, &own.replica, own.fence))
             .collect()
     }
 }

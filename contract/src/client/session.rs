@@ -1,4 +1,4 @@
-//! Who speaks, to which start of the mediator, under which registration, and which messages are from the past.
+//! The robot's session: its identity, its registration with a start of the mediator, and which messages are stale.
 
 use crate::wire::{MediatorReport, RobotReport, TakeUp};
 use crate::{VERSION, Version};

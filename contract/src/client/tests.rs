@@ -118,7 +118,7 @@ fn an_acquired_robot_follows_orders_and_asks_for_nothing_else() {
     client.receive(&told, 0);
     let order = client.next_order().expect("there is one");
     assert_eq!(
-        (order.flag.as_str(), order.event.as_deref()),
+        (order.flag.as_str(), order.instruction.event.as_deref()),
         ("e5", Some("aside"))
     );
     assert!(!order.repeated);
@@ -126,7 +126,7 @@ fn an_acquired_robot_follows_orders_and_asks_for_nothing_else() {
     client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
     let report = client.report();
     assert!(report.access.iter().any(|access| access.area == "5"));
-    // Another output is none of its business.
+    // Other outputs set no flag.
     assert!(!client.output("in-1"));
     assert!(client.output("parked") && !client.output("parked"));
     assert_eq!(progress(&mut client), Some((0, 4)));
@@ -144,7 +144,7 @@ fn an_acquired_robot_follows_orders_and_asks_for_nothing_else() {
         "as long as it has not taken the order"
     );
     let orders = [client.next_order(), client.next_order()];
-    let events = orders.map(|order| order.and_then(|order| order.event));
+    let events = orders.map(|order| order.and_then(|order| order.instruction.event));
     assert_eq!(events, [Some("back".into()), Some("resume".into())]);
     client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
     assert!(!client.is_acquired(), "released at once");
@@ -201,7 +201,9 @@ fn a_robot_that_is_let_go_carries_out_the_release() {
     client.receive(&message(3), 0);
     assert!(!client.is_acquired());
     assert_eq!(
-        client.next_order().and_then(|order| order.event),
+        client
+            .next_order()
+            .and_then(|order| order.instruction.event),
         Some("resume".into())
     );
     assert_eq!(client.counters().let_go, 1);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use coordination::protocol::{FlagId, Level, MergeError, Party, Position, Protocol, Replica};
+use coordination::protocol::{FlagId, Position, Protocol};
 
 use super::model::{self, compiled, flag};
 use super::names::{ENTERED, GRANTED, MEDIATOR, RELEASED, REQUEST, RETURNED, ROBOT};
@@ -23,7 +23,8 @@ pub fn access() -> Protocol {
 /// [`access`] with its flags and positions looked up, for either side. Clones share the protocol.
 #[derive(Clone, Debug)]
 pub struct AccessProtocol {
-    protocol: Arc<Protocol>,
+    /// For the two sides.
+    pub protocol: Arc<Protocol>,
     /// [`REQUEST`]
     pub request: FlagId,
     /// [`GRANTED`]
@@ -63,20 +64,6 @@ impl AccessProtocol {
             entered_at: at_end_of(&[request, granted, entered]),
             protocol: Arc::new(protocol),
         }
-    }
-
-    /// One party's side before the first request.
-    #[must_use]
-    pub fn begin(&self, party: Party) -> Replica {
-        model::begin(&self.protocol, party)
-    }
-
-    /// One party's side at a level that it has reached before.
-    ///
-    /// # Errors
-    /// [`MergeError`] when the protocol has no such level.
-    pub fn resume(&self, party: Party, level: Level) -> Result<Replica, MergeError> {
-        model::resume(&self.protocol, party, level)
     }
 
     /// At this position the robot has the area: from `granted` until `released` or `returned`.

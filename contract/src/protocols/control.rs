@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use coordination::protocol::{ModelError, Protocol};
 
 use super::model;
-use super::names::{ACQUIRE, ACQUIRED, MEDIATOR, RELEASE, RELEASED, ROBOT};
+use super::names::{ACQUIRE, ACQUIRED, MEDIATOR, MEDIATOR_PARTY, RELEASE, RELEASED, ROBOT};
+use crate::wire::{ControlFlag, ControlPath};
 
 /// Protocol 2 of a coordination without alternatives: acquire, acquired, then `steps` (a flag, and whether it is the
 /// mediator's), then release and released.
@@ -15,40 +16,65 @@ use super::names::{ACQUIRE, ACQUIRED, MEDIATOR, RELEASE, RELEASED, ROBOT};
 pub fn control<'a>(
     steps: impl IntoIterator<Item = (&'a str, bool)>,
 ) -> Result<Protocol, ControlError> {
-    let mut flags = vec![(ACQUIRE, true), (ACQUIRED, false)];
-    flags.extend(steps);
-    flags.extend([(RELEASE, true), (RELEASED, false)]);
+    let begin = [(ACQUIRE, true), (ACQUIRED, false)];
+    let end = [(RELEASE, true), (RELEASED, false)];
+    let flags = begin.into_iter().chain(steps).chain(end);
+    let flags: Vec<ControlFlag> =
+        { flags.map(|(name, by_mediator)| flag(name, by_mediator)) }.collect();
     control_paths(&flags, &[])
 }
 
-/// Protocol 2 as a message gives it: flags, each with whether it is the mediator's, and paths of flags by number. No path
-/// means one of all flags in their order.
+fn flag(name: &str, by_mediator: bool) -> ControlFlag {
+    ControlFlag {
+        name: name.to_owned(),
+        by_mediator,
+        ..ControlFlag::default()
+    }
+}
+
+/// Flags and paths of a protocol for a message, without what the flags mean; [`control_paths`] makes the protocol of them.
+#[must_use]
+pub fn flags_and_paths(protocol: &Protocol) -> (Vec<ControlFlag>, Vec<ControlPath>) {
+    let flags = protocol.flags();
+    let flags = flags.map(|(_, name, owner)| flag(name, owner == MEDIATOR_PARTY));
+    let ends = protocol.positions().filter(|&at| protocol.is_end(at));
+    let paths = ends.map(|end| ControlPath {
+        flags: { protocol.set_flags(end) }
+            .map(|(flag, _)| flag.0.into())
+            .collect(),
+    });
+    (flags.collect(), paths.collect())
+}
+
+/// Protocol 2 as a message gives it: paths list flags by number, and no path means one of all flags in their order.
 ///
 /// # Errors
 /// [`ControlError`] when flags or paths make no protocol.
 pub fn control_paths(
-    flags: &[(&str, bool)],
-    paths: &[Vec<usize>],
+    flags: &[ControlFlag],
+    paths: &[ControlPath],
 ) -> Result<Protocol, ControlError> {
-    let all = [(0..flags.len()).collect()];
+    let all = [ControlPath {
+        flags: { 0.. }.take(flags.len()).collect(),
+    }];
     let paths = if paths.is_empty() { &all } else { paths };
     // Paths that begin alike share a position; each position is an array of one flag.
-    let mut begins: BTreeMap<&[usize], usize> = BTreeMap::new();
+    let mut begins: BTreeMap<&[u32], usize> = BTreeMap::new();
     let mut model = model::model("control");
-    for (number, path) in paths.iter().enumerate() {
+    for (number, ControlPath { flags: path }) in paths.iter().enumerate() {
         for end in 1..=path.len() {
-            let flag = path[end - 1];
-            let &(name, by_mediator) = flags.get(flag).ok_or(ControlError::NoSuchFlag {
+            let found = path[end - 1];
+            let flag = flags.get(found as usize).ok_or(ControlError::NoSuchFlag {
                 path: number,
-                found: flag,
+                found,
                 flags: flags.len(),
             })?;
             if begins.contains_key(&path[..end]) {
                 continue;
             }
             let array = begins.len().to_string();
-            let party = if by_mediator { MEDIATOR } else { ROBOT };
-            model.array(&array, &[(name, party)]);
+            let party = if flag.by_mediator { MEDIATOR } else { ROBOT };
+            model.array(&array, &[(&flag.name, party)]);
             match begins.get(&path[..end - 1]) {
                 Some(before) => model.follow(before.to_string(), &array),
                 None => model.start(&array),
@@ -58,14 +84,13 @@ pub fn control_paths(
     }
     let protocol = model.compile()?;
     // Both sides must number the paths alike.
-    for (number, path) in paths.iter().enumerate() {
+    for (number, ControlPath { flags: path }) in paths.iter().enumerate() {
         let end = u16::try_from(path.len()).ok();
         let end = end.and_then(|end| protocol.position(number.try_into().ok()?, end));
         let same = end.is_some_and(|end| {
-            protocol.is_end(end)
-                && path.iter().map(|&flag| flags[flag].0).eq(protocol
-                    .set_flags(end)
-                    .map(|(flag, _)| protocol.flag_name(flag)))
+            let names = path.iter().map(|&flag| flags[flag as usize].name.as_str());
+            let set = protocol.set_flags(end);
+            protocol.is_end(end) && names.eq(set.map(|(flag, _)| protocol.flag_name(flag)))
         });
         if !same {
             return Err(ControlError::Order { path: number });
@@ -82,7 +107,9 @@ pub enum ControlError {
     #[error("path {path} names flag {found}, and there are {flags}, numbered from 0")]
     NoSuchFlag {
         path: usize,
-        found: usize,
+        /// As found.
+        found: u32,
+        /// How many there are.
         flags: usize,
     },
     /// Paths that begin alike must stand together, each once, and none may be the beginning of another.

@@ -10,7 +10,8 @@ mod names;
 mod revocation;
 
 pub use access::{AccessProtocol, access};
-pub use control::{ControlError, control, control_paths};
+pub use control::{ControlError, control, control_paths, flags_and_paths};
+pub use model::begin;
 pub use names::*;
 pub use revocation::{RevocationProtocol, revocation};
 

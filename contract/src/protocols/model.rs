@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use coordination::protocol::{FlagId, Level, MergeError, Party, Protocol, ProtocolModel, Replica};
+use coordination::protocol::{FlagId, Party, Protocol, ProtocolModel, Replica};
 
 use super::names::{MEDIATOR, ROBOT};
 use crate::level::PROTOCOL_ID;
@@ -28,16 +28,8 @@ pub(super) fn flag(protocol: &Protocol, name: &str) -> FlagId {
         .expect("the contract's own arrays have their flags; a test looks them up")
 }
 
-/// One party's side of a protocol before its first run.
-pub(super) fn begin(protocol: &Arc<Protocol>, party: Party) -> Replica {
+/// One party's side of a protocol between robot and mediator, before the first run.
+#[must_use]
+pub fn begin(protocol: &Arc<Protocol>, party: Party) -> Replica {
     Replica::new(protocol, PROTOCOL_ID, party, 0)
-}
-
-/// One party's side of a protocol at a level that it has reached before.
-pub(super) fn resume(
-    protocol: &Arc<Protocol>,
-    party: Party,
-    level: Level,
-) -> Result<Replica, MergeError> {
-    Replica::resume(protocol, party, level)
 }

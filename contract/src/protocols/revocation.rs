@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use coordination::protocol::{FlagId, Level, MergeError, Party, Protocol, Replica};
+use coordination::protocol::{FlagId, Protocol};
 
 use super::model::{self, compiled, flag};
 use super::names::{KEPT, MEDIATOR, REVOKE, ROBOT, YIELDED};
@@ -23,7 +23,8 @@ pub fn revocation() -> Protocol {
 /// [`revocation`] with its flags looked up, for either side. Clones share the protocol.
 #[derive(Clone, Debug)]
 pub struct RevocationProtocol {
-    protocol: Arc<Protocol>,
+    /// For the two sides.
+    pub protocol: Arc<Protocol>,
     /// [`REVOKE`]
     pub revoke: FlagId,
     /// [`YIELDED`]
@@ -44,19 +45,5 @@ impl RevocationProtocol {
             kept: flag(&protocol, KEPT),
             protocol: Arc::new(protocol),
         }
-    }
-
-    /// One party's side before the first revocation.
-    #[must_use]
-    pub fn begin(&self, party: Party) -> Replica {
-        model::begin(&self.protocol, party)
-    }
-
-    /// One party's side at a level that it has reached before.
-    ///
-    /// # Errors
-    /// [`MergeError`] when the protocol has no such level.
-    pub fn resume(&self, party: Party, level: Level) -> Result<Replica, MergeError> {
-        model::resume(&self.protocol, party, level)
     }
 }

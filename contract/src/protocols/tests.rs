@@ -1,4 +1,5 @@
 use super::*;
+use crate::wire::{ControlFlag, ControlPath};
 use coordination::protocol::{Position, Protocol};
 
 /// All flags of path `path`, in their order.
@@ -48,42 +49,59 @@ fn a_flag_twice_is_refused_by_name() {
     assert!(reserved.to_string().contains(RELEASED), "{reserved}");
 }
 
+fn flag(name: &str, by_mediator: bool) -> ControlFlag {
+    ControlFlag {
+        name: name.into(),
+        by_mediator,
+        ..ControlFlag::default()
+    }
+}
+
+fn paths<const N: usize>(paths: [&[u32]; N]) -> [ControlPath; N] {
+    paths.map(|flags| ControlPath {
+        flags: flags.to_vec(),
+    })
+}
+
 #[test]
 fn alternatives_keep_their_numbers() {
     let flags = [
-        ("acquire", true),
-        ("acquired", false),
-        ("e5", true),
-        ("e1", true),
-        ("done", false),
+        flag("acquire", true),
+        flag("acquired", false),
+        flag("e5", true),
+        flag("e1", true),
+        flag("done", false),
     ];
-    let protocol = control_paths(&flags, &[vec![0, 1, 2, 3, 4], vec![0, 1, 3, 4]]).expect("valid");
+    let alternatives = paths([&[0, 1, 2, 3, 4], &[0, 1, 3, 4]]);
+    let protocol = control_paths(&flags, &alternatives).expect("valid");
     assert_eq!(
         path(&protocol, 0),
         ["acquire", "acquired", "e5", "e1", "done"]
     );
     assert_eq!(path(&protocol, 1), ["acquire", "acquired", "e1", "done"]);
+    let (flags, alternatives) = flags_and_paths(&protocol);
+    assert_eq!(control_paths(&flags, &alternatives), Ok(protocol));
 }
 
 #[test]
 fn paths_that_cannot_be_are_refused() {
-    let flags = [("a", true), ("b", false), ("c", false)];
-    let refused = |paths: &[Vec<usize>]| control_paths(&flags, paths).expect_err("refused");
-    let unknown = refused(&[vec![0, 3]]);
+    let flags = [flag("a", true), flag("b", false), flag("c", false)];
+    let refused = |paths: &[ControlPath]| control_paths(&flags, paths).expect_err("refused");
+    let unknown = refused(&paths([&[0, 3]]));
     assert_eq!(
         unknown.to_string(),
         "path 0 names flag 3, and there are 3, numbered from 0"
     );
     assert_eq!(
-        refused(&[vec![0, 1], vec![0, 1]]),
+        refused(&paths([&[0, 1], &[0, 1]])),
         ControlError::Order { path: 1 }
     );
     assert_eq!(
-        refused(&[vec![0, 1, 2], vec![0, 1]]),
+        refused(&paths([&[0, 1, 2], &[0, 1]])),
         ControlError::Order { path: 1 }
     );
-    assert!(matches!(refused(&[vec![]]), ControlError::Model(_)));
-    assert!(matches!(refused(&[vec![0, 0]]), ControlError::Model(_)));
+    assert!(matches!(refused(&paths([&[]])), ControlError::Model(_)));
+    assert!(matches!(refused(&paths([&[0, 0]])), ControlError::Model(_)));
     assert!(control_paths(&[], &[]).is_err());
 }
 

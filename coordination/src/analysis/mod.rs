@@ -74,6 +74,7 @@
 mod check;
 mod closed;
 mod explored;
+pub(crate) mod flags;
 mod graph;
 mod never;
 mod proof;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::flags::NamedProtocol;
 use crate::petri::NetModel;
 use crate::protocol::{Party, Position, Protocol};
 
@@ -23,6 +24,14 @@ impl Use {
             name: name.into(),
             protocol,
             net_party,
+        }
+    }
+
+    pub(super) fn named(&self) -> NamedProtocol<'_> {
+        NamedProtocol {
+            name: &self.name,
+            protocol: &self.protocol,
+            net_party: self.net_party,
         }
     }
 

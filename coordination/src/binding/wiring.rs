@@ -1,9 +1,11 @@
 //! How a net's sources and sinks hang on the flags of protocol sides.
 
-use super::error::{BindError, Named, Role, duplicates, find_flag, longest_run};
+use super::error::BindError;
+use crate::analysis::Reason;
+use crate::analysis::flags::{NamedProtocol, Outside, check_names, resolve};
 use crate::event::EventId;
-use crate::petri::{Binding, Executor, Net, PlaceId, PlaceKind};
-use crate::protocol::{Change, FlagId, SetError, Side};
+use crate::petri::{Executor, Net, PlaceId, PlaceKind};
+use crate::protocol::{Change, FlagId, Protocol, SetError, Side};
 
 /// The most events of one flag that wait for a source.
 pub(super) const MAX_HELD: u8 = u8::MAX;
@@ -52,26 +54,31 @@ impl Wiring {
         names: Vec<Box<str>>,
         sides: &[S],
     ) -> Result<Self, Vec<BindError>> {
-        let mut errors = duplicates(names.iter().map(|name| &**name));
-        let mut ports: Box<[Port]> = { names.into_iter().zip(sides) }
-            .map(|(name, side)| Port::new(name, side))
+        let known: Vec<NamedProtocol<'_>> = { names.iter().zip(sides) }
+            .map(|(name, side)| NamedProtocol {
+                name,
+                protocol: side.protocol(),
+                net_party: side.party(),
+            })
+            .collect();
+        let twice = check_names(&known).err();
+        let mut errors: Vec<BindError> = twice.map(BindError::Place).into_iter().collect();
+        let mut ports: Box<[Port]> = { names.iter().zip(sides) }
+            .map(|(name, side)| Port::new(name.clone(), side))
             .collect();
         let (mut outgoing, mut flags) = (Vec::new(), Vec::new());
         let model = net.model();
         for (place, found) in net.places().zip(model.places()) {
-            let Some(Binding::Flag { protocol, flag }) = found.binding else {
-                continue;
+            let (number, flag) = match resolve(&known, &found) {
+                Ok(Outside::Nothing | Outside::Event) => continue,
+                Ok(Outside::Flag(number, flag)) => (number, Some(flag)),
+                Ok(Outside::Abort(number)) => (number, None),
+                Err(reason) => {
+                    errors.push(reason.into());
+                    continue;
+                }
             };
-            let Some(number) = ports.iter().position(|port| *port.name == **protocol) else {
-                let known: Vec<_> = ports.iter().map(|port| &*port.name).collect();
-                errors.push(BindError::UnknownProtocol {
-                    place: found.name.to_owned(),
-                    protocol: protocol.clone(),
-                    known: known.join(", "),
-                });
-                continue;
-            };
-            let (port, side) = (&mut ports[number], &sides[number]);
+            let port = &mut ports[usize::from(number)];
             let is_sink = found.kind == PlaceKind::Sink;
             let events = if is_sink { net.sinks() } else { net.sources() };
             let Ok(index) = events.binary_search_by_key(&place, |&(place, _)| place) else {
@@ -82,23 +89,22 @@ impl Wiring {
                 flags.resize(event.index() + 1, false);
             }
             flags[event.index()] = true;
-            let role = if is_sink { Role::Sets } else { Role::Reads };
-            let named = (protocol.as_str(), side.protocol());
-            match find_flag(found.name, named, side.party(), role, flag) {
-                Ok(Named::Flag(flag)) if is_sink => {
+            match flag {
+                Some(flag) if is_sink => {
                     if outgoing.len() <= event.index() {
                         outgoing.resize(event.index() + 1, None);
                     }
                     port.sinks.push((flag, place));
-                    let port = number as u16;
-                    outgoing[event.index()] = Some(Outgoing { port, flag });
+                    outgoing[event.index()] = Some(Outgoing { port: number, flag });
                 }
-                Ok(Named::Flag(flag)) => errors.extend(port.add_source(side, place, event, flag)),
-                Ok(Named::Abort) => {
+                Some(flag) => {
+                    let side = &sides[usize::from(number)];
+                    errors.extend(port.add_source(side, place, event, flag));
+                }
+                None => {
                     port.aborted = Some(event);
                     port.abort_sources.push(place);
                 }
-                Err(error) => errors.push(error),
             }
         }
         if !errors.is_empty() {
@@ -146,10 +152,13 @@ impl Port {
         let abortable = protocol.keeper() == Some(side.party().other());
         let first = self.incoming[flag.index()].replace(event).is_none();
         self.sources.push((flag, place));
-        (abortable && !first).then(|| BindError::SeveralSources {
-            protocol: self.name.to_string(),
-            flag: protocol.flag_name(flag).to_owned(),
-        })
+        let several = || {
+            Box::new(Reason::SeveralSources {
+                protocol: self.name.to_string(),
+                flag: protocol.flag_name(flag).to_owned(),
+            })
+        };
+        (abortable && !first).then(|| several().into())
     }
 
     /// The sources of `flag`.
@@ -172,4 +181,10 @@ impl Port {
                 .all(|place| executor.waiting(place) < MAX_HELD.into()),
         }
     }
+}
+
+/// The most flags that one run sets.
+fn longest_run(protocol: &Protocol) -> u16 {
+    let depths = protocol.positions().map(|at| protocol.progress(at));
+    depths.max().unwrap_or(0)
 }

@@ -16,7 +16,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::builder::blackboard::Creator;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
-use super::run::Run;
+use super::table_run::TableRun;
 use super::{Namespace, SymbolError};
 
 /// Handles of this variant can be sent to, and dropped in, any thread.
@@ -42,7 +42,7 @@ pub(super) struct Blackboard {
 impl Blackboard {
     /// Creates the blackboard with the entries that `fill` adds.
     pub(super) fn create(
-        run: &Run,
+        run: &TableRun,
         place: &Namespace,
         fill: impl FnOnce(Adder) -> Adder,
     ) -> Result<Self, SymbolError> {
@@ -59,7 +59,7 @@ impl Blackboard {
     }
 
     /// Opens the blackboard that another process, or this one, created.
-    pub(super) fn open(run: &Run, place: &Namespace) -> Result<Self, SymbolError> {
+    pub(super) fn open(run: &TableRun, place: &Namespace) -> Result<Self, SymbolError> {
         let node = node(run, place)?;
         let factory = node
             .service_builder(&service_name(run)?)
@@ -70,7 +70,7 @@ impl Blackboard {
     }
 
     /// The one writing port, from which the owners' handles come.
-    pub(super) fn writer(&self, run: &Run) -> Result<WriterPort, SymbolError> {
+    pub(super) fn writer(&self, run: &TableRun) -> Result<WriterPort, SymbolError> {
         self.factory
             .writer_builder()
             .create()
@@ -78,7 +78,7 @@ impl Blackboard {
     }
 
     fn with_reader(
-        run: &Run,
+        run: &TableRun,
         node: Node<Service>,
         factory: PortFactory<Service, Key>,
     ) -> Result<Self, SymbolError> {
@@ -94,8 +94,8 @@ impl Blackboard {
     }
 }
 
-fn node(run: &Run, place: &Namespace) -> Result<Node<Service>, SymbolError> {
-    // Errors are returned anyway; iceoryx2's log would mix with the robot's.
+fn node(run: &TableRun, place: &Namespace) -> Result<Node<Service>, SymbolError> {
+    // What it has to say comes back as an error; its log would mix into the robot's.
     set_log_level_from_env_or(LogLevel::Fatal);
     let mut config = Config::default();
     let folder = run.folder();
@@ -114,11 +114,14 @@ fn node(run: &Run, place: &Namespace) -> Result<Node<Service>, SymbolError> {
         .map_err(failed(run, "register with the shared memory"))
 }
 
-fn service_name(run: &Run) -> Result<ServiceName, SymbolError> {
+fn service_name(run: &TableRun) -> Result<ServiceName, SymbolError> {
     ServiceName::new(SERVICE_NAME).map_err(failed(run, "name the service"))
 }
 
-pub(super) fn failed<E: Debug>(run: &Run, doing: &'static str) -> impl FnOnce(E) -> SymbolError {
+pub(super) fn failed<E: Debug>(
+    run: &TableRun,
+    doing: &'static str,
+) -> impl FnOnce(E) -> SymbolError {
     let robot = run.robot.as_str().into();
     move |reason| SymbolError::SharedMemory {
         robot,

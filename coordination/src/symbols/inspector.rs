@@ -8,8 +8,8 @@ use super::blackboard::{Blackboard, failed};
 use super::directory::{DIRECTORY_KEY, Directory, FORMAT};
 use super::entry::Reader;
 use super::lock::{self, Seen};
-use super::run::Run;
 use super::sweep;
+use super::table_run::TableRun;
 use super::{Datatype, Namespace, SymbolError, SymbolInfo};
 
 /// Who asks, in the error messages of an inspector.
@@ -31,7 +31,7 @@ struct Shared {
 }
 
 /// Dropped last; removes what this process added to a run whose owner is gone.
-struct Visit(Run);
+struct Visit(TableRun);
 
 impl Visit {
     /// Whether the owner of this run certainly lives, or certainly does not.
@@ -79,7 +79,7 @@ impl Inspector {
                 pid: content.pid,
             });
         };
-        let run = Run::of(&root, robot, &word);
+        let run = TableRun::of(&root, robot, &word);
         let visit = Visit(run.clone());
         let blackboard = match Blackboard::open(&run, place) {
             Ok(blackboard) => blackboard,

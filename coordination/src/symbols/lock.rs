@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use super::SymbolError;
 use super::namespace::file_error;
-use super::run::Run;
+use super::table_run::TableRun;
 
 /// Somebody who only looks holds the lock for some microseconds; an owner for longer.
 const LOCK_TRIES: u32 = 10;
@@ -39,7 +39,7 @@ impl Content {
             match line.split_once(' ') {
                 Some(("pid", pid)) => content.pid = pid.parse().ok(),
                 Some(("run", word)) => {
-                    content.word = Some(word.to_owned()).filter(|word| Run::is_word(word));
+                    content.word = Some(word.to_owned()).filter(|word| TableRun::is_word(word));
                 }
                 _ => content.ready |= line == "ready",
             }

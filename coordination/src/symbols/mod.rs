@@ -55,12 +55,12 @@ mod directory;
 mod entry;
 mod error;
 mod inspector;
-mod instance;
 mod lock;
 mod namespace;
-mod run;
+mod owner;
 mod sweep;
 mod table;
+mod table_run;
 
 pub use datatype::{Datatype, Stamped};
 pub use directory::SymbolInfo;

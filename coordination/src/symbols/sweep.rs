@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use super::lock::{self, Content};
 use super::namespace::file_error;
-use super::run::Run;
+use super::table_run::TableRun;
 use super::{Namespace, SymbolError};
 
 /// Where Linux shows POSIX shared memory as files.
@@ -70,13 +70,13 @@ pub(super) fn remove_runs(root: &Path, robot: &str, dead: Content) -> Result<Rem
     for word in words {
         removed
             .paths
-            .extend(remove_run(&Run::of(root, robot, &word))?);
+            .extend(remove_run(&TableRun::of(root, robot, &word))?);
     }
     Ok(removed)
 }
 
 /// Removes the shared memory and the folder of one run.
-pub(super) fn remove_run(run: &Run) -> Result<Vec<PathBuf>, SymbolError> {
+pub(super) fn remove_run(run: &TableRun) -> Result<Vec<PathBuf>, SymbolError> {
     let mut removed = Vec::new();
     let shared_memory = Path::new(SHARED_MEMORY);
     let mark = format!("{}_", run.word);
@@ -101,7 +101,7 @@ fn left_words(root: &Path, robot: &str) -> io::Result<Vec<String>> {
         let word = name
             .strip_prefix(robot)
             .and_then(|rest| rest.strip_prefix('.'))
-            .filter(|word| Run::is_word(word))
+            .filter(|word| TableRun::is_word(word))
             .map(str::to_owned);
         *name = word.unwrap_or_default();
         !name.is_empty()

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::blackboard::{Adder, Blackboard, WriterPort, failed};
 use super::directory::{DIRECTORY_KEY, Directory, RowId};
 use super::entry::{Reader, Writer};
-use super::instance::Instance;
+use super::owner::Owner;
 use super::sweep::Removed;
 use super::{Datatype, Namespace, Stamped, SymbolError, SymbolInfo};
 
@@ -61,8 +61,8 @@ impl TableBuilder {
                 robot: self.robot.into(),
             });
         }
-        let (instance, removed_at_start) = Instance::acquire(&self.robot, &self.place)?;
-        let run = instance.run.clone();
+        let (owner, removed_at_start) = Owner::acquire(&self.robot, &self.place)?;
+        let run = owner.run.clone();
         let directory = self.directory;
         let first = Stamped {
             stamp_ns: 0,
@@ -80,7 +80,7 @@ impl TableBuilder {
         let shared = Arc::new(Shared {
             port,
             blackboard,
-            instance,
+            owner,
         });
         let directory_writer = Writer::new(handle, shared.clone());
         let table = SymbolTable {
@@ -95,7 +95,7 @@ impl TableBuilder {
         };
         table.lock().publish();
         // Last, so that nobody opens a table whose directory is not yet there.
-        table.shared.instance.publish()?;
+        table.shared.owner.publish()?;
         Ok(table)
     }
 }
@@ -110,7 +110,7 @@ impl fmt::Debug for TableBuilder {
 struct Shared {
     port: WriterPort,
     blackboard: Blackboard,
-    instance: Instance,
+    owner: Owner,
 }
 
 struct State {
@@ -167,10 +167,7 @@ impl SymbolTable {
             .shared
             .port
             .entry::<Stamped<T>>(&row.key())
-            .map_err(failed(
-                &self.shared.instance.run,
-                "open a symbol for writing",
-            ))?;
+            .map_err(failed(&self.shared.owner.run, "open a symbol for writing"))?;
         state.directory.set_taken(row);
         state.publish();
         Ok(Writer::new(handle, self.shared.clone()))
@@ -188,10 +185,7 @@ impl SymbolTable {
             .blackboard
             .reader
             .entry::<Stamped<T>>(&row.key())
-            .map_err(failed(
-                &self.shared.instance.run,
-                "open a symbol for reading",
-            ))?;
+            .map_err(failed(&self.shared.owner.run, "open a symbol for reading"))?;
         state.directory.add_reader(row, reader)?;
         state.publish();
         Ok(Reader::new(handle, self.shared.clone()))
@@ -222,7 +216,7 @@ impl SymbolTable {
 
     /// The robot that the table belongs to.
     pub fn robot(&self) -> &str {
-        &self.shared.instance.run.robot
+        &self.shared.owner.run.robot
     }
 
     /// What a killed process had left of this robot, and building the table removed.

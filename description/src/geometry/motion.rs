@@ -118,7 +118,12 @@ impl From<[f64; 2]> for Point2 {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "pod",
-    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+    derive(
+        bytemuck::Pod,
+        bytemuck::Zeroable,
+        serde::Serialize,
+        serde::Deserialize
+    )
 )]
 #[repr(C)]
 pub struct Pose2 {

@@ -79,6 +79,18 @@ impl Footprint {
             && point.y_m <= self.left_m
     }
 
+    /// Between the outline at a pose and a region that it does not touch.
+    #[must_use]
+    pub fn gap_m(&self, pose: Pose2, region: &Rect) -> f64 {
+        let ours = { self.corners() }.map(|corner| region.distance_m(pose.transform(corner)));
+        let (min, max) = (region.min, region.max);
+        let [right, left] =
+            [(max.x_m, min.y_m), (min.x_m, max.y_m)].map(|(x, y)| Point2::new(x, y));
+        let theirs =
+            [min, right, max, left].map(|corner| self.distance_m(pose.inverse_transform(corner)));
+        ours.into_iter().chain(theirs).fold(f64::INFINITY, f64::min)
+    }
+
     /// Distance of a point, in `base_link`, from the outline; 0 inside.
     #[must_use]
     #[inline]

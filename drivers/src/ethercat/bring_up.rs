@@ -3,7 +3,7 @@
 use super::al::{AlState, AlStatus};
 use super::bus::Bus;
 use super::error::{BringUpError, Phase, ProcessData};
-use super::expectation::{BringUpOptions, Expectation, Identity};
+use super::expectation::{BringUpOptions, Expectation, FoundSubDevice};
 use super::links::Link;
 use super::sub_device::{
     FIRST_ADDRESS, Group, MAX_IMAGE, MAX_SUB_DEVICES, PROCESS_DATA_WKC, read_status, request_state,
@@ -188,7 +188,7 @@ impl Steps {
         &mut self,
         group: &SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>,
         expected: &Expectation,
-    ) -> Result<Identity, BringUpError> {
+    ) -> Result<FoundSubDevice, BringUpError> {
         let link = self.pump.describe();
         let (_, _, main_device) = self.channel.split();
         let sub_device =
@@ -228,7 +228,7 @@ impl Steps {
             revision,
             serial,
         } = found;
-        Ok(Identity {
+        Ok(FoundSubDevice {
             link,
             address,
             name,

@@ -2,10 +2,10 @@
 
 use super::al::{AlState, AlStatus};
 use super::error::{ExchangeError, ProcessData};
-use super::expectation::{Expectation, Identity};
+use super::expectation::{Expectation, FoundSubDevice};
 use super::links::Link;
 use super::sub_device::{Group, PROCESS_DATA_WKC, read_status, request_state};
-use super::transport::{Channel, Counters, Patience, Pump, Stopped};
+use super::transport::{BusCounters, Channel, Patience, Pump, Stopped};
 use ethercrab::MainDevice;
 use ethercrab::error::Error;
 use std::pin::pin;
@@ -26,7 +26,7 @@ pub struct Bus {
     pump: Pump,
     channel: Channel,
     group: Group,
-    identity: Identity,
+    identity: FoundSubDevice,
     outputs_bytes: usize,
     inputs_bytes: usize,
 }
@@ -36,10 +36,10 @@ impl Bus {
         mut pump: Pump,
         channel: Channel,
         group: Group,
-        identity: Identity,
+        identity: FoundSubDevice,
         expected: &Expectation,
     ) -> Bus {
-        pump.counters = Counters::default();
+        pump.counters = BusCounters::default();
         let Expectation {
             outputs_bytes,
             inputs_bytes,
@@ -56,12 +56,12 @@ impl Bus {
     }
 
     /// What was found at bring-up.
-    pub fn identity(&self) -> &Identity {
+    pub fn identity(&self) -> &FoundSubDevice {
         &self.identity
     }
 
     /// What happened since bring-up.
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> BusCounters {
         self.pump.counters
     }
 

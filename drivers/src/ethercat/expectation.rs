@@ -43,7 +43,7 @@ impl Default for BringUpOptions {
 
 /// What was found on the bus.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Identity {
+pub struct FoundSubDevice {
     /// The link it was found on.
     pub link: String,
     /// Station address.

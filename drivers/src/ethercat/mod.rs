@@ -64,6 +64,6 @@ mod watchdog;
 pub use al::{AlState, AlStatus};
 pub use bus::{Bus, Exchange};
 pub use error::{BringUpError, ExchangeError, Phase, ProcessData};
-pub use expectation::{BringUpOptions, Expectation, Identity};
+pub use expectation::{BringUpOptions, Expectation, FoundSubDevice};
 pub use links::{Link, LinkError, RawLink, UdpLink};
-pub use transport::Counters;
+pub use transport::BusCounters;

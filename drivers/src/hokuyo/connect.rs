@@ -10,7 +10,7 @@ use super::clock::ClockBounds;
 use super::codec::{self, STREAM_COMMAND_BYTES, Status};
 use super::conversation::{Answer, Conversation, Reply, Trouble};
 use super::error::ConnectError;
-use super::identity::{DeviceState, Fields, Identity, Parameters};
+use super::identity::{DeviceState, Fields, Parameters, SensorIdentity};
 use super::options::{LIKELY_BIT_RATES, Options, ScanFormat};
 use super::port::Port;
 use crate::clock::monotonic_ns;
@@ -32,7 +32,7 @@ pub struct Connected {
     pub port: Port,
     pub command: [u8; STREAM_COMMAND_BYTES],
     pub format: ScanFormat,
-    pub identity: Identity,
+    pub identity: SensorIdentity,
     pub parameters: Parameters,
     pub state: DeviceState,
     pub clock: ClockBounds,

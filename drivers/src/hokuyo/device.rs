@@ -6,11 +6,11 @@ use std::time::Duration;
 use super::clock::{ClockBounds, DeviceClock};
 use super::connect::{Connected, connect};
 use super::error::{ConnectError, ReadError};
-use super::identity::{DeviceState, Identity, Parameters};
+use super::identity::{DeviceState, Parameters, SensorIdentity};
 use super::options::{Options, ScanFormat};
 use super::parser::{Event, Fault, StreamParser};
 use super::port::{Gone, Port, Wait};
-use super::scan::{Counters, Received, Scan};
+use super::scan::{LidarCounters, Received, Scan};
 use crate::clock::monotonic_ns;
 
 /// Reads allowed after the deadline, for bytes that have already arrived: enough for one scan, bounded in endless
@@ -24,7 +24,7 @@ const FAREWELL: Duration = Duration::from_millis(20);
 pub struct Hokuyo {
     port: Port,
     gone: bool,
-    identity: Identity,
+    identity: SensorIdentity,
     parameters: Parameters,
     state: DeviceState,
     format: ScanFormat,
@@ -33,7 +33,7 @@ pub struct Hokuyo {
     period_ms: u64,
     parser: StreamParser,
     clock: DeviceClock,
-    counters: Counters,
+    counters: LidarCounters,
     chunk: Box<[u8; 2048]>,
     start: usize,
     end: usize,
@@ -74,7 +74,7 @@ impl Hokuyo {
             format,
             bounds: clock,
             clock: DeviceClock::new(clock, measuring.as_nanos() as u64),
-            counters: Counters::default(),
+            counters: LidarCounters::default(),
             chunk: Box::new([0; 2048]),
             start: 0,
             end: 0,
@@ -185,7 +185,7 @@ impl Hokuyo {
 
     /// Vendor, product, firmware and serial number.
     #[must_use]
-    pub fn identity(&self) -> &Identity {
+    pub fn identity(&self) -> &SensorIdentity {
         &self.identity
     }
 
@@ -241,7 +241,7 @@ impl Hokuyo {
 
     /// What has happened since the connection was made.
     #[must_use]
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> LidarCounters {
         self.counters
     }
 }

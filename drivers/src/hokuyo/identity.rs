@@ -7,7 +7,7 @@ use super::error::ConnectError;
 
 /// Vendor, product and versions: the reply to `VV`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Identity {
+pub struct SensorIdentity {
     /// Vendor.
     pub vendor: String,
     /// Product.
@@ -148,8 +148,8 @@ impl Fields {
     }
 
     /// Reads a `VV` reply.
-    pub fn identity(&self) -> Result<Identity, ConnectError> {
-        Ok(Identity {
+    pub fn identity(&self) -> Result<SensorIdentity, ConnectError> {
+        Ok(SensorIdentity {
             vendor: self.text("VEND")?,
             product: self.text("PROD")?,
             firmware: self.text("FIRM")?,

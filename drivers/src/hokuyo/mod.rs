@@ -48,6 +48,6 @@ mod scan;
 pub use codec::{Encoding, Status};
 pub use device::Hokuyo;
 pub use error::{ConnectError, ReadError};
-pub use identity::{DeviceState, Identity, Parameters};
+pub use identity::{DeviceState, Parameters, SensorIdentity};
 pub use options::{Options, ScanFormat};
-pub use scan::{Counters, FIRST_LENGTH_MM, MAX_BEAMS, Reading, Received, Scan};
+pub use scan::{FIRST_LENGTH_MM, LidarCounters, MAX_BEAMS, Reading, Received, Scan};

@@ -93,7 +93,7 @@ pub struct Received {
 
 /// What has happened since the connection was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counters {
+pub struct LidarCounters {
     /// Scans delivered.
     pub scans: u64,
     /// Scans dropped: a checksum did not hold.

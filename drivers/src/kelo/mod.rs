@@ -23,5 +23,5 @@ pub use drive::{
 pub use faults::{Faults, StampWatch, VoltageLimits};
 pub use feedback::Feedback;
 pub use inputs::{Imu, Inputs, MotorInputs, Status};
-pub use outputs::{Command, Mode, Outputs};
+pub use outputs::{CommandWord, Mode, Outputs};
 pub use setpoint::{Setpoint, SetpointLimits};

@@ -4,9 +4,9 @@ use super::OUTPUTS_BYTES;
 
 /// The command word `command1`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Command(pub u16);
+pub struct CommandWord(pub u16);
 
-impl Command {
+impl CommandWord {
     /// Motor 1 powered.
     pub const ENABLE_1: u16 = 0x0001;
     /// Motor 2 powered.
@@ -23,30 +23,30 @@ impl Command {
     pub const USE_TIMESTAMP: u16 = 0x8000;
 
     const MODE_SHIFT: u16 = 2;
-    const MODE_MASK: u16 = 0b11 << Command::MODE_SHIFT;
+    const MODE_MASK: u16 = 0b11 << CommandWord::MODE_SHIFT;
 
-    /// Both motors off.
+    /// Both motors off, nothing asked.
     #[must_use]
-    pub const fn off() -> Command {
-        Command(0)
+    pub const fn off() -> CommandWord {
+        CommandWord(0)
     }
 
     /// With these bits set.
     #[must_use]
-    pub const fn with(self, bits: u16) -> Command {
-        Command(self.0 | bits)
+    pub const fn with(self, bits: u16) -> CommandWord {
+        CommandWord(self.0 | bits)
     }
 
     /// In this mode.
     #[must_use]
-    pub const fn in_mode(self, mode: Mode) -> Command {
-        Command(self.0 & !Command::MODE_MASK | (mode as u16) << Command::MODE_SHIFT)
+    pub const fn in_mode(self, mode: Mode) -> CommandWord {
+        CommandWord(self.0 & !CommandWord::MODE_MASK | (mode as u16) << CommandWord::MODE_SHIFT)
     }
 
     /// The mode asked for.
     #[must_use]
     pub const fn mode(self) -> Mode {
-        match (self.0 & Command::MODE_MASK) >> Command::MODE_SHIFT {
+        match (self.0 & CommandWord::MODE_MASK) >> CommandWord::MODE_SHIFT {
             0 => Mode::Torque,
             1 => Mode::DifferentialTorque,
             2 => Mode::Velocity,
@@ -79,7 +79,7 @@ pub enum Mode {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Outputs {
     /// Enable bits and mode.
-    pub command1: Command,
+    pub command1: CommandWord,
     /// Unused, 0.
     pub command2: u16,
     /// For motor 1, or common.
@@ -94,7 +94,7 @@ pub struct Outputs {
     pub limit2_p: f32,
     /// Lower limit 2.
     pub limit2_n: f32,
-    /// EtherCAT time at which the setpoint applies, ns; counts only with [`Command::USE_TIMESTAMP`].
+    /// EtherCAT time at which the setpoint applies, ns; counts only with [`CommandWord::USE_TIMESTAMP`].
     pub timestamp_ns: u64,
 }
 
@@ -136,7 +136,7 @@ mod tests {
                 0,
                 vec![0x34, 0x12],
                 Outputs {
-                    command1: Command(0x1234),
+                    command1: CommandWord(0x1234),
                     ..off
                 },
             ),
@@ -213,24 +213,30 @@ mod tests {
 
     #[test]
     fn command_bits_and_modes() {
-        assert_eq!(Command::off().in_mode(Mode::Torque).0, 0x0000);
-        assert_eq!(Command::off().in_mode(Mode::DifferentialTorque).0, 0x0004);
-        assert_eq!(Command::off().in_mode(Mode::Velocity).0, 0x0008);
-        assert_eq!(Command::off().in_mode(Mode::DifferentialVelocity).0, 0x000C);
+        assert_eq!(CommandWord::off().in_mode(Mode::Torque).0, 0x0000);
+        assert_eq!(
+            CommandWord::off().in_mode(Mode::DifferentialTorque).0,
+            0x0004
+        );
+        assert_eq!(CommandWord::off().in_mode(Mode::Velocity).0, 0x0008);
+        assert_eq!(
+            CommandWord::off().in_mode(Mode::DifferentialVelocity).0,
+            0x000C
+        );
         for mode in [
             Mode::Torque,
             Mode::DifferentialTorque,
             Mode::Velocity,
             Mode::DifferentialVelocity,
         ] {
-            let command = Command(0xFFFF).in_mode(mode);
+            let command = CommandWord(0xFFFF).in_mode(mode);
             assert_eq!(command.mode(), mode);
             assert_eq!(command.0 | 0x000C, 0xFFFF);
         }
-        let driving = Command::off()
+        let driving = CommandWord::off()
             .in_mode(Mode::Velocity)
-            .with(Command::ENABLE_1 | Command::ENABLE_2);
+            .with(CommandWord::ENABLE_1 | CommandWord::ENABLE_2);
         assert_eq!(driving.0, 0x000B);
-        assert!(driving.has(Command::ENABLE_1) && !driving.has(Command::EMERGENCY_1));
+        assert!(driving.has(CommandWord::ENABLE_1) && !driving.has(CommandWord::EMERGENCY_1));
     }
 }

@@ -2,7 +2,7 @@
 
 use description::wheels::WheelSpeeds;
 
-use super::outputs::{Command, Mode, Outputs};
+use super::outputs::{CommandWord, Mode, Outputs};
 use super::{MAX_WHEEL_SPEED_RAD_S, MIN_WHEEL_SPEED_RAD_S};
 
 /// What the two wheels are to do.
@@ -49,9 +49,9 @@ impl Setpoint {
     /// a wheel, and NaN, become zero.
     #[must_use]
     pub fn to_outputs(self, limits: &SetpointLimits) -> Outputs {
-        const BOTH: u16 = Command::ENABLE_1 | Command::ENABLE_2;
-        const EMERGENCY: u16 = Command::EMERGENCY_1 | Command::EMERGENCY_2;
-        let velocity = Command::off().in_mode(Mode::Velocity);
+        const BOTH: u16 = CommandWord::ENABLE_1 | CommandWord::ENABLE_2;
+        const EMERGENCY: u16 = CommandWord::EMERGENCY_1 | CommandWord::EMERGENCY_2;
+        let velocity = CommandWord::off().in_mode(Mode::Velocity);
         let (bits, speeds, current_a) = match self {
             Setpoint::Off => {
                 return Outputs {
@@ -183,7 +183,10 @@ mod tests {
     #[test]
     fn off_and_emergency() {
         let off = Setpoint::Off.to_outputs(&SetpointLimits::default());
-        assert!(!off.command1.has(Command::ENABLE_1 | Command::ENABLE_2));
+        assert!(
+            !off.command1
+                .has(CommandWord::ENABLE_1 | CommandWord::ENABLE_2)
+        );
         assert_eq!(
             (off.setpoint1, off.setpoint2, off.limit1_p),
             (0.0, 0.0, 0.0)

@@ -53,8 +53,9 @@ fn every_broken_scan_is_dropped_once_and_the_next_one_is_whole() {
                 .all(|(beam, range)| usize::from(*range) == beam)
         );
         let after = lidar.counters();
-        let faults =
-            |c: drivers::hokuyo::Counters| c.checksum + c.truncated + c.garbage + c.device_errors;
+        let faults = |c: drivers::hokuyo::LidarCounters| {
+            c.checksum + c.truncated + c.garbage + c.device_errors
+        };
         assert_eq!(faults(after), faults(before) + 1, "{order:?}");
         let again = u64::from(!matches!(expected, ReadError::DeviceError(_)));
         assert_eq!(

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use super::scripted_connect::{WATCHDOG, patient, soon};
-use drivers::hokuyo::{ConnectError, Counters, Hokuyo, Options, ReadError, Reading, Scan};
+use drivers::hokuyo::{ConnectError, Hokuyo, LidarCounters, Options, ReadError, Reading, Scan};
 use drivers::monotonic_ns;
 use sim::lidar::{
     BIT_RATES, DeviceOptions, FaultHandle, LidarOptions, LidarServer, Protocol, RangeSource,
@@ -171,10 +171,10 @@ fn a_slow_line_carries_what_fits() {
         let counters = lidar.counters();
         assert_eq!(
             counters,
-            Counters {
+            LidarCounters {
                 scans: 5,
                 bytes: counters.bytes,
-                ..Counters::default()
+                ..LidarCounters::default()
             }
         );
         assert_eq!(server.counters().dropped_scans, 0, "{bit_rate} bit/s");

@@ -11,7 +11,7 @@ use contract::client::{Client, Situation};
 use contract::wire::{Access, Control, Level, MediatorReport};
 
 use super::figures::{Times, ms};
-use super::program::{Program, Site, session};
+use super::program::{OVERTAKING, Program, Site, session};
 use super::wire::Wire;
 
 const LAPS: u64 = 300;
@@ -35,32 +35,6 @@ const COMMANDS: [(&str, &str, &[Flag]); 7] = [
     ("slow", "release", &[("slow", "done1")]),
 ];
 
-const COORDINATION: &str = r#"
-[roles.emergency]
-priority = 1
-
-[coordinations.overtaking]
-net = "overtaking"
-
-[coordinations.overtaking.situations.normal-ahead]
-emergency = { role = "emergency", asks = ["1"], holds = ["7"] }
-normal = { role = "normal", stands_in = ["1"], holds = ["1"], without = ["2"] }
-
-[coordinations.overtaking.flags.emergency]
-e1 = { event = "go-1" }
-done1 = { on_output = "in-1" }
-e2 = { event = "go-2" }
-done2 = { on_output = "in-2" }
-release = { event = "resume" }
-
-[coordinations.overtaking.flags.normal]
-e5 = { event = "aside" }
-done5 = { on_output = "parked" }
-e1 = { event = "back" }
-done1 = { on_output = "back-in-1" }
-release = { event = "resume" }
-"#;
-
 fn site() -> Site {
     Site {
         name: "round".into(),
@@ -76,7 +50,7 @@ fn site() -> Site {
             ("back", "back-in-1"),
             ("resume", "resumed"),
         ],
-        more: COORDINATION.into(),
+        more: OVERTAKING.into(),
         nets: vec!["overtaking"],
     }
 }
@@ -131,7 +105,7 @@ impl Robot {
     fn step(&mut self, goes_round: bool, now_ns: u64) -> bool {
         let mut news = false;
         while let Some(order) = self.client.next_order() {
-            let event = order.event.unwrap_or_default();
+            let event = order.instruction.event.unwrap_or_default();
             if let Some((_, to, output)) = ORDERS.iter().find(|own| own.0 == event) {
                 (self.to, self.output) = (Some(*to), *output);
             }

@@ -10,7 +10,7 @@ use mediator::manager::Manager;
 use super::figures::{Times, median, us};
 use super::floor::{Robot, SITE, Size};
 
-/// So much of the fleet's time goes by between reports: 200,000 in a second.
+/// Time of the fleet between two reports: 200,000 reports a second.
 const BETWEEN_NS: u64 = 5_000;
 /// Time passes for the manager, as in the running mediator.
 const TICK_NS: u64 = 20_000_000;

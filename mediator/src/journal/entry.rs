@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use coordination::protocol::Level;
 use serde::{Deserialize, Serialize};
 
-use super::record::CoordinationRecord;
+use super::record::{CoordinationRecord, level_record};
 
 /// A change that must be stored before anybody is told of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,9 +74,11 @@ pub struct RobotRecord {
 }
 
 /// A run of protocol 1 as the journal knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct AccessRecord {
     /// How far.
+    #[serde(with = "level_record")]
     pub level: Level,
     /// Of the grant; 0 before there is one.
     pub fence: u64,
@@ -85,9 +87,11 @@ pub struct AccessRecord {
 }
 
 /// A revocation as the journal knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RevocationRecord {
     /// How far.
+    #[serde(with = "level_record")]
     pub level: Level,
     /// Of the grant that is asked back.
     pub fence: u64,

@@ -73,3 +73,19 @@ impl From<Level> for LevelRecord {
         }
     }
 }
+
+/// A level as it is stored, for `#[serde(with)]`.
+pub(super) mod level_record {
+    use coordination::protocol::Level;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::LevelRecord;
+
+    pub(crate) fn serialize<S: Serializer>(level: &Level, to: S) -> Result<S::Ok, S::Error> {
+        LevelRecord::from(*level).serialize(to)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Level, D::Error> {
+        LevelRecord::deserialize(from).map(LevelRecord::level)
+    }
+}

@@ -5,12 +5,11 @@
 
 use std::path::Path;
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
-use super::entry::{AccessRecord, Entry, RevocationRecord, RobotRecord, Stored};
+use super::entry::{Entry, Stored};
 use super::error::StoreError;
-use super::record::{CoordinationRecord, LevelRecord};
 
 /// Of keys and values; a journal of another format is refused.
 const FORMAT: u32 = 2;
@@ -35,13 +34,13 @@ pub(super) fn read(
         ["site"] => row.expect("site", &json(&site))?,
         ["epoch"] => stored.epoch = row.parse("a number")?,
         ["robot", robot] => {
-            let record: RobotRecord = row.parse("a robot")?;
-            stored.robots.insert(robot.to_owned(), record);
+            stored
+                .robots
+                .insert(robot.to_owned(), row.parse("a robot")?);
         }
         ["access", robot, area] => {
-            let value: AccessValue = row.parse("a level")?;
             let place = (robot.to_owned(), area.to_owned());
-            stored.access.insert(place, value.into());
+            stored.access.insert(place, row.parse("a level")?);
         }
         ["fence", area] => {
             stored
@@ -49,17 +48,17 @@ pub(super) fn read(
                 .insert(area.to_owned(), row.parse("a number")?);
         }
         ["revocation", robot, area] => {
-            let value: RevocationValue = row.parse("a level")?;
             let place = (robot.to_owned(), area.to_owned());
-            stored.revocations.insert(place, value.into());
+            stored.revocations.insert(place, row.parse("a level")?);
         }
         ["number"] => stored.number = row.parse("a number")?,
         ["coordination", number] => {
             let number = number
                 .parse()
                 .map_err(|_| row.error("a number behind `coordination/`", number))?;
-            let record: CoordinationRecord = row.parse("a coordination")?;
-            stored.coordinations.insert(number, record);
+            stored
+                .coordinations
+                .insert(number, row.parse("a coordination")?);
         }
         _ => return Err(row.error("no such key", value)),
     }
@@ -100,61 +99,6 @@ impl Row<'_> {
     }
 }
 
-/// [`AccessRecord`] as it is stored.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AccessValue {
-    level: LevelRecord,
-    fence: u64,
-    ticket: u64,
-}
-
-impl From<AccessRecord> for AccessValue {
-    fn from(record: AccessRecord) -> Self {
-        Self {
-            level: record.level.into(),
-            fence: record.fence,
-            ticket: record.ticket,
-        }
-    }
-}
-
-impl From<AccessValue> for AccessRecord {
-    fn from(value: AccessValue) -> Self {
-        Self {
-            level: value.level.level(),
-            fence: value.fence,
-            ticket: value.ticket,
-        }
-    }
-}
-
-/// [`RevocationRecord`] as it is stored.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RevocationValue {
-    level: LevelRecord,
-    fence: u64,
-}
-
-impl From<RevocationValue> for RevocationRecord {
-    fn from(value: RevocationValue) -> Self {
-        Self {
-            level: value.level.level(),
-            fence: value.fence,
-        }
-    }
-}
-
-impl From<RevocationRecord> for RevocationValue {
-    fn from(record: RevocationRecord) -> Self {
-        Self {
-            level: record.level.into(),
-            fence: record.fence,
-        }
-    }
-}
-
 /// The key of what an entry changes.
 pub(super) fn key(entry: &Entry) -> String {
     match entry {
@@ -173,9 +117,9 @@ pub(super) fn value(entry: &Entry) -> Option<String> {
     Some(match entry {
         Entry::Epoch(epoch) => epoch.to_string(),
         Entry::Robot { record, .. } => json(record),
-        Entry::Access { record, .. } => json(&AccessValue::from(*record)),
+        Entry::Access { record, .. } => json(record),
         Entry::Fence { fence, .. } => fence.to_string(),
-        Entry::Revocation { record, .. } => json(&RevocationValue::from(*record)),
+        Entry::Revocation { record, .. } => json(record),
         Entry::Number(number) => number.to_string(),
         Entry::Coordination { record, .. } => json(record.as_ref()?),
     })

@@ -54,7 +54,7 @@ impl View<'_> {
         let script = instance.script(role);
         Some(Control {
             coordination: instance.number,
-            level: Some(level::encode(instance.parts()[role].level())),
+            level: Some(level::encode(instance.participants()[role].level())),
             net: instance.plan.net.clone(),
             flags: script.flags.clone(),
             paths: script.paths.clone(),

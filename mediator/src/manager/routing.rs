@@ -16,7 +16,7 @@ use super::status::Status;
 use super::view::View;
 use crate::journal::{Entry, RobotRecord, Stored};
 use crate::nets::Plan;
-use crate::setup::{Setup, SetupError};
+use crate::setup::Setup;
 
 /// The manager of one site.
 #[derive(Debug)]
@@ -47,9 +47,7 @@ impl Manager {
         stored: &Stored,
         now_ns: u64,
     ) -> Result<Self, RestoreError> {
-        if let Some(area) = setup.areas.iter().find(|area| area.capacity == 0) {
-            return Err(SetupError::NoCapacity(area.id.clone()).into());
-        }
+        setup.check()?;
         let names = Arc::new(Names::new(setup)?);
         // Never smaller than before, so that robots recognise what an earlier start has said.
         let epoch = stored.epoch + 1;

@@ -159,7 +159,10 @@ impl View<'_> {
                 inside.join(", ")
             ));
         };
-        let role = instance.parts().iter().position(|part| part.robot == robot);
+        let role = instance
+            .participants()
+            .iter()
+            .position(|participant| participant.robot == robot);
         let role = role.filter(|&role| matches!(plan.roles[role].kind, Kind::Access(_)));
         Some(match role {
             Some(role) => instance.why(role, name),

@@ -12,7 +12,7 @@ impl Instance {
         let Kind::Access(passages) = &self.plan.roles[role].kind else {
             return false;
         };
-        let at = self.parts()[role].own_position();
+        let at = self.participants()[role].own_position();
         { passages.iter() }.any(|passage| {
             let inside = at == Some(passage.granted_at) || at == Some(passage.entered_at);
             inside && passage.areas.contains(&area)
@@ -31,9 +31,9 @@ impl Instance {
         let Kind::Access(passages) = &plan.roles[role].kind else {
             return false;
         };
-        let part = &mut self.parts_mut()[role];
-        part.tell_own();
-        let Some(at) = part.own_position() else {
+        let participant = &mut self.participants_mut()[role];
+        participant.tell_own();
+        let Some(at) = participant.own_position() else {
             return false;
         };
         let mut changed = false;
@@ -42,22 +42,23 @@ impl Instance {
                 areas.iter().all(|&area| asks(area) || has(area)) && areas.iter().any(|&a| asks(a))
             };
             if let Some(passage) = passages.iter().find(|passage| wants(&passage.areas)) {
-                changed |= part.set_own(passage.request);
+                changed |= participant.set_own(passage.request);
             }
             return changed;
         }
         for passage in passages {
             let none_left = !passage.areas.iter().any(|&area| has(area));
             // It has given all back without entering, or was in and out again before that was seen.
-            let waits = |&area: &usize| asks(area) && part.keeps(area);
+            let waits = |&area: &usize| asks(area) && participant.keeps(area);
             let gave_up = none_left && !passage.areas.iter().any(waits);
             let entered = passage.areas.iter().any(|&area| is_in(area));
             if at == passage.granted_at && (entered || gave_up) {
-                changed |= part.set_own(passage.entered);
+                changed |= participant.set_own(passage.entered);
             }
-            let at = part.own_position();
-            if at == Some(passage.entered_at) && none_left && part.set_own(passage.released) {
-                part.kept.clear();
+            let at = participant.own_position();
+            if at == Some(passage.entered_at) && none_left && participant.set_own(passage.released)
+            {
+                participant.kept.clear();
                 changed = true;
             }
         }

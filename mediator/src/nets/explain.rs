@@ -1,7 +1,7 @@
 //! What an instance waits for, in sentences.
 
-use super::instance::{Instance, Stage};
-use super::part::Part;
+use super::instance::{Instance, Phase};
+use super::participant::Participant;
 use coordination::binding::NetBinding;
 use coordination::petri::{PlaceId, TransitionId};
 use coordination::protocol::{FlagId, Party, Side};
@@ -9,9 +9,9 @@ use coordination::protocol::{FlagId, Party, Side};
 impl Instance {
     /// What the robot of a role waits for in this coordination, by `name`s of robots.
     pub(crate) fn why(&self, role: usize, name: impl Fn(usize) -> String) -> String {
-        let part = &self.parts()[role];
-        let protocol = part.protocol();
-        let next: Vec<FlagId> = { protocol.next(part.read_to()) }
+        let participant = &self.participants()[role];
+        let protocol = participant.protocol();
+        let next: Vec<FlagId> = { protocol.next(participant.read_to()) }
             .map(|(flag, _)| flag)
             .collect();
         let names: Vec<&str> = next.iter().map(|&flag| protocol.flag_name(flag)).collect();
@@ -30,9 +30,9 @@ impl Instance {
             };
             return format!("it is to set the flag `{names}` itself{when}");
         }
-        match &self.stage {
-            Stage::Yielding(_) => self.why_yielding(role, name),
-            Stage::Running { net, .. } => {
+        match &self.phase {
+            Phase::Yielding(_) => self.why_yielding(role, name),
+            Phase::Running { net, .. } => {
                 let why = { next.iter() }
                     .filter_map(|&flag| self.why_not(net, role, flag, &name))
                     .min_by_key(|(missing, _)| *missing);
@@ -45,9 +45,9 @@ impl Instance {
     }
 
     fn why_yielding(&self, role: usize, name: impl Fn(usize) -> String) -> String {
-        let open: Vec<String> = { self.parts().iter().enumerate() }
+        let open: Vec<String> = { self.participants().iter().enumerate() }
             .filter(|(other, _)| !self.has_read_halt(*other))
-            .map(|(_, part)| name(part.robot))
+            .map(|(_, participant)| name(participant.robot))
             .collect();
         let states = { self.plan.preempt.as_ref() }
             .map(|preempt| preempt.yields[role].states.join(", "))
@@ -63,7 +63,7 @@ impl Instance {
     /// The transition that lacks least for setting a flag, and how much it lacks.
     fn why_not(
         &self,
-        running: &NetBinding<Part>,
+        running: &NetBinding<Participant>,
         role: usize,
         flag: FlagId,
         name: &impl Fn(usize) -> String,
@@ -112,15 +112,15 @@ impl Instance {
 
     fn meaning(
         &self,
-        running: &NetBinding<Part>,
+        running: &NetBinding<Participant>,
         place: PlaceId,
         place_name: &str,
         name: &impl Fn(usize) -> String,
     ) -> String {
         if let Some((role, flag)) = running.flag_of(place) {
-            let part = &running.sides()[role];
-            let flag = part.protocol().flag_name(flag);
-            return format!("{} has not set `{flag}`", name(part.robot));
+            let participant = &running.sides()[role];
+            let flag = participant.protocol().flag_name(flag);
+            return format!("{} has not set `{flag}`", name(participant.robot));
         }
         { self.plan.meanings.get(place_name) }
             .filter(|meaning| !meaning.is_empty())

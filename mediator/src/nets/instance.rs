@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::part::Part;
+use super::participant::Participant;
 use super::plan::{Kind, Plan, Script};
 use coordination::binding::NetBinding;
 use coordination::petri::{Budget, TransitionId};
@@ -24,22 +24,22 @@ pub(crate) struct Firing {
 
 /// What an instance is at.
 #[derive(Clone, Debug)]
-pub(crate) enum Stage {
+pub(crate) enum Phase {
     /// The net runs, since this situation.
     Running {
         situation: usize,
         /// Its sides are by role.
-        net: Box<NetBinding<Part>>,
+        net: Box<NetBinding<Participant>>,
     },
     /// All robots, by role, are told to get out of the way.
-    Yielding(Vec<Part>),
+    Yielding(Vec<Participant>),
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub(crate) number: u64,
     pub(crate) plan: Arc<Plan>,
-    pub(crate) stage: Stage,
+    pub(crate) phase: Phase,
     pub(crate) since_ns: u64,
     /// When a flag was last set or read.
     pub(crate) progress_ns: u64,
@@ -66,18 +66,18 @@ impl Instance {
         robots: &[usize],
         now_ns: u64,
     ) -> Self {
-        let parts = robots.iter().zip(&plan.roles).map(|(&robot, role)| {
+        let participants = robots.iter().zip(&plan.roles).map(|(&robot, role)| {
             let derived = matches!(role.kind, Kind::Access(_));
-            Part::new(robot, &role.script, derived)
+            Participant::new(robot, &role.script, derived)
         });
         let own = &plan.situations[situation];
         let names = plan.roles.iter().map(|role| role.name.as_str());
-        let net = NetBinding::new(&own.proof, &own.net, names.zip(parts))
+        let net = NetBinding::new(&own.proof, &own.net, names.zip(participants))
             .expect("the plan was made with a trial of just this");
         Self::new(
             plan,
             number,
-            Stage::Running {
+            Phase::Running {
                 situation,
                 net: Box::new(net),
             },
@@ -87,16 +87,22 @@ impl Instance {
 
     /// Tells all robots to get out of the way.
     pub(crate) fn yielding(plan: &Arc<Plan>, number: u64, robots: &[usize], now_ns: u64) -> Self {
-        let parts = robots.iter().enumerate();
-        let parts = parts.map(|(role, &robot)| Part::new(robot, yield_script(plan, role), false));
-        Self::new(plan, number, Stage::Yielding(parts.collect()), now_ns)
+        let participants = robots.iter().enumerate();
+        let participants = participants
+            .map(|(role, &robot)| Participant::new(robot, yield_script(plan, role), false));
+        Self::new(
+            plan,
+            number,
+            Phase::Yielding(participants.collect()),
+            now_ns,
+        )
     }
 
-    pub(super) fn new(plan: &Arc<Plan>, number: u64, stage: Stage, now_ns: u64) -> Self {
+    pub(super) fn new(plan: &Arc<Plan>, number: u64, phase: Phase, now_ns: u64) -> Self {
         Self {
             number,
             plan: Arc::clone(plan),
-            stage,
+            phase,
             since_ns: now_ns,
             progress_ns: now_ns,
             alarmed: false,
@@ -106,61 +112,69 @@ impl Instance {
     }
 
     /// By role.
-    pub(crate) fn parts(&self) -> &[Part] {
-        match &self.stage {
-            Stage::Running { net, .. } => net.sides(),
-            Stage::Yielding(parts) => parts,
+    pub(crate) fn participants(&self) -> &[Participant] {
+        match &self.phase {
+            Phase::Running { net, .. } => net.sides(),
+            Phase::Yielding(participants) => participants,
         }
     }
 
     /// By role.
-    pub(crate) fn parts_mut(&mut self) -> &mut [Part] {
-        match &mut self.stage {
-            Stage::Running { net, .. } => net.sides_mut(),
-            Stage::Yielding(parts) => parts,
+    pub(crate) fn participants_mut(&mut self) -> &mut [Participant] {
+        match &mut self.phase {
+            Phase::Running { net, .. } => net.sides_mut(),
+            Phase::Yielding(participants) => participants,
         }
     }
 
-    /// The protocol with the robot of a role, in the present stage.
+    /// The protocol with the robot of a role, in the present phase.
     pub(crate) fn script(&self, role: usize) -> &Script {
-        match &self.stage {
-            Stage::Running { .. } => &self.plan.roles[role].script,
-            Stage::Yielding(_) => yield_script(&self.plan, role),
+        match &self.phase {
+            Phase::Running { .. } => &self.plan.roles[role].script,
+            Phase::Yielding(_) => yield_script(&self.plan, role),
         }
     }
 
     pub(crate) fn robots(&self) -> Vec<usize> {
-        self.parts().iter().map(|part| part.robot).collect()
+        self.participants()
+            .iter()
+            .map(|participant| participant.robot)
+            .collect()
     }
 
     /// The robot's control is, or is about to be, with this instance.
     pub(crate) fn controls(&self, robot: usize) -> Option<usize> {
-        let role = self.parts().iter().position(|part| part.robot == robot)?;
+        let role = self
+            .participants()
+            .iter()
+            .position(|participant| participant.robot == robot)?;
         let is_control = matches!(self.plan.roles[role].kind, Kind::Control);
-        (is_control && !self.parts()[role].is_over()).then_some(role)
+        (is_control && !self.participants()[role].is_over()).then_some(role)
     }
 
     /// Every robot has its discrete control back.
     pub(crate) fn is_over(&self) -> bool {
-        let mut parts = self.parts().iter().zip(&self.plan.roles);
+        let mut participants = self.participants().iter().zip(&self.plan.roles);
         self.plan.controls()
-            && parts.all(|(part, role)| matches!(role.kind, Kind::Access(_)) || part.is_over())
+            && participants.all(|(participant, role)| {
+                matches!(role.kind, Kind::Access(_)) || participant.is_over()
+            })
     }
 
     /// Nobody is in the middle of a run: there is nothing that could stand still.
     pub(crate) fn is_idle(&self) -> bool {
-        !self.plan.controls() && { self.parts().iter() }
-            .all(|part| part.read_to() == Position::START)
+        !self.plan.controls() && { self.participants().iter() }
+            .all(|participant| participant.read_to() == Position::START)
     }
 
     /// The names of the marked places.
     pub(crate) fn marking(&self) -> Vec<String> {
-        match &self.stage {
-            Stage::Running { net, .. } => { net.executor() }
+        match &self.phase {
+            Phase::Running { net, .. } => { net.executor() }
                 .marking()
                 .map(|place| net.executor().net().place_name(place).to_owned())
                 .collect(),
-            Stage::Yielding(_) => Vec::new(),
+            Phase::Yielding(_) => Vec::new(),
         }
     }
 
@@ -172,9 +186,9 @@ impl Instance {
         for round in 0..=ROUNDS {
             let before = stepped.changed;
             stepped.changed = false;
-            match self.stage {
-                Stage::Running { .. } => self.step_net(now_ns, &mut stepped),
-                Stage::Yielding(_) => self.step_yielding(&mut stepped),
+            match self.phase {
+                Phase::Running { .. } => self.step_net(now_ns, &mut stepped),
+                Phase::Yielding(_) => self.step_yielding(&mut stepped),
             }
             let went_on = stepped.changed;
             stepped.changed |= before;
@@ -187,7 +201,7 @@ impl Instance {
     }
 
     fn step_net(&mut self, now_ns: u64, stepped: &mut Stepped) {
-        let Stage::Running { net, .. } = &mut self.stage else {
+        let Phase::Running { net, .. } = &mut self.phase else {
             return;
         };
         let mut trace = [TransitionId::default(); FIRINGS];

@@ -13,7 +13,7 @@ mod control;
 mod explain;
 mod instance;
 mod load;
-mod part;
+mod participant;
 mod plan;
 mod stored;
 mod yielding;
@@ -21,6 +21,6 @@ mod yielding;
 pub use load::{PlanError, plans};
 pub use plan::Plan;
 
-pub(crate) use instance::{Instance, Stage};
+pub(crate) use instance::{Instance, Phase};
 pub(crate) use plan::{Cast, Kind};
 pub(crate) use stored::Unrestorable;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use contract::protocols::flags_and_paths;
 use contract::wire::{ControlFlag, ControlPath};
 use coordination::analysis::Proof;
 use coordination::petri::Net;
@@ -65,6 +66,19 @@ pub(crate) struct Script {
     /// For messages.
     pub(crate) flags: Vec<ControlFlag>,
     pub(crate) paths: Vec<ControlPath>,
+}
+
+impl Script {
+    /// `enters` is by flag; what the flags mean is still to be said.
+    pub(crate) fn new(protocol: Arc<Protocol>, enters: Vec<Vec<usize>>) -> Self {
+        let (flags, paths) = flags_and_paths(&protocol);
+        Self {
+            enters: enters.into(),
+            protocol,
+            flags,
+            paths,
+        }
+    }
 }
 
 /// A situation in which the net starts.

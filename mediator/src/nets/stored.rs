@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::instance::{Instance, Stage};
-use super::part::{Kept, Part};
+use super::instance::{Instance, Phase};
+use super::participant::{Kept, Participant};
 use super::plan::{Kind, Plan};
 use crate::journal::{CoordinationRecord, LevelRecord, PartRecord};
 use coordination::binding::{NetBinding, Standing};
@@ -21,24 +21,24 @@ impl Instance {
         robot: impl Fn(usize) -> String,
         area: impl Fn(usize) -> String,
     ) -> CoordinationRecord {
-        let parts = self.parts().iter().zip(&self.plan.roles);
+        let participants = self.participants().iter().zip(&self.plan.roles);
         CoordinationRecord {
             coordination: self.plan.id.clone(),
-            situation: match &self.stage {
-                Stage::Running { situation, .. } => {
+            situation: match &self.phase {
+                Phase::Running { situation, .. } => {
                     Some(self.plan.situations[*situation].name.clone())
                 }
-                Stage::Yielding(_) => None,
+                Phase::Yielding(_) => None,
             },
             marking: self.marking(),
             waiting: self.waiting(),
-            parts: parts
-                .map(|(part, role)| PartRecord {
+            parts: participants
+                .map(|(participant, role)| PartRecord {
                     role: role.name.clone(),
-                    robot: robot(part.robot),
-                    level: part.read_level().into(),
-                    own: part.own.as_ref().map(|own| own.level().into()),
-                    kept: { part.kept.iter() }
+                    robot: robot(participant.robot),
+                    level: participant.read_level().into(),
+                    own: participant.own.as_ref().map(|own| own.level().into()),
+                    kept: { participant.kept.iter() }
                         .map(|kept| (area(kept.area), kept.granted))
                         .collect(),
                 })
@@ -48,7 +48,7 @@ impl Instance {
 
     /// By the name of the source: how many events wait for it.
     fn waiting(&self) -> BTreeMap<String, u32> {
-        let Stage::Running { net, .. } = &self.stage else {
+        let Phase::Running { net, .. } = &self.phase else {
             return BTreeMap::new();
         };
         let waiting = net.standing().waiting.into_iter();
@@ -66,21 +66,29 @@ impl Instance {
         now_ns: u64,
     ) -> Result<Self, Unrestorable> {
         let lost = |what: String| Unrestorable(what);
-        let names = record.parts.iter().map(|part| part.role.as_str());
+        let names = record
+            .parts
+            .iter()
+            .map(|participant| participant.role.as_str());
         if !names.eq(plan.roles.iter().map(|role| role.name.as_str())) {
             return Err(lost("its net has other roles now".into()));
         }
-        let parts = { record.parts.iter().enumerate() }.map(|(role, stored)| {
+        let participants = { record.parts.iter().enumerate() }.map(|(role, stored)| {
             let robot = { robot(&stored.robot) }
                 .ok_or_else(|| lost(format!("there is no robot `{}` any more", stored.robot)))?;
-            part(plan, role, robot, record.situation.is_none(), stored, &area)
+            participant(plan, role, robot, record.situation.is_none(), stored, &area)
         });
-        let parts = parts.collect::<Result<Vec<Part>, _>>()?;
+        let participants = participants.collect::<Result<Vec<Participant>, _>>()?;
         let Some(name) = &record.situation else {
             if plan.preempt.is_none() {
                 return Err(lost("it has no `preempt` any more".into()));
             }
-            return Ok(Self::new(plan, number, Stage::Yielding(parts), now_ns));
+            return Ok(Self::new(
+                plan,
+                number,
+                Phase::Yielding(participants),
+                now_ns,
+            ));
         };
         let situation = { plan.situations.iter() }
             .position(|own| own.name == *name)
@@ -88,21 +96,20 @@ impl Instance {
         let own = &plan.situations[situation];
         let names = plan.roles.iter().map(|role| role.name.as_str());
         let standing = standing(&own.net, record)?;
-        let net = NetBinding::resume(&own.proof, &own.net, names.zip(parts), &standing).map_err(
-            |errors| {
+        let net = NetBinding::resume(&own.proof, &own.net, names.zip(participants), &standing)
+            .map_err(|errors| {
                 let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
                 lost(texts.join("; "))
-            },
-        )?;
-        let stage = Stage::Running {
+            })?;
+        let phase = Phase::Running {
             situation,
             net: Box::new(net),
         };
-        let mut instance = Self::new(plan, number, stage, now_ns);
-        for (part, role) in instance.parts_mut().iter_mut().zip(&plan.roles) {
-            if let Some(own) = &part.own {
+        let mut instance = Self::new(plan, number, phase, now_ns);
+        for (participant, role) in instance.participants_mut().iter_mut().zip(&plan.roles) {
+            if let Some(own) = &participant.own {
                 let level = own.level();
-                { part.merge(level) }
+                { participant.merge(level) }
                     .map_err(|error| lost(format!("role `{}`: {error}", role.name)))?;
             }
         }
@@ -110,14 +117,14 @@ impl Instance {
     }
 }
 
-fn part(
+fn participant(
     plan: &Plan,
     role: usize,
     robot: usize,
     yields: bool,
     stored: &PartRecord,
     area: impl Fn(&str) -> Option<usize>,
-) -> Result<Part, Unrestorable> {
+) -> Result<Participant, Unrestorable> {
     let lost = |what: String| Unrestorable(what);
     let preempt = plan.preempt.as_ref().filter(|_| yields);
     let own = &plan.roles[role];
@@ -127,16 +134,16 @@ fn part(
     if derived && own.is_none() {
         return Err(lost(format!("role `{}` has no side", stored.role)));
     }
-    let mut part = Part::resume(robot, script, stored.level.level(), own)
+    let mut participant = Participant::resume(robot, script, stored.level.level(), own)
         .map_err(|error| lost(format!("role `{}`: {error}", stored.role)))?;
     for (id, granted) in &stored.kept {
         let area = area(id).ok_or_else(|| lost(format!("there is no area `{id}` any more")))?;
-        part.kept.push(Kept {
+        participant.kept.push(Kept {
             area,
             granted: *granted,
         });
     }
-    Ok(part)
+    Ok(participant)
 }
 
 fn standing(net: &Net, record: &CoordinationRecord) -> Result<Standing, Unrestorable> {

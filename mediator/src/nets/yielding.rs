@@ -1,63 +1,66 @@
 //! Robots get out of the way, and are let go.
 
-use super::instance::{Instance, Stage, Stepped};
-use super::part::Part;
+use super::instance::{Instance, Phase, Stepped};
+use super::participant::Participant;
 use contract::protocols::{ACQUIRE, RELEASE};
 use coordination::protocol::{FlagId, Party, Position, Side};
 
 impl Instance {
     /// Acquires every robot, and tells it to get out of the way.
     pub(super) fn step_yielding(&mut self, stepped: &mut Stepped) {
-        for part in self.parts_mut() {
-            let release = part.protocol().flag(RELEASE);
-            while part.poll().is_some() {
+        for participant in self.participants_mut() {
+            let release = participant.protocol().flag(RELEASE);
+            while participant.poll().is_some() {
                 stepped.changed = true;
             }
-            let Some(flag) = part
+            let Some(flag) = participant
                 .next_of_mediator()
                 .filter(|&next| Some(next) != release)
             else {
                 continue;
             };
-            stepped.changed |= part.set(flag).is_ok();
+            stepped.changed |= participant.set(flag).is_ok();
         }
     }
 
     /// The robot of a role has read that it is to get out of the way, and waits for its release.
     pub(crate) fn has_read_halt(&self, role: usize) -> bool {
-        let part = &self.parts()[role];
-        let release = part.protocol().flag(RELEASE);
-        matches!(self.stage, Stage::Yielding(_))
-            && (part.is_over() || (release.is_some() && part.next_of_mediator() == release))
+        let participant = &self.participants()[role];
+        let release = participant.protocol().flag(RELEASE);
+        matches!(self.phase, Phase::Yielding(_))
+            && (participant.is_over()
+                || (release.is_some() && participant.next_of_mediator() == release))
     }
 
     /// The robot of a role has set a flag, so that it knows of this coordination until it is over.
     pub(crate) fn is_known_to(&self, role: usize) -> bool {
-        let part = &self.parts()[role];
-        let protocol = part.protocol();
-        { protocol.set_flags(part.read_to()) }
+        let participant = &self.participants()[role];
+        let protocol = participant.protocol();
+        { protocol.set_flags(participant.read_to()) }
             .any(|(flag, _)| protocol.owner(flag) == Some(Party::First))
     }
 
     /// Some robot was released after yielding: there is no way back.
     pub(crate) fn releases(&self) -> bool {
-        matches!(self.stage, Stage::Yielding(_)) && { self.parts().iter() }.any(|part| {
-            let release = part.protocol().flag(RELEASE);
-            let mut set = part.protocol().set_flags(part.read_to());
-            part.is_over() || set.any(|(flag, _)| Some(flag) == release)
-        })
+        matches!(self.phase, Phase::Yielding(_)) && { self.participants().iter() }.any(
+            |participant| {
+                let release = participant.protocol().flag(RELEASE);
+                let mut set = participant.protocol().set_flags(participant.read_to());
+                participant.is_over() || set.any(|(flag, _)| Some(flag) == release)
+            },
+        )
     }
 
     /// Gives all robots that have yielded their control back.
     pub(crate) fn release(&mut self, now_ns: u64) -> bool {
         let mut changed = false;
-        for part in self.parts_mut() {
-            let release = part.protocol().flag(RELEASE);
-            if let Some(flag) = part
+        for participant in self.participants_mut() {
+            let release = participant.protocol().flag(RELEASE);
+            if let Some(flag) = participant
                 .next_of_mediator()
                 .filter(|&next| Some(next) == release)
             {
-                changed |= part.set(flag).is_ok();
+                changed |= participant.set(flag).is_ok();
             }
         }
         if changed {
@@ -67,7 +70,7 @@ impl Instance {
     }
 }
 
-impl Part {
+impl Participant {
     /// The mediator's next flag, if it is its turn and there is no choice.
     fn next_of_mediator(&self) -> Option<FlagId> {
         let protocol = self.protocol();

@@ -1,18 +1,13 @@
 //! Coordinations of site files against the shipped nets: what fits, and what is said when it does not.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use config::{NetConfig, load_net, parse_site};
+use config::NetConfig;
 use coordination::analysis::Limits;
 use mediator::nets::{Plan, plans};
 use mediator::setup::Setup;
 
-const JUNCTION: &str = r#"
-[coordinations.crossing]
-net = "t-junction"
-situations.all-outside = { west = { robot = "amr-1" }, south = { robot = "amr-2" }, east = { robot = "amr-3" } }
-"#;
+use crate::sites::{self, JUNCTION, net, uncoordinated};
 
 const OVERTAKING: &str = r#"
 [robots.amr-9]
@@ -38,30 +33,12 @@ yields.normal = { event = "reset", states = ["halt-1"] }
 yields.emergency = { event = "reset", states = ["halt-1"] }
 "#;
 
-fn config_folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../config")
-}
-
-/// A shipped site, without coordinations of its own.
-fn site(name: &str) -> String {
-    let path = config_folder().join(format!("sites/{name}.toml"));
-    let text = std::fs::read_to_string(path).expect("it ships");
-    let text = text.replace("managed = false", "managed = true");
-    match text.find("\n[coordinations.") {
-        Some(end) => text[..end].to_owned(),
-        None => text,
-    }
-}
-
 fn nets() -> Vec<NetConfig> {
-    let load =
-        |name| load_net(config_folder().join(format!("nets/{name}.toml"))).expect("it ships");
-    ["overtaking", "t-junction", "docking"].map(load).into()
+    ["overtaking", "t-junction", "docking"].map(net).into()
 }
 
 fn planned(site: &str, nets: &[NetConfig], limits: &Limits) -> Result<Vec<Arc<Plan>>, String> {
-    let site = parse_site("site.toml", site, &[])
-        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    let site = sites::site("site.toml", site);
     let setup = Setup::of(&site).expect("the site makes sense");
     plans(&site, &setup, nets, limits).map_err(|errors| {
         let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
@@ -72,7 +49,11 @@ fn planned(site: &str, nets: &[NetConfig], limits: &Limits) -> Result<Vec<Arc<Pl
 #[test]
 fn the_shipped_nets_fit_their_sites() {
     for (name, section) in [("t-junction", JUNCTION), ("corridor", OVERTAKING)] {
-        let plans = planned(&(site(name) + section), &nets(), &Limits::default());
+        let plans = planned(
+            &(uncoordinated(name) + section),
+            &nets(),
+            &Limits::default(),
+        );
         let plans = plans.unwrap_or_else(|errors| panic!("{errors}"));
         assert_eq!(plans.len(), 1);
     }
@@ -189,7 +170,7 @@ fn what_does_not_fit_is_said() {
         ),
     ] {
         assert!(section.contains(right), "{right}");
-        let text = site(name) + &section.replacen(right, wrong, 1);
+        let text = uncoordinated(name) + &section.replacen(right, wrong, 1);
         let errors = planned(&text, &nets(), &Limits::default()).expect_err(wrong);
         assert!(errors.contains(said), "{wrong}: {errors}");
     }
@@ -198,7 +179,7 @@ fn what_does_not_fit_is_said() {
 #[test]
 fn two_nets_cannot_decide_on_one_area() {
     let again = JUNCTION.replace("coordinations.crossing", "coordinations.again");
-    let text = site("t-junction") + JUNCTION + &again;
+    let text = uncoordinated("t-junction") + JUNCTION + &again;
     let errors = planned(&text, &nets(), &Limits::default()).expect_err("twice");
     assert!(
         errors.contains("area `Cr` is let into by `again` already"),
@@ -212,7 +193,7 @@ fn a_net_that_the_analysis_refuses_never_runs() {
         states: 3,
         ..Limits::default()
     };
-    let errors =
-        planned(&(site("t-junction") + JUNCTION), &nets(), &limits).expect_err("too large");
+    let errors = planned(&(uncoordinated("t-junction") + JUNCTION), &nets(), &limits)
+        .expect_err("too large");
     assert!(errors.contains("the net may not run"), "{errors}");
 }

@@ -1,11 +1,9 @@
 //! Manager and clients step by step: what a fence refuses, what `why` says, what `clear` ends.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::sites;
-use config::{load_net, parse_site};
+use crate::sites::{self, JUNCTION, net, uncoordinated};
 use contract::client::{Client, Situation};
 use coordination::analysis::Limits;
 use mediator::journal::Stored;
@@ -35,21 +33,8 @@ fn setup(capacity: u32) -> Setup {
 
 /// The crossing by its net, on a setup of its own.
 fn junction(setup: &Setup) -> Vec<Arc<Plan>> {
-    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
-    let text = std::fs::read_to_string(config.join("sites/t-junction.toml")).expect("it ships");
-    let text = text.replace("managed = false", "managed = true");
-    let text = match text.find("\n[coordinations.") {
-        Some(end) => text[..end].to_owned(),
-        None => text,
-    };
-    let section = r#"
-[coordinations.crossing]
-net = "t-junction"
-situations.all-outside = { west = { robot = "amr-1" }, south = { robot = "amr-2" }, east = { robot = "amr-3" } }
-"#;
-    let site = parse_site("site.toml", &(text + section), &[]).expect("valid");
-    let net = load_net(config.join("nets/t-junction.toml")).expect("it ships");
-    plans(&site, setup, &[net], &Limits::default()).expect("it fits")
+    let site = sites::site("site.toml", &(uncoordinated("t-junction") + JUNCTION));
+    plans(&site, setup, &[net("t-junction")], &Limits::default()).expect("it fits")
 }
 
 /// Lets both sides talk until nobody has news.
@@ -65,6 +50,19 @@ fn talk(manager: &mut Manager, clients: &mut [(Client, Situation)], now_ns: u64)
             }
         }
     }
+}
+
+fn assert_any(alarms: &[Alarm], fits: impl Fn(&Alarm) -> bool) {
+    assert!(alarms.iter().any(fits), "{alarms:?}");
+}
+
+/// The only alarm is that a coordination of the journal is given up, for this reason.
+fn assert_not_resumed(manager: &mut Manager, why: &str) {
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(
+        matches!(&alarms[..], [alarm @ Alarm::NotResumed { .. }] if alarm.to_string().contains(why)),
+        "{alarms:?}"
+    );
 }
 
 /// A robot of the corridor, somewhere, in some state.
@@ -100,9 +98,12 @@ fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, Pair) {
     talk(&mut manager, &mut clients, 0);
     assert!(clients.iter().all(|own| own.0.is_acquired()));
     let order = clients[0].0.next_order().expect("there is one");
-    assert_eq!(order.event.as_deref(), Some("aside"));
+    assert_eq!(order.instruction.event.as_deref(), Some("aside"));
     let order = clients[1].0.next_order().expect("there is one");
-    assert_eq!((order.event, order.speed_limit_m_s), (None, Some(0.2)));
+    assert_eq!(
+        (order.instruction.event, order.instruction.speed_limit_m_s),
+        (None, Some(0.2))
+    );
     talk(&mut manager, &mut clients, 0);
     (setup, plans, manager, clients)
 }
@@ -119,22 +120,12 @@ fn what_stands_still_gets_out_of_the_way_before_anything_else_moves() {
         manager.tick(now_ns);
     }
     let alarms: Vec<Alarm> = manager.alarms().collect();
-    assert!(
-        alarms
-            .iter()
-            .any(|alarm| matches!(alarm, Alarm::Still { .. })),
-        "{alarms:?}"
-    );
-    assert!(
-        alarms
-            .iter()
-            .any(|alarm| matches!(alarm, Alarm::Preempted { .. })),
-        "{alarms:?}"
-    );
+    assert_any(&alarms, |alarm| matches!(alarm, Alarm::Still { .. }));
+    assert_any(&alarms, |alarm| matches!(alarm, Alarm::Preempted { .. }));
     talk(&mut manager, &mut clients, now_ns);
     let order = |own: &mut (Client, Situation)| {
         let orders = std::iter::from_fn(|| own.0.next_order());
-        orders.last().and_then(|order| order.event)
+        orders.last().and_then(|order| order.instruction.event)
     };
     for own in &mut clients {
         assert_eq!(order(own).as_deref(), Some("halt"));
@@ -165,13 +156,36 @@ fn what_stands_still_gets_out_of_the_way_before_anything_else_moves() {
     );
 }
 
+/// Each run has a number of its own, by which `status` lists it.
+#[test]
+fn alarms_name_the_run_that_stands_still() {
+    let (_, _, mut manager, mut clients) = overtaking();
+    let mut named = Vec::new();
+    for now_ns in (0..20).map(|second| second * SECOND_NS) {
+        talk(&mut manager, &mut clients, now_ns);
+        manager.tick(now_ns);
+        let listed = manager.status(now_ns).coordinations;
+        for alarm in manager.alarms() {
+            if let Alarm::Still { coordination, .. } = alarm {
+                let runs = { listed.iter() }.filter(|own| !own.over);
+                assert!(
+                    runs.map(|own| format!("{}/{}", own.id, own.number))
+                        .any(|name| name == coordination),
+                    "{coordination}: {listed:#?}"
+                );
+                named.push(coordination);
+            }
+        }
+    }
+    // First the net, then the robots that do not get out of the way.
+    assert_eq!(named, ["overtaking/1", "overtaking/2"]);
+}
+
 #[test]
 fn a_robot_that_was_let_go_before_a_power_loss_is_not_waited_for() {
     let (setup, plans, mut manager, mut clients) = overtaking();
     let mut stored = Stored::default();
-    for entry in manager.entries() {
-        stored.apply(entry);
-    }
+    { manager.entries() }.for_each(|entry| stored.apply(entry));
     // What ends the coordination is lost with the power, but the robots have heard it.
     manager
         .clear("1", SECOND_NS)
@@ -190,12 +204,7 @@ fn a_robot_that_was_let_go_before_a_power_loss_is_not_waited_for() {
     let mut manager = Manager::with_plans(&setup, plans, &stored, later_ns).expect("its own");
     talk(&mut manager, &mut clients, later_ns);
     let alarms: Vec<Alarm> = manager.alarms().collect();
-    assert!(
-        alarms
-            .iter()
-            .any(|alarm| matches!(alarm, Alarm::Forgotten { .. })),
-        "{alarms:?}"
-    );
+    assert_any(&alarms, |alarm| matches!(alarm, Alarm::Forgotten { .. }));
     let status = manager.status(later_ns);
     assert!(
         { status.coordinations.iter() }.all(|own| own.over || own.situation.is_empty()),
@@ -270,10 +279,7 @@ fn nobody_is_accused_before_it_has_said_where_it_stands() {
         0,
     );
     let alarms: Vec<Alarm> = manager.alarms().collect();
-    assert!(
-        { alarms.iter() }.any(|alarm| matches!(alarm, Alarm::Intruder { .. })),
-        "{alarms:?}"
-    );
+    assert_any(&alarms, |alarm| matches!(alarm, Alarm::Intruder { .. }));
 }
 
 #[test]
@@ -319,9 +325,7 @@ fn a_net_goes_on_where_the_journal_left_it() {
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
     let mut clients = [robot(1, &["Cr"]), robot(2, &["Cr"]), robot(3, &["Cr"])];
     talk(&mut manager, &mut clients, 0);
-    for entry in manager.entries() {
-        stored.apply(entry);
-    }
+    { manager.entries() }.for_each(|entry| stored.apply(entry));
     let before = manager.status(0).coordinations[0].marking.clone();
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("its own");
     assert_eq!(manager.status(0).coordinations[0].marking, before);
@@ -333,14 +337,7 @@ fn a_net_goes_on_where_the_journal_left_it() {
         record.marking.push("elsewhere".into());
     }
     let mut manager = Manager::with_plans(&setup, plans, &stored, 0).expect("still starts");
-    let alarms: Vec<Alarm> = manager.alarms().collect();
-    let [alarm @ Alarm::NotResumed { .. }] = &alarms[..] else {
-        panic!("{alarms:?}");
-    };
-    assert!(
-        alarm.to_string().contains("no place `elsewhere` any more"),
-        "{alarm}"
-    );
+    assert_not_resumed(&mut manager, "no place `elsewhere` any more");
 }
 
 /// The net would let a second robot in, beside the one that the protocols have let in.
@@ -351,24 +348,13 @@ fn a_journal_that_the_net_cannot_have_written_is_given_up() {
     let mut stored = Stored::default();
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
     talk(&mut manager, &mut [robot(1, &["Cr"])], 0);
-    for entry in manager.entries() {
-        stored.apply(entry);
-    }
+    { manager.entries() }.for_each(|entry| stored.apply(entry));
     for record in stored.coordinations.values_mut() {
         assert_ne!(record.marking, ["free"]);
         record.marking = vec!["free".into()];
     }
     let mut manager = Manager::with_plans(&setup, plans, &stored, 0).expect("still starts");
-    let alarms: Vec<Alarm> = manager.alarms().collect();
-    let [alarm @ Alarm::NotResumed { .. }] = &alarms[..] else {
-        panic!("{alarms:?}");
-    };
-    assert!(
-        alarm
-            .to_string()
-            .contains("never comes to where it is to begin"),
-        "{alarm}"
-    );
+    assert_not_resumed(&mut manager, "never comes to where it is to begin");
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl Robot {
     fn event(&mut self) -> Option<String> {
         let orders = self.orders();
         assert_eq!(orders.len(), 1, "{orders:?}");
-        orders[0].event.clone()
+        orders[0].instruction.event.clone()
     }
 }
 
@@ -113,7 +113,10 @@ impl Scene {
         assert_eq!(self.normal.event().as_deref(), Some("aside"));
         let slow = self.emergency.orders();
         assert_eq!(
-            (slow[0].speed_limit_m_s, &slow[0].event),
+            (
+                slow[0].instruction.speed_limit_m_s,
+                &slow[0].instruction.event
+            ),
             (Some(0.2), &None)
         );
         self.talk();
@@ -258,7 +261,10 @@ fn what_stands_still_begins_again_with_the_normal_robot_aside() {
         .collect();
     assert_eq!(runs, ["normal-aside"]);
     assert!(scene.normal.orders().is_empty(), "it waits where it is");
-    assert_eq!(scene.emergency.orders()[0].speed_limit_m_s, Some(0.2));
+    assert_eq!(
+        scene.emergency.orders()[0].instruction.speed_limit_m_s,
+        Some(0.2)
+    );
     scene.talk();
     assert!(scene.emergency.client.holds("1"));
 }

@@ -61,7 +61,7 @@ impl Control {
 
     /// The wheels as they turn.
     fn speeds(&self) -> WheelSpeeds {
-        WheelSpeeds::new(self.encoders.left_rad_s, self.encoders.right_rad_s)
+        self.encoders.speeds
     }
 
     fn step(&mut self, now_ns: u64, stop: StopKind) {
@@ -82,7 +82,7 @@ impl Control {
         self.setpoints = self.controller.step(
             self.command.value.command,
             stop,
-            self.encoders.pivot_rad,
+            self.encoders.angles.pivot_rad,
             speeds,
             elapsed_s,
         );

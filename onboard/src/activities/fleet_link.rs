@@ -3,9 +3,11 @@
 //! Real-time contract: after construction nothing on navigation's end allocates, locks or blocks. Its one system call wakes
 //! communication.
 
-use crate::fleet::{Answer, Directive};
-use crate::realtime::wake::Wake;
 use coordination::event::{EventId, Receiver, Sender, queue};
+use skills::navigator::Instructed;
+
+use crate::fleet::Directive;
+use crate::realtime::wake::Wake;
 
 /// Capacity of the queue to navigation.
 const ORDERS: usize = 16;
@@ -14,11 +16,11 @@ const EVENTS: usize = 128;
 
 /// What navigation says.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Event {
+pub enum NavigationEvent {
     /// The machine fired an output.
     Output(EventId),
     /// What became of [`Directive::Instruct`].
-    Answer(Answer),
+    Instructed(Instructed),
     /// [`Directive::Relocate`] is carried out, and the whereabouts in the table say so.
     Relocated,
 }
@@ -29,7 +31,7 @@ pub struct NavigationEnd {
     /// What to do.
     pub orders: Receiver<Directive>,
     /// What became of it.
-    pub events: Sender<Event>,
+    pub events: Sender<NavigationEvent>,
     /// Wakes communication.
     pub wake: Wake,
 }
@@ -40,7 +42,7 @@ pub struct CommunicationEnd {
     /// What to do.
     pub orders: Sender<Directive>,
     /// What became of it.
-    pub events: Receiver<Event>,
+    pub events: Receiver<NavigationEvent>,
 }
 
 /// Both ends. `wake` wakes the thread of communication.

@@ -6,7 +6,6 @@ pub mod drive;
 pub mod exchange;
 pub mod fleet_link;
 pub mod lidar;
-pub mod machine_names;
 pub mod motion_tube;
 pub mod navigation;
 pub mod news;

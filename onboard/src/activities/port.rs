@@ -4,8 +4,9 @@
 
 use coordination::activity::{LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender};
+use coordination::fsm::StateId;
 use coordination::symbols::Writer;
-use skills::navigator::{Hold, Instruction, InstructionError};
+use skills::navigator::{Instructed, Instruction};
 
 use crate::symbols::faults::{FAULTS, Fault};
 use crate::symbols::values::ActivityState;
@@ -34,38 +35,15 @@ pub enum Report {
     Raised(Fault, f64),
     /// A fault went.
     Cleared(Fault),
-    /// The robot's machine moved between two states, by an event; numbers of the machine.
+    /// The robot's machine moved between two states, by an event.
     Moved {
         /// The state it left.
-        from: u16,
+        from: StateId,
         /// The state it entered.
-        to: u16,
+        to: StateId,
     },
     /// What became of a [`Command::Instruct`].
     Instructed(Instructed),
-}
-
-/// What became of an instruction; states are numbers of the machine.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Instructed {
-    /// The machine took the event.
-    Taken {
-        /// The state it was in.
-        from: u16,
-        /// The state it is in now.
-        to: u16,
-        /// Why the robot does not move in it, if it does not.
-        hold: Option<Hold>,
-    },
-    /// The machine has no use for the event in this state.
-    Ignored {
-        /// The state.
-        state: u16,
-    },
-    /// The parameters are bad, or too many events wait.
-    Refused(InstructionError),
-    /// Navigation does not run yet, or any more.
-    NotReady,
 }
 
 /// Capacity of a queue of commands.

@@ -72,17 +72,9 @@ impl Activity for Proprioception {
             self.epoch = self.sample.value.epoch;
             self.reckoning.rebase();
         }
-        let Encoders {
-            left_rad,
-            right_rad,
-            pivot_rad,
-            ..
-        } = self.sample.value;
         let sample = EncoderSample {
             stamp_ns: self.sample.stamp_ns,
-            left_rad,
-            right_rad,
-            pivot_rad,
+            angles: self.sample.value.angles,
         };
         if self.reckoning.update(&sample).is_err() {
             if now_ns >= self.noted_ns + NOTE_NS {

@@ -1,5 +1,6 @@
 //! Composition: the plan's parts, the symbols' ends and the ports become activities.
 
+use coordination::fsm::Machine;
 use coordination::symbols::SymbolTable;
 use description::robot::Link;
 use description::threads::ActivityKind;
@@ -11,7 +12,6 @@ use crate::activities::control::Control;
 use crate::activities::drive::{Drive, OpenLink};
 use crate::activities::fleet_link::{self, NavigationEnd};
 use crate::activities::lidar::Lidar;
-use crate::activities::machine_names::MachineNames;
 use crate::activities::motion_tube::MotionTube;
 use crate::activities::navigation::Navigation;
 use crate::activities::news::Alarm;
@@ -35,8 +35,8 @@ pub struct Composed {
     pub threads: Vec<ThreadActivities>,
     /// The supervisor's symbols.
     pub supervisor: SupervisorSymbols,
-    /// Names of the robot's machine.
-    pub names: MachineNames,
+    /// The robot's machine, for its names.
+    pub machine: Machine,
     /// Wakes the thread of communication.
     pub alarm: Alarm,
     /// Wakes the thread that waits for scans.
@@ -59,12 +59,19 @@ pub fn compose(
 ) -> Result<Composed, PlanError> {
     let symbols = wiring.symbols;
     let navigator = Box::new(plan.navigator()?);
-    let names = MachineNames::of(&navigator);
+    let machine = navigator.machine().clone();
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
     let fleet = plan.fleet_setup(&navigator, boot_epoch).map(|setup| {
         let (navigation_end, link) = fleet_link::link(alarm.wake.clone());
-        let names = names.clone();
-        (navigation_end, MembershipSetup { setup, link, names })
+        let machine = machine.clone();
+        (
+            navigation_end,
+            MembershipSetup {
+                setup,
+                link,
+                machine,
+            },
+        )
     });
     let (navigation_end, membership) = fleet.unzip();
     let mut activities = compose_chain(
@@ -108,7 +115,7 @@ pub fn compose(
     Ok(Composed {
         threads: by_thread(plan, activities, wiring.scans)?,
         supervisor: symbols.supervisor,
-        names,
+        machine,
         alarm,
         scan_wake,
         table: wiring.table,

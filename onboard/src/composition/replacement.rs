@@ -1,5 +1,6 @@
 //! What a reload exchanges in a running robot: new gains, limits, tubes and map.
 
+use coordination::fsm::Machine;
 use skills::drive::WheelController;
 use skills::tubes::MotionTubes;
 
@@ -7,7 +8,6 @@ use super::failure::Failure;
 use super::files::Files;
 use super::plan::{Plan, PlanError};
 use crate::activities::exchange::{Exchange, Hand};
-use crate::activities::machine_names::MachineNames;
 use crate::activities::navigation;
 
 /// What the files were made into: parts for the activities that are reconfigured.
@@ -16,7 +16,7 @@ pub struct Replacement {
     navigator: Box<navigation::Part>,
     tubes: Box<MotionTubes>,
     controller: Box<WheelController>,
-    names: MachineNames,
+    machine: Machine,
 }
 
 impl Replacement {
@@ -44,12 +44,12 @@ impl Replacement {
         let text = |error: PlanError| error.to_string();
         let navigator = plan.navigator().map_err(text)?;
         let start = plan.start(navigator.machine().state());
-        let names = MachineNames::of(&navigator);
+        let machine = navigator.machine().clone();
         Ok(Self {
             navigator: Box::new(navigation::Part::new(Box::new(navigator), start)),
             tubes: Box::new(plan.motion_tubes().map_err(text)?),
             controller: Box::new({ plan.wheel_controller() }.map_err(|error| error.to_string())?),
-            names,
+            machine,
             plan,
         })
     }
@@ -92,12 +92,12 @@ impl ReloadHands {
         (hands, ends)
     }
 
-    /// Hands the parts to their activities; gives back the plan they were made of, and the machine's names.
-    pub fn hand_over(&mut self, replacement: Replacement) -> (Plan, MachineNames) {
+    /// Hands the parts to their activities; gives back the plan they were made of, and the machine, for its names.
+    pub fn hand_over(&mut self, replacement: Replacement) -> (Plan, Machine) {
         self.navigator.hand_over(replacement.navigator);
         self.tubes.hand_over(replacement.tubes);
         self.controller.hand_over(replacement.controller);
-        (replacement.plan, replacement.names)
+        (replacement.plan, replacement.machine)
     }
 
     /// Whether every activity has taken its part.

@@ -1,6 +1,7 @@
 //! The floor under the robot: which areas its footprint reaches into, and how far it is from others.
 
-use description::geometry::{Footprint, Point2, Pose2, Rect};
+use description::areas::AreaIndex;
+use description::geometry::{Footprint, Pose2, Rect};
 use nalgebra::Matrix3;
 use skills::borders::{AreaSet, BorderGains, BorderGuard, Curve};
 
@@ -65,13 +66,13 @@ impl Floor {
         }
     }
 
-    pub(super) fn touch(&self, area: usize, at: &Place) -> Touch {
+    pub(super) fn touch(&self, area: AreaIndex, at: &Place) -> Touch {
         let here = Curve {
             curvature_1_m: 0.0,
             reach_m: 0.0,
         };
         let judge = |guards: &[BorderGuard]| {
-            let guard = guards.get(area)?;
+            let guard = guards.get(area.place())?;
             let judged = guard.along_curve(&AreaSet::EMPTY, at.pose, &at.covariance, here);
             judged.area.map(|_| judged.inside)
         };
@@ -85,25 +86,14 @@ impl Floor {
 
     /// From the footprint, grown by margin and uncertainty, to the area; 0 when it may reach in. Never more than the way
     /// to it.
-    pub(super) fn gap_m(&self, area: usize, at: &Place) -> f64 {
-        let Some(region) = self.regions.get(area) else {
+    pub(super) fn gap_m(&self, area: AreaIndex, at: &Place) -> f64 {
+        let Some(region) = self.regions.get(area.place()) else {
             return f64::INFINITY;
         };
         if self.touch(area, at) >= Touch::Margin {
             return 0.0;
         }
-        let (min, max) = (region.min, region.max);
-        let corners = [
-            min,
-            Point2::new(max.x_m, min.y_m),
-            max,
-            Point2::new(min.x_m, max.y_m),
-        ];
-        let ours =
-            { self.footprint.corners() }.map(|corner| region.distance_m(at.pose.transform(corner)));
-        let theirs =
-            corners.map(|corner| self.footprint.distance_m(at.pose.inverse_transform(corner)));
-        let bare_m = ours.into_iter().chain(theirs).fold(f64::INFINITY, f64::min);
+        let bare_m = self.footprint.gap_m(at.pose, region);
         (bare_m - self.growth_m(at)).max(0.0)
     }
 
@@ -127,7 +117,7 @@ mod tests {
         let floor = Floor::new(&setup());
         let touches = |x_m, std_m| {
             let place = at(x_m, -0.5, 0.0, std_m);
-            [0, 1].map(|area| floor.touch(area, &place))
+            [0, 1].map(|area| floor.touch(AreaIndex(area), &place))
         };
         assert_eq!(touches(4.0, 0.01), [Touch::Body, Touch::Clear]);
         assert_eq!(touches(5.15, 0.01), [Touch::Body, Touch::Margin]);
@@ -143,10 +133,10 @@ mod tests {
     fn a_gap_is_never_more_than_the_way() {
         let floor = Floor::new(&setup());
         let place = at(4.0, -0.5, 0.0, 0.001);
-        let gap_m = floor.gap_m(1, &place);
+        let gap_m = floor.gap_m(AreaIndex(1), &place);
         assert!(gap_m < 1.18 && gap_m > 1.08, "{gap_m}");
-        assert_eq!(floor.gap_m(0, &place), 0.0);
-        let unsure = floor.gap_m(1, &at(4.0, -0.5, 0.0, 0.1));
+        assert_eq!(floor.gap_m(AreaIndex(0), &place), 0.0);
+        let unsure = floor.gap_m(AreaIndex(1), &at(4.0, -0.5, 0.0, 0.1));
         assert!(unsure < gap_m - 0.25, "{unsure}");
     }
 }

@@ -6,13 +6,17 @@ use contract::client::{Client, Received, Situation};
 use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::{MediatorReport, RobotReport, TakeUp};
 use coordination::fsm::StateId;
+use description::areas::AreaIndex;
+use description::geometry::Pose2;
 use skills::borders::AreaSet;
+use skills::navigator::Instructed;
 
 use super::floor::{Floor, Touch};
 use super::needs::Needs;
-use super::orders::{self, Answer, Directive, Orders};
-use super::sense::{Sense, Standing, Troubles};
-use super::setup::Setup;
+use super::orders::{Directive, Orders};
+use super::sense::{Sense, Troubles};
+use super::setup::{Setup, Start};
+use crate::symbols::values::{FleetState, Line};
 
 /// What is known of where the robot was before its process started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +103,7 @@ impl Member {
         }
     }
 
-    /// A robot that was somewhere before its process started is there still.
+    /// A restarted robot resumes where the mediator last knew it.
     fn go_on_from(&mut self, take_up: Option<&TakeUp>) {
         let Some(TakeUp { pose, fsm_state }) = take_up else {
             self.origin = Origin::Known;
@@ -108,15 +112,15 @@ impl Member {
         let state = { self.setup.states.iter() }
             .position(|state| state.name == *fsm_state)
             .and_then(|state| u16::try_from(state).ok());
-        let pose = pose.filter(|pose| orders::pose(pose).is_finite());
-        match (&pose, state) {
+        let pose = pose.as_ref().filter(|pose| Pose2::from(*pose).is_finite());
+        match (pose, state) {
             (Some(pose), Some(state)) => {
                 self.complain(format!(
                     "taking up where the robot was: ({:.2}, {:.2}, {:.2}), state `{fsm_state}`",
                     pose.x_m, pose.y_m, pose.theta_rad
                 ));
-                self.relocate(Directive::Relocate {
-                    pose: orders::pose(pose),
+                self.relocate(Start {
+                    pose: pose.into(),
                     std_m: pose.std_x_m.max(pose.std_y_m),
                     std_rad: pose.std_theta_rad,
                     state: StateId(state),
@@ -131,20 +135,15 @@ impl Member {
         }
     }
 
-    fn relocate(&mut self, directive: Directive) {
+    fn relocate(&mut self, start: Start) {
         self.origin = Origin::Relocating;
-        self.directives.push_back(directive);
+        self.directives.push_back(Directive::Relocate(start));
     }
 
     /// An operator has put the robot to its start, if it was lost.
     pub fn reset(&mut self) {
         if self.origin == Origin::Lost {
-            self.relocate(Directive::Relocate {
-                pose: self.setup.start,
-                std_m: 0.0,
-                std_rad: 0.0,
-                state: self.setup.start_state,
-            });
+            self.relocate(self.setup.start);
         }
     }
 
@@ -156,7 +155,7 @@ impl Member {
     }
 
     /// What navigation says to [`Directive::Instruct`].
-    pub fn answered(&mut self, answer: Answer) {
+    pub fn answered(&mut self, answer: Instructed) {
         self.orders.answered(answer);
     }
 
@@ -169,13 +168,13 @@ impl Member {
     pub fn step(&mut self, sense: &Sense, now_ns: u64) {
         let place = sense.place.filter(|_| self.origin == Origin::Known);
         let touches: Vec<Touch> = match &place {
-            Some(place) => { 0..self.setup.areas.len() }
+            Some(place) => { self.setup.area_indices() }
                 .map(|area| self.floor.touch(area, place))
                 .collect(),
             None => vec![Touch::Clear; self.setup.areas.len()],
         };
         let stood_in = self.stands_in.unwrap_or(AreaSet::ALL);
-        let stands_in: AreaSet = { touches.iter().enumerate() }
+        let stands_in: AreaSet = { self.setup.area_indices().zip(&touches) }
             .filter(|&(area, &touch)| {
                 touch == Touch::Body
                     || touch >= Touch::Near && stood_in.contains(area) && self.holds(area)
@@ -187,7 +186,7 @@ impl Member {
         let needs = Needs {
             setup: &self.setup,
             floor: &self.floor,
-            held: { 0..self.setup.areas.len() }
+            held: { self.setup.area_indices() }
                 .filter(|&area| self.holds(area))
                 .collect(),
             wanted: self.wanted,
@@ -215,8 +214,8 @@ impl Member {
         let silent_after_ns = self.setup.silent_after_ns;
         self.news |= self.client.step(situation, now_ns, silent_after_ns);
         let acquired = self.client.is_acquired();
-        self.allowed = { 0..self.setup.areas.len() }
-            // Who does not know where it is, is perhaps not where it thinks it may go on.
+        self.allowed = { self.setup.area_indices() }
+            // A robot that does not know where it is may stand outside the areas that it holds.
             .filter(|&area| self.origin == Origin::Known && self.holds(area))
             .filter(|&area| acquired || stands_in.contains(area) || !held_back.contains(area))
             .collect();
@@ -232,12 +231,12 @@ impl Member {
             let directive = self.orders.released();
             self.directives.extend(directive);
         }
-        // Before it is where it was, its machine is in no state of its own.
+        // Until it is relocated, the state of its machine says nothing.
         if self.origin != Origin::Known {
             return;
         }
         let state = state.and_then(|state| self.setup.states.get(state));
-        // One after the other: who takes none is not given more and more.
+        // One at a time: directives do not pile up while navigation takes none.
         while self.directives.is_empty()
             && let Some(directive) = self.orders.next(state, now_ns)
         {
@@ -248,14 +247,14 @@ impl Member {
         }
     }
 
-    fn holds(&self, area: usize) -> bool {
-        let area = self.setup.areas.get(area);
+    fn holds(&self, area: AreaIndex) -> bool {
+        let area = self.setup.areas.get(area.place());
         area.is_some_and(|area| self.client.holds(&area.id))
     }
 
-    fn ids(&self, areas: impl Iterator<Item = usize>) -> Vec<String> {
+    fn ids(&self, areas: impl Iterator<Item = AreaIndex>) -> Vec<String> {
         areas
-            .filter_map(|area| self.setup.areas.get(area))
+            .filter_map(|area| self.setup.areas.get(area.place()))
             .map(|area| area.id.clone())
             .collect()
     }
@@ -318,11 +317,14 @@ impl Member {
         version.unwrap_or_else(|| self.client.refusal())
     }
 
-    /// How the robot stands with the mediator.
+    /// How the robot stands with the mediator, for people and other programs; messages are counted elsewhere.
     #[must_use]
-    pub fn standing(&self) -> Standing {
-        let coordination = self.client.coordination();
-        let holds = self.ids((0..self.setup.areas.len()).filter(|&area| self.holds(area)));
+    pub fn state(&self, now_ns: u64) -> FleetState {
+        let (coordination, net) = { self.client.coordination() }
+            .map_or((0, String::new()), |(number, net, flags)| {
+                (number, format!("{net}: {flags}"))
+            });
+        let holds = self.ids(self.setup.area_indices().filter(|&area| self.holds(area)));
         let mut waits: Vec<String> = { self.client.waiting() }
             .map(|(area, why)| match why {
                 "" => area.to_owned(),
@@ -330,20 +332,27 @@ impl Member {
             })
             .collect();
         waits.extend(self.orders.first().map(|order| {
-            let event = order.event.as_deref().unwrap_or("-");
+            let event = order.instruction.event.as_deref().unwrap_or("-");
             format!(
                 "order {}: event {event} does not fit the state yet",
                 order.flag
             )
         }));
-        Standing {
+        let waits = match self.refusal() {
+            "" => waits.join("; "),
+            refusal => refusal.to_owned(),
+        };
+        FleetState {
+            managed: 1,
             mediator_epoch: self.client.mediator_epoch(),
             session: self.client.session(),
-            acquired: self.client.is_acquired(),
-            coordination: coordination.as_ref().map_or(0, |(number, _, _)| *number),
-            net: coordination.map_or(String::new(), |(_, net, flags)| format!("{net}: {flags}")),
-            holds: holds.join(" "),
-            waits: waits.join("; "),
+            silent: u64::from(self.troubles(now_ns).silent),
+            acquired: u64::from(self.client.is_acquired()),
+            coordination,
+            net: Line::new(&net),
+            holds: Line::new(&holds.join(" ")),
+            waits: Line::new(&waits),
+            ..FleetState::default()
         }
     }
 }

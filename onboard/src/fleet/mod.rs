@@ -17,6 +17,6 @@ mod tests;
 
 pub use floor::Place;
 pub use member::Member;
-pub use orders::{Answer, Directive};
-pub use sense::{Sense, Standing, Troubles};
-pub use setup::{AreaPlace, Setup, StatePlan};
+pub use orders::Directive;
+pub use sense::{Sense, Troubles};
+pub use setup::{AreaPlace, Setup, Start, StatePlan};

@@ -1,5 +1,6 @@
 //! Which areas the robot needs: what its next manoeuvres take, and what it can no longer stop before.
 
+use description::areas::AreaIndex;
 use skills::borders::AreaSet;
 
 use super::floor::{Floor, Place, Touch};
@@ -35,8 +36,8 @@ impl Needs<'_> {
         sense: &Sense,
         place: &Place,
         stands_in: &AreaSet,
-    ) -> (Vec<usize>, AreaSet) {
-        let mut wanted: Vec<usize> = stands_in.iter().collect();
+    ) -> (Vec<AreaIndex>, AreaSet) {
+        let mut wanted: Vec<AreaIndex> = stands_in.iter().collect();
         let mut held_back = AreaSet::EMPTY;
         let state = sense.state.filter(|&state| state < self.setup.states.len());
         if let Some(state) = state {
@@ -80,7 +81,7 @@ impl Needs<'_> {
     pub(super) fn committed(&self, place: &Place, speed_m_s: f64, touches: &[Touch]) -> AreaSet {
         let moves = speed_m_s.abs() > STANDING_M_S || !speed_m_s.is_finite();
         let reach_m = self.stopping_m(speed_m_s);
-        { touches.iter().enumerate() }
+        { self.setup.area_indices().zip(touches) }
             .filter(|&(area, &touch)| {
                 let near = || reach_m.is_nan() || self.floor.gap_m(area, place) <= reach_m;
                 self.held.contains(area) && (touch >= Touch::Margin || moves && near())

@@ -4,12 +4,9 @@ use std::collections::VecDeque;
 
 use contract::client::Order;
 use contract::protocols::RELEASE;
-use contract::wire;
-use coordination::fsm::StateId;
-use description::geometry::Pose2;
-use skills::navigator::Instruction;
+use skills::navigator::{Instructed, Instruction, InstructionError};
 
-use super::setup::StatePlan;
+use super::setup::{Start, StatePlan};
 
 /// Navigation is asked again when it has not answered by then.
 const ANSWER_NS: u64 = 1_000_000_000;
@@ -23,28 +20,8 @@ pub enum Directive {
     Instruct(Instruction),
     /// Drive no faster than this until told otherwise; 0 stands.
     LimitSpeed(Option<f64>),
-    /// Take the robot to be there, in this state of the machine.
-    Relocate {
-        /// In `map`.
-        pose: Pose2,
-        /// Standard deviation of each coordinate; navigation never assumes less than at its start.
-        std_m: f64,
-        /// Of the heading, likewise.
-        std_rad: f64,
-        /// State of the machine.
-        state: StateId,
-    },
-}
-
-/// What navigation says to [`Directive::Instruct`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
-    /// The machine has taken the event.
-    Taken,
-    /// It was in another state by then, or there was no room: to be asked again.
-    NotNow,
-    /// It cannot be done.
-    Refused,
+    /// Take the robot to be there; navigation never assumes smaller deviations than at its start.
+    Relocate(Start),
 }
 
 /// Orders that were not carried out yet.
@@ -77,7 +54,7 @@ impl Orders {
         }
         loop {
             let order = self.waiting.front()?;
-            let Some(event) = order.event.clone() else {
+            let Some(event) = order.instruction.event.clone() else {
                 let order = self.waiting.pop_front()?;
                 if let Some(directive) = self.without_event(&order) {
                     return Some(directive);
@@ -91,13 +68,8 @@ impl Orders {
                     self.limits = false;
                     return Some(Directive::LimitSpeed(None));
                 }
-                let directive = Directive::Instruct(Instruction {
-                    event: number,
-                    speed_limit_m_s: order.speed_limit_m_s,
-                    stop_at: order.stop_at.as_ref().map(pose),
-                });
                 self.asked_ns = Some(now_ns);
-                return Some(directive);
+                return Some(Directive::Instruct(order.instruction.with_event(number)));
             }
             if order.repeated || order.flag == RELEASE {
                 // Its state machine has taken the event before it restarted; or it goes on by itself, and nothing is to be
@@ -116,28 +88,31 @@ impl Orders {
     }
 
     fn without_event(&mut self, order: &Order) -> Option<Directive> {
-        if order.stop_at.is_some() {
+        if order.instruction.stop_at.is_some() {
             // A place to stop belongs to a state. What cannot be kept must not be driven past.
             self.complain(order, "it has a place to stop but no event: standing still");
             self.limits = true;
             return Some(Directive::LimitSpeed(Some(0.0)));
         }
-        let limits = order.speed_limit_m_s.is_some();
-        (std::mem::replace(&mut self.limits, limits) || limits)
-            .then_some(Directive::LimitSpeed(order.speed_limit_m_s))
+        let limit_m_s = order.instruction.speed_limit_m_s;
+        (std::mem::replace(&mut self.limits, limit_m_s.is_some()) || limit_m_s.is_some())
+            .then_some(Directive::LimitSpeed(limit_m_s))
     }
 
     /// What navigation says to the last [`Directive::Instruct`].
-    pub(super) fn answered(&mut self, answer: Answer) {
+    pub(super) fn answered(&mut self, answer: Instructed) {
         if self.asked_ns.take().is_none() {
             return;
         }
         match answer {
-            Answer::Taken => {
+            Instructed::Taken { .. } => {
                 self.waiting.pop_front();
             }
-            Answer::NotNow => {}
-            Answer::Refused => self.drop_first("navigation refuses its parameters"),
+            // It was in another state by then, or there was no room: it is asked again.
+            Instructed::Ignored { .. }
+            | Instructed::NotReady
+            | Instructed::Refused(InstructionError::Full) => {}
+            Instructed::Refused(error) => self.drop_first(&error.to_string()),
         }
     }
 
@@ -172,25 +147,29 @@ impl Orders {
     }
 }
 
-/// A pose in a message.
-pub(super) fn pose(pose: &wire::Pose) -> Pose2 {
-    Pose2::new(pose.x_m, pose.y_m, pose.theta_rad)
-}
-
 #[cfg(test)]
 mod tests {
     use coordination::event::EventId;
+    use coordination::fsm::StateId;
+    use description::geometry::Pose2;
 
     use super::*;
+
+    const TAKEN: Instructed = Instructed::Taken {
+        from: StateId(0),
+        to: StateId(1),
+        hold: None,
+    };
 
     fn order(flag: &str, event: Option<&str>, speed_limit_m_s: Option<f64>) -> Order {
         Order {
             coordination: 1,
             flag: flag.into(),
-            event: event.map(str::to_owned),
-            speed_limit_m_s,
-            stop_at: None,
-            areas: Vec::new(),
+            instruction: description::instruction::Instruction {
+                event: event.map(str::to_owned),
+                speed_limit_m_s,
+                stop_at: None,
+            },
             repeated: false,
         }
     }
@@ -223,14 +202,14 @@ mod tests {
             None,
             "it is on its way"
         );
-        orders.answered(Answer::NotNow);
+        orders.answered(Instructed::NotReady);
         assert_eq!(orders.next(Some(&state("aside")), 3), instruct("aside"));
         // No answer at all.
         assert_eq!(
             orders.next(Some(&state("aside")), 3 + ANSWER_NS),
             instruct("aside")
         );
-        orders.answered(Answer::Taken);
+        orders.answered(TAKEN);
         assert_eq!(orders.next(Some(&state("aside")), 4 + ANSWER_NS), None);
         assert!(orders.next_complaint().is_none());
     }
@@ -251,7 +230,7 @@ mod tests {
         let mut orders = Orders::default();
         orders.add(order(RELEASE, Some("resume"), None));
         assert_eq!(orders.next(Some(&state("resume")), 0), instruct("resume"));
-        orders.answered(Answer::Taken);
+        orders.answered(TAKEN);
         // It must not be resumed some day, in the middle of another coordination.
         orders.add(order(RELEASE, Some("resume"), None));
         assert_eq!(orders.next(Some(&state("other")), 1), None);
@@ -269,7 +248,7 @@ mod tests {
             complaint.contains("`e1`") && complaint.contains("drive-1"),
             "{complaint}"
         );
-        orders.answered(Answer::Refused);
+        orders.answered(Instructed::Refused(InstructionError::StopPose));
         assert!(orders.next_complaint().expect("told").contains("`e2`"));
     }
 
@@ -285,7 +264,7 @@ mod tests {
         );
         assert_eq!(orders.next(Some(&state("go")), 1), instruct("go"));
         assert_eq!(orders.released(), None);
-        orders.answered(Answer::Taken);
+        orders.answered(TAKEN);
         orders.add(order("e3", None, Some(0.2)));
         assert_eq!(orders.next(None, 2), Some(Directive::LimitSpeed(Some(0.2))));
         assert_eq!(orders.released(), Some(Directive::LimitSpeed(None)));
@@ -294,10 +273,9 @@ mod tests {
     #[test]
     fn a_place_to_stop_without_an_event_is_not_driven_past() {
         let mut orders = Orders::default();
-        orders.add(Order {
-            stop_at: Some(wire::Pose::default()),
-            ..order("e1", None, None)
-        });
+        let mut stop = order("e1", None, None);
+        stop.instruction.stop_at = Some(Pose2::default());
+        orders.add(stop);
         assert_eq!(orders.next(None, 0), Some(Directive::LimitSpeed(Some(0.0))));
         assert!(orders.next_complaint().is_some());
     }

@@ -1,5 +1,7 @@
 //! What the robot is going to do next, as far as its machine shows it: which areas its next manoeuvres take.
 
+use description::areas::AreaIndex;
+
 use super::StatePlan;
 
 /// A manoeuvre near ahead.
@@ -19,7 +21,7 @@ pub(super) struct Upcoming {
 pub(super) fn look_ahead(
     states: &[StatePlan],
     state: usize,
-    gap_m: impl Fn(usize) -> f64,
+    gap_m: impl Fn(AreaIndex) -> f64,
     reaches: impl Fn(usize, f64) -> bool,
 ) -> Vec<Upcoming> {
     let mut way_m = vec![f64::INFINITY; states.len()];
@@ -104,7 +106,7 @@ mod tests {
     #[test]
     fn rings_of_states_in_one_area_end() {
         let ring = |next: usize| StatePlan {
-            areas: vec![0],
+            areas: vec![AreaIndex(0)],
             next: vec![next],
             ..StatePlan::default()
         };

@@ -1,6 +1,7 @@
-//! What goes in and out of a member of a fleet beside messages.
+//! What a member of a fleet senses and says, apart from messages.
 
 use contract::wire;
+use description::areas::AreaIndex;
 
 use super::floor::Place;
 
@@ -15,8 +16,8 @@ pub struct Sense {
     pub speed_m_s: f64,
     /// Number of the machine's state.
     pub state: Option<usize>,
-    /// The area that keeps it from going on, by its number.
-    pub waiting_for: Option<usize>,
+    /// The area that keeps it from going on.
+    pub waiting_for: Option<AreaIndex>,
 }
 
 /// What is wrong between robot and mediator, as levels.
@@ -28,23 +29,4 @@ pub struct Troubles {
     pub refused: bool,
     /// It knows that the robot was somewhere before it restarted, but not where.
     pub lost: bool,
-}
-
-/// For people and other programs.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Standing {
-    /// The mediator's epoch, 0 before it spoke.
-    pub mediator_epoch: u64,
-    /// The registration, 0 without one.
-    pub session: u64,
-    /// The mediator has the discrete control.
-    pub acquired: bool,
-    /// The coordination under way, 0 for none.
-    pub coordination: u64,
-    /// Its net with the flags set so far.
-    pub net: String,
-    /// Areas that the robot may be in.
-    pub holds: String,
-    /// Areas that it waits for and why, and orders that wait for the machine.
-    pub waits: String,
 }

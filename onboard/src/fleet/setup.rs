@@ -2,6 +2,7 @@
 
 use coordination::event::EventId;
 use coordination::fsm::StateId;
+use description::areas::AreaIndex;
 use description::geometry::{Footprint, Pose2, Rect};
 use skills::borders::BorderGains;
 
@@ -31,9 +32,27 @@ pub struct Setup {
     /// A mediator that was not heard for longer is silent.
     pub silent_after_ns: u64,
     /// Where an operator puts a robot that is lost.
-    pub start: Pose2,
-    /// And in which state it goes on then.
-    pub start_state: StateId,
+    pub start: Start,
+}
+
+impl Setup {
+    /// All areas.
+    pub(super) fn area_indices(&self) -> impl Iterator<Item = AreaIndex> + Clone + use<> {
+        AreaIndex::first(self.areas.len())
+    }
+}
+
+/// Where a robot starts, or goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// In `map`.
+    pub pose: Pose2,
+    /// Standard deviation of its position.
+    pub std_m: f64,
+    /// Standard deviation of its heading.
+    pub std_rad: f64,
+    /// State of the machine.
+    pub state: StateId,
 }
 
 /// An area.
@@ -45,14 +64,13 @@ pub struct AreaPlace {
     pub region: Rect,
 }
 
-/// What a state of the robot's machine means for areas. Areas and states are numbers of [`Setup::areas`] and
-/// [`Setup::states`].
+/// What a state of the robot's machine means for areas. States are numbers of [`Setup::states`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StatePlan {
     /// Its name.
     pub name: String,
     /// Areas whose floor the robot takes in it.
-    pub areas: Vec<usize>,
+    pub areas: Vec<AreaIndex>,
     /// States that may follow by themselves: on events of monitors, not on those from outside.
     pub next: Vec<usize>,
     /// Shortest distance that the robot drives from entering the state to leaving it.

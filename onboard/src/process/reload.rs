@@ -9,10 +9,10 @@
 
 use std::thread::JoinHandle;
 
+use coordination::fsm::Machine;
 use description::threads::ActivityKind;
 
-use super::ctl::Pending;
-use crate::activities::machine_names::MachineNames;
+use super::ctl::{Done, Pending, Refusal};
 use crate::composition::files::Files;
 use crate::composition::plan::Plan;
 use crate::composition::replacement::{ReloadEnds, ReloadHands, Replacement};
@@ -39,7 +39,7 @@ enum Stage {
     /// All are told to reconfigure.
     Reconfiguring(Replacement),
     /// The parts were handed over.
-    HandedOver(Plan, MachineNames),
+    HandedOver(Plan, Machine),
 }
 
 /// What the supervisor has to do for a reload.
@@ -51,8 +51,8 @@ pub enum Step {
     Reconfigure,
     /// The files are bad, or somebody was too slow: nothing has changed. Those that reconfigure are to go on.
     GiveUp,
-    /// It is done; the machine's names may be others now.
-    Done(MachineNames),
+    /// It is done; this machine runs now.
+    Done(Machine),
 }
 
 /// What the supervisor knows.
@@ -104,7 +104,7 @@ impl Reload {
     /// Begins to read and check the files and to build new parts. `pending` is answered when it is over.
     pub fn begin(&mut self, pending: Pending, now_ns: u64) {
         if self.in_progress() {
-            pending.answer(&Err("another reload is under way".into()));
+            pending.answer(&Err(Refusal::AnotherReload));
             return;
         }
         let (files, plan) = (self.files.clone(), self.plan.clone());
@@ -119,7 +119,10 @@ impl Reload {
                     deadline_ns: now_ns + PATIENCE_NS,
                 });
             }
-            Err(error) => pending.answer(&Err(format!("no thread to read the files: {error}"))),
+            Err(error) => {
+                let why = format!("no thread to read the files: {error}");
+                pending.answer(&Err(Refusal::Files(why)));
+            }
         }
     }
 
@@ -156,32 +159,44 @@ impl Reload {
                     tracing::info!("operator: reload: the files are good; pausing");
                     (Stage::Stopping(parts), Step::Wait)
                 }
-                Ok(Err(why)) => return give_up(pending, why),
-                Err(_) => return give_up(pending, "reading the files failed".into()),
+                Ok(Err(why)) => return give_up(pending, Refusal::Files(why)),
+                Err(_) => {
+                    let why = "reading the files failed".to_owned();
+                    return give_up(pending, Refusal::Files(why));
+                }
             },
             // The robot drives on meanwhile: no hurry, but somebody waits for the answer.
             Stage::Preparing(_) if late => {
-                return give_up(pending, "reading the files takes too long".into());
+                return give_up(
+                    pending,
+                    Refusal::ReloadTooSlow("reading the files takes too long"),
+                );
             }
             Stage::Stopping(parts) if view.standing => (Stage::Pausing(parts), Step::Wait),
             Stage::Pausing(parts) if view.paused => {
                 (Stage::Reconfiguring(parts), Step::Reconfigure)
             }
             Stage::Reconfiguring(parts) if view.reconfiguring => {
-                let (plan, names) = self.hands.hand_over(parts);
-                (Stage::HandedOver(plan, names), Step::Wait)
+                let (plan, machine) = self.hands.hand_over(parts);
+                (Stage::HandedOver(plan, machine), Step::Wait)
             }
             Stage::Stopping(_) if late => {
-                return give_up(pending, "the robot does not come to a stand".into());
+                return give_up(
+                    pending,
+                    Refusal::ReloadTooSlow("the robot does not come to a stand"),
+                );
             }
             Stage::Pausing(_) | Stage::Reconfiguring(_) if late => {
-                return give_up(pending, "not every activity has paused".into());
+                return give_up(
+                    pending,
+                    Refusal::ReloadTooSlow("not every activity has paused"),
+                );
             }
-            Stage::HandedOver(plan, names) if self.hands.taken() => {
+            Stage::HandedOver(plan, machine) if self.hands.taken() => {
                 self.hands.release_old();
                 self.plan = plan;
-                pending.answer(&Ok("reloaded".into()));
-                return Step::Done(names);
+                pending.answer(&Ok(Done::Reloaded));
+                return Step::Done(machine);
             }
             other => (other, Step::Wait),
         };
@@ -194,7 +209,7 @@ impl Reload {
     }
 }
 
-fn give_up(pending: Pending, why: String) -> Step {
+fn give_up(pending: Pending, why: Refusal) -> Step {
     tracing::warn!("operator: reload refused, nothing changes: {why}");
     pending.answer(&Err(why));
     Step::GiveUp

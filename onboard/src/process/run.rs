@@ -151,7 +151,7 @@ impl Robot {
             composed.supervisor,
             mode,
             watch,
-            composed.names,
+            composed.machine,
             log_drain,
             reload,
         );

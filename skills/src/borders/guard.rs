@@ -1,6 +1,7 @@
 //! The search along a path for the first forbidden place.
 
-use super::set::{AreaSet, MAX_AREAS};
+use super::set::AreaSet;
+use description::areas::AreaIndex;
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 
@@ -42,7 +43,7 @@ pub struct BorderVerdict {
     /// Way of `base_link` along the path until the first forbidden place; the whole way looked at when there is none.
     pub distance_m: f64,
     /// The area that would be entered there; none: the path is free as far as it was looked at.
-    pub area: Option<usize>,
+    pub area: Option<AreaIndex>,
     /// The bare footprint, at the estimated pose, is in a forbidden area already (`area` names it, the distance is 0).
     pub inside: bool,
 }
@@ -198,14 +199,16 @@ impl BorderGuard {
             + self.gains.margin_m
             + TOUCH_M;
         let mut watched = AreaSet::EMPTY;
-        for (area, region) in self.regions.iter().enumerate() {
-            if allowed.contains(area) {
+        for (place, region) in self.regions.iter().enumerate() {
+            // Those that a set cannot hold are watched by standing still.
+            let area = AreaIndex::new(place);
+            if area.is_some_and(|area| allowed.contains(area)) {
                 continue;
             }
             let stop = |inside| {
                 Watch::Stop(BorderVerdict {
                     distance_m: 0.0,
-                    area: Some(area),
+                    area: Some(area.unwrap_or(AreaIndex(u8::MAX))),
                     inside,
                 })
             };
@@ -215,10 +218,9 @@ impl BorderGuard {
             if region.distance_m(pose.position()) > reach_m {
                 continue;
             }
-            // More areas than a set holds are watched by standing still.
-            if area >= MAX_AREAS {
+            let Some(area) = area else {
                 return stop(false);
-            }
+            };
             if self.bare_gap_m(region, pose) < 0.0 {
                 return stop(true);
             }
@@ -239,7 +241,7 @@ impl BorderGuard {
             inside: false,
         };
         for area in watched.iter() {
-            let region = &self.regions[area];
+            let region = &self.regions[area.place()];
             if let Some(entry_m) = self.entry_m(region, covariance, path, verdict.distance_m)
                 && (verdict.area.is_none() || entry_m < verdict.distance_m)
             {

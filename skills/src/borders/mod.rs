@@ -12,6 +12,7 @@
 //!
 //! ```
 //! use nalgebra::Matrix3;
+//! use description::areas::AreaIndex;
 //! use skills::borders::{AreaSet, BorderGains, BorderGuard, Curve};
 //! use description::geometry::{Footprint, Point2, Pose2, Rect};
 //! let ahead = Rect::new(Point2::new(2.0, -1.0), Point2::new(4.0, 1.0));
@@ -20,7 +21,7 @@
 //! let known_well = Matrix3::identity() * 1e-6;
 //! let curve = Curve { curvature_1_m: 0.0, reach_m: 3.0 };
 //! let judged = guard.along_curve(&AreaSet::EMPTY, Pose2::IDENTITY, &known_well, curve);
-//! assert_eq!(judged.area, Some(0));
+//! assert_eq!(judged.area, Some(AreaIndex(0)));
 //! assert!((judged.distance_m - 1.66).abs() < 0.02);
 //! assert!(guard.along_curve(&AreaSet::ALL, Pose2::IDENTITY, &known_well, curve).area.is_none());
 //! ```
@@ -29,7 +30,7 @@ mod guard;
 mod set;
 
 pub use guard::{BorderGains, BorderGuard, BorderVerdict, Curve};
-pub use set::{AreaSet, MAX_AREAS};
+pub use set::AreaSet;
 
 #[cfg(test)]
 mod tests;

@@ -1,11 +1,10 @@
 //! Sets of areas.
 
-/// Areas that a map, and a set, can hold.
-pub const MAX_AREAS: usize = 256;
+use description::areas::{AreaIndex, MAX_AREAS};
 
 const WORDS: usize = MAX_AREAS / 64;
 
-/// A set of areas by their index in the map; copied freely, never on the heap.
+/// A set of areas of the map; copied freely, never on the heap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "symbols", derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(transparent)]
@@ -19,7 +18,7 @@ coordination::datatype!(AreaSet, "allowed_areas");
 #[cfg(feature = "symbols")]
 impl serde::Serialize for AreaSet {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let areas: Vec<usize> = self.iter().collect();
+        let areas: Vec<usize> = self.iter().map(AreaIndex::place).collect();
         serializer.collect_map([("areas", areas)])
     }
 }
@@ -32,27 +31,23 @@ impl AreaSet {
         words: [u64::MAX; WORDS],
     };
 
-    /// Whether the area is in it; `false` for an index of [`MAX_AREAS`] or more.
+    /// Whether the area is in it.
     #[must_use]
-    pub const fn contains(&self, area: usize) -> bool {
-        area < MAX_AREAS && self.words[area / 64] >> (area % 64) & 1 == 1
+    pub const fn contains(&self, area: AreaIndex) -> bool {
+        self.words[area.place() / 64] >> (area.place() % 64) & 1 == 1
     }
 
-    /// Adds an area; `false` when it was there already or its index is too large.
-    pub const fn insert(&mut self, area: usize) -> bool {
-        let new = area < MAX_AREAS && !self.contains(area);
-        if new {
-            self.words[area / 64] |= 1 << (area % 64);
-        }
+    /// Adds an area; `false` when it was there already.
+    pub const fn insert(&mut self, area: AreaIndex) -> bool {
+        let new = !self.contains(area);
+        self.words[area.place() / 64] |= 1 << (area.place() % 64);
         new
     }
 
     /// Takes an area out; `false` when it was not there.
-    pub const fn remove(&mut self, area: usize) -> bool {
+    pub const fn remove(&mut self, area: AreaIndex) -> bool {
         let there = self.contains(area);
-        if there {
-            self.words[area / 64] &= !(1 << (area % 64));
-        }
+        self.words[area.place() / 64] &= !(1 << (area.place() % 64));
         there
     }
 
@@ -95,8 +90,8 @@ impl AreaSet {
         *self == Self::EMPTY
     }
 
-    /// The areas in it, by rising index.
-    pub fn iter(&self) -> impl Iterator<Item = usize> + use<> {
+    /// The areas in it, in the order of the map.
+    pub fn iter(&self) -> impl Iterator<Item = AreaIndex> + use<> {
         self.words
             .into_iter()
             .enumerate()
@@ -104,14 +99,13 @@ impl AreaSet {
                 // What is left of the word when its lowest bit goes, again and again.
                 let rest = |rest: &u64| Some(rest & (rest - 1)).filter(|&rest| rest != 0);
                 std::iter::successors(Some(word).filter(|&word| word != 0), rest)
-                    .map(move |rest| index * 64 + rest.trailing_zeros() as usize)
+                    .map(move |rest| AreaIndex(index as u8 * 64 + rest.trailing_zeros() as u8))
             })
     }
 }
 
-impl FromIterator<usize> for AreaSet {
-    /// Indices that are too large are left out.
-    fn from_iter<I: IntoIterator<Item = usize>>(areas: I) -> Self {
+impl FromIterator<AreaIndex> for AreaSet {
+    fn from_iter<I: IntoIterator<Item = AreaIndex>>(areas: I) -> Self {
         let mut set = Self::EMPTY;
         for area in areas {
             set.insert(area);

@@ -1,4 +1,5 @@
 use super::*;
+use description::areas::{AreaIndex, MAX_AREAS};
 use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -60,14 +61,17 @@ fn overlap_m(footprint: &Footprint, pose: Pose2, region: &Rect) -> f64 {
 
 #[test]
 fn a_set_holds_what_was_put_in() {
-    let mut set: AreaSet = [3, 64, 255, 256, 1000].into_iter().collect();
-    assert_eq!(set.iter().collect::<Vec<_>>(), [3, 64, 255]);
-    assert!(!set.insert(64) && set.insert(0) && !set.insert(MAX_AREAS));
-    assert!(set.remove(3) && !set.remove(3) && set.len() == 3);
-    assert!(!set.contains(MAX_AREAS) && AreaSet::ALL.contains(255) && AreaSet::EMPTY.is_empty());
-    let other: AreaSet = [0, 7].into_iter().collect();
+    let [a0, a3, a64, a255] = [0, 3, 64, 255].map(AreaIndex);
+    let places = [3, 64, 255, 256, 1000];
+    let mut set: AreaSet = places.into_iter().filter_map(AreaIndex::new).collect();
+    assert_eq!(set.iter().collect::<Vec<_>>(), [a3, a64, a255]);
+    assert!(!set.insert(a64) && set.insert(a0));
+    assert!(set.remove(a3) && !set.remove(a3) && set.len() == 3);
+    assert!(AreaIndex::new(MAX_AREAS).is_none() && AreaSet::ALL.contains(a255));
+    assert!(AreaSet::EMPTY.is_empty() && AreaSet::ALL.len() == MAX_AREAS);
+    let other: AreaSet = [0, 7].map(AreaIndex).into_iter().collect();
     assert_eq!(set.union(&other).len(), 4);
-    assert_eq!(set.intersection(&other).iter().next(), Some(0));
+    assert_eq!(set.intersection(&other).iter().next(), Some(AreaIndex(0)));
     assert_eq!(set.difference(&other).len(), 2);
 }
 
@@ -76,14 +80,14 @@ fn the_front_stops_before_the_border_and_the_rear_when_backing() {
     let guard = guard(&[rect(2.0, -1.0, 4.0, 1.0), rect(-3.0, -1.0, -1.0, 1.0)]);
     let exact = known_to(EXACT, EXACT, EXACT);
     let ahead = guard.along_curve(&AreaSet::EMPTY, Pose2::IDENTITY, &exact, straight(5.0));
-    assert_eq!((ahead.area, ahead.inside), (Some(0), false));
+    assert_eq!((ahead.area, ahead.inside), (Some(AreaIndex(0)), false));
     assert!((1.66..=1.671).contains(&ahead.distance_m), "{ahead:?}");
     let behind = guard.along_curve(&AreaSet::EMPTY, Pose2::IDENTITY, &exact, straight(-5.0));
-    assert_eq!(behind.area, Some(1));
+    assert_eq!(behind.area, Some(AreaIndex(1)));
     assert!((0.90..=0.911).contains(&behind.distance_m), "{behind:?}");
     let short = guard.along_curve(&AreaSet::EMPTY, Pose2::IDENTITY, &exact, straight(1.0));
     assert_eq!((short.area, short.distance_m), (None, 1.0));
-    let with_leave: AreaSet = [0].into_iter().collect();
+    let with_leave: AreaSet = [AreaIndex(0)].into_iter().collect();
     let free = guard.along_curve(&with_leave, Pose2::IDENTITY, &exact, straight(5.0));
     assert_eq!(free.area, None);
 }
@@ -96,7 +100,7 @@ fn who_is_not_sure_stays_farther_away_but_only_in_that_direction() {
     let pose = Pose2::new(2.0, -0.5, 0.0);
     let along = known_to(0.2, 0.01, 0.005);
     let judged = guard.along_curve(&AreaSet::EMPTY, pose, &along, straight(5.0));
-    assert_eq!(judged.area, Some(1));
+    assert_eq!(judged.area, Some(AreaIndex(1)));
     assert!(
         (judged.distance_m - (4.0 - 0.32 - 0.6 - 0.01)).abs() < 0.02,
         "{judged:?}"
@@ -105,7 +109,7 @@ fn who_is_not_sure_stays_farther_away_but_only_in_that_direction() {
     let judged = guard.along_curve(&AreaSet::EMPTY, pose, &across, straight(5.0));
     assert_eq!(
         (judged.area, judged.distance_m, judged.inside),
-        (Some(0), 0.0, false)
+        (Some(AreaIndex(0)), 0.0, false)
     );
 }
 
@@ -126,7 +130,7 @@ fn a_curve_enters_where_the_outer_corner_does() {
     );
     let nearer = self::guard(&[rect(1.1, -1.0, 3.0, 3.0)]);
     let judged = nearer.along_curve(&AreaSet::EMPTY, Pose2::IDENTITY, &exact, curve);
-    assert_eq!(judged.area, Some(0));
+    assert_eq!(judged.area, Some(AreaIndex(0)));
     let entry = Pose2::IDENTITY.advance(MotionCommand::new(1.0, 1.0).twist(), judged.distance_m);
     let depth_m = overlap_m(&FOOTPRINT, entry, &rect(1.1, -1.0, 3.0, 3.0));
     assert!((-0.016..=-0.009).contains(&depth_m), "{depth_m}");
@@ -161,7 +165,7 @@ fn poses_are_followed_as_a_curve_is() {
         &known_to(EXACT, EXACT, EXACT),
         [Pose2::new(1.8, 0.0, 0.0)],
     );
-    assert_eq!((turned.area, turned.distance_m), (Some(0), 0.0));
+    assert_eq!((turned.area, turned.distance_m), (Some(AreaIndex(0)), 0.0));
 }
 
 #[test]
@@ -172,7 +176,7 @@ fn who_is_inside_already_is_told_so_and_nonsense_stops() {
     let judged = guard.along_curve(&AreaSet::EMPTY, inside, &exact, straight(1.0));
     assert_eq!(
         (judged.area, judged.inside, judged.distance_m),
-        (Some(0), true, 0.0)
+        (Some(AreaIndex(0)), true, 0.0)
     );
     assert_eq!(judged.speed_limit_m_s(0.8, 0.1), 0.0);
     for pose in [
@@ -180,18 +184,18 @@ fn who_is_inside_already_is_told_so_and_nonsense_stops() {
         Pose2::new(0.0, 0.0, f64::INFINITY),
     ] {
         let judged = guard.along_curve(&AreaSet::EMPTY, pose, &exact, straight(1.0));
-        assert_eq!((judged.area, judged.distance_m), (Some(0), 0.0));
+        assert_eq!((judged.area, judged.distance_m), (Some(AreaIndex(0)), 0.0));
     }
     let broken = Matrix3::from_element(f64::NAN);
     let judged = guard.along_curve(&AreaSet::EMPTY, Pose2::IDENTITY, &broken, straight(1.0));
-    assert_eq!((judged.area, judged.distance_m), (Some(0), 0.0));
+    assert_eq!((judged.area, judged.distance_m), (Some(AreaIndex(0)), 0.0));
 }
 
 #[test]
 fn the_speed_limit_leaves_time_to_react_and_way_to_brake() {
     let at = |distance_m| BorderVerdict {
         distance_m,
-        area: Some(0),
+        area: Some(AreaIndex(0)),
         inside: false,
     };
     for distance_m in [0.0, 0.01, 0.1, 1.0] {
@@ -329,7 +333,7 @@ proptest! {
         let unit = MotionCommand::new(reach_m.signum(), curvature_1_m).twist();
         let end = Pose2::IDENTITY.advance(unit, judged.distance_m);
         if let Some(area) = judged.area {
-            let depth_m = overlap_m(&FOOTPRINT, end, &regions[area]);
+            let depth_m = overlap_m(&FOOTPRINT, end, &regions[area.place()]);
             let margin_m = 3.0 * (stds.0.hypot(stds.1) + FOOTPRINT.radius_m() * stds.2) + 0.01;
             prop_assert!(depth_m > -margin_m - 0.01, "{depth_m} with a margin of {margin_m}");
         } else {

@@ -1,7 +1,7 @@
 //! The map, checked, with everything resolved.
 
 use super::lane::{LaneGeometry, lane_geometry};
-use crate::borders::MAX_AREAS;
+use description::areas::{AreaIndex, MAX_AREAS};
 use description::geometry::{Point2, Rect, Segment};
 use description::keys::{KeyError, Section};
 use description::site::{self, Site};
@@ -98,18 +98,26 @@ impl SemanticMap {
         &self.areas
     }
 
-    /// The index of the area called `id`.
+    /// An area of this map.
     #[must_use]
-    pub fn area_index(&self, id: &str) -> Option<usize> {
-        self.areas.iter().position(|area| area.id == id)
+    pub fn area(&self, index: AreaIndex) -> &Area {
+        &self.areas[index.place()]
     }
 
-    /// The index of the first area that contains the point.
+    /// The area called `id`.
     #[must_use]
-    pub fn area_at(&self, point: Point2) -> Option<usize> {
-        self.areas
-            .iter()
-            .position(|area| area.region.contains(point))
+    pub fn area_index(&self, id: &str) -> Option<AreaIndex> {
+        self.find(|area| area.id == id)
+    }
+
+    /// The first area that contains the point.
+    #[must_use]
+    pub fn area_at(&self, point: Point2) -> Option<AreaIndex> {
+        self.find(|area| area.region.contains(point))
+    }
+
+    fn find(&self, fits: impl FnMut(&Area) -> bool) -> Option<AreaIndex> {
+        self.areas.iter().position(fits).and_then(AreaIndex::new)
     }
 }
 

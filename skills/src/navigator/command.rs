@@ -7,7 +7,8 @@ use crate::borders::{AreaSet, BorderVerdict, Curve};
 use crate::control::{REACTION_S, approach_speed_m_s};
 use crate::schedule::Hold;
 use crate::schedule::controllers::motion::{Ahead, PATH_POSES};
-use description::geometry::{Footprint, MotionCommand, Point2, Pose2, Rect};
+use description::areas::AreaIndex;
+use description::geometry::{MotionCommand, Pose2};
 
 /// The border guard looks at least this far ahead,
 const LOOK_M: f64 = 0.15;
@@ -99,10 +100,9 @@ impl Navigator {
 
     /// Fastest speed here, and slow enough for the areas that the planned path leads through, whatever the state is about.
     fn area_limit_m_s(&self) -> f64 {
-        let areas = self.map.areas();
         let limit_m_s = |pose: &Pose2| {
             let area = self.map.area_at(pose.position());
-            area.map_or(f64::INFINITY, |area| areas[area].speed_limit_m_s)
+            area.map_or(f64::INFINITY, |area| self.map.area(area).speed_limit_m_s)
         };
         let deceleration_m_s2 = self.gains.deceleration_m_s2;
         let ahead = self.path.iter().enumerate().map(|(index, pose)| {
@@ -158,32 +158,13 @@ impl Navigator {
 
     /// Only the uncertainty of the pose touches the area, and the path ahead leads no closer to it. Holding such a robot
     /// would gain nothing, and could be a deadlock.
-    fn is_leaving(&self, verdict: &BorderVerdict, area: usize, ahead: &[Pose2]) -> bool {
+    fn is_leaving(&self, verdict: &BorderVerdict, area: AreaIndex, ahead: &[Pose2]) -> bool {
         if verdict.inside || verdict.distance_m > 0.0 || ahead.is_empty() {
             return false;
         }
-        let Some(area) = self.map.areas().get(area) else {
-            return false;
-        };
-        let gap_m = |pose: Pose2| gap_m(&self.footprint, pose, &area.region);
+        let region = &self.map.area(area).region;
+        let gap_m = |pose: Pose2| self.footprint.gap_m(pose, region);
         let now_m = gap_m(self.pose.pose());
         ahead.iter().all(|pose| gap_m(*pose) >= now_m - NEARER_M)
     }
-}
-
-/// Between the footprint and a region that it does not touch.
-fn gap_m(footprint: &Footprint, pose: Pose2, region: &Rect) -> f64 {
-    let (min, max) = (region.min, region.max);
-    let corners = [
-        min,
-        Point2::new(max.x_m, min.y_m),
-        max,
-        Point2::new(min.x_m, max.y_m),
-    ];
-    let ours = footprint.corners().map(|corner| {
-        let corner = pose.transform(corner);
-        region.distance_m(corner)
-    });
-    let theirs = corners.map(|corner| footprint.distance_m(pose.inverse_transform(corner)));
-    ours.into_iter().chain(theirs).fold(f64::INFINITY, f64::min)
 }

@@ -69,7 +69,7 @@ impl Navigator {
                 self.counters.events_lost += 1;
             }
         }
-        let parameters = instruction.parameters();
+        let parameters = instruction.with_event(());
         if from != to {
             self.parameters = parameters;
             self.activate(Some(from));

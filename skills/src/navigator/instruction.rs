@@ -1,20 +1,16 @@
-//! Instructions: events that bring parameters for the state that they enter.
+//! Instructions for the machine: what is refused, what waits, and what became of one.
+
+use coordination::event::EventId;
+use coordination::fsm::StateId;
+use description::instruction;
 
 use super::output::MAX_EVENTS;
-use coordination::event::EventId;
-use description::geometry::Pose2;
+use crate::schedule::Hold;
 
-/// An event for the machine with parameters. They hold for the state that the event enters, until that state is left; a
-/// transition onto the same state exchanges them if it brings some. An event that the machine ignores brings nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instruction {
-    /// The event.
-    pub event: EventId,
-    /// No faster than this, below every other limit; 0 stands still.
-    pub speed_limit_m_s: Option<f64>,
-    /// Stop with `base_link` here, in `map`.
-    pub stop_at: Option<Pose2>,
-}
+pub use description::instruction::Parameters;
+
+/// An instruction whose event is a number of the machine.
+pub type Instruction = instruction::Instruction<EventId>;
 
 /// Why an instruction was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -30,57 +26,41 @@ pub enum InstructionError {
     Full,
 }
 
-impl Instruction {
-    /// An event without parameters.
-    #[must_use]
-    pub fn plain(event: EventId) -> Self {
-        Self {
-            event,
-            speed_limit_m_s: None,
-            stop_at: None,
-        }
-    }
-
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// [`InstructionError::SpeedLimit`] or [`InstructionError::StopPose`].
-    pub fn validate(&self) -> Result<(), InstructionError> {
-        self.parameters().validate()
-    }
-
-    pub(super) fn parameters(&self) -> Parameters {
-        Parameters {
-            speed_limit_m_s: self.speed_limit_m_s,
-            stop_at: self.stop_at,
-        }
-    }
+/// What became of an instruction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Instructed {
+    /// The machine took the event.
+    Taken {
+        /// The state it was in.
+        from: StateId,
+        /// The state it is in now.
+        to: StateId,
+        /// Why the robot does not move in it, if it does not.
+        hold: Option<Hold>,
+    },
+    /// The machine has no use for the event in this state.
+    Ignored {
+        /// The state.
+        state: StateId,
+    },
+    /// The parameters are bad, or too many events wait.
+    Refused(InstructionError),
+    /// Navigation does not run yet, or any more, or another instruction is being answered.
+    NotReady,
 }
 
-/// What holds for the present state, until it is left or they are exchanged.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Parameters {
-    /// No faster than this, below every other limit; 0 stands still.
-    pub speed_limit_m_s: Option<f64>,
-    /// Stop with `base_link` here, in `map`.
-    pub stop_at: Option<Pose2>,
-}
-
-impl Parameters {
-    /// Checks them.
-    ///
-    /// # Errors
-    /// [`InstructionError::SpeedLimit`] or [`InstructionError::StopPose`].
-    pub fn validate(&self) -> Result<(), InstructionError> {
-        if let Some(limit_m_s) = self.speed_limit_m_s
-            && !(limit_m_s.is_finite() && limit_m_s >= 0.0)
-        {
-            return Err(InstructionError::SpeedLimit(limit_m_s));
-        }
-        match self.stop_at {
-            Some(pose) if !pose.is_finite() => Err(InstructionError::StopPose),
-            _ => Ok(()),
-        }
+/// Checks parameters.
+pub(super) fn validate<E>(
+    instruction: &instruction::Instruction<E>,
+) -> Result<(), InstructionError> {
+    if let Some(limit_m_s) = instruction.speed_limit_m_s
+        && !(limit_m_s.is_finite() && limit_m_s >= 0.0)
+    {
+        return Err(InstructionError::SpeedLimit(limit_m_s));
+    }
+    match instruction.stop_at {
+        Some(pose) if !pose.is_finite() => Err(InstructionError::StopPose),
+        _ => Ok(()),
     }
 }
 

@@ -24,7 +24,7 @@ mod step;
 mod take_over;
 
 pub use crate::schedule::Hold;
-pub use instruction::{Instruction, InstructionError, Parameters};
+pub use instruction::{Instructed, Instruction, InstructionError, Parameters};
 pub use output::{EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput};
 pub use setup::NavigatorSetup;
 pub use state::Navigator;

@@ -10,6 +10,7 @@ use crate::schedule::Hold;
 use crate::tubes::Room;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
+use description::areas::AreaIndex;
 use description::geometry::{MotionCommand, Pose2};
 
 /// Events that one step can report.
@@ -26,7 +27,7 @@ pub struct NavigationInput<'a> {
     pub odometry: &'a Odometry,
     /// `false`: everything goes on, but the command is to stand.
     pub motion_allowed: bool,
-    /// Areas that the robot may be in, by their index in the map; [`AreaSet::ALL`] where areas are not managed.
+    /// Areas that the robot may be in; [`AreaSet::ALL`] where areas are not managed.
     pub allowed: AreaSet,
 }
 
@@ -96,8 +97,8 @@ pub struct NavigationOutput {
     pub position_std_m: f64,
     /// The machine's state after the step.
     pub state: StateId,
-    /// Index of the state's area in the map.
-    pub area: Option<usize>,
+    /// The state's area.
+    pub area: Option<AreaIndex>,
     /// Index of the skill that runs.
     pub skill: usize,
     /// Of `base_link` from the path of the controller, positive to the left.
@@ -124,8 +125,8 @@ pub struct NavigationOutput {
     pub deviation_exceeded: bool,
     /// Why the command is to stand although the skill wants to move, or cannot do what it should.
     pub hold: Option<Hold>,
-    /// Index of the area that is not allowed and that the robot slows down or waits for, or stands in.
-    pub waiting_for: Option<usize>,
+    /// The area that is not allowed and that the robot slows down or waits for, or stands in.
+    pub waiting_for: Option<AreaIndex>,
     /// Way left before the footprint (with its margins) would enter an area that is not allowed, when that is within
     /// the stopping distance on the planned path.
     pub border_distance_m: Option<f64>,

@@ -2,7 +2,7 @@
 
 use super::command::Commanded;
 use super::control::Control;
-use super::instruction::{Instruction, InstructionError, Parameters};
+use super::instruction::{Instruction, InstructionError, Parameters, validate};
 use super::output::{EventList, NavigationInput, NavigationOutput};
 use super::state::{Navigator, end_wall};
 use crate::localisation::{PoseFilter, ScanVerdict};
@@ -33,7 +33,7 @@ impl Navigator {
     /// # Errors
     /// [`InstructionError`]: a parameter is refused, or too many instructions wait.
     pub fn instruct(&mut self, instruction: Instruction) -> Result<(), InstructionError> {
-        instruction.validate()?;
+        validate(&instruction)?;
         if self.inbox.push(instruction) {
             return Ok(());
         }
@@ -47,7 +47,7 @@ impl Navigator {
     /// # Errors
     /// [`InstructionError::SpeedLimit`] or [`InstructionError::StopPose`].
     pub fn set_parameters(&mut self, parameters: Parameters) -> Result<(), InstructionError> {
-        parameters.validate()?;
+        validate(&parameters)?;
         let same_stop = parameters.stop_at == self.parameters.stop_at;
         self.parameters = parameters;
         if !same_stop {

@@ -16,12 +16,14 @@
 //!
 //! ```
 //! use description::robot::TricycleGeometry;
+//! use description::wheels::EncoderAngles;
 //! use skills::odometry::{DeadReckoning, EncoderSample};
 //! let mut dead_reckoning = DeadReckoning::new(TricycleGeometry::default(), 35.0)?;
 //! let wheel_rad_per_m = 1.0 / TricycleGeometry::default().wheel_radius_m();
 //! for step in 0..=100u64 {
 //!     let travelled_rad = step as f64 * 0.002 * wheel_rad_per_m;
-//!     let sample = EncoderSample { stamp_ns: 1 + step * 5_000_000, left_rad: travelled_rad, right_rad: travelled_rad, pivot_rad: 0.0 };
+//!     let angles = EncoderAngles { left_rad: travelled_rad, right_rad: travelled_rad, pivot_rad: 0.0 };
+//!     let sample = EncoderSample { stamp_ns: 1 + step * 5_000_000, angles };
 //!     dead_reckoning.update(&sample)?;
 //! }
 //! assert!((dead_reckoning.odometry().pose.x_m - 0.2).abs() < 1e-9);
@@ -31,6 +33,7 @@
 use description::geometry::{Pose2, Twist2, wrap_angle};
 use description::keys::KeyError;
 use description::robot::TricycleGeometry;
+use description::wheels::EncoderAngles;
 
 /// Longest step that is bridged with the last twist when a sample has to be rejected.
 const BRIDGE_S: f64 = 0.05;
@@ -43,17 +46,13 @@ const FASTEST_PIVOT_RAD_S: f64 = 80.0;
 /// Time constant of the published twist, s.
 const TWIST_FILTER_S: f64 = 0.01;
 
-/// What the drive's encoders say; positive wheel angles drive the unit forward along its heading.
+/// What the drive's encoders said at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EncoderSample {
     /// When it was sampled, monotonic.
     pub stamp_ns: u64,
-    /// Left hub wheel, accumulated.
-    pub left_rad: f64,
-    /// Right hub wheel, accumulated.
-    pub right_rad: f64,
-    /// Pivot, its zero already subtracted; may wrap at ±π.
-    pub pivot_rad: f64,
+    /// The angles.
+    pub angles: EncoderAngles,
 }
 
 /// Where dead reckoning believes the robot is.
@@ -211,7 +210,12 @@ impl DeadReckoning {
     /// Why the sample was not used; the estimate stays usable.
     pub fn update(&mut self, sample: &EncoderSample) -> Result<Odometry, OdometryFault> {
         let stamp_ns = sample.stamp_ns;
-        if ![sample.left_rad, sample.right_rad, sample.pivot_rad]
+        let EncoderAngles {
+            left_rad,
+            right_rad,
+            pivot_rad,
+        } = sample.angles;
+        if ![left_rad, right_rad, pivot_rad]
             .iter()
             .all(|value| value.is_finite())
         {
@@ -242,13 +246,13 @@ impl DeadReckoning {
             self.begin(sample);
             return Err(OdometryFault::Gap { gap_s: dt_s });
         }
-        match self.increments(&last, sample, dt_s) {
+        match self.increments(&last.angles, &sample.angles, dt_s) {
             Ok((unit_m, pivot_rad)) => {
                 self.integrate(unit_m, pivot_rad, dt_s);
                 self.counters.accepted += 1;
                 self.last = Some(*sample);
                 self.odometry.stamp_ns = stamp_ns;
-                self.odometry.steering_rad = wrap_angle(sample.pivot_rad);
+                self.odometry.steering_rad = wrap_angle(sample.angles.pivot_rad);
                 self.odometry.refused = self.counters.rejected();
                 Ok(self.odometry)
             }
@@ -267,15 +271,15 @@ impl DeadReckoning {
         self.last = Some(*sample);
         self.backward_run = 0;
         self.odometry.stamp_ns = sample.stamp_ns;
-        self.odometry.steering_rad = wrap_angle(sample.pivot_rad);
+        self.odometry.steering_rad = wrap_angle(sample.angles.pivot_rad);
         self.odometry.twist = Twist2::default();
     }
 
     /// Way of the unit and turn of the pivot since the last sample, when both are possible.
     fn increments(
         &self,
-        last: &EncoderSample,
-        sample: &EncoderSample,
+        last: &EncoderAngles,
+        sample: &EncoderAngles,
         dt_s: f64,
     ) -> Result<(f64, f64), OdometryFault> {
         // A fifth above the limit: the drive's speed loop overshoots.

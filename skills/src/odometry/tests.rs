@@ -29,15 +29,15 @@ impl Encoders {
         let dt_s = STEP_NS as f64 * 1e-9 / f64::from(substeps);
         let radius_m = self.geometry.wheel_radius_m();
         for _ in 0..substeps {
-            let middle_rad = self.sample.pivot_rad + pivot_rate_rad_s * dt_s / 2.0;
+            let middle_rad = self.sample.angles.pivot_rad + pivot_rate_rad_s * dt_s / 2.0;
             let twist = self.geometry.twist(unit_m_s, middle_rad, pivot_rate_rad_s);
             let spread_m_s =
                 (twist.omega_rad_s + pivot_rate_rad_s) * self.geometry.wheel_separation_m / 2.0;
             self.pose = self.pose.advance(twist, dt_s);
             self.driven_m += twist.v_m_s.abs() * dt_s;
-            self.sample.left_rad += (unit_m_s - spread_m_s) / radius_m * dt_s;
-            self.sample.right_rad += (unit_m_s + spread_m_s) / radius_m * dt_s;
-            self.sample.pivot_rad += pivot_rate_rad_s * dt_s;
+            self.sample.angles.left_rad += (unit_m_s - spread_m_s) / radius_m * dt_s;
+            self.sample.angles.right_rad += (unit_m_s + spread_m_s) / radius_m * dt_s;
+            self.sample.angles.pivot_rad += pivot_rate_rad_s * dt_s;
         }
         self.sample.stamp_ns += STEP_NS;
         self.sample
@@ -86,9 +86,9 @@ fn wrapping_encoders_make_no_difference() {
     let (mut encoders, mut dead_reckoning) = started();
     for _ in 0..2000 {
         let mut sample = encoders.step(0.3, 0.6);
-        sample.left_rad = wrap_angle(sample.left_rad);
-        sample.right_rad = wrap_angle(sample.right_rad);
-        sample.pivot_rad = wrap_angle(sample.pivot_rad);
+        sample.angles.left_rad = wrap_angle(sample.angles.left_rad);
+        sample.angles.right_rad = wrap_angle(sample.angles.right_rad);
+        sample.angles.pivot_rad = wrap_angle(sample.angles.pivot_rad);
         dead_reckoning.update(&sample).unwrap();
     }
     assert!(error_m(&encoders, &dead_reckoning) < 1e-3);
@@ -100,8 +100,8 @@ fn one_per_cent_between_the_wheels_barely_bends_the_path() {
     let (mut encoders, mut dead_reckoning) = started();
     for _ in 0..3000 {
         let mut sample = encoders.step(0.4, 0.0);
-        sample.left_rad *= 1.01;
-        sample.right_rad *= 0.99;
+        sample.angles.left_rad *= 1.01;
+        sample.angles.right_rad *= 0.99;
         dead_reckoning.update(&sample).unwrap();
     }
     assert!(dead_reckoning.odometry().pose.theta_rad.abs() < 1e-6);
@@ -117,7 +117,7 @@ fn a_jumping_wheel_is_rejected_once_and_bridged() {
         if step == 200 {
             offset_rad = -2.0;
         }
-        sample.left_rad += offset_rad;
+        sample.angles.left_rad += offset_rad;
         let result = dead_reckoning.update(&sample);
         assert_eq!(result.is_err(), step == 200, "{result:?}");
     }
@@ -131,7 +131,7 @@ fn a_jumping_pivot_is_told_from_a_turning_one() {
     for step in 0..400 {
         let mut sample = encoders.step(0.4, 0.0);
         if step == 200 {
-            sample.pivot_rad += 0.3;
+            sample.angles.pivot_rad += 0.3;
         }
         let _ = dead_reckoning.update(&sample);
     }
@@ -163,11 +163,11 @@ fn time_that_runs_backwards_moves_nothing_until_it_stays_so() {
 fn what_is_not_finite_or_too_late_is_counted() {
     let (mut encoders, mut dead_reckoning) = started();
     let mut sample = encoders.step(0.4, 0.0);
-    sample.pivot_rad = f64::NAN;
+    sample.angles.pivot_rad = f64::NAN;
     assert!(dead_reckoning.update(&sample).is_err());
-    sample.pivot_rad = 0.0;
+    sample.angles.pivot_rad = 0.0;
     sample.stamp_ns += 60_000_000_000;
-    sample.left_rad = 1e9;
+    sample.angles.left_rad = 1e9;
     assert!(matches!(
         dead_reckoning.update(&sample),
         Err(OdometryFault::Gap { .. })

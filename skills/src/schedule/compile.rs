@@ -106,7 +106,7 @@ fn bind(site: &Site, role: &str, map: &SemanticMap, state: &FsmState) -> Result<
         let lane = map.lanes().iter().position(|lane| lane.id == *id);
         lane.ok_or_else(|| unknown("lane", "lane", id))
     });
-    let lane = own.transpose()?.or(map.areas()[area].lane);
+    let lane = own.transpose()?.or(map.area(area).lane);
     Ok(Bound { skill, area, lane })
 }
 
@@ -132,7 +132,7 @@ fn schedule(
         controller,
         monitors: monitors_of(graph.site, skill, events)?,
         speed_limit_m_s: lanes.speed_limit_m_s,
-        deviation_limit_m: graph.map.areas()[bound.area].deviation_limit_m,
+        deviation_limit_m: graph.map.area(bound.area).deviation_limit_m,
     })
 }
 

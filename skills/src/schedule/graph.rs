@@ -2,6 +2,7 @@
 
 use crate::map::SemanticMap;
 use coordination::fsm::{Machine, StateId};
+use description::areas::AreaIndex;
 use description::site::{ControllerConfig, Site, SkillConfig};
 use std::collections::VecDeque;
 
@@ -9,7 +10,7 @@ use std::collections::VecDeque;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
     pub(super) skill: usize,
-    pub(super) area: usize,
+    pub(super) area: AreaIndex,
     pub(super) lane: Option<usize>,
 }
 
@@ -40,7 +41,7 @@ impl Graph<'_> {
 
     /// Fastest speed in a state: of its area, its skill and the robot.
     pub(super) fn speed_limit_m_s(&self, state: StateId) -> f64 {
-        let area_m_s = self.map.areas()[self.of(state).area].speed_limit_m_s;
+        let area_m_s = self.map.area(self.of(state).area).speed_limit_m_s;
         let skill_m_s = self.skill(state).speed_m_s.unwrap_or(f64::INFINITY);
         area_m_s.min(skill_m_s).min(self.max_speed_m_s)
     }

@@ -4,6 +4,7 @@ use super::controllers::Controller;
 use crate::map::SemanticMap;
 use crate::monitors::Monitor;
 use crate::perception::FeatureSet;
+use description::areas::AreaIndex;
 use description::geometry::wrap_angle;
 use description::site::MonitorKind;
 
@@ -12,8 +13,8 @@ use description::site::MonitorKind;
 pub struct Schedule {
     /// Index of the skill.
     pub skill: usize,
-    /// Index of the area.
-    pub area: Option<usize>,
+    /// The area.
+    pub area: Option<AreaIndex>,
     /// Index of the lane that the robot drives on, or onto.
     pub lane: Option<usize>,
     /// Index of the lane that a turn leaves.

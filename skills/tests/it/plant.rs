@@ -3,7 +3,7 @@
 use crate::random::Random;
 use description::geometry::{Footprint, Point2, Pose2, Rect, Segment, wrap_angle};
 use description::robot::TricycleGeometry;
-use description::wheels::WheelSpeeds;
+use description::wheels::{EncoderAngles, WheelSpeeds};
 use skills::odometry::EncoderSample;
 use skills::scan::ScanGeometry;
 
@@ -37,7 +37,10 @@ impl Plant {
             now_ns: 1_000_000_000,
             pose,
             encoders: EncoderSample {
-                pivot_rad: random.between(-0.5, 0.5),
+                angles: EncoderAngles {
+                    pivot_rad: random.between(-0.5, 0.5),
+                    ..EncoderAngles::default()
+                },
                 ..EncoderSample::default()
             },
             speeds: WheelSpeeds::default(),
@@ -58,7 +61,7 @@ impl Plant {
         let right_m_s = self.speeds.right_rad_s * radius_m * self.scale[1];
         let unit_m_s = (left_m_s + right_m_s) / 2.0;
         let turn_rad_s = (right_m_s - left_m_s) / geometry.wheel_separation_m;
-        let (sin, cos) = self.encoders.pivot_rad.sin_cos();
+        let (sin, cos) = self.encoders.angles.pivot_rad.sin_cos();
         let caster_m = geometry.caster_offset_m;
         let omega_rad_s = (unit_m_s * sin + caster_m * turn_rad_s * cos) / geometry.wheelbase_m;
         let v_m_s = unit_m_s * cos - caster_m * turn_rad_s * sin;
@@ -66,10 +69,10 @@ impl Plant {
             .pose
             .advance(description::geometry::Twist2::new(v_m_s, omega_rad_s), dt_s);
         self.driven_m += v_m_s.abs() * dt_s;
-        self.encoders.left_rad += self.speeds.left_rad_s * dt_s;
-        self.encoders.right_rad += self.speeds.right_rad_s * dt_s;
-        self.encoders.pivot_rad =
-            wrap_angle(self.encoders.pivot_rad + (turn_rad_s - omega_rad_s) * dt_s);
+        self.encoders.angles.left_rad += self.speeds.left_rad_s * dt_s;
+        self.encoders.angles.right_rad += self.speeds.right_rad_s * dt_s;
+        self.encoders.angles.pivot_rad =
+            wrap_angle(self.encoders.angles.pivot_rad + (turn_rad_s - omega_rad_s) * dt_s);
         self.now_ns += STEP_NS;
         self.encoders.stamp_ns = self.now_ns;
     }

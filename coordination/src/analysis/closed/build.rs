@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
+use super::super::flags::{NamedProtocol, Outside, check_names, resolve};
 use super::super::refusal::Reason;
 use super::super::state::Layout;
 use super::super::usage::{Limits, Use};
-use super::net::{Arcs, Bound, Closed, Outside, Set};
-use crate::petri::{Binding, NetModel, PlaceKind};
-use crate::protocol::ABORTED;
+use super::net::{Arcs, Bound, Closed, Set};
+use crate::petri::{NetModel, PlaceKind};
 
 impl<'a> Closed<'a> {
     pub(in crate::analysis) fn new(
@@ -19,7 +19,8 @@ impl<'a> Closed<'a> {
         if !errors.is_empty() {
             return Err(Box::new(Reason::Model(errors)));
         }
-        let numbers = protocol_numbers(uses)?;
+        let protocols: Vec<NamedProtocol<'_>> = uses.iter().map(Use::named).collect();
+        check_names(&protocols)?;
         let mut closed = Self {
             uses,
             places: Vec::new(),
@@ -44,7 +45,7 @@ impl<'a> Closed<'a> {
         let mut counted = 0;
         for place in model.places() {
             let number = closed.places.len() as u32;
-            let outside = resolve(uses, &numbers, place.name, place.kind, place.binding)?;
+            let outside = resolve(&protocols, &place)?;
             closed.bind(number, place.kind, outside, &mut counted);
             closed.places.push(place.name.to_owned());
             closed.event_names.push(
@@ -182,75 +183,4 @@ fn words_of(places: &[u32], words: usize) -> Vec<u64> {
         set[*place as usize / 64] |= 1 << (place % 64);
     }
     set
-}
-
-fn protocol_numbers(uses: &[Use]) -> Result<HashMap<&str, u16>, Box<Reason>> {
-    let mut numbers = HashMap::new();
-    if uses.len() > usize::from(u16::MAX) {
-        return Err(Box::new(Reason::TooLarge {
-            what: "protocols",
-            limit: u16::MAX.into(),
-        }));
-    }
-    for (used, number) in uses.iter().zip(0..) {
-        if numbers.insert(used.name.as_str(), number).is_some() {
-            let protocol = used.name.clone();
-            return Err(Box::new(Reason::TwoProtocols { protocol }));
-        }
-    }
-    Ok(numbers)
-}
-
-fn resolve(
-    uses: &[Use],
-    numbers: &HashMap<&str, u16>,
-    place: &str,
-    kind: PlaceKind,
-    binding: Option<&Binding>,
-) -> Result<Outside, Box<Reason>> {
-    let (name, flag) = match binding {
-        None => return Ok(Outside::Nothing),
-        Some(Binding::Event(_)) => return Ok(Outside::Event),
-        Some(Binding::Flag { protocol, flag }) => (protocol, flag),
-    };
-    let place = || place.to_owned();
-    let Some(&number) = numbers.get(name.as_str()) else {
-        let known: Vec<&str> = uses.iter().map(|used| used.name.as_str()).collect();
-        return Err(Box::new(Reason::UnknownProtocol {
-            place: place(),
-            protocol: name.clone(),
-            known: known.join(", "),
-        }));
-    };
-    let used = &uses[usize::from(number)];
-    let (expected, kind_name) = match kind {
-        PlaceKind::Sink => (used.net_party, "sink"),
-        _ => (used.net_party.other(), "source"),
-    };
-    let id = used.protocol.flag(flag);
-    let owner = match id {
-        Some(id) => used.protocol.owner(id),
-        None if flag == ABORTED => used.protocol.keeper(),
-        None => None,
-    };
-    let Some(owner) = owner else {
-        let known: Vec<&str> = used.protocol.flags().map(|(_, name, _)| name).collect();
-        return Err(Box::new(Reason::UnknownFlag {
-            place: place(),
-            protocol: name.clone(),
-            flag: flag.clone(),
-            known: known.join(", "),
-        }));
-    };
-    if owner != expected || (id.is_none() && kind == PlaceKind::Sink) {
-        return Err(Box::new(Reason::WrongOwner {
-            kind: kind_name,
-            place: place(),
-            protocol: name.clone(),
-            flag: flag.clone(),
-            owner: used.protocol.party_name(owner).to_owned(),
-            expected: used.protocol.party_name(expected).to_owned(),
-        }));
-    }
-    Ok(id.map_or(Outside::Abort(number), |id| Outside::Flag(number, id)))
 }

@@ -1,8 +1,9 @@
 //! A closed net in names.
 
+use super::super::flags::Outside;
 use super::super::refusal::Step;
 use super::super::usage::Use;
-use super::net::{Closed, Move, Outside};
+use super::net::{Closed, Move};
 use crate::protocol::{FlagId, Position};
 
 impl Closed<'_> {

@@ -1,5 +1,6 @@
 //! The parts of a closed net.
 
+use super::super::flags::Outside;
 use super::super::state::Layout;
 use super::super::usage::Use;
 use crate::petri::PlaceKind;
@@ -49,15 +50,6 @@ pub(super) struct Bound {
     pub(super) aborts: Vec<(u32, usize)>,
     /// Sinks and their flags.
     pub(super) sinks: Vec<(u32, FlagId)>,
-}
-
-/// What a place is bound to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Outside {
-    Nothing,
-    Event,
-    Flag(u16, FlagId),
-    Abort(u16),
 }
 
 /// A named set of places, as words of a marking.

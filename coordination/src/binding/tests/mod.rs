@@ -1,6 +1,7 @@
 //! Nets bound to protocols. In the crate itself, because some of these nets no analysis lets pass.
 
 mod aborts;
+mod fit;
 mod lossy;
 mod net;
 mod proof;

@@ -1,4 +1,4 @@
-//! The mediator's half.
+//! What a bound net does.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::protocol::{
 use super::area;
 
 /// Grants requests while it is open; counts who has left in an event. An event closes it.
-fn gate_model() -> NetModel {
+pub(super) fn gate_model() -> NetModel {
     let mut gate = NetModel::new("gate");
     gate.source("asked", Binding::flag("robot", "request"));
     gate.sink("granted", Binding::flag("robot", "granted"));
@@ -30,7 +30,7 @@ fn gate_model() -> NetModel {
     gate
 }
 
-fn compile(model: &NetModel) -> (Net, EventTable) {
+pub(super) fn compile(model: &NetModel) -> (Net, EventTable) {
     let mut events = EventTable::new();
     let net = model.compile(&mut events).unwrap();
     (net, events)
@@ -274,71 +274,6 @@ fn a_keeper_starts_over() {
     assert_eq!((&*name, end.run()), ("robot", 1));
 }
 
-#[test]
-fn what_does_not_fit_is_refused_with_its_reason() {
-    let refuse = |build: &dyn Fn(&mut NetModel), keeper: &str, names: &[&str]| {
-        let mut model = NetModel::new("n");
-        build(&mut model);
-        let (net, _) = compile(&model);
-        let sides = names.iter().map(|&name| (name, channel(&area(keeper)).1));
-        let errors = NetBinding::unproved(&net, sides).unwrap_err();
-        errors.iter().map(ToString::to_string).collect::<Vec<_>>()
-    };
-    let net = |source: &'static str, sink: &'static str| {
-        move |model: &mut NetModel| {
-            let (protocol, flag) = source.split_once('.').unwrap();
-            model.source("in", Binding::flag(protocol, flag));
-            let (protocol, flag) = sink.split_once('.').unwrap();
-            model.sink("out", Binding::flag(protocol, flag));
-            model.transition("t", &["in"], &["out"]);
-        }
-    };
-    assert_eq!(
-        refuse(&net("r.request", "x.granted"), "robot", &["r", "s"]),
-        ["place `out` names the unknown protocol `x`; known protocols: r, s"]
-    );
-    assert_eq!(
-        refuse(&net("r.query", "r.granted"), "robot", &["r"]),
-        [
-            "place `in` names the unknown flag `query` of protocol `r`; its flags: request, granted, released"
-        ]
-    );
-    assert_eq!(
-        refuse(&net("r.granted", "r.request"), "robot", &["r"]),
-        [
-            "place `in` is bound to flag `granted` of protocol `r`, which `mediator` sets",
-            "place `out` is bound to flag `request` of protocol `r`, which `robot` sets"
-        ]
-    );
-    assert_eq!(
-        refuse(&net("r.aborted", "r.granted"), "mediator", &["r"]),
-        ["place `in` is bound to `aborted` of protocol `r`, whose keeper is not across"]
-    );
-    assert_eq!(
-        refuse(&net("r.request", "r.granted"), "mediator", &["r", "r"]),
-        ["two protocols are called `r`"]
-    );
-    let twice = |model: &mut NetModel| {
-        net("r.request", "r.granted")(model);
-        model.source("again", Binding::flag("r", "request"));
-        model.sink("other", Binding::event("e"));
-        model.transition("u", &["again"], &["other"]);
-    };
-    assert_eq!(
-        refuse(&twice, "robot", &["r"]),
-        [
-            "flag `request` of protocol `r` fills several sources, but the other party can abort its run; bind one source"
-        ]
-    );
-    let (compiled, _) = compile(&{
-        let mut model = NetModel::new("n");
-        twice(&mut model);
-        model
-    });
-    let mediator = channel(&area("mediator")).1;
-    assert!(NetBinding::unproved(&compiled, [("r", mediator)]).is_ok());
-}
-
 /// Two events for one sink: the second has to wait until the first is taken, and then goes on.
 #[test]
 fn a_sink_that_is_emptied_leaves_something_to_do() {
@@ -372,21 +307,6 @@ fn a_flag_cannot_be_offered_as_an_event() {
     assert_eq!(gate.offer(count), Err(OfferError::UnknownEvent(count)));
     gate.step(Budget::default(), |_| panic!("nothing happened"));
     assert_eq!(gate.executor().firings(), 0);
-}
-
-#[test]
-fn an_event_must_not_have_the_name_of_a_flag() {
-    let mut net = gate_model();
-    net.sink("back door", Binding::event("robot.granted"));
-    net.transition("sneak", &["inside"], &["back door"]);
-    let errors = net.compile(&mut EventTable::new()).unwrap_err();
-    let texts: Vec<_> = errors.iter().map(ToString::to_string).collect();
-    assert_eq!(
-        texts,
-        [
-            "net `gate`: `granted` and `back door` are bound to a flag and to something else, but both are called `robot.granted`"
-        ]
-    );
 }
 
 /// Events belong to no run, so they outlive its abort; flags do not.

@@ -2,7 +2,7 @@
 
 /// What happened since bring-up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counters {
+pub struct BusCounters {
     /// Exchanges begun.
     pub cycles: u64,
     /// Exchanges without an answer by the deadline.

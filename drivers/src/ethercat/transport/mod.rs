@@ -6,5 +6,5 @@ mod pump;
 mod seal;
 
 pub use channel::Channel;
-pub use counters::Counters;
+pub use counters::BusCounters;
 pub use pump::{Patience, Pump, Resend, Stopped};

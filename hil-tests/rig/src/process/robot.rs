@@ -1,5 +1,6 @@
 //! A robot as a process of its own.
 
+use description::instruction::Instruction;
 use std::ffi::OsString;
 use std::fs;
 use std::io;
@@ -8,12 +9,11 @@ use std::process::ExitStatus;
 
 use coordination::symbols::remove_stale;
 use onboard::cli::Failure;
-use onboard::process::ctl::{self, Event, Request, Stop};
+use onboard::process::ctl::{self, Event, Request};
 use onboard::process::runtime::Runtime;
 use rustix::process::Signal;
 
 use super::child::Process;
-use crate::stand_ins::operator::Instruction;
 
 /// Hidden subcommand by which this program becomes a robot.
 pub const SUBCOMMAND: &str = "__robot";
@@ -131,16 +131,12 @@ impl Drop for RobotProcess {
 ///
 /// # Errors
 /// A sentence with the robot's reason.
-pub fn send(runtime: &Runtime, robot: &str, instruction: &Instruction) -> Result<(), String> {
-    let request = Request::Send(Event {
-        name: instruction.event.clone(),
-        speed_limit_m_s: instruction.speed_limit_m_s,
-        stop: instruction.stop_at.map(|pose| Stop {
-            x_m: pose.x_m,
-            y_m: pose.y_m,
-            theta_rad: pose.theta_rad,
-        }),
-    });
+pub fn send(
+    runtime: &Runtime,
+    robot: &str,
+    instruction: &Instruction<String>,
+) -> Result<(), String> {
+    let request = Request::Send(Event(instruction.clone()));
     ctl::send(runtime, Some(robot), &request).map_err(|failure| match failure {
         Failure::Refused(report) | Failure::Failed(report) => report.to_string(),
     })

@@ -3,13 +3,13 @@
 //! Scenario, judge, record, summary and report know only this. Two ways exist: [`Stage`](super::stage::Stage) starts the real
 //! programs in real time, [`Stepped`](crate::stepped::Stepped) steps everything on a simulated clock.
 
+use description::instruction::Instruction;
 use onboard::cli::Failure;
 use sim::world::{Shape, Truth, TruthRecord, World};
 
 use crate::belief::Belief;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
-use crate::stand_ins::operator::Instruction;
 use crate::summary::{MediatorSummary, RobotSummary};
 
 use super::ending::Ending;
@@ -69,7 +69,7 @@ pub trait Execution {
     ///
     /// # Errors
     /// A sentence with the robot's reason.
-    fn instruct(&mut self, robot: usize, instruction: &Instruction) -> Result<(), String>;
+    fn instruct(&mut self, robot: usize, instruction: &Instruction<String>) -> Result<(), String>;
 
     /// Gives a robot leave for these areas, in the site's order, where the rig stands in for the mediator; false: it does
     /// not, and grants are the mediator's.

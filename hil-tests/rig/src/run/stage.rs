@@ -1,5 +1,6 @@
 //! The real programs in real time: world, devices, listener, mediator and robots.
 
+use description::instruction::Instruction;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -30,7 +31,6 @@ use crate::process::mediator::{MediatorProcess, MediatorSetup};
 use crate::process::robot::{RobotSetup, send};
 use crate::scenario::{Player, Scenario};
 use crate::stand_ins::clutter::furnish;
-use crate::stand_ins::operator::Instruction;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::testbed::{BusPlace, Devices, drawn_starts, world};
 
@@ -265,7 +265,7 @@ impl Execution for Stage {
         self.managed
     }
 
-    fn instruct(&mut self, robot: usize, instruction: &Instruction) -> Result<(), String> {
+    fn instruct(&mut self, robot: usize, instruction: &Instruction<String>) -> Result<(), String> {
         match self.members.get(robot) {
             Some(member) => send(&self.runtime, member.id(), instruction),
             None => Err("there is no such robot".to_owned()),

@@ -1,6 +1,6 @@
 //! A run under way: looks at everything some tens of times a second, and knows when it ends.
 
-use sim::world::{STANDING_M_S, Truth, TruthRecord};
+use sim::world::{Pose, STANDING_M_S, Truth, TruthRecord};
 
 use super::ending::Ending;
 use super::execution::{Execution, LOOK_NS};
@@ -218,6 +218,7 @@ impl<E: Execution> Run<E> {
         let instruction = operator.look(&self.scenario.site, fsm, &belief.state, truth);
         if let Some(instruction) = instruction {
             if let Some(pose) = instruction.stop_at {
+                let pose = Pose::new(pose.x_m, pose.y_m, pose.theta_rad);
                 self.judge.instructed(robot, pose);
             }
             if let Err(why) = self.stage.instruct(robot, &instruction) {

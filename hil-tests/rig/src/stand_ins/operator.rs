@@ -1,8 +1,10 @@
 //! The operator of a trial: gives the events that nothing on the robot raises, with stop poses and speed limits.
 
 use config::SiteConfig;
+use description::geometry::Pose2;
+use description::instruction::Instruction;
 use description::site::{ControllerConfig, FsmConfig, StopPlace};
-use sim::world::{Pose, Random, Truth};
+use sim::world::{Random, Truth};
 
 /// The operator reacts to a state after this time, as a person does.
 const LOOKS_S: f64 = 0.6;
@@ -12,17 +14,6 @@ const AHEAD_M: [f64; 2] = [0.8, 1.6];
 const SPEED_LIMIT_M_S: [f64; 2] = [0.15, 0.35];
 const STANDING_M_S: f64 = 0.02;
 const OPERATOR_STREAM: u64 = 0x4F50_4552;
-
-/// An event for the robot's machine.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Instruction {
-    /// The event.
-    pub event: String,
-    /// Where to stop.
-    pub stop_at: Option<Pose>,
-    /// Fastest speed until the state is left.
-    pub speed_limit_m_s: Option<f64>,
-}
 
 /// Plays the operator, from the seed.
 #[derive(Clone, Debug)]
@@ -54,7 +45,7 @@ impl Operator {
         fsm: &FsmConfig,
         state: &str,
         truth: &Truth,
-    ) -> Option<Instruction> {
+    ) -> Option<Instruction<String>> {
         if self.state != state {
             state.clone_into(&mut self.state);
             self.since_ns = truth.time_ns;
@@ -95,11 +86,7 @@ impl Operator {
         if by_itself && !takes_pose(site, fsm, state) && self.random.unit() < 0.5 {
             return None;
         }
-        Some(Instruction {
-            event: go.on.clone(),
-            stop_at: None,
-            speed_limit_m_s: None,
-        })
+        Some(Instruction::plain(go.on.clone()))
     }
 
     fn between(&mut self, [low, high]: [f64; 2]) -> f64 {
@@ -113,7 +100,7 @@ impl Operator {
         fsm: &FsmConfig,
         state: &str,
         truth: &Truth,
-    ) -> Option<Pose> {
+    ) -> Option<Pose2> {
         let state = fsm.state(state)?;
         let area = site.area(&state.area);
         let lane = state
@@ -127,7 +114,7 @@ impl Operator {
         let along_m = (truth.pose.x_m - lane.line.a.xy_m()[0]) * ux
             + (truth.pose.y_m - lane.line.a.xy_m()[1]) * uy;
         let at_m = along_m + self.between(AHEAD_M);
-        Some(Pose::new(
+        Some(Pose2::new(
             lane.line.a.xy_m()[0] + ux * at_m,
             lane.line.a.xy_m()[1] + uy * at_m,
             uy.atan2(ux),

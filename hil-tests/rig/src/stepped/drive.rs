@@ -1,7 +1,7 @@
 //! In the place of the drive activity: setpoints go to the world's wheels every cycle, encoders come back.
 
 use coordination::symbols::{Reader, Writer};
-use description::wheels::WheelSpeeds;
+use description::wheels::{EncoderAngles, WheelSpeeds};
 use onboard::activities::drive::Settings;
 use onboard::symbols::values::{DriveStatus, Encoders, WheelSetpoints};
 use onboard::symbols::wiring::DriveSymbols;
@@ -62,11 +62,12 @@ impl SteppedDrive {
         self.encoders.write(
             now_ns,
             &Encoders {
-                left_rad: narrow(feedback.left_rad),
-                right_rad: narrow(feedback.right_rad),
-                pivot_rad: narrow(feedback.pivot_rad) - self.settings.pivot_zero_rad,
-                left_rad_s: narrow(feedback.left_rad_s),
-                right_rad_s: narrow(feedback.right_rad_s),
+                angles: EncoderAngles {
+                    left_rad: narrow(feedback.left_rad),
+                    right_rad: narrow(feedback.right_rad),
+                    pivot_rad: narrow(feedback.pivot_rad) - self.settings.pivot_zero_rad,
+                },
+                speeds: WheelSpeeds::new(narrow(feedback.left_rad_s), narrow(feedback.right_rad_s)),
                 pivot_rad_s: narrow(feedback.pivot_rad_s),
                 epoch: 1,
             },

@@ -1,5 +1,6 @@
 //! The robots of a scenario in one process on a simulated clock.
 
+use description::instruction::Instruction;
 use onboard::cli::{Failure, Files};
 use onboard::composition::plan::Plan;
 use onboard::symbols::faults::{Fault, Resumes};
@@ -17,7 +18,6 @@ use crate::network::observations::Observations;
 use crate::run::{Ending, Execution, Found, LOOK_NS, MediatorRuns};
 use crate::scenario::{Player, Scenario};
 use crate::stand_ins::clutter::furnish;
-use crate::stand_ins::operator::Instruction;
 use crate::summary::RobotSummary;
 use crate::testbed::{drawn_starts, plain_world};
 
@@ -249,7 +249,7 @@ impl Execution for Stepped {
         false
     }
 
-    fn instruct(&mut self, robot: usize, instruction: &Instruction) -> Result<(), String> {
+    fn instruct(&mut self, robot: usize, instruction: &Instruction<String>) -> Result<(), String> {
         let known =
             { self.robots.get_mut(robot) }.is_some_and(|robot| robot.robot.instruct(instruction));
         if known {

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use coordination::symbols::{Reader, SymbolTable, Writer};
-use description::geometry::Pose2;
+use description::areas::AreaIndex;
+use description::instruction::Instruction;
 use description::threads::{ActivityKind, ThreadConfig, Trigger};
-use onboard::activities::machine_names::MachineNames;
 use onboard::activities::port::{Command, Port};
 use onboard::activities::robot_activity::ThreadActivities;
 use onboard::cli::{Failure, Files};
@@ -17,14 +17,12 @@ use onboard::process::supervisor::ports;
 use onboard::symbols::values::ThreadReport;
 use onboard::symbols::wiring::Wiring;
 use sim::world::{Random, World};
-use skills::borders::AreaSet;
 
 use super::drive::SteppedDrive;
 use super::leave::Leave;
 use super::lidar::SteppedLidar;
 use super::supervisor::{Note, Supervisor};
 use crate::belief::{Belief, Insight};
-use crate::stand_ins::operator::Instruction;
 
 const MILLISECOND_NS: u64 = 1_000_000;
 /// The supervisor's period.
@@ -91,9 +89,7 @@ impl SteppedRobot {
             .then(|| Leave::new(symbols.communication_fleet.allowed))
             .unzip();
         let navigator = Box::new(plan.navigator().map_err(Failure::refused)?);
-        let mut names = MachineNames::of(&navigator);
-        let external = &plan.fsm.external;
-        names.inputs.retain(|(name, _)| external.contains(name));
+        let machine = navigator.machine().clone();
         let chain = symbols.chain;
         let activities = compose_chain(plan, navigator, chain, &mut ports, ends, end)
             .map_err(Failure::refused)?;
@@ -107,7 +103,7 @@ impl SteppedRobot {
             drive: SteppedDrive::new(robot, plan.drive_settings(), symbols.drive),
             lidar: SteppedLidar::new(world, robot, lidar_settings, symbols.lidar, now_ns),
             threads,
-            supervisor: Supervisor::new(handles, names),
+            supervisor: Supervisor::new(handles, machine),
             supervisor_next_ns: now_ns,
             notes: Vec::new(),
             leave,
@@ -147,27 +143,22 @@ impl SteppedRobot {
 
     /// Gives leave for areas, in the site's order. Only a robot composed for it heeds that.
     pub fn allow(&mut self, granted: &[bool]) {
-        let mut areas = AreaSet::EMPTY;
-        for (index, _) in granted.iter().enumerate().filter(|(_, granted)| **granted) {
-            areas.insert(index);
-        }
+        let areas = AreaIndex::first(granted.len()).zip(granted);
+        let areas = areas
+            .filter(|(_, granted)| **granted)
+            .map(|(area, _)| area)
+            .collect();
         if let Some(leave) = &mut self.leave {
             leave.give(areas);
         }
     }
 
     /// Gives its machine an event with parameters; false when the machine does not know it.
-    pub fn instruct(&mut self, instruction: &Instruction) -> bool {
+    pub fn instruct(&mut self, instruction: &Instruction<String>) -> bool {
         let Some(event) = self.supervisor.event(&instruction.event) else {
             return false;
         };
-        let command = Command::Instruct(skills::navigator::Instruction {
-            event,
-            speed_limit_m_s: instruction.speed_limit_m_s,
-            stop_at: instruction
-                .stop_at
-                .map(|pose| Pose2::new(pose.x_m, pose.y_m, pose.theta_rad)),
-        });
+        let command = Command::Instruct(instruction.with_event(event));
         self.tell(ActivityKind::Navigation, command);
         true
     }

@@ -2,10 +2,11 @@
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::EventId;
-use onboard::activities::machine_names::MachineNames;
-use onboard::activities::port::{Command, Instructed, Report};
+use coordination::fsm::{Machine, StateId};
+use onboard::activities::port::{Command, Report};
 use onboard::process::supervisor::Handle;
 use onboard::symbols::faults::Fault;
+use skills::navigator::Instructed;
 
 /// Something an activity reported.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,16 +29,17 @@ pub enum Note {
 /// The activities that run.
 pub(super) struct Supervisor {
     handles: Vec<Handle>,
-    names: MachineNames,
+    /// For its names; navigation steps it.
+    machine: Machine,
     lost: u64,
 }
 
 impl Supervisor {
-    /// Has all of `handles` acquire what they need. `names` are those of the robot's machine.
-    pub(super) fn new(handles: Vec<Handle>, names: MachineNames) -> Self {
+    /// Has all of `handles` acquire what they need. `machine` is the robot's.
+    pub(super) fn new(handles: Vec<Handle>, machine: Machine) -> Self {
         let mut supervisor = Self {
             handles,
-            names,
+            machine,
             lost: 0,
         };
         supervisor.tell(Command::LifeCycle(LifeCycleEvent::Configure), |_| true);
@@ -51,9 +53,9 @@ impl Supervisor {
         }
     }
 
-    /// The number of an event that the machine takes from outside.
+    /// The number of an input of the machine.
     pub(super) fn event(&self, name: &str) -> Option<EventId> {
-        self.names.input(name)
+        self.machine.input(name)
     }
 
     /// Takes in all reports, and lets run what is ready.
@@ -66,7 +68,7 @@ impl Supervisor {
                     Report::Cleared(fault) => note(Note::Cleared(fault)),
                     Report::Instructed(what) => note(Note::Instructed(what)),
                     Report::Moved { from, to } => {
-                        let name = |number| self.names.state(number).to_owned();
+                        let name = |state: StateId| self.machine.state_name(state).to_owned();
                         note(Note::Moved {
                             from: name(from),
                             to: name(to),

@@ -1,6 +1,6 @@
 //! Protocol 1 of one robot and one area, from the mediator's side.
 
-use contract::protocols::{AccessProtocol, MEDIATOR_PARTY};
+use contract::protocols::{AccessProtocol, MEDIATOR_PARTY, begin};
 use coordination::protocol::{Change, Level, MergeError, Merged, Position, Replica, Side};
 
 use crate::journal::AccessRecord;
@@ -37,7 +37,7 @@ pub(crate) struct Claim {
 impl Claim {
     /// Before the first request.
     pub(crate) fn new(protocol: &AccessProtocol) -> Self {
-        Self::of(protocol, protocol.begin(MEDIATOR_PARTY))
+        Self::of(protocol, begin(&protocol.protocol, MEDIATOR_PARTY))
     }
 
     /// Where the journal, or the robot, left it.
@@ -48,7 +48,10 @@ impl Claim {
         Ok(Self {
             fence: record.fence,
             ticket: record.ticket,
-            ..Self::of(protocol, protocol.resume(MEDIATOR_PARTY, record.level)?)
+            ..Self::of(
+                protocol,
+                Replica::resume(&protocol.protocol, MEDIATOR_PARTY, record.level)?,
+            )
         })
     }
 
@@ -113,7 +116,7 @@ impl Claim {
         level.run != self.replica.run() || self.fence == 0 || fence == 0 || fence == self.fence
     }
 
-    /// Gives the run up: the robot has nothing by it any more.
+    /// Aborts the run: the robot loses what it held by it.
     pub(crate) fn abort(&mut self) {
         // There are 2^32 run numbers; when they run out, the robot keeps the area.
         if self.replica.abort().is_ok() {

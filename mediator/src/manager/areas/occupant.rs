@@ -79,7 +79,7 @@ impl Occupant {
         self.placed && self.stands_in(area) && !self.holds(area) && !self.found_in.contains(&area)
     }
 
-    /// It is not in the area any more, by an operator's word.
+    /// An operator says that it has left the area.
     pub(crate) fn leave(&mut self, area: usize) {
         self.stands_in.retain(|&other| other != area);
         self.found_in.retain(|&other| other != area);

@@ -1,6 +1,5 @@
 //! What robots report of areas: their flags of protocol 1, and where they stand.
 
-use contract::level;
 use contract::wire::{Access, RobotReport};
 
 use super::claim::{Claim, Deed};
@@ -50,11 +49,7 @@ impl Areas {
         reservations: &mut dyn Reservations,
         effects: &mut Effects,
     ) -> Result<bool, BadReport> {
-        let level = level::decode(access.level.as_ref())?;
-        let area = self
-            .names
-            .area(&access.area)
-            .ok_or(BadReport::UnknownArea)?;
+        let (level, area) = self.level_and_area(access)?;
         let protocol = &self.access;
         let claims = &mut self.robots[robot].claims;
         let claim = claims.get_or_insert_with(area, || Claim::new(protocol));
@@ -104,11 +99,7 @@ impl Areas {
         now_ns: u64,
         effects: &mut Effects,
     ) -> Result<bool, BadReport> {
-        let level = level::decode(access.level.as_ref())?;
-        let area = self
-            .names
-            .area(&access.area)
-            .ok_or(BadReport::UnknownArea)?;
+        let (level, area) = self.level_and_area(access)?;
         let claim = self.robots[robot].claim(area);
         if !claim.is_none_or(|claim| claim.is_behind(level)) {
             return Ok(false);

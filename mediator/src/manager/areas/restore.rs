@@ -1,12 +1,14 @@
 //! Areas from the site file and the journal.
 
+use coordination::protocol::MergeError;
+
 use super::claim::Claim;
 use super::revocation::Revocation;
 use super::table::Areas;
 use crate::journal::Stored;
 use crate::manager::error::RestoreError;
 use crate::manager::names::Names;
-use crate::setup::{Setup, SetupError};
+use crate::setup::Setup;
 
 impl Areas {
     /// Takes up where the journal ends. A robot that was never heard of stands where the site file lets it start.
@@ -17,7 +19,7 @@ impl Areas {
         now_ns: u64,
     ) -> Result<Self, RestoreError> {
         let mut areas = Self::new(setup, names);
-        areas.place_unheard(setup, stored)?;
+        areas.place_unheard(setup, stored);
         for (id, &fence) in &stored.fences {
             let area = known_area(names, id)?;
             areas.areas[area].fence = fence;
@@ -38,36 +40,28 @@ impl Areas {
         Ok(areas)
     }
 
-    fn place_unheard(&mut self, setup: &Setup, stored: &Stored) -> Result<(), SetupError> {
-        for (robot, setup) in setup.robots.iter().enumerate() {
-            for id in &setup.starts_in {
-                let area = self
-                    .names
-                    .area(id)
-                    .ok_or_else(|| SetupError::UnknownStart {
-                        robot: setup.id.clone(),
-                        area: id.clone(),
-                    })?;
-                if !stored.robots.contains_key(&setup.id) {
-                    self.robots[robot].stands_in.push(area);
-                    self.concern(area, robot);
-                }
-            }
-            self.robots[robot].stands_in.sort_unstable();
+    fn place_unheard(&mut self, setup: &Setup, stored: &Stored) {
+        let known = |id: &str| stored.robots.contains_key(id);
+        let unheard = setup
+            .robots
+            .iter()
+            .enumerate()
+            .filter(|(_, own)| !known(&own.id));
+        for (robot, own) in unheard {
+            let mut stands_in: Vec<usize> = { own.starts_in.iter() }
+                .filter_map(|id| self.names.area(id))
+                .collect();
+            stands_in.sort_unstable();
+            stands_in.iter().for_each(|&area| self.concern(area, robot));
+            self.robots[robot].stands_in = stands_in;
         }
-        Ok(())
     }
 
     fn restore_claims(&mut self, stored: &Stored, now_ns: u64) -> Result<(), RestoreError> {
         for ((robot_id, area_id), &record) in &stored.access {
             let (robot, area) = known_pair(&self.names, robot_id, area_id)?;
-            let mut claim =
-                Claim::resume(&self.access, record).map_err(|error| RestoreError::Level {
-                    robot: robot_id.clone(),
-                    area: area_id.clone(),
-                    protocol: "access",
-                    error,
-                })?;
+            let mut claim = Claim::resume(&self.access, record)
+                .map_err(|error| no_level(robot_id, area_id, "access", error))?;
             claim.asked_ns = now_ns;
             self.ticket = self.ticket.max(claim.ticket);
             let waits = claim.waits();
@@ -86,17 +80,20 @@ impl Areas {
     fn restore_revocations(&mut self, stored: &Stored) -> Result<(), RestoreError> {
         for ((robot_id, area_id), &record) in &stored.revocations {
             let (robot, area) = known_pair(&self.names, robot_id, area_id)?;
-            let revocation = Revocation::resume(&self.revocation, record).map_err(|error| {
-                RestoreError::Level {
-                    robot: robot_id.clone(),
-                    area: area_id.clone(),
-                    protocol: "revocation",
-                    error,
-                }
-            })?;
+            let revocation = Revocation::resume(&self.revocation, record)
+                .map_err(|error| no_level(robot_id, area_id, "revocation", error))?;
             self.robots[robot].revocations.insert(area, revocation);
         }
         Ok(())
+    }
+}
+
+fn no_level(robot: &str, area: &str, protocol: &'static str, error: MergeError) -> RestoreError {
+    RestoreError::Level {
+        robot: robot.to_owned(),
+        area: area.to_owned(),
+        protocol,
+        error,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use contract::protocols::{MEDIATOR_PARTY, RevocationProtocol};
+use contract::protocols::{MEDIATOR_PARTY, RevocationProtocol, begin};
 use coordination::protocol::{Level, MergeError, Replica, Side};
 
 use crate::journal::RevocationRecord;
@@ -21,7 +21,7 @@ pub(crate) type Revocations = BTreeMap<usize, Revocation>;
 impl Revocation {
     pub(super) fn new(protocol: &RevocationProtocol) -> Self {
         Self {
-            replica: protocol.begin(MEDIATOR_PARTY),
+            replica: begin(&protocol.protocol, MEDIATOR_PARTY),
             fence: 0,
         }
     }
@@ -31,7 +31,7 @@ impl Revocation {
         record: RevocationRecord,
     ) -> Result<Self, MergeError> {
         Ok(Self {
-            replica: protocol.resume(MEDIATOR_PARTY, record.level)?,
+            replica: Replica::resume(&protocol.protocol, MEDIATOR_PARTY, record.level)?,
             fence: record.fence,
         })
     }

@@ -71,11 +71,7 @@ impl Areas {
         first: bool,
         effects: &mut Effects,
     ) -> Result<bool, BadReport> {
-        let level = level::decode(access.level.as_ref())?;
-        let area = self
-            .names
-            .area(&access.area)
-            .ok_or(BadReport::UnknownArea)?;
+        let (level, area) = self.level_and_area(access)?;
         let protocol = &self.revocation;
         let revocation = { self.robots[robot].revocations.entry(area) }
             .or_insert_with(|| Revocation::new(protocol));

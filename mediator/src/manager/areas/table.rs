@@ -3,11 +3,15 @@
 use std::cmp::Reverse;
 use std::sync::Arc;
 
+use contract::level;
 use contract::protocols::{AccessProtocol, RevocationProtocol};
+use contract::wire::Access;
+use coordination::protocol::Level;
 
 use super::claim::Claim;
 use super::occupant::Occupant;
 use crate::journal::Entry;
+use crate::manager::alarm::BadReport;
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
 use crate::setup::Setup;
@@ -96,6 +100,13 @@ impl Areas {
         self.areas[area].overfull || intruded
     }
 
+    /// What a report says of an area.
+    pub(super) fn level_and_area(&self, access: &Access) -> Result<(Level, usize), BadReport> {
+        let level = level::decode(access.level.as_ref())?;
+        let area = self.names.area(&access.area);
+        Ok((level, area.ok_or(BadReport::UnknownArea)?))
+    }
+
     // ---------------------------------------------------------------- bookkeeping
 
     pub(super) fn concern(&mut self, area: usize, robot: usize) {
@@ -105,7 +116,7 @@ impl Areas {
         }
     }
 
-    /// Drops the robot from the area's list when nothing joins them any more.
+    /// Drops the robot from the area's list when it neither occupies the area nor waits for it.
     pub(super) fn unconcern(&mut self, area: usize, robot: usize) {
         let occupant = &self.robots[robot];
         if !occupant.occupies(area) && !occupant.waits_for(area) {

@@ -51,7 +51,7 @@ impl Coordinations {
         }
     }
 
-    /// A robot that was let go in the past that the journal has lost does not come back by itself.
+    /// A robot that was released before a power loss, which the journal does not know, never reports that coordination again.
     fn miss_control(&mut self, robot: usize, number: u64, around: &mut Surroundings<'_>) {
         let missing = self.control_of(robot).is_some_and(|(instance, role)| {
             instance.number != number && instance.is_known_to(role)
@@ -78,13 +78,13 @@ impl Coordinations {
         around: &mut Surroundings<'_>,
     ) -> Result<(), BadReport> {
         let level = level::decode(control.level.as_ref())?;
-        let parts = self
+        let participants = self
             .get_mut(plan)
             .into_iter()
-            .flat_map(|own| own.parts_mut());
-        if let Some(part) = { parts }.find(|part| part.robot == robot) {
-            part.merge(level)?;
-            if part.has_unread() {
+            .flat_map(|own| own.participants_mut());
+        if let Some(participant) = { participants }.find(|participant| participant.robot == robot) {
+            participant.merge(level)?;
+            if participant.has_unread() {
                 around.sessions.drop_candidate(robot);
             }
         }

@@ -19,19 +19,7 @@ const REMEMBERED: usize = 32;
 struct Running {
     /// Its plan. A plan runs once at a time.
     plan: usize,
-    /// For alarms: the plan's id and the number of the first instance, which those that replace it keep.
-    name: String,
     instance: Instance,
-}
-
-impl Running {
-    fn new(plan: usize, instance: Instance) -> Self {
-        Self {
-            plan,
-            name: format!("{}/{}", instance.plan.id, instance.number),
-            instance,
-        }
-    }
 }
 
 /// What happened to an area that is kept for a robot.
@@ -97,7 +85,7 @@ impl Coordinations {
                     let area = |id: &str| names.area(id);
                     let own = &all.plans[plan];
                     let instance = Instance::restore(own, number, record, robot, area, now_ns)?;
-                    Ok(Running::new(plan, instance))
+                    Ok(Running { plan, instance })
                 });
             match restored {
                 Ok(running) => all.running.push(running),
@@ -167,10 +155,10 @@ impl Coordinations {
         self.number
     }
 
-    /// What alarms call it.
+    /// What alarms call it: the plan's id, and the number by which it is listed.
     pub(super) fn name(&self, plan: usize) -> String {
-        let own = self.running.iter().find(|own| own.plan == plan);
-        own.map_or_else(String::new, |own| own.name.clone())
+        self.get(plan)
+            .map_or_else(String::new, |own| format!("{}/{}", own.plan.id, own.number))
     }
 
     // ---------------------------------------------------------------- beginning and ending
@@ -188,7 +176,7 @@ impl Coordinations {
     }
 
     pub(super) fn begin(&mut self, plan: usize, instance: Instance) {
-        self.running.push(Running::new(plan, instance));
+        self.running.push(Running { plan, instance });
     }
 
     /// Ends what runs by a plan, and remembers it.
@@ -253,15 +241,15 @@ impl Coordinations {
     ) {
         for plan in self.plans_that_run() {
             let mut changed = false;
-            for part in self
+            for participant in self
                 .get_mut(plan)
                 .into_iter()
-                .flat_map(|own| own.parts_mut())
+                .flat_map(|own| own.participants_mut())
             {
-                if part.robot == robot && part.keeps(area) {
+                if participant.robot == robot && participant.keeps(area) {
                     changed |= match change {
-                        KeptChange::Granted => part.granted(area),
-                        KeptChange::GaveBack { entered } => part.gave_back(area, entered),
+                        KeptChange::Granted => participant.granted(area),
+                        KeptChange::GaveBack { entered } => participant.gave_back(area, entered),
                     };
                 }
             }
@@ -274,10 +262,12 @@ impl Coordinations {
 
 impl Reservations for Coordinations {
     fn kept(&self, area: usize) -> Vec<usize> {
-        let parts = self.instances().flat_map(|instance| instance.parts());
-        parts
-            .filter(|part| part.keeps(area))
-            .map(|part| part.robot)
+        let participants = self
+            .instances()
+            .flat_map(|instance| instance.participants());
+        participants
+            .filter(|participant| participant.keeps(area))
+            .map(|participant| participant.robot)
             .collect()
     }
 
@@ -286,13 +276,15 @@ impl Reservations for Coordinations {
     }
 
     fn open(&self) -> Vec<Reserved> {
-        let parts = self.instances().flat_map(|instance| instance.parts());
-        parts
-            .flat_map(|part| {
-                let open = part.kept.iter().filter(|kept| !kept.granted);
+        let participants = self
+            .instances()
+            .flat_map(|instance| instance.participants());
+        participants
+            .flat_map(|participant| {
+                let open = participant.kept.iter().filter(|kept| !kept.granted);
                 open.map(|kept| Reserved {
                     area: kept.area,
-                    robot: part.robot,
+                    robot: participant.robot,
                 })
             })
             .collect()

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::manager::names::Names;
-use crate::nets::{Instance, Stage};
+use crate::nets::{Instance, Phase};
 
 /// A coordination, for people.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,19 +38,19 @@ impl CoordinationStatus {
     pub(crate) fn of(instance: &Instance, names: &Names, now_ns: u64) -> Self {
         let name = |robot: usize| names.robot_id(robot);
         let ms = |from_ns: u64, to_ns: u64| to_ns.saturating_sub(from_ns) / 1_000_000;
-        let roles = instance.plan.roles.iter().zip(instance.parts());
+        let roles = instance.plan.roles.iter().zip(instance.participants());
         Self {
             number: instance.number,
             id: instance.plan.id.clone(),
             net: instance.plan.net.clone(),
-            situation: match instance.stage {
-                Stage::Running { situation, .. } => {
+            situation: match instance.phase {
+                Phase::Running { situation, .. } => {
                     instance.plan.situations[situation].name.clone()
                 }
-                Stage::Yielding(_) => String::new(),
+                Phase::Yielding(_) => String::new(),
             },
             robots: roles
-                .map(|(role, part)| (role.name.clone(), name(part.robot)))
+                .map(|(role, participant)| (role.name.clone(), name(participant.robot)))
                 .collect(),
             marking: instance.marking(),
             firings: { instance.firings.iter() }
@@ -60,7 +60,7 @@ impl CoordinationStatus {
                 })
                 .collect(),
             fired: instance.fired,
-            waits: (0..instance.parts().len())
+            waits: (0..instance.participants().len())
                 .map(|role| instance.why(role, name))
                 .collect(),
             age_ms: ms(instance.since_ns, now_ns),

@@ -6,7 +6,7 @@ use super::running::Coordinations;
 use super::surroundings::Surroundings;
 use crate::manager::alarm::Alarm;
 use crate::manager::areas::Areas;
-use crate::nets::{Instance, Stage};
+use crate::nets::{Instance, Phase};
 
 /// At most this many steps that lead to another are followed at once.
 const STEPS: usize = 8;
@@ -48,8 +48,8 @@ impl Coordinations {
                 return;
             };
             let mut went_on = false;
-            for role in 0..instance.parts().len() {
-                let robot = around.areas.robot(instance.parts()[role].robot);
+            for role in 0..instance.participants().len() {
+                let robot = around.areas.robot(instance.participants()[role].robot);
                 went_on |= instance.follow_access(
                     role,
                     |area| robot.waits_for(area),
@@ -79,7 +79,10 @@ impl Coordinations {
         let mut occupied =
             governed.flat_map(|&area| areas.occupants(area).map(move |robot| (robot, area)));
         occupied.find(|&(robot, area)| {
-            let role = instance.parts().iter().position(|part| part.robot == robot);
+            let role = instance
+                .participants()
+                .iter()
+                .position(|participant| participant.robot == robot);
             !role.is_some_and(|role| instance.lets_in(role, area))
         })
     }
@@ -90,19 +93,19 @@ impl Coordinations {
             return false;
         };
         let Some(preempt) = { instance.plan.preempt.as_ref() }
-            .filter(|_| matches!(instance.stage, Stage::Yielding(_)))
+            .filter(|_| matches!(instance.phase, Phase::Yielding(_)))
         else {
             return false;
         };
         let out_of_the_way = |role: usize| {
-            let robot = instance.parts()[role].robot;
+            let robot = instance.participants()[role].robot;
             let state = &around.areas.robot(robot).fsm_state;
             instance.has_read_halt(role)
                 && around.sessions.is_heard(robot)
                 && preempt.yields[role].states.contains(state)
         };
         let releases = instance.releases();
-        if !releases && !(0..instance.parts().len()).all(out_of_the_way) {
+        if !releases && !(0..instance.participants().len()).all(out_of_the_way) {
             return false;
         }
         let robots = instance.robots();
@@ -139,7 +142,7 @@ impl Coordinations {
         let Some(instance) = self.remove(plan, around.now_ns, around.effects) else {
             return;
         };
-        if matches!(instance.stage, Stage::Yielding(_)) {
+        if matches!(instance.phase, Phase::Yielding(_)) {
             // What stood still would stand still again at once.
             self.held_off_ns[plan] = around.now_ns.saturating_add(instance.plan.alarm_after_ns);
         }

@@ -3,7 +3,7 @@
 use super::running::Coordinations;
 use super::surroundings::Surroundings;
 use crate::manager::alarm::Alarm;
-use crate::nets::{Instance, Stage};
+use crate::nets::{Instance, Phase};
 
 impl Coordinations {
     /// Raises the alarm for what stands still, and has robots get out of the way.
@@ -22,7 +22,7 @@ impl Coordinations {
                 continue;
             }
             let was_alarmed = std::mem::replace(&mut instance.alarmed, true);
-            let runs = matches!(instance.stage, Stage::Running { .. });
+            let runs = matches!(instance.phase, Phase::Running { .. });
             let preempt = instance.plan.preempt.as_ref();
             let is_due = preempt.is_some_and(|preempt| runs && still_ns >= preempt.after_ns);
             if !was_alarmed && let Some(instance) = self.get(plan) {
@@ -43,8 +43,10 @@ impl Coordinations {
 
     fn what_each_waits_for(&self, instance: &Instance) -> String {
         let name = |robot: usize| self.names.robot_id(robot);
-        let sentences = { instance.parts().iter().enumerate() }
-            .map(|(role, part)| format!("{}: {}", name(part.robot), instance.why(role, name)));
+        let sentences =
+            { instance.participants().iter().enumerate() }.map(|(role, participant)| {
+                format!("{}: {}", name(participant.robot), instance.why(role, name))
+            });
         sentences.collect::<Vec<_>>().join("; ")
     }
 }

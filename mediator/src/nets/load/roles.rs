@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::loader::Loader;
-use crate::nets::control;
 use crate::nets::plan::{Kind, Passage, RolePlan, Script};
 use config::{NetConfig, NetFlag};
 use contract::protocols::{ACQUIRE, ACQUIRED, RELEASE, RELEASED};
@@ -35,7 +34,6 @@ impl Loader<'_> {
         } else {
             Kind::Access(self.passages(&place, &protocol, &enters)?)
         };
-        let mut flags = control::flags(&protocol);
         let meanings = self
             .coordination
             .flags
@@ -50,7 +48,8 @@ impl Loader<'_> {
                 self.wrong(format!("{place}.{own}"), what);
             }
         }
-        for flag in flags.iter_mut().filter(|_| is_control) {
+        let mut script = Script::new(Arc::clone(&protocol), enters);
+        for flag in script.flags.iter_mut().filter(|_| is_control) {
             let meaning = meanings.get(&flag.name).cloned().unwrap_or_default();
             let place = format!("{place}.{}", flag.name);
             if flag.by_mediator && meaning.on_output.is_some() {
@@ -69,12 +68,7 @@ impl Loader<'_> {
         }
         Some(RolePlan {
             name: role.to_owned(),
-            script: Script {
-                paths: control::paths(&protocol),
-                flags,
-                enters: enters.into(),
-                protocol,
-            },
+            script,
             kind,
         })
     }
@@ -189,12 +183,7 @@ fn instruction(event: Option<&str>, said: Option<&NetFlag>) -> Option<Instructio
             .unwrap_or_default(),
         stop_at: { command }
             .and_then(|command| command.stop_pose)
-            .map(|pose| Pose {
-                x_m: pose.x_m,
-                y_m: pose.y_m,
-                theta_rad: pose.theta_rad,
-                ..Pose::default()
-            }),
+            .map(Pose::from),
         areas: command.map_or_else(Vec::new, |command| command.enters.clone()),
     };
     (instruction != Instruction::default()).then_some(instruction)

@@ -1,7 +1,7 @@
 //! In which situations a net starts, and who plays its roles.
 
 use super::loader::Loader;
-use crate::nets::part::Part;
+use crate::nets::participant::Participant;
 use crate::nets::plan::{Cast, Kind, RolePlan, SituationPlan};
 use config::NetConfig;
 use coordination::analysis::Proof;
@@ -126,7 +126,10 @@ impl Loader<'_> {
         }
         let sides = roles.iter().map(|role| {
             let derived = matches!(role.kind, Kind::Access(_));
-            (role.name.as_str(), Part::new(0, &role.script, derived))
+            (
+                role.name.as_str(),
+                Participant::new(0, &role.script, derived),
+            )
         });
         if let Err(errors) = NetBinding::new(proof, &net, sides) {
             for error in errors {

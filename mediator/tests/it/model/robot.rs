@@ -64,9 +64,12 @@ impl Process {
             };
         }
         while let Some(order) = self.client.next_order() {
-            let event = order.event.as_deref().unwrap_or_default();
+            let event = order.instruction.event.as_deref().unwrap_or_default();
             if event == "resume" {
-                let was = self.order.as_ref().and_then(|own| own.event.as_deref());
+                let was = self
+                    .order
+                    .as_ref()
+                    .and_then(|own| own.instruction.event.as_deref());
                 // Nobody is released from getting out of the way before it is.
                 assert!(
                     was != Some("halt")
@@ -88,7 +91,7 @@ impl Process {
     fn event(&self) -> &str {
         let order = self.order.as_ref().filter(|_| !self.stuck);
         order
-            .and_then(|order| order.event.as_deref())
+            .and_then(|order| order.instruction.event.as_deref())
             .unwrap_or_default()
     }
 }

@@ -16,7 +16,7 @@ use contract::network::NetworkSettings;
 use mediator::manager::Status;
 use mediator::runtime::{Answer, Question, ask};
 
-pub use site::Site;
+pub use site::{OVERTAKING, Site};
 
 /// A session that listens on the loopback, and where.
 pub fn session(connect: &[String]) -> (zenoh::Session, String) {

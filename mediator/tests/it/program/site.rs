@@ -111,3 +111,31 @@ monitors = []
 kind = "manoeuvre-done"
 
 "#;
+
+/// The shipped net by which an emergency robot overtakes a normal one, on a site with the areas and events of the corridor.
+pub const OVERTAKING: &str = r#"
+[roles.emergency]
+priority = 1
+
+[coordinations.overtaking]
+net = "overtaking"
+alarm_after_s = 4.0
+
+[coordinations.overtaking.situations.normal-ahead]
+emergency = { role = "emergency", asks = ["1"], holds = ["7"] }
+normal = { role = "normal", stands_in = ["1"], holds = ["1"], without = ["2"] }
+
+[coordinations.overtaking.flags.emergency]
+e1 = { event = "go-1" }
+done1 = { on_output = "in-1" }
+e2 = { event = "go-2" }
+done2 = { on_output = "in-2" }
+release = { event = "resume" }
+
+[coordinations.overtaking.flags.normal]
+e5 = { event = "aside" }
+done5 = { on_output = "parked" }
+e1 = { event = "back" }
+done1 = { on_output = "back-in-1" }
+release = { event = "resume" }
+"#;

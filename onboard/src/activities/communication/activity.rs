@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use contract::Message;
-use contract::network::NetworkSettings;
 use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::RobotState;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 
 use super::membership::{Membership, MembershipSetup};
-use super::network::{Network, Part};
+use super::network::Network;
+use super::settings::Settings;
 use super::state::{self, Snapshot};
 use crate::activities::news::News;
 use crate::activities::port::{Command, Port};
@@ -23,21 +23,6 @@ use crate::symbols::wiring::{CommunicationFleetSymbols, CommunicationSymbols};
 pub const PERIOD: Duration = Duration::from_millis(50);
 /// Pause between two attempts to open the network.
 const RETRY_NS: u64 = SECOND_NS;
-
-/// What the communication activity needs to know.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// Robot, as its file names it.
-    pub robot_id: String,
-    /// Role that the site gives it.
-    pub role: String,
-    /// Drawn at start.
-    pub boot_epoch: u64,
-    /// Prefix of all keys.
-    pub key_prefix: String,
-    /// The network.
-    pub network: NetworkSettings,
-}
 
 /// The activity.
 pub struct Communication {
@@ -91,13 +76,8 @@ impl Communication {
     pub fn open_network(&mut self, now_ns: u64) {
         self.retry_ns = now_ns + RETRY_NS;
         let mailbox = self.membership.mailbox();
-        let opened = Network::open(Part {
-            robot_id: &self.settings.robot_id,
-            key_prefix: &self.settings.key_prefix,
-            network: &self.settings.network,
-            mediator: mailbox.map(|mailbox| (mailbox, self.news.clone())),
-        });
-        match opened {
+        let mediator = mailbox.map(|mailbox| (mailbox, self.news.clone()));
+        match Network::open(&self.settings, mediator) {
             Ok(network) => {
                 self.log
                     .info(format!("fleet network is open, session {}", network.id()));

@@ -3,16 +3,16 @@
 use contract::wire::{MediatorReport, Pose};
 use contract::{Message, decode};
 use coordination::event::EventId;
+use coordination::fsm::Machine;
 use nalgebra::Matrix3;
 use skills::borders::AreaSet;
 
 use super::network::{Mailbox, Network};
-use crate::activities::fleet_link::{CommunicationEnd, Event};
-use crate::activities::machine_names::MachineNames;
+use crate::activities::fleet_link::{CommunicationEnd, NavigationEvent};
 use crate::fleet::{Directive, Member, Place, Sense, Setup, Troubles};
 use crate::realtime::clock::SECOND_NS;
 use crate::realtime::log::{Complaints, LogSender};
-use crate::symbols::values::{FleetState, Line, Whereabouts};
+use crate::symbols::values::{FleetState, Whereabouts};
 use crate::symbols::wiring::CommunicationFleetSymbols;
 
 /// A pose that is older says nothing of where the robot is.
@@ -24,8 +24,8 @@ pub struct MembershipSetup {
     pub setup: Setup,
     /// The queues to navigation and back.
     pub link: CommunicationEnd,
-    /// Events by their names.
-    pub names: MachineNames,
+    /// The robot's machine, for the names of its outputs; navigation steps it.
+    pub machine: Machine,
 }
 
 /// The robot as a member of its fleet.
@@ -38,7 +38,7 @@ pub(super) struct Membership {
 struct Inner {
     member: Member,
     link: CommunicationEnd,
-    names: MachineNames,
+    machine: Machine,
     mailbox: Mailbox,
     /// For navigation, whose queue was full.
     unsent: Option<Directive>,
@@ -55,10 +55,10 @@ impl Membership {
         setup: Option<MembershipSetup>,
         now_ns: u64,
     ) -> Self {
-        let inner = setup.map(|MembershipSetup { setup, link, names }| Inner {
-            member: Member::new(setup, now_ns),
-            link,
-            names,
+        let inner = setup.map(|own| Inner {
+            member: Member::new(own.setup, now_ns),
+            link: own.link,
+            machine: own.machine,
             mailbox: Mailbox::default(),
             unsent: None,
             sense: Sense::default(),
@@ -89,9 +89,9 @@ impl Membership {
         }
         while let Some(event) = inner.link.events.receive() {
             match event {
-                Event::Output(output) => inner.output(output),
-                Event::Answer(answer) => inner.member.answered(answer),
-                Event::Relocated => inner.member.relocated(),
+                NavigationEvent::Output(output) => inner.output(output),
+                NavigationEvent::Instructed(answer) => inner.member.answered(answer),
+                NavigationEvent::Relocated => inner.member.relocated(),
             }
         }
         // Read last: what navigation told before is in it.
@@ -168,9 +168,7 @@ impl Membership {
 
 impl Inner {
     fn output(&mut self, output: EventId) {
-        if let Some(name) = self.names.output(output) {
-            self.member.output(name);
-        }
+        self.member.output(self.machine.output_name(output));
     }
 
     fn give_orders(&mut self) {
@@ -184,24 +182,11 @@ impl Inner {
     }
 
     fn state(&self, now_ns: u64) -> FleetState {
-        let standing = self.member.standing();
-        let troubles = self.member.troubles(now_ns);
         FleetState {
-            managed: 1,
-            mediator_epoch: standing.mediator_epoch,
-            session: standing.session,
-            silent: u64::from(troubles.silent),
-            acquired: u64::from(standing.acquired),
-            coordination: standing.coordination,
-            net: Line::new(&standing.net),
-            holds: Line::new(&standing.holds),
-            waits: Line::new(match self.member.refusal() {
-                "" => &standing.waits,
-                refusal => refusal,
-            }),
             sent: self.sent,
             received: self.received,
             dropped: self.mailbox.dropped() + self.unreadable,
+            ..self.member.state(now_ns)
         }
     }
 }
@@ -211,38 +196,27 @@ fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
     if !fresh {
         return Sense::default();
     }
-    let Whereabouts {
-        pose,
-        xx,
-        xy,
-        yy,
-        xt,
-        yt,
-        tt,
-        ..
-    } = *whereabouts;
-    let covariance = Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
+    let pose = whereabouts.pose;
+    let covariance = Matrix3::from(whereabouts.covariance).transpose();
     let known = whereabouts.uncertain == 0 && pose.is_finite();
-    let std = |variance: f64| variance.max(0.0).sqrt();
+    let std = |axis: usize| whereabouts.covariance[axis][axis].max(0.0).sqrt();
     Sense {
         place: known.then_some(Place { pose, covariance }),
         pose: Some(Pose {
-            x_m: pose.x_m,
-            y_m: pose.y_m,
-            theta_rad: pose.theta_rad,
-            std_x_m: std(xx),
-            std_y_m: std(yy),
-            std_theta_rad: std(tt),
+            std_x_m: std(0),
+            std_y_m: std(1),
+            std_theta_rad: std(2),
+            ..pose.into()
         }),
         speed_m_s,
         state: usize::try_from(whereabouts.state).ok(),
-        waiting_for: { usize::try_from(whereabouts.waiting_for).ok() }
-            .filter(|_| whereabouts.waiting_for != u64::MAX),
+        waiting_for: whereabouts.waiting_for(),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use description::areas::AreaIndex;
     use description::geometry::Pose2;
 
     use super::*;
@@ -251,8 +225,7 @@ mod tests {
     fn what_is_stale_or_uncertain_is_no_place() {
         let here = Whereabouts {
             pose: Pose2::new(1.0, 0.0, 0.0),
-            xx: 0.04,
-            xy: 0.01,
+            covariance: [[0.04, 0.01, 0.0], [0.01, 0.0, 0.0], [0.0; 3]],
             state: 3,
             waiting_for: u64::MAX,
             ..Whereabouts::default()
@@ -273,6 +246,6 @@ mod tests {
         };
         let unsure = sense(&unsure, true, 0.2);
         assert!(unsure.place.is_none() && unsure.state == Some(3));
-        assert_eq!(unsure.waiting_for, Some(2));
+        assert_eq!(unsure.waiting_for, AreaIndex::new(2));
     }
 }

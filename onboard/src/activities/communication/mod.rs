@@ -8,7 +8,9 @@
 mod activity;
 mod membership;
 mod network;
+mod settings;
 mod state;
 
-pub use activity::{Communication, PERIOD, Settings};
+pub use activity::{Communication, PERIOD};
 pub use membership::MembershipSetup;
+pub use settings::Settings;

@@ -4,12 +4,12 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use contract::keys;
-use contract::network::NetworkSettings;
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 
+use super::settings::Settings;
 use crate::activities::news::News;
 
 /// Messages that may wait. Each says all there is, so the oldest gives way.
@@ -49,16 +49,6 @@ impl Mailbox {
     }
 }
 
-/// What to take part as.
-#[derive(Clone, Debug)]
-pub(super) struct Part<'a> {
-    pub(super) robot_id: &'a str,
-    pub(super) key_prefix: &'a str,
-    pub(super) network: &'a NetworkSettings,
-    /// For a robot that has a mediator: where its messages go, and whom they wake.
-    pub(super) mediator: Option<(Mailbox, News)>,
-}
-
 /// An open network; closes when it is dropped.
 pub(super) struct Network {
     state: Publisher<'static>,
@@ -70,17 +60,21 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// Opens the session and declares everything on it.
+    /// Opens the session and declares everything on it. A robot that has a mediator says where its messages go, and whom
+    /// they wake.
     ///
     /// # Errors
     /// A sentence.
-    pub(super) fn open(part: Part<'_>) -> Result<Self, String> {
-        let Part {
+    pub(super) fn open(
+        settings: &Settings,
+        mediator: Option<(Mailbox, News)>,
+    ) -> Result<Self, String> {
+        let Settings {
             robot_id,
             key_prefix,
             network,
-            mediator,
-        } = part;
+            ..
+        } = settings;
         let name = |error: keys::InvalidName| error.to_string();
         let text = |error: zenoh::Error| error.to_string();
         let state_key = keys::state(key_prefix, robot_id).map_err(name)?;

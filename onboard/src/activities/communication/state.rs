@@ -39,12 +39,10 @@ pub(super) fn message(
         sequence: 0,
         stamp_ns: pose.stamp_ns,
         pose: (pose.stamp_ns != 0).then_some(Pose {
-            x_m: pose.value.pose.x_m,
-            y_m: pose.value.pose.y_m,
-            theta_rad: pose.value.pose.theta_rad,
             std_x_m: pose.value.std_x_m,
             std_y_m: pose.value.std_y_m,
             std_theta_rad: pose.value.std_theta_rad,
+            ..pose.value.pose.into()
         }),
         speed_m_s: odometry.twist.v_m_s,
         yaw_rate_rad_s: odometry.twist.omega_rad_s,

@@ -3,7 +3,7 @@
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
 use description::wheels::WheelSpeeds;
-use drivers::ethercat::{Bus, Counters, ExchangeError};
+use drivers::ethercat::{Bus, BusCounters, ExchangeError};
 use drivers::kelo::{self, Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch};
 
 use super::bring_ups::BringUpLimit;
@@ -43,7 +43,7 @@ pub struct Drive {
     answered_ns: u64,
     lost_since_ns: u64,
     limits: SetpointLimits,
-    counted: Counters,
+    counted: BusCounters,
     stamps: StampWatch,
     bad_since_ns: u64,
     told_to_power: bool,
@@ -85,7 +85,7 @@ impl Drive {
             answered_ns: 0,
             lost_since_ns: 0,
             limits,
-            counted: Counters::default(),
+            counted: BusCounters::default(),
             stamps: StampWatch::new(),
             bad_since_ns: 0,
             told_to_power: false,
@@ -297,8 +297,8 @@ impl Drive {
     }
 
     /// Counters of this bus and those before it.
-    fn total(&self, counters: Counters) -> Counters {
-        Counters {
+    fn total(&self, counters: BusCounters) -> BusCounters {
+        BusCounters {
             cycles: self.counted.cycles + counters.cycles,
             lost_frames: self.counted.lost_frames + counters.lost_frames,
             wkc_errors: self.counted.wkc_errors + counters.wkc_errors,

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use description::wheels::{EncoderAngles, WheelSpeeds};
 use drivers::ethercat::{BringUpOptions, Expectation, Link};
 use drivers::kelo::{Feedback, VoltageLimits};
 
@@ -55,11 +56,15 @@ pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
 /// What the encoders say, in the robot's terms; `epoch` counts bring-ups.
 pub(super) fn encoders(feedback: &Feedback, pivot_zero_rad: f64, epoch: u64) -> Encoders {
     Encoders {
-        left_rad: f64::from(feedback.left_rad),
-        right_rad: f64::from(feedback.right_rad),
-        pivot_rad: f64::from(feedback.pivot_rad) - pivot_zero_rad,
-        left_rad_s: f64::from(feedback.left_rad_s),
-        right_rad_s: f64::from(feedback.right_rad_s),
+        angles: EncoderAngles {
+            left_rad: f64::from(feedback.left_rad),
+            right_rad: f64::from(feedback.right_rad),
+            pivot_rad: f64::from(feedback.pivot_rad) - pivot_zero_rad,
+        },
+        speeds: WheelSpeeds::new(
+            f64::from(feedback.left_rad_s),
+            f64::from(feedback.right_rad_s),
+        ),
         pivot_rad_s: f64::from(feedback.pivot_rad_s),
         epoch,
     }

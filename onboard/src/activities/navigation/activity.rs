@@ -2,19 +2,18 @@
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
-use skills::navigator::{
-    Instruction, InstructionError, NavigationInput, NavigationOutput, Navigator,
-};
+use description::areas::AreaIndex;
+use skills::navigator::{Instructed, Instruction, NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
 
 use super::membership::Membership;
-use super::part::{Part, Start};
+use super::part::Part;
 use crate::activities::exchange::Exchange;
-use crate::activities::fleet_link::{Event, NavigationEnd};
-use crate::activities::port::{Command, Instructed, Port, Report};
+use crate::activities::fleet_link::{NavigationEnd, NavigationEvent};
+use crate::activities::port::{Command, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::activities::scans::ScanIntake;
-use crate::fleet::{Answer, Directive};
+use crate::fleet::{Directive, Start};
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{Name, NavigationState, PoseEstimate, WantedMotion};
 use crate::symbols::wiring::{NavigationFleetSymbols, NavigationSymbols};
@@ -94,21 +93,21 @@ impl Navigation {
         let output = self.part.navigator.step(&input);
         if output.state != before {
             self.port.report(Report::Moved {
-                from: before.0,
-                to: output.state.0,
+                from: before,
+                to: output.state,
             });
         }
-        match self.asked.take() {
-            Some(Asked::ByOperator) => self.port.report(Report::Instructed(Instructed::Taken {
-                from: before.0,
-                to: output.state.0,
+        if let Some(asked) = self.asked.take() {
+            let taken = Instructed::Taken {
+                from: before,
+                to: output.state,
                 hold: output.hold,
-            })),
-            Some(Asked::ByFleet) => self.answer_fleet(Answer::Taken),
-            None => {}
+            };
+            self.answer(asked, taken);
         }
         for &event in output.outputs.as_slice() {
-            self.membership.tell(Event::Output(event), &mut self.port);
+            self.membership
+                .tell(NavigationEvent::Output(event), &mut self.port);
         }
         self.schedule_changes += u64::from(output.schedule_changed);
         self.laps += output
@@ -141,22 +140,36 @@ impl Navigation {
         }
     }
 
-    /// Gives the machine an event from outside; the answer follows with the step that takes it, or is the error.
-    fn instruct(&mut self, instruction: Instruction) -> Result<(), Instructed> {
+    /// Gives the machine an event from outside. The answer follows with the step that takes it, or at once.
+    fn instruct(&mut self, asked: Asked, instruction: Instruction) {
         let steps = matches!(
             self.port.state(),
             LifeCycleState::Running | LifeCycleState::Ready | LifeCycleState::Paused
         );
         let machine = self.part.navigator.machine();
-        if !steps || self.odometry.stamp_ns == 0 {
-            return Err(Instructed::NotReady);
+        let refusal = if !steps || self.odometry.stamp_ns == 0 {
+            Some(Instructed::NotReady)
+        } else if !machine.accepts(instruction.event) {
+            let state = machine.state();
+            Some(Instructed::Ignored { state })
+        } else {
+            let taken = self.part.navigator.instruct(instruction);
+            taken.err().map(Instructed::Refused)
+        };
+        match refusal {
+            None => self.asked = Some(asked),
+            Some(refusal) => self.answer(asked, refusal),
         }
-        if !machine.accepts(instruction.event) {
-            return Err(Instructed::Ignored {
-                state: machine.state().0,
-            });
+    }
+
+    fn answer(&mut self, asked: Asked, answer: Instructed) {
+        match asked {
+            Asked::ByOperator => self.port.report(Report::Instructed(answer)),
+            Asked::ByFleet => {
+                let answer = NavigationEvent::Instructed(answer);
+                self.membership.tell(answer, &mut self.port);
+            }
         }
-        { self.part.navigator.instruct(instruction) }.map_err(Instructed::Refused)
     }
 
     /// Carries out what the mediator has ordered.
@@ -165,37 +178,24 @@ impl Navigation {
             match order {
                 Directive::Instruct(_) if self.asked.is_some() => {
                     // The step to come answers another.
-                    self.answer_fleet(Answer::NotNow);
+                    self.answer(Asked::ByFleet, Instructed::NotReady);
                 }
-                Directive::Instruct(instruction) => match self.instruct(instruction) {
-                    Ok(()) => self.asked = Some(Asked::ByFleet),
-                    Err(Instructed::Refused(error)) if error != InstructionError::Full => {
-                        self.answer_fleet(Answer::Refused);
-                    }
-                    Err(_) => self.answer_fleet(Answer::NotNow),
-                },
+                Directive::Instruct(instruction) => self.instruct(Asked::ByFleet, instruction),
                 Directive::LimitSpeed(limit_m_s) => {
                     self.membership.limit_speed(limit_m_s);
                 }
-                Directive::Relocate {
-                    pose,
-                    std_m,
-                    std_rad,
-                    state,
-                } => {
+                Directive::Relocate(to) => {
                     let start = self.part.start;
-                    let (std_m, std_rad) = (std_m.max(start.std_m), std_rad.max(start.std_rad));
+                    let (std_m, std_rad) =
+                        (to.std_m.max(start.std_m), to.std_rad.max(start.std_rad));
                     let navigator = &mut self.part.navigator;
-                    if navigator.relocate(pose, std_m, std_rad) && navigator.restart_in(state) {
+                    if navigator.relocate(to.pose, std_m, std_rad) && navigator.restart_in(to.state)
+                    {
                         self.membership.relocated();
                     }
                 }
             }
         }
-    }
-
-    fn answer_fleet(&mut self, answer: Answer) {
-        self.membership.tell(Event::Answer(answer), &mut self.port);
     }
 
     fn publish_output(&mut self, now_ns: u64) {
@@ -216,7 +216,7 @@ impl Navigation {
         let names = &self.part.names;
         let state = NavigationState {
             state: name(&names.states, Some(output.state.index())),
-            area: name(&names.areas, output.area),
+            area: name(&names.areas, output.area.map(AreaIndex::place)),
             skill: name(&names.skills, Some(output.skill)),
             lateral_error_m: output.lateral_error_m,
             heading_error_rad: output.heading_error_rad,
@@ -225,7 +225,7 @@ impl Navigation {
                 .hold
                 .map(|hold| Name::new(hold.reason()))
                 .unwrap_or_default(),
-            waiting_for: name(&names.areas, output.waiting_for),
+            waiting_for: name(&names.areas, output.waiting_for.map(AreaIndex::place)),
             border_distance_m: output.border_distance_m.unwrap_or(f64::NAN),
             schedule_changes: self.schedule_changes,
             laps: self.laps,
@@ -271,10 +271,7 @@ impl Activity for Navigation {
                         self.part.navigator.post(event);
                     }
                 }
-                Command::Instruct(instruction) => match self.instruct(instruction) {
-                    Ok(()) => self.asked = Some(Asked::ByOperator),
-                    Err(why) => self.port.report(Report::Instructed(why)),
-                },
+                Command::Instruct(instruction) => self.instruct(Asked::ByOperator, instruction),
                 Command::StopNow | Command::LifeCycle(_) => {}
             }
         }

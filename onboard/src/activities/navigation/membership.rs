@@ -5,7 +5,7 @@ use description::geometry::MotionCommand;
 use skills::borders::AreaSet;
 use skills::navigator::NavigationOutput;
 
-use crate::activities::fleet_link::{Event, NavigationEnd};
+use crate::activities::fleet_link::{NavigationEnd, NavigationEvent};
 use crate::activities::port::Port;
 use crate::fleet::Directive;
 use crate::realtime::clock::SECOND_NS;
@@ -79,7 +79,7 @@ impl Membership {
     }
 
     /// Tells communication what happened.
-    pub(super) fn tell(&mut self, event: Event, port: &mut Port) {
+    pub(super) fn tell(&mut self, event: NavigationEvent, port: &mut Port) {
         let Some(Managed { link, .. }) = &mut self.managed else {
             return;
         };
@@ -93,10 +93,10 @@ impl Membership {
         let Some(Managed { symbols, .. }) = &mut self.managed else {
             return;
         };
-        let whereabouts = whereabouts(output);
+        let whereabouts = Whereabouts::of(output);
         symbols.whereabouts.write(output.now_ns, &whereabouts);
         if std::mem::take(&mut self.relocated) {
-            self.tell(Event::Relocated, port);
+            self.tell(NavigationEvent::Relocated, port);
         }
         if let Some(Managed { link, .. }) = &self.managed {
             link.wake.wake();
@@ -118,29 +118,15 @@ fn leave(allowed: &Stamped<AreaSet>, now_ns: u64) -> AreaSet {
     }
 }
 
-fn whereabouts(output: &NavigationOutput) -> Whereabouts {
-    let covariance = &output.covariance;
-    Whereabouts {
-        pose: output.pose,
-        xx: covariance[0][0],
-        xy: covariance[0][1],
-        yy: covariance[1][1],
-        xt: covariance[0][2],
-        yt: covariance[1][2],
-        tt: covariance[2][2],
-        uncertain: u64::from(output.pose_uncertain),
-        state: u64::from(output.state.0),
-        waiting_for: output.waiting_for.map_or(u64::MAX, |area| area as u64),
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use description::areas::AreaIndex;
+
     use super::*;
 
     #[test]
     fn leave_is_only_good_while_it_is_repeated() {
-        let set: AreaSet = [1, 2].into_iter().collect();
+        let set: AreaSet = [1, 2].map(AreaIndex).into_iter().collect();
         let said = |stamp_ns| Stamped {
             stamp_ns,
             value: set,

@@ -6,4 +6,4 @@ mod names;
 mod part;
 
 pub use activity::Navigation;
-pub use part::{Part, Start};
+pub use part::Part;

@@ -8,7 +8,7 @@ use description::site::{FsmConfig, SiteRobot};
 use description::threads::{Core, Scheduling, ThreadConfig};
 use skills::tubes::TubeReport;
 
-use crate::activities::navigation;
+use crate::fleet::Start;
 use crate::realtime::scheduling::{CoreClass, Wanted};
 
 /// What the two files say, checked as far as that can be done without a device.
@@ -31,9 +31,9 @@ pub struct Plan {
 impl Plan {
     /// Where the robot starts, in `state` of its machine.
     #[must_use]
-    pub fn start(&self, state: StateId) -> navigation::Start {
+    pub fn start(&self, state: StateId) -> Start {
         let gains = &self.robot.navigation;
-        navigation::Start {
+        Start {
             pose: self.start.start,
             std_m: gains.start_std_m,
             std_rad: gains.start_std_rad,

@@ -41,8 +41,7 @@ impl Plan {
             max_speed_m_s: drive.limits.max_speed_m_s,
             request_ahead_m: self.robot.fleet.request_ahead_m,
             silent_after_ns: SILENT_AFTER_NS,
-            start: self.start.start,
-            start_state: machine.state(),
+            start: self.start(machine.state()),
         })
     }
 
@@ -94,6 +93,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
+    use description::areas::AreaIndex;
     use std::f64::consts::PI;
     use std::path::PathBuf;
 
@@ -135,10 +135,10 @@ mod tests {
             let number = setup.states.iter().position(|state| state.name == name);
             number.expect("a state")
         };
-        let names = |areas: &[usize]| -> Vec<String> {
+        let names = |areas: &[AreaIndex]| -> Vec<String> {
             areas
                 .iter()
-                .map(|&area| setup.areas[area].id.clone())
+                .map(|&area| setup.areas[area.place()].id.clone())
                 .collect()
         };
         let turn = &setup.states[state("u-turn-3")];
@@ -148,7 +148,7 @@ mod tests {
         let halt = &setup.states[state("halt-1")];
         assert!(halt.next.is_empty(), "only an operator leads on");
         assert!(halt.accepts("reset").is_some());
-        assert_eq!(setup.start_state.index(), state("drive-1"));
+        assert_eq!(setup.start.state.index(), state("drive-1"));
     }
 
     #[test]

@@ -20,7 +20,7 @@ fn areas_are_asked_for_ahead_and_given_back_behind() {
     assert_eq!(scene.holds(), "1 2", "its rear is in area 1 still");
     scene.be("search-2", at(5.8, -0.5, 0.0, 0.01));
     assert_eq!((scene.holds(), scene.allowed()), ("2".into(), vec![1]));
-    let standing = scene.member.standing();
+    let standing = scene.state();
     assert_eq!((standing.session, standing.mediator_epoch), (1, 1));
 }
 
@@ -29,7 +29,7 @@ fn what_is_not_free_is_waited_for_with_the_reason() {
     let mut scene = Scene::new(&["1"]);
     scene.be("drive-1", at(5.0, -0.5, 0.0, 0.01));
     assert_eq!((scene.holds(), scene.allowed()), ("1".into(), vec![0]));
-    assert_eq!(scene.member.standing().waits, "2: area 2 is held by amr-2");
+    assert_eq!(scene.state().waits.as_str(), "2: area 2 is held by amr-2");
     scene.mediator.free.insert("2".into());
     scene.mediator.hear(&scene.member.report(scene.now_ns));
     scene.be("drive-1", at(5.1, -0.5, 0.0, 0.01));
@@ -62,7 +62,7 @@ fn what_keeps_the_robot_from_going_on_is_asked_for() {
     scene.be("drive-1", at(4.0, -0.5, 0.0, 0.01));
     assert_eq!(scene.holds(), "1");
     scene.with(&Sense {
-        waiting_for: Some(4),
+        waiting_for: AreaIndex::new(4),
         ..sense("drive-1", at(4.0, -0.7, 0.0, 0.01), 0.0)
     });
     assert_eq!(scene.holds(), "1 5");

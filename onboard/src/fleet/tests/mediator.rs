@@ -91,10 +91,10 @@ fn a_restarted_robot_goes_on_where_the_mediator_knows_it() {
     assert!(!scene.member.report(scene.now_ns).located);
     assert!(scene.allowed().is_empty());
     let directives = scene.directives();
-    let [Directive::Relocate { pose, state, .. }] = directives.as_slice() else {
+    let [Directive::Relocate(start)] = directives.as_slice() else {
         panic!("{directives:?}");
     };
-    assert_eq!((pose.x_m, *state), (6.0, StateId(1)));
+    assert_eq!((start.pose.x_m, start.state), (6.0, StateId(1)));
     scene.member.relocated();
     scene.mediator.free.insert("2".into());
     scene.be("search-2", at(6.0, -0.5, 0.0, 0.1));
@@ -126,7 +126,7 @@ fn a_restarted_mediator_changes_nothing() {
     (scene.mediator.epoch, scene.mediator.sequence) = (2, 0);
     scene.be("drive-1", at(4.7, -0.5, 0.0, 0.01));
     assert_eq!(scene.holds(), "1 2");
-    assert_eq!(scene.member.standing().mediator_epoch, 2);
+    assert_eq!(scene.state().mediator_epoch, 2);
     assert_eq!(scene.member.report(scene.now_ns).mediator_epoch, 2);
 }
 
@@ -173,8 +173,8 @@ fn an_acquired_robot_asks_for_nothing_by_itself_and_does_as_ordered() {
     scene.be("drive-1", at(3.5, -0.5, 0.0, 0.01));
     scene.mediator.control = Some(control(1));
     scene.be("drive-1", at(4.6, -0.5, 0.0, 0.01));
-    let standing = scene.member.standing();
-    assert!(standing.acquired && standing.coordination == 3);
+    let standing = scene.state();
+    assert!(standing.acquired == 1 && standing.coordination == 3);
     assert_eq!(scene.holds(), "1", "area 2 is near, and not ordered");
     scene.mediator.control = Some(control(3));
     scene.be("drive-1", at(4.6, -0.5, 0.0, 0.01));
@@ -184,7 +184,11 @@ fn an_acquired_robot_asks_for_nothing_by_itself_and_does_as_ordered() {
         ..Instruction::plain(number("aside"))
     });
     assert_eq!(scene.directives(), [ordered]);
-    scene.member.answered(Answer::Taken);
+    scene.member.answered(Instructed::Taken {
+        from: StateId(0),
+        to: StateId(5),
+        hold: None,
+    });
     scene.be("shift-5", at(4.6, -0.8, -0.3, 0.01));
     assert_eq!((scene.directives(), scene.allowed()), (vec![], vec![0, 4]));
     scene.member.output("aside-done");
@@ -196,6 +200,6 @@ fn an_acquired_robot_asks_for_nothing_by_itself_and_does_as_ordered() {
     assert_eq!(progress, Some(4));
     scene.mediator.control = Some(control(5));
     scene.be("wait-5", at(4.6, -1.2, 0.0, 0.01));
-    assert!(!scene.member.standing().acquired);
+    assert_eq!(scene.state().acquired, 0);
     assert_eq!(scene.holds(), "5");
 }

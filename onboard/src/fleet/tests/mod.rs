@@ -11,13 +11,15 @@ use contract::{VERSION, level};
 use coordination::event::EventId;
 use coordination::fsm::StateId;
 use coordination::protocol::{FlagId, Party, Protocol, Replica, Side};
+use description::areas::AreaIndex;
 use description::geometry::{Footprint, Point2, Pose2, Rect};
 use nalgebra::Matrix3;
 use skills::borders::BorderGains;
-use skills::navigator::Instruction;
+use skills::navigator::{Instructed, Instruction};
 use std::sync::Arc;
 
 use super::*;
+use crate::symbols::values::FleetState;
 
 const MS: u64 = 1_000_000;
 
@@ -36,9 +38,9 @@ pub(super) fn setup() -> Setup {
         id: id.into(),
         region,
     };
-    let state = |name: &str, areas: &[usize], next: &[usize], accepts: &[&str]| StatePlan {
+    let state = |name: &str, areas: &[u8], next: &[usize], accepts: &[&str]| StatePlan {
         name: name.into(),
-        areas: areas.to_vec(),
+        areas: areas.iter().copied().map(AreaIndex).collect(),
         next: next.to_vec(),
         least_way_m: if name.starts_with("u-turn") {
             1.57
@@ -83,8 +85,12 @@ pub(super) fn setup() -> Setup {
         max_speed_m_s: 0.4,
         request_ahead_m: 0.5,
         silent_after_ns: 1000 * MS,
-        start: Pose2::new(2.0, -0.5, 0.0),
-        start_state: StateId(0),
+        start: Start {
+            pose: Pose2::new(2.0, -0.5, 0.0),
+            std_m: 0.0,
+            std_rad: 0.0,
+            state: StateId(0),
+        },
     }
 }
 
@@ -132,12 +138,7 @@ impl Mediator {
             return;
         }
         for access in &report.access {
-            let new = || {
-                (
-                    Replica::new(&self.flags, level::PROTOCOL_ID, self.party, 0),
-                    0,
-                )
-            };
+            let new = || (protocols::begin(&self.flags, self.party), 0);
             let (replica, fence) = self.runs.entry(access.area.clone()).or_insert_with(new);
             let level = level::decode(access.level.as_ref()).expect("a level");
             replica.merge(level).expect("a level that can follow");
@@ -207,12 +208,16 @@ impl Scene {
         self.member.step(sense, self.now_ns);
     }
 
+    fn state(&self) -> FleetState {
+        self.member.state(self.now_ns)
+    }
+
     fn holds(&self) -> String {
-        self.member.standing().holds
+        self.state().holds.as_str().to_owned()
     }
 
     fn allowed(&self) -> Vec<usize> {
-        self.member.allowed().iter().collect()
+        self.member.allowed().iter().map(AreaIndex::place).collect()
     }
 
     fn directives(&mut self) -> Vec<Directive> {

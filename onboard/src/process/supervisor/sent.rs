@@ -1,10 +1,10 @@
 //! An event from outside for the robot's machine, until navigation says what became of it.
 
+use coordination::fsm::{Machine, StateId};
 use description::site::FsmConfig;
+use skills::navigator::Instructed;
 
-use crate::activities::machine_names::MachineNames;
-use crate::activities::port::Instructed;
-use crate::process::ctl::Pending;
+use crate::process::ctl::{Done, Pending, Refusal, Reply, quoted};
 use crate::realtime::clock::SECOND_NS;
 
 /// How long navigation may take to say what became of an event.
@@ -24,46 +24,39 @@ impl Sent {
     }
 
     /// Answers who sent it; `fsm` is the machine that it was for.
-    pub(super) fn answer(self, what: Instructed, names: &MachineNames, fsm: &FsmConfig) {
-        let event = &self.event;
-        let state = |number: u16| names.state(number);
-        let result = match what {
-            Instructed::Taken { from, to, hold } => {
-                let stands = hold.map_or(String::new(), |hold| {
-                    format!("; the robot stands: {}", hold.reason())
-                });
-                Ok(format!(
-                    "`{event}`: state {} -> {}{stands}",
-                    state(from),
-                    state(to)
-                ))
+    pub(super) fn answer(self, what: Instructed, machine: &Machine, fsm: &FsmConfig) {
+        let event = self.event;
+        let name = |state: StateId| machine.state_name(state).to_owned();
+        let reply = match what {
+            Instructed::Taken { from, to, hold } => Ok(Done::Sent {
+                event,
+                from: name(from),
+                to: name(to),
+                hold,
+            }),
+            Instructed::Ignored { state } => {
+                let state = name(state);
+                let accepted = { fsm.transitions.iter() }
+                    .filter(|one| one.from == state && fsm.external.contains(&one.on));
+                Err(Refusal::Ignored {
+                    known: quoted(accepted.map(|one| &one.on)),
+                    state,
+                    event,
+                })
             }
-            Instructed::Ignored { state: number } => {
-                let accepted = fsm
-                    .transitions
-                    .iter()
-                    .filter(|t| t.from == state(number) && fsm.external.contains(&t.on))
-                    .map(|t| &t.on);
-                Err(format!(
-                    "state `{}` has no use for `{event}`; it takes {}",
-                    state(number),
-                    quoted(accepted)
-                ))
-            }
-            Instructed::Refused(error) => Err(error.to_string()),
-            Instructed::NotReady => Err("navigation does not run yet".to_owned()),
+            Instructed::Refused(error) => Err(error.into()),
+            Instructed::NotReady => Err(Refusal::NotReady),
         };
-        tracing::info!("operator: send {event}: {result:?}");
-        self.pending.answer(&result);
+        answer(self.pending, &reply);
     }
 }
 
-/// Names for people: "`a`, `b`", or "none".
-pub(super) fn quoted<'a>(names: impl Iterator<Item = &'a String>) -> String {
-    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
-    if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join(", ")
+/// Answers a request, and says so in the log.
+pub(super) fn answer(pending: Pending, reply: &Reply) {
+    let request = pending.request.name();
+    match reply {
+        Ok(done) => tracing::info!("operator: {request}: {done}"),
+        Err(why) => tracing::info!("operator: {request}: refused: {why}"),
     }
+    pending.answer(reply);
 }

@@ -3,13 +3,15 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
+use coordination::fsm::Machine;
+use description::instruction::Instruction;
 use description::threads::ActivityKind;
+use skills::navigator::Instructed;
 
 use super::handles::{Handle, Handles};
-use super::sent::{Sent, quoted};
-use crate::activities::machine_names::MachineNames;
-use crate::activities::port::{Command, Instructed, Report};
-use crate::process::ctl::{Event, Pending, Request, Server};
+use super::sent::{Sent, answer};
+use crate::activities::port::{Command, Report};
+use crate::process::ctl::{Done, Event, Pending, Refusal, Request, Server, quoted};
 use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
@@ -39,7 +41,8 @@ pub struct Supervisor {
     operator_paused: bool,
     ending_since_ns: u64,
     watch: OverrunWatch,
-    names: MachineNames,
+    /// For its names; navigation steps it.
+    machine: Machine,
     log: LogDrain,
     reload: Reload,
     sent: Option<Sent>,
@@ -55,14 +58,14 @@ pub enum Ending {
 }
 
 impl Supervisor {
-    /// A supervisor of `handles`; `names` are those of the robot's machine.
+    /// A supervisor of `handles`; `machine` is the robot's, as it is now.
     #[must_use]
     pub fn new(
         handles: Vec<Handle>,
         symbols: SupervisorSymbols,
         mode_value: RobotMode,
         watch: OverrunWatch,
-        names: MachineNames,
+        machine: Machine,
         log: LogDrain,
         reload: Reload,
     ) -> Self {
@@ -74,7 +77,7 @@ impl Supervisor {
             operator_paused: false,
             ending_since_ns: 0,
             watch,
-            names,
+            machine,
             log,
             reload,
             sent: None,
@@ -131,8 +134,8 @@ impl Supervisor {
             Report::Moved { from, to } => {
                 tracing::info!(
                     "state {} -> {}",
-                    self.names.state(from),
-                    self.names.state(to)
+                    self.machine.state_name(from),
+                    self.machine.state_name(to)
                 );
             }
             Report::Instructed(what) => self.answer_sent(what),
@@ -225,27 +228,25 @@ impl Supervisor {
     }
 
     fn serve(&mut self, pending: Pending, now_ns: u64) {
-        let result = match &pending.request {
+        let reply = match &pending.request {
             Request::Pause => {
                 self.operator_paused = true;
                 self.handles.tell(
                     ActivityKind::Navigation,
                     Command::LifeCycle(LifeCycleEvent::Pause),
                 );
-                Ok("paused".into())
+                Ok(Done::Paused)
             }
-            Request::Resume if self.mode() == Mode::Stopped => Err(
-                "it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`".into(),
-            ),
+            Request::Resume if self.mode() == Mode::Stopped => Err(Refusal::StoppedByFault),
             Request::Resume => {
                 self.operator_paused = false;
-                Ok("running".into())
+                Ok(Done::Running)
             }
             Request::Stop => {
                 self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
                 self.handles
                     .tell(ActivityKind::MotionTube, Command::StopNow);
-                Ok("stopped; `onboard ctl reset` goes on".into())
+                Ok(Done::Stopped)
             }
             Request::Reset => {
                 for fault in [Fault::OperatorStop, Fault::Overruns] {
@@ -255,16 +256,16 @@ impl Supervisor {
                 self.handles.tell_all(Command::Reset);
                 self.handles
                     .tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
-                Ok("reset".into())
+                Ok(Done::Reset)
             }
             Request::Reload => {
                 self.reload.begin(pending, now_ns);
                 return;
             }
-            Request::Send(event) => match self.send(event.clone()) {
-                Ok(event) => {
+            Request::Send(Event(instruction)) => match self.send(instruction) {
+                Ok(()) => {
                     self.sent = Some(Sent {
-                        event,
+                        event: instruction.event.clone(),
                         pending,
                         since_ns: now_ns,
                     });
@@ -273,51 +274,45 @@ impl Supervisor {
                 Err(why) => Err(why),
             },
         };
-        tracing::info!("operator: {}: {result:?}", pending.request.name());
-        pending.answer(&result);
+        answer(pending, &reply);
     }
 
     /// Gives an external event to navigation; the answer comes as a report.
-    fn send(&mut self, event: Event) -> Result<String, String> {
+    fn send(&mut self, instruction: &Instruction<String>) -> Result<(), Refusal> {
         if self.sent.is_some() {
-            return Err("another event is on its way".into());
+            return Err(Refusal::AnotherEvent);
         }
         if self.reload.in_progress() {
-            return Err("a reload is under way".into());
+            return Err(Refusal::AnotherReload);
         }
-        let instruction = {
-            let (fsm, role) = (&self.reload.plan().fsm, &self.reload.plan().role);
-            let known = fsm.external.contains(&event.name);
-            let id = self.names.input(&event.name).filter(|_| known);
-            let Some(id) = id else {
-                return Err(format!(
-                    "role `{role}` has no external event `{}`; it has {}",
-                    event.name,
-                    quoted(fsm.external.iter())
-                ));
-            };
-            event.instruction(id)
+        let (plan, event) = (self.reload.plan(), &instruction.event);
+        let known = plan.fsm.external.contains(event);
+        let Some(id) = self.machine.input(event).filter(|_| known) else {
+            return Err(Refusal::UnknownEvent {
+                role: plan.role.clone(),
+                event: event.clone(),
+                known: quoted(plan.fsm.external.iter()),
+            });
         };
+        let command = Command::Instruct(instruction.with_event(id));
         let mut handles = self.handles.0.iter_mut();
         let navigation = handles.find(|handle| handle.kind == ActivityKind::Navigation);
-        let command = Command::Instruct(instruction);
         if navigation.is_none_or(|handle| handle.commands.send(command).is_err()) {
-            return Err("navigation does not take its commands".into());
+            return Err(Refusal::QueueFull);
         }
-        Ok(event.name)
+        Ok(())
     }
 
     fn answer_sent(&mut self, what: Instructed) {
         // One that took too long was answered.
         if let Some(sent) = self.sent.take() {
-            sent.answer(what, &self.names, &self.reload.plan().fsm);
+            sent.answer(what, &self.machine, &self.reload.plan().fsm);
         }
     }
 
     fn expire_sent(&mut self, now_ns: u64) {
         if let Some(sent) = self.sent.take_if(|sent| sent.is_late(now_ns)) {
-            let why = "navigation does not answer; see `onboard inspect` for what it does";
-            sent.pending.answer(&Err(why.into()));
+            answer(sent.pending, &Err(Refusal::NoAnswer));
         }
     }
 
@@ -340,9 +335,9 @@ impl Supervisor {
             Step::Wait => {}
             Step::Reconfigure => self.tell_reconfigured(LifeCycleEvent::Reconfigure),
             Step::GiveUp => self.tell_reconfigured(LifeCycleEvent::Configured),
-            Step::Done(names) => {
+            Step::Done(machine) => {
                 tracing::info!("operator: reload: done");
-                self.names = names;
+                self.machine = machine;
             }
         }
     }
@@ -371,8 +366,7 @@ impl Supervisor {
     fn standing(&mut self, now_ns: u64) -> bool {
         let encoders = self.symbols.encoders.read();
         let fresh = now_ns.saturating_sub(encoders.stamp_ns) < ENCODER_AGE_NS;
-        let slow = encoders.value.left_rad_s.abs() < STANDING_RAD_S
-            && encoders.value.right_rad_s.abs() < STANDING_RAD_S;
+        let slow = encoders.value.speeds.fastest_rad_s() < STANDING_RAD_S;
         let drive = self.symbols.drive.read();
         let bus =
             drive.value.operational != 0 && now_ns.saturating_sub(drive.stamp_ns) < ENCODER_AGE_NS;

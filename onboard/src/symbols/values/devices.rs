@@ -1,6 +1,6 @@
 //! What the devices say, and what the drive is told.
 
-use description::wheels::WheelSpeeds;
+use description::wheels::{EncoderAngles, WheelSpeeds};
 use serde::{Serialize, Serializer};
 
 /// Longest scan in the table, in steps.
@@ -9,16 +9,12 @@ pub const MAX_STEPS: usize = 768;
 value! {
     /// Wheel and pivot encoders of the drive, wheel-forward-positive, pivot positive to the left.
     Encoders, "encoders" {
-        /// Left wheel angle.
-        left_rad: f64,
-        /// Right wheel angle.
-        right_rad: f64,
-        /// Pivot angle, 0 ahead.
-        pivot_rad: f64,
-        /// Left wheel speed.
-        left_rad_s: f64,
-        /// Right wheel speed.
-        right_rad_s: f64,
+        /// Angles.
+        #[serde(flatten)]
+        angles: EncoderAngles,
+        /// Speeds of the wheels.
+        #[serde(flatten)]
+        speeds: WheelSpeeds,
         /// Pivot speed.
         pivot_rad_s: f64,
         /// How often the bus was brought up: with each time the drive may have begun to count anew.

@@ -1,6 +1,8 @@
 //! Where navigation takes the robot to be, and what it does there.
 
+use description::areas::AreaIndex;
 use description::geometry::Pose2;
+use skills::navigator::NavigationOutput;
 
 use super::Name;
 
@@ -27,24 +29,36 @@ value! {
         /// `base_link` in `map`.
         #[serde(flatten)]
         pose: Pose2,
-        /// Variance of x, in m².
-        xx: f64,
-        /// Covariance of x and y, in m².
-        xy: f64,
-        /// Variance of y, in m².
-        yy: f64,
-        /// Covariance of x and θ, in m rad.
-        xt: f64,
-        /// Covariance of y and θ, in m rad.
-        yt: f64,
-        /// Variance of θ, in rad².
-        tt: f64,
+        /// Of (x, y, θ), row by row, in metres and radians.
+        covariance: [[f64; 3]; 3],
         /// 1 when it is too uncertain to drive.
         uncertain: u64,
         /// Number of the state of the robot's machine.
         state: u64,
         /// Number of the area ahead that it may not enter, and slows down or waits for; `u64::MAX` for none.
         waiting_for: u64,
+    }
+}
+
+impl Whereabouts {
+    /// What navigation knows after a step.
+    #[must_use]
+    pub fn of(output: &NavigationOutput) -> Self {
+        Self {
+            pose: output.pose,
+            covariance: output.covariance,
+            uncertain: u64::from(output.pose_uncertain),
+            state: u64::from(output.state.0),
+            waiting_for: { output.waiting_for }.map_or(u64::MAX, |area| area.place() as u64),
+        }
+    }
+
+    /// The area ahead that it may not enter.
+    #[must_use]
+    pub fn waiting_for(&self) -> Option<AreaIndex> {
+        usize::try_from(self.waiting_for)
+            .ok()
+            .and_then(AreaIndex::new)
     }
 }
 

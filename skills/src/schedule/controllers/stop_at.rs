@@ -59,7 +59,7 @@ impl StopAt {
             let key = format!("skills.{}.before_area", case.skill.id);
             KeyError::unknown(key, "area", area)
         })?;
-        let region = &case.map().areas()[region].region;
+        let region = &case.map().area(region).region;
         let footprint = &case.robot.footprint;
         let wrong = |verb: &str| {
             let found = format!(
@@ -85,7 +85,7 @@ impl StopAt {
         let along_m = lane.line.along_m(at);
         let offset_m = lane.line.lateral_m(at);
         let off_rad = wrap_angle(pose.theta_rad - lane.direction_rad);
-        let area = &case.map().areas()[case.graph.of(case.state).area];
+        let area = case.map().area(case.graph.of(case.state).area);
         let beside_m = area.deviation_limit_m.min(PLANNED_BESIDE_M);
         let off_m = lane.line.distance_m(at);
         if off_rad.abs() > PLANNED_HEADING_RAD || off_m > beside_m || !case.takes(at) {

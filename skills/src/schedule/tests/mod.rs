@@ -1,6 +1,7 @@
 use super::*;
 use crate::map::SemanticMap;
 use coordination::event::EventTable;
+use description::areas::AreaIndex;
 use description::geometry::{Footprint, Point2, Rect, Segment};
 use description::keys::KeyErrors;
 use description::site::{
@@ -180,7 +181,10 @@ fn a_lane_of_the_states_own_goes_before_the_areas() {
     let back = &mut states(&mut site)[3];
     (back.area, back.lane) = ("a".into(), Some("back".into()));
     let schedules = compiled(&site).unwrap();
-    assert_eq!((schedules[3].area, schedules[3].lane), (Some(0), Some(1)));
+    assert_eq!(
+        (schedules[3].area, schedules[3].lane),
+        (AreaIndex::new(0), Some(1))
+    );
 }
 
 #[test]

@@ -86,16 +86,17 @@ impl Rig {
     fn odometry(&mut self, troubled: bool) {
         let random = &mut self.random;
         self.encoders.stamp_ns = self.now_ns;
-        self.encoders.left_rad += random.between(-0.01, 0.06);
-        self.encoders.right_rad += random.between(-0.01, 0.06);
+        self.encoders.angles.left_rad += random.between(-0.01, 0.06);
+        self.encoders.angles.right_rad += random.between(-0.01, 0.06);
         match random.below(200) {
             _ if !troubled => {}
-            0 => self.encoders.left_rad += number(random, 1e3),
-            1 => self.encoders.pivot_rad = number(random, 3.0),
+            0 => self.encoders.angles.left_rad += number(random, 1e3),
+            1 => self.encoders.angles.pivot_rad = number(random, 3.0),
             2 => self.encoders = EncoderSample::default(),
             _ => {}
         }
-        if !self.encoders.left_rad.is_finite() || !self.encoders.pivot_rad.is_finite() {
+        if !self.encoders.angles.left_rad.is_finite() || !self.encoders.angles.pivot_rad.is_finite()
+        {
             let _ = self.dead_reckoning.update(&self.encoders);
             self.encoders = EncoderSample::default();
         }

@@ -2,6 +2,7 @@
 
 use crate::allocations::allocations;
 use crate::closed_loop::floor::{Floor, corridor, lidar};
+use description::areas::AreaIndex;
 use description::geometry::{Pose2, Rect, Twist2};
 use description::site::{ControllerConfig, MonitorKind, StopPlace, TurnDirection};
 use proptest::prelude::*;
@@ -199,8 +200,8 @@ proptest! {
             let event = name.and_then(|name| events.id(&name));
             let stop_at = step.stop_at.map(|[x_m, y_m, theta_rad]| Pose2::new(x_m, y_m, theta_rad));
             let mut allowed = AreaSet::ALL;
-            for area in 0..7 {
-                if step.allowed >> area & 1 == 0 {
+            for area in AreaIndex::first(7) {
+                if step.allowed >> area.0 & 1 == 0 {
                     allowed.remove(area);
                 }
             }
@@ -226,7 +227,7 @@ proptest! {
             if !step.motion_allowed || output.pose_uncertain {
                 prop_assert_eq!(speed_m_s, 0.0);
             }
-            let trespasses = floor.site.areas.iter().enumerate().any(|(index, area)| {
+            let trespasses = AreaIndex::first(7).zip(&floor.site.areas).any(|(index, area)| {
                 !allowed.contains(index) && inside(output.pose, &area.region)
             });
             if trespasses {

@@ -2,6 +2,7 @@
 
 use crate::closed_loop::floor::{Floor, corridor, junction};
 use crate::closed_loop::stops::{FAR, START, front_x_m};
+use description::areas::AreaIndex;
 use description::geometry::Pose2;
 use description::site::{ControllerConfig, Feature, MonitorKind};
 use skills::borders::AreaSet;
@@ -12,8 +13,8 @@ const FOLLOW: ControllerConfig = ControllerConfig::Corridor { offset_m: 0.0 };
 fn without(floor: &Floor, areas: &[&str]) -> AreaSet {
     let mut allowed = AreaSet::ALL;
     for id in areas {
-        let index = floor.site.areas.iter().position(|area| area.id == *id);
-        allowed.remove(index.expect("an area"));
+        let place = floor.site.areas.iter().position(|area| area.id == *id);
+        allowed.remove(place.and_then(AreaIndex::new).expect("an area"));
     }
     allowed
 }
@@ -29,7 +30,11 @@ fn an_area_without_leave_is_waited_for_and_entered_when_allowed() {
             assert!(front_x_m(&robot) < 8.5, "seed {seed}");
         }
         let output = robot.output.unwrap();
-        assert_eq!(output.waiting_for, Some(2), "seed {seed}: {output:?}");
+        assert_eq!(
+            output.waiting_for,
+            AreaIndex::new(2),
+            "seed {seed}: {output:?}"
+        );
         assert_eq!(
             (output.hold, output.command.speed_m_s),
             (Some(Hold::Border), 0.0)
@@ -68,7 +73,7 @@ fn an_area_that_only_the_uncertainty_still_touches_may_be_left_and_not_approache
                 assert!(driven_m < 0.01, "seed {seed}: {output:?}");
                 assert_eq!(
                     (output.hold, output.waiting_for),
-                    (Some(Hold::Border), Some(0))
+                    (Some(Hold::Border), AreaIndex::new(0))
                 );
             }
         }
@@ -88,7 +93,7 @@ fn leave_that_is_taken_back_stops_the_robot_where_it_is() {
     assert!(robot.plant.driven_m - stood_m < 1e-3);
     assert_eq!(
         (output.waiting_for, output.hold),
-        (Some(0), Some(Hold::Border))
+        (AreaIndex::new(0), Some(Hold::Border))
     );
 }
 
@@ -114,7 +119,11 @@ fn the_planned_path_round_a_corner_is_what_counts() {
         let others = ["west-out", "east-in", "east-out", "south-in"];
         robot.allowed = without(&floor, &[&others[..], &["crossing", "south-out"]].concat());
         robot.run_for(10.0);
-        assert_eq!(robot.output.unwrap().waiting_for, Some(6), "seed {seed}");
+        assert_eq!(
+            robot.output.unwrap().waiting_for,
+            AreaIndex::new(6),
+            "seed {seed}"
+        );
         assert!(front_x_m(&robot) < -1.2, "seed {seed}");
         robot.allowed = without(&floor, &[&others[..], &["south-out"]].concat());
         robot.run_for(12.0);
@@ -124,7 +133,11 @@ fn the_planned_path_round_a_corner_is_what_counts() {
             lowest_m > -1.2 && lowest_m < -1.0,
             "seed {seed}: {lowest_m}"
         );
-        assert_eq!(robot.output.unwrap().waiting_for, Some(5), "seed {seed}");
+        assert_eq!(
+            robot.output.unwrap().waiting_for,
+            AreaIndex::new(5),
+            "seed {seed}"
+        );
         robot.allowed = without(&floor, &others);
         robot.run_until("on", 20.0);
         robot.run_for(3.0);

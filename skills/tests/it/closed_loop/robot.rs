@@ -214,9 +214,9 @@ impl Robot {
             self.encoder_offset_rad += 2.5;
         }
         if self.trouble.pivot_encoder_jumps && sample.stamp_ns.is_multiple_of(700_000_000) {
-            sample.pivot_rad += 0.7;
+            sample.angles.pivot_rad += 0.7;
         }
-        sample.left_rad += self.encoder_offset_rad;
+        sample.angles.left_rad += self.encoder_offset_rad;
         let before = allocations();
         let _ = self.dead_reckoning.update(&sample);
         let odometry = *self.dead_reckoning.odometry();

@@ -199,7 +199,7 @@ fn parameters_are_exchanged_and_cleared_without_an_event() {
     for (speed_limit_m_s, expected_m_s) in limits {
         let parameters = Parameters {
             speed_limit_m_s,
-            stop_at: None,
+            ..Parameters::default()
         };
         robot.navigator.set_parameters(parameters).unwrap();
         robot.run_for(2.0);
@@ -217,8 +217,8 @@ fn parameters_are_exchanged_and_cleared_without_an_event() {
     }
     let x_m = robot.plant.pose.x_m + 0.6;
     let stop = Parameters {
-        speed_limit_m_s: None,
         stop_at: Some(Pose2::new(x_m, -0.5, 0.0)),
+        ..Parameters::default()
     };
     robot.navigator.set_parameters(stop).unwrap();
     robot.run_for(8.0);

@@ -4,7 +4,7 @@
 //! storage. So one round is: poll, send the frame, wait for its answer, poll again. Frames are carried one at a time.
 //! A future given up at the deadline must be dropped by the caller, which frees its frame for reuse.
 
-use super::counters::Counters;
+use super::counters::BusCounters;
 use super::seal::{self, MAX_FRAME, Verdict};
 use crate::clock::{monotonic_ns, sleep_until};
 use crate::ethercat::links::Link;
@@ -53,7 +53,7 @@ pub struct Pump {
     received: Box<[u8; MAX_FRAME]>,
     /// The number of the last frame sent.
     number: u64,
-    pub counters: Counters,
+    pub counters: BusCounters,
     /// When the last frame was sent, and when the last answer arrived.
     pub sent_ns: u64,
     pub received_ns: u64,
@@ -69,7 +69,7 @@ impl Pump {
             sent_length: 0,
             received: Box::new([0; MAX_FRAME]),
             number,
-            counters: Counters::default(),
+            counters: BusCounters::default(),
             sent_ns: 0,
             received_ns: 0,
         }

@@ -141,7 +141,7 @@ fn every_read_gets_the_answer_to_its_own_frame() {
     for turn in 0..1000u64 {
         assert_eq!(bench.read(None).unwrap(), turn as u8);
     }
-    assert_eq!(bench.pump.counters, Counters::default());
+    assert_eq!(bench.pump.counters, BusCounters::default());
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn duplicated_echoed_and_damaged_frames_are_counted_and_dropped() {
     assert!(matches!(bench.read(None), Err(Stopped::Deadline)));
     assert!(matches!(bench.read(None), Err(Stopped::Deadline)));
     assert_eq!(bench.read(None).unwrap(), 4);
-    let Counters {
+    let BusCounters {
         foreign_frames,
         echoed_frames,
         malformed_frames,

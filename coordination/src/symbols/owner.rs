@@ -7,34 +7,34 @@ use std::process;
 
 use super::lock::{Content, instance_path, lock_exclusively, read_content};
 use super::namespace::file_error;
-use super::run::Run;
 use super::sweep::{self, Removed};
+use super::table_run::TableRun;
 use super::{Namespace, SymbolError};
 
 /// The lock of the one owner; dropping it removes whatever the run has left.
 #[derive(Debug)]
-pub(super) struct Instance {
-    pub(super) run: Run,
+pub(super) struct Owner {
+    pub(super) run: TableRun,
     path: PathBuf,
     /// Unlocked by being closed, after the drop has removed the file.
     file: File,
 }
 
-impl Instance {
+impl Owner {
     /// Becomes the owner, and removes what dead owners left behind.
     pub(super) fn acquire(robot: &str, place: &Namespace) -> Result<(Self, Removed), SymbolError> {
         place.check(robot)?;
         let root = place.create_root()?;
         let path = instance_path(&root, robot);
         let file = lock_exclusively(robot, &path)?;
-        let run = Run::new(&root, robot);
-        let instance = Self { run, path, file };
-        let dead = read_content(&instance.file).unwrap_or_default();
+        let run = TableRun::new(&root, robot);
+        let owner = Self { run, path, file };
+        let dead = read_content(&owner.file).unwrap_or_default();
         let removed = sweep::remove_runs(&root, robot, dead)?;
-        let folder = instance.run.folder();
-        instance.write(false)?;
+        let folder = owner.run.folder();
+        owner.write(false)?;
         fs::create_dir(&folder).map_err(file_error("create the folder", &folder))?;
-        Ok((instance, removed))
+        Ok((owner, removed))
     }
 
     /// Tells others that the table can be opened.
@@ -58,7 +58,7 @@ impl Instance {
     }
 }
 
-impl Drop for Instance {
+impl Drop for Owner {
     fn drop(&mut self) {
         // Errors have nobody to go to here; the next start finds what is left by its name.
         let _ = sweep::remove_runs(&self.run.root, &self.run.robot, Content::default());

@@ -1,7 +1,4 @@
-//! `onboard ctl`: requests to a running robot over its control socket.
-//!
-//! One connection carries one line there, the request's name (after `send` the event as JSON), and text back: what was
-//! done, or `refused: WHY`.
+//! The control socket: one connection carries one line there and text back.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::fs::PermissionsExt;
@@ -9,12 +6,8 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Subcommand};
-use coordination::event::EventId;
-use description::geometry::Pose2;
-use serde::{Deserialize, Serialize};
-use skills::navigator::Instruction;
-
+use super::reply::Reply;
+use super::request::Request;
 use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
 
@@ -22,141 +15,10 @@ use crate::process::runtime::Runtime;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The server's patience with a client that connects and says nothing: it delays one tick of the supervisor.
 const SERVER_PATIENCE: Duration = Duration::from_millis(50);
+/// Stands before the reason of a refusal.
+const REFUSED: &str = "refused: ";
 /// The longest line that the server reads.
 const LONGEST_LINE: u64 = 1024;
-
-/// What an operator can ask of a running robot.
-#[derive(Clone, Debug, PartialEq, Subcommand)]
-pub enum Request {
-    /// Slow down and stand; `resume` goes on
-    Pause,
-    /// Go on after `pause`
-    Resume,
-    /// Stop hard and stay stopped until `reset`
-    Stop,
-    /// The causes of faults are seen to: forget them and go on
-    Reset,
-    /// Take gains, limits, tubes and map from the files anew
-    Reload,
-    /// Give the robot's state machine one of its external events
-    Send(Event),
-}
-
-/// An external event of the robot's machine, with what holds in the state that it enters until that state is left.
-#[derive(Args, Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Event {
-    /// Name of the event, one of `external` in the site file
-    #[arg(value_name = "EVENT")]
-    pub name: String,
-    /// Drive no faster than this in the state that it enters
-    #[arg(long = "speed-limit", value_name = "M_S", value_parser = speed, allow_hyphen_values = true)]
-    pub speed_limit_m_s: Option<f64>,
-    /// Stop with base_link at this pose in `map`: metres, metres, radians
-    #[arg(long, value_name = "X,Y,THETA", value_parser = pose, allow_hyphen_values = true)]
-    pub stop: Option<Stop>,
-}
-
-/// Where to stop, in `map`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stop {
-    /// East.
-    pub x_m: f64,
-    /// North.
-    pub y_m: f64,
-    /// Counter-clockwise from east.
-    pub theta_rad: f64,
-}
-
-impl Event {
-    /// As navigation takes it; `id` is the event's number.
-    #[must_use]
-    pub fn instruction(&self, id: EventId) -> Instruction {
-        let stop = self.stop;
-        Instruction {
-            event: id,
-            speed_limit_m_s: self.speed_limit_m_s,
-            stop_at: stop.map(|stop| Pose2::new(stop.x_m, stop.y_m, stop.theta_rad)),
-        }
-    }
-}
-
-fn number(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(format!("`{text}` is no number")),
-    }
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    let speed_m_s = number(text)?;
-    if speed_m_s < 0.0 {
-        return Err(format!("{speed_m_s} m/s is negative; expected 0 or more"));
-    }
-    Ok(speed_m_s)
-}
-
-fn pose(text: &str) -> Result<Stop, String> {
-    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
-    match parts[..] {
-        [x_m, y_m, theta_rad] => Ok(Stop {
-            x_m,
-            y_m,
-            theta_rad,
-        }),
-        _ => Err(format!(
-            "{} numbers; expected x, y and theta, such as 5.0,0.5,3.14",
-            parts.len()
-        )),
-    }
-}
-
-/// What stands before an event on the socket.
-const SEND: &str = "send ";
-
-impl Request {
-    /// Its name.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Pause => "pause",
-            Self::Resume => "resume",
-            Self::Stop => "stop",
-            Self::Reset => "reset",
-            Self::Reload => "reload",
-            Self::Send(_) => "send",
-        }
-    }
-
-    /// The line on the socket.
-    fn line(&self) -> String {
-        match self {
-            // Its numbers are finite and its keys are texts: nothing in it cannot be told.
-            Self::Send(event) => {
-                format!("{SEND}{}", serde_json::to_string(event).unwrap_or_default())
-            }
-            other => other.name().to_owned(),
-        }
-    }
-
-    fn from_line(line: &str) -> Result<Self, String> {
-        let plain = [
-            Self::Pause,
-            Self::Resume,
-            Self::Stop,
-            Self::Reset,
-            Self::Reload,
-        ];
-        if let Some(event) = line.strip_prefix(SEND) {
-            return serde_json::from_str(event)
-                .map(Self::Send)
-                .map_err(|error| format!("a request that cannot be read: {error}"));
-        }
-        plain
-            .into_iter()
-            .find(|request| request.name() == line)
-            .ok_or_else(|| format!("unknown request {line:?}"))
-    }
-}
 
 /// Sends one request and prints the answer.
 ///
@@ -167,7 +29,7 @@ pub fn send(runtime: &Runtime, robot: Option<&str>, request: &Request) -> Result
     let answer = exchange(runtime, &robot, request).map_err(|error| {
         Failure::failed(format_args!("robot `{robot}` does not answer: {error}"))
     })?;
-    match answer.strip_prefix("refused: ") {
+    match answer.strip_prefix(REFUSED) {
         None => {
             println!("{robot}: {answer}");
             Ok(())
@@ -263,27 +125,28 @@ fn first_line(stream: &UnixStream) -> Option<String> {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // Gone already is as good.
+        // It may be gone already.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
 impl Pending {
     /// Answers; a client that has left is not an error.
-    pub fn answer(self, result: &Result<String, String>) {
-        answer(self.stream, result);
+    pub fn answer(self, reply: &Reply) {
+        answer(self.stream, reply);
     }
 }
 
-fn answer(mut stream: UnixStream, result: &Result<String, String>) {
-    let _ = match result {
-        Ok(text) => writeln!(stream, "{text}"),
-        Err(why) => writeln!(stream, "refused: {why}"),
+fn answer(mut stream: UnixStream, reply: &Reply) {
+    let _ = match reply {
+        Ok(done) => writeln!(stream, "{done}"),
+        Err(why) => writeln!(stream, "{REFUSED}{why}"),
     };
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::reply::Refusal;
     use super::*;
 
     fn runtime() -> (tempfile::TempDir, Runtime) {
@@ -305,10 +168,10 @@ mod tests {
             .next()
             .expect("arrives");
         assert_eq!(pending.request, Request::Pause);
-        pending.answer(&Err("not now".into()));
+        pending.answer(&Err(Refusal::NotReady));
         assert_eq!(
             client.join().expect("ends").expect("answered"),
-            "refused: not now"
+            "refused: navigation does not run yet"
         );
         drop(server);
         assert!(runtime.robots().is_empty());
@@ -338,51 +201,5 @@ mod tests {
         assert!(runtime.choose(None).is_err());
         assert!(runtime.choose(Some("b")).is_ok());
         assert!(runtime.choose(Some("c")).is_err());
-    }
-
-    #[test]
-    fn an_event_goes_over_the_socket_with_its_parameters() {
-        let event = Event {
-            name: "stop \"here\"".into(),
-            speed_limit_m_s: Some(0.25),
-            stop: Some(Stop {
-                x_m: -1.5,
-                y_m: 0.1 + 0.2,
-                theta_rad: 3.0,
-            }),
-        };
-        for request in [
-            Request::Send(event),
-            Request::Send(Event {
-                name: "go".into(),
-                speed_limit_m_s: None,
-                stop: None,
-            }),
-            Request::Reload,
-        ] {
-            assert_eq!(Request::from_line(&request.line()), Ok(request));
-        }
-        for bad in ["send", "send ", "send {}", "send go", "reload now", ""] {
-            assert!(Request::from_line(bad).is_err(), "{bad:?}");
-        }
-    }
-
-    #[test]
-    fn parameters_are_numbers_within_reason() {
-        assert_eq!(
-            pose("5.0, -0.5,3.0"),
-            Ok(Stop {
-                x_m: 5.0,
-                y_m: -0.5,
-                theta_rad: 3.0
-            })
-        );
-        for bad in ["1,2", "1,2,3,4", "1,2,nan", "1,,3", "", "a,b,c"] {
-            assert!(pose(bad).is_err(), "{bad:?}");
-        }
-        assert_eq!(speed("0"), Ok(0.0));
-        for bad in ["-0.1", "inf", "fast"] {
-            assert!(speed(bad).is_err(), "{bad:?}");
-        }
     }
 }

@@ -3,14 +3,11 @@
 use std::sync::Arc;
 
 use super::plan::Script;
-use contract::level::PROTOCOL_ID;
+use contract::protocols::{MEDIATOR_PARTY, ROBOT_PARTY, begin};
 use coordination::protocol::{
     AbortError, Change, FlagId, Level, MergeError, Party, Position, Protocol, Replica, SetError,
     Side,
 };
-
-/// The mediator is the second party of all protocols of nets, and of those of the contract.
-const MEDIATOR: Party = Party::Second;
 
 /// An area that is kept for a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +18,7 @@ pub(crate) struct Kept {
 }
 
 #[derive(Clone, Debug)]
-pub(crate) struct Part {
+pub(crate) struct Participant {
     pub(crate) robot: usize,
     side: Replica,
     /// By flag: areas that are kept for the robot once it is set.
@@ -31,14 +28,14 @@ pub(crate) struct Part {
     pub(crate) kept: Vec<Kept>,
 }
 
-impl Part {
+impl Participant {
     pub(crate) fn new(robot: usize, script: &Script, derived: bool) -> Self {
-        let side = |party| Replica::new(&script.protocol, PROTOCOL_ID, party, 0);
+        let side = |party| begin(&script.protocol, party);
         Self {
             robot,
-            side: side(MEDIATOR),
+            side: side(MEDIATOR_PARTY),
             enters: Arc::clone(&script.enters),
-            own: derived.then(|| side(MEDIATOR.other())),
+            own: derived.then(|| side(ROBOT_PARTY)),
             kept: Vec::new(),
         }
     }
@@ -50,10 +47,10 @@ impl Part {
         own: Option<Level>,
     ) -> Result<Self, MergeError> {
         let protocol = &script.protocol;
-        let own = own.map(|own| Replica::resume(protocol, MEDIATOR.other(), own));
+        let own = own.map(|own| Replica::resume(protocol, ROBOT_PARTY, own));
         Ok(Self {
             robot,
-            side: Replica::resume(protocol, MEDIATOR, level)?,
+            side: Replica::resume(protocol, MEDIATOR_PARTY, level)?,
             enters: Arc::clone(&script.enters),
             own: own.transpose()?,
             kept: Vec::new(),
@@ -150,13 +147,13 @@ impl Part {
     }
 }
 
-impl Side for Part {
+impl Side for Participant {
     fn protocol(&self) -> &Protocol {
         self.side.protocol()
     }
 
     fn party(&self) -> Party {
-        MEDIATOR
+        MEDIATOR_PARTY
     }
 
     fn read_to(&self) -> Position {
@@ -192,30 +189,34 @@ mod tests {
     use contract::protocols;
 
     fn script(protocol: Protocol) -> Script {
-        Script {
-            enters: vec![Vec::new(); protocol.flags().count()].into(),
-            flags: Vec::new(),
-            paths: Vec::new(),
-            protocol: Arc::new(protocol),
-        }
+        let enters = vec![Vec::new(); protocol.flags().count()];
+        Script::new(Arc::new(protocol), enters)
     }
 
     #[test]
     fn what_is_stored_leaves_out_what_was_not_read() {
         let script = script(protocols::control([("e1", true), ("done1", false)]).expect("valid"));
         let protocol = &script.protocol;
-        let mut part = Part::new(0, &script, false);
-        let mut robot = Replica::new(protocol, PROTOCOL_ID, MEDIATOR.other(), 0);
-        part.set(protocol.flag("acquire").expect("it has it"))
+        let mut participant = Participant::new(0, &script, false);
+        let mut robot = begin(protocol, ROBOT_PARTY);
+        participant
+            .set(protocol.flag("acquire").expect("it has it"))
             .expect("first");
-        robot.merge(part.level()).expect("follows");
+        robot.merge(participant.level()).expect("follows");
         robot.poll();
         robot
             .set(protocol.flag("acquired").expect("it has it"))
             .expect("next");
-        part.merge(robot.level()).expect("follows");
-        assert_eq!((part.level().progress, part.read_level().progress), (2, 1));
-        let mut again = Part::resume(0, &script, part.read_level(), None).expect("its own");
+        participant.merge(robot.level()).expect("follows");
+        assert_eq!(
+            (
+                participant.level().progress,
+                participant.read_level().progress
+            ),
+            (2, 1)
+        );
+        let mut again =
+            Participant::resume(0, &script, participant.read_level(), None).expect("its own");
         again.merge(robot.level()).expect("the robot says it again");
         assert_eq!(again.peek(), protocol.flag("acquired").map(Change::Flag));
         again.poll();
@@ -224,15 +225,16 @@ mod tests {
 
     #[test]
     fn an_old_grant_does_not_use_up_what_is_kept() {
-        let mut part = Part::new(0, &script(protocols::control([]).expect("valid")), false);
-        part.keep(&[4]);
-        part.gave_back(4, true);
-        assert!(part.keeps(4), "that was before");
-        part.granted(4);
-        part.gave_back(4, false);
-        assert!(part.keeps(4), "it was not in there");
-        part.granted(4);
-        part.gave_back(4, true);
-        assert!(!part.keeps(4));
+        let mut participant =
+            Participant::new(0, &script(protocols::control([]).expect("valid")), false);
+        participant.keep(&[4]);
+        participant.gave_back(4, true);
+        assert!(participant.keeps(4), "that was before");
+        participant.granted(4);
+        participant.gave_back(4, false);
+        assert!(participant.keeps(4), "it was not in there");
+        participant.granted(4);
+        participant.gave_back(4, true);
+        assert!(!participant.keeps(4));
     }
 }

@@ -10,14 +10,14 @@ use std::process;
 
 /// One life of a table: what its files and its shared memory are called.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Run {
+pub(super) struct TableRun {
     pub(super) root: PathBuf,
     pub(super) robot: String,
     /// Twelve hexadecimal digits, different for every run.
     pub(super) word: String,
 }
 
-impl Run {
+impl TableRun {
     pub(super) fn new(root: &Path, robot: &str) -> Self {
         // The keys of a `RandomState` come from the system's random numbers.
         let mut hasher = RandomState::new().build_hasher();
@@ -51,9 +51,9 @@ mod tests {
 
     #[test]
     fn runs_differ() {
-        let run = || Run::new(Path::new("/r"), "a").word;
+        let run = || TableRun::new(Path::new("/r"), "a").word;
         let (first, second) = (run(), run());
-        assert!(Run::is_word(&first) && Run::is_word(&second));
+        assert!(TableRun::is_word(&first) && TableRun::is_word(&second));
         assert_ne!(first, second);
     }
 }

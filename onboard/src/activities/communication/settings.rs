@@ -1,0 +1,18 @@
+//! What the communication activity needs to know.
+
+use contract::network::NetworkSettings;
+
+/// What the communication activity needs to know.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Robot, as its file names it.
+    pub robot_id: String,
+    /// Role that the site gives it.
+    pub role: String,
+    /// Drawn at start.
+    pub boot_epoch: u64,
+    /// Prefix of all keys.
+    pub key_prefix: String,
+    /// The network.
+    pub network: NetworkSettings,
+}

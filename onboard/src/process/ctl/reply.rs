@@ -1,0 +1,126 @@
+//! What a running robot says to a request.
+
+use std::fmt;
+
+use skills::navigator::{Hold, InstructionError};
+
+/// What was done, or why nothing was.
+pub type Reply = Result<Done, Refusal>;
+
+/// What was done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Done {
+    /// The robot slows down and stands.
+    Paused,
+    /// It goes on.
+    Running,
+    /// It stops hard.
+    Stopped,
+    /// Faults are forgotten.
+    Reset,
+    /// The files were taken anew.
+    Reloaded,
+    /// The machine took an event.
+    Sent {
+        /// The event.
+        event: String,
+        /// The state that the machine was in.
+        from: String,
+        /// The state that it is in now.
+        to: String,
+        /// Why the robot does not move in it, if it does not.
+        hold: Option<Hold>,
+    },
+}
+
+impl fmt::Display for Done {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Paused => f.write_str("paused"),
+            Self::Running => f.write_str("running"),
+            Self::Stopped => f.write_str("stopped; `onboard ctl reset` goes on"),
+            Self::Reset => f.write_str("reset"),
+            Self::Reloaded => f.write_str("reloaded"),
+            Self::Sent {
+                event,
+                from,
+                to,
+                hold,
+            } => {
+                write!(f, "`{event}`: state {from} -> {to}")?;
+                match hold {
+                    Some(hold) => write!(f, "; the robot stands: {}", hold.reason()),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+}
+
+/// Why nothing was done.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// The line is none of the requests.
+    #[error("unknown request {0:?}")]
+    UnknownRequest(String),
+    /// The event is not the JSON of one.
+    #[error("a request that cannot be read: {0}")]
+    Unreadable(String),
+    /// `resume` of a robot that a fault has stopped.
+    #[error("it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`")]
+    StoppedByFault,
+    /// An event was sent before, and navigation has not answered.
+    #[error("another event is on its way")]
+    AnotherEvent,
+    /// An event or a reload while a reload is under way.
+    #[error("a reload is under way")]
+    AnotherReload,
+    /// The machine of this role has no such external event.
+    #[error("role `{role}` has no external event `{event}`; it has {known}")]
+    UnknownEvent {
+        /// The role.
+        role: String,
+        /// As found.
+        event: String,
+        /// Those that there are, for people.
+        known: String,
+    },
+    /// The state has no transition on the event.
+    #[error("state `{state}` has no use for `{event}`; it takes {known}")]
+    Ignored {
+        /// The machine's state.
+        state: String,
+        /// The event.
+        event: String,
+        /// External events that the state takes, for people.
+        known: String,
+    },
+    /// The parameters of the event are bad.
+    #[error(transparent)]
+    Instruction(#[from] InstructionError),
+    /// Navigation is not in a state to take events.
+    #[error("navigation does not run yet")]
+    NotReady,
+    /// The queue to navigation is full.
+    #[error("navigation does not take its commands")]
+    QueueFull,
+    /// Navigation had its time to answer.
+    #[error("navigation does not answer; see `onboard inspect` for what it does")]
+    NoAnswer,
+    /// The files cannot be used, or not by a robot that runs.
+    #[error("{0}")]
+    Files(String),
+    /// A reload had its time; what it waited for.
+    #[error("{0}")]
+    ReloadTooSlow(&'static str),
+}
+
+/// Names for people: "`a`, `b`", or "none".
+pub(crate) fn quoted<'a>(names: impl Iterator<Item = &'a String>) -> String {
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}
