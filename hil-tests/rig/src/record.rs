@@ -9,13 +9,11 @@ use description::geometry::Footprint;
 use sim::world::{Pose, Shape};
 
 use crate::scenario::Limits;
-use crate::summary::Summary;
+use crate::summary::{Holding, Summary};
 
 /// A run.
 #[derive(Clone, Debug)]
 pub struct Record {
-    /// Name of the scenario.
-    pub scenario: String,
     /// What it is about, in a sentence; may be empty.
     pub about: String,
     /// The site.
@@ -32,8 +30,6 @@ pub struct Record {
     pub holdings: Vec<Holding>,
     /// Who waited for which area, in the order in which they began.
     pub waits: Vec<Wait>,
-    /// Coordinations, in the order of their numbers.
-    pub coordinations: Vec<CoordinationRecord>,
     /// When a mediator ran; several spans when it was restarted, none without one.
     pub mediator: Vec<Span>,
     /// What the rig or an operator did to the run, such as killing a robot.
@@ -42,7 +38,7 @@ pub struct Record {
     pub grant_latency_ms: Vec<f64>,
     /// From a robot's flag to the mediator's next command through the net.
     pub command_latency_ms: Vec<f64>,
-    /// The figures, with outcome and violations.
+    /// The figures, with outcome, coordinations and violations.
     pub summary: Summary,
 }
 
@@ -95,27 +91,6 @@ pub struct StateChange {
     pub believed_m: [f64; 2],
 }
 
-/// A robot had an area: one run of protocol 1.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Holding {
-    /// Area.
-    pub area: String,
-    /// Robot.
-    pub robot: String,
-    /// Of the grant.
-    pub fence: u64,
-    /// When its request was heard; none when the grant was heard without one.
-    pub requested_s: Option<f64>,
-    /// When the grant was heard.
-    pub granted_s: f64,
-    /// When it said that it entered.
-    pub entered_s: Option<f64>,
-    /// When it said that it left, or gave the grant back; none: it had it until the end.
-    pub released_s: Option<f64>,
-    /// It gave the grant back without having entered.
-    pub returned: bool,
-}
-
 /// A robot asked for an area and did not get it at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wait {
@@ -129,29 +104,6 @@ pub struct Wait {
     pub to_s: Option<f64>,
     /// Why, as the mediator told it last; may be empty.
     pub why: String,
-}
-
-/// A net was run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CoordinationRecord {
-    /// Its number.
-    pub number: u64,
-    /// Its id in the site file.
-    pub id: String,
-    /// The net.
-    pub net: String,
-    /// In which situation it began; empty: its robots were told to get out of the way.
-    pub situation: String,
-    /// Roles of the net and the robots that play them.
-    pub robots: Vec<(String, String)>,
-    /// When it began.
-    pub from_s: f64,
-    /// When it was over; none: it ran until the end.
-    pub to_s: Option<f64>,
-    /// What fired, in order: transition and time.
-    pub firings: Vec<(String, f64)>,
-    /// Places that were marked when it was seen last.
-    pub marking: Vec<String>,
 }
 
 /// A stretch of time.

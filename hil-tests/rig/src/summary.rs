@@ -136,26 +136,32 @@ pub struct AreaSummary {
     /// How many robots it holds.
     pub capacity: u32,
     /// Who had it, in the order of grants.
-    pub owners: Vec<OwnerSummary>,
+    pub owners: Vec<Holding>,
     /// Longest time from a request to its grant.
     pub longest_wait_s: f64,
 }
 
-/// A robot had an area. Times are seconds since the start.
+/// A robot had an area: one run of protocol 1. Times are seconds since the start, when messages were heard.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct OwnerSummary {
+pub struct Holding {
+    /// Area.
+    #[serde(skip)]
+    pub area: String,
     /// Robot.
     pub robot: String,
     /// Of the grant.
     pub fence: u64,
-    /// When it asked.
+    /// When it asked; none when the grant was heard without a request.
     pub requested_s: Option<f64>,
     /// When it was granted.
     pub granted_s: f64,
     /// When it entered; none: it did not.
     pub entered_s: Option<f64>,
-    /// When it gave it back; none: it did not.
+    /// When it left, or gave the grant back; none: it had the area until the end.
     pub released_s: Option<f64>,
+    /// It gave the grant back without having entered.
+    #[serde(skip)]
+    pub returned: bool,
 }
 
 /// A net was run. Times are seconds since the start.
@@ -167,7 +173,7 @@ pub struct CoordinationSummary {
     pub id: String,
     /// The net.
     pub net: String,
-    /// In which situation it began.
+    /// In which situation it began; empty: its robots were told to get out of the way.
     pub situation: String,
     /// Who took part.
     pub robots: Vec<PartSummary>,
@@ -177,6 +183,17 @@ pub struct CoordinationSummary {
     pub duration_s: Option<f64>,
     /// What fired, in order.
     pub firings: Vec<FiringSummary>,
+    /// Places that were marked when it was seen last.
+    #[serde(skip)]
+    pub marking: Vec<String>,
+}
+
+impl CoordinationSummary {
+    /// When it was over; none: it ran until the end.
+    #[must_use]
+    pub fn to_s(&self) -> Option<f64> {
+        self.duration_s.map(|duration_s| self.from_s + duration_s)
+    }
 }
 
 /// A role of a net and its robot.

@@ -4,11 +4,12 @@ use super::ending::Ending;
 use super::execution::{Execution, MediatorRuns};
 use super::watch::{Run, Track};
 use crate::machine::{Machine, round};
+use crate::network::mediator_status::CoordinationSeen;
 use crate::network::observations::Observations;
-use crate::record::{CoordinationRecord, Holding, Record, RobotRecord, Span, StateChange, Wait};
+use crate::record::{Record, RobotRecord, Span, StateChange, Wait};
 use crate::scenario::Player;
 use crate::summary::{
-    AreaSummary, CoordinationSummary, DONE, FiringSummary, Latency, OwnerSummary, PartSummary,
+    AreaSummary, CoordinationSummary, DONE, FiringSummary, Holding, Latency, PartSummary,
     RobotSummary, Summary,
 };
 
@@ -22,7 +23,6 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
     let heard = run
         .stage
         .heard(|observations| Heard::of(observations, &seconds));
-    let coordinations = coordinations(run);
     let mediator = run.stage.mediator();
     let summary = Summary {
         scenario: run.scenario.name.clone(),
@@ -35,7 +35,7 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
             .collect(),
         mediator: mediator.as_ref().map(|mediator| mediator.summary),
         areas: areas(run, &heard, seconds(now_ns)),
-        coordinations: coordinations.iter().map(in_short).collect(),
+        coordinations: coordinations(run),
         grants: Latency::of(&heard.grant_latency_ms),
         commands: Latency::of(&heard.command_latency_ms),
         during: run.judge.rules(),
@@ -43,7 +43,6 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
     };
     let waited = |wait: &Wait| wait.to_s.is_none_or(|to_s| to_s - wait.from_s > NO_WAIT_S);
     Record {
-        scenario: run.scenario.name.clone(),
         about: run.scenario.about.clone(),
         site: run.scenario.site.clone(),
         nets: run.scenario.nets.clone(),
@@ -54,7 +53,6 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
         obstacles: run.stage.obstacles(),
         holdings: heard.holdings,
         waits: heard.waits.into_iter().filter(waited).collect(),
-        coordinations,
         mediator: { mediator.iter() }
             .flat_map(|MediatorRuns { spans_ns, .. }| spans_ns)
             .map(|&(from_ns, to_ns)| Span {
@@ -169,14 +167,7 @@ fn areas<E>(run: &Run<E>, heard: &Heard, now_s: f64) -> Vec<AreaSummary> {
             capacity: area.capacity,
             owners: { heard.holdings.iter() }
                 .filter(|own| own.area == area.id)
-                .map(|own| OwnerSummary {
-                    robot: own.robot.clone(),
-                    fence: own.fence,
-                    requested_s: own.requested_s,
-                    granted_s: own.granted_s,
-                    entered_s: own.entered_s,
-                    released_s: own.released_s,
-                })
+                .cloned()
                 .collect(),
             longest_wait_s: { heard.waits.iter() }
                 .filter(|wait| wait.area == area.id)
@@ -186,51 +177,36 @@ fn areas<E>(run: &Run<E>, heard: &Heard, now_s: f64) -> Vec<AreaSummary> {
         .collect()
 }
 
-fn coordinations<E: Execution>(run: &Run<E>) -> Vec<CoordinationRecord> {
+fn coordinations<E: Execution>(run: &Run<E>) -> Vec<CoordinationSummary> {
     let seconds = |at_ns: u64| round(run.stage.seconds(at_ns));
-    run.stage.told(|told| {
-        {
-            told.into_iter()
-                .flat_map(|told| told.coordinations.values())
-        }
-        .map(|seen| CoordinationRecord {
-            number: seen.status.number,
-            id: seen.status.id.clone(),
-            net: seen.status.net.clone(),
-            situation: seen.status.situation.clone(),
-            robots: seen.status.robots.clone(),
-            from_s: seconds(seen.from_ns),
-            to_s: seen.to_ns.map(seconds),
-            firings: { seen.firings.iter() }
-                .map(|(transition, at_ns)| (transition.clone(), seconds(*at_ns)))
+    let summary = |seen: &CoordinationSeen| {
+        let status = &seen.status;
+        let from_s = seconds(seen.from_ns);
+        CoordinationSummary {
+            number: status.number,
+            id: status.id.clone(),
+            net: status.net.clone(),
+            situation: status.situation.clone(),
+            robots: { status.robots.iter().cloned() }
+                .map(|(role, robot)| PartSummary { role, robot })
                 .collect(),
-            marking: seen.status.marking.clone(),
-        })
-        .collect()
+            from_s,
+            duration_s: seen.to_ns.map(|to_ns| round(seconds(to_ns) - from_s)),
+            firings: { seen.firings.iter().cloned() }
+                .map(|(transition, at_ns)| FiringSummary {
+                    transition,
+                    at_s: seconds(at_ns),
+                })
+                .collect(),
+            marking: status.marking.clone(),
+        }
+    };
+    run.stage.told(|told| {
+        let seen = told
+            .into_iter()
+            .flat_map(|told| told.coordinations.values());
+        seen.map(summary).collect()
     })
-}
-
-fn in_short(record: &CoordinationRecord) -> CoordinationSummary {
-    CoordinationSummary {
-        number: record.number,
-        id: record.id.clone(),
-        net: record.net.clone(),
-        situation: record.situation.clone(),
-        robots: { record.robots.iter() }
-            .map(|(role, robot)| PartSummary {
-                role: role.clone(),
-                robot: robot.clone(),
-            })
-            .collect(),
-        from_s: record.from_s,
-        duration_s: record.to_s.map(|to_s| round(to_s - record.from_s)),
-        firings: { record.firings.iter() }
-            .map(|(transition, at_s)| FiringSummary {
-                transition: transition.clone(),
-                at_s: *at_s,
-            })
-            .collect(),
-    }
 }
 
 fn in_words<E: Execution>(run: &Run<E>, ending: &Ending) -> String {

@@ -38,7 +38,6 @@ fn svg(
         states: changes.to_vec(),
     };
     let record = Record {
-        scenario: summary.scenario.clone(),
         about: String::new(),
         site: site.clone(),
         nets: Vec::new(),
@@ -50,7 +49,6 @@ fn svg(
         obstacles: Vec::new(),
         holdings: Vec::new(),
         waits: Vec::new(),
-        coordinations: Vec::new(),
         mediator: Vec::new(),
         incidents: Vec::new(),
         grant_latency_ms: Vec::new(),

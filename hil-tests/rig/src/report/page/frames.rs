@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::record::CoordinationRecord;
+use crate::summary::{CoordinationSummary, FiringSummary};
 
 use super::floorplan::open_clipped;
 use super::html::{Page, quantity};
@@ -24,14 +24,10 @@ const TEXT_PX: f64 = 12.0;
 
 /// Writes the pictures of the first coordination that came to its end; false if there is none.
 pub(super) fn write(page: &mut Page, view: &View<'_>, figure: usize) -> bool {
-    let runs = || {
-        view.record
-            .coordinations
-            .iter()
-            .filter(|run| run.firings.len() > 1)
-    };
+    let coordinations = &view.record.summary.coordinations;
+    let runs = || coordinations.iter().filter(|run| run.firings.len() > 1);
     let Some(run) = runs()
-        .find(|run| run.to_s.is_some())
+        .find(|run| run.duration_s.is_some())
         .or_else(|| runs().next())
     else {
         return false;
@@ -59,9 +55,10 @@ pub(super) fn write(page: &mut Page, view: &View<'_>, figure: usize) -> bool {
 }
 
 /// Times with the transitions that fired then; as many as there is room for, evenly among them.
-fn moments(run: &CoordinationRecord) -> Vec<(f64, String)> {
+fn moments(run: &CoordinationSummary) -> Vec<(f64, String)> {
     let mut moments: Vec<(f64, String)> = Vec::new();
-    for (transition, at_s) in run.firings.iter().filter(|firing| firing.1.is_finite()) {
+    let timed = run.firings.iter().filter(|own| own.at_s.is_finite());
+    for FiringSummary { transition, at_s } in timed {
         match moments.last_mut().filter(|last| at_s - last.0 < LEAST_S) {
             Some(last) => {
                 let _ = write!(last.1, ", {transition}");
@@ -169,16 +166,19 @@ fn draw_areas(canvas: &mut Canvas, view: &View<'_>, frame: &Frame, labels: &mut 
 mod tests {
     use super::*;
 
-    fn run(times_s: &[f64]) -> CoordinationRecord {
-        let firing = |(index, at_s): (usize, &f64)| (format!("t{index}"), *at_s);
-        CoordinationRecord {
+    fn run(times_s: &[f64]) -> CoordinationSummary {
+        let firing = |(index, at_s): (usize, &f64)| FiringSummary {
+            transition: format!("t{index}"),
+            at_s: *at_s,
+        };
+        CoordinationSummary {
             number: 1,
             id: "c".to_owned(),
             net: "n".to_owned(),
             situation: String::new(),
             robots: Vec::new(),
             from_s: 0.0,
-            to_s: None,
+            duration_s: None,
             firings: times_s.iter().enumerate().map(firing).collect(),
             marking: Vec::new(),
         }

@@ -25,12 +25,9 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
         page.element("p class=\"soft\"", &record.about);
     }
     page.raw("<dl class=\"facts\">\n");
-    let ended = |run: &&crate::record::CoordinationRecord| run.to_s.is_some();
-    let firings: usize = record
-        .coordinations
-        .iter()
-        .map(|run| run.firings.len())
-        .sum();
+    let coordinations = &summary.coordinations;
+    let ended = coordinations.iter().filter(|run| run.duration_s.is_some());
+    let firings: usize = coordinations.iter().map(|run| run.firings.len()).sum();
     let machine = &summary.machine;
     for (name, value, class) in [
         ("duration", quantity(summary.duration_s, 1, "s"), ""),
@@ -39,11 +36,7 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
         ("grants of areas", record.holdings.len().to_string(), ""),
         (
             "coordinations run to their end",
-            format!(
-                "{} of {}",
-                record.coordinations.iter().filter(ended).count(),
-                record.coordinations.len()
-            ),
+            format!("{} of {}", ended.count(), coordinations.len()),
             "",
         ),
         ("firings", firings.to_string(), ""),
@@ -78,7 +71,7 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
 
 /// The page's name.
 pub(super) fn title(view: &View<'_>) -> String {
-    let (scenario, site) = (&view.record.scenario, &view.record.site.name);
+    let (scenario, site) = (&view.record.summary.scenario, &view.record.site.name);
     if scenario == site {
         scenario.clone()
     } else {

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use config::{NetConfig, NetPlace, NetTransition};
 use coordination::petri::{Binding, PlaceKind};
 
-use crate::record::CoordinationRecord;
+use crate::summary::CoordinationSummary;
 
 use super::arcs::{Arc, BAR_PX, PLACE_PX, TIP_PX, draw_arcs};
 use super::html::quantity;
@@ -38,7 +38,7 @@ pub(super) fn draw(
     view: &View<'_>,
     net: &NetConfig,
     situation: &str,
-    run: Option<&CoordinationRecord>,
+    run: Option<&CoordinationSummary>,
 ) -> Option<String> {
     let places: Vec<&NetPlace> = net
         .places
@@ -54,11 +54,9 @@ pub(super) fn draw(
         .flat_map(|situation| situation.marked.iter().map(String::as_str))
         .collect();
     let mut fired = Firings::new();
-    for (index, (transition, at_s)) in run.iter().flat_map(|run| &run.firings).enumerate() {
-        fired
-            .entry(transition)
-            .or_default()
-            .push((index + 1, *at_s));
+    for (index, firing) in run.iter().flat_map(|run| &run.firings).enumerate() {
+        let times = fired.entry(firing.transition.as_str()).or_default();
+        times.push((index + 1, firing.at_s));
     }
     let mut drawing = Drawing {
         view,
@@ -80,7 +78,7 @@ pub(super) fn draw(
 struct Drawing<'a> {
     view: &'a View<'a>,
     net: &'a NetConfig,
-    run: Option<&'a CoordinationRecord>,
+    run: Option<&'a CoordinationSummary>,
     /// The internal ones; nodes of the graph in this order, then the transitions.
     places: Vec<&'a NetPlace>,
     marked: Vec<&'a str>,
@@ -295,13 +293,10 @@ impl Drawing<'_> {
         name: &str,
     ) {
         let robot = role.and_then(|role| {
-            let robots = self.run.into_iter().flat_map(|run| &run.robots);
-            robots
-                .filter(|(own, _)| own == role)
-                .map(|(_, robot)| robot)
-                .next()
+            let parts = self.run.into_iter().flat_map(|run| &run.robots);
+            { parts }.find(|part| part.role == role)
         });
-        let class = robot.map_or_else(|| "neutral".to_owned(), |robot| self.view.class(robot));
+        let class = robot.map_or_else(|| "neutral".to_owned(), |part| self.view.class(&part.robot));
         canvas.open("g", format_args!("class=\"{class}\""));
         let at = [bar[0] - BESIDE_PX, bar[1] + step * PORT_STEP_PX];
         let joint = [bar[0] - BAR_PX[0], bar[1] + step.clamp(-1.0, 1.0) * 1.5];

@@ -3,7 +3,7 @@
 use config::NetConfig;
 use coordination::petri::PlaceKind;
 
-use crate::record::CoordinationRecord;
+use crate::summary::CoordinationSummary;
 
 use super::html::{Cell, Page, quantity, short_time};
 use super::net;
@@ -18,21 +18,20 @@ const FINEST_MS: f64 = 0.5;
 
 /// Writes the section; returns the number of the next figure.
 pub(super) fn write(page: &mut Page, view: &View<'_>, mut figure: usize) -> usize {
-    let record = view.record;
-    if record.nets.is_empty() && record.coordinations.is_empty() {
+    let (nets, coordinations) = (&view.record.nets, &view.record.summary.coordinations);
+    if nets.is_empty() && coordinations.is_empty() {
         return figure;
     }
     page.element("h2", "Coordinations");
     summary(page, view);
-    for net in &record.nets {
-        let runs: Vec<&CoordinationRecord> = record
-            .coordinations
-            .iter()
+    for net in nets {
+        let runs: Vec<&CoordinationSummary> = { coordinations.iter() }
             .filter(|run| run.net == net.name)
             .collect();
         // One run for each situation in which it began; a run that came to its end says more.
-        let mut drawn: Vec<&CoordinationRecord> = Vec::new();
-        for run in runs.iter().filter(|run| run.to_s.is_some()).chain(&runs) {
+        let mut drawn: Vec<&CoordinationSummary> = Vec::new();
+        let ended = runs.iter().filter(|run| run.duration_s.is_some());
+        for run in ended.chain(&runs) {
             if drawn.len() < MOST_DRAWN && !drawn.iter().any(|own| own.situation == run.situation) {
                 drawn.push(run);
             }
@@ -78,6 +77,7 @@ fn heading(net: &NetConfig) -> String {
 fn summary(page: &mut Page, view: &View<'_>) {
     let rows: Vec<Vec<Cell>> = view
         .record
+        .summary
         .coordinations
         .iter()
         .take(MOST_LISTED)
@@ -93,9 +93,9 @@ fn summary(page: &mut Page, view: &View<'_>) {
                 }),
                 Cell::new(cast(run)),
                 Cell::new(quantity(run.from_s, 1, "s")),
-                Cell::new(quantity(run.to_s.map(|to_s| to_s - run.from_s), 1, "s")),
+                Cell::new(quantity(run.duration_s, 1, "s")),
                 Cell::new(run.firings.len()),
-                Cell::new(if run.to_s.is_some() {
+                Cell::new(if run.duration_s.is_some() {
                     "over".to_owned()
                 } else {
                     run.marking.join(", ")
@@ -124,9 +124,9 @@ fn summary(page: &mut Page, view: &View<'_>) {
     );
 }
 
-fn sentence(view: &View<'_>, run: &CoordinationRecord) -> String {
-    let how = match run.to_s {
-        Some(to_s) => format!("took {}", quantity(to_s - run.from_s, 1, "s")),
+fn sentence(view: &View<'_>, run: &CoordinationSummary) -> String {
+    let how = match run.duration_s {
+        Some(duration_s) => format!("took {}", quantity(duration_s, 1, "s")),
         None => format!("was not over at {}", quantity(view.end_s, 1, "s")),
     };
     let situation = if run.situation.is_empty() {
@@ -149,7 +149,7 @@ fn draw(
     view: &View<'_>,
     net: &NetConfig,
     situation: &str,
-    run: Option<&CoordinationRecord>,
+    run: Option<&CoordinationSummary>,
     figure: &mut usize,
 ) {
     page.raw("<div class=\"net\">\n");
@@ -186,16 +186,17 @@ fn draw(
 }
 
 /// The firings of a run in order.
-fn firings(page: &mut Page, net: &NetConfig, run: &CoordinationRecord) {
+fn firings(page: &mut Page, net: &NetConfig, run: &CoordinationSummary) {
     let mut before_s = run.from_s;
     let rows: Vec<Vec<Cell>> = run
         .firings
         .iter()
         .take(MOST_FIRINGS)
         .enumerate()
-        .map(|(index, (id, at_s))| {
+        .map(|(index, firing)| {
+            let (id, at_s) = (&firing.transition, firing.at_s);
             let after_ms = (at_s - before_s) * 1e3;
-            before_s = *at_s;
+            before_s = at_s;
             let transition = net.transitions.iter().find(|own| &own.id == id);
             let events = |ids: Option<&Vec<String>>, kind: PlaceKind| {
                 let names: Vec<String> = ids
@@ -215,7 +216,7 @@ fn firings(page: &mut Page, net: &NetConfig, run: &CoordinationRecord) {
             vec![
                 Cell::new(index + 1),
                 Cell::new(id),
-                Cell::new(quantity(*at_s, 3, "s")),
+                Cell::new(quantity(at_s, 3, "s")),
                 Cell::new(if after_ms.abs() < FINEST_MS {
                     quantity(0.0, 0, "ms")
                 } else {

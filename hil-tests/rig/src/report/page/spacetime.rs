@@ -2,7 +2,8 @@
 //!
 //! Long runs are broken into several panels, one under the other.
 
-use crate::record::{CoordinationRecord, RobotRecord, Span};
+use crate::record::{RobotRecord, Span};
+use crate::summary::CoordinationSummary;
 
 use super::lanes::{AreaRow, area_rows, stacked};
 use super::rows::{
@@ -60,12 +61,13 @@ fn top_speed_m_s(view: &View<'_>) -> f64 {
 }
 
 /// Coordinations in lanes, so that none covers another.
-fn bands<'a>(view: &View<'a>) -> Vec<(usize, &'a CoordinationRecord, (f64, f64))> {
+fn bands<'a>(view: &View<'a>) -> Vec<(usize, &'a CoordinationSummary, (f64, f64))> {
     let runs: Vec<_> = view
         .record
+        .summary
         .coordinations
         .iter()
-        .filter_map(|run| Some((run, view.shown(run.from_s, run.to_s)?)))
+        .filter_map(|run| Some((run, view.shown(run.from_s, run.to_s())?)))
         .collect();
     let lanes = stacked(runs.iter().map(|run| run.1));
     lanes
@@ -79,7 +81,7 @@ struct Diagram<'a> {
     view: &'a View<'a>,
     areas: Vec<AreaRow<'a>>,
     /// With its lane and what is shown of it.
-    bands: Vec<(usize, &'a CoordinationRecord, (f64, f64))>,
+    bands: Vec<(usize, &'a CoordinationSummary, (f64, f64))>,
     top_m_s: f64,
 }
 
@@ -176,8 +178,9 @@ impl Diagram<'_> {
             let hint = format!("coordination {} ({}), {}", run.number, run.id, cast(run));
             rect(canvas, "bandbar", [x, y, width.max(1.0), BAND_PX], &hint);
             let mut marks = Curve::default();
-            for (_, at_s) in run.firings.iter().filter(|firing| window.holds(firing.1)) {
-                marks.move_to([window.x(*at_s), y + BAND_PX]);
+            let times = { run.firings.iter() }.map(|firing| firing.at_s);
+            for at_s in times.filter(|at_s| window.holds(*at_s)) {
+                marks.move_to([window.x(at_s), y + BAND_PX]);
                 marks.vertical_to(y + BAND_PX + FIRINGS_PX - 1.0);
             }
             canvas.curve("class=\"fire\"", &marks);

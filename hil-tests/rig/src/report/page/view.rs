@@ -1,6 +1,7 @@
 //! A record as figures and tables need it: robots by identity, colours, and the range of time.
 
-use crate::record::{CoordinationRecord, Record, RobotRecord};
+use crate::record::{Record, RobotRecord};
+use crate::summary::CoordinationSummary;
 
 use super::style::COLOURS;
 
@@ -23,7 +24,7 @@ impl<'a> View<'a> {
                 holding.released_s,
             ]
         });
-        let ends = record.coordinations.iter().map(|run| run.to_s);
+        let ends = { record.summary.coordinations.iter() }.map(CoordinationSummary::to_s);
         let end_s = paths
             .map(|point| point.at_s)
             .chain(releases.flatten())
@@ -56,11 +57,11 @@ impl<'a> View<'a> {
 }
 
 /// The robots of a coordination with their roles, in words.
-pub(super) fn cast(run: &CoordinationRecord) -> String {
+pub(super) fn cast(run: &CoordinationSummary) -> String {
     let parts: Vec<String> = run
         .robots
         .iter()
-        .map(|(role, robot)| format!("{role}: {robot}"))
+        .map(|part| format!("{}: {}", part.role, part.robot))
         .collect();
     parts.join(", ")
 }

@@ -64,7 +64,7 @@ fn owners_are_solid_where_they_were_inside_and_hatched_while_they_waited() {
     (holding.granted_s, holding.entered_s, holding.released_s) = (30.0, Some(40.0), None);
     record.holdings = vec![holding];
     record.waits.clear();
-    record.coordinations.clear();
+    record.summary.coordinations.clear();
     let (page, _) = page(&record);
     let drawn = drawing(&page, "spacetime");
     let width_px = |class: &str| -> f64 {
@@ -198,7 +198,7 @@ fn a_long_run_of_three_stays_small() {
         .collect();
     record.holdings = holdings(&record.site, &record.robots);
     assert!(record.holdings.len() > 300);
-    record.coordinations = (0..60_u32)
+    record.summary.coordinations = (0..60_u32)
         .map(|index| {
             coordination(
                 index.into(),
@@ -241,7 +241,7 @@ fn a_long_run_of_three_stays_small() {
 fn names_cannot_break_the_page() {
     const ODD: &str = "a<b & \"c\" '>]]\u{1b}";
     let mut record = overtaking();
-    record.scenario = ODD.to_owned();
+    record.summary.scenario = ODD.to_owned();
     record.about = ODD.to_owned();
     for robot in &mut record.robots {
         robot.id.push_str(ODD);
@@ -269,8 +269,8 @@ fn names_cannot_break_the_page() {
     net.transitions
         .iter_mut()
         .for_each(|own| own.id.push_str(ODD));
-    for (transition, _) in &mut record.coordinations[0].firings {
-        transition.push_str(ODD);
+    for firing in &mut record.summary.coordinations[0].firings {
+        firing.transition.push_str(ODD);
     }
     let summary = &mut record.summary;
     (summary.outcome, summary.machine.processor) = (ODD.to_owned(), ODD.to_owned());
@@ -306,7 +306,8 @@ fn odd_numbers_leave_gaps_and_no_more() {
         record.waits[0].from_s = odd;
         record.summary.robots[0].min_clearance_m = odd;
     }
-    record.coordinations[0].firings[2].1 = f64::NAN;
-    record.coordinations[0].to_s = Some(-3.0);
+    let coordination = &mut record.summary.coordinations[0];
+    coordination.firings[2].at_s = f64::NAN;
+    coordination.duration_s = Some(-13.2);
     page(&record);
 }

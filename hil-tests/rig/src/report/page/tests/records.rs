@@ -5,11 +5,12 @@ use serde_json::json;
 use sim::world::Pose;
 
 use crate::machine::Machine;
-use crate::record::{
-    CoordinationRecord, Holding, PathPoint, Record, RobotRecord, Span, StateChange, Wait,
-};
+use crate::record::{PathPoint, Record, RobotRecord, Span, StateChange, Wait};
 use crate::scenario::Limits;
-use crate::summary::{DuringSummary, Latency, MediatorSummary, RobotSummary, Summary};
+use crate::summary::{
+    CoordinationSummary, DuringSummary, FiringSummary, Holding, Latency, MediatorSummary,
+    PartSummary, RobotSummary, Summary,
+};
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
 
@@ -66,7 +67,6 @@ pub(super) fn member(id: &str, role: &str) -> RobotSummary {
 
 pub(super) fn empty(site_name: &str) -> Record {
     Record {
-        scenario: site_name.to_owned(),
         about: String::new(),
         site: site(site_name),
         nets: Vec::new(),
@@ -75,7 +75,6 @@ pub(super) fn empty(site_name: &str) -> Record {
         obstacles: Vec::new(),
         holdings: Vec::new(),
         waits: Vec::new(),
-        coordinations: Vec::new(),
         mediator: Vec::new(),
         incidents: Vec::new(),
         grant_latency_ms: Vec::new(),
@@ -241,24 +240,30 @@ pub(super) fn coordination(
     from_s: f64,
     took_s: f64,
     robots: [&str; 2],
-) -> CoordinationRecord {
-    let firings: Vec<(String, f64)> = FIRED
+) -> CoordinationSummary {
+    let firings = FIRED
         .iter()
         .filter(|name| !name.is_empty())
         .enumerate()
-        .map(|(index, name)| ((*name).to_owned(), from_s + took_s * index as f64 / 12.0))
+        .map(|(index, name)| FiringSummary {
+            transition: (*name).to_owned(),
+            at_s: from_s + took_s * index as f64 / 12.0,
+        })
         .collect();
-    CoordinationRecord {
+    let part = |(role, robot): (&str, &str)| PartSummary {
+        role: role.to_owned(),
+        robot: robot.to_owned(),
+    };
+    CoordinationSummary {
         number,
         id: "overtaking".to_owned(),
         net: "overtaking".to_owned(),
         situation: net("overtaking").situations[0].id.clone(),
-        robots: vec![
-            ("emergency".to_owned(), robots[0].to_owned()),
-            ("normal".to_owned(), robots[1].to_owned()),
-        ],
+        robots: { ["emergency", "normal"].into_iter().zip(robots) }
+            .map(part)
+            .collect(),
         from_s,
-        to_s: Some(from_s + took_s),
+        duration_s: Some(took_s),
         firings,
         marking: vec!["emergency-gone".to_owned(), "normal-gone".to_owned()],
     }
@@ -282,7 +287,6 @@ pub(super) fn overtaking() -> Record {
         to_s: Some(20.2),
         why: "area 1 is held by amr-1".to_owned(),
     }];
-    record.coordinations = vec![coordination(1, 10.2, 34.0, ["amr-2", "amr-1"])];
     record.mediator = vec![Span {
         from_s: 0.0,
         to_s: 100.0,
@@ -294,6 +298,7 @@ pub(super) fn overtaking() -> Record {
         .map(|_| 0.6 + 6.0 * random() * random() * random())
         .collect();
     let summary = &mut record.summary;
+    summary.coordinations = vec![coordination(1, 10.2, 34.0, ["amr-2", "amr-1"])];
     summary.seed = 1_234_567;
     summary.duration_s = 100.0;
     summary.robots = vec![member("amr-1", "normal"), member("amr-2", "emergency")];
