@@ -5,7 +5,7 @@
 //! `LONGEST_WAIT_S`.
 
 use config::SiteConfig;
-use sim::world::{Footprint, Pose, Random};
+use sim::world::{Footprint, Pose, Random, STANDING_M_S};
 
 use crate::shapes::region;
 
@@ -17,7 +17,6 @@ const LEFT_M: f64 = 0.3;
 const START_M: f64 = 0.6;
 /// A robot that stands at most this far from an area waits for it.
 const WAITING_M: f64 = 1.5;
-const STANDING_M_S: f64 = 0.02;
 const LONGEST_WAIT_S: f64 = 5.0;
 const LEAVE_STREAM: u64 = 0x4C45_4156;
 

@@ -4,7 +4,7 @@ use config::SiteConfig;
 use description::geometry::Pose2;
 use description::instruction::Instruction;
 use description::site::{ControllerConfig, FsmConfig, StopPlace};
-use sim::world::{Random, Truth};
+use sim::world::{Random, STANDING_M_S, Truth};
 
 /// The operator reacts to a state after this time, as a person does.
 const LOOKS_S: f64 = 0.6;
@@ -12,7 +12,6 @@ const LOOKS_S: f64 = 0.6;
 const AHEAD_M: [f64; 2] = [0.8, 1.6];
 /// A stop may come with a speed limit: least and most.
 const SPEED_LIMIT_M_S: [f64; 2] = [0.15, 0.35];
-const STANDING_M_S: f64 = 0.02;
 const OPERATOR_STREAM: u64 = 0x4F50_4552;
 
 /// Plays the operator, from the seed.
