@@ -6,7 +6,7 @@
 //!
 //! From what stands below to what stands above:
 //!
-//! - [`shapes`], [`testbed`]: a world and the devices of its robots, put together from the users' own files;
+//! - [`shapes`], [`lanes`], [`testbed`]: a world and the devices of its robots, put together from the users' own files;
 //! - [`process`]: this program as another; robots and the mediator are this program with a hidden subcommand;
 //! - [`network`]: what robots and mediator say, heard as any third party could; [`belief`]: what a robot believes;
 //! - [`stand_ins`]: what the rig plays in the place of people and of the mediator;
@@ -23,6 +23,7 @@ pub mod figures;
 pub mod folder;
 pub mod goals;
 pub mod judge;
+pub mod lanes;
 pub mod machine;
 pub mod map;
 pub mod network;

@@ -5,6 +5,8 @@ use description::geometry::Rect;
 use description::site::Manoeuvre;
 use sim::world::Truth;
 
+use crate::lanes::forward_lane;
+
 /// One robot's laps.
 #[derive(Clone, Debug)]
 pub struct Laps {
@@ -31,8 +33,7 @@ impl Laps {
             .map(|area| Area {
                 region: area.region,
                 is_turn: area.control.manoeuvre == Manoeuvre::UTurn,
-                is_lane: area.control.manoeuvre == Manoeuvre::Forward && { area.lane.as_ref() }
-                    .is_some_and(|id| site.lane(id).is_some()),
+                is_lane: forward_lane(site, area).is_some(),
             })
             .collect();
         Self {

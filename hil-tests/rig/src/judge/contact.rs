@@ -2,7 +2,7 @@
 
 use sim::world::Cause;
 
-use super::look::{Look, Robot};
+use super::look::{Look, Robot, place};
 use super::violations::Violations;
 use crate::figures::Figures;
 use crate::scenario::Limits;
@@ -27,10 +27,7 @@ impl Contact {
         violations: &mut Violations,
     ) {
         let (truth, before) = (look.truth, self.collisions);
-        let at = format!(
-            "at x = {:.2} m, y = {:.2} m",
-            truth.pose.x_m, truth.pose.y_m
-        );
+        let at = place(&truth.pose);
         let known = look.world.collisions(look.robot);
         for collision in known.iter().skip(before) {
             let seen = collision.bearing_rad.abs() <= IN_VIEW_RAD;

@@ -26,6 +26,11 @@ pub struct Look<'a> {
     pub observations: &'a Observations,
 }
 
+/// Where a pose is, in words.
+pub(super) fn place(pose: &Pose) -> String {
+    format!("at x = {:.2} m, y = {:.2} m", pose.x_m, pose.y_m)
+}
+
 /// What a judge knows of a robot from the files.
 #[derive(Debug)]
 pub(super) struct Robot {

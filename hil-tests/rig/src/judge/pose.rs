@@ -1,12 +1,14 @@
 //! What a robot believes of its pose, against the truth.
 
+use description::geometry::wrap_angle;
 use description::site::{ControllerConfig, Feature};
 
-use super::look::{Look, Robot};
+use super::look::{Look, Robot, place};
 use super::view::{Scenery, normal, walls_in_view};
 use super::violations::Violations;
 use crate::belief::Belief;
 use crate::figures::Figures;
+use crate::lanes::lane_of;
 use crate::scenario::Limits;
 
 /// A wall counts when it has been in view this long: a scan, and the corrections it brings, take their time.
@@ -60,7 +62,7 @@ impl Believed {
             belief.pose.x_m - true_pose.x_m,
             belief.pose.y_m - true_pose.y_m,
         ];
-        let heading_rad = wrap(belief.pose.theta_rad - true_pose.theta_rad);
+        let heading_rad = wrap_angle(belief.pose.theta_rad - true_pose.theta_rad);
         figures.max_position_error_m = figures
             .max_position_error_m
             .max(error_m[0].hypot(error_m[1]));
@@ -85,7 +87,7 @@ impl Believed {
             return;
         };
         figures.max_pose_error_m = figures.max_pose_error_m.max(across_m);
-        let at = format!("at x = {:.2} m, y = {:.2} m", true_pose.x_m, true_pose.y_m);
+        let at = place(&true_pose);
         if let Some(most_m) = limits.pose_error_m.filter(|most_m| across_m > *most_m) {
             let wall = &robot.site.walls[index].id;
             let detail = format!(
@@ -128,31 +130,17 @@ fn is_used(robot: &Robot, wall: usize, state: &str) -> bool {
     if tracks.contains(&Feature::Walls) {
         return true;
     }
-    let area = robot.site.area(&state.area);
-    let lane = state
-        .lane
-        .as_ref()
-        .or(area.and_then(|area| area.lane.as_ref()));
     let turns = skill.is_some_and(|skill| {
         matches!(
             skill.controller,
             ControllerConfig::UTurn { .. } | ControllerConfig::Turn { .. }
         )
     });
-    let Some(lane) = lane
-        .and_then(|lane| robot.site.lane(lane))
-        .filter(|_| !turns)
-    else {
+    let Some(lane) = lane_of(&robot.site, state).filter(|_| !turns) else {
         return false;
     };
-    let is_end = lane.end_wall.as_ref() == Some(&robot.site.walls[wall].id);
-    let [nx, ny] = normal(&robot.site.walls[wall]);
-    let [dx, dy] = [0, 1].map(|axis| lane.line.b.xy_m()[axis] - lane.line.a.xy_m()[axis]);
-    let along = ((nx * dx + ny * dy) / dx.hypot(dy)).abs() < ALONG;
+    let wall = &robot.site.walls[wall];
+    let is_end = lane.end_wall.as_ref() == Some(&wall.id);
+    let along = wall.line.unit().cross(lane.line.unit()).abs() < ALONG;
     (along && tracks.contains(&Feature::Corridor)) || (is_end && tracks.contains(&Feature::LaneEnd))
-}
-
-fn wrap(angle_rad: f64) -> f64 {
-    let turn = std::f64::consts::TAU;
-    (angle_rad + turn / 2.0).rem_euclid(turn) - turn / 2.0
 }

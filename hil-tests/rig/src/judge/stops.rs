@@ -4,6 +4,7 @@ use config::SiteConfig;
 use description::site::{ControllerConfig, FsmState, StopPlace};
 use sim::world::{Footprint, Pose};
 
+use crate::lanes::lane_of;
 use crate::shapes::{region, segment};
 
 /// What a robot stopped at.
@@ -44,12 +45,7 @@ impl StopError {
         let floor = footprint.at(pose);
         match &site.skill(&state.skill)?.controller {
             ControllerConfig::Dock { distance_m } => {
-                let area = site.area(&state.area);
-                let lane = state
-                    .lane
-                    .as_ref()
-                    .or(area.and_then(|area| area.lane.as_ref()))?;
-                let wall = site.wall(site.lane(lane)?.end_wall.as_ref()?)?;
+                let wall = site.wall(lane_of(site, state)?.end_wall.as_ref()?)?;
                 let gap_m = floor.distance_to_segment_m(&segment(wall));
                 Some(Self {
                     kind: StopKind::Dock,

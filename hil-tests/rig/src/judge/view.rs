@@ -92,9 +92,8 @@ pub fn walls_in_view(site: &SiteConfig, scenery: &Scenery, lidar: &Pose) -> Vec<
 /// Unit vector across a wall.
 #[must_use]
 pub fn normal(wall: &Wall) -> Point {
-    let [dx, dy] = [0, 1].map(|axis| wall.line.b.xy_m()[axis] - wall.line.a.xy_m()[axis]);
-    let length_m = dx.hypot(dy);
-    [-dy / length_m, dx / length_m]
+    let along = wall.line.unit();
+    [-along.y_m, along.x_m]
 }
 
 #[derive(Clone, Debug, Default)]

@@ -6,6 +6,8 @@ use description::instruction::Instruction;
 use description::site::{ControllerConfig, FsmConfig, StopPlace};
 use sim::world::{Random, STANDING_M_S, Truth};
 
+use crate::lanes::lane_of;
+
 /// The operator reacts to a state after this time, as a person does.
 const LOOKS_S: f64 = 0.6;
 /// How far ahead of the robot a stop may be asked for: least and most.
@@ -100,24 +102,10 @@ impl Operator {
         state: &str,
         truth: &Truth,
     ) -> Option<Pose2> {
-        let state = fsm.state(state)?;
-        let area = site.area(&state.area);
-        let lane = state
-            .lane
-            .as_ref()
-            .or(area.and_then(|area| area.lane.as_ref()))?;
-        let lane = site.lane(lane)?;
-        let [dx, dy] = [0, 1].map(|axis| lane.line.b.xy_m()[axis] - lane.line.a.xy_m()[axis]);
-        let length_m = dx.hypot(dy);
-        let [ux, uy] = [dx / length_m, dy / length_m];
-        let along_m = (truth.pose.x_m - lane.line.a.xy_m()[0]) * ux
-            + (truth.pose.y_m - lane.line.a.xy_m()[1]) * uy;
-        let at_m = along_m + self.between(AHEAD_M);
-        Some(Pose2::new(
-            lane.line.a.xy_m()[0] + ux * at_m,
-            lane.line.a.xy_m()[1] + uy * at_m,
-            uy.atan2(ux),
-        ))
+        let line = lane_of(site, fsm.state(state)?)?.line;
+        let along_m = line.along_m([truth.pose.x_m, truth.pose.y_m].into());
+        let at = line.a + line.unit() * (along_m + self.between(AHEAD_M));
+        Some(Pose2::new(at.x_m, at.y_m, line.direction_rad()))
     }
 }
 

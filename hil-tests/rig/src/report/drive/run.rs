@@ -1,9 +1,9 @@
 //! The run as map and charts need it: true states with their time, area and place on the lane.
 
 use config::SiteConfig;
-use description::site::{Area, Manoeuvre};
 use sim::world::{Pose, Shape};
 
+use crate::lanes::forward_lane;
 use crate::record::{Record, RobotRecord};
 use crate::scenario::Limits;
 use crate::summary::{RobotSummary, Summary, Violation};
@@ -73,7 +73,9 @@ impl<'a> Run<'a> {
                     speed_m_s: point.speed_m_s,
                     clearance_m: point.clearance_m,
                     area,
-                    lateral_m: area.and_then(|index| lateral_m(site, &site.areas[index], at_m)),
+                    lateral_m: { area.and_then(|index| forward_lane(site, &site.areas[index])) }
+                        .map(|lane| lane.line.lateral_m(at_m.into()))
+                        .filter(|lateral_m| lateral_m.is_finite()),
                     in_contact: point.in_contact,
                 }
             })
@@ -122,15 +124,4 @@ impl<'a> Run<'a> {
             .fold(self.robot.max_speed_m_s, f64::max)
             .max(0.01)
     }
-}
-
-fn lateral_m(site: &SiteConfig, area: &Area, at_m: [f64; 2]) -> Option<f64> {
-    if area.control.manoeuvre != Manoeuvre::Forward {
-        return None;
-    }
-    let lane = site.lane(area.lane.as_ref()?)?;
-    let [dx, dy] = [0, 1].map(|axis| lane.line.b.xy_m()[axis] - lane.line.a.xy_m()[axis]);
-    let [px, py] = [0, 1].map(|axis| at_m[axis] - lane.line.a.xy_m()[axis]);
-    let lateral_m = (py * dx - px * dy) / dx.hypot(dy);
-    lateral_m.is_finite().then_some(lateral_m)
 }
