@@ -4,7 +4,7 @@ use sim::world::Pose;
 
 use super::areas::Areas;
 use super::conduct::Conduct;
-use super::during::Rules;
+use super::during::Rule;
 use super::look::Look;
 use super::violations::Violations;
 use crate::figures::Figures;
@@ -15,9 +15,8 @@ use crate::summary::{DuringSummary, Violation};
 #[derive(Debug)]
 pub struct Judge {
     robots: Vec<Conduct>,
-    ids: Vec<String>,
     areas: Areas,
-    rules: Rules,
+    rules: Vec<Rule>,
     violations: Violations,
 }
 
@@ -29,11 +28,8 @@ impl Judge {
             robots: { scenario.robots.iter() }
                 .map(|player| Conduct::new(scenario, player, start_ns))
                 .collect(),
-            ids: { scenario.robots.iter() }
-                .map(|player| player.id.clone())
-                .collect(),
             areas: Areas::new(scenario, heard),
-            rules: Rules::new(scenario),
+            rules: Rule::all(scenario),
             violations: Violations::new(start_ns),
         }
     }
@@ -44,11 +40,11 @@ impl Judge {
             return;
         };
         let found = &mut self.violations;
-        robot.observe(look, found);
-        self.areas
-            .judge(look.robot, look.truth, look.observations, found);
-        self.rules
-            .judge(look.robot, look.truth, look.observations, found);
+        let before = robot.observe(look, found);
+        self.areas.judge(&self.robots, look, before, found);
+        for rule in &mut self.rules {
+            rule.judge(&self.robots, look, before, found);
+        }
     }
 
     /// A robot was told where to stop.
@@ -60,7 +56,11 @@ impl Judge {
 
     /// An operator said that these robots are not in the area, whatever the truth is.
     pub fn cleared(&mut self, area: &str, robots: &[&str]) {
-        self.areas.cleared(area, robots);
+        for (index, own) in self.robots.iter().enumerate() {
+            if robots.contains(&own.robot.id.as_str()) {
+                self.areas.cleared(area, index);
+            }
+        }
     }
 
     /// A violation found elsewhere, such as in a device's records.
@@ -70,7 +70,7 @@ impl Judge {
 
     /// The same of the robot with this number.
     pub fn report_of(&mut self, robot: usize, kind: &str, at_ns: u64, detail: String) {
-        let id = self.ids.get(robot).map_or("", String::as_str);
+        let id = { self.robots.get(robot) }.map_or("", |own| own.robot.id.as_str());
         self.violations.report(kind, id, at_ns, detail);
     }
 
@@ -104,6 +104,6 @@ impl Judge {
     /// What had to be true while something else was.
     #[must_use]
     pub fn rules(&self) -> Vec<DuringSummary> {
-        self.rules.summary()
+        self.rules.iter().map(Rule::summary).collect()
     }
 }

@@ -16,10 +16,11 @@ use crate::scenario::{Limits, Player, Scenario};
 /// Watches one robot.
 #[derive(Debug)]
 pub(super) struct Conduct {
-    robot: Robot,
+    pub(super) robot: Robot,
+    /// The truth at the last look.
+    pub(super) truth: Option<Truth>,
     limits: Limits,
     start_ns: u64,
-    last_ns: u64,
     contact: Contact,
     lane: Lane,
     believed: Believed,
@@ -33,11 +34,11 @@ impl Conduct {
     pub(super) fn new(scenario: &Scenario, player: &Player, start_ns: u64) -> Self {
         let robot = Robot::new(scenario, player);
         Self {
+            truth: None,
             limits: scenario.limits,
             start_ns,
-            last_ns: start_ns,
             contact: Contact::default(),
-            lane: Lane::new(&robot.id, &robot.site),
+            lane: Lane::default(),
             believed: Believed::new(&robot),
             stood_since_ns: None,
             instructed: None,
@@ -63,11 +64,16 @@ impl Conduct {
         self.instructed = Some(pose);
     }
 
-    /// Takes in one look.
-    pub(super) fn observe(&mut self, look: &Look<'_>, violations: &mut Violations) {
+    /// Takes in one look; returns the truth at the look before, if there was one.
+    pub(super) fn observe(
+        &mut self,
+        look: &Look<'_>,
+        violations: &mut Violations,
+    ) -> Option<Truth> {
         let (truth, now_ns) = (look.truth, look.truth.time_ns);
-        let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 / 1e9;
-        self.last_ns = now_ns;
+        let before = self.truth.replace(*truth);
+        let last_ns = before.map_or(self.start_ns, |before| before.time_ns);
+        let elapsed_s = now_ns.saturating_sub(last_ns) as f64 / 1e9;
         let (robot, figures) = (&self.robot, &mut self.figures);
         figures.duration_s = now_ns.saturating_sub(self.start_ns) as f64 / 1e9;
         figures.distance_m = truth.distance_m;
@@ -83,7 +89,7 @@ impl Conduct {
         self.contact
             .judge(robot, &self.limits, look, figures, violations);
         borders::judge(robot, look, figures, violations);
-        self.lane.judge(&self.limits, truth, violations);
+        self.lane.judge(robot, &self.limits, truth, violations);
         self.measure_speed(truth);
         self.measure_stand(truth);
         if let Some(belief) = look.belief {
@@ -92,6 +98,7 @@ impl Conduct {
             self.believed
                 .judge(robot, &self.limits, look, belief, figures, violations);
         }
+        before
     }
 
     /// Measured, not judged: a state's limit holds from its first step, which may be made in the area before.
