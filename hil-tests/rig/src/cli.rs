@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::commands::{self, Request};
+use crate::commands::{self, Many, Request};
 use crate::scenario::Changes;
 use crate::{devices, map};
 
@@ -43,7 +43,7 @@ enum Command {
     /// Draw a site file: walls, lanes, areas, zones, starts
     Map(MapArgs),
     /// Run the devices of one robot alone until Ctrl-C
-    Devices(DevicesArgs),
+    Devices(devices::Setup),
 }
 
 /// Arguments of `rig lap`.
@@ -53,7 +53,7 @@ struct LapArgs {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     laps: Option<u32>,
     #[command(flatten)]
-    files: FileArgs,
+    changes: Changes,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -83,18 +83,18 @@ struct ScenarioArgs {
     #[command(flatten)]
     fleet: FleetArgs,
     #[command(flatten)]
-    files: FileArgs,
+    changes: Changes,
     #[command(flatten)]
-    many: ManyArgs,
+    many: Many,
 }
 
 /// Arguments of `rig course` and `rig clutter`.
 #[derive(Clone, Debug, Args)]
 struct TrialArgs {
     #[command(flatten)]
-    files: FileArgs,
+    changes: Changes,
     #[command(flatten)]
-    many: ManyArgs,
+    many: Many,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -111,34 +111,6 @@ struct RunArgs {
     /// Folder for summary.json, reports and logs [default: target/rig/SCENARIO]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-}
-
-/// Other files than those of the scenario.
-#[derive(Clone, Debug, Args)]
-struct FileArgs {
-    /// Robot file, where one robot drives [default: the scenario's own]
-    #[arg(long, value_name = "FILE")]
-    robot: Option<PathBuf>,
-    /// Site file, where one robot drives [default: the scenario's own]
-    #[arg(long, value_name = "FILE")]
-    site: Option<PathBuf>,
-    /// Change one value of the files of robot and site, such as drive.max_speed_m_s=0.3
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
-}
-
-/// Many runs, and the simulated clock.
-#[derive(Clone, Debug, Args)]
-struct ManyArgs {
-    /// Run on a simulated clock, without threads and devices
-    #[arg(long)]
-    stepped: bool,
-    /// Runs, with this seed and the following ones
-    #[arg(long, default_value_t = 1, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=1_000_000))]
-    runs: usize,
-    /// Runs at once [default: one; on the simulated clock one for each core]
-    #[arg(long)]
-    jobs: Option<NonZeroUsize>,
 }
 
 /// Arguments of `rig campaign`.
@@ -172,9 +144,11 @@ impl RunArgs {
             rounds: None,
             laps: None,
             seed: self.seed,
-            runs: 1,
-            jobs: None,
-            stepped: false,
+            many: Many {
+                stepped: false,
+                runs: 1,
+                jobs: None,
+            },
             headless: self.headless,
             out: self.out,
             mediator: true,
@@ -186,7 +160,7 @@ impl RunArgs {
 impl LapArgs {
     fn request(self) -> Request {
         Request {
-            changes: self.files.changes(),
+            changes: self.changes,
             laps: self.laps,
             ..self.run.request("lap".into())
         }
@@ -207,10 +181,8 @@ impl FleetArgs {
 impl ScenarioArgs {
     fn request(self) -> Request {
         Request {
-            changes: self.files.changes(),
-            stepped: self.many.stepped,
-            runs: self.many.runs,
-            jobs: self.many.jobs,
+            changes: self.changes,
+            many: self.many,
             ..self.fleet.request(self.scenario)
         }
     }
@@ -219,10 +191,8 @@ impl ScenarioArgs {
 impl TrialArgs {
     fn request(self, scenario: &str) -> Request {
         Request {
-            changes: self.files.changes(),
-            stepped: self.many.stepped,
-            runs: self.many.runs,
-            jobs: self.many.jobs,
+            changes: self.changes,
+            many: self.many,
             ..self.run.request(scenario.into())
         }
     }
@@ -237,19 +207,12 @@ impl CampaignArgs {
         };
         Request {
             rounds: self.rounds,
-            runs: self.runs,
-            jobs: Some(self.jobs),
+            many: Many {
+                stepped: false,
+                runs: self.runs,
+                jobs: Some(self.jobs),
+            },
             ..run.request(self.scenario)
-        }
-    }
-}
-
-impl FileArgs {
-    fn changes(self) -> Changes {
-        Changes {
-            robot: self.robot,
-            site: self.site,
-            set: self.set,
         }
     }
 }
@@ -265,42 +228,6 @@ struct MapArgs {
     out: Option<PathBuf>,
 }
 
-/// Arguments of `rig devices`.
-#[derive(Clone, Debug, Args)]
-struct DevicesArgs {
-    /// Robot file
-    #[arg(long, value_name = "FILE")]
-    robot: PathBuf,
-    /// Site file that says where the walls are
-    #[arg(
-        long,
-        value_name = "FILE",
-        default_value = "config/sites/corridor.toml"
-    )]
-    site: PathBuf,
-    /// Where the bus is: a network interface, or udp:ADDRESS [default: what the robot file says]
-    #[arg(long, value_name = "IFACE|udp:ADDR")]
-    ethercat: Option<String>,
-    /// Symbolic link to make to the lidar's terminal
-    #[arg(long, value_name = "PATH")]
-    lidar: Option<PathBuf>,
-    /// Decides wheel errors and noise
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-}
-
-impl From<DevicesArgs> for devices::Setup {
-    fn from(own: DevicesArgs) -> Self {
-        Self {
-            robot: own.robot,
-            site: own.site,
-            ethercat: own.ethercat,
-            lidar: own.lidar,
-            seed: own.seed,
-        }
-    }
-}
-
 /// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let result = match Cli::parse_from(arguments).command {
@@ -313,7 +240,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Course(own) => commands::scenario(&own.request("course")),
         Command::Clutter(own) => commands::scenario(&own.request("clutter")),
         Command::Map(own) => map::map(&own.site, own.out),
-        Command::Devices(own) => devices::devices(&own.into()),
+        Command::Devices(own) => devices::devices(&own),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

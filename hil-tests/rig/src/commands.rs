@@ -4,6 +4,8 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use clap::Args;
+use clap::builder::RangedU64ValueParser;
 use onboard::cli::Failure;
 
 use crate::campaign::{processes, stepped};
@@ -28,12 +30,8 @@ pub struct Request {
     pub laps: Option<u32>,
     /// Of the first run.
     pub seed: u64,
-    /// How many runs, with this seed and the following ones.
-    pub runs: usize,
-    /// How many runs at once; by default one, or on the simulated clock one for each core.
-    pub jobs: Option<NonZeroUsize>,
-    /// On the simulated clock.
-    pub stepped: bool,
+    /// How many runs, and by which clock.
+    pub many: Many,
     /// Show nothing while it runs.
     pub headless: bool,
     /// Folder for what the runs leave.
@@ -44,6 +42,20 @@ pub struct Request {
     pub nets: bool,
 }
 
+/// Many runs, and the simulated clock.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Many {
+    /// Run on a simulated clock, without threads and devices
+    #[arg(long)]
+    pub stepped: bool,
+    /// Runs, with this seed and the following ones
+    #[arg(long, default_value_t = 1, value_parser = RangedU64ValueParser::<usize>::new().range(1..=1_000_000))]
+    pub runs: usize,
+    /// Runs at once [default: one; on the simulated clock one for each core]
+    #[arg(long)]
+    pub jobs: Option<NonZeroUsize>,
+}
+
 /// Runs a scenario.
 ///
 /// # Errors
@@ -52,7 +64,7 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
     let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join(&scenario.name));
-    match (request.stepped, request.runs) {
+    match (request.many.stepped, request.many.runs) {
         (true, 1) => stepped_once(scenario, request, &out, &asked_to_end),
         (true, _) => stepped_often(&scenario, request, &out, &asked_to_end),
         (false, 1) => {
@@ -134,8 +146,8 @@ fn processes(
         scenario: request.scenario.clone(),
         arguments,
         first_seed: request.seed,
-        runs: request.runs,
-        jobs: request.jobs.map_or(1, NonZeroUsize::get),
+        runs: request.many.runs,
+        jobs: request.many.jobs.map_or(1, NonZeroUsize::get),
         out,
     };
     processes::campaign(scenario, &setup, asked_to_end)
@@ -149,8 +161,12 @@ fn stepped_often(
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
     let cores = || std::thread::available_parallelism().ok();
-    let jobs = request.jobs.or_else(cores).map_or(1, NonZeroUsize::get);
-    let (seed, runs) = (request.seed, request.runs);
+    let jobs = request
+        .many
+        .jobs
+        .or_else(cores)
+        .map_or(1, NonZeroUsize::get);
+    let (seed, runs) = (request.seed, request.many.runs);
     let statistics = stepped::campaign(scenario, seed, runs, jobs, asked_to_end)?;
     statistics.print();
     statistics.write(out)?;

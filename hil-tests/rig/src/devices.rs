@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use clap::Args;
 use description::robot::Link;
 use onboard::cli::Failure;
 
@@ -14,17 +15,26 @@ use crate::testbed::{BusPlace, Devices, start_pose, world};
 const SAY: Duration = Duration::from_secs(1);
 
 /// Which devices, and where.
-#[derive(Clone, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Setup {
-    /// Robot file.
+    /// Robot file
+    #[arg(long, value_name = "FILE")]
     pub robot: PathBuf,
-    /// Site file that says where the walls are.
+    /// Site file that says where the walls are
+    #[arg(
+        long,
+        value_name = "FILE",
+        default_value = "config/sites/corridor.toml"
+    )]
     pub site: PathBuf,
-    /// Where the bus is: a network interface, or `udp:ADDRESS`; by default what the robot file says.
+    /// Where the bus is: a network interface, or udp:ADDRESS [default: what the robot file says]
+    #[arg(long, value_name = "IFACE|udp:ADDR")]
     pub ethercat: Option<String>,
-    /// Symbolic link to make to the lidar's terminal.
+    /// Symbolic link to make to the lidar's terminal
+    #[arg(long, value_name = "PATH")]
     pub lidar: Option<PathBuf>,
-    /// Decides wheel errors and noise.
+    /// Decides wheel errors and noise
+    #[arg(long, default_value_t = 1)]
     pub seed: u64,
 }
 

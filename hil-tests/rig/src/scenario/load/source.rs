@@ -2,6 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use clap::Args;
 use onboard::cli::Failure;
 use toml::Spanned;
 
@@ -42,14 +43,18 @@ const SHIPPED: [(&str, &str); 6] = [
     ),
 ];
 
-/// What the command line changes in a scenario; robot and site only where one robot drives.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// What the command line changes in a scenario. The robot has the identity that its file says; values are changed after
+/// those of the scenario.
+#[derive(Args, Clone, Debug, Default, PartialEq, Eq)]
 pub struct Changes {
-    /// Another robot file; the robot has the identity that it says.
+    /// Robot file, where one robot drives [default: the scenario's own]
+    #[arg(long, value_name = "FILE")]
     pub robot: Option<PathBuf>,
-    /// Another site file.
+    /// Site file, where one robot drives [default: the scenario's own]
+    #[arg(long, value_name = "FILE")]
     pub site: Option<PathBuf>,
-    /// Values changed in the files of robot and site, after those of the scenario, `KEY=VALUE`.
+    /// Change one value of the files of robot and site, such as drive.max_speed_m_s=0.3
+    #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
 
