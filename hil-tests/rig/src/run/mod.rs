@@ -20,6 +20,7 @@ mod watch;
 pub use ending::Ending;
 pub use execution::{Execution, Found, LOOK_NS, MediatorRuns};
 pub use finish::{finish, look_on};
-pub use programs::{Options, run};
+pub use programs::run;
 pub use recording::record;
+pub use stage::Options;
 pub use watch::{Run, Track};

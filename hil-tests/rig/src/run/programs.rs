@@ -1,32 +1,14 @@
 //! A run through the real programs, and what can be done to it.
 
-use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use onboard::cli::Failure;
 use sim::rt::monotonic_ns;
 
 use super::finish::{finish, look_on};
-use super::stage::{Stage, StageSetup};
+use super::stage::{Options, Stage};
 use super::watch::Run;
 use crate::scenario::Scenario;
-
-/// How a scenario is run.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The program that becomes mediator and robots: the rig's own.
-    pub program: PathBuf,
-    /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way.
-    pub seed: u64,
-    /// Folder for what the run leaves.
-    pub out: PathBuf,
-    /// Show nothing while it runs.
-    pub headless: bool,
-    /// Start a mediator where the site asks for one.
-    pub mediator: bool,
-    /// Leave the site's coordinations as they are.
-    pub nets: bool,
-}
 
 /// Runs a scenario to its end, and leaves what there is to know of it.
 ///
@@ -48,16 +30,7 @@ impl Run<Stage> {
     /// # Errors
     /// [`Failure::Refused`] naming what is wrong or cannot be had.
     pub fn start(scenario: Scenario, options: &Options) -> Result<Self, Failure> {
-        let stage = Stage::set(
-            &scenario,
-            &StageSetup {
-                program: options.program.clone(),
-                seed: options.seed,
-                out: &options.out,
-                mediator: options.mediator,
-                nets: options.nets,
-            },
-        )?;
+        let stage = Stage::set(&scenario, options)?;
         let names: Vec<&str> = { scenario.robots.iter() }
             .map(|own| own.id.as_str())
             .collect();

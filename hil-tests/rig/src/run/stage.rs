@@ -1,7 +1,7 @@
 //! The real programs in real time: world, devices, listener, mediator and robots.
 
 use description::instruction::Instruction;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use onboard::cli::Failure;
@@ -37,15 +37,17 @@ use crate::testbed::{BusPlace, Devices, drawn_starts, world};
 /// Numbers drawn for starting times have nothing to do with those that the world draws.
 const DELAY_STREAM: u64 = 0x4445_4c41;
 
-/// How the programs are started.
+/// How a scenario is run.
 #[derive(Clone, Debug)]
-pub struct StageSetup<'a> {
+pub struct Options {
     /// The program that becomes mediator and robots: the rig's own.
     pub program: PathBuf,
     /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way.
     pub seed: u64,
     /// Folder for what the run leaves.
-    pub out: &'a Path,
+    pub out: PathBuf,
+    /// Show nothing while it runs.
+    pub headless: bool,
     /// Start a mediator where the site asks for one.
     pub mediator: bool,
     /// Leave the site's coordinations as they are.
@@ -77,20 +79,20 @@ impl Stage {
     ///
     /// # Errors
     /// [`Failure::Refused`] naming what is wrong or cannot be had.
-    pub fn set(scenario: &Scenario, setup: &StageSetup<'_>) -> Result<Self, Failure> {
-        make_folder(setup.out)?;
+    pub fn set(scenario: &Scenario, options: &Options) -> Result<Self, Failure> {
+        make_folder(&options.out)?;
         let folder = Folder::new()?;
-        let janitor = Janitor::start(&setup.program, folder.path()).map_err(Failure::refused)?;
+        let janitor = Janitor::start(&options.program, folder.path()).map_err(Failure::refused)?;
         let site = &scenario.site;
-        let site_file = if setup.nets {
+        let site_file = if options.nets {
             scenario.site_file.clone()
         } else {
             without_nets(&scenario.site_file, folder.path())?
         };
-        let robots = drawn_starts(scenario, setup.seed);
-        let world = world(site, &robots, setup.seed)?;
+        let robots = drawn_starts(scenario, options.seed);
+        let world = world(site, &robots, options.seed)?;
         if let Some(clutter) = &scenario.clutter {
-            furnish(&mut world.lock(), clutter, setup.seed).map_err(Failure::refused)?;
+            furnish(&mut world.lock(), clutter, options.seed).map_err(Failure::refused)?;
         }
         // A name of this run's own, so that two rigs on one machine never meet.
         let key_prefix = format!("rig-{}", std::process::id());
@@ -99,7 +101,7 @@ impl Stage {
         let mediator_endpoint = free_endpoint().map_err(Failure::refused)?;
         let runtime_folder = folder.path().join("run");
         let runtime = runtime_in(&runtime_folder)?;
-        let wanted = setup.mediator && site.areas_managed;
+        let wanted = options.mediator && site.areas_managed;
         if wanted && !scenario.set.is_empty() {
             return Err(Failure::refused(
                 "values that are set would not reach the mediator, which reads the site file itself",
@@ -107,7 +109,7 @@ impl Stage {
         }
         let mediator = wanted.then(|| {
             MediatorProcess::start(MediatorSetup {
-                program: setup.program.clone(),
+                program: options.program.clone(),
                 site_file: site_file.clone(),
                 site: site.name.clone(),
                 journal: folder.path().join("journal.redb"),
@@ -115,7 +117,7 @@ impl Stage {
                 listen: mediator_endpoint.clone(),
                 connect: listener.endpoint().to_owned(),
                 runtime: folder.path().join("mediator"),
-                log: setup.out.join("mediator.log"),
+                log: options.out.join("mediator.log"),
             })
         });
         let mediator = mediator.transpose().map_err(|error| {
@@ -129,12 +131,12 @@ impl Stage {
             .transpose()
             .map_err(Failure::refused)?;
         let start_ns = monotonic_ns();
-        let mut delays = Random::new(setup.seed, DELAY_STREAM);
+        let mut delays = Random::new(options.seed, DELAY_STREAM);
         let mut members = Vec::new();
         for (number, player) in scenario.robots.iter().enumerate() {
             let lidar_link = folder.path().join(format!("lidar-{}", player.id));
             let any_port = BusPlace::Udp(([127, 0, 0, 1], 0).into());
-            let seed = setup.seed.wrapping_add(1_000_003 * number as u64);
+            let seed = options.seed.wrapping_add(1_000_003 * number as u64);
             let link = Some(lidar_link.clone());
             let devices = Devices::start(&world, &player.config, &any_port, link, seed)?;
             let mut set = scenario.set_of(player);
@@ -149,13 +151,13 @@ impl Stage {
                 devices,
                 usage: Usage::of(0),
                 setup: RobotSetup {
-                    program: setup.program.clone(),
+                    program: options.program.clone(),
                     id: player.id.clone(),
                     robot_file: player.file.clone(),
                     site_file: site_file.clone(),
                     set,
                     runtime: runtime_folder.clone(),
-                    log: setup.out.join(format!("{}.log", player.id)),
+                    log: options.out.join(format!("{}.log", player.id)),
                     environment: Vec::new(),
                 },
                 start_at_ns: start_ns + (delays.unit() * scenario.start_delay_s * 1e9) as u64,
