@@ -8,6 +8,8 @@ use sim::rt::monotonic_ns;
 
 use onboard::cli::Failure;
 
+use crate::output::make_folder;
+
 /// A fresh folder for what must not be seen by other runs.
 #[derive(Debug)]
 pub struct Folder(PathBuf);
@@ -25,12 +27,7 @@ impl Folder {
             monotonic_ns() % 1_000_000,
             MADE.fetch_add(1, Ordering::Relaxed)
         ));
-        fs::create_dir_all(&folder).map_err(|error| {
-            Failure::refused(format_args!(
-                "folder {} cannot be made: {error}",
-                folder.display()
-            ))
-        })?;
+        make_folder(&folder)?;
         Ok(Self(folder))
     }
 

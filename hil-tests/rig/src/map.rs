@@ -1,10 +1,10 @@
 //! `rig map`: draws a site file.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use onboard::cli::Failure;
 
+use crate::output::write_file;
 use crate::report::site_svg;
 
 /// Where the sites that ship are.
@@ -21,13 +21,7 @@ pub fn map(site: &Path, out: Option<PathBuf>) -> Result<(), Failure> {
     let site = config::load_site(&file, &[])
         .map_err(|error| Failure::Refused(miette::Report::new(error)))?;
     let out = out.unwrap_or_else(|| Path::new(OUT).join(format!("{}.svg", site.name)));
-    let unwritten = |error: std::io::Error| {
-        Failure::failed(format_args!("{} cannot be written: {error}", out.display()))
-    };
-    if let Some(folder) = out.parent() {
-        fs::create_dir_all(folder).map_err(unwritten)?;
-    }
-    fs::write(&out, site_svg(&site)).map_err(unwritten)?;
+    write_file(&out, &site_svg(&site))?;
     println!("wrote {}", out.display());
     Ok(())
 }

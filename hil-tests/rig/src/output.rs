@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use onboard::cli::Failure;
+use serde::Serialize;
 
 /// Makes a folder and its parents.
 ///
@@ -25,15 +26,33 @@ pub fn make_folder(folder: &Path) -> Result<(), Failure> {
 /// [`Failure::Failed`] when it cannot be written.
 pub fn write(out: &Path, name: &str, text: &str) -> Result<PathBuf, Failure> {
     let file = out.join(name);
-    std::fs::create_dir_all(out)
-        .and_then(|()| std::fs::write(&file, text))
+    write_file(&file, text)?;
+    Ok(file)
+}
+
+/// Writes a value as JSON into a file of a run's folder; returns its path.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_json(out: &Path, name: &str, value: &impl Serialize) -> Result<PathBuf, Failure> {
+    let json = serde_json::to_string_pretty(value).map_err(Failure::failed)?;
+    write(out, name, &json)
+}
+
+/// Writes a file, and makes its folder.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_file(file: &Path, text: &str) -> Result<(), Failure> {
+    { file.parent() }
+        .map_or(Ok(()), std::fs::create_dir_all)
+        .and_then(|()| std::fs::write(file, text))
         .map_err(|error| {
             Failure::failed(format_args!(
                 "{} cannot be written: {error}",
                 file.display()
             ))
-        })?;
-    Ok(file)
+        })
 }
 
 /// A flag that SIGINT and SIGTERM raise.

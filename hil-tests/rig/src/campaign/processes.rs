@@ -12,7 +12,7 @@ use serde_json::Value as Json;
 
 use super::pool::run_all;
 use crate::machine::{Machine, round};
-use crate::output::write;
+use crate::output::write_json;
 use crate::process::Process;
 use crate::scenario::Scenario;
 use crate::summary::Latency;
@@ -113,8 +113,7 @@ pub fn campaign(
     let show = |outcome: &Outcome, _| print_line(outcome);
     let runs = run_all(setup.runs, setup.jobs, asked_to_end, run, show)?;
     let campaign = sum_up(scenario, setup.arguments.clone(), setup.jobs, runs);
-    let json = serde_json::to_string_pretty(&campaign).map_err(Failure::failed)?;
-    let file = write(&setup.out, "campaign.json", &json)?;
+    let file = write_json(&setup.out, "campaign.json", &campaign)?;
     print_sum(&campaign, &file);
     if campaign.succeeded == setup.runs {
         return Ok(());

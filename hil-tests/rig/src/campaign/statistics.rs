@@ -1,12 +1,12 @@
 //! Statistics of many stepped runs: who passed, who failed and why, and the distribution of each figure.
 
-use std::fs;
 use std::path::Path;
 
 use onboard::cli::Failure;
 use serde::Serialize;
 
 use crate::figures::Figures;
+use crate::output::write_json;
 use crate::scenario::Scenario;
 use crate::summary::{RobotSummary, Summary};
 
@@ -169,16 +169,7 @@ impl Statistics {
     /// # Errors
     /// [`Failure::Failed`] when the file cannot be written.
     pub fn write(&self, out: &Path) -> Result<(), Failure> {
-        let file = out.join("stepped.json");
-        let json = serde_json::to_string_pretty(self).map_err(Failure::failed)?;
-        fs::create_dir_all(out)
-            .and_then(|()| fs::write(&file, json))
-            .map_err(|error| {
-                Failure::failed(format_args!(
-                    "{} cannot be written: {error}",
-                    file.display()
-                ))
-            })?;
+        let file = write_json(out, "stepped.json", self)?;
         println!("wrote {}", file.display());
         Ok(())
     }

@@ -12,7 +12,7 @@ use super::printing::print;
 use super::recording::record;
 use super::watch::Run;
 use crate::judge::two_owners;
-use crate::output::write;
+use crate::output::{write, write_json};
 use crate::process::log_tail;
 use crate::record::Record;
 use crate::report;
@@ -82,8 +82,7 @@ pub fn finish<E: Execution>(mut run: Run<E>, out: &Path, ending: &Ending) -> Res
 }
 
 fn leave(out: &Path, record: &Record) -> Result<(), Failure> {
-    let json = serde_json::to_string_pretty(&record.summary).map_err(Failure::failed)?;
-    write(out, "summary.json", &json)?;
+    write_json(out, "summary.json", &record.summary)?;
     if let Some(svg) = report::drive_svg(record) {
         write(out, "report.svg", &svg)?;
     }
