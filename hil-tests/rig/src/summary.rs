@@ -251,6 +251,16 @@ impl Summary {
         self.is_done() && self.violations.is_empty()
     }
 
+    /// How many violations there were, to be said after the outcome; empty without any.
+    #[must_use]
+    pub fn with_violations(&self) -> String {
+        match self.violations.len() {
+            0 => String::new(),
+            1 => ", 1 violation".to_owned(),
+            more => format!(", {more} violations"),
+        }
+    }
+
     /// Why the run failed, in a line.
     #[must_use]
     pub fn reason(&self) -> String {

@@ -6,7 +6,8 @@ use sim::world::Pose;
 use super::draw::canvas::{Canvas, Curve, Px2, shortened};
 use super::draw::floor;
 use super::draw::frame::Frame;
-use super::draw::labels::{Field, LABEL_PX, Labels, PILL_HEIGHT_PX, text_width_px};
+use super::draw::labels::{Field, LABEL_PX, Labels, text_width_px};
+use super::draw::marks;
 use super::draw::scale_bar::draw_scale_bar;
 use super::draw::sheet::{MARGIN_PX, PLOT_LEFT_PX, PLOT_RIGHT_PX};
 
@@ -65,18 +66,17 @@ fn draw_robots(canvas: &mut Canvas, site: &SiteConfig, frame: &Frame, labels: &m
         let at = |point_m: [f64; 2]| frame.at(start.transform(point_m));
         let half_m = 0.25 * ROBOT_M;
         let mut arrow = Curve::default();
-        arrow.move_to(at([0.0, half_m]));
-        for corner in [
+        let corners = [
+            [0.0, half_m],
             [0.6 * ROBOT_M, half_m],
             [ROBOT_M, 0.0],
             [0.6 * ROBOT_M, -half_m],
             [0.0, -half_m],
-        ] {
-            arrow.line_to(at(corner));
-        }
+        ];
+        arrow.along(corners.map(at));
         arrow.close();
         canvas.curve("class=\"end\"", &arrow);
-        let covered = around([
+        let covered = Field::over(&[
             at([0.0, half_m]),
             at([ROBOT_M, 0.0]),
             at([0.0, -half_m]),
@@ -123,14 +123,7 @@ fn draw_signs(canvas: &mut Canvas, at: Px2) {
         ("end", "start of a robot"),
     ] {
         if sign == "end" {
-            canvas.element(
-                "rect",
-                format_args!(
-                    "class=\"end\" x=\"{:.1}\" y=\"{:.1}\" width=\"22\" height=\"11\"",
-                    x + 4.0,
-                    y - 6.0
-                ),
-            );
+            canvas.rect("class=\"end\"", [x + 4.0, y - 6.0, 22.0, 11.0]);
         } else {
             canvas.line(sign, [x, y], [x + SIGN_PX - 4.0, y]);
         }
@@ -193,32 +186,12 @@ fn draw_list(canvas: &mut Canvas, title: &str, lines: &[String], top_px: f64) ->
     top_px + LINE_PX * (rows + 1) as f64
 }
 
-fn around(points: [Px2; 4]) -> Field {
-    let bound = |axis: usize, better: fn(f64, f64) -> f64, none: f64| {
-        points.iter().map(|at| at[axis]).fold(none, better)
-    };
-    Field {
-        min: [0, 1].map(|axis| bound(axis, f64::min, f64::INFINITY)),
-        max: [0, 1].map(|axis| bound(axis, f64::max, f64::NEG_INFINITY)),
-    }
-}
-
 /// A label beside what it names; false if there is no room.
 fn draw_pill(canvas: &mut Canvas, labels: &mut Labels, named: &Field, text: &str) -> bool {
     let width_px = text_width_px(text, LABEL_PX) + 16.0;
-    let Some(field) = labels.place(named, [width_px, PILL_HEIGHT_PX]) else {
-        return false;
-    };
-    let from = named.nearest(field.middle());
-    canvas.line("lead", from, field.nearest(from));
-    let [x, y, width, height] = field.rectangle();
-    canvas.element(
-        "rect",
-        format_args!(
-            "class=\"pill\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"10\""
-        ),
-    );
-    let [x, y] = field.middle();
-    canvas.text("m", [x, y + 4.6], text);
-    true
+    let place = marks::draw_pill(canvas, labels, named, width_px);
+    if let Some(at) = place {
+        canvas.text("m", at, text);
+    }
+    place.is_some()
 }

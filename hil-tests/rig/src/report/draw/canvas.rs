@@ -116,6 +116,40 @@ impl Canvas {
         );
     }
 
+    /// A rectangle: left, top, width and height.
+    pub(in crate::report) fn rect(&mut self, attributes: &str, place: [f64; 4]) {
+        let [x, y, width, height] = place.map(Px);
+        self.element(
+            "rect",
+            format_args!("{attributes} x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""),
+        );
+    }
+
+    /// The same with a text that browsers show over it.
+    pub(in crate::report) fn rect_with_hint(
+        &mut self,
+        attributes: &str,
+        place: [f64; 4],
+        hint: &str,
+    ) {
+        let [x, y, width, height] = place.map(Px);
+        self.element_with_hint(
+            "rect",
+            format_args!("{attributes} x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""),
+            hint,
+        );
+    }
+
+    /// Opens a group in which nothing leaves these rectangles.
+    pub(in crate::report) fn open_clipped(&mut self, id: &str, places: &[[f64; 4]]) {
+        self.open("clipPath", format_args!("id=\"{id}\""));
+        for place in places {
+            self.rect("", *place);
+        }
+        self.close("clipPath");
+        self.open("g", format_args!("clip-path=\"url(#{id})\""));
+    }
+
     /// A curve; none if it holds nothing.
     pub(in crate::report) fn curve(&mut self, attributes: &str, curve: &Curve) {
         if !curve.data.is_empty() {
@@ -191,6 +225,13 @@ impl Curve {
         self.push('C', first);
         self.push(' ', second);
         self.push(' ', to);
+    }
+
+    /// A piece with straight lines from point to point.
+    pub(in crate::report) fn along(&mut self, points: impl IntoIterator<Item = Px2>) {
+        for (index, at) in points.into_iter().enumerate() {
+            self.push(if index == 0 { 'M' } else { 'L' }, at);
+        }
     }
 
     /// Goes back to where the piece began.

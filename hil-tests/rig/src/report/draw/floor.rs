@@ -17,7 +17,7 @@ pub(in crate::report) fn draw_areas(
 ) {
     for (index, area) in site.areas.iter().enumerate() {
         let field = frame.region(&area.region);
-        let [x, y, width, height] = field.rectangle();
+        let [x, y, width, _] = field.rectangle();
         let colour = scale::area_colour(index);
         let control = &area.control;
         let about = format!(
@@ -25,11 +25,9 @@ pub(in crate::report) fn draw_areas(
             control.manoeuvre.name(),
             control.speed_limit_m_s
         );
-        canvas.element_with_hint(
-            "rect",
-            format_args!(
-                "class=\"area\" fill=\"{colour}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\""
-            ),
+        canvas.rect_with_hint(
+            &format!("class=\"area\" fill=\"{colour}\""),
+            field.rectangle(),
             &format!("area {}: {about}", area.id),
         );
         canvas.text("id", [x + 8.0, y + 23.0], &area.id);
@@ -60,15 +58,14 @@ pub(in crate::report) fn draw_zones(
     for zone in &site.perception {
         let field = frame.region(&zone.region);
         let [x, y, width, height] = field.rectangle();
-        canvas.element_with_hint(
-            "rect",
-            format_args!(
-                "class=\"zone\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"",
+        canvas.rect_with_hint(
+            "class=\"zone\"",
+            [
                 x + INSET_PX,
                 y + INSET_PX,
                 (width - 2.0 * INSET_PX).max(0.0),
-                (height - 2.0 * INSET_PX).max(0.0)
-            ),
+                (height - 2.0 * INSET_PX).max(0.0),
+            ],
             &format!("perception zone {}, kind {}", zone.id, zone.kind),
         );
         let name = shortened(&format!("zone {}", zone.kind), 24);
@@ -111,9 +108,7 @@ pub(in crate::report) fn draw_lanes(canvas: &mut Canvas, site: &SiteConfig, fram
                 [0, 1]
                     .map(|axis| tip[axis] - ARROW_PX * along[axis] + side * ARROW_PX * across[axis])
             };
-            arrows.move_to(wing(1.0));
-            arrows.line_to(tip);
-            arrows.line_to(wing(-1.0));
+            arrows.along([wing(1.0), tip, wing(-1.0)]);
         }
     }
     canvas.curve("class=\"arrow\"", &arrows);
@@ -148,10 +143,7 @@ pub(in crate::report) fn draw_obstacles(canvas: &mut Canvas, obstacles: &[Shape]
             } => {
                 let corners = Rectangle::centred(pose, *length_m, *width_m).corners_m;
                 let mut outline = Curve::default();
-                outline.move_to(frame.at(corners[0]));
-                corners[1..]
-                    .iter()
-                    .for_each(|corner| outline.line_to(frame.at(*corner)));
+                outline.along(corners.map(|corner| frame.at(corner)));
                 outline.close();
                 canvas.curve("class=\"thing\"", &outline);
             }

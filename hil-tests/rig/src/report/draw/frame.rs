@@ -83,12 +83,7 @@ impl Frame {
     pub(in crate::report) fn draw_axes(&self, canvas: &mut Canvas) {
         let [left, top, width, height] = self.field.rectangle();
         let (right, bottom) = (left + width, top + height);
-        canvas.element(
-        "rect",
-        format_args!(
-            "class=\"frame\" x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\""
-        ),
-    );
+        canvas.rect("class=\"frame\"", [left, top, width, height]);
         let [width_m, height_m] = self.extent.size_m();
         let longest_m = width_m.max(height_m);
         let step_m = scale::step(longest_m, 16.0);

@@ -33,6 +33,17 @@ impl Field {
         }
     }
 
+    /// The least that holds these points.
+    pub(in crate::report) fn over(points: &[Px2]) -> Self {
+        let bound = |none: f64, better: fn(f64, f64) -> f64| {
+            [0, 1].map(|axis| points.iter().map(|at| at[axis]).fold(none, better))
+        };
+        Self {
+            min: bound(f64::INFINITY, f64::min),
+            max: bound(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
     /// Left, top, width and height.
     pub(in crate::report) fn rectangle(&self) -> [f64; 4] {
         let [width, height] = [0, 1].map(|axis| self.max[axis] - self.min[axis]);

@@ -3,7 +3,7 @@
 use description::geometry::Footprint;
 use sim::world::Pose;
 
-use super::canvas::{Curve, Px2};
+use super::canvas::Curve;
 use super::frame::Frame;
 use super::labels::Field;
 
@@ -19,14 +19,7 @@ pub(in crate::report) fn outline(body: &Footprint, pose: &Pose, frame: &Frame) -
             [body.front_m - nose_m, -nose_m],
         ],
     ] {
-        for (index, corner) in polygon.iter().enumerate() {
-            let at = frame.at(pose.transform(*corner));
-            if index == 0 {
-                curve.move_to(at);
-            } else {
-                curve.line_to(at);
-            }
-        }
+        curve.along({ polygon.iter() }.map(|corner| frame.at(pose.transform(*corner))));
         curve.close();
     }
     curve
@@ -34,17 +27,7 @@ pub(in crate::report) fn outline(body: &Footprint, pose: &Pose, frame: &Frame) -
 
 /// The upright rectangle about what the body covers.
 pub(in crate::report) fn covered(body: &Footprint, pose: &Pose, frame: &Frame) -> Field {
-    let at: [Px2; 4] = corners(body).map(|corner| frame.at(pose.transform(corner)));
-    let least = |axis: usize| at.iter().map(|at| at[axis]).fold(f64::INFINITY, f64::min);
-    let most = |axis: usize| {
-        at.iter()
-            .map(|at| at[axis])
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    Field {
-        min: [least(0), least(1)],
-        max: [most(0), most(1)],
-    }
+    Field::over(&corners(body).map(|corner| frame.at(pose.transform(corner))))
 }
 
 fn corners(body: &Footprint) -> [[f64; 2]; 4] {

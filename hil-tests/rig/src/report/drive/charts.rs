@@ -1,7 +1,7 @@
 //! The lower panel: speed, clearance and lateral position over time.
 
 use super::run::{Run, Sample};
-use crate::report::draw::canvas::{Canvas, Curve, Px, Px2, shortened};
+use crate::report::draw::canvas::{Canvas, Curve, Px2, shortened};
 use crate::report::draw::labels::text_width_px;
 use crate::report::draw::scale;
 use crate::report::draw::sheet::{PLOT_LEFT_PX, PLOT_RIGHT_PX};
@@ -64,6 +64,15 @@ impl Plot {
 
     fn bottom_px(&self) -> f64 {
         self.top_px + HEIGHT_PX
+    }
+
+    fn rectangle(&self) -> [f64; 4] {
+        [
+            PLOT_LEFT_PX,
+            self.top_px,
+            PLOT_RIGHT_PX - PLOT_LEFT_PX,
+            HEIGHT_PX,
+        ]
     }
 }
 
@@ -160,18 +169,10 @@ fn draw_areas(canvas: &mut Canvas, run: &Run<'_>, plots: &[Plot]) {
         let at_s = first.time_s.0 + share * (first.time_s.1 - first.time_s.0);
         run.sample_at(at_s).and_then(|sample| sample.area)
     };
-    canvas.open("clipPath", format_args!("id=\"plots\""));
-    for (index, plot) in plots.iter().enumerate() {
-        let strip_px = if index == 0 { STRIP_PX } else { 0.0 };
-        let (x, y) = (Px(PLOT_LEFT_PX), Px(plot.top_px - strip_px));
-        let (width, height) = (Px(PLOT_RIGHT_PX - PLOT_LEFT_PX), Px(HEIGHT_PX + strip_px));
-        canvas.element(
-            "rect",
-            format_args!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""),
-        );
-    }
-    canvas.close("clipPath");
-    canvas.open("g", format_args!("clip-path=\"url(#plots)\""));
+    let mut shown: Vec<[f64; 4]> = plots.iter().map(Plot::rectangle).collect();
+    shown[0][1] -= STRIP_PX;
+    shown[0][3] += STRIP_PX;
+    canvas.open_clipped("plots", &shown);
     let (top_px, bottom_px) = (first.top_px - STRIP_PX, plots[plots.len() - 1].bottom_px());
     let mut begin = 0;
     while begin < columns && !run.samples.is_empty() {
@@ -182,13 +183,10 @@ fn draw_areas(canvas: &mut Canvas, run: &Run<'_>, plots: &[Plot]) {
             .unwrap_or(columns);
         if let Some(index) = area {
             let (left, width) = (PLOT_LEFT_PX + begin as f64, (end - begin) as f64);
-            let (x, y, height) = (Px(left), Px(top_px), Px(bottom_px - top_px));
             let colour = scale::area_colour(index);
-            canvas.element(
-                "rect",
-                format_args!(
-                    "fill=\"{colour}\" fill-opacity=\".6\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""
-                ),
+            canvas.rect(
+                &format!("fill=\"{colour}\" fill-opacity=\".6\""),
+                [left, top_px, width, bottom_px - top_px],
             );
             let id = shortened(&run.site.areas[index].id, 24);
             if text_width_px(&id, 13.0) + 6.0 < width {
@@ -252,12 +250,7 @@ fn draw_grid(canvas: &mut Canvas, chart: &Chart, plot: &Plot) {
             &scale::label(at_s, step_s),
         );
     }
-    let (x, y) = (Px(PLOT_LEFT_PX), Px(plot.top_px));
-    let (width, height) = (Px(PLOT_RIGHT_PX - PLOT_LEFT_PX), Px(HEIGHT_PX));
-    canvas.element(
-        "rect",
-        format_args!("class=\"frame\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""),
-    );
+    canvas.rect("class=\"frame\"", plot.rectangle());
     let above_px = if chart.has_speed_limit {
         STRIP_PX + 9.0
     } else {
@@ -273,17 +266,9 @@ fn draw_limits(canvas: &mut Canvas, chart: &Chart, plot: &Plot) {
         if !limit.is_finite() {
             continue;
         }
-        let (x, y) = (Px(PLOT_LEFT_PX), Px(plot.y(from)));
-        let (width, height) = (
-            Px(PLOT_RIGHT_PX - PLOT_LEFT_PX),
-            Px(plot.y(to) - plot.y(from)),
-        );
-        canvas.element(
-            "rect",
-            format_args!(
-                "class=\"forbidden\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""
-            ),
-        );
+        let (top_px, width_px) = (plot.y(from), PLOT_RIGHT_PX - PLOT_LEFT_PX);
+        let place = [PLOT_LEFT_PX, top_px, width_px, plot.y(to) - top_px];
+        canvas.rect("class=\"forbidden\"", place);
         let y = plot.y(limit);
         canvas.line("ban", [PLOT_LEFT_PX, y], [PLOT_RIGHT_PX, y]);
     }

@@ -28,22 +28,13 @@ pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>) -> f64 {
 }
 
 fn draw_outcome(canvas: &mut Canvas, run: &Run<'_>) {
-    let violations = run.summary.violations.len();
-    let mut text = shortened(&run.summary.outcome, 56);
-    match violations {
-        0 => {}
-        1 => text.push_str(", 1 violation"),
-        more => text.push_str(&format!(", {more} violations")),
-    }
-    let well = violations == 0 && run.summary.outcome == "done";
+    let text = shortened(&run.summary.outcome, 56) + &run.summary.with_violations();
     let width_px = text_width_px(&text, 16.0) + 32.0;
     let left_px = PLOT_RIGHT_PX - width_px;
-    let class = if well { "good" } else { "bad" };
-    canvas.element(
-        "rect",
-        format_args!(
-            "class=\"{class}\" x=\"{left_px:.1}\" y=\"30\" width=\"{width_px:.1}\" height=\"36\" rx=\"18\""
-        ),
+    let class = if run.summary.passed() { "good" } else { "bad" };
+    canvas.rect(
+        &format!("class=\"{class}\" rx=\"18\""),
+        [left_px, 30.0, width_px, 36.0],
     );
     canvas.text("badge m", [left_px + width_px / 2.0, 54.0], &text);
 }

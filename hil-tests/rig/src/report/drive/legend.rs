@@ -3,7 +3,7 @@
 use super::run::Run;
 use super::schedule::Schedule;
 use super::speeds::{SPEED_COLOURS, speed_colour};
-use crate::report::draw::canvas::{Canvas, Px, Px2, shortened};
+use crate::report::draw::canvas::{Canvas, Px2, shortened};
 use crate::report::draw::frame::Frame;
 use crate::report::draw::labels::text_width_px;
 use crate::report::draw::scale;
@@ -32,11 +32,8 @@ fn draw_speeds(canvas: &mut Canvas, run: &Run<'_>, at: Px2) -> f64 {
     let part_px = WIDTH_PX / SPEED_COLOURS as f64;
     for index in 0..SPEED_COLOURS {
         let (x, colour) = (left + part_px * index as f64, speed_colour(index));
-        let (x, y, width) = (Px(x), Px(at[1] - 6.0), Px(part_px + 0.5));
-        canvas.element(
-            "rect",
-            format_args!("fill=\"{colour}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"11\""),
-        );
+        let place = [x, at[1] - 6.0, part_px + 0.5, 11.0];
+        canvas.rect(&format!("fill=\"{colour}\""), place);
     }
     let top_m_s = run.top_speed_m_s();
     let step_m_s = scale::step(top_m_s, 5.0);

@@ -13,6 +13,7 @@ use crate::report::draw::thin::apart;
 /// Points of the path that are drawn, and how near they may be.
 const MOST_POINTS: usize = 4500;
 const SPACING_PX: f64 = 2.0;
+
 /// Draws the panel with its legend; returns where it ends.
 pub(super) fn draw(
     canvas: &mut Canvas,
@@ -23,14 +24,7 @@ pub(super) fn draw(
     let path = run.samples.iter().map(Sample::at_m);
     let frame = Frame::new(run.site, path, top_px);
     let mut labels = Labels::new(frame.field);
-    let [left, top, width, height] = frame.field.rectangle();
-    canvas.open("clipPath", format_args!("id=\"floor\""));
-    canvas.element(
-        "rect",
-        format_args!("x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\""),
-    );
-    canvas.close("clipPath");
-    canvas.open("g", format_args!("clip-path=\"url(#floor)\""));
+    canvas.open_clipped("floor", &[frame.field.rectangle()]);
     floor::draw_areas(canvas, run.site, &frame, &mut labels);
     floor::draw_zones(canvas, run.site, &frame, &mut labels);
     floor::draw_lanes(canvas, run.site, &frame);

@@ -2,14 +2,10 @@
 
 use super::run::Run;
 use super::schedule::{Entry, Schedule};
-use crate::report::draw::canvas::{Canvas, Px, Px2, shortened};
+use crate::report::draw::canvas::{Canvas, Px2, shortened};
 use crate::report::draw::frame::Frame;
-use crate::report::draw::labels::{Field, LABEL_PX, Labels, PILL_HEIGHT_PX, text_width_px};
-use crate::report::draw::thin::distance_px;
-
-/// Violations and later changes that are marked; those nearer to each other than this share a mark.
-const MOST_MARKS: usize = 200;
-const APART_PX: f64 = 5.0;
+use crate::report::draw::labels::{Field, LABEL_PX, Labels, text_width_px};
+use crate::report::draw::marks;
 
 /// Red rings where something went wrong.
 pub(super) fn draw_violations(
@@ -18,28 +14,11 @@ pub(super) fn draw_violations(
     frame: &Frame,
     labels: &mut Labels,
 ) {
-    const RADIUS_PX: f64 = 8.0;
-    let mut marked: Vec<Px2> = Vec::new();
-    for violation in run.violations() {
-        let Some(sample) = run.sample_at(violation.at_s) else {
-            continue;
-        };
-        let at = frame.at(sample.at_m());
-        if !is_new(&mut marked, at) {
-            continue;
-        }
-        let [x, y] = at.map(Px);
-        let hint = format!(
-            "{} at {:.1} s: {}",
-            violation.kind, violation.at_s, violation.detail
-        );
-        canvas.element_with_hint(
-            "circle",
-            format_args!("class=\"hit\" cx=\"{x}\" cy=\"{y}\" r=\"{RADIUS_PX}\""),
-            &shortened(&hint, 100),
-        );
-        labels.take(Field::around(at, [2.0 * RADIUS_PX + 4.0; 2]));
-    }
+    let places = { run.violations() }.filter_map(|violation| {
+        let sample = run.sample_at(violation.at_s)?;
+        Some((violation, frame.at(sample.at_m())))
+    });
+    marks::draw_rings(canvas, labels, 8.0, places);
 }
 
 /// Marks schedule changes and names the two ends; a skill without room is left to the list under the map.
@@ -53,7 +32,7 @@ pub(super) fn draw_changes(
     let mut marked: Vec<Px2> = Vec::new();
     for at_m in &schedule.later_m {
         let at = frame.at(*at_m);
-        if is_new(&mut marked, at) {
+        if marks::is_new(&mut marked, at) {
             canvas.circle("later", at, 3.0);
         }
     }
@@ -80,18 +59,6 @@ pub(super) fn draw_changes(
     }
 }
 
-/// Adds a place unless a mark is there already, or there are enough.
-fn is_new(marked: &mut Vec<Px2>, at: Px2) -> bool {
-    let new = marked.len() < MOST_MARKS
-        && !marked
-            .iter()
-            .any(|other| distance_px(*other, at) < APART_PX);
-    if new {
-        marked.push(at);
-    }
-    new
-}
-
 /// A label with a line to what it names; false if there is no room.
 fn draw_pill(
     canvas: &mut Canvas,
@@ -101,20 +68,9 @@ fn draw_pill(
     name: &str,
 ) -> bool {
     let width_px = text_width_px(number, LABEL_PX) + text_width_px(name, LABEL_PX) + 20.0;
-    let Some(field) = labels.place(named, [width_px, PILL_HEIGHT_PX]) else {
-        return false;
-    };
-    let from = named.nearest(field.middle());
-    canvas.line("lead", from, field.nearest(from));
-    let [x, y, width, height] = field.rectangle().map(Px);
-    let round = Px(PILL_HEIGHT_PX / 2.0);
-    canvas.element(
-        "rect",
-        format_args!(
-            "class=\"pill\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" rx=\"{round}\""
-        ),
-    );
-    let [x, y] = field.middle();
-    canvas.numbered_text("m", [x, y + 4.6], number, name);
-    true
+    let place = marks::draw_pill(canvas, labels, named, width_px);
+    if let Some(at) = place {
+        canvas.numbered_text("m", at, number, name);
+    }
+    place.is_some()
 }

@@ -130,9 +130,11 @@ fn tip(curve: &mut Curve, at: Px2, down: bool) -> f64 {
     } else {
         at[1] + TIP_PX[1]
     };
-    curve.move_to(at);
-    curve.line_to([at[0] - TIP_PX[0], base_px]);
-    curve.line_to([at[0] + TIP_PX[0], base_px]);
+    curve.along([
+        at,
+        [at[0] - TIP_PX[0], base_px],
+        [at[0] + TIP_PX[0], base_px],
+    ]);
     curve.close();
     base_px
 }

@@ -4,10 +4,11 @@ use crate::record::{PathPoint, RobotRecord};
 
 use super::style::WIDTH_PX;
 use super::view::View;
-use crate::report::draw::canvas::{Canvas, Curve, Px, Px2, shortened};
+use crate::report::draw::canvas::{Canvas, Curve, Px2, shortened};
 use crate::report::draw::floor;
 use crate::report::draw::frame::Frame;
 use crate::report::draw::labels::{Field, Labels, text_width_px};
+use crate::report::draw::marks;
 use crate::report::draw::outline::{covered, outline};
 use crate::report::draw::scale;
 use crate::report::draw::scale_bar;
@@ -33,7 +34,6 @@ const MOST_STANDS: usize = 12;
 /// A footprint at every second mark of time, no nearer than this to another of the same robot.
 const APART_M: f64 = 0.7;
 const MOST_FOOTPRINTS: usize = 14;
-const MOST_VIOLATIONS: usize = 200;
 
 /// Draws the map; also tells the time between two marks along the paths.
 pub(super) fn draw(view: &View<'_>) -> (String, f64) {
@@ -47,7 +47,7 @@ pub(super) fn draw(view: &View<'_>) -> (String, f64) {
     let frame = Frame::within(&record.site, places.map(at_m), room);
     let mut labels = Labels::new(frame.field);
     let mut canvas = Canvas::default();
-    open_clipped(&mut canvas, "floor", &frame);
+    canvas.open_clipped("floor", &[frame.field.rectangle()]);
     floor::draw_areas(&mut canvas, &record.site, &frame, &mut labels);
     floor::draw_lanes(&mut canvas, &record.site, &frame);
     let step_s = scale::step(view.end_s, MOST_TICKS);
@@ -83,18 +83,6 @@ pub(super) fn draw(view: &View<'_>) -> (String, f64) {
         "map with the robots' paths",
     );
     (drawing, step_s)
-}
-
-/// Opens a group in which nothing leaves the map.
-pub(super) fn open_clipped(canvas: &mut Canvas, id: &str, frame: &Frame) {
-    let [x, y, width, height] = frame.field.rectangle().map(Px);
-    canvas.open("clipPath", format_args!("id=\"{id}\""));
-    canvas.element(
-        "rect",
-        format_args!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""),
-    );
-    canvas.close("clipPath");
-    canvas.open("g", format_args!("clip-path=\"url(#{id})\""));
 }
 
 fn at_m(point: &PathPoint) -> [f64; 2] {
@@ -157,16 +145,8 @@ impl<'a> Track<'a> {
             .map(|point| frame.at(at_m(point)))
             .collect();
         let mut curve = Curve::default();
-        for (index, kept) in apart(&points, SPACING_PX, MOST_POINTS)
-            .into_iter()
-            .enumerate()
-        {
-            if index == 0 {
-                curve.move_to(points[kept]);
-            } else {
-                curve.line_to(points[kept]);
-            }
-        }
+        let kept = apart(&points, SPACING_PX, MOST_POINTS);
+        curve.along(kept.into_iter().map(|index| points[index]));
         self.open(canvas);
         canvas.curve(
             &format!("class=\"path\" stroke-width=\"{width_px:.1}\""),
@@ -277,34 +257,11 @@ impl<'a> Track<'a> {
 
 /// Red rings where something went wrong.
 fn draw_violations(canvas: &mut Canvas, view: &View<'_>, frame: &Frame, labels: &mut Labels) {
-    const RADIUS_PX: f64 = 10.0;
-    let mut drawn: Vec<Px2> = Vec::new();
-    for violation in &view.record.summary.violations {
-        let Some(robot) = view.robot(&violation.robot) else {
-            continue;
-        };
-        let next = robot
-            .path
-            .partition_point(|point| point.at_s < violation.at_s);
-        let Some(point) = robot.path.get(next).or(robot.path.last()) else {
-            continue;
-        };
-        let at = frame.at(at_m(point));
-        if drawn.len() >= MOST_VIOLATIONS || drawn.iter().any(|other| distance_px(*other, at) < 5.0)
-        {
-            continue;
-        }
-        drawn.push(at);
-        let [x, y] = at.map(Px);
-        let hint = format!(
-            "{} at {:.1} s: {}",
-            violation.kind, violation.at_s, violation.detail
-        );
-        canvas.element_with_hint(
-            "circle",
-            format_args!("class=\"hit\" cx=\"{x}\" cy=\"{y}\" r=\"{RADIUS_PX}\""),
-            &shortened(&hint, 120),
-        );
-        labels.take(Field::around(at, [2.0 * RADIUS_PX; 2]));
-    }
+    let places = { view.record.summary.violations.iter() }.filter_map(|violation| {
+        let path = &view.robot(&violation.robot)?.path;
+        let next = path.partition_point(|point| point.at_s < violation.at_s);
+        let point = path.get(next).or(path.last())?;
+        Some((violation, frame.at(at_m(point))))
+    });
+    marks::draw_rings(canvas, labels, 10.0, places);
 }

@@ -4,10 +4,9 @@ use std::fmt::Write;
 
 use crate::summary::{CoordinationSummary, FiringSummary};
 
-use super::floorplan::open_clipped;
 use super::html::{Page, quantity};
 use super::view::View;
-use crate::report::draw::canvas::{Canvas, Curve, Escaped, Px, shortened};
+use crate::report::draw::canvas::{Canvas, Curve, Escaped, shortened};
 use crate::report::draw::floor;
 use crate::report::draw::frame::Frame;
 use crate::report::draw::labels::{Field, Labels, text_width_px};
@@ -83,7 +82,7 @@ fn picture(view: &View<'_>, at_s: f64, index: usize) -> String {
     let frame = Frame::within(&record.site, std::iter::empty(), room);
     let mut canvas = Canvas::default();
     let mut labels = Labels::new(frame.field);
-    open_clipped(&mut canvas, &format!("at{index}"), &frame);
+    canvas.open_clipped(&format!("at{index}"), &[frame.field.rectangle()]);
     draw_areas(&mut canvas, view, &frame, &mut labels, at_s);
     floor::draw_walls(&mut canvas, &record.site, &frame, &mut labels);
     let mut named = Vec::new();
@@ -98,18 +97,8 @@ fn picture(view: &View<'_>, at_s: f64, index: usize) -> String {
             .path
             .partition_point(|point| point.at_s < at_s - TRAIL_S);
         let mut trail = Curve::default();
-        for (index, point) in robot.path[from..until.max(from)]
-            .iter()
-            .step_by(4)
-            .enumerate()
-        {
-            let at = frame.at([point.pose.x_m, point.pose.y_m]);
-            if index == 0 {
-                trail.move_to(at);
-            } else {
-                trail.line_to(at);
-            }
-        }
+        let passed = robot.path[from..until.max(from)].iter().step_by(4);
+        trail.along(passed.map(|point| frame.at([point.pose.x_m, point.pose.y_m])));
         canvas.curve("class=\"path\" stroke-width=\"1.8\"", &trail);
         canvas.curve(
             "class=\"here\"",
@@ -137,9 +126,7 @@ fn picture(view: &View<'_>, at_s: f64, index: usize) -> String {
 fn draw_areas(canvas: &mut Canvas, view: &View<'_>, frame: &Frame, labels: &mut Labels, at_s: f64) {
     for area in &view.record.site.areas {
         let field = frame.region(&area.region);
-        let [x, y, width, height] = field.rectangle().map(Px);
-        let place = format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"");
-        canvas.element("rect", format_args!("class=\"free\" {place}"));
+        canvas.rect("class=\"free\"", field.rectangle());
         let holders = view.record.holdings.iter().filter(|holding| {
             holding.area == area.id
                 && holding.granted_s <= at_s
@@ -150,7 +137,7 @@ fn draw_areas(canvas: &mut Canvas, view: &View<'_>, frame: &Frame, labels: &mut 
         for holding in holders {
             let class = view.class(&holding.robot);
             canvas.open("g", format_args!("class=\"{class}\""));
-            canvas.element("rect", format_args!("class=\"hold\" {place}"));
+            canvas.rect("class=\"hold\"", field.rectangle());
             canvas.close("g");
         }
         let [left, top] = field.min;

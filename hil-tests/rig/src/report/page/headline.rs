@@ -13,13 +13,12 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
     let (record, summary) = (view.record, &view.record.summary);
     page.raw("<header>\n<div class=\"top\">");
     page.element("h1", title(view));
-    let well = summary.outcome == "done" && summary.violations.is_empty();
-    let class = if well {
+    let class = if summary.passed() {
         "span class=\"badge well\""
     } else {
         "span class=\"badge\""
     };
-    page.element(class, badge(&summary.outcome, summary.violations.len()));
+    page.element(class, summary.outcome.clone() + &summary.with_violations());
     page.raw("</div>\n");
     if !record.about.is_empty() {
         page.element("p class=\"soft\"", &record.about);
@@ -76,14 +75,6 @@ pub(super) fn title(view: &View<'_>) -> String {
         scenario.clone()
     } else {
         format!("{scenario} in {site}")
-    }
-}
-
-fn badge(outcome: &str, violations: usize) -> String {
-    match violations {
-        0 => outcome.to_owned(),
-        1 => format!("{outcome}, 1 violation"),
-        more => format!("{outcome}, {more} violations"),
     }
 }
 

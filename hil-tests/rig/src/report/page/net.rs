@@ -16,7 +16,7 @@ use super::layers::{Extent, lay_out};
 use super::style::WIDTH_PX;
 use super::view::View;
 use crate::report::draw::canvas::{Canvas, Curve, Px, Px2, shortened};
-use crate::report::draw::labels;
+use crate::report::draw::labels::{self, Field};
 
 /// Nets with more places and transitions are not drawn.
 const MOST_NODES: usize = 200;
@@ -249,22 +249,13 @@ impl Drawing<'_> {
             let step = index as f64 - (ports.len() - 1) as f64 / 2.0;
             self.draw_port(canvas, at, step, *sink, *role, name);
         }
-        let [left, top] = [Px(at[0] - BAR_PX[0]), Px(at[1] - BAR_PX[1])];
-        let [width, height] = BAR_PX.map(|half| Px(2.0 * half));
-        canvas.element(
-            "rect",
-            format_args!(
-                "class=\"trans\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\""
-            ),
-        );
+        let bar = Field::around(at, BAR_PX.map(|half| 2.0 * half));
+        canvas.rect("class=\"trans\"", bar.rectangle());
         let [numbers, times] = self.firing_texts(&transition.id);
         let mut x = at[0] + BAR_PX[0] + 6.0;
         if let Some(width_px) = badge_px(&numbers) {
-            let ([left, top], width) = ([Px(x), Px(at[1] - 8.0)], Px(width_px));
-            canvas.element(
-                "rect",
-                format_args!("class=\"nr\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"15\" rx=\"7.5\""),
-            );
+            let place = [x, at[1] - 8.0, width_px, 15.0];
+            canvas.rect("class=\"nr\" rx=\"7.5\"", place);
             canvas.text("nrtext", [x + width_px / 2.0, at[1] + 3.5], &numbers);
             x += width_px + 5.0;
         }
@@ -314,9 +305,8 @@ impl Drawing<'_> {
         curve.lean_to(from, end);
         canvas.curve("class=\"io\"", &curve);
         let mut head = Curve::default();
-        head.move_to(to);
-        head.line_to([end[0], to[1] - TIP_PX[0]]);
-        head.line_to([end[0], to[1] + TIP_PX[0]]);
+        let wing = |side: f64| [end[0], to[1] + side * TIP_PX[0]];
+        head.along([to, wing(-1.0), wing(1.0)]);
         head.close();
         canvas.curve("class=\"iotip\"", &head);
         canvas.circle(if sink { "sink" } else { "source" }, at, PORT_PX);

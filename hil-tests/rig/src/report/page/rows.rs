@@ -1,6 +1,6 @@
 //! The rows of areas in the diagram of areas over time, and the window of time that a panel shows.
 
-use crate::report::draw::canvas::{Canvas, Px, shortened};
+use crate::report::draw::canvas::{Canvas, shortened};
 use crate::report::draw::labels::text_width_px;
 
 use super::lanes::{AreaRow, Bar};
@@ -117,13 +117,11 @@ pub(super) fn fits(text: &str, width_px: f64) -> bool {
     text_width_px(text, TEXT_PX) + 3.0 < width_px
 }
 
-pub(super) fn rect(canvas: &mut Canvas, class: &str, [x, y, width, height]: [f64; 4], hint: &str) {
-    let [x, y, width, height] = [x, y, width, height].map(Px);
-    let attributes =
-        format_args!("class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"");
+pub(super) fn rect(canvas: &mut Canvas, class: &str, place: [f64; 4], hint: &str) {
+    let class = format!("class=\"{class}\"");
     if hint.is_empty() {
-        canvas.element("rect", attributes);
+        canvas.rect(&class, place);
     } else {
-        canvas.element_with_hint("rect", attributes, &shortened(hint, 160));
+        canvas.rect_with_hint(&class, place, &shortened(hint, 160));
     }
 }

@@ -4,7 +4,7 @@ use super::html::short_time;
 use super::style::WIDTH_PX;
 use super::tables::{WANTED_P99_MS, micros};
 use super::view::View;
-use crate::report::draw::canvas::{Canvas, Curve, Px, shortened};
+use crate::report::draw::canvas::{Canvas, Curve, shortened};
 use crate::report::draw::labels::text_width_px;
 use crate::summary::Latency;
 
@@ -135,16 +135,9 @@ fn histogram(
     canvas.open("g", format_args!("class=\"neutral\""));
     for (bin, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let height_px = ((HISTOGRAM_PX - 6.0) * *count as f64 / most as f64).max(1.0);
-        let [x, y] = [
-            Px(left_px + bin_px * bin as f64 + 0.5),
-            Px(bottom_px - height_px),
-        ];
-        let [width, height] = [Px(bin_px - 1.0), Px(height_px)];
-        canvas.element_with_hint(
-            "rect",
-            format_args!("class=\"bar\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\""),
-            &format!("{count}"),
-        );
+        let (x, y) = (left_px + bin_px * bin as f64 + 0.5, bottom_px - height_px);
+        let place = [x, y, bin_px - 1.0, height_px];
+        canvas.rect_with_hint("class=\"bar\"", place, &count.to_string());
     }
     canvas.close("g");
     canvas.line("rule", [left_px, bottom_px], [right_px, bottom_px]);
@@ -279,14 +272,8 @@ fn strip(canvas: &mut Canvas, axis: &LogAxis, figures: [Option<f64>; 4], top_px:
     line.line_to([max, middle]);
     canvas.curve("class=\"q3\"", &line);
     for (class, from, to) in [("q2", p99, p999), ("q1", p50, p99)] {
-        let [x, y, width] = [from, top_px, (to - from).max(1.0)].map(Px);
-        canvas.element_with_hint(
-            "rect",
-            format_args!(
-                "class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{STRIP_PX}\""
-            ),
-            &hint,
-        );
+        let place = [from, top_px, (to - from).max(1.0), STRIP_PX];
+        canvas.rect_with_hint(&format!("class=\"{class}\""), place, &hint);
     }
     canvas.circle("q4", [max, middle], 3.0);
 }
