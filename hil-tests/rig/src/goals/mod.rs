@@ -4,8 +4,7 @@ mod laps;
 mod places;
 mod progress;
 mod states;
+#[cfg(test)]
+mod tests;
 
-pub use laps::Laps;
-pub use places::Way;
 pub use progress::Progress;
-pub use states::States;

@@ -9,7 +9,7 @@ use description::site::{ControllerConfig, FsmConfig, MonitorKind};
 
 /// One robot's way through its machine.
 #[derive(Clone, Debug)]
-pub struct States {
+pub(super) struct States {
     start: String,
     /// Each regular state with the areas of which one must have been driven in.
     regular: Vec<(String, Vec<String>)>,
@@ -17,8 +17,7 @@ pub struct States {
 
 impl States {
     /// From this state on.
-    #[must_use]
-    pub fn new(site: &SiteConfig, fsm: &FsmConfig, start: &str) -> Self {
+    pub(super) fn new(site: &SiteConfig, fsm: &FsmConfig, start: &str) -> Self {
         let areas = |state: &String| -> Vec<String> {
             let state = fsm.state(state).into_iter();
             state
@@ -35,8 +34,7 @@ impl States {
     }
 
     /// Whether a robot that was in these states, in order, and in these areas is back from all of them.
-    #[must_use]
-    pub fn is_done(&self, states: &[String], areas: &BTreeSet<String>) -> bool {
+    pub(super) fn is_done(&self, states: &[String], areas: &BTreeSet<String>) -> bool {
         let back = states.len() > 1 && states.last() == Some(&self.start);
         back && { self.regular.iter() }.all(|(state, within)| {
             states.contains(state) && within.iter().any(|area| areas.contains(area))
@@ -44,8 +42,7 @@ impl States {
     }
 
     /// What is still to be done, in words.
-    #[must_use]
-    pub fn missing(&self, states: &[String]) -> String {
+    pub(super) fn missing(&self, states: &[String]) -> String {
         let missing: Vec<&str> = { self.regular.iter() }
             .map(|(state, _)| state)
             .filter(|state| !states.contains(state))
