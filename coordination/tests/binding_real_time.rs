@@ -48,11 +48,6 @@ fn gate(protocol: &Arc<Protocol>) -> (End, NetBinding<End>) {
 }
 
 #[test]
-fn the_allocator_is_counted() {
-    assert!(allocations(|| drop(std::hint::black_box(Box::new(1)))) >= 2);
-}
-
-#[test]
 fn a_run_through_net_machine_and_protocol_allocates_nothing() {
     let mut model = MachineModel::new("robot");
     model.state("away").state("inside").initial("away");

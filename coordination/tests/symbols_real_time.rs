@@ -25,11 +25,6 @@ struct Scan {
 coordination::datatype!(Scan, "range_scan");
 
 #[test]
-fn the_counter_counts() {
-    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 2);
-}
-
-#[test]
 fn events_machines_and_life_cycles_do_not_allocate() {
     let mut events = EventTable::new();
     let mut model = MachineModel::new("m");

@@ -1,6 +1,6 @@
 //! Bring-up: what is found, what is refused and with which words, and that it can be repeated.
 
-use crate::allocations;
+use crate::counting;
 use crate::support::{Mirror, SegmentLink, expectation, impatient, in_us};
 use drivers::ethercat::{AlState, BringUpError, BringUpOptions, Bus, Phase, ProcessData};
 use drivers::monotonic_ns;
@@ -332,9 +332,9 @@ fn memory_does_not_grow_with_bring_ups() {
         }
     };
     bring_up(2);
-    let before = allocations::live_bytes();
+    let before = counting::live_bytes();
     bring_up(50);
-    let grown = allocations::live_bytes() - before;
+    let grown = counting::live_bytes() - before;
     // A hundred leaks of frame storage would be 1.2 MB. A few may be allocated because other tests hold what this
     // one has given back.
     assert!(grown < 200_000, "{grown} bytes");

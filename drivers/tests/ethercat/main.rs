@@ -2,9 +2,10 @@
 //!
 //! Tests that need privileges say so and pass when they are missing.
 
-mod allocations;
 mod bring_up;
 mod conformance;
+#[path = "../../../coordination/tests/counting/mod.rs"]
+mod counting;
 mod exchange;
 mod interfaces;
 mod kelo;

@@ -1,6 +1,6 @@
 //! What a real-time thread may rely on: no allocation, no other thread, the deadline kept.
 
-use crate::allocations;
+use crate::counting;
 use crate::support::{expectation, in_us, served_over_udp};
 use drivers::ethercat::{BringUpOptions, Bus, ExchangeError, UdpLink};
 use drivers::monotonic_ns;
@@ -21,12 +21,12 @@ fn an_exchange_never_allocates() {
     let mut inputs = [0; 172];
     let mut counted = |cycles: u32, deadline_us: u64, what: &str| {
         let mut failures = 0;
-        let before = allocations::so_far();
+        let before = counting::so_far();
         for cycle in 0..cycles {
             let outcome = bus.exchange(&[cycle as u8; 36], &mut inputs, in_us(deadline_us));
             failures += u32::from(outcome.is_err());
         }
-        assert_eq!(allocations::so_far() - before, 0, "{what}");
+        assert_eq!(counting::so_far() - before, 0, "{what}");
         println!("{what}: {failures} of {cycles} failed");
         failures
     };

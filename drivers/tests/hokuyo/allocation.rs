@@ -1,63 +1,19 @@
 //! `read_scan` allocates nothing, whatever the device sends.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::time::Duration;
 
 use drivers::hokuyo::{Hokuyo, ReadError, Scan};
 use drivers::monotonic_ns;
 
+use super::counting::so_far;
 use super::peer::{Order, Peer, Setup};
 use super::scripted_connect::options;
 
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// Counts the allocations and releases of each thread.
-struct Counting;
-
-fn count() {
-    ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-}
-
-// SAFETY: every call goes to the system's allocator unchanged; counting touches only a constant-initialised
-// thread-local integer, which needs no allocation.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count();
-        // SAFETY: the caller keeps the contract of `dealloc`, and `pointer` came from `System`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller keeps the contract of `realloc`, and `pointer` came from `System`.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 fn read(lidar: &mut Hokuyo, scan: &mut Scan) -> Result<(), ReadError> {
-    let before = ALLOCATIONS.get();
+    let before = so_far();
     let result = lidar.read_scan(scan, monotonic_ns() + 30_000_000);
-    assert_eq!(ALLOCATIONS.get(), before, "{result:?}");
+    assert_eq!(so_far(), before, "{result:?}");
     result.map(drop)
-}
-
-#[test]
-fn the_counter_counts() {
-    let before = ALLOCATIONS.get();
-    drop(std::hint::black_box(vec![1u8; 10]));
-    assert_eq!(ALLOCATIONS.get(), before + 2);
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! The skills together, in simulated worlds; judged by what is true there.
 
-mod allocations;
 mod closed_loop;
 mod clutter;
+#[path = "../../../coordination/tests/counting/mod.rs"]
+mod counting;
 mod localisation;
 mod plant;
 mod random;

@@ -1,7 +1,7 @@
 //! Any input: no panic, no allocation, no motion that is not allowed.
 
-use crate::allocations::allocations;
 use crate::closed_loop::floor::{Floor, corridor, lidar};
+use crate::counting;
 use description::areas::AreaIndex;
 use description::geometry::{Pose2, Rect, Twist2};
 use description::site::{ControllerConfig, MonitorKind, StopPlace, TurnDirection};
@@ -205,7 +205,7 @@ proptest! {
                     allowed.remove(area);
                 }
             }
-            let before = allocations();
+            let before = counting::so_far();
             if let Some(event) = event {
                 let instruction = Instruction { event, speed_limit_m_s: step.speed_limit_m_s, stop_at };
                 let _ = navigator.instruct(instruction);
@@ -217,7 +217,7 @@ proptest! {
                 motion_allowed: step.motion_allowed,
                 allowed,
             });
-            prop_assert_eq!(allocations(), before);
+            prop_assert_eq!(counting::so_far(), before);
             let speed_m_s = output.command.speed_m_s;
             prop_assert!(output.command.is_finite() && output.pose.is_finite(), "{:?}", output);
             prop_assert!((-0.2..=0.4).contains(&speed_m_s), "{:?}", output);

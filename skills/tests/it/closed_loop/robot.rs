@@ -1,9 +1,9 @@
 //! The robot's software around the plant, with the timing of the real one: control every 5 ms, ten scans a second that
 //! arrive late, navigation on each scan and at least every 50 ms.
 
-use crate::allocations::allocations;
 use crate::closed_loop::floor::{FOOTPRINT, ROBOT, lidar};
 use crate::closed_loop::site;
+use crate::counting;
 use crate::plant::{Plant, STEP_NS};
 use coordination::event::EventTable;
 use description::geometry::{MotionCommand, Pose2};
@@ -127,7 +127,7 @@ impl Robot {
             }
         }
         self.last_navigation_ns = now_ns;
-        let before = allocations();
+        let before = counting::so_far();
         let output = self.navigator.step(&NavigationInput {
             now_ns,
             scan: Some(&self.aligned),
@@ -135,7 +135,7 @@ impl Robot {
             motion_allowed: self.motion_allowed,
             allowed: self.allowed,
         });
-        self.allocations += allocations() - before;
+        self.allocations += counting::so_far() - before;
         self.judge(&output);
         self.command = output.command;
         self.output = Some(output);
@@ -217,7 +217,7 @@ impl Robot {
             sample.angles.pivot_rad += 0.7;
         }
         sample.angles.left_rad += self.encoder_offset_rad;
-        let before = allocations();
+        let before = counting::so_far();
         let _ = self.dead_reckoning.update(&sample);
         let odometry = *self.dead_reckoning.odometry();
         let _ = self
@@ -230,7 +230,7 @@ impl Robot {
             self.plant.speeds,
             CONTROL_NS as f64 * 1e-9,
         );
-        self.allocations += allocations() - before;
+        self.allocations += counting::so_far() - before;
     }
 
     /// Measures the beams whose time has come.

@@ -1,6 +1,6 @@
 //! One drive along a way, with the pose estimated on the side.
 
-use crate::allocations::allocations;
+use crate::counting;
 use crate::localisation::floor::{Floor, Vehicle};
 use crate::localisation::maps::Place;
 use description::geometry::{Point2, Pose2, Twist2, wrap_angle};
@@ -131,11 +131,11 @@ impl Drive {
 
     pub fn look(&mut self) -> Sample {
         let since = self.vehicle.since();
-        let before = allocations();
+        let before = counting::so_far();
         let outcome = self
             .filter
             .see_walls(&mut self.matcher, &self.vehicle.scan, since);
-        assert_eq!(allocations(), before, "a step allocated");
+        assert_eq!(counting::so_far(), before, "a step allocated");
         Sample {
             truth: self.vehicle.truth,
             estimate: self.filter.pose(),
