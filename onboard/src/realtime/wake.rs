@@ -1,6 +1,6 @@
-//! A wake-up from one thread to another without a lock: a futex word.
+//! A wake-up from one thread to others without a lock: a futex word.
 //!
-//! The waker makes one system call that never blocks; the sleeper's wait is its own sleep, to an absolute time.
+//! The waker makes one system call that never blocks; a sleeper's wait is its own sleep, to an absolute time.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -32,15 +32,15 @@ impl Wake {
         self.0.at_ns.load(Ordering::Relaxed)
     }
 
-    /// Wakes the sleeper.
+    /// Wakes all sleepers.
     pub fn wake(&self) {
         self.0.at_ns.store(now_ns(), Ordering::Relaxed);
         self.0.count.fetch_add(1, Ordering::Release);
         // Nobody sleeping is not an error.
-        let _ = futex::wake(&self.0.count, futex::Flags::PRIVATE, 1);
+        let _ = futex::wake(&self.0.count, futex::Flags::PRIVATE, i32::MAX as u32);
     }
 
-    /// Sleeps until there were more wake-ups than `seen`, or until `deadline_ns`. Returns the new count.
+    /// Sleeps until there have been more wake-ups than `seen`, or until `deadline_ns`. Returns the new count.
     #[must_use]
     pub fn wait_beyond(&self, seen: u32, deadline_ns: u64) -> u32 {
         let until = timespec(deadline_ns);
@@ -64,6 +64,7 @@ impl Wake {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::realtime::clock::SECOND_NS;
 
     #[test]
     fn a_wake_ends_the_wait_and_silence_reaches_the_deadline() {
@@ -75,5 +76,22 @@ mod tests {
         let deadline_ns = now_ns() + 2_000_000;
         assert_eq!(wake.wait_beyond(1, deadline_ns), 1);
         assert!(now_ns() >= deadline_ns);
+    }
+
+    #[test]
+    fn a_wake_reaches_every_sleeper() {
+        let wake = Wake::default();
+        let deadline_ns = now_ns() + 5 * SECOND_NS;
+        let sleepers = [wake.clone(), wake.clone()].map(|wake| {
+            std::thread::spawn(move || {
+                let _ = wake.wait_beyond(0, deadline_ns);
+                now_ns()
+            })
+        });
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        wake.wake();
+        for sleeper in sleepers {
+            assert!(sleeper.join().expect("sleeper ends") < deadline_ns);
+        }
     }
 }
