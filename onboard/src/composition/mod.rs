@@ -5,3 +5,5 @@ pub mod failure;
 pub mod files;
 pub mod plan;
 pub mod replacement;
+#[cfg(test)]
+mod tests;
