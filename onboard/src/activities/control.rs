@@ -105,7 +105,7 @@ impl Activity for Control {
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
-        while self.port.next_command().is_some() {} // none but the life cycle's concerns it
+        while self.port.next_command().is_some() {} // only those of the life cycle concern it
     }
 
     fn configure(&mut self, _now_ns: u64) {
@@ -115,7 +115,7 @@ impl Activity for Control {
             };
             std::mem::swap(&mut self.controller, &mut controller);
             self.exchange.give_back(controller);
-            // Its ramp goes on from what the wheels do.
+            // Its ramp goes on from the speed that the wheels have.
             let speeds = self.speeds();
             self.controller.reset(speeds);
         }

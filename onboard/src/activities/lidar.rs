@@ -172,7 +172,7 @@ impl Activity for Lidar {
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
-        while self.port.next_command().is_some() {} // none but the life cycle's concerns it
+        while self.port.next_command().is_some() {} // only those of the life cycle concern it
     }
 
     fn configure(&mut self, now_ns: u64) {

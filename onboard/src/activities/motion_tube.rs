@@ -86,13 +86,13 @@ impl MotionTube {
 
     fn report(&mut self, adapted: &Adapted) {
         let blind = matches!(adapted.reason, Reason::NoScan | Reason::AwaitingScans);
-        // Letting something pass, or turning back, is no want of a way.
+        // Letting something pass or backing out does not mean that the way is blocked.
         let waits = matches!(
             adapted.reason,
             Reason::None | Reason::Moving | Reason::Reversing
         );
         let blocked = adapted.verdict == Verdict::Stopped && !blind && !waits;
-        // Before the first scan there is no age to tell.
+        // Before the first scan there is no age.
         let age_ms = if adapted.scan_age_ns == u64::MAX {
             0.0
         } else {
@@ -109,7 +109,7 @@ impl MotionTube {
     }
 }
 
-/// A stop for want of sight or of space is a hard one; one that was wanted is not.
+/// A stop for lack of sight or space is a hard one; a stop that was asked for is not.
 fn must_stop_hard(adapted: &Adapted) -> bool {
     let wanted = matches!(adapted.reason, Reason::None | Reason::Reversing);
     adapted.verdict == Verdict::Stopped && !wanted

@@ -15,14 +15,14 @@ pub struct News(Arc<Told>);
 #[derive(Debug, Default)]
 struct Told {
     notify: Notify,
-    /// When the oldest news came that the loop has not begun to look at; 0: there is none.
+    /// When the oldest news came that the loop has not looked at; 0: there is none.
     since_ns: AtomicU64,
 }
 
 impl News {
     /// There is something to look at.
     pub fn tell(&self) {
-        // Fails when there are older news.
+        // Fails when older news is waiting.
         let _ = { &self.0.since_ns }.compare_exchange(
             0,
             now_ns().max(1),
@@ -37,7 +37,7 @@ impl News {
         self.0.notify.notified().await;
     }
 
-    /// When the news came that are looked at from now on.
+    /// When the oldest waiting news came; from now on none is waiting.
     #[must_use]
     pub fn take(&self) -> Option<u64> {
         match self.0.since_ns.swap(0, Ordering::AcqRel) {
@@ -47,7 +47,7 @@ impl News {
     }
 }
 
-/// What wakes the thread beside its period.
+/// What wakes the thread besides its period.
 #[derive(Clone, Debug, Default)]
 pub struct Alarm {
     /// For threads that may take a lock.

@@ -154,7 +154,7 @@ impl Port {
         }
     }
 
-    /// Some report was refused: once there is room, says so, and says all levels again, since any may be the lost one.
+    /// A report was lost: once there is room, says so, and repeats all levels, since any of them may be the lost one.
     fn repair_reports(&mut self) {
         if self.reports.free() < FAULTS + 4 {
             return;

@@ -56,7 +56,7 @@ impl Activity for Proprioception {
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
-        while self.port.next_command().is_some() {} // none but the life cycle's concerns it
+        while self.port.next_command().is_some() {} // only those of the life cycle concern it
     }
 
     fn configure(&mut self, _now_ns: u64) {
@@ -68,7 +68,7 @@ impl Activity for Proprioception {
             return;
         }
         if self.sample.value.epoch != self.epoch {
-            // A drive that was without power counts from zero: what it says is a new beginning, not motion.
+            // A drive that lost power counts from zero again: the jump is not motion.
             self.epoch = self.sample.value.epoch;
             self.reckoning.rebase();
         }

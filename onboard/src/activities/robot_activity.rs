@@ -8,7 +8,7 @@ use super::scans::ScanIntake;
 
 /// An activity as a thread runs it.
 pub trait RobotActivity: Activity {
-    /// Where the thread lends its scan intake for the time of an event loop, in an activity that looks at scans.
+    /// Where the thread puts its scan intake for the time of an event loop; `None` in an activity that looks at no scans.
     fn scans(&mut self) -> Option<&mut Option<Box<ScanIntake>>> {
         None
     }
@@ -31,7 +31,7 @@ pub struct ThreadActivities {
 }
 
 impl ThreadActivities {
-    /// `scans` are for those of the activities that look at them.
+    /// `scans` is for those of the activities that look at scans.
     #[must_use]
     pub fn new(activities: Vec<Box<dyn RobotActivity>>, scans: Option<Box<ScanIntake>>) -> Self {
         Self { activities, scans }

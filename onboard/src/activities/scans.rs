@@ -24,10 +24,10 @@ pub struct ScanIntake {
 }
 
 impl ScanIntake {
-    /// An empty one. Takes all its memory.
+    /// An empty one. Allocates all its memory.
     ///
     /// # Errors
-    /// [`ScanGeometryError`] for a geometry that is none.
+    /// [`ScanGeometryError`] for an impossible geometry.
     pub fn new(geometry: ScanGeometry, symbols: ScanSymbols) -> Result<Self, ScanGeometryError> {
         Ok(Self {
             symbols,

@@ -50,7 +50,7 @@ enum Command {
     },
     /// Talk to a running robot
     Ctl {
-        /// What it is to do
+        /// What to ask of it
         #[command(subcommand)]
         request: Request,
         /// Robot to talk to; may be left out while only one runs

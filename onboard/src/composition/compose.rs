@@ -122,8 +122,8 @@ pub fn compose(
     })
 }
 
-/// Composes the chain of activities from encoders and scans to wheel setpoints, which needs no device and no network:
-/// on a simulated clock the same ones run. With `leave` navigation may only be where the mediator lets it.
+/// Composes the chain of activities from encoders and scans to wheel setpoints, which need no device and no network:
+/// the same ones run on a simulated clock. With `leave` the robot may only be where the mediator lets it.
 ///
 /// # Errors
 /// [`PlanError`] when a part cannot be built.

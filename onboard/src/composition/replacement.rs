@@ -37,7 +37,7 @@ impl Replacement {
         let state = |name: &str| plan.fsm.state(name).is_some();
         if let Some(gone) = present.fsm.states.iter().find(|own| !state(&own.name)) {
             return Err(format!(
-                "the robot may be in state `{}`, which the new state machine does not have",
+                "the robot may be in state `{}`, which the new state machine does not have; that takes a restart",
                 gone.name
             ));
         }

@@ -27,9 +27,9 @@ pub(super) enum Touch {
     Clear,
     /// So near outside that it has not quite left.
     Near,
-    /// It may reach in, by what the pose is uncertain and the margin that is kept before borders.
+    /// It may reach in, given the pose's uncertainty and the margin kept before borders.
     Margin,
-    /// At the estimated pose it does.
+    /// It reaches in at the estimated pose.
     Body,
 }
 
@@ -97,7 +97,7 @@ impl Floor {
         (bare_m - self.growth_m(at)).max(0.0)
     }
 
-    /// No point of the footprint is farther off than this.
+    /// No point of the footprint is farther than this from where the estimated pose puts it, margin included.
     fn growth_m(&self, at: &Place) -> f64 {
         let variance = |axis: usize| at.covariance[(axis, axis)].max(0.0);
         let turned_m = variance(2).sqrt() * self.footprint.radius_m();

@@ -25,7 +25,7 @@ enum Origin {
     Unknown,
     /// Navigation is being put there.
     Relocating,
-    /// Nobody knows: an operator must put the robot to its start.
+    /// Nobody knows: an operator must put the robot at its start.
     Lost,
     /// Navigation's pose is the robot's.
     Known,
@@ -95,7 +95,7 @@ impl Member {
             Received::Registered | Received::News => {}
         }
         self.other_version = None;
-        // It waits for both numbers.
+        // The mediator waits for both numbers.
         self.news |= known != (self.client.mediator_epoch(), self.client.session());
         let take_up = self.client.take_up();
         if received == Received::Registered && self.origin == Origin::Unknown {
@@ -116,7 +116,7 @@ impl Member {
         match (pose, state) {
             (Some(pose), Some(state)) => {
                 self.complain(format!(
-                    "taking up where the robot was: ({:.2}, {:.2}, {:.2}), state `{fsm_state}`",
+                    "resuming where the robot was before it restarted: ({:.2} m, {:.2} m, {:.2} rad), state `{fsm_state}`",
                     pose.x_m, pose.y_m, pose.theta_rad
                 ));
                 self.relocate(Start {
@@ -128,7 +128,7 @@ impl Member {
             }
             _ => {
                 self.complain(format!(
-                    "the robot was in state `{fsm_state}` before it restarted, and where is not known"
+                    "the robot was in state `{fsm_state}` before it restarted, and nobody knows where; put it at its start, then run `onboard ctl reset`"
                 ));
                 self.origin = Origin::Lost;
             }
@@ -140,7 +140,7 @@ impl Member {
         self.directives.push_back(Directive::Relocate(start));
     }
 
-    /// An operator has put the robot to its start, if it was lost.
+    /// An operator has put the robot at its start, if it was lost.
     pub fn reset(&mut self) {
         if self.origin == Origin::Lost {
             self.relocate(self.setup.start);
@@ -259,8 +259,8 @@ impl Member {
             .collect()
     }
 
-    /// Areas that navigation may let the robot be in. Give it these before the next report: what the robot gives back there
-    /// may be another's right after.
+    /// Areas that navigation may let the robot be in. Tell navigation before the next report goes out: areas given back in
+    /// it may be granted to another robot at once.
     #[must_use]
     pub fn allowed(&self) -> AreaSet {
         self.allowed
@@ -310,7 +310,7 @@ impl Member {
         }
     }
 
-    /// Why the mediator does not want this robot, or the robot not this mediator; empty when they agree.
+    /// Why the mediator refuses this robot, or the robot this mediator; empty when they agree.
     #[must_use]
     pub fn refusal(&self) -> &str {
         let version = self.other_version.as_deref();

@@ -8,15 +8,15 @@ use super::route::look_ahead;
 use super::sense::Sense;
 use super::setup::Setup;
 
-/// From a word of the mediator to navigation that obeys it: one cycle of navigation, the delay with which it reckons to brake,
-/// and some room.
+/// From a message of the mediator until navigation obeys it: one cycle of navigation, the braking delay that it assumes, and
+/// a reserve.
 const REACTION_S: f64 = 0.3;
 /// Slower than this is standing.
 const STANDING_M_S: f64 = 0.02;
 /// An area stays wanted until the robot is `KEEP_M` farther away than where the fastest robot asks for it (hysteresis).
 const KEEP_M: f64 = 0.5;
 
-/// What a robot can tell its needs from.
+/// What the robot's needs follow from.
 pub(super) struct Needs<'a> {
     /// Robot and site.
     pub(super) setup: &'a Setup,
@@ -70,14 +70,14 @@ impl Needs<'_> {
             held_back = held_back.difference(&complete);
             held_back = held_back.difference(&present.iter().copied().collect());
         }
-        // Wherever its path leads, what keeps it from going on is what it needs.
+        // Wherever its path leads: it needs the area that keeps it from going on.
         wanted.extend(sense.waiting_for);
         let mut seen = AreaSet::EMPTY;
         wanted.retain(|&area| seen.insert(area));
         (wanted, held_back)
     }
 
-    /// Areas held that the robot, which does not stand in them, may reach into before it stops.
+    /// Held areas that the robot does not stand in and may reach into before it stops.
     pub(super) fn committed(&self, place: &Place, speed_m_s: f64, touches: &[Touch]) -> AreaSet {
         let moves = speed_m_s.abs() > STANDING_M_S || !speed_m_s.is_finite();
         let reach_m = self.stopping_m(speed_m_s);
@@ -90,7 +90,7 @@ impl Needs<'_> {
             .collect()
     }
 
-    /// Way from a word of the mediator to standing still.
+    /// Distance driven from a message of the mediator to a stop that it demands.
     fn stopping_m(&self, speed_m_s: f64) -> f64 {
         let speed_m_s = speed_m_s.abs();
         speed_m_s * speed_m_s / (2.0 * self.setup.deceleration_m_s2) + speed_m_s * REACTION_S

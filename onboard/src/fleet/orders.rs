@@ -8,9 +8,9 @@ use skills::navigator::{Instructed, Instruction, InstructionError};
 
 use super::setup::{Start, StatePlan};
 
-/// Navigation is asked again when it has not answered by then.
+/// Navigation is asked again when it has not answered for this long.
 const ANSWER_NS: u64 = 1_000_000_000;
-/// Orders that wait; a coordination has far fewer.
+/// Orders that may wait; a coordination has far fewer.
 const MOST: usize = 64;
 
 /// What navigation is to do.
@@ -28,7 +28,7 @@ pub enum Directive {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Orders {
     waiting: VecDeque<Order>,
-    /// The first of them was handed to navigation then.
+    /// When the first of them was handed to navigation.
     asked_ns: Option<u64>,
     /// An order without an event has limited the speed.
     limits: bool,
@@ -64,7 +64,7 @@ impl Orders {
             let state = state?;
             if let Some(number) = state.accepts(&event) {
                 if self.limits {
-                    // What held until the next order ends with it.
+                    // A limit that holds until the next order ends with it.
                     self.limits = false;
                     return Some(Directive::LimitSpeed(None));
                 }
@@ -72,12 +72,12 @@ impl Orders {
                 return Some(Directive::Instruct(order.instruction.with_event(number)));
             }
             if order.repeated || order.flag == RELEASE {
-                // Its state machine has taken the event before it restarted; or it goes on by itself, and nothing is to be
-                // resumed.
+                // The machine took the event before the robot restarted; or the robot drives on by itself, and there is
+                // nothing to resume.
                 self.waiting.pop_front();
             } else if self.waiting.len() > 1 {
                 let why = format!(
-                    "state `{}` has no use for `{event}`, and the next order is there",
+                    "state `{}` has no use for `{event}`, and the next order has come",
                     state.name
                 );
                 self.drop_first(&why);
@@ -89,7 +89,7 @@ impl Orders {
 
     fn without_event(&mut self, order: &Order) -> Option<Directive> {
         if order.instruction.stop_at.is_some() {
-            // A place to stop belongs to a state. What cannot be kept must not be driven past.
+            // A place to stop belongs to a state. The robot stands rather than drive past one that it cannot keep.
             self.complain(order, "it has a place to stop but no event: standing still");
             self.limits = true;
             return Some(Directive::LimitSpeed(Some(0.0)));

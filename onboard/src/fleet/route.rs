@@ -4,7 +4,7 @@ use description::areas::AreaIndex;
 
 use super::StatePlan;
 
-/// A manoeuvre near ahead.
+/// A manoeuvre that comes soon.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Upcoming {
     /// Its state.
@@ -16,8 +16,8 @@ pub(super) struct Upcoming {
 /// States that may follow on `state`, nearest first, as far as `reaches` accepts their distance; `gap_m` is a lower bound of
 /// the distance to an area.
 ///
-/// A state is entered where the first area begins that the state before has not got. Whoever drives straight on along a lane
-/// is thus not taken to be near the lane beside it, which follows only after a turn.
+/// A state is entered where the first area begins that the state before does not have. So a robot that drives along a lane
+/// does not count as near the lane beside it, which follows only after a turn.
 pub(super) fn look_ahead(
     states: &[StatePlan],
     state: usize,

@@ -10,7 +10,7 @@ use super::floor::Place;
 pub struct Sense {
     /// Where it is, if that is certain and recent.
     pub place: Option<Place>,
-    /// The same for the message, with what it may be wrong by.
+    /// The same for the message, with standard deviations.
     pub pose: Option<wire::Pose>,
     /// Forward speed.
     pub speed_m_s: f64,
@@ -23,10 +23,10 @@ pub struct Sense {
 /// What is wrong between robot and mediator, as levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Troubles {
-    /// Nothing was heard of it for too long.
+    /// The mediator was not heard for too long.
     pub silent: bool,
-    /// It does not want this robot.
+    /// The mediator refuses this robot.
     pub refused: bool,
-    /// It knows that the robot was somewhere before it restarted, but not where.
+    /// The mediator knows that the robot was somewhere before it restarted, but not where.
     pub lost: bool,
 }

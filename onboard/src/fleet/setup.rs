@@ -13,7 +13,7 @@ pub struct Setup {
     pub robot_id: String,
     /// Name of the site.
     pub site: String,
-    /// Drawn at start.
+    /// Tells this start of the process from others.
     pub boot_epoch: u64,
     /// Areas, in the order of the map.
     pub areas: Vec<AreaPlace>,
@@ -23,7 +23,7 @@ pub struct Setup {
     pub footprint: Footprint,
     /// By how much it keeps away from borders that it must not cross.
     pub borders: BorderGains,
-    /// With which it slows down before a border.
+    /// Deceleration before a border.
     pub deceleration_m_s2: f64,
     /// Fastest speed of the robot.
     pub max_speed_m_s: f64,
@@ -42,7 +42,7 @@ impl Setup {
     }
 }
 
-/// Where a robot starts, or goes on.
+/// Where a robot starts or resumes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// In `map`.

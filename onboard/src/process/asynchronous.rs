@@ -81,7 +81,7 @@ async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &Ne
         let late_ns = match (planned, told_ns) {
             (Some(planned), _) => u64::try_from(planned.elapsed().as_nanos()).unwrap_or(u64::MAX),
             (None, Some(told_ns)) => begin_ns.saturating_sub(told_ns),
-            // A tick has looked at these news already.
+            // A tick has looked at this news already.
             (None, None) => continue,
         };
         timing.woken(begin_ns.saturating_sub(late_ns), late_ns);

@@ -14,10 +14,10 @@ const OVERLOADED_SECONDS: u32 = 3;
 /// Fewer overruns in a second than this are never judged: a thread with few cycles has coarse shares.
 const LEAST_OVERRUNS: u64 = 3;
 
-/// How a thread copes.
+/// How well a thread keeps its deadlines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
-    /// It keeps its time.
+    /// It keeps them.
     Fine,
     /// It misses so often that the robot slows down.
     Degraded,
@@ -65,7 +65,7 @@ impl OverrunWatch {
         }
     }
 
-    /// Once a second: the thread that copes worst, when how it copes has changed.
+    /// Once a second: the thread with the worst load, when that load has changed.
     pub fn judge(&mut self, now_ns: u64) -> Option<(String, Load)> {
         if now_ns < self.judged_ns + SECOND_NS {
             return None;

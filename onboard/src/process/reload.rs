@@ -45,7 +45,7 @@ enum Stage {
 /// What the supervisor has to do for a reload.
 #[derive(Debug)]
 pub enum Step {
-    /// Nothing but to hold who is to be held.
+    /// Nothing, but those that [`Reload::holds`] names stay paused.
     Wait,
     /// Tell [`RECONFIGURED`] to reconfigure.
     Reconfigure,
@@ -120,7 +120,7 @@ impl Reload {
                 });
             }
             Err(error) => {
-                let why = format!("no thread to read the files: {error}");
+                let why = format!("no thread could be started to read the files: {error}");
                 pending.answer(&Err(Refusal::Files(why)));
             }
         }
@@ -161,7 +161,7 @@ impl Reload {
                 }
                 Ok(Err(why)) => return give_up(pending, Refusal::Files(why)),
                 Err(_) => {
-                    let why = "reading the files failed".to_owned();
+                    let why = "reading the files failed; see the robot's log".to_owned();
                     return give_up(pending, Refusal::Files(why));
                 }
             },

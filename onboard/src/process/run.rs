@@ -190,7 +190,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Ends all threads; one that hangs is left behind, and said so.
+    /// Ends all threads; one that hangs is left behind and logged.
     fn end(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let deadline_ns = now_ns() + JOIN_NS;

@@ -25,20 +25,21 @@ impl Runtime {
             Some(base) => Path::new(&base).join("onboard"),
             None => PathBuf::from(format!("/tmp/onboard-{uid}")),
         });
+        let cannot = |error: std::io::Error| {
+            Failure::refused(format_args!(
+                "runtime folder {} cannot be made: {error}",
+                folder.display()
+            ))
+        };
         fs::DirBuilder::new()
             .recursive(true)
             .mode(0o700)
             .create(&folder)
-            .map_err(|error| {
-                Failure::refused(format_args!(
-                    "runtime folder {} cannot be made: {error}",
-                    folder.display()
-                ))
-            })?;
-        let owner = fs::metadata(&folder).map(|meta| meta.uid()).ok();
-        if owner != Some(uid) {
+            .map_err(cannot)?;
+        let owner = fs::metadata(&folder).map_err(cannot)?.uid();
+        if owner != uid {
             return Err(Failure::refused(format_args!(
-                "runtime folder {} belongs to user {owner:?}, expected {uid}; choose another with --runtime",
+                "runtime folder {} belongs to user {owner}, expected {uid}; choose another with --runtime",
                 folder.display()
             )));
         }
@@ -104,7 +105,7 @@ impl Runtime {
             (Some(id), found) if found.iter().any(|robot| robot == id) => Ok(id.to_owned()),
             (None, [only]) => Ok(only.clone()),
             (_, []) => Err(Failure::refused(format_args!(
-                "no robot runs in {}",
+                "no robot runs in {}; if it runs in another folder, name that with --runtime",
                 self.folder.display()
             ))),
             (None, found) => Err(Failure::refused(format_args!(

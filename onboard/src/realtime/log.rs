@@ -1,6 +1,6 @@
 //! The log queue: threads put lines in, the supervisor writes them out.
 //!
-//! Real-time threads in state *running* report by [`crate::activities::port::Report`], which allocates nothing; lines of text are for
+//! Real-time threads in state *running* report through their activity's port, which allocates nothing; lines of text are for
 //! the states in which the rules are suspended. A full queue drops the line and counts it.
 
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 /// Lines that may wait for the supervisor.
 const CAPACITY: usize = 256;
 
-/// Weight of a line.
+/// Severity of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// For the record.
@@ -103,7 +103,7 @@ impl Complaints {
 }
 
 impl LogDrain {
-    /// Writes out all that waits.
+    /// Writes out every waiting line.
     pub fn drain(&self) {
         while let Ok((level, line)) = self.lines.try_recv() {
             match level {

@@ -53,7 +53,7 @@ macro_rules! faults {
 
 faults! {
     SetpointStale = 0, "setpoint-stale", ByItself,
-        "the drive got no fresh wheel setpoint and ramps to a stop; the motion thread is late or has ended";
+        "the drive got no fresh wheel setpoint and ramps to a stop: the motion thread is late or has ended; see its overruns in `onboard inspect`";
     BusLost = 1, "bus-lost", ByItself,
         "the EtherCAT bus is lost: outputs are off and the bus is brought up again; check cable and power of the drive";
     BringUpLimit = 2, "bring-up-limit", Operator,
@@ -65,23 +65,23 @@ faults! {
     LidarLost = 5, "lidar-lost", ByItself,
         "the lidar is gone and is being reconnected; check its cable";
     ScanSilent = 6, "scan-silent", ByItself,
-        "no valid scan arrives: the robot stops and drives on after a while of good scans";
+        "no valid scan arrives: the robot stops, and drives on once scans have been good for a while; if it recurs, check the lidar";
     ScanBroken = 7, "scan-broken", ByItself,
         "a broken scan was dropped; if it recurs, check the lidar's cable and bit rate";
     NoFreeTube = 8, "no-free-tube", ByItself,
-        "no free way ahead: the robot stands until the way has been free for a while";
+        "the way ahead is blocked: the robot waits until it has been free for a while; clear it if nothing moves";
     PoseUncertain = 9, "pose-uncertain", Operator,
-        "the pose is too uncertain to drive on; drives on when walls are in view again, else put the robot at its start and run `onboard ctl reset`";
+        "the pose is too uncertain to drive: the robot drives on when walls are in view again; if it does not, put it at its start, then run `onboard ctl reset`";
     OffLane = 10, "off-lane", ByItself,
-        "the robot is further from its lane than the area allows";
+        "the robot is farther from its lane than the area allows: it comes back or stops, as the site's machine says; if it stops, run `onboard ctl reset`";
     CommandStale = 11, "command-stale", ByItself,
-        "control got no fresh motion command and stops; the navigation thread is late or has ended";
+        "control got no fresh motion command and stops the robot: the navigation thread is late or has ended; see its overruns in `onboard inspect`";
     EncoderImplausible = 12, "encoder-implausible", ByItself,
         "an encoder reading was impossible and was left out; if it recurs, check the drive";
     Overruns = 13, "overruns", Operator,
-        "a real-time thread overruns repeatedly: the robot slows, then stops; free the processor, then run `onboard ctl reset`";
+        "a real-time thread overran in too many cycles and the robot stops; free the processor, then run `onboard ctl reset`";
     QueueFull = 14, "queue-full", ByItself,
-        "an event queue was full and an event was refused; the receiving activity is too slow";
+        "an event was lost because its queue was full: the receiving activity is too slow; see overruns in `onboard inspect`";
     FleetNetwork = 15, "fleet-network", ByItself,
         "the fleet network cannot be reached; check `fleet` in the robot file and the network";
     OperatorStop = 16, "operator-stop", Operator,
@@ -89,11 +89,11 @@ faults! {
     Panic = 17, "panic", Operator,
         "a part of the program failed: the robot stops and the program ends; please report the message above it";
     MotorsOff = 18, "motors-off", Operator,
-        "the drive keeps its motors without power, as its emergency stop does; release it, then run `onboard ctl reset`";
+        "the drive does not power its motors, as when its emergency stop is pressed; release that, then run `onboard ctl reset`";
     MediatorSilent = 19, "mediator-silent", ByItself,
-        "nothing is heard of the mediator: the robot keeps the areas it has and stops before all others; check that it runs, and the network";
+        "nothing is heard from the mediator: the robot keeps the areas it has and stops before all others; check that it runs, and the network";
     MediatorRefused = 20, "mediator-refused", ByItself,
-        "the mediator does not want this robot; `fleet_state` in `onboard inspect` says why";
+        "the mediator refuses this robot; `fleet_state` in `onboard inspect` says why";
     PlaceUnknown = 21, "place-unknown", Operator,
         "after a restart neither robot nor mediator knows where the robot is; put it at its start, then run `onboard ctl reset`";
 }

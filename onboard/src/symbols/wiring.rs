@@ -166,7 +166,7 @@ users! {
         wanted: Reader<WantedMotion> => "wanted",
         /// What is safe.
         safe: Writer<SafeCommand> => "safe",
-        /// What was made of it, and why.
+        /// What the tubes made of the wanted motion, and why.
         state: Writer<TubeState> => "adaptive",
     }
 

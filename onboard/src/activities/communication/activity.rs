@@ -42,7 +42,7 @@ pub struct Communication {
 }
 
 impl Communication {
-    /// An activity in state *created*. `news` wakes its thread; `fleet` is there on a managed site.
+    /// An activity in state *created*. `news` wakes its thread; `fleet` is given on a managed site.
     #[must_use]
     pub fn new(
         port: Port,
@@ -200,7 +200,7 @@ impl Activity for Communication {
         if self.port.state() == LifeCycleState::Ready {
             self.retry_network(now_ns);
         }
-        // A robot that pauses is somewhere all the same.
+        // A paused robot still occupies floor.
         self.membership.step(now_ns);
     }
 

@@ -15,7 +15,7 @@ use crate::realtime::log::{Complaints, LogSender};
 use crate::symbols::values::{FleetState, Whereabouts};
 use crate::symbols::wiring::CommunicationFleetSymbols;
 
-/// A pose that is older says nothing of where the robot is.
+/// An older pose does not say where the robot is.
 const POSE_AGE_NS: u64 = SECOND_NS;
 
 /// What communication needs on a managed site.
@@ -31,7 +31,7 @@ pub struct MembershipSetup {
 /// The robot as a member of its fleet.
 pub(super) struct Membership {
     symbols: CommunicationFleetSymbols,
-    /// None where nobody manages the areas.
+    /// `None` where nobody manages the areas.
     inner: Option<Inner>,
 }
 
@@ -40,7 +40,7 @@ struct Inner {
     link: CommunicationEnd,
     machine: Machine,
     mailbox: Mailbox,
-    /// For navigation, whose queue was full.
+    /// Refused by navigation's full queue, to be sent again.
     unsent: Option<Directive>,
     sense: Sense,
     refusals: Complaints,
@@ -94,7 +94,7 @@ impl Membership {
                 NavigationEvent::Relocated => inner.member.relocated(),
             }
         }
-        // Read last: what navigation told before is in it.
+        // Read last, so that it includes what navigation has just reported.
         let whereabouts = self.symbols.whereabouts.read();
         let fresh = { whereabouts.age_ns(now_ns) }.is_some_and(|age_ns| age_ns <= POSE_AGE_NS);
         inner.sense = sense(&whereabouts.value, fresh, speed_m_s);
@@ -114,8 +114,8 @@ impl Membership {
         }
     }
 
-    /// Tells navigation where the robot may be and what to do, then the mediator. In this order: what the robot gives back
-    /// may be another's as soon as the mediator knows.
+    /// Tells navigation where the robot may be and what to do, then the mediator. In this order: an area given back may be
+    /// granted to another robot as soon as the mediator knows.
     pub(super) fn speak(
         &mut self,
         network: Option<&Network>,
@@ -174,7 +174,7 @@ impl Inner {
     fn give_orders(&mut self) {
         while let Some(directive) = self.unsent.take().or_else(|| self.member.next_directive()) {
             if self.link.orders.send(directive).is_err() {
-                // Navigation is slow; the order goes first the next time.
+                // Navigation is slow; this order is sent first next time.
                 self.unsent = Some(directive);
                 return;
             }

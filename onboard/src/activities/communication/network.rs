@@ -12,7 +12,7 @@ use zenoh::qos::CongestionControl;
 use super::settings::Settings;
 use crate::activities::news::News;
 
-/// Messages that may wait. Each says all there is, so the oldest gives way.
+/// Messages that may wait. Each carries the whole state, so a full box drops the oldest.
 const WAITING: usize = 16;
 
 /// Messages of the mediator on their way from the network's threads to ours.
@@ -40,7 +40,7 @@ impl Mailbox {
         letters.waiting.pop_front()
     }
 
-    /// Messages that gave way so far.
+    /// Messages dropped so far.
     pub(super) fn dropped(&self) -> u64 {
         self.0
             .lock()
@@ -60,8 +60,8 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// Opens the session and declares everything on it. A robot that has a mediator says where its messages go, and whom
-    /// they wake.
+    /// Opens the session and declares everything on it. `mediator` is the box for the mediator's messages and what they
+    /// wake, on a managed site.
     ///
     /// # Errors
     /// A sentence.

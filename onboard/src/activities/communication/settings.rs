@@ -9,7 +9,7 @@ pub struct Settings {
     pub robot_id: String,
     /// Role that the site gives it.
     pub role: String,
-    /// Drawn at start.
+    /// Tells this start of the process from others.
     pub boot_epoch: u64,
     /// Prefix of all keys.
     pub key_prefix: String,

@@ -79,7 +79,7 @@ pub(super) fn age_ms(table: &FaultTable, name: &str, now_ns: u64) -> u64 {
     now_ns.saturating_sub(since_ns.unwrap_or(now_ns)) / MILLISECOND_NS
 }
 
-/// Whether what is discrete in the state has changed; pose and speed go with the 5 Hz level.
+/// Whether a discrete part of the state has changed; changes of pose and speed wait for the 5 Hz repetition.
 pub(super) fn is_news(sent: &RobotState, state: &RobotState) -> bool {
     let ages_aside = |faults: &[FaultMessage]| {
         faults

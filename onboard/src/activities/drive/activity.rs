@@ -23,9 +23,9 @@ use crate::symbols::wiring::DriveSymbols;
 const FAULT_NS: u64 = 50 * MILLISECOND_NS;
 /// A drive whose sensor time stands still for `STALL_NS` has failed.
 const STALL_NS: u64 = 200 * MILLISECOND_NS;
-/// How long a drive may take to give its motors the power it is told to; longer, and an emergency stop holds them.
+/// How long a drive may take to power its motors when told to; after that, an emergency stop is assumed.
 const POWER_NS: u64 = 200 * MILLISECOND_NS;
-/// How long a robot whose fieldbus thread panicked may take to stand.
+/// How long a robot may take to stop after its fieldbus thread has panicked.
 const AFTER_PANIC_NS: u64 = 2 * SECOND_NS;
 
 /// The activity.
@@ -142,7 +142,7 @@ impl Drive {
         self.retry_ns = self::now_ns() + RETRY_NS;
     }
 
-    /// Whether an operator is wanted before another bring-up.
+    /// Whether an operator is needed before another bring-up.
     fn too_many_bring_ups(&mut self, now_ns: u64) -> bool {
         if self.status.bring_ups == 0 || !self.complaints.is_empty() {
             return false; // the first one, and further attempts at the same one, do not count
@@ -244,8 +244,8 @@ impl Drive {
         }
     }
 
-    /// An emergency stop takes the motors' power and no other bit tells: without a latch, its release would set the
-    /// robot in motion.
+    /// An emergency stop cuts the motors' power, and no other status bit shows it: without a latch, its release would set
+    /// the robot in motion.
     fn judge_power(&mut self, now_ns: u64) {
         if !self.told_to_power || self.inputs.status1.all(kelo::Status::ENABLED_BOTH) {
             self.unpowered_since_ns = 0;
@@ -306,7 +306,7 @@ impl Drive {
         }
     }
 
-    /// The bus is gone for longer than can be borne: outputs are off, and it is brought up again.
+    /// The bus has been gone for too long: outputs are off, and it is brought up again.
     fn lose_bus(&mut self, now_ns: u64) {
         self.port.raise(
             Fault::BusLost,
@@ -348,7 +348,7 @@ impl Activity for Drive {
     }
 
     fn rest(&mut self, now_ns: u64) {
-        // The bus is kept in operation with motors off, but for a bus that is being brought up.
+        // With motors off the bus stays in operation, unless it is being brought up.
         if !self.port.state().is_configuring() {
             self.turn(now_ns);
         }

@@ -1,4 +1,4 @@
-//! How often the bus may be brought up again before an operator is wanted.
+//! How often the bus may be brought up again before an operator is needed.
 
 use crate::realtime::clock::SECOND_NS;
 
@@ -26,7 +26,7 @@ impl BringUpLimit {
         self.per_minute
     }
 
-    /// Notes one more, unless there were as many as may be in the last minute; whether it was noted.
+    /// Notes a bring-up, unless the last minute has had as many as allowed; returns whether it was noted.
     pub(super) fn note(&mut self, now_ns: u64) -> bool {
         let Some(oldest) = self.times_ns[..self.per_minute].iter_mut().min() else {
             return true;

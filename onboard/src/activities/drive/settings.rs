@@ -32,9 +32,9 @@ pub struct Settings {
     pub deadline_ns: u64,
     /// Age at which a setpoint is stale.
     pub setpoint_timeout_ns: u64,
-    /// How long lost frames are borne.
+    /// How long lost frames are tolerated.
     pub hold_ns: u64,
-    /// Bring-ups in a minute before an operator is wanted.
+    /// Bring-ups in a minute before an operator is needed.
     pub bring_ups_per_minute: usize,
     /// Fastest wheel speed that may ever be sent.
     pub max_wheel_speed_rad_s: f64,

@@ -33,7 +33,7 @@ pub struct Navigation {
     exchange: Exchange<Part>,
     part: Box<Part>,
     membership: Membership,
-    /// An instruction was given; what becomes of it shows with the next step.
+    /// Who waits to hear what the next step makes of the instruction given.
     asked: Option<Asked>,
     odometry: Stamped<Odometry>,
     output: Option<NavigationOutput>,
@@ -78,7 +78,7 @@ impl Navigation {
     /// One step of navigation; tracks in every state and moves only when `motion_allowed`.
     fn step(&mut self, now_ns: u64, motion_allowed: bool) {
         if self.odometry.stamp_ns == 0 {
-            return; // the drive has not spoken yet
+            return; // no odometry yet
         }
         // What cannot be used is reported by the motion tube, which looks at the same scans.
         let scan = self.scans.as_ref().and_then(|scans| scans.fresh());
@@ -129,7 +129,7 @@ impl Navigation {
         self.output = Some(output);
     }
 
-    /// A robot that does not know where it is has been put to its start by the operator who resets it.
+    /// The operator who resets a lost robot has put it at its start.
     fn return_to_start_if_lost(&mut self) {
         if self.output.is_some_and(|output| output.pose_uncertain) {
             let Part {
@@ -177,7 +177,7 @@ impl Navigation {
         while let Some(order) = self.membership.next_order() {
             match order {
                 Directive::Instruct(_) if self.asked.is_some() => {
-                    // The step to come answers another.
+                    // The next step answers an earlier instruction.
                     self.answer(Asked::ByFleet, Instructed::NotReady);
                 }
                 Directive::Instruct(instruction) => self.instruct(Asked::ByFleet, instruction),
@@ -309,7 +309,7 @@ impl Activity for Navigation {
 
     fn communicate_out(&mut self, now_ns: u64) {
         self.publish_output(now_ns);
-        // What is old must not look new.
+        // Without a step, the whereabouts are old and must not look new.
         if let Some(output) = self.output.filter(|output| output.now_ns == now_ns) {
             self.membership.publish(&output, &mut self.port);
         }

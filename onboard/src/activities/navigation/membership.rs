@@ -13,12 +13,12 @@ use crate::symbols::faults::Fault;
 use crate::symbols::values::Whereabouts;
 use crate::symbols::wiring::NavigationFleetSymbols;
 
-/// Leave that communication has not repeated for longer is none.
+/// Leave expires when communication has not repeated it for this long.
 const LEAVE_AGE_NS: u64 = SECOND_NS;
 
 /// What navigation keeps of its fleet.
 pub(super) struct Membership {
-    /// None where nobody manages the areas.
+    /// `None` where nobody manages the areas.
     managed: Option<Managed>,
     allowed: AreaSet,
     speed_limit_m_s: f64,
@@ -103,14 +103,14 @@ impl Membership {
         }
     }
 
-    /// The command within what the mediator limits.
+    /// The command, within the mediator's speed limit.
     pub(super) fn limited(&self, command: MotionCommand) -> MotionCommand {
         let limit_m_s = self.speed_limit_m_s;
         command.with_speed(command.speed_m_s.clamp(-limit_m_s, limit_m_s))
     }
 }
 
-/// What communication allows, as long as it says so.
+/// What communication allows, while it repeats that.
 fn leave(allowed: &Stamped<AreaSet>, now_ns: u64) -> AreaSet {
     match allowed.age_ns(now_ns) {
         Some(age_ns) if age_ns <= LEAVE_AGE_NS => allowed.value,

@@ -24,7 +24,7 @@ pub struct Plan {
     pub fsm: FsmConfig,
     /// Where it starts, and in which state.
     pub start: SiteRobot,
-    /// What the tube set came to.
+    /// How many tubes there are, and which are refused.
     pub tube_report: TubeReport,
 }
 

@@ -1,4 +1,4 @@
-//! What two plans differ in that a running robot cannot exchange.
+//! Differences between two plans that a running robot cannot take over.
 
 use description::robot::{Control, Drive, DriveLimits};
 

@@ -1,4 +1,4 @@
-//! Why two files make no robot.
+//! Why two files do not make a robot.
 
 use config::{Origin, Problem, ProblemKind};
 use description::keys::{KeyError, KeyErrors, Section};
@@ -7,7 +7,7 @@ use skills::tubes::TubeError;
 
 use super::contents::Plan;
 
-/// Why the files, though each is well formed, make no robot.
+/// Why the files, though each is well formed, do not make a robot.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// Keys of either file.

@@ -18,7 +18,7 @@ pub enum Done {
     Stopped,
     /// Faults are forgotten.
     Reset,
-    /// The files were taken anew.
+    /// The files were read again.
     Reloaded,
     /// The machine took an event.
     Sent {
@@ -64,13 +64,13 @@ pub enum Refusal {
     #[error("unknown request {0:?}")]
     UnknownRequest(String),
     /// The event is not the JSON of one.
-    #[error("a request that cannot be read: {0}")]
+    #[error("the event cannot be read: {0}")]
     Unreadable(String),
     /// `resume` of a robot that a fault has stopped.
     #[error("it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`")]
     StoppedByFault,
     /// An event was sent before, and navigation has not answered.
-    #[error("another event is on its way")]
+    #[error("another event still waits for navigation's answer")]
     AnotherEvent,
     /// An event or a reload while a reload is under way.
     #[error("a reload is under way")]
@@ -102,7 +102,7 @@ pub enum Refusal {
     #[error("navigation does not run yet")]
     NotReady,
     /// The queue to navigation is full.
-    #[error("navigation does not take its commands")]
+    #[error("navigation does not take its commands; see `onboard inspect` for what it does")]
     QueueFull,
     /// Navigation had its time to answer.
     #[error("navigation does not answer; see `onboard inspect` for what it does")]

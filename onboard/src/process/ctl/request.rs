@@ -16,9 +16,9 @@ pub enum Request {
     Resume,
     /// Stop hard and stay stopped until `reset`
     Stop,
-    /// The causes of faults are seen to: forget them and go on
+    /// Forget faults whose causes are dealt with, and go on
     Reset,
-    /// Take gains, limits, tubes and map from the files anew
+    /// Read gains, limits, tubes and map from the files again
     Reload,
     /// Give the robot's state machine one of its external events
     Send(Event),
@@ -81,7 +81,7 @@ impl Args for Event {
 fn number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(format!("`{text}` is no number")),
+        _ => Err(format!("`{text}` is not a number")),
     }
 }
 
@@ -124,7 +124,7 @@ impl Request {
     /// The line on the socket.
     pub(super) fn line(&self) -> String {
         match self {
-            // Its numbers are finite and its keys are texts: nothing in it cannot be told.
+            // Its numbers are finite and its keys are strings: it always serializes.
             Self::Send(event) => {
                 format!("{SEND}{}", serde_json::to_string(event).unwrap_or_default())
             }

@@ -23,13 +23,13 @@ use crate::symbols::wiring::SupervisorSymbols;
 
 /// Period of the supervisor.
 pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
-/// How long a robot may take to stand before the program ends all the same.
+/// How long a robot may take to stand before the program ends anyway.
 const STANDSTILL_NS: u64 = 3 * SECOND_NS;
 /// How long activities may take to stop once the robot stands.
 const STOPPING_NS: u64 = SECOND_NS;
 /// Wheel speed below which the robot stands.
 const STANDING_RAD_S: f64 = 0.2;
-/// An encoder reading older than this says nothing.
+/// An older encoder reading does not count.
 const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
 /// The supervisor.
@@ -209,7 +209,7 @@ impl Supervisor {
         match self.watch.judge(now_ns) {
             None => {}
             Some((thread, Load::Fine)) => {
-                tracing::info!("thread {thread} keeps its time again");
+                tracing::info!("thread {thread} keeps its deadlines again");
                 self.handles
                     .tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
             }
@@ -304,7 +304,7 @@ impl Supervisor {
     }
 
     fn answer_sent(&mut self, what: Instructed) {
-        // One that took too long was answered.
+        // One that took too long has been answered already.
         if let Some(sent) = self.sent.take() {
             sent.answer(what, &self.machine, &self.reload.plan().fsm);
         }

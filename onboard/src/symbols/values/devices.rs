@@ -17,7 +17,7 @@ value! {
         speeds: WheelSpeeds,
         /// Pivot speed.
         pivot_rad_s: f64,
-        /// How often the bus was brought up: with each time the drive may have begun to count anew.
+        /// How often the bus was brought up: after each time the drive may count from zero again.
         epoch: u64,
     }
 }

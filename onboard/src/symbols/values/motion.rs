@@ -26,7 +26,7 @@ impl OdometryTrace {
         self.written += 1;
     }
 
-    /// Samples behind the first `seen`, oldest first, as far as they are still there.
+    /// Samples after the first `seen`, oldest first, as far as they are still there.
     pub fn since(&self, seen: u64) -> impl Iterator<Item = &OdometrySample> {
         let first = seen.max(self.written.saturating_sub(TRACE_SAMPLES as u64));
         (first..self.written).map(|index| &self.samples[(index % TRACE_SAMPLES as u64) as usize])

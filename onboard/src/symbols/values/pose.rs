@@ -1,4 +1,4 @@
-//! Where navigation takes the robot to be, and what it does there.
+//! Where navigation believes the robot is, and what it does there.
 
 use description::areas::AreaIndex;
 use description::geometry::Pose2;
@@ -24,7 +24,7 @@ value! {
 }
 
 value! {
-    /// Where navigation takes the robot to be and what it is doing there, in one moment: numbers, for other activities.
+    /// Where navigation believes the robot is and what it does there, at one moment: numbers, for other activities.
     Whereabouts, "whereabouts" {
         /// `base_link` in `map`.
         #[serde(flatten)]
@@ -35,7 +35,7 @@ value! {
         uncertain: u64,
         /// Number of the state of the robot's machine.
         state: u64,
-        /// Number of the area ahead that it may not enter, and slows down or waits for; `u64::MAX` for none.
+        /// Number of the area ahead that it may not enter, for which it slows down or waits; `u64::MAX` for none.
         waiting_for: u64,
     }
 }
@@ -79,9 +79,9 @@ value! {
         lane_end_m: f64,
         /// Why it stands although its skill would move: see `skills::navigator::Hold`. Empty: it does not.
         hold: Name,
-        /// The area ahead that it may not enter, and slows down or waits for. Empty: none.
+        /// The area ahead that it may not enter, for which it slows down or waits. Empty: none.
         waiting_for: Name,
-        /// Way left before that area, NaN when none is near.
+        /// Distance left to that area, NaN when none is near.
         border_distance_m: f64,
         /// How often the schedule changed.
         schedule_changes: u64,

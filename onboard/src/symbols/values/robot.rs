@@ -39,7 +39,7 @@ value! {
     RobotMode, "robot_mode" {
         /// 0 configuring, 1 running, 2 paused, 3 stopped, 4 ending.
         mode: u64,
-        /// Drawn at start.
+        /// Tells this start of the process from others.
         boot_epoch: u64,
         /// Process id.
         pid: u64,
@@ -83,11 +83,11 @@ value! {
     FleetState, "fleet_state" {
         /// 0: nobody manages the site's areas, and everything is granted.
         managed: u64,
-        /// The mediator's epoch, 0 before it spoke.
+        /// The mediator's epoch, 0 before its first message.
         mediator_epoch: u64,
         /// The registration, 0 without one.
         session: u64,
-        /// 1 when nothing was heard of the mediator for too long.
+        /// 1 when nothing was heard from the mediator for too long.
         silent: u64,
         /// 1 while the mediator has the discrete control.
         acquired: u64,
