@@ -25,10 +25,9 @@ pub enum OfferError {
 /// A marking names a place that the net does not have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("the net has no place {}, only {places}", .place.0)]
+#[expect(missing_docs, reason = "the message says what each field is")]
 pub struct WrongMarking {
-    /// The unknown place.
     pub place: PlaceId,
-    /// How many places the net has.
     pub places: usize,
 }
 

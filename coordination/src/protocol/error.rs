@@ -7,10 +7,9 @@ use super::tree::ABORTED;
 /// What is wrong with a [`ProtocolModel`](super::ProtocolModel); every message begins with the protocol's name.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("protocol `{protocol}`{problem}")]
+#[expect(missing_docs, reason = "the message says what each field is")]
 pub struct ModelError {
-    /// The protocol's name.
     pub protocol: String,
-    /// What is wrong.
     pub problem: Box<Problem>,
 }
 

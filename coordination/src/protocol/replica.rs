@@ -44,10 +44,9 @@ pub enum MergeError {
 /// Runs only go forward; nothing changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("run {asked} is not later than run {present}")]
+#[expect(missing_docs, reason = "the message says what each field is")]
 pub struct RunNotNewer {
-    /// The present run.
     pub present: u32,
-    /// The run asked for.
     pub asked: u32,
 }
 

@@ -9,46 +9,34 @@ use super::record::{CoordinationRecord, level_record};
 
 /// A change that must be stored before anybody is told of it.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "the names say what each field is")]
 pub enum Entry {
     /// The mediator has started; how often until now.
     Epoch(u64),
     /// A robot has another session, or stands elsewhere.
-    Robot {
-        /// Which.
-        robot: String,
-        /// What is known of it now.
-        record: RobotRecord,
-    },
+    Robot { robot: String, record: RobotRecord },
     /// Protocol 1 of a robot and an area went on.
     Access {
-        /// The robot.
         robot: String,
-        /// The area.
         area: String,
-        /// How far it is now.
         record: AccessRecord,
     },
     /// An area was granted with this fence.
     Fence {
-        /// The area.
         area: String,
         /// Larger than every one before.
         fence: u64,
     },
     /// A grant is asked back, or that was answered.
     Revocation {
-        /// The robot.
         robot: String,
-        /// The area.
         area: String,
-        /// How far it is, and of which grant.
         record: RevocationRecord,
     },
     /// The last number that a coordination got.
     Number(u64),
     /// A coordination went on.
     Coordination {
-        /// Its number.
         number: u64,
         /// Where it is; `None`: it is over.
         record: Option<CoordinationRecord>,

@@ -48,9 +48,8 @@ pub enum ClearError {
 /// No such robot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no robot `{found}`; this site has {known}")]
+#[expect(missing_docs, reason = "the message says what each field is")]
 pub struct UnknownRobot {
-    /// As asked for.
     pub found: String,
-    /// All there are.
     pub known: String,
 }

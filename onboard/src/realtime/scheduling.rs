@@ -97,10 +97,9 @@ impl Granted {
 #[error(
     "core {number} does not exist here: expected one of {available:?}, or `any`, `big`, `little`"
 )]
+#[expect(missing_docs, reason = "the message says what each field is")]
 pub struct NoSuchCore {
-    /// What the configuration says.
     pub number: usize,
-    /// What there is.
     pub available: Vec<usize>,
 }
 

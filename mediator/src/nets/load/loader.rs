@@ -8,12 +8,10 @@ use description::site::CoordinationConfig;
 /// Why a coordination cannot run on its site.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("coordinations.{coordination}{}{place}: {what}", if .place.is_empty() { "" } else { "." })]
+#[expect(missing_docs, reason = "the message says what each field is")]
 pub struct PlanError {
-    /// Its id in the site file.
     pub coordination: String,
-    /// Where in its section.
     pub place: String,
-    /// What is wrong.
     pub what: String,
 }
 

@@ -59,6 +59,7 @@ impl fmt::Display for Done {
 
 /// Why nothing was done.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Refusal {
     /// The line is none of the requests.
     #[error("unknown request {0:?}")]
@@ -78,21 +79,15 @@ pub enum Refusal {
     /// The machine of this role has no such external event.
     #[error("role `{role}` has no external event `{event}`; it has {known}")]
     UnknownEvent {
-        /// The role.
         role: String,
-        /// As found.
         event: String,
-        /// Those that there are, for people.
         known: String,
     },
     /// The state has no transition on the event.
     #[error("state `{state}` has no use for `{event}`; it takes {known}")]
     Ignored {
-        /// The machine's state.
         state: String,
-        /// The event.
         event: String,
-        /// External events that the state takes, for people.
         known: String,
     },
     /// The parameters of the event are bad.
