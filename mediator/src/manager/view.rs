@@ -159,10 +159,7 @@ impl View<'_> {
                 inside.join(", ")
             ));
         };
-        let role = instance
-            .participants()
-            .iter()
-            .position(|participant| participant.robot == robot);
+        let role = instance.role_of(robot);
         let role = role.filter(|&role| matches!(plan.roles[role].kind, Kind::Access(_)));
         Some(match role {
             Some(role) => instance.why(role, name),

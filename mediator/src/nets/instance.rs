@@ -142,12 +142,14 @@ impl Instance {
             .collect()
     }
 
+    /// The role that the robot has in it.
+    pub(crate) fn role_of(&self, robot: usize) -> Option<usize> {
+        { self.participants().iter() }.position(|participant| participant.robot == robot)
+    }
+
     /// The robot's control is, or is about to be, with this instance.
     pub(crate) fn controls(&self, robot: usize) -> Option<usize> {
-        let role = self
-            .participants()
-            .iter()
-            .position(|participant| participant.robot == robot)?;
+        let role = self.role_of(robot)?;
         let is_control = matches!(self.plan.roles[role].kind, Kind::Control);
         (is_control && !self.participants()[role].is_over()).then_some(role)
     }

@@ -50,16 +50,20 @@ struct Scene {
 }
 
 impl Scene {
-    /// The emergency robot has come up behind: the normal one drives through area 1, before the lay-by.
-    fn overtaking() -> Self {
+    /// Nobody has reported yet.
+    fn new() -> Self {
         let (setup, plans) = sites::shipped("overtaking", "overtaking");
-        let manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
-        let mut scene = Self {
-            manager,
+        Self {
+            manager: Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid"),
             normal: Robot::new("amr-1", "overtaking"),
             emergency: Robot::new("amr-2", "overtaking"),
             now_ns: 0,
-        };
+        }
+    }
+
+    /// The emergency robot has come up behind: the normal one drives through area 1, before the lay-by.
+    fn overtaking() -> Self {
+        let mut scene = Self::new();
         scene.normal.is("drive-1", &["1"], &[]);
         scene.emergency.is("end-6", &["6"], &["7"]);
         scene.talk();
@@ -176,14 +180,7 @@ fn the_emergency_robot_passes_while_the_normal_one_waits_aside() {
 
 #[test]
 fn a_normal_robot_that_has_passed_the_lay_by_is_not_overtaken() {
-    let (setup, plans) = sites::shipped("overtaking", "overtaking");
-    let manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
-    let mut scene = Scene {
-        manager,
-        normal: Robot::new("amr-1", "overtaking"),
-        emergency: Robot::new("amr-2", "overtaking"),
-        now_ns: 0,
-    };
+    let mut scene = Scene::new();
     scene.normal.is("drive-on-1", &["1"], &[]);
     scene.emergency.is("u-turn-7", &["7"], &["1"]);
     scene.talk();

@@ -79,10 +79,7 @@ impl Coordinations {
         let mut occupied =
             governed.flat_map(|&area| areas.occupants(area).map(move |robot| (robot, area)));
         occupied.find(|&(robot, area)| {
-            let role = instance
-                .participants()
-                .iter()
-                .position(|participant| participant.robot == robot);
+            let role = instance.role_of(robot);
             !role.is_some_and(|role| instance.lets_in(role, area))
         })
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
 use contract::wire::{Level, MediatorReport, RobotReport};
-use contract::{decode, keys};
+use contract::{Message, decode, keys};
 use zenoh::Wait;
 
 use super::fleet::PREFIX;
@@ -137,31 +137,8 @@ pub struct Observer {
 impl Observer {
     pub fn new(session: zenoh::Session) -> Self {
         let book = Arc::new(Mutex::new(Book::default()));
-        let (robots, mediator) = (Arc::clone(&book), Arc::clone(&book));
-        session
-            .declare_subscriber(keys::all_reports(PREFIX).expect("a plain name"))
-            .callback(move |sample| {
-                let mut book = robots.lock().expect("nobody panics with it");
-                match decode(&sample.payload().to_bytes()) {
-                    Ok(report) => book.report(&report),
-                    Err(error) => book.accuse(error.to_string()),
-                }
-            })
-            .background()
-            .wait()
-            .expect("it subscribes");
-        session
-            .declare_subscriber(keys::to_all_robots(PREFIX).expect("a plain name"))
-            .callback(move |sample| {
-                let mut book = mediator.lock().expect("nobody panics with it");
-                match decode(&sample.payload().to_bytes()) {
-                    Ok(message) => book.message(&message),
-                    Err(error) => book.accuse(error.to_string()),
-                }
-            })
-            .background()
-            .wait()
-            .expect("it subscribes");
+        listen(&session, keys::all_reports(PREFIX), &book, Book::report);
+        listen(&session, keys::to_all_robots(PREFIX), &book, Book::message);
         Self { session, book }
     }
 
@@ -171,6 +148,28 @@ impl Observer {
         book.seen.owners = book.used.len();
         std::mem::take(&mut book.seen)
     }
+}
+
+/// Enters everything that is sent on a key into the book.
+fn listen<M: Message + Default + 'static>(
+    session: &zenoh::Session,
+    key: Result<String, keys::InvalidName>,
+    book: &Arc<Mutex<Book>>,
+    enter: fn(&mut Book, &M),
+) {
+    let book = Arc::clone(book);
+    session
+        .declare_subscriber(key.expect("a plain name"))
+        .callback(move |sample| {
+            let mut book = book.lock().expect("nobody panics with it");
+            match decode(&sample.payload().to_bytes()) {
+                Ok(message) => enter(&mut book, &message),
+                Err(error) => book.accuse(error.to_string()),
+            }
+        })
+        .background()
+        .wait()
+        .expect("it subscribes");
 }
 
 /// An observer that sees nothing proves nothing.

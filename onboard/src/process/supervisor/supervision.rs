@@ -182,8 +182,7 @@ impl Supervisor {
             .iter()
             .any(|&fault| self.table.state(fault).active != 0)
         {
-            self.handles
-                .tell(ActivityKind::MotionTube, Command::StopNow);
+            self.stop_now();
         }
         if all_configured {
             self.mode_value.mode = self.mode() as u64;
@@ -210,21 +209,28 @@ impl Supervisor {
             None => {}
             Some((thread, Load::Fine)) => {
                 tracing::info!("thread {thread} keeps its deadlines again");
-                self.handles
-                    .tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
+                self.limit_speed(1000);
             }
             Some((thread, Load::Degraded)) => {
                 tracing::warn!("thread {thread} overruns: driving at half speed");
-                self.handles
-                    .tell(ActivityKind::Navigation, Command::LimitSpeed(500));
+                self.limit_speed(500);
             }
             Some((thread, Load::Overloaded)) => {
                 tracing::error!("thread {thread} overruns repeatedly: stopping");
                 self.raise("supervisor", Fault::Overruns, 0.0, now_ns);
-                self.handles
-                    .tell(ActivityKind::MotionTube, Command::StopNow);
+                self.stop_now();
             }
         }
+    }
+
+    fn stop_now(&mut self) {
+        self.handles
+            .tell(ActivityKind::MotionTube, Command::StopNow);
+    }
+
+    fn limit_speed(&mut self, thousandths: u16) {
+        self.handles
+            .tell(ActivityKind::Navigation, Command::LimitSpeed(thousandths));
     }
 
     fn serve(&mut self, pending: Pending, now_ns: u64) {
@@ -244,8 +250,7 @@ impl Supervisor {
             }
             Request::Stop => {
                 self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
-                self.handles
-                    .tell(ActivityKind::MotionTube, Command::StopNow);
+                self.stop_now();
                 Ok(Done::Stopped)
             }
             Request::Reset => {
@@ -254,8 +259,7 @@ impl Supervisor {
                 }
                 self.watch.forget();
                 self.handles.tell_all(Command::Reset);
-                self.handles
-                    .tell(ActivityKind::Navigation, Command::LimitSpeed(1000));
+                self.limit_speed(1000);
                 Ok(Done::Reset)
             }
             Request::Reload => {
@@ -358,8 +362,7 @@ impl Supervisor {
                 self.raise("supervisor", Fault::Panic, 0.0, now_ns);
             }
         }
-        self.handles
-            .tell(ActivityKind::MotionTube, Command::StopNow);
+        self.stop_now();
         self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
     }
 
