@@ -94,17 +94,14 @@ async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &Ne
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicBool, AtomicU64};
-    use std::time::Instant;
+    use std::sync::atomic::AtomicU64;
 
     use coordination::activity::{Activity, LifeCycle};
-    use coordination::symbols::{Namespace, TableBuilder};
 
     use super::*;
     use crate::activities::robot_activity::RobotActivity;
+    use crate::process::bench::{Bench, wait_for};
     use crate::realtime::clock::SECOND_NS;
-    use crate::realtime::scheduling::{CoreClass, Wanted};
-    use crate::symbols::values::ThreadReport;
 
     /// Counts its turns.
     struct Counter(LifeCycle, Arc<AtomicU64>);
@@ -127,43 +124,20 @@ mod tests {
 
     #[test]
     fn news_and_wake_ups_make_the_loop_run_long_before_its_period() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let mut builder = TableBuilder::new("async", &Namespace::new(folder.path(), "async_"));
-        builder
-            .declare::<ThreadReport>("thread", "test")
-            .expect("declared");
-        let table = builder.build().expect("built");
-        let stop = Arc::<AtomicBool>::default();
-        let setup = ThreadSetup {
-            name: "test".to_owned(),
-            trigger: Trigger::Period(3600 * SECOND_NS),
-            wanted: Wanted {
-                fifo_priority: None,
-                cores: CoreClass::Any,
-            },
-            report: table.writer("thread", "test").expect("writer"),
-            stop: Arc::clone(&stop),
-            log: crate::realtime::log::queue().0,
-        };
+        let (bench, setup) = Bench::with_thread(Trigger::Period(3600 * SECOND_NS));
         let turns = Arc::<AtomicU64>::default();
         let counter = Counter(LifeCycle::new(), Arc::clone(&turns));
         let alarm = Alarm::default();
         let activities = ThreadActivities::new(vec![Box::new(counter)], None);
         let thread = spawn_asynchronous(setup, activities, alarm.clone()).expect("a thread");
-        let reaches = |wanted: u64| {
-            let began = Instant::now();
-            while turns.load(Ordering::Relaxed) < wanted {
-                assert!(began.elapsed() < Duration::from_secs(20), "nothing happens");
-                std::thread::sleep(Duration::from_millis(1));
-            }
-        };
+        let reaches = |wanted: u64| wait_for(|| turns.load(Ordering::Relaxed) >= wanted);
         // The first tick is at once.
         reaches(1);
         alarm.news.tell();
         reaches(2);
         alarm.wake.wake();
         reaches(3);
-        stop.store(true, Ordering::Relaxed);
+        bench.stop.store(true, Ordering::Relaxed);
         alarm.news.tell();
         thread.join().expect("ends");
     }

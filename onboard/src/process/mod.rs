@@ -1,6 +1,8 @@
 //! The process around the activities: threads, supervisor, control socket, and views from outside.
 
 pub mod asynchronous;
+#[cfg(test)]
+mod bench;
 pub mod ctl;
 pub mod inspect;
 pub mod overruns;

@@ -119,23 +119,14 @@ impl Thread {
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
-    use coordination::symbols::{Namespace, TableBuilder};
 
     use super::*;
+    use crate::process::bench::Bench;
 
     #[test]
     fn repeated_overruns_degrade_then_overload_and_a_reset_forgives() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let mut builder = TableBuilder::new("overruns", &Namespace::new(folder.path(), "ov_"));
-        builder
-            .declare::<ThreadReport>("thread", "motion")
-            .expect("declared");
-        let table = builder.build().expect("built");
-        let mut writer = table
-            .writer::<ThreadReport>("thread", "motion")
-            .expect("writer");
-        let reader = table.reader("supervisor", "motion").expect("reader");
-        let mut watch = OverrunWatch::new(vec![("motion".to_owned(), reader)]);
+        let (bench, mut writer) = Bench::new();
+        let mut watch = OverrunWatch::new(vec![("motion".to_owned(), bench.report)]);
         let mut report = ThreadReport::zeroed();
         // Overruns in each second of 200 cycles, and what is to be said of it.
         let seconds = [

@@ -204,14 +204,12 @@ impl Timing {
 #[cfg(test)]
 mod tests {
     use std::sync::atomic::AtomicU64;
-    use std::time::{Duration, Instant};
 
     use coordination::activity::{Activity, LifeCycle, LifeCycleEvent};
-    use coordination::symbols::{Namespace, Reader, SymbolTable, TableBuilder};
 
     use super::*;
     use crate::activities::robot_activity::RobotActivity;
-    use crate::realtime::scheduling::CoreClass;
+    use crate::process::bench::{Bench, wait_for};
 
     /// Counts its turns, panics when told to, and then needs three steps to come to rest.
     struct Fragile {
@@ -242,102 +240,62 @@ mod tests {
         }
     }
 
-    struct Bench {
-        setup: Option<ThreadSetup>,
-        report: Reader<ThreadReport>,
-        stop: Arc<AtomicBool>,
+    /// A fragile activity on a thread of its own.
+    struct Scene {
+        bench: Bench,
+        thread: JoinHandle<()>,
         turns: Arc<AtomicU64>,
         steps_after: Arc<AtomicU64>,
-        _table: SymbolTable,
-        _folder: tempfile::TempDir,
     }
 
-    fn bench() -> Bench {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let mut builder = TableBuilder::new("runner", &Namespace::new(folder.path(), "run_"));
-        builder
-            .declare::<ThreadReport>("thread", "test")
-            .expect("declared");
-        let table = builder.build().expect("built");
-        let report = table.writer("thread", "test").expect("writer");
-        let reader = table.reader("test", "test").expect("reader");
-        let stop = Arc::<AtomicBool>::default();
-        let setup = ThreadSetup {
-            name: "test".to_owned(),
-            trigger: Trigger::Period(MILLISECOND_NS),
-            wanted: Wanted {
-                fifo_priority: None,
-                cores: CoreClass::Any,
-            },
-            report,
-            stop: Arc::clone(&stop),
-            log: crate::realtime::log::queue().0,
+    fn start(panics_at: u64) -> Scene {
+        let (bench, setup) = Bench::with_thread(Trigger::Period(MILLISECOND_NS));
+        let (turns, steps_after) = (Arc::default(), Arc::default());
+        let mut life_cycle = LifeCycle::new();
+        for event in [
+            LifeCycleEvent::Configure,
+            LifeCycleEvent::Configured,
+            LifeCycleEvent::Run,
+        ] {
+            life_cycle.step(event);
+        }
+        let activity = Fragile {
+            life_cycle,
+            turns: Arc::clone(&turns),
+            panics_at,
+            steps_after: Arc::clone(&steps_after),
         };
-        Bench {
-            setup: Some(setup),
-            report: reader,
-            stop,
-            turns: Arc::default(),
-            steps_after: Arc::default(),
-            _table: table,
-            _folder: folder,
-        }
-    }
-
-    impl Bench {
-        fn start(&mut self, panics_at: u64) -> JoinHandle<()> {
-            let mut life_cycle = LifeCycle::new();
-            for event in [
-                LifeCycleEvent::Configure,
-                LifeCycleEvent::Configured,
-                LifeCycleEvent::Run,
-            ] {
-                life_cycle.step(event);
-            }
-            let activity = Fragile {
-                life_cycle,
-                turns: Arc::clone(&self.turns),
-                panics_at,
-                steps_after: Arc::clone(&self.steps_after),
-            };
-            let setup = self.setup.take().expect("started once");
-            let activities = ThreadActivities::new(vec![Box::new(activity)], None);
-            setup.spawn(activities).expect("a thread")
-        }
-    }
-
-    fn wait_for(condition: impl Fn() -> bool) {
-        let began = Instant::now();
-        while !condition() {
-            assert!(began.elapsed() < Duration::from_secs(20), "nothing happens");
-            std::thread::sleep(Duration::from_millis(1));
+        let activities = ThreadActivities::new(vec![Box::new(activity)], None);
+        Scene {
+            bench,
+            thread: setup.spawn(activities).expect("a thread"),
+            turns,
+            steps_after,
         }
     }
 
     #[test]
     fn a_loop_runs_until_it_is_stopped_and_reports_its_timing() {
-        let mut bench = bench();
-        let thread = bench.start(u64::MAX);
-        wait_for(|| bench.turns.load(Ordering::Relaxed) > 20);
-        bench.stop.store(true, Ordering::Relaxed);
-        thread.join().expect("ends");
-        let report = bench.report.read().value;
-        assert_eq!(report.cycles, bench.turns.load(Ordering::Relaxed));
+        let mut scene = start(u64::MAX);
+        wait_for(|| scene.turns.load(Ordering::Relaxed) > 20);
+        scene.bench.stop.store(true, Ordering::Relaxed);
+        scene.thread.join().expect("ends");
+        let report = scene.bench.report.read().value;
+        assert_eq!(report.cycles, scene.turns.load(Ordering::Relaxed));
         assert_eq!(
             (report.period_ns, report.exec.count()),
             (MILLISECOND_NS, report.cycles)
         );
-        assert_eq!(bench.steps_after.load(Ordering::Relaxed), 0);
+        assert_eq!(scene.steps_after.load(Ordering::Relaxed), 0);
     }
 
     #[test]
     fn after_a_panic_the_activity_is_brought_to_rest_and_the_thread_ends() {
-        let mut bench = bench();
-        let thread = bench.start(3);
-        thread.join().expect("the panic is caught");
-        assert_eq!(bench.turns.load(Ordering::Relaxed), 3);
+        let scene = start(3);
+        scene.thread.join().expect("the panic is caught");
+        assert_eq!(scene.turns.load(Ordering::Relaxed), 3);
         assert_eq!(
-            bench.steps_after.load(Ordering::Relaxed),
+            scene.steps_after.load(Ordering::Relaxed),
             3,
             "until it said that it is at rest"
         );
