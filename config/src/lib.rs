@@ -3,7 +3,7 @@
 //! A **robot file** (`robots/amr-1.toml`) says what one robot is made of; a **site file** (`sites/corridor.toml`) says
 //! where it drives and what it does there; a **net file** (`nets/t-junction.toml`) says how robots in roles and the
 //! mediator coordinate. [`load_robot`], [`load_site`] and [`load_net`] read them into plain structs, [`check_together`]
-//! checks what only both can tell.
+//! checks that a site knows a robot. What a robot can do on a site is judged by `skills`, which gives it its meaning.
 //!
 //! Everything wrong with a file is collected and returned at once as a [`ConfigError`]; each [`Problem`] in it names
 //! file, line, key, what was found and what was expected. Bad input never panics.

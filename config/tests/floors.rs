@@ -3,9 +3,9 @@
 
 mod common;
 
-use common::{Mistake, SITE, check, edit, lines, sets};
+use common::{Mistake, SITE, check, edit, lines};
 use config::ProblemKind::{Duplicate, Inconsistent, MissingKey, OutOfRange, UnknownReference};
-use config::{ConfigError, check_together, load_robot, parse_site};
+use config::{ConfigError, parse_site};
 
 const DOCKING: &str = include_str!("../sites/docking.toml");
 const COURSE: &str = include_str!("../sites/course.toml");
@@ -133,17 +133,6 @@ fn states_with_lanes_and_areas_of_their_own() {
             expected: "each area once",
             hint: "",
         },
-        Mistake {
-            name: "no lane at all",
-            from: "lane = \"in\", skill = \"back-off\"",
-            to: "skill = \"back-off\"",
-            kind: Inconsistent,
-            key: "fsm.small.states.back-off.area",
-            line: "{ area = \"dock\", skill = \"back-off\"",
-            found: "area `dock`, which has no lane",
-            expected: "an area with a lane, for skill `back-off`",
-            hint: "or give the state a `lane` of its own",
-        },
     ];
     check(&mistakes, DOCKING, fails);
 }
@@ -207,17 +196,6 @@ fn skills_of_the_course() {
             hint: "",
         },
         Mistake {
-            name: "a stable what",
-            from: "feature = \"corridor\"\nscans = 3",
-            to: "feature = \"walls\"\nscans = 3",
-            kind: Inconsistent,
-            key: "monitors.reacquired.feature",
-            line: "feature = \"walls\"",
-            found: "`walls`, of which there is no estimate",
-            expected: "`corridor` or `lane-end`",
-            hint: "",
-        },
-        Mistake {
             name: "no time",
             from: "after_s = 2.0",
             to: "after_s = 0",
@@ -239,139 +217,6 @@ fn skills_of_the_course() {
             expected: "in [skills.stop]",
             hint: "",
         },
-        Mistake {
-            name: "a dock that nothing measures",
-            from: "distance_m = 0.30\nperception = \"C\"",
-            to: "distance_m = 0.30\nperception = \"B\"",
-            kind: Inconsistent,
-            key: "skills.dock.perception",
-            line: "perception = \"B\"\nmonitors = [\"done\"",
-            found: "kind `B`, which does not track `lane-end`",
-            expected: "for the controller `dock`",
-            hint: "",
-        },
     ];
     check(&mistakes, COURSE, fails);
-}
-
-#[test]
-fn a_lane_far_from_its_state() {
-    // The small robots' state: the big ones' is followed by another.
-    let next = "\nback-off = { area = \"dock\", lane = \"in\", skill = \"back-off\"";
-    let wait = |lane: &str| {
-        format!("wait = {{ area = \"dock\", lane = \"{lane}\", skill = \"wait\" }}{next}")
-    };
-    let text = edit(DOCKING, &wait("in"), &wait("far")).replace(
-        "[lanes.middle-in]",
-        "[lanes.far]\nfrom_m = [3.0, 0.5]\nto_m = [1.0, 0.5]\n\n[lanes.middle-in]",
-    );
-    let error = fails("some.toml", &text).expect("refused");
-    let problem = &error.problems()[0];
-    assert_eq!(
-        problem.key,
-        "fsm.small.states.wait.lane",
-        "{}",
-        lines(&error)
-    );
-    assert_eq!(
-        problem.found,
-        "lane `far`, which does not touch area `dock`"
-    );
-}
-
-#[test]
-fn a_pose_that_nobody_brings() {
-    let text = edit(
-        COURSE,
-        "{ from = \"drive-6\", on = \"stop\", to = \"stop-6\" },\n    { from = \"stop-6\", on = \"stop\", to = \"stop-6\" },",
-        "{ from = \"drive-6\", on = \"near-west\", to = \"stop-6\" },",
-    );
-    let text = edit(
-        &text,
-        "{ from = \"drive-6\", on = \"near-west\", to = \"search-6\" },\n",
-        "",
-    );
-    let text = edit(
-        &text,
-        "{ from = \"stop-6\", on = \"go\", to = \"drive-6\" },",
-        "{ from = \"stop-6\", on = \"go\", to = \"search-6\" },",
-    );
-    let error = fails("some.toml", &text).expect("refused");
-    let [problem] = error.problems() else {
-        panic!("{}", lines(&error));
-    };
-    assert_eq!(problem.key, "skills.stop-there.controller");
-    assert!(
-        problem
-            .found
-            .contains("in state `stop-6`, which no external event leads to"),
-        "{problem}"
-    );
-}
-
-#[test]
-fn a_robot_too_wide_for_its_lane_or_areas() {
-    let robot = |typed: &[&str]| {
-        load_robot("robots/amr-1.toml", &sets(typed))
-            .unwrap_or_else(|error| panic!("{}", lines(&error)))
-    };
-    let together = |robot: &config::RobotConfig, text: &str| {
-        let site =
-            parse_site("site.toml", text, &[]).unwrap_or_else(|error| panic!("{}", lines(&error)));
-        check_together(robot, &site).expect_err("refused")
-    };
-    // Half a metre to its right is the border of areas 1 and 2.
-    let wide = robot(&["footprint.right_m=0.41"]);
-    let error = together(&wide, SITE);
-    let problem = &error.problems()[0];
-    assert_eq!(
-        problem.key,
-        "fsm.normal.states.drive-1",
-        "{}",
-        lines(&error)
-    );
-    assert!(
-        problem
-            .found
-            .starts_with("a body whose right side leaves `1` on lane `east`"),
-        "{problem}"
-    );
-    assert!(
-        problem.line.is_some() && problem.expected.contains("0.56 m"),
-        "{problem}"
-    );
-    // In the access the big robot needs both areas.
-    let alone = edit(
-        DOCKING,
-        "\nmiddle-in = { area = \"access-in\", also = [\"access-out\"], lane",
-        "\nmiddle-in = { area = \"access-in\", lane",
-    );
-    let big =
-        load_robot("robots/amr-big.toml", &[]).unwrap_or_else(|error| panic!("{}", lines(&error)));
-    let error = together(&big, &alone);
-    let [problem] = error.problems() else {
-        panic!("{}", lines(&error));
-    };
-    assert_eq!(problem.key, "fsm.big.states.middle-in");
-    assert!(
-        problem.found.contains("left side leaves `access-in`"),
-        "{problem}"
-    );
-    // Small robots do not care.
-    let site = parse_site("site.toml", &alone, &[]).expect("good");
-    assert!(check_together(&robot(&[]), &site).is_ok());
-}
-
-#[test]
-fn a_turn_after_docking_needs_room_too() {
-    let robot = load_robot("robots/amr-1.toml", &[]).expect("good");
-    let text = edit(COURSE, "distance_m = -0.70", "distance_m = -0.10");
-    let site = parse_site("site.toml", &text, &[]).expect("good by itself");
-    let error = check_together(&robot, &site).expect_err("refused");
-    let [problem] = error.problems() else {
-        panic!("{}", lines(&error));
-    };
-    assert_eq!(problem.key, "skills.back-off.distance_m");
-    assert_eq!(problem.found, "-0.1, which ends 0.720 m before the wall");
-    assert!(problem.expected.contains("above 0.724 m"), "{problem}");
 }

@@ -6,7 +6,7 @@ use crate::check::reference::Names;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
-use description::site::{FsmConfig, FsmState};
+use description::site::{FsmConfig, FsmState, FsmTransition};
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
     let areas = Names::new("area", site.areas.iter().map(|area| &area.id));
@@ -31,6 +31,7 @@ pub(super) fn references(site: &SiteConfig, report: &Report) {
             states.refer(report, &format!("{key}.from"), &transition.from);
             states.refer(report, &format!("{key}.to"), &transition.to);
             events.refer(report, &format!("{key}.on"), &transition.on);
+            occurs_there(site, fsm, &key, transition, report);
         }
         duplicates(&key, fsm, report);
         if !report.touched(&[&key]) {
@@ -66,6 +67,28 @@ fn events<'a>(site: &'a SiteConfig, key: &str, fsm: &'a FsmConfig, report: &Repo
         events.push(event);
     }
     Names::new("event", events)
+}
+
+/// What a state's skill does not monitor cannot occur there, unless it comes from outside.
+fn occurs_there(
+    site: &SiteConfig,
+    fsm: &FsmConfig,
+    key: &str,
+    transition: &FsmTransition,
+    report: &Report,
+) {
+    let (key, on) = (format!("{key}.on"), &transition.on);
+    let skill = fsm.state(&transition.from);
+    let Some(skill) = skill.and_then(|state| site.skill(&state.skill)) else {
+        return;
+    };
+    let occurs = skill.monitors.contains(on) || fsm.external.contains(on);
+    if occurs || report.touched(&["monitors", "skills", &key]) {
+        return;
+    }
+    let found = format!("`{on}`, which skill `{}` does not monitor", skill.id);
+    let expected = "an event that can occur in the state: of its skill's monitors, or external";
+    report.wrong(ProblemKind::Inconsistent, &key, found, expected);
 }
 
 fn duplicates(key: &str, fsm: &FsmConfig, report: &Report) {

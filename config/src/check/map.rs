@@ -146,7 +146,7 @@ fn lane_geometry(site: &SiteConfig, lane: &Lane, report: &Report) {
 }
 
 /// From the lane's end straight on to the wall, metres.
-pub(super) fn distance_ahead(lane: &Lane, wall: &Wall) -> Option<f64> {
+fn distance_ahead(lane: &Lane, wall: &Wall) -> Option<f64> {
     let ahead_m = wall
         .line
         .ray_range_m(lane.line.b, lane.line.direction_rad())?;

@@ -1,4 +1,5 @@
-//! Checks of values against each other, after each has been checked alone.
+//! Checks of values against each other, after each has been checked alone: references, and the floor plan.
+//! What robots can do on it is judged by `skills`, which gives it its meaning.
 //!
 //! References are always checked. What computes with numbers runs only when the
 //! numbers were readable; a placeholder (NaN) compares as false and stays silent.
@@ -10,9 +11,7 @@ mod map;
 mod net;
 mod reference;
 mod robot;
-mod room;
 mod skills;
-mod states;
 mod threads;
 mod together;
 
@@ -40,21 +39,7 @@ pub(crate) fn site(site: &SiteConfig, report: &Report) {
             floor::check(site, report);
         }
     }
-    if !report.touched(&["perception", "monitors", "skills"]) {
-        skills::meaning(site, report);
-    }
-    if !report.touched(&[
-        "walls",
-        "lanes",
-        "areas",
-        "perception",
-        "monitors",
-        "skills",
-        "fsm",
-    ]) {
-        states::meaning(site, report);
-        if !report.touched(&["robots"]) {
-            map::starts(site, report);
-        }
+    if !report.touched(&["walls", "lanes", "areas", "fsm", "robots"]) {
+        map::starts(site, report);
     }
 }

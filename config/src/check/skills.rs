@@ -1,12 +1,10 @@
-//! Skills: what they name exists, and their parts can work together.
+//! Skills: what they name exists.
 
 use crate::check::reference::Names;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::SiteConfig;
 use crate::report::Report;
-use description::site::{
-    ControllerConfig, Feature, MonitorKind, PerceptionKind, SkillConfig, StopPlace,
-};
+use description::site::{ControllerConfig, SkillConfig, StopPlace};
 
 pub(super) fn references(site: &SiteConfig, report: &Report) {
     let kinds = Names::new("perception kind", site.perception_kinds.keys());
@@ -55,116 +53,5 @@ fn speed(skill: &SkillConfig, key: &str, report: &Report) {
             "a speed above 0 and at most 3 m/s, as the controller is `creep`".to_owned(),
         ),
         _ => {}
-    }
-}
-
-pub(super) fn meaning(site: &SiteConfig, report: &Report) {
-    for (id, kind) in &site.perception_kinds {
-        if let Some(both) = kind
-            .searches
-            .iter()
-            .find(|feature| kind.tracks.contains(feature))
-        {
-            report.wrong(
-                ProblemKind::Inconsistent,
-                &format!("perception.kinds.{id}.searches"),
-                format!("`{}`, which is tracked already", both.name()),
-                "features to look for, other than those in `tracks`",
-            );
-        }
-        if kind.searches.contains(&Feature::Walls) {
-            report.wrong(
-                ProblemKind::Inconsistent,
-                &format!("perception.kinds.{id}.searches"),
-                "`walls`, whose places the map says",
-                "`walls` in `tracks`: they correct the pose",
-            );
-        }
-    }
-    for monitor in &site.monitors {
-        if let MonitorKind::EstimateStable {
-            feature: Feature::Walls,
-            ..
-        } = monitor.kind
-        {
-            report.wrong(
-                ProblemKind::Inconsistent,
-                &format!("monitors.{}.feature", monitor.event),
-                "`walls`, of which there is no estimate",
-                "`corridor` or `lane-end`",
-            );
-        }
-    }
-    for skill in &site.skills {
-        if let Some(kind) = site.perception_kinds.get(&skill.perception) {
-            perception(skill, kind, report);
-            monitors(site, skill, kind, report);
-        }
-    }
-}
-
-/// A controller needs its features.
-fn perception(skill: &SkillConfig, kind: &PerceptionKind, report: &Report) {
-    let needed: &[Feature] = match skill.controller {
-        ControllerConfig::Corridor { .. } => &[Feature::Corridor],
-        ControllerConfig::EndOfLane { .. } => &[Feature::Corridor, Feature::LaneEnd],
-        ControllerConfig::Dock { .. } => &[Feature::LaneEnd],
-        // These go by the pose, which any feature corrects.
-        ControllerConfig::Shift { .. }
-        | ControllerConfig::Turn { .. }
-        | ControllerConfig::StopAt { .. }
-        | ControllerConfig::Creep { .. }
-        | ControllerConfig::UTurn { .. }
-        | ControllerConfig::Stop => &[],
-    };
-    for feature in needed
-        .iter()
-        .filter(|feature| !kind.tracks.contains(feature))
-    {
-        report.wrong(
-            ProblemKind::Inconsistent,
-            &format!("skills.{}.perception", skill.id),
-            format!(
-                "kind `{}`, which does not track `{}`",
-                skill.perception,
-                feature.name()
-            ),
-            format!(
-                "a kind that does, for the controller `{}`",
-                skill.controller.name()
-            ),
-        );
-    }
-}
-
-/// A monitor needs something that can make it fire.
-fn monitors(site: &SiteConfig, skill: &SkillConfig, kind: &PerceptionKind, report: &Report) {
-    for (index, event) in skill.monitors.iter().enumerate() {
-        let key = format!("skills.{}.monitors[{index}]", skill.id);
-        match site.monitor(event).map(|monitor| &monitor.kind) {
-            Some(MonitorKind::EstimateStable { feature, .. })
-                if !kind.tracks.contains(feature) && !kind.searches.contains(feature) =>
-            {
-                report.wrong(
-                    ProblemKind::Inconsistent,
-                    &key,
-                    format!(
-                        "monitor `{event}` of `{}`, which kind `{}` neither tracks nor searches",
-                        feature.name(),
-                        skill.perception
-                    ),
-                    "a monitor of something that the skill perceives",
-                );
-            }
-            Some(MonitorKind::ManoeuvreDone) if !skill.controller.ends() => {
-                let found = format!(
-                    "monitor `{event}` for the end of the controller `{}`, which never ends",
-                    skill.controller.name()
-                );
-                let expected = "it with a controller that ends, any but `corridor` and `stop`";
-                report.wrong(ProblemKind::Inconsistent, &key, found, expected);
-            }
-            _ => {}
-        }
     }
 }

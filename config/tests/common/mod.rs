@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod mutation;
+
 use config::{ConfigError, Override, Problem, ProblemKind};
 
 /// The shipped robot file.

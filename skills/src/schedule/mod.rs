@@ -6,13 +6,18 @@
 //! transitions. It checks that each manoeuvre can be driven by the robot in the map: curves that fit between their lanes,
 //! walls that are there to dock at, borders that lie ahead. Changing the state changes the schedule, at run time, without
 //! allocation.
+//!
+//! [`check`] judges what a schedule could be made of and would still be a mistake: states whose skill perceives too little,
+//! turns that begin beside their area, bodies that reach over a border.
 
+mod checks;
 mod compile;
 pub(crate) mod controllers;
 mod graph;
 mod room;
 mod state_schedule;
 
+pub use checks::{RobotReach, check};
 pub use compile::{compile, machine};
 pub use controllers::case::RobotLimits;
 pub use controllers::{Controller, Corridor, CreepBy, Dock, Hold, Shift, StopAt, Turn, UTurn};

@@ -1,6 +1,7 @@
 //! From two files to the plan.
 
-use config::{ConfigError, check_together, load_robot, load_site};
+use config::{ConfigError, RobotConfig, SiteConfig, check_together, load_robot, load_site};
+use skills::schedule::{self, RobotReach};
 use skills::tubes::TubeReport;
 
 use super::contents::Plan;
@@ -18,24 +19,29 @@ impl Plan {
         let report = |error| Failure::Refused(miette::Report::new(error));
         let robot = load_robot(&files.robot, &overrides).map_err(report)?;
         let site = load_site(&files.site, &overrides).map_err(report)?;
-        let together = check_together(&robot, &site);
-        let start = site.robots.get(&robot.identity.id).cloned();
-        let fsm = { start.as_ref() }.and_then(|start| site.fsm.get(&start.role).cloned());
-        let (Some(start), Some(fsm)) = (start, fsm) else {
-            let unknown = || Failure::refused("the site does not know this robot or its role");
-            return Err(together.err().map_or_else(unknown, report));
-        };
+        Self::new(robot, site).map_err(report)
+    }
+
+    /// Checks what the two files mean together, and builds every part once, so that what cannot be built is refused
+    /// before anything is started.
+    ///
+    /// # Errors
+    /// Every problem found.
+    pub fn new(robot: RobotConfig, site: SiteConfig) -> Result<Self, ConfigError> {
+        check_together(&robot, &site)?;
+        let start = site.robots[&robot.identity.id].clone();
         let role = start.role.clone();
         let mut plan = Self {
+            // The loader has refused roles without a machine.
+            fsm: site.fsm[&role].clone(),
             robot,
             site,
             role,
-            fsm,
             start,
             tube_report: TubeReport::default(),
         };
+        let mut refused: Option<ConfigError> = None;
         let errors = plan.build_once().into_iter();
-        let mut refused = together.err();
         for problem in errors.flat_map(|error| error.problems(&plan)) {
             let told = |error: &ConfigError| error.problems().iter().any(|p| p.key == problem.key);
             refused = Some(match refused {
@@ -44,18 +50,34 @@ impl Plan {
                 None => problem.into(),
             });
         }
-        refused.map_or(Ok(plan), |error| Err(report(error)))
+        refused.map_or(Ok(plan), Err)
     }
 
-    /// Builds every part, so that what cannot be built is refused before anything is started.
     fn build_once(&mut self) -> Vec<PlanError> {
         let tubes = self.tube_set();
+        let curvature_1_m =
+            { tubes.as_ref() }.map_or(f64::INFINITY, |(set, _)| set.most_curvature_1_m());
         let errors = [
+            self.check_schedules(curvature_1_m).err(),
             self.navigator().err(),
             self.wheel_controller().err().map(PlanError::from),
             self.dead_reckoning().err().map(PlanError::from),
             tubes.map(|(_, report)| self.tube_report = report).err(),
         ];
         errors.into_iter().flatten().collect()
+    }
+
+    fn check_schedules(&self, tube_curvature_1_m: f64) -> Result<(), PlanError> {
+        let lidar = &self.robot.lidar;
+        let reach = RobotReach {
+            footprint: self.robot.footprint,
+            sees_m: lidar.mount.x_m + lidar.range_max_m,
+            tube_curvature_1_m,
+        };
+        Ok(schedule::check(
+            &self.site,
+            &self.robot.identity.id,
+            &reach,
+        )?)
     }
 }

@@ -1,4 +1,4 @@
-//! Drives a short way along the direction of the state's lane (without one: of the robot), and stops.
+//! Drives a short way along the direction of the state's lane, and stops.
 
 use super::behaviour::Behaviour;
 use super::case::{Case, Lanes};
@@ -22,7 +22,7 @@ impl CreepBy {
                 "backward at {own_m_s} m/s is faster than the {MAX_BACKWARD_M_S} m/s that a robot may drive blindly"
             )));
         }
-        let lanes = case.on_lane(case.own_lane);
+        let lanes = case.on_lane(Some(case.lane()?));
         let lanes = Lanes {
             speed_limit_m_s: lanes.speed_limit_m_s.min(own_m_s),
             ..lanes

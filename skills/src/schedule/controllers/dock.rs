@@ -29,12 +29,6 @@ impl Dock {
         if case.geometry(lane).end.is_none() {
             return Err(case.no_lane("a lane that a wall closes, to dock at"));
         }
-        if !case.features.lane_end {
-            return Err(case.impossible(format!(
-                "skill `{}` docks at a wall and does not look for the lane's end",
-                case.skill.id
-            )));
-        }
         if distance_m < NEAREST_DOCK_M {
             return Err(case.impossible(format!(
                 "docking {distance_m} m before a wall is closer than the {NEAREST_DOCK_M} m that can be measured"

@@ -5,11 +5,15 @@ use super::case::{Case, Lanes};
 use super::motion::{Motion, Start};
 use super::pace::{Pace, Progress};
 use crate::control::{Arrival, Stopping, manoeuvre};
+use crate::map::LaneGeometry;
 use crate::schedule::graph::Towards;
 use description::geometry::Segment;
 use description::keys::KeyError;
 use description::site::{ControllerConfig, TurnDirection};
 use std::f64::consts::PI;
+
+/// A turn may miss its lane by this distance, metres.
+const TOLERANCE_M: f64 = 0.05;
 
 /// From [`Schedule::from_lane`](crate::schedule::Schedule::from_lane) onto
 /// [`Schedule::lane`](crate::schedule::Schedule::lane), which runs the other way.
@@ -56,6 +60,7 @@ impl UTurn {
                 outgoing.id, incoming.id
             )));
         }
+        self.ends_on_lane(case, incoming, outgoing)?;
         // Where it begins is known when the state before ends at a distance from a wall.
         let begins_m = case.graph.just_before(case.state).find_map(|before| {
             match (&case.graph.skill(before).controller, incoming.end) {
@@ -77,6 +82,35 @@ impl UTurn {
             case.check_room(&track)?;
         }
         Ok(())
+    }
+}
+
+impl UTurn {
+    /// Half a circle from one lane must end on the next one.
+    fn ends_on_lane(
+        self,
+        case: &Case,
+        incoming: &LaneGeometry,
+        outgoing: &LaneGeometry,
+    ) -> Result<(), KeyError> {
+        // To the left of the lane that it comes from.
+        let offset_m = incoming.line.lateral_m(outgoing.line.a);
+        let turned_m = 2.0 * self.radius_m * self.direction.sign();
+        if (offset_m - turned_m).abs() <= TOLERANCE_M {
+            return Ok(());
+        }
+        let found = format!(
+            "{:?}, which ends {turned_m:.3} m to the left of lane `{}`",
+            self.radius_m, incoming.id
+        );
+        let hand = if offset_m >= 0.0 { "left" } else { "right" };
+        let expected = format!(
+            "a turn onto lane `{}`, {:.3} m to the {hand}: radius {:.3}",
+            outgoing.id,
+            offset_m.abs(),
+            offset_m.abs() / 2.0
+        );
+        Err(case.skill_error("radius_m", found, expected))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use description::geometry::Pose2;
-use description::site::StopPlace;
+use description::site::{SiteRobot, StopPlace};
 
 fn yard() -> Site {
     let skill = |id: &str, controller| skill(id, controller, &["late"]);
@@ -95,7 +95,7 @@ fn every_controller_finds_its_lanes_and_places() {
 
 #[test]
 fn what_cannot_be_driven_is_refused_with_the_reason() {
-    let cases: [(Spoil, &str); 20] = [
+    let cases: [(Spoil, &str); 19] = [
         (
             |yard| yard.skills[0].controller = ControllerConfig::Corridor { offset_m: -1.9 },
             "state `drive`, which cannot be driven: -1.9 m beside lane `out` it would be -0.05 m from wall `south`",
@@ -191,10 +191,6 @@ fn what_cannot_be_driven_is_refused_with_the_reason() {
             "state `dock`, which needs a lane that a wall closes",
         ),
         (
-            |yard| yard.perception_kinds.clear(),
-            "state `dock`, which cannot be driven: skill `dock` docks at a wall and does not look for the lane's end",
-        ),
-        (
             |yard| yard.skills[5].controller = ControllerConfig::Dock { distance_m: 0.01 },
             "closer than the 0.05 m that can be measured",
         ),
@@ -221,4 +217,38 @@ fn what_cannot_be_driven_is_refused_with_the_reason() {
         let message = compiled(&yard).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}\nexpected {expected}");
     }
+}
+
+#[test]
+fn a_dock_must_track_the_wall_that_it_goes_up_to() {
+    let reach = RobotReach {
+        footprint: FOOTPRINT,
+        sees_m: 4.0,
+        tube_curvature_1_m: 8.0,
+    };
+    let mut yard = yard();
+    let robot = SiteRobot {
+        role: ROLE.into(),
+        start: Pose2::new(2.0, 0.0, 0.0),
+        start_state: None,
+    };
+    yard.robots.insert("one".into(), robot);
+    let messages = |yard: &Site| -> Vec<String> {
+        let errors = check(yard, "one", &reach).expect_err("refused");
+        errors.into_iter().map(|error| error.to_string()).collect()
+    };
+    let docks = |message: &&String| message.starts_with("skills.dock.perception");
+    let told = messages(&yard);
+    assert_eq!(
+        told.iter().find(docks).unwrap(),
+        "skills.dock.perception: found kind `all`, which does not track `lane-end`, expected a kind that does, for the controller `dock`"
+    );
+    let kind = yard.perception_kinds.get_mut("all").unwrap();
+    kind.tracks.append(&mut kind.searches);
+    assert_eq!(messages(&yard).iter().find(docks), None);
+    let unknown = check(&yard, "two", &reach).unwrap_err().to_string();
+    assert_eq!(
+        unknown,
+        "robots.two: found robot `two`, which does not exist, expected the name of a robot"
+    );
 }

@@ -9,6 +9,11 @@ use super::*;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
 
+/// Broken files and what must be said about them, as for the loader's own tests.
+#[path = "../../../../../config/tests/common/mod.rs"]
+mod common;
+mod refused;
+
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
 
 fn files(robot: &str, site: &str, set: &[&str]) -> Files {
