@@ -1,7 +1,7 @@
 //! The thread of the communication activity: the 5C loop on a tokio runtime with one worker.
 //!
-//! The loop runs with its period, and at once when there is [`News`], or when a real-time thread has used the [`Wake`] that
-//! a thread of our own passes on: waking tokio takes a lock.
+//! The loop runs with its period, and at once when there is [`News`], or when a real-time thread has used [`Alarm::wake`],
+//! which a thread of our own passes on: waking tokio takes a lock.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

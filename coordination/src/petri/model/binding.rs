@@ -28,7 +28,7 @@ impl Binding {
         }
     }
 
-    /// The name in the [`EventTable`]: the event's own, or `<protocol>.<flag>`.
+    /// The name in the [`EventTable`](crate::event::EventTable): the event's own, or `<protocol>.<flag>`.
     #[must_use]
     pub fn event_name(&self) -> String {
         match self {
