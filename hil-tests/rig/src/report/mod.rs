@@ -8,6 +8,8 @@ mod draw;
 mod drive;
 mod page;
 mod site;
+#[cfg(test)]
+mod testing;
 
 pub use drive::drive_svg;
 pub use page::html;

@@ -19,6 +19,6 @@ mod sheet;
 mod speeds;
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;
 
 pub use sheet::drive_svg;

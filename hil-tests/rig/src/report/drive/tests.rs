@@ -4,11 +4,11 @@ use config::{RobotConfig, SiteConfig};
 use sim::world::{Pose, Truth, Twist};
 
 use super::sheet::{LARGEST_BYTES, draw};
-use crate::machine::Machine;
 use crate::record::{PathPoint, Record, RobotRecord, StateChange};
 use crate::report::site_svg;
+use crate::report::testing::{check_body, empty, noise};
 use crate::scenario::Limits;
-use crate::summary::{Latency, RobotSummary, Summary, Violation};
+use crate::summary::{RobotSummary, Summary, Violation};
 
 /// The first record of a path.
 const START_NS: u64 = 7_000_000_000;
@@ -38,22 +38,13 @@ fn svg(
         states: changes.to_vec(),
     };
     let record = Record {
-        about: String::new(),
-        site: site.clone(),
-        nets: Vec::new(),
         limits: Limits {
             lateral_error_m: Some(0.1),
             ..Limits::default()
         },
         robots: vec![robot],
-        obstacles: Vec::new(),
-        holdings: Vec::new(),
-        waits: Vec::new(),
-        mediator: Vec::new(),
-        incidents: Vec::new(),
-        grant_latency_ms: Vec::new(),
-        command_latency_ms: Vec::new(),
         summary: summary.clone(),
+        ..empty("lap", site.clone())
     };
     draw(&record, &record.robots[0])
 }
@@ -81,23 +72,10 @@ fn summary(duration_s: f64) -> Summary {
         ..RobotSummary::default()
     };
     Summary {
-        scenario: "lap".to_owned(),
-        outcome: "done".to_owned(),
         seed: 1_234_567,
         duration_s,
-        machine: Machine {
-            processor: "some processor".to_owned(),
-            cores: 2,
-            kernel: "6.1".to_owned(),
-        },
         robots: vec![robot],
-        mediator: None,
-        areas: Vec::new(),
-        coordinations: Vec::new(),
-        grants: Latency::default(),
-        commands: Latency::default(),
-        during: Vec::new(),
-        violations: Vec::new(),
+        ..empty("lap", site()).summary
     }
 }
 
@@ -153,62 +131,10 @@ fn violation(kind: &str, at_s: f64, detail: String) -> Violation {
     }
 }
 
-/// Repeatable numbers from 0 to 1.
-fn noise() -> impl FnMut() -> f64 {
-    let mut state = 1_u64;
-    move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
-/// Every tag is closed in order, every attribute is in quotes, every `&` begins an entity; returns all text.
+/// The texts of a file, which is in order.
 fn check_xml(file: &str) -> Vec<String> {
     let declaration = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
     check_body(file.strip_prefix(declaration).expect("a declaration"))
-}
-
-/// The same for what follows the declaration.
-pub(in crate::report) fn check_body(body: &str) -> Vec<String> {
-    let mut open: Vec<&str> = Vec::new();
-    let mut texts = Vec::new();
-    for piece in body.split('<').skip(1) {
-        let (tag, text) = piece.split_once('>').expect("a tag ends");
-        assert!(
-            !text.contains('>') && tag.matches('"').count() % 2 == 0,
-            "{piece}"
-        );
-        for entity in piece.split('&').skip(1) {
-            let (name, _) = entity.split_once(';').expect("an entity ends");
-            assert!(
-                ["amp", "lt", "gt", "quot", "apos"].contains(&name),
-                "{name}"
-            );
-        }
-        if let Some(name) = tag.strip_prefix('/') {
-            assert_eq!(open.pop(), Some(name));
-        } else if !tag.ends_with('/') {
-            open.push(tag.split(' ').next().unwrap_or(tag));
-        }
-        for (index, part) in tag
-            .split('"')
-            .enumerate()
-            .filter(|(index, _)| index % 2 == 0)
-        {
-            assert!(
-                index == 0 || part.is_empty() || part == "/" || part.ends_with('='),
-                "{tag}"
-            );
-        }
-        assert!(!tag.contains("NaN") && !tag.contains("inf"), "{tag}");
-        if !open.is_empty() {
-            texts.push(text.trim().to_owned());
-        }
-    }
-    assert_eq!(open, Vec::<&str>::new());
-    texts
 }
 
 fn has(texts: &[String], wanted: &str) -> bool {

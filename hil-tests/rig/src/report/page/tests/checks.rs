@@ -2,7 +2,7 @@
 
 use super::super::whole::{self, LARGEST_BYTES};
 use crate::record::Record;
-use crate::report::drive::tests::check_body;
+use crate::report::testing::check_body;
 
 /// The page of a record, which is in order; and all of its texts.
 pub(super) fn page(record: &Record) -> (String, Vec<String>) {

@@ -4,12 +4,11 @@ use config::{NetConfig, SiteConfig};
 use serde_json::json;
 use sim::world::Pose;
 
-use crate::machine::Machine;
 use crate::record::{PathPoint, Record, RobotRecord, Span, StateChange, Wait};
-use crate::scenario::Limits;
+use crate::report::testing::{self, noise};
 use crate::summary::{
     CoordinationSummary, DuringSummary, FiringSummary, Holding, Latency, MediatorSummary,
-    PartSummary, RobotSummary, Summary,
+    PartSummary, RobotSummary,
 };
 
 const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
@@ -22,15 +21,8 @@ pub(super) fn net(name: &str) -> NetConfig {
     config::load_net(format!("{FILES}/nets/{name}.toml")).expect("the net is good")
 }
 
-/// Repeatable numbers from 0 to 1.
-pub(super) fn noise() -> impl FnMut() -> f64 {
-    let mut state = 1_u64;
-    move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    }
+pub(super) fn empty(name: &str) -> Record {
+    testing::empty(name, site(name))
 }
 
 pub(super) fn threads() -> serde_json::Value {
@@ -62,42 +54,6 @@ pub(super) fn member(id: &str, role: &str) -> RobotSummary {
         wanted: 2,
         done_s: Some(96.4),
         ..RobotSummary::default()
-    }
-}
-
-pub(super) fn empty(site_name: &str) -> Record {
-    Record {
-        about: String::new(),
-        site: site(site_name),
-        nets: Vec::new(),
-        limits: Limits::default(),
-        robots: Vec::new(),
-        obstacles: Vec::new(),
-        holdings: Vec::new(),
-        waits: Vec::new(),
-        mediator: Vec::new(),
-        incidents: Vec::new(),
-        grant_latency_ms: Vec::new(),
-        command_latency_ms: Vec::new(),
-        summary: Summary {
-            scenario: site_name.to_owned(),
-            outcome: "done".to_owned(),
-            seed: 0,
-            duration_s: 0.0,
-            machine: Machine {
-                processor: "some processor".to_owned(),
-                cores: 2,
-                kernel: "6.1".to_owned(),
-            },
-            robots: Vec::new(),
-            mediator: None,
-            areas: Vec::new(),
-            coordinations: Vec::new(),
-            grants: Latency::default(),
-            commands: Latency::default(),
-            during: Vec::new(),
-            violations: Vec::new(),
-        },
     }
 }
 
