@@ -187,6 +187,17 @@ impl Bench {
         self.robot.as_mut().expect("it was started")
     }
 
+    /// Runs the robot's program with this robot file until it ends, where the bench's robot runs.
+    pub fn run(&self, robot_file: &Path) -> Output {
+        let text = |path: &Path| path.display().to_string();
+        let (robot, site) = (text(robot_file), text(&self.site_file()));
+        let (runtime, set) = (text(&self.runtime_folder()), self.set());
+        let mut arguments = vec!["run", "--robot", &robot, "--site", &site];
+        arguments.extend(["--runtime", &runtime]);
+        arguments.extend(set.iter().flat_map(|value| ["--set", value.as_str()]));
+        onboard(&arguments)
+    }
+
     /// `onboard ctl REQUEST`.
     pub fn ctl(&self, request: &str) -> Output {
         let runtime = self.runtime_folder();
@@ -198,6 +209,13 @@ impl Bench {
     pub fn ask(&self, request: &str) {
         let output = self.ctl(request);
         assert!(output.status.success(), "ctl {request}: {}", said(&output));
+    }
+
+    /// `onboard ctl REQUEST`, which is to fail and to name the reason.
+    pub fn is_refused(&self, request: &str, reason: &str) {
+        let output = self.ctl(request);
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        assert!(said(&output).contains(reason), "{}", said(&output));
     }
 
     /// What the robot published last.

@@ -50,9 +50,7 @@ fn a_drive_that_leaves_op_is_brought_up_again_until_it_is_too_often() {
     faults.drop_to_safeop(0);
     bench.until_standing(SURELY_STANDS);
     bench.stopped_in_time(dropped_ns, WATCHDOG);
-    bench.until("the fault is published", Duration::from_secs(1), |bench| {
-        bench.publishes("bring-up-limit")
-    });
+    bench.until_published("bring-up-limit", Duration::from_secs(1));
     bench.stands_for(Duration::from_secs(3));
 
     bench.ask("reset");
@@ -69,9 +67,7 @@ fn a_cable_that_is_pulled_and_a_drive_without_power_stop_it_until_they_are_back(
     faults.disappear(0);
     bench.until_standing(SURELY_STANDS);
     bench.stopped_in_time(pulled_ns, WATCHDOG);
-    bench.until("the fault is published", Duration::from_secs(1), |bench| {
-        bench.publishes("bus-lost")
-    });
+    bench.until_published("bus-lost", Duration::from_secs(1));
     bench.stands_for(Duration::from_secs(1));
     faults.reappear(0);
     bench.until_driving();

@@ -5,7 +5,7 @@ use std::time::Duration;
 use rustix::process::Signal;
 use sim::rt::monotonic_ns;
 
-use crate::bad_days::bench::{Bench, ROBOT, onboard};
+use crate::bad_days::bench::Bench;
 use crate::bad_days::watch::SURELY_STANDS;
 
 /// The drive's own watchdog; then the wheels roll out by friction.
@@ -29,9 +29,7 @@ fn killed_while_driving_it_stands_and_can_start_again() {
     kill(&mut bench);
     // Nobody cleans up: the next robot does it itself.
     assert_ne!(bench.left_behind(), Vec::<String>::new());
-    let runtime = bench.runtime_folder();
-    let runtime = runtime.to_str().expect("a plain path");
-    let output = onboard(&["ctl", "pause", "--robot", ROBOT, "--runtime", runtime]);
+    let output = bench.ctl("pause");
     assert_eq!(
         output.status.code(),
         Some(1),

@@ -29,9 +29,7 @@ fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agr
         inject(&bench.devices.drive);
         bench.until_standing(SURELY_STANDS);
         bench.stopped_in_time(injected_ns, BELIEVED);
-        bench.until("the fault is published", Duration::from_secs(1), |bench| {
-            bench.publishes(fault)
-        });
+        bench.until_published(fault, Duration::from_secs(1));
         // That the cause is gone is not enough.
         bench.devices.drive.clear_faults();
         bench.stands_for(Duration::from_secs(2));

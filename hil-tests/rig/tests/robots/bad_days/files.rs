@@ -1,8 +1,9 @@
 //! The robot's files are wrong.
 
 use std::fs;
+use std::path::Path;
 
-use crate::bad_days::bench::{Bench, onboard, said};
+use crate::bad_days::bench::{Bench, said};
 
 #[test]
 fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
@@ -38,7 +39,7 @@ fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
             .position(|line| line.contains(to))
             .expect("there")
             + 1;
-        let output = run(&bench, &file.display().to_string());
+        let output = bench.run(&file);
         let message = said(&output);
         assert_eq!(output.status.code(), Some(2), "{to}: {message}");
         let place = format!("bad.toml:{line}");
@@ -51,7 +52,7 @@ fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
         }
         assert_eq!(bench.left_behind(), Vec::<String>::new(), "{to}");
     }
-    let output = run(&bench, "no-such-file.toml");
+    let output = bench.run(Path::new("no-such-file.toml"));
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(
         said(&output).contains("no-such-file.toml"),
@@ -67,23 +68,4 @@ fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
         !bench.devices.lidar.counters().streaming,
         "nor to the lidar"
     );
-}
-
-fn run(bench: &Bench, robot: &str) -> std::process::Output {
-    let (site, runtime) = (bench.site_file(), bench.runtime_folder());
-    let (site, runtime) = (site.display().to_string(), runtime.display().to_string());
-    let mut arguments = vec![
-        "run",
-        "--robot",
-        robot,
-        "--site",
-        &site,
-        "--runtime",
-        &runtime,
-    ];
-    let set = bench.set();
-    for value in &set {
-        arguments.extend(["--set", value]);
-    }
-    onboard(&arguments)
 }

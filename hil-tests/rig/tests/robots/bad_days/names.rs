@@ -4,29 +4,12 @@ use std::fs;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use crate::bad_days::bench::{Bench, RIG, onboard, said, shipped};
+use crate::bad_days::bench::{Bench, RIG, said, shipped};
 
 #[test]
 fn a_second_robot_of_the_same_name_is_refused_and_the_first_drives_on() {
     let mut bench = Bench::driving();
-    let (robot, site) = (bench.robot_file(), bench.site_file());
-    let runtime = bench.runtime_folder();
-    let text = |path: &std::path::Path| path.display().to_string();
-    let (robot, site, runtime) = (text(&robot), text(&site), text(&runtime));
-    let mut arguments = vec![
-        "run",
-        "--robot",
-        &robot,
-        "--site",
-        &site,
-        "--runtime",
-        &runtime,
-    ];
-    let set = bench.set();
-    for value in &set {
-        arguments.extend(["--set", value]);
-    }
-    let output = onboard(&arguments);
+    let output = bench.run(&bench.robot_file());
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     let pid = bench.process().id().to_string();
     assert!(

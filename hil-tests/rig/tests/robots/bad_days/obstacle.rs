@@ -2,9 +2,22 @@
 
 use std::time::Duration;
 
-use sim::world::{Obstacle, Shape};
+use sim::world::{Obstacle, ObstacleId, Shape};
 
 use crate::bad_days::bench::Bench;
+
+fn add(bench: &Bench, shape: Shape) -> ObstacleId {
+    let added = bench.world.lock().add_obstacle(Obstacle::fixed(shape));
+    added.expect("added")
+}
+
+fn has_touched_nothing(bench: &Bench) {
+    let truth = bench.truth();
+    assert!(
+        truth.clearance_m > 0.02 && truth.collisions == 0,
+        "{truth:?}"
+    );
+}
 
 #[test]
 fn it_stands_before_a_wall_that_appears_and_drives_on_when_it_has_gone() {
@@ -15,19 +28,12 @@ fn it_stands_before_a_wall_that_appears_and_drives_on_when_it_has_gone() {
         length_m: 0.1,
         width_m: 3.0,
     };
-    let wall = bench.world.lock().add_obstacle(Obstacle::fixed(wall));
-    let wall = wall.expect("added");
+    let wall = add(&bench, wall);
     // What has just appeared may walk on, so at first it waits at a distance, then creeps up to it.
-    bench.until("the fault is published", Duration::from_secs(20), |bench| {
-        bench.publishes("no-free-tube")
-    });
+    bench.until_published("no-free-tube", Duration::from_secs(20));
     bench.until_standing(Duration::from_secs(6));
     bench.stands_for(Duration::from_secs(2));
-    let truth = bench.truth();
-    assert!(
-        truth.clearance_m > 0.02 && truth.collisions == 0,
-        "{truth:?}"
-    );
+    has_touched_nothing(&bench);
 
     assert!(bench.world.lock().remove_obstacle(wall));
     // It wants to have seen it free for 2 s.
@@ -45,19 +51,12 @@ fn it_stands_before_a_box_in_its_lane() {
         length_m: 0.4,
         width_m: 0.8,
     };
-    let id = bench.world.lock().add_obstacle(Obstacle::fixed(shape));
-    let id = id.expect("added");
-    bench.until("the fault is published", Duration::from_secs(20), |bench| {
-        bench.publishes("no-free-tube")
-    });
+    let id = add(&bench, shape);
+    bench.until_published("no-free-tube", Duration::from_secs(20));
     // It creeps up to where even the shortest tube ends.
     bench.until_standing(Duration::from_secs(20));
     bench.stands_for(Duration::from_secs(1));
-    let truth = bench.truth();
-    assert!(
-        truth.clearance_m > 0.02 && truth.collisions == 0,
-        "{truth:?}"
-    );
+    has_touched_nothing(&bench);
     assert!(bench.world.lock().remove_obstacle(id));
     bench.until_driving();
     bench.finish();

@@ -27,9 +27,7 @@ fn pause_resume_stop_and_reset_do_what_they_say() {
     bench.ask("stop");
     bench.until_standing(SURELY_STANDS);
     bench.stopped_in_time(asked_ns, SERVED);
-    bench.until("the fault is published", Duration::from_secs(1), |bench| {
-        bench.publishes("operator-stop")
-    });
+    bench.until_published("operator-stop", Duration::from_secs(1));
     let resume = bench.ctl("resume");
     assert_eq!(resume.status.code(), Some(1), "{}", said(&resume));
     bench.stands_for(Duration::from_secs(3));
@@ -102,15 +100,11 @@ fn a_reload_is_all_or_nothing() {
     let robot = fs::read_to_string(bench.robot_file()).expect("readable");
     let slow = site.replace("speed_limit_m_s = 0.40", "speed_limit_m_s = 0.20");
     assert_ne!(slow, site);
-    bench.until("full speed", Duration::from_secs(5), |bench| {
-        bench.truth().twist.v_m_s > 0.33
-    });
+    bench.until_fast();
 
     // A bad site file changes nothing.
     fs::write(bench.site_file(), format!("{slow}\nnonsense = 1\n")).expect("written");
-    let reload = bench.ctl("reload");
-    assert_eq!(reload.status.code(), Some(1), "{}", said(&reload));
-    assert!(said(&reload).contains("nonsense"), "{}", said(&reload));
+    bench.is_refused("reload", "nonsense");
     bench.drives_for(Duration::from_secs(1));
     assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
 
@@ -119,9 +113,7 @@ fn a_reload_is_all_or_nothing() {
     let other = robot.replace("wheelbase_m = 0.25", "wheelbase_m = 0.26");
     assert_ne!(other, robot);
     fs::write(bench.robot_file(), other).expect("written");
-    let reload = bench.ctl("reload");
-    assert_eq!(reload.status.code(), Some(1), "{}", said(&reload));
-    assert!(said(&reload).contains("drive"), "{}", said(&reload));
+    bench.is_refused("reload", "drive");
     bench.drives_for(Duration::from_secs(1));
     assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
 
@@ -129,13 +121,7 @@ fn a_reload_is_all_or_nothing() {
     fs::write(bench.robot_file(), robot).expect("written");
     bench.ask("reload");
     bench.until_driving();
-    let reloaded_ns = monotonic_ns();
-    bench.drives_for(Duration::from_secs(2));
-    let fastest = bench
-        .since(reloaded_ns)
-        .into_iter()
-        .map(|truth| truth.twist.v_m_s)
-        .fold(0.0, f64::max);
+    let fastest = bench.fastest_m_s(Duration::from_secs(2));
     assert!(fastest < 0.25, "{fastest:.3} m/s, expected about 0.20 m/s");
     bench.finish();
 }

@@ -190,9 +190,7 @@ fn a_reload_goes_through_pause_and_reconfigure_and_takes_limits() {
     let robot = fs::read_to_string(bench.robot_file()).expect("readable");
     let slower = robot.replace("max_speed_m_s = 0.40", "max_speed_m_s = 0.20");
     assert_ne!(slower, robot);
-    bench.until("full speed", Duration::from_secs(5), |bench| {
-        bench.truth().twist.v_m_s > 0.33
-    });
+    bench.until_fast();
 
     // What the drive itself enforces takes a restart, and is named.
     let harder = slower.replace(
@@ -201,21 +199,13 @@ fn a_reload_goes_through_pause_and_reconfigure_and_takes_limits() {
     );
     assert_ne!(harder, slower);
     fs::write(bench.robot_file(), harder).expect("written");
-    let reload = bench.ctl("reload");
-    assert_eq!(reload.status.code(), Some(1), "{}", said(&reload));
-    assert!(
-        said(&reload).contains("drive.stop_deceleration_m_s2"),
-        "{}",
-        said(&reload)
-    );
+    bench.is_refused("reload", "drive.stop_deceleration_m_s2");
     bench.drives_for(Duration::from_millis(500));
     assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
 
     // A file that is no robot at all: nothing pauses.
     fs::write(bench.robot_file(), slower.replace("[control]", "[contrl]")).expect("written");
-    let reload = bench.ctl("reload");
-    assert_eq!(reload.status.code(), Some(1), "{}", said(&reload));
-    assert!(said(&reload).contains("contrl"), "{}", said(&reload));
+    bench.is_refused("reload", "contrl");
     bench.drives_for(Duration::from_millis(500));
 
     fs::write(bench.robot_file(), slower).expect("written");
@@ -240,13 +230,7 @@ fn a_reload_goes_through_pause_and_reconfigure_and_takes_limits() {
     for other in ["drive", "lidar", "proprioception", "communication"] {
         assert_eq!(seen[other], [RUNNING], "{other}");
     }
-    let reloaded_ns = monotonic_ns();
-    bench.drives_for(Duration::from_secs(2));
-    let fastest = bench
-        .since(reloaded_ns)
-        .into_iter()
-        .map(|truth| truth.twist.v_m_s)
-        .fold(0.0, f64::max);
+    let fastest = bench.fastest_m_s(Duration::from_secs(2));
     assert!(fastest < 0.23, "{fastest:.3} m/s, expected about 0.20 m/s");
     bench.finish();
 }

@@ -70,6 +70,20 @@ impl Bench {
         });
     }
 
+    /// Waits until it drives almost as fast as it may.
+    pub fn until_fast(&mut self) {
+        self.until("full speed", Duration::from_secs(5), |bench| {
+            bench.truth().twist.v_m_s > 0.33
+        });
+    }
+
+    /// Waits until it publishes that this fault is present.
+    pub fn until_published(&mut self, fault: &str, patience: Duration) {
+        self.until("the fault is published", patience, |bench| {
+            bench.publishes(fault)
+        });
+    }
+
     /// Waits until it stands, which must be the case within a time from now on.
     pub fn until_standing(&mut self, within: Duration) {
         let mut since = Instant::now();
@@ -103,6 +117,14 @@ impl Bench {
             slowest.twist.v_m_s > DRIVING_M_S,
             "slowed down: {slowest:?}"
         );
+    }
+
+    /// The same; returns how fast it was at most.
+    pub fn fastest_m_s(&self, time: Duration) -> f64 {
+        let start_ns = monotonic_ns();
+        self.drives_for(time);
+        let speeds = { self.since(start_ns).into_iter() }.map(|truth| truth.twist.v_m_s);
+        speeds.fold(0.0, f64::max)
     }
 
     /// Judges a stop: `delay` after `start_ns` the command was invalid and that was noticed, and from then on the true
