@@ -4,12 +4,31 @@
 //! not happen; a [`run`] of it has a [`judge`], a [`record`], a [`summary`] and a [`report`], however it is run: through the
 //! real programs in real time, or [`stepped`] in one process on a simulated clock.
 //!
-//! From what stands below to what stands above:
+//! ```
+//! use rig::campaign::stepped::summary;
+//! use rig::scenario::{Changes, load};
+//! use rig::stepped::Plans;
 //!
-//! - [`shapes`], [`lanes`], [`testbed`]: a world and the devices of its robots, put together from the users' own files;
-//! - [`process`]: this program as another; robots and the mediator are this program with a hidden subcommand;
+//! let file = "../../config/scenarios/lap.toml";
+//! let mut scenario = load(file.as_ref(), &Changes::default())?.with_at_most(1);
+//! let (plans, seed) = (Plans::of(&scenario)?, 1);
+//! let driven = summary(&scenario, &plans, seed, true)?;
+//! assert!(driven.passed() && driven.robots[0].laps == 1);
+//!
+//! // The same run, but the robot must keep 1 m clear of everything, which the corridor does not allow.
+//! scenario.limits.clearance_m = 1.0;
+//! let judged = summary(&scenario, &plans, seed, true)?;
+//! assert!(judged.is_done() && !judged.passed());
+//! assert_eq!(judged.violations[0].kind, "clearance");
+//! # Ok::<(), onboard::cli::Failure>(())
+//! ```
+//!
+//! The modules, from the lowest level to the highest:
+//!
+//! - [`shapes`], [`lanes`], [`testbed`]: a world and the devices of its robots, built from the users' own files;
+//! - [`process`]: robots and the mediator as child processes: this program, started with a hidden subcommand;
 //! - [`network`]: what robots and mediator say, heard as any third party could; [`belief`]: what a robot believes;
-//! - [`stand_ins`]: what the rig plays in the place of people and of the mediator;
+//! - [`stand_ins`]: the rig in the place of people and of the mediator;
 //! - [`goals`], [`judge`], [`figures`]: how far robots are, what went wrong, what was measured;
 //! - [`run`], [`stepped`], [`campaign`]: one run, the two ways to run it, and many runs;
 //! - [`commands`], [`map`](mod@map), [`devices`], [`cli`]: what the program does.
