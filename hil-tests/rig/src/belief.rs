@@ -4,7 +4,7 @@ use coordination::symbols::{Inspector, Namespace, Reader};
 use onboard::symbols::values::{NavigationState, PoseEstimate, TubeState};
 use sim::world::Pose;
 
-/// A window into one running robot.
+/// Reads the symbols of one running robot.
 pub struct Insight {
     pose: Reader<PoseEstimate>,
     navigation: Reader<NavigationState>,
@@ -20,7 +20,7 @@ pub struct Belief {
     pub pose: Pose,
     /// Standard deviations of x, y and heading.
     pub std: [f64; 3],
-    /// It says that it does not know well enough where it is.
+    /// It says that its pose is too uncertain.
     pub uncertain: bool,
     /// State of its machine.
     pub state: String,
@@ -43,7 +43,7 @@ impl Belief {
 }
 
 impl Insight {
-    /// Opens the window.
+    /// Opens its symbols.
     ///
     /// # Errors
     /// A sentence when the robot does not run, or not yet.
@@ -57,7 +57,7 @@ impl Insight {
         })
     }
 
-    /// Looks.
+    /// What it believes now.
     pub fn look(&mut self) -> Belief {
         let pose = self.pose.read();
         let navigation = self.navigation.read().value;

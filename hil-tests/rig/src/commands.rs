@@ -14,7 +14,7 @@ use crate::run::{Options, Run, finish, look_on, run};
 use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
 use crate::stepped::{Plans, Stepped};
 
-/// Where scenarios leave what they leave, unless told otherwise.
+/// Folder for the output of scenarios, unless told otherwise.
 const OUT: &str = "target/rig";
 
 /// A scenario, and how it is to be run.
@@ -28,7 +28,7 @@ pub struct Request {
     pub rounds: Option<u32>,
     /// A robot whose goal is laps drives this many.
     pub laps: Option<u32>,
-    /// Of the first run.
+    /// Seed of the first run.
     pub seed: u64,
     /// How many runs, and by which clock.
     pub many: Many,
@@ -94,7 +94,7 @@ pub fn campaign(request: &Request) -> Result<(), Failure> {
     processes(&scenario, request, out, &asked_to_end)
 }
 
-/// A path is a file; a name without an extension is that of a scenario that ships, unless such a file is there.
+/// Loads the scenario: a path is a file; a name without an extension is a scenario that ships, unless a file has that name.
 fn loaded(request: &Request) -> Result<Scenario, Failure> {
     let path = &request.scenario;
     let is_name = path.components().count() == 1 && path.extension().is_none();

@@ -11,7 +11,7 @@ use onboard::cli::Failure;
 use crate::output::end_flag;
 use crate::testbed::{BusPlace, Devices, start_pose, world};
 
-/// How often it says what is going on.
+/// How often the truth is printed.
 const SAY: Duration = Duration::from_secs(1);
 
 /// Which devices, and where.

@@ -1,4 +1,4 @@
-//! What every command does around its runs: folders, files, and the wish to end.
+//! What every command needs around its runs: folders, files, and the flag that ends it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

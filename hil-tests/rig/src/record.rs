@@ -57,7 +57,7 @@ pub struct RobotRecord {
     pub footprint: Footprint,
     /// Where it truly was.
     pub path: Vec<PathPoint>,
-    /// What its state machine was in, by its own word.
+    /// States of its machine, as it reported them.
     pub states: Vec<StateChange>,
 }
 

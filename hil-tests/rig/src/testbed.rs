@@ -24,7 +24,7 @@ const LOG_CAPACITY: usize = 240_000;
 /// Offset of the true start from the one in the file, drawn from the seed.
 const START_OFFSET_M: f64 = 0.05;
 const START_OFFSET_RAD: f64 = 0.05;
-/// Numbers drawn for the start have nothing to do with those that the world draws.
+/// Random stream of start offsets, apart from those of the world.
 const START_STREAM: u64 = 0x5354_4152;
 const MAX_CATCH_UP: Duration = Duration::from_secs(1);
 
@@ -153,7 +153,7 @@ impl Devices {
     /// Starts the devices of one robot.
     ///
     /// # Errors
-    /// [`Failure::Refused`] naming the place that cannot be had.
+    /// [`Failure::Refused`] naming the place that is not available.
     pub fn start(
         world: &SharedWorld,
         robot: &RobotConfig,

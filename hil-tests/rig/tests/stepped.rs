@@ -13,7 +13,7 @@ fn shipped(file: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config")).join(file)
 }
 
-/// The summary, and whether the robot heeded withheld leave.
+/// The summary of one run; a robot that does not heed leave is a control.
 fn trial(scenario: &Scenario, seed: u64, heeds_leave: bool) -> Summary {
     let plans = Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"));
     summary(scenario, &plans, seed, heeds_leave).unwrap_or_else(|failure| panic!("{failure:?}"))

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use onboard::cli::Failure;
 
-/// Makes run 0 to `runs - 1` in `jobs` threads, until asked to end; returns what came out in the order of the runs. A run
-/// that cannot be made ends all: the next one would meet the same. `done` is told of each run, with how many there are.
+/// Makes runs 0 to `runs - 1` in `jobs` threads, until asked to end; returns their results in the order of the runs. A run
+/// that cannot be made ends all: the next one would fail alike. `done` gets each result, and how many there are so far.
 ///
 /// # Errors
 /// That of the run that could not be made.

@@ -17,7 +17,7 @@ use crate::process::Process;
 use crate::scenario::Scenario;
 use crate::summary::Latency;
 
-/// How often runs are looked at.
+/// How often running processes are polled.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// `campaign.json`.
@@ -130,7 +130,7 @@ pub fn campaign(
     )))
 }
 
-/// One run as a process; a refusal ends the campaign, since the next run would meet the same.
+/// One run as a process; a refusal ends the campaign, since the next run would be refused alike.
 fn one(
     program: &Path,
     setup: &Setup,

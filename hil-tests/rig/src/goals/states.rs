@@ -1,6 +1,6 @@
 //! Every regular state of a robot's machine, and back to where it began.
 //!
-//! The machine says what is scheduled; that it was driven, the areas say, by the world's truth.
+//! The machine says which states were scheduled; that they were driven is judged by the areas that the robot was in.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use description::site::{ControllerConfig, FsmConfig, MonitorKind};
 #[derive(Clone, Debug)]
 pub(super) struct States {
     start: String,
-    /// Each regular state with the areas of which one must have been driven in.
+    /// Each regular state with its areas; the robot must have been in one of them.
     regular: Vec<(String, Vec<String>)>,
 }
 

@@ -8,9 +8,9 @@ use super::look::{Look, place};
 use super::violations::Violations;
 use crate::scenario::Scenario;
 
-/// A footprint may reach this far over a border: about what a robot does not know of its place.
+/// A footprint may reach this far over a border: about the error of a robot's pose.
 const REACH_IN_M: f64 = 0.02;
-/// Messages are heard at most this much sooner or later than by those they are for.
+/// The listener hears a message at most this much before or after its addressee.
 const HEARING_NS: u64 = 100_000_000;
 
 /// Watches the areas of a site.
@@ -25,7 +25,7 @@ pub(super) struct Areas {
 struct Area {
     id: String,
     capacity: usize,
-    /// Less what a footprint may reach in.
+    /// Its region, less what a footprint may reach in.
     inner: Rectangle,
     /// By the robots' numbers.
     presence: Vec<Presence>,

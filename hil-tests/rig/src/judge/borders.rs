@@ -7,7 +7,7 @@ use super::overlap::Overlap;
 use super::violations::Violations;
 use crate::figures::Figures;
 
-/// Deeper in an area without leave than this is a violation; contact with its border is none.
+/// A robot may reach this far into an area without leave: touching the border is no violation.
 const BORDER_M: f64 = 0.001;
 /// A robot that stands at most this far from an area waits before it.
 const BEFORE_M: f64 = 0.5;

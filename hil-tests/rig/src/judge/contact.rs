@@ -7,7 +7,7 @@ use super::violations::Violations;
 use crate::figures::Figures;
 use crate::scenario::Limits;
 
-/// The lidar sees what is no farther to either side.
+/// The lidar sees up to this angle to either side.
 const IN_VIEW_RAD: f64 = 2.09;
 
 /// Watches what one robot touches.
@@ -49,7 +49,7 @@ impl Contact {
             }
         }
         self.collisions = before.max(known.len());
-        // The world counts on where it keeps no more causes.
+        // The world keeps the causes of so many collisions and no more, but counts all of them.
         let counted = usize::try_from(truth.collisions).unwrap_or(usize::MAX);
         if counted > self.collisions {
             self.collisions = counted;

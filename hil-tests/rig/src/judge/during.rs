@@ -8,7 +8,7 @@ use super::violations::Violations;
 use crate::scenario::{During, Scenario};
 use crate::summary::DuringSummary;
 
-/// The world's records of a robot are never farther apart, unless nobody looked at it.
+/// Longest time that one look accounts for: after a longer gap nobody knows what was true within it.
 const LONGEST_STEP_NS: u64 = 200_000_000;
 /// A footprint that must be whole in an area may reach out this far.
 const WHOLE_SLACK_M: f64 = 0.005;

@@ -9,8 +9,7 @@ use super::violations::Violations;
 use crate::lanes::forward_lane;
 use crate::scenario::Limits;
 
-/// Between two areas with different limits the slower one need not hold before its border: of areas nearer than this the
-/// higher limit counts.
+/// A slower area's limit need not hold before its border: of all areas nearer than this the highest limit counts.
 const NEXT_AREA_M: f64 = 0.35;
 
 /// Watches one robot.

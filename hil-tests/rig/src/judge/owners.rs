@@ -4,7 +4,7 @@ use config::SiteConfig;
 
 use crate::network::observations::Owning;
 
-/// Two messages of different senders may be heard in the other order; a lost one comes again after 0.2 s.
+/// Messages of two senders may be heard in the wrong order, and a lost one is repeated after 0.2 s.
 const OVERLAP_NS: u64 = 300_000_000;
 
 /// More owners than an area holds, as robot, time, and a sentence.

@@ -15,7 +15,7 @@ use crate::scenario::Limits;
 const SETTLED_NS: u64 = 1_000_000_000;
 /// Older estimates are not compared.
 const RECENT_NS: u64 = 200_000_000;
-/// Period of looks at which walls are in view.
+/// How often to compute which walls are in view.
 const VIEW_NS: u64 = 100_000_000;
 /// A wall runs along a lane when the cosine between its normal and the lane is less than this.
 const ALONG: f64 = 0.17;

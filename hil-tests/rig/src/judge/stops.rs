@@ -23,7 +23,7 @@ pub enum StopKind {
 pub struct StopError {
     /// At what.
     pub kind: StopKind,
-    /// Positive: too far from it, or, of a pose, the distance.
+    /// Of a wall or a border, positive when too far from it; of a pose, the distance.
     pub error_m: f64,
 }
 

@@ -15,7 +15,7 @@ const REACH_M: f64 = 4.0;
 const LEAST_RAYS: usize = 10;
 const LEAST_LENGTH_M: f64 = 0.8;
 
-/// Everything that stands in the way of a ray, once for a look.
+/// Everything that can stop a ray, collected once for each look.
 #[derive(Debug, Default)]
 pub struct Scenery {
     segments: Vec<Segment>,

@@ -1,19 +1,19 @@
-//! What was found, told once for each stretch of time that it lasts.
+//! Violations, each reported once for as long as it lasts.
 
 use std::collections::BTreeMap;
 
 use crate::summary::Violation;
 
-/// A violation of one kind by one robot is told again when it has not been found for this long.
+/// A violation of one kind by one robot is reported again when it has been absent for this long.
 const STRETCH_NS: u64 = 1_000_000_000;
-/// Most violations of one robot that are told: longer lists say nothing more.
+/// Most violations reported of one robot: longer lists say nothing more.
 const MOST: usize = 64;
 
 /// The violations of a run.
 #[derive(Debug)]
 pub(super) struct Violations {
     start_ns: u64,
-    /// When a robot was last found at it, by robot and kind.
+    /// When each kind was last found of each robot.
     last_ns: BTreeMap<(String, String), u64>,
     counts: BTreeMap<String, usize>,
     all: Vec<Violation>,
@@ -30,7 +30,7 @@ impl Violations {
         }
     }
 
-    /// Takes down what was found, unless it lasts still.
+    /// Records a violation, unless it is one that still lasts.
     pub(super) fn report(&mut self, kind: &str, robot: &str, at_ns: u64, detail: String) {
         let key = (robot.to_owned(), kind.to_owned());
         let before = self.last_ns.insert(key, at_ns);

@@ -1,10 +1,10 @@
-//! Places on the loopback where sessions listen.
+//! Endpoints on the loopback interface.
 
 use std::net::TcpListener;
 
 use contract::network::NetworkSettings;
 
-/// A free port on the loopback, as the system picks it; another program could take it before it is used.
+/// A free port on the loopback, picked by the system; another program could take it before it is used.
 ///
 /// # Errors
 /// A sentence when there is none.

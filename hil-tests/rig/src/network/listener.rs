@@ -1,4 +1,4 @@
-//! An independent listener on the network: takes down all that robots and mediator say.
+//! An independent listener on the network: records all that robots and mediator say.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -42,7 +42,7 @@ pub struct Told {
 }
 
 impl Told {
-    /// How everything stood a moment ago, if the mediator answers.
+    /// The last status, if the mediator has answered recently.
     #[must_use]
     pub fn status(&self) -> Option<&Status> {
         let (at_ns, status) = self.status.as_ref()?;
@@ -58,7 +58,7 @@ impl Told {
 
     fn follow(&mut self, own: &CoordinationStatus, epoch: u64, now_ns: u64) {
         let ns = |ms: u64| ms.saturating_mul(1_000_000);
-        // Since it began; or since the mediator did, which restarted meanwhile.
+        // When it began; after a restart of the mediator, when that began.
         let base_ns = now_ns.saturating_sub(ns(own.age_ms));
         let seen = self
             .coordinations
@@ -105,7 +105,7 @@ pub struct MediatorWatch {
 }
 
 impl MediatorWatch {
-    /// Begins to ask at this control socket; the mediator need not run yet.
+    /// Starts to ask at this control socket; the mediator need not run yet.
     ///
     /// # Errors
     /// The operating system's.

@@ -1,4 +1,4 @@
-//! What is said on the network: an independent listener, what follows from what it hears, and the mediator's own word.
+//! What is said on the network: an independent listener, what it concludes, and the mediator's own status.
 
 pub mod endpoint;
 pub mod listener;

@@ -1,4 +1,4 @@
-//! A process of the rig's own: this program, told by a hidden subcommand what to be.
+//! A child process: this program, started with a hidden subcommand.
 
 use std::ffi::OsString;
 use std::fs;
@@ -22,8 +22,8 @@ pub struct Process {
 }
 
 impl Process {
-    /// Starts it, in a process group of its own so that Ctrl-C reaches only the rig, which then stops it in order. Its output is added to
-    /// the file `log`. Whatever ends the thread that calls this ends the process, too.
+    /// Starts it, in a process group of its own, so that Ctrl-C reaches only the rig, which then stops it in order. Its
+    /// output is appended to the file `log`. When the thread that calls this ends, the process is ended, too.
     ///
     /// # Errors
     /// The operating system's.

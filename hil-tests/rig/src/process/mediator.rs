@@ -130,7 +130,7 @@ impl MediatorProcess {
     /// Its control socket.
     ///
     /// # Errors
-    /// A sentence when its folder cannot be had.
+    /// A sentence when its folder cannot be made.
     pub fn socket(&self) -> Result<PathBuf, String> {
         let folder = Folder::new(Some(self.setup.runtime.clone()), &self.setup.site)?;
         Ok(folder.socket())

@@ -31,7 +31,7 @@ pub struct RobotSetup {
     pub site_file: PathBuf,
     /// `--set` arguments.
     pub set: Vec<String>,
-    /// Folder for its names.
+    /// Folder for its control socket.
     pub runtime: PathBuf,
     /// Where its log goes.
     pub log: PathBuf,

@@ -3,10 +3,10 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
-/// How often the memory is looked at.
+/// How often the memory is measured.
 const PERIOD: Duration = Duration::from_millis(500);
 
-/// Watches one process.
+/// Measures one process.
 #[derive(Debug)]
 pub struct Usage {
     pid: u32,
@@ -18,7 +18,7 @@ pub struct Usage {
 }
 
 impl Usage {
-    /// Begins to watch.
+    /// Starts to measure.
     #[must_use]
     pub fn of(pid: u32) -> Self {
         Self {
@@ -31,7 +31,7 @@ impl Usage {
         }
     }
 
-    /// Looks, if a period has passed. A process that has ended keeps its last figures.
+    /// Measures, if a period has passed. A process that has ended keeps its last figures.
     pub fn look(&mut self) {
         if self.looked.is_some_and(|looked| looked.elapsed() < PERIOD) {
             return;

@@ -55,7 +55,7 @@ pub(super) fn noise() -> impl FnMut() -> f64 {
     }
 }
 
-/// Every tag is closed in order, every attribute is in quotes, every `&` begins an entity; returns all text.
+/// Checks that tags are closed in order, attributes quoted and `&` escaped; returns all texts.
 pub(super) fn check_body(body: &str) -> Vec<String> {
     let mut open: Vec<&str> = Vec::new();
     let mut texts = Vec::new();

@@ -7,13 +7,13 @@ use std::process::ExitStatus;
 pub enum Ending {
     /// All goals are reached.
     Done,
-    /// By a signal.
+    /// A signal interrupted it.
     Interrupted,
     /// The scenario's patience is over.
     TooSlow,
     /// No robot has moved for the scenario's longest standstill.
     Standstill,
-    /// A robot has a fault, named here, that only an operator ends, and nobody does.
+    /// A robot has a fault, named here, that only an operator can clear, and no operator is there.
     Stranded(&'static str),
     /// A robot ended by itself.
     RobotEnded(String, ExitStatus),

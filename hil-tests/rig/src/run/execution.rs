@@ -17,7 +17,7 @@ use super::ending::Ending;
 /// Time from one look to the next.
 pub const LOOK_NS: u64 = 20_000_000;
 
-/// Something found by those who run, not by the judge: kind, robot and a sentence.
+/// A violation found by the execution itself, not by the judge: kind, robot and a sentence.
 pub type Found = (&'static str, String, String);
 
 /// The mediator's processes, for summary and record.
@@ -71,14 +71,14 @@ pub trait Execution {
     /// A sentence with the robot's reason.
     fn instruct(&mut self, robot: usize, instruction: &Instruction<String>) -> Result<(), String>;
 
-    /// Gives a robot leave for these areas, in the site's order, where the rig stands in for the mediator; false: it does
-    /// not, and grants are the mediator's.
+    /// Gives a robot leave for these areas, in the site's order, where the rig stands in for the mediator. False where it
+    /// does not: then the mediator grants them.
     fn give_leave(&mut self, robot: usize, areas: &[bool]) -> bool;
 
     /// Ends robots and mediator, and returns what is wrong with how they ended and with what devices have recorded.
     fn stop(&mut self) -> Vec<Found>;
 
-    /// A robot's figures as far as devices and the robot itself measured them, and the truth.
+    /// A robot's figures, from the truth and from what its devices and the robot itself measured.
     fn robot_summary(&self, robot: usize, truth: Option<&Truth>) -> RobotSummary;
 
     /// The mediator's processes; none without a mediator.

@@ -1,4 +1,4 @@
-//! From the first look of a run to its end, and what it leaves.
+//! From the first step of a run to its end, and the files that it leaves.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +20,7 @@ use crate::report;
 /// Lines of a log that are shown when a run fails.
 const LOG_LINES: usize = 12;
 
-/// Looks on and shows the run until it ends or is asked to.
+/// Steps and shows the run until it ends or is interrupted.
 ///
 /// # Errors
 /// [`Failure::Failed`] when a robot cannot be started.
@@ -44,7 +44,7 @@ pub fn look_on<E: Execution>(
 }
 
 impl<E: Execution> Run<E> {
-    /// Ends robots, then the mediator; what they leave is judged.
+    /// Ends robots, then the mediator, and judges how they ended and what their devices recorded.
     pub fn stop(&mut self) {
         let found = self.stage.stop();
         self.observe();
@@ -61,7 +61,7 @@ impl<E: Execution> Run<E> {
     }
 }
 
-/// Stops everything, and leaves what there is to know in the folder `out`.
+/// Stops everything, and writes summary and reports into the folder `out`.
 ///
 /// # Errors
 /// [`Failure::Failed`] when goals were not reached or something was violated.
@@ -90,7 +90,7 @@ fn leave(out: &Path, record: &Record) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The end of the log of whoever failed; a robot that is alone is asked anyway.
+/// The end of the log of whoever failed; a robot that was alone counts as the one that did.
 fn last_words(record: &Record, out: &Path, ending: &Ending) -> String {
     let failed = match (ending, &record.robots[..]) {
         (Ending::RobotEnded(id, _), _) => id,

@@ -12,7 +12,7 @@ use crate::network::observations::Observations;
 /// Lines are cut here, so that none is wrapped and the view stays in place.
 const DEFAULT_COLUMNS: usize = 120;
 
-/// Shows how a run gets on: on a terminal as a view that stays in place, elsewhere now and then in a few lines.
+/// Shows the progress of a run: in a terminal as a view that stays in place, elsewhere as a few lines now and then.
 #[derive(Debug)]
 pub struct Live {
     silent: bool,
@@ -33,7 +33,7 @@ impl Live {
         }
     }
 
-    /// Shows how everything stands, if it is time to.
+    /// Shows the present state, if it is time to.
     pub fn show<E: Execution>(&mut self, run: &Run<E>) {
         let period = if self.terminal {
             Duration::from_millis(250)
@@ -67,13 +67,13 @@ impl Live {
         let _ = out.flush();
     }
 
-    /// What is printed from now on stands below.
+    /// Leaves the view where it is: what is printed from now on comes below.
     pub fn end(&mut self) {
         self.lines = 0;
     }
 }
 
-/// How everything stands, in lines.
+/// The present state, in lines.
 fn view<E: Execution>(run: &Run<E>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.

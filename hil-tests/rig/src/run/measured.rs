@@ -43,7 +43,7 @@ fn largest_setpoint_rad_s(devices: &Devices) -> f64 {
     left.magnitude().max(right.magnitude())
 }
 
-/// A robot's part of a summary; `symbols` are its last, as `onboard inspect --json` shows them.
+/// A robot's part of the summary. `symbols` is the last that `onboard inspect --json` showed.
 pub(super) fn robot_summary(
     robot: &RobotConfig,
     devices: &Devices,

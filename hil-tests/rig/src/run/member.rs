@@ -20,7 +20,7 @@ pub struct Member {
     pub(super) setup: RobotSetup,
     pub(super) start_at_ns: u64,
     pub(super) started: bool,
-    /// Its end, or that of its process, is wanted.
+    /// It was killed on purpose.
     pub(super) ends_on_purpose: bool,
     pub(super) insight: Option<Insight>,
     /// Its symbols just before it was stopped.
@@ -28,7 +28,7 @@ pub struct Member {
 }
 
 impl Member {
-    /// Starts its process; one that runs goes on, one that has ended starts once more.
+    /// Starts its process, unless it runs; one that has ended is started again.
     ///
     /// # Errors
     /// [`Failure::Failed`] with the operating system's reason.
@@ -40,7 +40,7 @@ impl Member {
         {
             return Ok(());
         }
-        // What a killed one left is removed first.
+        // Dropping the old process removes what it left.
         self.process = None;
         let setup = self.setup.clone();
         let process = if self.started {

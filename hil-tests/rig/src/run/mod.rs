@@ -2,7 +2,7 @@
 //!
 //! - [`Execution`] is the seam: robots, world and mediator, whoever runs them;
 //! - [`stage`] runs the real programs in real time; [`stepped`](crate::stepped) is the other way;
-//! - [`Run`] judges a run and knows when it ends, [`live`] shows it, [`Record`](crate::record::Record) is what is left of it.
+//! - [`Run`] judges a run and knows when it ends; [`live`] shows it; [`Record`](crate::record::Record) is what is left of it.
 
 mod ending;
 mod execution;

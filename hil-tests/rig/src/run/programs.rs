@@ -10,7 +10,7 @@ use super::stage::{Options, Stage};
 use super::watch::Run;
 use crate::scenario::Scenario;
 
-/// Runs a scenario to its end, and leaves what there is to know of it.
+/// Runs a scenario to its end, and writes its summary and reports.
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when goals were not reached or something was violated.
@@ -28,7 +28,7 @@ impl Run<Stage> {
     /// Starts the programs; robots start as their times come.
     ///
     /// # Errors
-    /// [`Failure::Refused`] naming what is wrong or cannot be had.
+    /// [`Failure::Refused`] naming what is wrong or not available.
     pub fn start(scenario: Scenario, options: &Options) -> Result<Self, Failure> {
         let stage = Stage::set(&scenario, options)?;
         let names: Vec<&str> = { scenario.robots.iter() }

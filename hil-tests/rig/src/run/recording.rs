@@ -1,4 +1,4 @@
-//! What a run comes to: its record and figures.
+//! What is left of a run: its record and figures.
 
 use super::ending::Ending;
 use super::execution::{Execution, MediatorRuns};
@@ -13,7 +13,7 @@ use crate::summary::{
     RobotSummary, Summary,
 };
 
-/// A request that was granted sooner did not wait.
+/// A request that was granted sooner than this did not wait.
 const NO_WAIT_S: f64 = 0.1;
 
 /// All that is known of a run, after everything was stopped.
@@ -71,7 +71,7 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
 struct Heard {
     holdings: Vec<Holding>,
     waits: Vec<Wait>,
-    /// With the robot.
+    /// Each with its robot.
     states: Vec<(String, StateChange)>,
     grant_latency_ms: Vec<f64>,
     command_latency_ms: Vec<f64>,

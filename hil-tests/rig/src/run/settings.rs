@@ -1,4 +1,4 @@
-//! What robots are told, and files that are made for a run.
+//! Settings of robots, and files made for one run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,13 +8,13 @@ use onboard::process::runtime::Runtime;
 
 use crate::testbed::Devices;
 
-/// Where robots leave their names.
+/// The folder in which robots make their control sockets.
 pub(super) fn runtime_in(folder: &Path) -> Result<Runtime, Failure> {
     Runtime::new(Some(folder.to_owned()))
         .map_err(|_| Failure::refused(format_args!("folder {} cannot be made", folder.display())))
 }
 
-/// What a robot is told to find its devices, and its fleet at these endpoints.
+/// `--set` values that lead a robot to its devices, and to its fleet at these endpoints.
 pub(super) fn settings(
     devices: &Devices,
     lidar_link: &Path,
@@ -32,11 +32,11 @@ pub(super) fn settings(
     ])
 }
 
-/// A copy of the site file in this folder, from which all coordinations are taken out.
+/// Copies the site file into this folder, without its coordinations.
 pub(super) fn without_nets(site_file: &Path, folder: &Path) -> Result<PathBuf, Failure> {
     let cannot = |what: String| {
         Failure::refused(format_args!(
-            "the site cannot be had without its coordinations: {what}"
+            "the site file cannot be copied without its coordinations: {what}"
         ))
     };
     let text = fs::read_to_string(site_file).map_err(|error| cannot(error.to_string()))?;

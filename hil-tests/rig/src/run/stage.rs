@@ -34,7 +34,7 @@ use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::testbed::{BusPlace, Devices, drawn_starts, world};
 
-/// Numbers drawn for starting times have nothing to do with those that the world draws.
+/// Random stream of starting times, apart from those of the world.
 const DELAY_STREAM: u64 = 0x4445_4c41;
 
 /// How a scenario is run.
@@ -78,7 +78,7 @@ impl Stage {
     /// Builds the world, and starts devices and mediator; robots follow as their times come.
     ///
     /// # Errors
-    /// [`Failure::Refused`] naming what is wrong or cannot be had.
+    /// [`Failure::Refused`] naming what is wrong or not available.
     pub fn set(scenario: &Scenario, options: &Options) -> Result<Self, Failure> {
         make_folder(&options.out)?;
         let folder = Folder::new()?;
@@ -240,7 +240,7 @@ impl Execution for Stage {
     fn belief(&mut self, robot: usize) -> Option<Belief> {
         let member = self.members.get_mut(robot)?;
         if member.insight.is_none() {
-            // It runs when its symbols can be read.
+            // It runs from when its symbols can be read.
             member.insight = Insight::open(&member.setup.id, &self.runtime.place()).ok();
         }
         member.insight.as_mut().map(Insight::look)

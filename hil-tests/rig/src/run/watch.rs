@@ -42,7 +42,7 @@ pub struct Run<E> {
     pub stage: E,
     /// The judge.
     pub judge: Judge,
-    /// Decides all that is drawn.
+    /// Seed of everything that is drawn at random.
     pub seed: u64,
     pub(super) tracks: Vec<Track>,
     pub(super) incidents: Vec<Incident>,
@@ -76,7 +76,7 @@ impl<E: Execution> Run<E> {
         }
     }
 
-    /// Lets time pass until the next look, and looks; tells how the run ended, if it did.
+    /// Waits for the next look, and looks; returns how the run ended, if it did.
     ///
     /// # Errors
     /// [`Failure::Failed`] when a robot cannot be started.

@@ -19,7 +19,7 @@ pub struct Clutter {
     pub vehicles: Vec<Vehicle>,
 }
 
-/// Boxes that stand, at random places, but never so that no way is left past them.
+/// Boxes at random places that always leave a way past them.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Boxes {
@@ -49,7 +49,7 @@ pub struct People {
     pub longest_rest_s: f64,
     /// They stop before a robot in their way that is nearer than this; 0: they see nothing.
     pub heed_m: f64,
-    /// The same behind a robot, where it has no eyes.
+    /// The same behind a robot, which cannot see them there.
     pub heed_behind_m: f64,
 }
 

@@ -36,7 +36,7 @@ pub struct Stop {
 }
 
 impl Goal {
-    /// Rounds or laps that the robot is to drive; a goal without either is one round.
+    /// Rounds or laps that the robot is to drive; a goal without either counts as one round.
     #[must_use]
     pub fn rounds(&self) -> u32 {
         match self {

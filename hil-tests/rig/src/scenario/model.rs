@@ -15,7 +15,7 @@ use super::limits::Limits;
 pub struct Scenario {
     /// Its name.
     pub name: String,
-    /// What it is about, in a sentence.
+    /// Its purpose, in a sentence.
     pub about: String,
     /// Site file.
     pub site_file: PathBuf,

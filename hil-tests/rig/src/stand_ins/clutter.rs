@@ -12,7 +12,7 @@ const CLUTTER_STREAM: u64 = 0x434C_5554;
 /// Puts what the site file does not know into the world, before its clock starts.
 ///
 /// # Errors
-/// [`WorldError`] of something that makes no sense.
+/// [`WorldError`] naming what makes no sense.
 pub fn furnish(world: &mut World, clutter: &Clutter, seed: u64) -> Result<(), WorldError> {
     let mut random = Random::new(seed, CLUTTER_STREAM);
     let walls: Vec<Segment> = world
@@ -75,7 +75,7 @@ fn boxes(random: &mut Random, clutter: &Clutter, walls: &[Segment]) -> Vec<Shape
     let [fewest, most] = clutter.boxes.count;
     let wanted = fewest + random.bits() % (most - fewest + 1);
     let mut boxes: Vec<Shape> = Vec::new();
-    // A floor that is full gets fewer: the drawing must end.
+    // A full floor gets fewer boxes: drawing must end.
     for _ in 0..400 {
         if boxes.len() as u64 == wanted {
             break;
@@ -93,7 +93,7 @@ fn boxes(random: &mut Random, clutter: &Clutter, walls: &[Segment]) -> Vec<Shape
     boxes
 }
 
-/// Whether a disc of the width of the way gets from before the boxes to behind them, near the lane, without turning back.
+/// Whether a disc as wide as the way can move past all boxes, near the lane, without turning back.
 fn leaves_way(boxes: &[Shape], clutter: &Clutter, walls: &[Segment]) -> bool {
     const STEP_M: f64 = 0.05;
     let Boxes {
@@ -129,7 +129,7 @@ fn leaves_way(boxes: &[Shape], clutter: &Clutter, walls: &[Segment]) -> bool {
     for step in 0..=steps {
         let x = from_m - 0.8 + step as f64 * STEP_M;
         let free: Vec<bool> = (0..lanes).map(|lane| is_free([x, y(lane)])).collect();
-        // Sideways by at most half of what is driven ahead: the tubes bend no further.
+        // Sideways by at most half the way ahead: the tubes bend no more.
         let next = (0..lanes).map(|lane| {
             let near = lane.saturating_sub(1)..=(lane + 1).min(lanes - 1);
             let from = if step.is_multiple_of(2) {

@@ -1,4 +1,4 @@
-//! What the rig plays in the place of people and of the mediator.
+//! The rig in the place of people, vehicles, operators and the mediator.
 
 pub mod clutter;
 pub mod leave;

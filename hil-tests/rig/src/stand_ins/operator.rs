@@ -16,7 +16,7 @@ const AHEAD_M: [f64; 2] = [0.8, 1.6];
 const SPEED_LIMIT_M_S: [f64; 2] = [0.15, 0.35];
 const OPERATOR_STREAM: u64 = 0x4F50_4552;
 
-/// Plays the operator, from the seed.
+/// Plays the operator, at random by the seed.
 #[derive(Clone, Debug)]
 pub struct Operator {
     random: Random,
@@ -75,7 +75,7 @@ impl Operator {
                 speed_limit_m_s: (self.random.unit() < 0.5).then_some(limit),
             });
         }
-        // Where the robot stands and something lets it go on: now, or, if it would anyway, perhaps.
+        // When the robot stands, let it go on; if it would go on by itself, do so half the time.
         let go = external.find(|one| one.to != state && !takes_pose(site, fsm, &one.to))?;
         if !stands {
             return None;

@@ -1,4 +1,4 @@
-//! In the place of the drive activity: setpoints go to the world's wheels every cycle, encoders come back.
+//! Stands in for the drive activity: setpoints go to the world's wheels every cycle, encoder values come back.
 
 use coordination::symbols::{Reader, Writer};
 use description::wheels::{EncoderAngles, WheelSpeeds};
@@ -34,7 +34,7 @@ impl SteppedDrive {
     pub(super) fn cycle(&mut self, world: &mut World, now_ns: u64) {
         let wanted = self.setpoints.read();
         let age_ns = now_ns.saturating_sub(wanted.stamp_ns);
-        // Nothing is ever late here but the first setpoint.
+        // Here nothing is late but the first setpoint.
         let stale = wanted.stamp_ns == 0 || age_ns > self.settings.setpoint_timeout_ns;
         let speeds = if stale {
             WheelSpeeds::STANDING

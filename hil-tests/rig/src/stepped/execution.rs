@@ -21,7 +21,7 @@ use crate::stand_ins::clutter::furnish;
 use crate::summary::RobotSummary;
 use crate::testbed::{drawn_starts, plain_world};
 
-/// A fault that only an operator ends strands a robot after this time.
+/// A fault that only an operator can clear ends the run after this time.
 const STRANDED_NS: u64 = 30_000_000_000;
 
 /// What is common to all runs of a scenario: each robot's plan, in the order of the scenario.
@@ -63,9 +63,9 @@ pub struct Stepped {
     /// Nothing is heard: there is no network.
     observations: Observations,
     next_ns: u64,
-    /// Nobody has looked since time passed.
+    /// Time has passed since the last look.
     fresh: bool,
-    /// Of the first robot, when they are wanted.
+    /// Traces of the first robot, when they are wanted.
     trace: Option<Trace>,
     _folder: Folder,
 }
@@ -75,13 +75,13 @@ struct Robot {
     robot: SteppedRobot,
     /// How often each fault was raised.
     faults: Vec<(Fault, u64)>,
-    /// A fault that only an operator ends, and since when.
+    /// A fault that only an operator can clear, and since when.
     needs_operator: Option<(Fault, u64)>,
 }
 
 impl Stepped {
-    /// Builds world and robots. Robots that do not heed leave are a control: the judge must find them out. Traces are of the
-    /// first robot.
+    /// Builds world and robots. Robots that do not heed leave are a control: the judge must find their violations. Only the
+    /// first robot is traced.
     ///
     /// # Errors
     /// [`Failure::Refused`] when a robot or the world cannot be built.
@@ -135,7 +135,7 @@ impl Stepped {
         self.trace.take()
     }
 
-    /// Takes in what the activities reported, and traces.
+    /// Takes in what the activities reported, and records traces.
     fn hear(&mut self) {
         let now_ns = self.now_ns();
         for (number, robot) in self.robots.iter_mut().enumerate() {

@@ -1,11 +1,11 @@
-//! In the place of communication on a managed site: tells navigation which areas it may use.
+//! Stands in for communication on a managed site: tells navigation which areas it may use.
 
 use coordination::symbols::Writer;
 use onboard::activities::fleet_link::{CommunicationEnd, NavigationEnd, link};
 use onboard::realtime::wake::Wake;
 use skills::borders::AreaSet;
 
-/// Leave is repeated this often; navigation takes what is old for none.
+/// How often leave is repeated; navigation does not trust leave that is old.
 const REPEAT_NS: u64 = 100_000_000;
 
 /// Leave for areas.
@@ -13,12 +13,12 @@ pub(super) struct Leave {
     symbol: Writer<AreaSet>,
     link: CommunicationEnd,
     areas: AreaSet,
-    /// When it is to be said again.
+    /// When it is to be repeated.
     next_ns: u64,
 }
 
 impl Leave {
-    /// None at first, with the end that belongs to navigation.
+    /// No leave at first; also returns navigation's end of the link.
     pub(super) fn new(symbol: Writer<AreaSet>) -> (Self, NavigationEnd) {
         let (navigation, link) = link(Wake::default());
         let leave = Self {
@@ -36,7 +36,7 @@ impl Leave {
         self.next_ns = 0;
     }
 
-    /// Says it when it is due, and hears what navigation says, which nobody here wants to know.
+    /// Repeats it when it is due, and drops what navigation answers.
     pub(super) fn cycle(&mut self, now_ns: u64) {
         while self.link.events.receive().is_some() {}
         if now_ns >= self.next_ns {

@@ -1,4 +1,4 @@
-//! In the place of the lidar activity: turns are measured in the world, and arrive when the serial line has carried them.
+//! Stands in for the lidar activity: scans are measured in the world, and arrive after their time on the serial line.
 
 use coordination::symbols::Writer;
 use onboard::activities::lidar::Settings;
@@ -25,7 +25,7 @@ pub(super) struct SteppedLidar {
     line_ns: u64,
     readings_mm: Box<[u16; RANGE_STEPS]>,
     value: Box<RangeScan>,
-    /// What is on the line: the time it arrives, and its stamp.
+    /// The scan on the line: when it arrives, and its stamp.
     sent: Option<(u64, u64)>,
     turns: u64,
 }
@@ -100,7 +100,7 @@ impl SteppedLidar {
     }
 }
 
-/// The shortest length of a cluster; without one, the code that says least.
+/// The shortest range of a cluster; without any, its largest error code.
 fn merged(cluster: &[u16]) -> u16 {
     let lengths = cluster.iter().copied().filter(|mm| *mm >= FIRST_LENGTH_MM);
     let code = cluster.iter().copied().max().unwrap_or(0);

@@ -51,7 +51,7 @@ pub struct SteppedRobot {
     notes: Vec<(u64, Note)>,
     insight: Insight,
     leave: Option<Leave>,
-    // What nothing reads or writes here, and the shared memory itself.
+    // Ends of symbols that nothing uses here, and the shared memory itself.
     _idle: Idle,
 }
 
@@ -174,7 +174,7 @@ impl SteppedRobot {
         std::mem::take(&mut self.notes)
     }
 
-    /// Commands that were lost because a queue was full; none are.
+    /// Commands that were lost because a queue was full; must be 0.
     #[must_use]
     pub fn lost_commands(&self) -> u64 {
         self.supervisor.lost()

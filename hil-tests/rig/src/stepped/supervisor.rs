@@ -1,4 +1,4 @@
-//! In the place of the supervisor: life cycles, commands to the activities, and what they report.
+//! Stands in for the supervisor: life cycles, commands to the activities, and what they report.
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::event::EventId;
@@ -29,13 +29,13 @@ pub enum Note {
 /// The activities that run.
 pub(super) struct Supervisor {
     handles: Vec<Handle>,
-    /// For its names; navigation steps it.
+    /// The robot's machine, for its names; navigation steps it.
     machine: Machine,
     lost: u64,
 }
 
 impl Supervisor {
-    /// Has all of `handles` acquire what they need. `machine` is the robot's.
+    /// Tells all of `handles` to acquire what they need.
     pub(super) fn new(handles: Vec<Handle>, machine: Machine) -> Self {
         let mut supervisor = Self {
             handles,
@@ -58,7 +58,7 @@ impl Supervisor {
         self.machine.input(name)
     }
 
-    /// Takes in all reports, and lets run what is ready.
+    /// Takes in all reports, and starts activities that are ready.
     pub(super) fn cycle(&mut self, mut note: impl FnMut(Note)) {
         for handle in &mut self.handles {
             while let Some(report) = handle.reports.receive() {

@@ -1,4 +1,4 @@
-//! What a run on the simulated clock leaves to look at, beside record and report.
+//! Traces of a run on the simulated clock, besides record and report.
 
 use std::fmt::Write;
 

@@ -56,7 +56,7 @@ pub struct Waiting {
     pub why: String,
 }
 
-/// What a level told that was not known before.
+/// What is new in a level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Deeds {
     /// A request.
@@ -119,7 +119,7 @@ impl Accesses {
             return deeds;
         }
         if level.run > run.run {
-            // The run before has ended: its end was not heard, or the mediator gave it up.
+            // The run before has ended unheard, or the mediator gave it up.
             deeds.moved |= close(&mut self.ownings, &mut self.waitings, run, at_ns);
             *run = Run {
                 run: level.run,
@@ -177,7 +177,7 @@ impl Accesses {
         deeds
     }
 
-    /// Why the request that waits does so.
+    /// Notes why a request waits.
     pub(super) fn explain(&mut self, robot: &str, area: &str, why: &str) {
         let key = (robot.to_owned(), area.to_owned());
         let waiting = { self.runs.get(&key) }
@@ -199,7 +199,7 @@ impl Accesses {
         }
     }
 
-    /// The other robots fill the area.
+    /// Whether the other robots fill the area.
     pub(super) fn is_full_for(&self, robot: &str, area: &str) -> bool {
         let holders = { self.ownings.iter() }
             .filter(|own| own.area == area && own.robot != robot && own.released_ns.is_none())
@@ -208,7 +208,7 @@ impl Accesses {
         holders >= capacity as usize
     }
 
-    /// A request of this robot could be granted at once: there is a place, and nobody else waits for it.
+    /// Whether a request of this robot could be granted at once: there is room, and nobody else waits.
     pub(super) fn is_free_for(&self, robot: &str, area: &str) -> bool {
         let others_wait = { self.waitings.iter() }.any(|waiting| {
             waiting.area == area && waiting.robot != robot && waiting.to_ns.is_none()

@@ -20,14 +20,14 @@ pub struct Controlled {
 }
 
 impl Controlled {
-    /// Whether it lasted at this time.
+    /// Whether it was in force at this time.
     #[must_use]
     pub fn covers(&self, at_ns: u64) -> bool {
         self.from_ns <= at_ns && self.to_ns.is_none_or(|to_ns| to_ns >= at_ns)
     }
 }
 
-/// Whose flags a level told that were not known before.
+/// Whose flags in a level are new.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Deeds {
     pub(super) by_mediator: bool,

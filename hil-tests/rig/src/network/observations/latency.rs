@@ -69,7 +69,7 @@ impl Latencies {
         }
         let net = self.governed.get(area).copied();
         if waits && let Some(net) = net {
-            // The net has heard this robot and lets it wait: what comes later is not the answer to it.
+            // The net has heard this robot and makes it wait: what comes later does not answer it.
             if { self.accesses.get(&net) }.is_some_and(|(last, _)| *last == request) {
                 self.accesses.remove(&net);
             }
@@ -77,7 +77,7 @@ impl Latencies {
         if (deeds.requested || deeds.moved)
             && let Some(net) = net
         {
-            // A robot's flag that was not heard from itself.
+            // A robot's flag, heard from the mediator only.
             self.accesses.remove(&net);
         }
         if !deeds.granted {

@@ -77,7 +77,7 @@ impl Observations {
     /// A robot's state.
     pub fn state(&mut self, state: RobotState, at_ns: u64) {
         let before = self.said.get(&state.robot_id);
-        // Levels: an older message of the same start of the robot says nothing new.
+        // Levels: an older message of the same boot of the robot says nothing new.
         if before.is_some_and(|said| {
             said.state.boot_epoch == state.boot_epoch && said.state.sequence >= state.sequence
         }) {
@@ -161,7 +161,7 @@ impl Observations {
         self.malformed
     }
 
-    /// An operator said that no silent robot is in this area: these are not in it.
+    /// An operator cleared this area of these robots.
     pub fn cleared(&mut self, area: &str, robots: &[&str], at_ns: u64) {
         for robot in robots {
             self.accesses.give_up(robot, area, at_ns);

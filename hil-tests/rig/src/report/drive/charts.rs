@@ -15,7 +15,7 @@ const SHOWN_LATERAL_M: f64 = 0.13;
 const STRIP_PX: f64 = 18.0;
 /// Bands of areas and marks of violations are no nearer to each other than this.
 const LEAST_BAND_PX: usize = 4;
-/// Times without a value that are longer leave a gap in a curve.
+/// A longer time without a value leaves a gap in a curve.
 const GAP_S: f64 = 0.5;
 
 /// One value over time.
@@ -56,7 +56,7 @@ impl Plot {
         self.top_px + HEIGHT_PX * (1.0 - share.clamp(0.0, 1.0))
     }
 
-    /// Columns without a value that are still no gap.
+    /// Most columns without a value that leave no gap.
     fn gap_columns(&self) -> usize {
         let gap = whole_columns() as f64 * GAP_S / (self.time_s.1 - self.time_s.0);
         (gap.ceil() as usize).max(2)

@@ -7,7 +7,7 @@ use super::run::Run;
 use super::schedule::Schedule;
 use super::{charts, header, map};
 
-/// What a drawing of an ordinary site stays under.
+/// Largest size of a drawing of an ordinary site.
 #[cfg(test)]
 pub(super) const LARGEST_BYTES: usize = 500_000;
 

@@ -131,7 +131,7 @@ fn violation(kind: &str, at_s: f64, detail: String) -> Violation {
     }
 }
 
-/// The texts of a file, which is in order.
+/// Checks a file; returns its texts.
 fn check_xml(file: &str) -> Vec<String> {
     let declaration = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
     check_body(file.strip_prefix(declaration).expect("a declaration"))

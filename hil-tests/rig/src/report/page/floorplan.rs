@@ -35,7 +35,7 @@ const MOST_STANDS: usize = 12;
 const APART_M: f64 = 0.7;
 const MOST_FOOTPRINTS: usize = 14;
 
-/// Draws the map; also tells the time between two marks along the paths.
+/// Draws the map; also returns the time between two marks along the paths.
 pub(super) fn draw(view: &View<'_>) -> (String, f64) {
     let record = view.record;
     let path = record.robots.iter().flat_map(|robot| &robot.path);

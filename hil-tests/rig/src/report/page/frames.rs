@@ -1,4 +1,4 @@
-//! A coordination in a few pictures: where everybody was, and who had which area, at moments at which it went on.
+//! A coordination in a few pictures: where robots were, and who had which area, when transitions fired.
 
 use std::fmt::Write;
 

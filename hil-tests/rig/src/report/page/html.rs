@@ -78,7 +78,7 @@ impl Cell {
         }
     }
 
-    /// It is wrong if so.
+    /// Marks it as wrong if `bad`.
     pub(super) fn bad(mut self, bad: bool) -> Self {
         self.bad = bad;
         self
@@ -124,7 +124,7 @@ pub(super) fn quantity(value: impl Into<Option<f64>>, digits: usize, unit: &str)
     }
 }
 
-/// A time of many sizes, given in milliseconds: with three digits.
+/// A time in milliseconds, in the unit that fits its size, with three digits.
 pub(super) fn short_time(value_ms: impl Into<Option<f64>>) -> String {
     let Some(value_ms) = value_ms.into().filter(|value| value.is_finite()) else {
         return "–".to_owned();

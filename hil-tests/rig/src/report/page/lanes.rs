@@ -101,7 +101,7 @@ fn row<'a>(view: &View<'a>, area: &'a Area) -> AreaRow<'a> {
             _ => {}
         }
     }
-    // Of very many the longest.
+    // Of very many, keep the longest.
     asks.sort_by(|a, b| (b.span.1 - b.span.0).total_cmp(&(a.span.1 - a.span.0)));
     asks.truncate(MOST_ASKS);
     asks.sort_by(|a, b| a.span.0.total_cmp(&b.span.0));

@@ -50,7 +50,7 @@ pub(super) fn lay_out(extents: &[Extent], edges: &[(usize, usize)], top: &[usize
         compound: false,
     });
     for (node, extent) in extents.iter().enumerate() {
-        // dagre knows middles only: boxes are as large on either side as on the larger one.
+        // dagre knows centres only: a box is as large on both sides as on its larger one.
         let label = NodeLabel {
             width: 2.0 * extent.left_px.max(extent.right_px),
             height: 2.0 * half_height_px(extent),
@@ -135,7 +135,7 @@ fn route(
         .chain(between.iter().copied())
         .chain([last])
     {
-        // Half-way between layers nothing is in the way.
+        // Half-way between two layers there are no nodes.
         if let Some(half_px) = half_px(y) {
             route.extend([[x, y - direction * half_px], [x, y + direction * half_px]]);
         }

@@ -24,7 +24,7 @@ const BAND_PX: f64 = 15.0;
 const FIRINGS_PX: f64 = 6.0;
 const SPEED_PX: f64 = 42.0;
 const STATE_PX: f64 = 16.0;
-/// Times without a value that are longer leave a gap in a curve.
+/// A longer time without a value leaves a gap in a curve.
 const GAP_S: f64 = 0.5;
 /// Moments nearer to each other than this share a line.
 const MOMENT_PX: f64 = 1.5;

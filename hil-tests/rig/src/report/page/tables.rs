@@ -7,7 +7,7 @@ use crate::summary::Latency;
 use super::html::{Cell, Page, quantity, short_time};
 use super::view::View;
 
-/// What the 99th percentile of both latencies should stay under.
+/// The 99th percentile of both latencies should be less.
 pub(super) const WANTED_P99_MS: f64 = 5.0;
 
 /// One row for each robot.

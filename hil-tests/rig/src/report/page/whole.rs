@@ -13,7 +13,7 @@ use super::{
     timing as timings,
 };
 
-/// What a report stays under.
+/// Largest size of a report.
 #[cfg(test)]
 pub(super) const LARGEST_BYTES: usize = 3_000_000;
 
@@ -99,7 +99,7 @@ fn places(page: &mut Page, view: &View<'_>, figure: &mut usize) {
     }
 }
 
-/// Who had what when.
+/// Which robot had which area when.
 fn spacetime(page: &mut Page, view: &View<'_>, figure: &mut usize) {
     page.element("h2", "Who had which area");
     keys::robots(page, view);

@@ -14,12 +14,12 @@ use crate::scenario::limits::{CLEARANCE_M, Limits};
 use crate::scenario::model::{Coordination, During, Player, Scenario};
 use crate::scenario::problem::Complaints;
 
-/// Scenarios are for small floors and small computers.
+/// Bounds of a scenario: small floors, small computers.
 const MOST_ROBOTS: usize = 8;
 const MOST_ROUNDS: u32 = 1_000;
 const DEFAULT_STANDSTILL_S: f64 = 60.0;
 
-/// Turns what is written into what is meant.
+/// Turns the keys of a file into a scenario.
 pub(super) struct Reader<'a> {
     site: &'a SiteConfig,
     set: &'a [String],
@@ -44,8 +44,8 @@ impl<'a> Reader<'a> {
         self.complaints.push(Some(span), what);
     }
 
-    /// The robots of the file are those of the site. On another site the others stay away; another robot is looked for
-    /// by its own identity.
+    /// Checks that the file has the robots of the site. On another site, the site's other robots may be missing; another
+    /// robot file is matched by its own identity.
     pub(super) fn check_robots(&mut self, raw: &File, other_site: bool, other_robot: bool) {
         let known = list(self.site.robots.keys());
         for id in raw.robots.keys().filter(|_| !other_robot) {
@@ -73,8 +73,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A robot; `id` is the identity that it is given, otherwise it has that of its file. None if the site does not know
-    /// it, which is among the complaints.
+    /// A robot; `id` is the identity that it is given, otherwise it has that of its file. None, with a complaint, if the
+    /// site does not know it.
     pub(super) fn player(
         &mut self,
         id: Option<&Spanned<String>>,

@@ -15,7 +15,7 @@ use crate::scenario::problem::Complaints;
 const LARGEST_BYTES: u64 = 1 << 20;
 /// Where the scenarios that ship are.
 const FOLDER: &str = "config/scenarios";
-/// Those scenarios, for where that folder is not.
+/// The same scenarios, for use where that folder does not exist.
 const SHIPPED: [(&str, &str); 6] = [
     (
         "clutter",
@@ -61,12 +61,12 @@ pub struct Changes {
 /// Reads a scenario file, with the site, robot and net files that it names, and checks that they fit together.
 ///
 /// # Errors
-/// [`Failure::Refused`] with everything that is wrong with the first file that is not right.
+/// [`Failure::Refused`] with everything that is wrong with the first bad file.
 pub fn load(file: &Path, changes: &Changes) -> Result<Scenario, Failure> {
     from_text(file, read(file)?, changes)
 }
 
-/// The same for a scenario that ships, by its name: from `config/scenarios` if it is there, else as this program was built.
+/// The same for a scenario that ships, by its name: from `config/scenarios` if it is there, else from this program.
 ///
 /// # Errors
 /// As [`load`].

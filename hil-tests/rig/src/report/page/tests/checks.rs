@@ -4,7 +4,7 @@ use super::super::whole::{self, LARGEST_BYTES};
 use crate::record::Record;
 use crate::report::testing::check_body;
 
-/// The page of a record, which is in order; and all of its texts.
+/// The page of a record, checked, and all of its texts.
 pub(super) fn page(record: &Record) -> (String, Vec<String>) {
     let page = whole::html(record);
     let body = page

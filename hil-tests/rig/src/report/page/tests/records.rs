@@ -142,7 +142,7 @@ pub(super) fn driven(
     }
 }
 
-/// Holdings of the areas on a robot's path, asked for a little before; an area is had by one at a time.
+/// Holdings of the areas on a robot's path, asked for a little before; one robot at a time has an area.
 pub(super) fn holdings(site: &SiteConfig, robots: &[RobotRecord]) -> Vec<Holding> {
     let mut holdings: Vec<Holding> = Vec::new();
     for robot in robots {
