@@ -46,10 +46,7 @@ fn a_drive_that_leaves_op_is_brought_up_again_until_it_is_too_often() {
         );
     }
 
-    let dropped_ns = monotonic_ns();
-    faults.drop_to_safeop(0);
-    bench.until_standing(SURELY_STANDS);
-    bench.stopped_in_time(dropped_ns, WATCHDOG);
+    bench.is_stopped(WATCHDOG, |_| faults.drop_to_safeop(0));
     bench.until_published("bring-up-limit", Duration::from_secs(1));
     bench.stands_for(Duration::from_secs(3));
 
@@ -63,19 +60,13 @@ fn a_drive_that_leaves_op_is_brought_up_again_until_it_is_too_often() {
 fn a_cable_that_is_pulled_and_a_drive_without_power_stop_it_until_they_are_back() {
     let mut bench = Bench::driving();
     let faults = bench.devices.bus_faults.clone();
-    let pulled_ns = monotonic_ns();
-    faults.disappear(0);
-    bench.until_standing(SURELY_STANDS);
-    bench.stopped_in_time(pulled_ns, WATCHDOG);
+    bench.is_stopped(WATCHDOG, |_| faults.disappear(0));
     bench.until_published("bus-lost", Duration::from_secs(1));
     bench.stands_for(Duration::from_secs(1));
     faults.reappear(0);
     bench.until_driving();
 
-    let off_ns = monotonic_ns();
-    faults.power_off(0);
-    bench.until_standing(SURELY_STANDS);
-    bench.stopped_in_time(off_ns, WATCHDOG);
+    bench.is_stopped(WATCHDOG, |_| faults.power_off(0));
     bench.stands_for(Duration::from_secs(1));
     faults.power_on(0);
     bench.until_driving();

@@ -3,10 +3,8 @@
 use std::time::Duration;
 
 use sim::kelo::DriveHandle;
-use sim::rt::monotonic_ns;
 
 use crate::bad_days::bench::Bench;
-use crate::bad_days::watch::SURELY_STANDS;
 
 /// A fault is believed after 50 ms, so that noise stops nobody.
 const BELIEVED: Duration = Duration::from_millis(50);
@@ -25,10 +23,7 @@ fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agr
     ];
     let mut bench = Bench::driving();
     for (fault, inject) in cases {
-        let injected_ns = monotonic_ns();
-        inject(&bench.devices.drive);
-        bench.until_standing(SURELY_STANDS);
-        bench.stopped_in_time(injected_ns, BELIEVED);
+        bench.is_stopped(BELIEVED, |bench| inject(&bench.devices.drive));
         bench.until_published(fault, Duration::from_secs(1));
         // That the cause is gone is not enough.
         bench.devices.drive.clear_faults();

@@ -2,10 +2,7 @@
 
 use std::time::Duration;
 
-use sim::rt::monotonic_ns;
-
 use crate::bad_days::bench::Bench;
-use crate::bad_days::watch::SURELY_STANDS;
 
 const SCAN_TIMEOUT: Duration = Duration::from_millis(250);
 const REACTION: Duration = Duration::from_millis(50);
@@ -13,16 +10,14 @@ const REACTION: Duration = Duration::from_millis(50);
 #[test]
 fn without_a_lidar_it_stops_and_with_it_drives_on() {
     let mut bench = Bench::driving();
-    let unplugged_ns = monotonic_ns();
-    bench.devices.lidar_faults.unplug();
-    bench.until_standing(SURELY_STANDS);
-    bench.stopped_in_time(unplugged_ns, SCAN_TIMEOUT + REACTION);
+    let faults = bench.devices.lidar_faults.clone();
+    bench.is_stopped(SCAN_TIMEOUT + REACTION, |_| faults.unplug());
     bench.until("the fault is published", Duration::from_secs(1), |bench| {
         bench.publishes("lidar-lost") && bench.publishes("scan-silent")
     });
     bench.stands_for(Duration::from_secs(1));
 
-    bench.devices.lidar_faults.replug();
+    faults.replug();
     // 2 s of good scans come first.
     bench.stands_for(Duration::from_millis(1500));
     bench.until_driving();
@@ -33,11 +28,9 @@ fn without_a_lidar_it_stops_and_with_it_drives_on() {
 #[test]
 fn a_lidar_that_hangs_stops_it() {
     let mut bench = Bench::driving();
-    let frozen_ns = monotonic_ns();
-    bench.devices.lidar_faults.freeze();
-    bench.until_standing(SURELY_STANDS);
-    bench.stopped_in_time(frozen_ns, SCAN_TIMEOUT + REACTION);
-    bench.devices.lidar_faults.thaw();
+    let faults = bench.devices.lidar_faults.clone();
+    bench.is_stopped(SCAN_TIMEOUT + REACTION, |_| faults.freeze());
+    faults.thaw();
     bench.until_driving();
     bench.finish();
 }
@@ -60,10 +53,7 @@ fn broken_scans_are_dropped_and_it_goes_on() {
     bench.until_driving();
 
     // Nothing but broken scans: as good as none.
-    let broken_ns = monotonic_ns();
-    faults.corrupt_checksums(10);
-    bench.until_standing(SURELY_STANDS);
-    bench.stopped_in_time(broken_ns, SCAN_TIMEOUT + REACTION);
+    bench.is_stopped(SCAN_TIMEOUT + REACTION, |_| faults.corrupt_checksums(10));
     bench.until_driving();
     assert!(bench.raised("scan-broken") > 0, "{:?}", bench.published());
     bench.finish();

@@ -4,10 +4,8 @@ use std::fs;
 use std::time::Duration;
 
 use serde_json::Value as Json;
-use sim::rt::monotonic_ns;
 
 use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
-use crate::bad_days::watch::SURELY_STANDS;
 
 /// A request is served by the supervisor, ten times a second.
 const SERVED: Duration = Duration::from_millis(250);
@@ -23,10 +21,7 @@ fn pause_resume_stop_and_reset_do_what_they_say() {
     bench.until_driving();
     assert_eq!(bench.published().mode, "running");
 
-    let asked_ns = monotonic_ns();
-    bench.ask("stop");
-    bench.until_standing(SURELY_STANDS);
-    bench.stopped_in_time(asked_ns, SERVED);
+    bench.is_stopped(SERVED, |bench| bench.ask("stop"));
     bench.until_published("operator-stop", Duration::from_secs(1));
     let resume = bench.ctl("resume");
     assert_eq!(resume.status.code(), Some(1), "{}", said(&resume));

@@ -127,6 +127,14 @@ impl Bench {
         speeds.fold(0.0, f64::max)
     }
 
+    /// It stops by what `happens`, and in time: as [`Self::stopped_in_time`] judges.
+    pub fn is_stopped(&mut self, delay: Duration, happens: impl FnOnce(&Self)) {
+        let start_ns = monotonic_ns();
+        happens(self);
+        self.until_standing(SURELY_STANDS);
+        self.stopped_in_time(start_ns, delay);
+    }
+
     /// Judges a stop: `delay` after `start_ns` the command was invalid and that was noticed, and from then on the true
     /// speed has been under `v0 - a_stop * t`, with a tenth of tolerance and a little slack for a busy machine.
     pub fn stopped_in_time(&self, start_ns: u64, delay: Duration) {
