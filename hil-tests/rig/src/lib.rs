@@ -57,3 +57,5 @@ pub mod stand_ins;
 pub mod stepped;
 pub mod summary;
 pub mod testbed;
+#[cfg(test)]
+mod testing;

@@ -1,19 +1,14 @@
-use std::path::Path;
-
 use description::geometry::Rect;
 use sim::world::{Pose, Truth, Twist};
 
 use super::Progress;
 use crate::figures::Figures;
-use crate::scenario::{self, Changes, Goal, Places, Stop};
+use crate::scenario::{Goal, Places, Stop};
+use crate::testing::scenario;
 
 /// In the corridor.
 fn progress(goal: Goal) -> Progress {
-    let file = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../config/scenarios/lap.toml"
-    );
-    let mut scenario = scenario::load(Path::new(file), &Changes::default()).expect("it ships");
+    let mut scenario = scenario("lap");
     scenario.robots[0].goal = goal;
     Progress::new(&scenario.site, &scenario.robots[0])
 }

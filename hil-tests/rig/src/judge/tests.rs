@@ -1,20 +1,15 @@
-use std::path::Path;
-
 use contract::wire::{AccessGrant, Control, Level, MediatorReport};
 use sim::world::{Pose, Truth, Twist, World, WorldConfig};
 
 use super::*;
 use crate::network::observations::{Observations, Owning};
-use crate::scenario::{self, Changes, Coordination, During, Scenario, Stop};
+use crate::scenario::{Coordination, During, Scenario, Stop};
+use crate::testing;
 
 const MS: u64 = 1_000_000;
 
-fn scenario() -> Scenario {
-    let file = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../config/scenarios/overtaking.toml"
-    );
-    scenario::load(Path::new(file), &Changes::default()).expect("the scenario that ships is good")
+fn overtaking() -> Scenario {
+    testing::scenario("overtaking")
 }
 
 fn heard(scenario: &Scenario) -> Observations {
@@ -71,7 +66,7 @@ fn kinds(judge: &Judge) -> Vec<&str> {
 
 #[test]
 fn who_enters_without_a_grant_is_found_and_who_stood_there_is_excused() {
-    let scenario = scenario();
+    let scenario = overtaking();
     let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     // It starts in area 1, and its front, 0.32 m ahead, reaches into area 2.
     let border_m = scenario.site.area("1").expect("there").region.max.xy_m()[0];
@@ -106,7 +101,7 @@ fn who_enters_without_a_grant_is_found_and_who_stood_there_is_excused() {
 
 #[test]
 fn who_was_cleared_by_an_operator_is_excused_until_it_leaves() {
-    let scenario = scenario();
+    let scenario = overtaking();
     let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     grant(&mut observations, "amr-1", "1", 3, 0);
     observe(&mut judge, 0, &truth(0, 3.0, -0.4), &observations);
@@ -125,7 +120,7 @@ fn who_was_cleared_by_an_operator_is_excused_until_it_leaves() {
 
 #[test]
 fn more_robots_than_an_area_holds_are_found() {
-    let scenario = scenario();
+    let scenario = overtaking();
     let (mut judge, observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     observe(&mut judge, 0, &truth(0, 2.5, -0.5), &observations);
     observe(&mut judge, 1, &truth(0, 7.0, -0.5), &observations);
@@ -136,7 +131,7 @@ fn more_robots_than_an_area_holds_are_found() {
 
 #[test]
 fn contact_and_little_clearance_are_found() {
-    let scenario = scenario();
+    let scenario = overtaking();
     let (mut judge, observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
     let near = Truth {
         clearance_m: 0.05,
@@ -155,7 +150,7 @@ fn contact_and_little_clearance_are_found() {
 
 #[test]
 fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
-    let mut scenario = scenario();
+    let mut scenario = overtaking();
     let area = |id: &str| Stop {
         name: format!("area {id}"),
         region: scenario.site.area(id).expect("there").region,
@@ -223,7 +218,7 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
 
 #[test]
 fn two_owners_are_found_when_it_is_not_only_the_order_of_hearing() {
-    let scenario = scenario();
+    let scenario = overtaking();
     let own = |robot: &str, granted_ms: u64, released_ms: Option<u64>| Owning {
         area: "1".into(),
         robot: robot.into(),
@@ -252,11 +247,7 @@ fn two_owners_are_found_when_it_is_not_only_the_order_of_hearing() {
 
 #[test]
 fn lane_and_speed_are_judged_where_the_scenario_has_limits() {
-    let file = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../config/scenarios/lap.toml"
-    );
-    let scenario = scenario::load(Path::new(file), &Changes::default()).expect("it ships");
+    let scenario = testing::scenario("lap");
     let (mut judge, observations) = (Judge::new(&scenario, 0, false), heard(&scenario));
     let near = Truth {
         clearance_m: 0.05,

@@ -123,11 +123,7 @@ mod tests {
 
     #[test]
     fn what_is_far_or_hidden_is_not_in_view() {
-        let file = concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../../config/sites/corridor.toml"
-        );
-        let site = config::load_site(file, &[]).expect("the site that ships is good");
+        let site = crate::testing::site("corridor");
         let walls = |obstacles: Vec<Obstacle>| {
             let mut all: Vec<Obstacle> = site
                 .walls

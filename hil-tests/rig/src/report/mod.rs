@@ -9,7 +9,7 @@ mod drive;
 mod page;
 mod site;
 #[cfg(test)]
-mod testing;
+mod specimens;
 
 pub use drive::drive_svg;
 pub use page::html;

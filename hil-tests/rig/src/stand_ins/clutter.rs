@@ -146,18 +146,11 @@ fn leaves_way(boxes: &[Shape], clutter: &Clutter, walls: &[Segment]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
-    use crate::scenario::{Changes, load};
     use sim::world::WorldConfig;
 
     fn clutter() -> Clutter {
-        let file = concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../../config/scenarios/clutter.toml"
-        );
-        let scenario = load(Path::new(file), &Changes::default()).expect("it ships");
+        let scenario = crate::testing::scenario("clutter");
         scenario.clutter.expect("it has some")
     }
 

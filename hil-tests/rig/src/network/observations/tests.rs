@@ -4,16 +4,12 @@ use contract::wire::{
 };
 
 use super::*;
+use crate::testing::{net, site};
 
 const MS: u64 = 1_000_000;
 
-fn shipped(path: &str) -> std::path::PathBuf {
-    std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config")).join(path)
-}
-
 fn observations() -> Observations {
-    let site = config::load_site(shipped("sites/corridor.toml"), &[]).expect("good");
-    Observations::new(&site, &[])
+    Observations::new(&site("corridor"), &[])
 }
 
 fn level(run: u32, path: u32, progress: u32) -> Option<Level> {
@@ -220,8 +216,8 @@ fn commands_are_measured_from_the_flag_that_led_to_them() {
 
 #[test]
 fn nets_that_let_robots_in_are_measured_by_their_areas() {
-    let net = config::load_net(shipped("nets/t-junction.toml")).expect("good");
-    let site = config::load_site(shipped("sites/t-junction.toml"), &[]).expect("good");
+    let net = net("t-junction");
+    let site = site("t-junction");
     let mut observations = Observations::new(&site, &[net]);
     observations.report(&says("a", "Cr", level(1, 0, 1), 0), 10);
     observations.answer(&hears("a", "Cr", level(1, 0, 2), 1, ""), 12);

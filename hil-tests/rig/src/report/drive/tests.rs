@@ -6,13 +6,13 @@ use sim::world::{Pose, Truth, Twist};
 use super::sheet::{LARGEST_BYTES, draw};
 use crate::record::{PathPoint, Record, RobotRecord, StateChange};
 use crate::report::site_svg;
-use crate::report::testing::{check_body, empty, noise};
+use crate::report::specimens::{check_body, empty, noise};
 use crate::scenario::Limits;
 use crate::summary::{RobotSummary, Summary, Violation};
+use crate::testing;
 
 /// The first record of a path.
 const START_NS: u64 = 7_000_000_000;
-const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
 
 fn svg(
     site: &SiteConfig,
@@ -50,11 +50,11 @@ fn svg(
 }
 
 fn site() -> SiteConfig {
-    config::load_site(format!("{FILES}/sites/corridor.toml"), &[]).expect("the site is good")
+    testing::site("corridor")
 }
 
 fn robot() -> RobotConfig {
-    config::load_robot(format!("{FILES}/robots/amr-1.toml"), &[]).expect("the robot is good")
+    testing::robot("amr-1")
 }
 
 fn summary(duration_s: f64) -> Summary {

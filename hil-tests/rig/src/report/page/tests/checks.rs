@@ -2,7 +2,7 @@
 
 use super::super::whole::{self, LARGEST_BYTES};
 use crate::record::Record;
-use crate::report::testing::check_body;
+use crate::report::specimens::check_body;
 
 /// The page of a record, checked, and all of its texts.
 pub(super) fn page(record: &Record) -> (String, Vec<String>) {

@@ -8,7 +8,7 @@ use sim::world::Pose;
 
 use super::whole::{self, LARGEST_BYTES};
 use crate::record::{Incident, RobotRecord, Span, Wait};
-use crate::report::testing::noise;
+use crate::report::specimens::noise;
 use crate::summary::Violation;
 use checks::{count, drawing, page};
 use records::{coordination, driven, empty, holdings, overtaking};

@@ -1,7 +1,8 @@
 //! Nets in a page.
 
 use super::checks::{count, drawing, page};
-use super::records::{FIRED, empty, net, overtaking};
+use super::records::{FIRED, empty, overtaking};
+use crate::testing::net;
 
 #[test]
 fn a_net_is_drawn_with_its_marking_and_the_order_of_its_firings() {

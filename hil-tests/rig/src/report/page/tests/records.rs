@@ -1,28 +1,19 @@
 //! Records that are made up.
 
-use config::{NetConfig, SiteConfig};
+use config::SiteConfig;
 use serde_json::json;
 use sim::world::Pose;
 
 use crate::record::{PathPoint, Record, RobotRecord, Span, StateChange, Wait};
-use crate::report::testing::{self, noise};
+use crate::report::specimens::{self, noise};
 use crate::summary::{
     CoordinationSummary, DuringSummary, FiringSummary, Holding, Latency, MediatorSummary,
     PartSummary, RobotSummary,
 };
-
-const FILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
-
-pub(super) fn site(name: &str) -> SiteConfig {
-    config::load_site(format!("{FILES}/sites/{name}.toml"), &[]).expect("the site is good")
-}
-
-pub(super) fn net(name: &str) -> NetConfig {
-    config::load_net(format!("{FILES}/nets/{name}.toml")).expect("the net is good")
-}
+use crate::testing::{net, site};
 
 pub(super) fn empty(name: &str) -> Record {
-    testing::empty(name, site(name))
+    specimens::empty(name, site(name))
 }
 
 pub(super) fn threads() -> serde_json::Value {
