@@ -22,5 +22,6 @@ pub use execution::{Execution, Found, LOOK_NS, MediatorRuns};
 pub use finish::{finish, look_on};
 pub use programs::run;
 pub use recording::record;
+pub use settings::settings;
 pub use stage::Options;
 pub use watch::{Run, Track};

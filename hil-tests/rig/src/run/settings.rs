@@ -15,7 +15,10 @@ pub(super) fn runtime_in(folder: &Path) -> Result<Runtime, Failure> {
 }
 
 /// `--set` values that lead a robot to its devices, and to its fleet at these endpoints.
-pub(super) fn settings(
+///
+/// # Errors
+/// [`Failure::Refused`] when the bus is not reached over UDP.
+pub fn settings(
     devices: &Devices,
     lidar_link: &Path,
     peers: &[&str],

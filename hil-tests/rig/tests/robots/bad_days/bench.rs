@@ -10,6 +10,7 @@ use contract::wire::RobotState;
 use onboard::process::runtime::Runtime;
 use rig::network::listener::Listener;
 use rig::process::robot::{RobotProcess, RobotSetup, SUBCOMMAND};
+use rig::run::settings;
 use rig::testbed::{BusPlace, Devices, start_pose, world};
 use sim::world::{Pose, SharedWorld};
 use tempfile::TempDir;
@@ -134,18 +135,10 @@ impl Bench {
 
     /// What leads the robot to its devices and to the listener.
     pub fn set(&self) -> Vec<String> {
-        let mut set = vec![
-            format!("ethercat.udp={:?}", self.bus_address()),
-            format!(
-                "lidar.device={:?}",
-                self.path("lidar").display().to_string()
-            ),
-            format!("fleet.connect=[{:?}]", self.listener.endpoint()),
-            "fleet.scouting=false".to_owned(),
-            format!("fleet.key_prefix={:?}", self.key_prefix),
-        ];
-        set.extend(self.more.iter().cloned());
-        set
+        let peers = [self.listener.endpoint()];
+        let set = settings(&self.devices, &self.path("lidar"), &peers, &self.key_prefix);
+        let set = set.expect("over UDP").into_iter();
+        set.chain(self.more.iter().cloned()).collect()
     }
 
     /// Address of the bus.
