@@ -64,10 +64,10 @@ struct FleetArgs {
     /// No robot drives more rounds than this
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: Option<u32>,
-    /// Control: start no mediator, so that it must not complete
+    /// Control run: start no mediator; the scenario must then fail
     #[arg(long)]
     without_mediator: bool,
-    /// Control: take the site's coordinations out
+    /// Control run: remove the site's coordinations
     #[arg(long)]
     without_nets: bool,
     #[command(flatten)]

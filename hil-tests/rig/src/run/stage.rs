@@ -104,7 +104,7 @@ impl Stage {
         let wanted = options.mediator && site.areas_managed;
         if wanted && !scenario.set.is_empty() {
             return Err(Failure::refused(
-                "values that are set would not reach the mediator, which reads the site file itself",
+                "`set` cannot be used with a mediator, which reads the site file itself",
             ));
         }
         let mediator = wanted.then(|| {

@@ -135,7 +135,7 @@ impl<E: Execution> Run<E> {
             missing.extend(
                 never
                     .filter(|rule| rule.checked_s <= 0.0)
-                    .map(|rule| format!("it was never so that {}", rule.rule)),
+                    .map(|rule| format!("never checked: {}", rule.rule)),
             );
         }
         missing

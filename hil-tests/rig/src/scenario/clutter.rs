@@ -80,7 +80,7 @@ impl Clutter {
         let mut pair = |key: &str, [low, high]: [f64; 2], least: f64, most: f64| {
             if !(low >= least && high >= low && high <= most) {
                 found.push(format!(
-                    "found {key} = [{low}, {high}], expected two growing numbers from {least} to {most}"
+                    "found {key} = [{low}, {high}], expected two ascending numbers from {least} to {most}"
                 ));
             }
         };
@@ -111,7 +111,7 @@ impl Clutter {
         let [fewest, most] = self.boxes.count;
         if fewest > most || most > MOST || self.people.count > MOST {
             found.push(format!(
-                "found {fewest} to {most} boxes and {} people, expected growing numbers up to {MOST}",
+                "found {fewest} to {most} boxes and {} people, expected ascending numbers up to {MOST}",
                 self.people.count
             ));
         }
