@@ -40,7 +40,13 @@ const SERVE: &str =
 /// All commands of all pages, each once.
 const COMMANDS: &[(&str, Run)] = &[
     // README
-    ("cargo run --bin rig -- overtaking", ByCi),
+    (
+        "cargo run --bin rig -- overtaking",
+        ByTest {
+            file: PROGRAM,
+            naming: "start(\"overtaking\")",
+        },
+    ),
     ("cargo test --workspace", ByCi),
     ("cargo run --bin rig -- docking", ByCi),
     ("cargo run --bin rig -- t-junction", ByCi),

@@ -33,7 +33,7 @@ pub fn write(out: &Path, name: &str, text: &str) -> Result<PathBuf, Failure> {
 /// Writes a value as JSON into a file of a run's folder; returns its path.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_json(out: &Path, name: &str, value: &impl Serialize) -> Result<PathBuf, Failure> {
     let json = serde_json::to_string_pretty(value).map_err(Failure::failed)?;
     write(out, name, &json)
@@ -42,7 +42,7 @@ pub fn write_json(out: &Path, name: &str, value: &impl Serialize) -> Result<Path
 /// Writes a file, and makes its folder.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_file(file: &Path, text: &str) -> Result<(), Failure> {
     { file.parent() }
         .map_or(Ok(()), std::fs::create_dir_all)

@@ -55,7 +55,7 @@ pub(in crate::petri) struct Tables {
     /// By shared place: index of its gate in the block at hand, if that is in the block's span.
     pub(in crate::petri) gate_of: Vec<u32>,
     pub(in crate::petri) own: Vec<[Bits; BLOCK]>,
-    /// As [`Layout::users`].
+    /// As `Layout::users`.
     pub(in crate::petri) users: Vec<u64>,
 }
 

@@ -5,7 +5,7 @@
 //! where the robot believed to be. Red is kept for violations and for the limits that they are judged by.
 //!
 //! The sheet needs nothing else: no script, no font, no other file. However long the run was, it stays under
-//! [`LARGEST_BYTES`](sheet::LARGEST_BYTES) for sites of ordinary size, because curves are thinned to what can be seen.
+//! `LARGEST_BYTES` for sites of ordinary size, because curves are thinned to what can be seen.
 
 mod charts;
 mod footprints;

@@ -2,7 +2,7 @@
 //!
 //! Paths are the world's truth, areas and their owners what an independent listener heard, firings the mediator's own
 //! word. Each robot has one colour throughout. The page reads in light, in dark and on paper; however long the run
-//! was, it stays under [`LARGEST_BYTES`](whole::LARGEST_BYTES), because curves are thinned to what can be seen.
+//! was, it stays under `LARGEST_BYTES`, because curves are thinned to what can be seen.
 
 mod arcs;
 mod floorplan;

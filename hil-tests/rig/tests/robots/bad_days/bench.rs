@@ -15,6 +15,7 @@ use rig::testbed::{BusPlace, Devices, start_pose, world};
 use sim::world::{Pose, SharedWorld};
 use tempfile::TempDir;
 
+use crate::bad_days::late;
 use crate::turn::Turn;
 
 /// The program under test.
@@ -278,6 +279,7 @@ impl Drop for Bench {
     fn drop(&mut self) {
         if std::thread::panicking() && self.starts > 0 {
             let log = self.log();
+            late::note(&log);
             let lines: Vec<&str> = log.lines().collect();
             let tail = &lines[lines.len().saturating_sub(LOG_LINES)..];
             eprintln!("truth: {:?}", self.truth());

@@ -12,6 +12,7 @@ use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
 
 use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
+use crate::bad_days::late::once_more_if_late;
 
 /// Numbers of the life cycle's states.
 const RUNNING: u64 = 3;
@@ -186,51 +187,53 @@ fn watch(runtime: &Runtime, until: &AtomicBool) -> BTreeMap<String, Vec<u64>> {
 
 #[test]
 fn a_reload_goes_through_pause_and_reconfigure_and_takes_limits() {
-    let mut bench = Bench::driving();
-    let robot = fs::read_to_string(bench.robot_file()).expect("readable");
-    let slower = robot.replace("max_speed_m_s = 0.40", "max_speed_m_s = 0.20");
-    assert_ne!(slower, robot);
-    bench.until_fast();
+    once_more_if_late(|| {
+        let mut bench = Bench::driving();
+        let robot = fs::read_to_string(bench.robot_file()).expect("readable");
+        let slower = robot.replace("max_speed_m_s = 0.40", "max_speed_m_s = 0.20");
+        assert_ne!(slower, robot);
+        bench.until_fast();
 
-    // What the drive itself enforces takes a restart, and is named.
-    let harder = slower.replace(
-        "stop_deceleration_m_s2 = 2.0",
-        "stop_deceleration_m_s2 = 2.5",
-    );
-    assert_ne!(harder, slower);
-    fs::write(bench.robot_file(), harder).expect("written");
-    bench.is_refused("reload", "drive.stop_deceleration_m_s2");
-    bench.drives_for(Duration::from_millis(500));
-    assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
+        // What the drive itself enforces takes a restart, and is named.
+        let harder = slower.replace(
+            "stop_deceleration_m_s2 = 2.0",
+            "stop_deceleration_m_s2 = 2.5",
+        );
+        assert_ne!(harder, slower);
+        fs::write(bench.robot_file(), harder).expect("written");
+        bench.is_refused("reload", "drive.stop_deceleration_m_s2");
+        bench.drives_for(Duration::from_millis(500));
+        assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
 
-    // A file that is no robot at all: nothing pauses.
-    fs::write(bench.robot_file(), slower.replace("[control]", "[contrl]")).expect("written");
-    bench.is_refused("reload", "contrl");
-    bench.drives_for(Duration::from_millis(500));
+        // A file that is no robot at all: nothing pauses.
+        fs::write(bench.robot_file(), slower.replace("[control]", "[contrl]")).expect("written");
+        bench.is_refused("reload", "contrl");
+        bench.drives_for(Duration::from_millis(500));
 
-    fs::write(bench.robot_file(), slower).expect("written");
-    let runtime = Runtime::new(Some(bench.runtime_folder())).expect("the runtime folder");
-    let over = AtomicBool::new(false);
-    let seen = std::thread::scope(|scope| {
-        let watcher = scope.spawn(|| watch(&runtime, &over));
-        bench.ask("reload");
-        bench.until_driving();
-        over.store(true, Ordering::Relaxed);
-        watcher.join().expect("it watches")
+        fs::write(bench.robot_file(), slower).expect("written");
+        let runtime = Runtime::new(Some(bench.runtime_folder())).expect("the runtime folder");
+        let over = AtomicBool::new(false);
+        let seen = std::thread::scope(|scope| {
+            let watcher = scope.spawn(|| watch(&runtime, &over));
+            bench.ask("reload");
+            bench.until_driving();
+            over.store(true, Ordering::Relaxed);
+            watcher.join().expect("it watches")
+        });
+        for activity in ["navigation", "motion-tube", "control"] {
+            let states = &seen[activity];
+            let at = |state: u64| {
+                let found = states.iter().position(|&seen| seen == state);
+                found.unwrap_or_else(|| panic!("{activity} was never in state {state}: {states:?}"))
+            };
+            assert!(at(PAUSED) < at(RECONFIGURING), "{activity}: {states:?}");
+            assert_eq!(states.last(), Some(&RUNNING), "{activity}: {states:?}");
+        }
+        for other in ["drive", "lidar", "proprioception", "communication"] {
+            assert_eq!(seen[other], [RUNNING], "{other}");
+        }
+        let fastest = bench.fastest_m_s(Duration::from_secs(2));
+        assert!(fastest < 0.23, "{fastest:.3} m/s, expected about 0.20 m/s");
+        bench.finish();
     });
-    for activity in ["navigation", "motion-tube", "control"] {
-        let states = &seen[activity];
-        let at = |state: u64| {
-            let found = states.iter().position(|&seen| seen == state);
-            found.unwrap_or_else(|| panic!("{activity} was never in state {state}: {states:?}"))
-        };
-        assert!(at(PAUSED) < at(RECONFIGURING), "{activity}: {states:?}");
-        assert_eq!(states.last(), Some(&RUNNING), "{activity}: {states:?}");
-    }
-    for other in ["drive", "lidar", "proprioception", "communication"] {
-        assert_eq!(seen[other], [RUNNING], "{other}");
-    }
-    let fastest = bench.fastest_m_s(Duration::from_secs(2));
-    assert!(fastest < 0.23, "{fastest:.3} m/s, expected about 0.20 m/s");
-    bench.finish();
 }

@@ -30,6 +30,7 @@ impl Program {
             .args(["--headless", "--rounds", "1", "--seed", "5", "--out"])
             .arg(folder.path().join("out"))
             .env("TMPDIR", folder.path())
+            .env("ONBOARD_ALLOC_GUARD", "1")
             .stdin(Stdio::null())
             .stdout(log.try_clone().expect("cloned"))
             .stderr(log)
