@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use config::SiteConfig;
 use description::geometry::Rect;
 use onboard::cli::Failure;
+use onboard::composition::plan::Plan;
 use toml::Spanned;
 
 use super::file::{Corners, File, Place, Robot, Rule, Way};
@@ -88,32 +89,25 @@ impl<'a> Reader<'a> {
         let report = |error| Failure::Refused(miette::Report::new(error));
         let all: Vec<String> = self.set.iter().chain(&set).cloned().collect();
         let config = config::load_robot(&file, &onboard::cli::overrides(&all)?).map_err(report)?;
-        let own = &config.identity.id;
-        let Some(start) = self.site.robots.get(own).cloned() else {
+        if !self.site.robots.contains_key(&config.identity.id) {
             return match id {
                 Some(_) => Ok(None),
                 None => Err(Failure::refused(format_args!(
-                    "site `{}` has no robot `{own}`",
-                    self.site.name
+                    "site `{}` has no robot `{}`",
+                    self.site.name, config.identity.id
                 ))),
             };
-        };
-        config::check_together(&config, self.site).map_err(report)?;
-        let fsm = self.site.fsm.get(&start.role).cloned().ok_or_else(|| {
-            Failure::refused(format_args!(
-                "site `{}` has no state machine for role `{}`",
-                self.site.name, start.role
-            ))
-        })?;
+        }
+        let plan = Plan::new(config, self.site.clone()).map_err(report)?;
         Ok(Some(Player {
-            id: own.clone(),
+            id: plan.robot.identity.id.clone(),
             file,
             set,
-            start,
-            fsm,
+            start: plan.start,
+            fsm: plan.fsm,
             goal: self.goal(&robot.goal),
             operator: robot.operator,
-            config,
+            config: plan.robot,
         }))
     }
 
