@@ -1,6 +1,7 @@
 //! What a robot believes, read from its symbols as any program of the same user can.
 
 use coordination::symbols::{Inspector, Namespace, Reader};
+use onboard::symbols::faults::FaultTable;
 use onboard::symbols::values::{NavigationState, PoseEstimate, TubeState};
 use sim::world::Pose;
 
@@ -9,6 +10,7 @@ pub struct Insight {
     pose: Reader<PoseEstimate>,
     navigation: Reader<NavigationState>,
     tubes: Reader<TubeState>,
+    faults: Reader<FaultTable>,
 }
 
 /// What the robot believes at one time.
@@ -54,6 +56,7 @@ impl Insight {
             pose: inspector.reader("map").map_err(text)?,
             navigation: inspector.reader("robot").map_err(text)?,
             tubes: inspector.reader("adaptive").map_err(text)?,
+            faults: inspector.reader("robot").map_err(text)?,
         })
     }
 
@@ -81,5 +84,10 @@ impl Insight {
             verdict: tubes.verdict,
             reason: tubes.reason,
         }
+    }
+
+    /// The faults that it has had, and has.
+    pub fn faults(&mut self) -> FaultTable {
+        self.faults.read().value
     }
 }

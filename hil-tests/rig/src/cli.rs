@@ -84,8 +84,6 @@ struct ScenarioArgs {
     fleet: FleetArgs,
     #[command(flatten)]
     changes: Changes,
-    #[command(flatten)]
-    many: Many,
 }
 
 /// Arguments of `rig course` and `rig clutter`.
@@ -93,8 +91,6 @@ struct ScenarioArgs {
 struct TrialArgs {
     #[command(flatten)]
     changes: Changes,
-    #[command(flatten)]
-    many: Many,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -105,6 +101,8 @@ struct RunArgs {
     /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    many: Many,
     /// Show nothing while it runs
     #[arg(long)]
     headless: bool,
@@ -122,9 +120,13 @@ struct CampaignArgs {
     /// Runs, with this seed and the following ones
     #[arg(long, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=100_000))]
     runs: usize,
-    /// Runs at once; each takes a processor or two
-    #[arg(long, default_value = "1")]
-    jobs: NonZeroUsize,
+    /// Run on a simulated clock, without threads and devices
+    #[arg(long)]
+    stepped: bool,
+    /// Runs at once; through the real programs each takes a processor or two [default: one; on the simulated clock one for
+    /// each core]
+    #[arg(long)]
+    jobs: Option<NonZeroUsize>,
     /// Seed of the first run
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=1_000_000_000))]
     seed: u64,
@@ -144,11 +146,7 @@ impl RunArgs {
             rounds: None,
             laps: None,
             seed: self.seed,
-            many: Many {
-                stepped: false,
-                runs: 1,
-                jobs: None,
-            },
+            many: self.many,
             headless: self.headless,
             out: self.out,
             mediator: true,
@@ -182,7 +180,6 @@ impl ScenarioArgs {
     fn request(self) -> Request {
         Request {
             changes: self.changes,
-            many: self.many,
             ..self.fleet.request(self.scenario)
         }
     }
@@ -192,7 +189,6 @@ impl TrialArgs {
     fn request(self, scenario: &str) -> Request {
         Request {
             changes: self.changes,
-            many: self.many,
             ..self.run.request(scenario.into())
         }
     }
@@ -202,16 +198,16 @@ impl CampaignArgs {
     fn request(self) -> Request {
         let run = RunArgs {
             seed: self.seed,
+            many: Many {
+                stepped: self.stepped,
+                runs: self.runs,
+                jobs: self.jobs,
+            },
             headless: true,
             out: self.out,
         };
         Request {
             rounds: self.rounds,
-            many: Many {
-                stepped: false,
-                runs: self.runs,
-                jobs: Some(self.jobs),
-            },
             ..run.request(self.scenario)
         }
     }

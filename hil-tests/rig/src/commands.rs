@@ -82,7 +82,8 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
     }
 }
 
-/// Runs a scenario through the real programs, each run a process of its own, even if it is one run.
+/// Runs a scenario many times: on the simulated clock, or through the real programs, each run a process of its own, even if it
+/// is one run.
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a run failed.
@@ -91,7 +92,11 @@ pub fn campaign(request: &Request) -> Result<(), Failure> {
     let scenario = loaded(request)?;
     let out = { request.out.clone() }
         .unwrap_or_else(|| Path::new(OUT).join("campaign").join(&scenario.name));
-    processes(&scenario, request, out, &asked_to_end)
+    if request.many.stepped {
+        stepped_often(&scenario, request, &out, &asked_to_end)
+    } else {
+        processes(&scenario, request, out, &asked_to_end)
+    }
 }
 
 /// Loads the scenario: a path is a file; a name without an extension is a scenario that ships, unless a file has that name.
@@ -167,7 +172,8 @@ fn stepped_often(
         .or_else(cores)
         .map_or(1, NonZeroUsize::get);
     let (seed, runs) = (request.seed, request.many.runs);
-    let statistics = stepped::campaign(scenario, seed, runs, jobs, asked_to_end)?;
+    let plans = plans(scenario, request)?;
+    let statistics = stepped::campaign(scenario, &plans, seed, runs, jobs, asked_to_end)?;
     statistics.print();
     statistics.write(out)?;
     let share = statistics.done as f64 / statistics.runs.max(1) as f64;
@@ -181,6 +187,15 @@ fn stepped_often(
     )))
 }
 
+fn plans(scenario: &Scenario, request: &Request) -> Result<Plans, Failure> {
+    let plans = Plans::of(scenario)?;
+    Ok(match (request.mediator, request.nets) {
+        (false, _) => plans.without_mediator(),
+        (true, false) => plans.without_nets(),
+        (true, true) => plans,
+    })
+}
+
 /// One run on the simulated clock, with drawings and traces.
 fn stepped_once(
     scenario: Scenario,
@@ -188,7 +203,7 @@ fn stepped_once(
     out: &Path,
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
-    let plans = Plans::of(&scenario)?;
+    let plans = plans(&scenario, request)?;
     let stepped = Stepped::new(&scenario, &plans, request.seed, true, true)?;
     let mut run = Run::new(scenario, stepped, request.seed);
     let ending = look_on(&mut run, request.headless, asked_to_end)?;

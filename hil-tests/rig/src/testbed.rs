@@ -26,6 +26,8 @@ const START_OFFSET_M: f64 = 0.05;
 const START_OFFSET_RAD: f64 = 0.05;
 /// Random stream of start offsets, apart from those of the world.
 const START_STREAM: u64 = 0x5354_4152;
+/// Random stream of starting times, apart from those of the world.
+const DELAY_STREAM: u64 = 0x4445_4c41;
 const MAX_CATCH_UP: Duration = Duration::from_secs(1);
 
 /// Where a robot's bus is to be.
@@ -131,6 +133,15 @@ pub fn drawn_starts(scenario: &Scenario, seed: u64) -> Vec<(&RobotConfig, Pose)>
             let seed = seed.wrapping_add(7_919 * number as u64);
             (&player.config, drawn_start(start, seed))
         })
+        .collect()
+}
+
+/// How long after the beginning each robot of a scenario starts, nanoseconds.
+#[must_use]
+pub fn start_delays_ns(scenario: &Scenario, seed: u64) -> Vec<u64> {
+    let mut random = Random::new(seed, DELAY_STREAM);
+    { scenario.robots.iter() }
+        .map(|_| (random.unit() * scenario.start_delay_s * 1e9) as u64)
         .collect()
 }
 

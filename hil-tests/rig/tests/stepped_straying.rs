@@ -1,12 +1,11 @@
 //! On the simulated clock: detours keep to the deviation limit, and a robot that strayed comes back when it is reset.
 
-use description::threads::ActivityKind;
-use onboard::activities::port::Command;
 use onboard::cli::Files;
 use onboard::composition::plan::Plan;
+use onboard::process::ctl::Request;
 use rig::belief::Belief;
 use rig::folder::Folder;
-use rig::stepped::SteppedRobot;
+use rig::stepped::{Fleet, Start, SteppedRobot};
 use rig::testbed::plain_world;
 use sim::world::{Obstacle, Pose, Shape, World};
 
@@ -55,7 +54,12 @@ impl Stage {
         let now_ns = 1000 * MILLISECOND_NS;
         world.advance_to(now_ns);
         let folder = Folder::new().expect("a folder");
-        let robot = SteppedRobot::new(&plan, &files, folder.path(), &world, 0, false, now_ns);
+        let start = Start {
+            fleet: Fleet::Alone,
+            boot_epoch: 1,
+            at_ns: now_ns,
+        };
+        let robot = SteppedRobot::new(&plan, &files, folder.path(), &world, 0, start);
         Self {
             robot: robot.unwrap_or_else(|failure| panic!("{failure:?}")),
             world,
@@ -77,9 +81,7 @@ impl Stage {
     }
 
     fn reset(&mut self) {
-        for activity in [ActivityKind::Navigation, ActivityKind::MotionTube] {
-            self.robot.tell(activity, Command::Reset);
-        }
+        self.robot.ask(Request::Reset);
     }
 }
 

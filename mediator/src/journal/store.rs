@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition};
+use redb::{Database, ReadableDatabase, ReadableTable, StorageBackend, TableDefinition};
 
 use super::entry::{Entry, Stored};
 use super::error::StoreError;
@@ -29,6 +29,28 @@ impl Store {
             error: Box::new(error),
         };
         let database = Database::create(path).map_err(|error| failed(error.into()))?;
+        Self::begin(path, database, site)
+    }
+
+    /// The same in memory, or on what a test makes of a disk.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn on(backend: impl StorageBackend, site: &str) -> Result<(Self, Stored), StoreError> {
+        let path = Path::new("in memory");
+        let database = Database::builder().create_with_backend(backend);
+        let database = database.map_err(|error| StoreError::Store {
+            path: path.to_owned(),
+            error: Box::new(error.into()),
+        })?;
+        Self::begin(path, database, site)
+    }
+
+    fn begin(path: &Path, database: Database, site: &str) -> Result<(Self, Stored), StoreError> {
+        let failed = |error: redb::Error| StoreError::Store {
+            path: path.to_owned(),
+            error: Box::new(error),
+        };
         let store = Self {
             path: path.to_owned(),
             database,

@@ -104,22 +104,12 @@ async fn talk(
         .session
         .declare_subscriber(reports)
         .callback(move |sample| {
-            let Ok(report) = decode::<RobotReport>(&sample.payload().to_bytes()) else {
-                tracing::warn!("{} carries no report; ignored", sample.key_expr());
-                return;
+            let key = sample.key_expr().as_str();
+            let input = match report_in(key, &sample.payload().to_bytes()) {
+                Ok(report) => Input::Report(Box::new(report)),
+                Err(why) => return tracing::warn!("{why}; ignored"),
             };
-            let key_names = sample.key_expr().as_str().rsplit('/').nth(1);
-            if key_names != Some(report.robot_id.as_str()) {
-                tracing::warn!(
-                    "{} carries a report of `{}`; ignored",
-                    sample.key_expr(),
-                    report.robot_id
-                );
-                return;
-            }
-            if let Err(TrySendError::Full(_)) =
-                to_management.try_send(Input::Report(Box::new(report)))
-            {
+            if let Err(TrySendError::Full(_)) = to_management.try_send(input) {
                 counts.dropped_inputs.fetch_add(1, Ordering::Relaxed);
             }
         })
@@ -151,6 +141,19 @@ async fn talk(
             },
             _ = stop_check.tick() => if shared.is_stopping() { return Ok(()) },
         }
+    }
+}
+
+/// The report in a message, which must be of the robot that its key names.
+///
+/// # Errors
+/// A sentence.
+pub fn report_in(key: &str, message: &[u8]) -> Result<RobotReport, String> {
+    let report = decode::<RobotReport>(message).map_err(|_| format!("{key} carries no report"))?;
+    if key.rsplit('/').nth(1) == Some(report.robot_id.as_str()) {
+        Ok(report)
+    } else {
+        Err(format!("{key} carries a report of `{}`", report.robot_id))
     }
 }
 
@@ -194,6 +197,8 @@ async fn serve(mut stream: UnixStream, inputs: SyncSender<Input>) -> std::io::Re
 
 async fn put(question: Question, inputs: SyncSender<Input>) -> Answer {
     let (reply, answer) = sync_channel(1);
+    // The client may have gone.
+    let reply = Box::new(move |answer| drop(reply.try_send(answer)));
     if inputs.try_send(Input::Question(question, reply)).is_err() {
         return Answer::Refused("the mediator is overloaded; ask again".to_owned());
     }

@@ -1,150 +1,115 @@
-//! The area management activity: reports in, journal, messages out.
-
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
-use std::time::Duration;
+//! The area management activity: reports in, journal, messages out. Whoever runs it hands in the time.
 
 use super::question::{Answer, Question};
-use super::shared::Shared;
-use crate::journal::{Entry, Store};
+use crate::journal::{Entry, Store, StoreError};
 use crate::manager::Manager;
 use contract::wire::{MediatorReport, RobotReport};
-use tokio::sync::mpsc::Sender;
-use tokio::sync::mpsc::error::TrySendError;
 
 /// Time passes for the manager at least this often.
-const TICK: Duration = Duration::from_millis(20);
+pub const TICK_NS: u64 = 20_000_000;
 /// At most this many inputs are taken in before the journal is written: one commit for all of them.
-const BATCH: usize = 256;
+pub const BATCH: usize = 256;
+
+/// Where the answer to a question goes.
+pub type Reply = Box<dyn FnOnce(Answer) + Send>;
 
 /// What management takes in.
-pub(super) enum Input {
+pub enum Input {
+    /// A robot's report.
     Report(Box<RobotReport>),
-    Question(Question, SyncSender<Answer>),
+    /// A question of an operator, and where its answer goes.
+    Question(Question, Reply),
 }
 
-/// Runs until it is told to stop, or the journal fails: nothing is granted that is not written down first.
-pub(super) fn run(
-    mut manager: Manager,
-    store: &Store,
-    inbox: &Receiver<Input>,
-    outbox: &Sender<MediatorReport>,
-    shared: &Shared,
-) -> Result<(), String> {
-    let outcome = run_until_stopped(&mut manager, store, inbox, outbox, shared);
-    shared.stop();
-    outcome
+/// Manager and journal, and what waits for the journal before it leaves.
+pub struct Management {
+    manager: Manager,
+    store: Store,
+    entries: Vec<Entry>,
+    answers: Vec<(Reply, Answer)>,
+    next_tick_ns: u64,
 }
 
-fn run_until_stopped(
-    manager: &mut Manager,
-    store: &Store,
-    inbox: &Receiver<Input>,
-    outbox: &Sender<MediatorReport>,
-    shared: &Shared,
-) -> Result<(), String> {
-    // The new epoch is in the journal before anybody hears of it.
-    let mut entries: Vec<Entry> = manager.entries().collect();
-    store.write(&entries).map_err(|error| error.to_string())?;
-    let mut next_tick_ns = 0;
-    let mut overflows = Overflows::default();
-    let mut answers = Vec::new();
-    while !shared.is_stopping() {
-        match inbox.recv_timeout(TICK) {
-            Ok(input) => {
-                take_in(manager, input, &mut answers, shared);
-                for input in inbox.try_iter().take(BATCH - 1) {
-                    take_in(manager, input, &mut answers, shared);
+impl Management {
+    /// Writes the new epoch to the journal before anybody hears of it.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the journal cannot be written.
+    pub fn start(mut manager: Manager, store: Store) -> Result<Self, StoreError> {
+        let entries: Vec<Entry> = manager.entries().collect();
+        store.write(&entries)?;
+        Ok(Self {
+            manager,
+            store,
+            entries,
+            answers: Vec::new(),
+            next_tick_ns: 0,
+        })
+    }
+
+    /// Takes in inputs, at most [`BATCH`], lets time pass, and writes the journal. What [`next_message`](Self::next_message)
+    /// and [`answer`](Self::answer) give afterwards may leave.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the journal cannot be written: nothing may leave any more.
+    pub fn turn(
+        &mut self,
+        inputs: impl Iterator<Item = Input>,
+        now_ns: u64,
+    ) -> Result<(), StoreError> {
+        for input in inputs.take(BATCH) {
+            match input {
+                Input::Report(report) => self.manager.report(&report, now_ns),
+                Input::Question(question, reply) => {
+                    let answer = self.reply_to(question, now_ns);
+                    self.answers.push((reply, answer));
                 }
             }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => break,
         }
-        let now_ns = shared.now_ns();
-        if now_ns >= next_tick_ns {
-            manager.tick(now_ns);
-            overflows.tell(shared, now_ns);
-            next_tick_ns = now_ns + TICK.as_nanos() as u64;
+        if now_ns >= self.next_tick_ns {
+            self.manager.tick(now_ns);
+            self.next_tick_ns = now_ns + TICK_NS;
         }
-        entries.clear();
-        entries.extend(manager.entries());
-        store.write(&entries).map_err(|error| error.to_string())?;
-        for alarm in manager.alarms() {
+        self.entries.clear();
+        self.entries.extend(self.manager.entries());
+        self.store.write(&self.entries)?;
+        for alarm in self.manager.alarms() {
             tracing::warn!("{alarm}");
         }
-        while let Some(message) = manager.next_message(now_ns) {
-            match outbox.try_send(message) {
-                Ok(()) => {}
-                Err(TrySendError::Full(_)) => {
-                    shared.dropped_outputs.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// The next message to a robot.
+    pub fn next_message(&mut self, now_ns: u64) -> Option<MediatorReport> {
+        self.manager.next_message(now_ns)
+    }
+
+    /// Answers the operators.
+    pub fn answer(&mut self) {
+        for (reply, answer) in self.answers.drain(..) {
+            reply(answer);
+        }
+    }
+
+    fn reply_to(&mut self, question: Question, now_ns: u64) -> Answer {
+        let manager = &mut self.manager;
+        match question {
+            Question::Status => Answer::Status(Box::new(manager.status(now_ns))),
+            Question::Why { robot } => match manager.why(&robot, now_ns) {
+                Ok(text) => Answer::Done(text),
+                Err(error) => Answer::Refused(error.to_string()),
+            },
+            Question::Clear { area } => match manager.clear(&area, now_ns) {
+                Ok(robots) if robots.is_empty() => {
+                    Answer::Done(format!("area `{area}` was free already"))
                 }
-                Err(TrySendError::Closed(_)) => return Ok(()),
-            }
-        }
-        for (reply, answer) in answers.drain(..) {
-            let reply: SyncSender<Answer> = reply;
-            // The client may have gone.
-            let _ = reply.try_send(answer);
-        }
-    }
-    Ok(())
-}
-
-/// What was dropped because a queue was full; logged at most once a second.
-#[derive(Default)]
-struct Overflows {
-    told: [u64; 2],
-    again_ns: u64,
-}
-
-impl Overflows {
-    fn tell(&mut self, shared: &Shared, now_ns: u64) {
-        let dropped = [&shared.dropped_inputs, &shared.dropped_outputs];
-        let dropped = dropped.map(|count| count.load(Ordering::Relaxed));
-        if dropped == self.told || now_ns < self.again_ns {
-            return;
-        }
-        let [reports, messages] = dropped;
-        tracing::warn!(
-            "overload: {reports} reports and {messages} messages dropped since the start; each is sent again with the next level: \
-             let robots report less often, or use a faster machine"
-        );
-        self.told = dropped;
-        self.again_ns = now_ns + 1_000_000_000;
-    }
-}
-
-fn take_in(
-    manager: &mut Manager,
-    input: Input,
-    answers: &mut Vec<(SyncSender<Answer>, Answer)>,
-    shared: &Shared,
-) {
-    let now_ns = shared.now_ns();
-    match input {
-        Input::Report(report) => manager.report(&report, now_ns),
-        Input::Question(question, reply) => {
-            let answer = match question {
-                Question::Status => Answer::Status(Box::new(manager.status(now_ns))),
-                Question::Why { robot } => match manager.why(&robot, now_ns) {
-                    Ok(text) => Answer::Done(text),
-                    Err(error) => Answer::Refused(error.to_string()),
-                },
-                Question::Clear { area } => match manager.clear(&area, now_ns) {
-                    Ok(robots) if robots.is_empty() => {
-                        Answer::Done(format!("area `{area}` was free already"))
-                    }
-                    Ok(robots) => {
-                        tracing::warn!(
-                            "an operator cleared area `{area}` of {}",
-                            robots.join(", ")
-                        );
-                        Answer::Done(format!("area `{area}` is free of {}", robots.join(", ")))
-                    }
-                    Err(error) => Answer::Refused(error.to_string()),
-                },
-            };
-            answers.push((reply, answer));
+                Ok(robots) => {
+                    let robots = robots.join(", ");
+                    tracing::warn!("an operator cleared area `{area}` of {robots}");
+                    Answer::Done(format!("area `{area}` is free of {robots}"))
+                }
+                Err(error) => Answer::Refused(error.to_string()),
+            },
         }
     }
 }

@@ -7,7 +7,9 @@ use description::threads::ActivityKind;
 use drivers::ethercat::{Link as FrameLink, RawLink, UdpLink};
 use skills::navigator::Navigator;
 
-use crate::activities::communication::{Communication, MembershipSetup};
+use crate::activities::communication::{
+    Communication, MembershipSetup, OpenSession, Settings, zenoh_session,
+};
 use crate::activities::control::Control;
 use crate::activities::drive::{Drive, OpenLink};
 use crate::activities::fleet_link::{self, NavigationEnd};
@@ -24,7 +26,10 @@ use crate::composition::replacement::ReloadEnds;
 use crate::realtime::clock::now_ns;
 use crate::realtime::log::LogSender;
 use crate::realtime::wake::Wake;
-use crate::symbols::wiring::{ChainSymbols, ScanSymbols, SupervisorSymbols, Wiring};
+use crate::symbols::wiring::{
+    ChainSymbols, CommunicationFleetSymbols, CommunicationSymbols, ScanSymbols, SupervisorSymbols,
+    Wiring,
+};
 
 /// Activities with their names in the thread table.
 pub type Named = Vec<(ActivityKind, Box<dyn RobotActivity>)>;
@@ -61,19 +66,7 @@ pub fn compose(
     let navigator = Box::new(plan.navigator()?);
     let machine = navigator.machine().clone();
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
-    let fleet = plan.fleet_setup(&navigator, boot_epoch).map(|setup| {
-        let (navigation_end, link) = fleet_link::link(alarm.wake.clone());
-        let machine = machine.clone();
-        (
-            navigation_end,
-            MembershipSetup {
-                setup,
-                link,
-                machine,
-            },
-        )
-    });
-    let (navigation_end, membership) = fleet.unzip();
+    let (navigation_end, membership) = membership(plan, &navigator, boot_epoch, &alarm).unzip();
     let mut activities = compose_chain(
         plan,
         navigator,
@@ -97,16 +90,16 @@ pub fn compose(
         scan_wake.clone(),
         log.clone(),
     );
-    let mut communication = Communication::new(
+    let settings = plan.communication_settings(boot_epoch);
+    let communication = compose_communication(
+        settings.clone(),
         port(ActivityKind::Communication),
-        plan.communication_settings(boot_epoch),
         (symbols.communication, symbols.communication_fleet),
-        log.clone(),
-        alarm.news.clone(),
         membership,
+        zenoh_session(settings),
+        (log, &alarm),
         now_ns(),
     );
-    communication.open_network(now_ns());
     activities.extend([
         (ActivityKind::Drive, Box::new(drive) as _),
         (ActivityKind::Lidar, Box::new(lidar) as _),
@@ -120,6 +113,26 @@ pub fn compose(
         scan_wake,
         table: wiring.table,
     })
+}
+
+/// The queues between navigation and communication: navigation's end, and what communication needs. `None` where nobody
+/// manages the areas.
+#[must_use]
+pub fn membership(
+    plan: &Plan,
+    navigator: &Navigator,
+    boot_epoch: u64,
+    alarm: &Alarm,
+) -> Option<(NavigationEnd, MembershipSetup)> {
+    let setup = plan.fleet_setup(navigator, boot_epoch)?;
+    let (navigation_end, link) = fleet_link::link(alarm.wake.clone());
+    let machine = navigator.machine().clone();
+    let setup = MembershipSetup {
+        setup,
+        link,
+        machine,
+    };
+    Some((navigation_end, setup))
 }
 
 /// Composes the chain of activities from encoders and scans to wheel setpoints, which need no device and no network:
@@ -175,6 +188,30 @@ pub fn compose_chain(
     ])
 }
 
+/// Composes communication, and makes a first attempt to open its session: before any thread is promoted.
+#[must_use]
+pub fn compose_communication(
+    settings: Settings,
+    port: Port,
+    symbols: (CommunicationSymbols, CommunicationFleetSymbols),
+    membership: Option<MembershipSetup>,
+    open_session: OpenSession,
+    (log, alarm): (&LogSender, &Alarm),
+    now_ns: u64,
+) -> Communication {
+    let mut communication = Communication::new(
+        port,
+        settings,
+        symbols,
+        open_session,
+        (log.clone(), alarm.news.clone()),
+        membership,
+        now_ns,
+    );
+    communication.open_network(now_ns);
+    communication
+}
+
 /// Puts activities on the threads of the table, in its order; a thread that looks at scans gets one intake for all of
 /// its activities.
 ///
@@ -206,7 +243,11 @@ fn take<T>(all: &mut Vec<(ActivityKind, T)>, kind: ActivityKind) -> Option<T> {
     Some(all.swap_remove(index).1)
 }
 
-fn port(ports: &mut Vec<(ActivityKind, Port)>, kind: ActivityKind) -> Port {
+/// Takes out the port of an activity.
+///
+/// # Panics
+/// When it was taken before.
+pub fn port(ports: &mut Vec<(ActivityKind, Port)>, kind: ActivityKind) -> Port {
     // Every kind is in `ACTIVITIES`; the test below holds them together.
     take(ports, kind).expect("every activity has a port")
 }

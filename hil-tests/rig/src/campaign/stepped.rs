@@ -19,18 +19,18 @@ use crate::summary::Summary;
 /// [`Failure::Refused`] when a run cannot be built.
 pub fn campaign(
     scenario: &Scenario,
+    plans: &Plans,
     first_seed: u64,
     runs: usize,
     jobs: usize,
     asked_to_end: &AtomicBool,
 ) -> Result<Statistics, Failure> {
     let began = Instant::now();
-    let plans = Plans::of(scenario)?;
     let failed = AtomicUsize::new(0);
     let terminal = std::io::stdout().is_terminal();
     let one = |number: usize| {
         let seed = first_seed + number as u64;
-        let summary = summary(scenario, &plans, seed, true)?;
+        let summary = summary(scenario, plans, seed, true)?;
         failed.fetch_add(usize::from(!summary.passed()), Ordering::Relaxed);
         Ok(summary)
     };

@@ -44,12 +44,13 @@ pub struct Told {
 impl Told {
     /// The last status, if the mediator has answered recently.
     #[must_use]
-    pub fn status(&self) -> Option<&Status> {
+    pub fn status(&self, now_ns: u64) -> Option<&Status> {
         let (at_ns, status) = self.status.as_ref()?;
-        (monotonic_ns().saturating_sub(*at_ns) < FRESH_NS).then_some(status)
+        (now_ns.saturating_sub(*at_ns) < FRESH_NS).then_some(status)
     }
 
-    fn take(&mut self, status: Status, now_ns: u64) {
+    /// Takes in what was told at `now_ns`, times of this process's clock.
+    pub fn take(&mut self, status: Status, now_ns: u64) {
         for own in &status.coordinations {
             self.follow(own, status.epoch, now_ns);
         }

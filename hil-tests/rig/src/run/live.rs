@@ -91,7 +91,8 @@ fn view<E: Execution>(run: &Run<E>) -> String {
         add_areas(&mut text, run, observations);
     });
     if run.stage.mediator().is_some() {
-        run.stage.told(|told| add_nets(&mut text, told));
+        let now_ns = run.stage.now_ns();
+        run.stage.told(|told| add_nets(&mut text, told, now_ns));
     }
     text
 }
@@ -162,8 +163,8 @@ fn add_areas<E: Execution>(text: &mut String, run: &Run<E>, observations: &Obser
 }
 
 /// What nets have marked.
-fn add_nets(text: &mut String, told: Option<&Told>) {
-    let Some(status) = told.and_then(Told::status) else {
+fn add_nets(text: &mut String, told: Option<&Told>, now_ns: u64) {
+    let Some(status) = told.and_then(|told| told.status(now_ns)) else {
         text.push_str("  the mediator does not answer\n");
         return;
     };

@@ -10,7 +10,7 @@ use onboard::process::runtime::Runtime;
 use rustix::process::Signal;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
-use sim::world::{Random, SharedWorld, Truth, TruthRecord, World};
+use sim::world::{SharedWorld, Truth, TruthRecord, World};
 
 use super::ending::Ending;
 use super::execution::{Execution, Found, LOOK_NS, MediatorRuns};
@@ -32,10 +32,7 @@ use crate::process::robot::{RobotSetup, send};
 use crate::scenario::{Player, Scenario};
 use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
-use crate::testbed::{BusPlace, Devices, drawn_starts, world};
-
-/// Random stream of starting times, apart from those of the world.
-const DELAY_STREAM: u64 = 0x4445_4c41;
+use crate::testbed::{BusPlace, Devices, drawn_starts, start_delays_ns, world};
 
 /// How a scenario is run.
 #[derive(Clone, Debug)]
@@ -131,7 +128,7 @@ impl Stage {
             .transpose()
             .map_err(Failure::refused)?;
         let start_ns = monotonic_ns();
-        let mut delays = Random::new(options.seed, DELAY_STREAM);
+        let delays_ns = start_delays_ns(scenario, options.seed);
         let mut members = Vec::new();
         for (number, player) in scenario.robots.iter().enumerate() {
             let lidar_link = folder.path().join(format!("lidar-{}", player.id));
@@ -160,7 +157,7 @@ impl Stage {
                     log: options.out.join(format!("{}.log", player.id)),
                     environment: Vec::new(),
                 },
-                start_at_ns: start_ns + (delays.unit() * scenario.start_delay_s * 1e9) as u64,
+                start_at_ns: start_ns + delays_ns[number],
                 started: false,
                 ends_on_purpose: false,
                 insight: None,

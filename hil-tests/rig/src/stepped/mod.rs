@@ -1,9 +1,9 @@
 //! Robots on a simulated clock: no threads, no devices, hundreds of times faster than real time.
 //!
-//! The activities are those that the robot's threads run, with their symbols between them, stepped in the order and with
-//! the periods of its thread table. Only the ends of the loop are simulated: `drive` stands in for the drive activity
-//! with bus and wheel unit, `lidar` for the lidar activity with the sensor and its serial line,
-//! `supervisor` for the supervisor: it brings the activities to life and records what they report.
+//! The activities are those that the robot's threads run, with their symbols between them and their supervisor, stepped in the
+//! order and with the periods of its thread table; the mediator's area management runs with its journal, as on its own thread.
+//! Simulated are the ends: `drive` stands in for the drive activity with bus and wheel unit, `lidar` for the lidar activity
+//! with the sensor and its serial line, `network` for zenoh, and memory for the journal's disk.
 //! Where the rig withholds leave for areas, `leave` stands in for communication.
 //!
 //! [`Stepped`] runs the robots of a scenario this way, for [`Run`](crate::run::Run) to judge; [`SteppedRobot`] is one robot.
@@ -14,13 +14,16 @@
 mod clock;
 mod drive;
 mod execution;
+mod fleet;
 mod leave;
 mod lidar;
+mod mediator;
+mod network;
+mod plans;
 mod robot;
-mod supervisor;
 mod trace;
 
-pub use execution::{Plans, Stepped};
-pub use robot::SteppedRobot;
-pub use supervisor::Note;
+pub use fleet::Stepped;
+pub use plans::Plans;
+pub use robot::{Fleet, Start, SteppedRobot};
 pub use trace::Trace;

@@ -1,39 +1,79 @@
 //! One robot's activities on a simulated clock.
 
+use std::collections::VecDeque;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
+use coordination::fsm::Machine;
 use coordination::symbols::{Reader, SymbolTable, Writer};
 use description::areas::AreaIndex;
-use description::instruction::Instruction;
 use description::threads::{ActivityKind, ThreadConfig, Trigger};
-use onboard::activities::port::{Command, Port};
+use onboard::activities::communication::{self, OpenSession};
+use onboard::activities::news::Alarm;
+use onboard::activities::port::Port;
 use onboard::activities::robot_activity::ThreadActivities;
 use onboard::cli::{Failure, Files};
-use onboard::composition::compose::{by_thread, compose_chain};
+use onboard::composition::compose::{
+    by_thread, compose_chain, compose_communication, membership, port,
+};
 use onboard::composition::plan::Plan;
+use onboard::process::ctl::{Pending, Request};
+use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
 use onboard::process::runtime::Runtime;
-use onboard::process::supervisor::ports;
-use onboard::symbols::values::ThreadReport;
+use onboard::process::supervisor::{PERIOD_NS, Supervisor, ports};
+use onboard::realtime::log;
+use onboard::symbols::faults::FaultTable;
+use onboard::symbols::values::{Name, RobotMode, ThreadReport};
 use onboard::symbols::wiring::Wiring;
 use sim::world::{Random, World};
 
 use super::drive::SteppedDrive;
 use super::leave::Leave;
 use super::lidar::SteppedLidar;
-use super::supervisor::{Note, Supervisor};
 use crate::belief::{Belief, Insight};
 
 const MILLISECOND_NS: u64 = 1_000_000;
-/// The supervisor's period.
-const SUPERVISOR_NS: u64 = 100 * MILLISECOND_NS;
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
 
+/// Who says where the robot may be.
+pub enum Fleet {
+    /// The mediator, where there is one, over a session on the simulated network.
+    Network(OpenSession),
+    /// The rig, in communication's place; at first nowhere.
+    Rig,
+    /// Nobody: it may be anywhere, and talks with nobody.
+    Alone,
+}
+
+/// A start of a robot's process.
+pub struct Start {
+    /// Who says where the robot may be.
+    pub fleet: Fleet,
+    /// Tells this start from others.
+    pub boot_epoch: u64,
+    /// When.
+    pub at_ns: u64,
+}
+
 /// When the activities of one thread run.
 enum Clock {
-    Period { period_ns: u64, next_ns: u64 },
-    Scan { at_least_ns: u64, next_ns: u64 },
+    Period {
+        period_ns: u64,
+        next_ns: u64,
+    },
+    Scan {
+        at_least_ns: u64,
+        next_ns: u64,
+    },
+    /// On news, and with a period of its own.
+    News {
+        period_ns: u64,
+        next_ns: u64,
+        alarm: Alarm,
+        woken: u32,
+    },
 }
 
 struct Thread {
@@ -48,10 +88,12 @@ pub struct SteppedRobot {
     threads: Vec<Thread>,
     supervisor: Supervisor,
     supervisor_next_ns: u64,
-    notes: Vec<(u64, Note)>,
+    machine: Machine,
+    requests: VecDeque<Request>,
+    refused: Arc<Mutex<Vec<String>>>,
     insight: Insight,
     leave: Option<Leave>,
-    // Ends of symbols that nothing uses here, and the shared memory itself.
+    // What nothing reads or writes here, and the shared memory itself.
     _idle: Idle,
 }
 
@@ -59,13 +101,11 @@ pub struct SteppedRobot {
 struct Idle {
     _ports: Vec<(ActivityKind, Port)>,
     _threads: Vec<(Writer<ThreadReport>, Reader<ThreadReport>)>,
-    _reload: Reload,
     _table: SymbolTable,
 }
 
 impl SteppedRobot {
     /// Composes the robot of a plan as number `robot` of `world`. Its symbols live in `folder`, which must be its own.
-    /// It needs leave for areas when `takes_leave`, and has none at first; otherwise it has leave for all.
     ///
     /// # Errors
     /// [`Failure::Refused`] when a part cannot be built.
@@ -75,9 +115,13 @@ impl SteppedRobot {
         folder: &Path,
         world: &World,
         robot: usize,
-        takes_leave: bool,
-        now_ns: u64,
+        start: Start,
     ) -> Result<Self, Failure> {
+        let Start {
+            fleet,
+            boot_epoch,
+            at_ns: now_ns,
+        } = start;
         let runtime = Runtime::new(Some(folder.to_owned()))?;
         let id = &plan.robot.identity.id;
         let wiring = Wiring::build(id, &runtime.place(), &[]).map_err(Failure::refused)?;
@@ -85,39 +129,85 @@ impl SteppedRobot {
         let (reload, ends) = Reload::new(files.clone(), plan);
         let (mut ports, mut handles) = ports(wiring.states);
         let symbols = wiring.symbols;
-        let (leave, end) = takes_leave
-            .then(|| Leave::new(symbols.communication_fleet.allowed))
-            .unzip();
         let navigator = Box::new(plan.navigator().map_err(Failure::refused)?);
         let machine = navigator.machine().clone();
-        let chain = symbols.chain;
-        let activities = compose_chain(plan, navigator, chain, &mut ports, ends, end)
-            .map_err(Failure::refused)?;
+        let (alarm, (log, drain)) = (Alarm::default(), log::queue());
+        let (navigation_end, membership, open_session, leave) = match fleet {
+            Fleet::Network(open_session) => {
+                let (navigation, own) = membership(plan, &navigator, boot_epoch, &alarm).unzip();
+                let ends = (symbols.communication, symbols.communication_fleet);
+                (navigation, own, Some((open_session, ends)), None)
+            }
+            Fleet::Rig => {
+                let (leave, end) = Leave::new(symbols.communication_fleet.allowed);
+                (Some(end), None, None, Some(leave))
+            }
+            Fleet::Alone => (None, None, None, None),
+        };
+        let mut activities = compose_chain(
+            plan,
+            navigator,
+            symbols.chain,
+            &mut ports,
+            ends,
+            navigation_end,
+        )
+        .map_err(Failure::refused)?;
+        if let Some((open_session, symbols)) = open_session {
+            let communication = compose_communication(
+                plan.communication_settings(boot_epoch),
+                port(&mut ports, ActivityKind::Communication),
+                symbols,
+                membership,
+                open_session,
+                (&log, &alarm),
+                now_ns,
+            );
+            activities.push((ActivityKind::Communication, Box::new(communication)));
+        }
         handles.retain(|handle| activities.iter().any(|(kind, _)| *kind == handle.kind));
         let activities = by_thread(plan, activities, wiring.scans).map_err(Failure::refused)?;
         let threads = { plan.robot.threads.iter().zip(activities) }
-            .filter_map(|(table, own)| stepped_thread(table, own, &mut random, now_ns))
+            .filter_map(|(table, own)| stepped_thread(table, own, &mut random, &alarm, now_ns))
             .collect();
         let lidar_settings = plan.lidar_settings().map_err(Failure::refused)?;
+        let mode = RobotMode {
+            mode: 0,
+            boot_epoch,
+            pid: 0,
+            robot: Name::new(id),
+        };
+        let mut supervisor = Supervisor::new(
+            handles,
+            symbols.supervisor,
+            mode,
+            // Nothing is late here.
+            OverrunWatch::new(Vec::new()),
+            machine.clone(),
+            drain,
+            reload,
+        );
+        supervisor.begin();
         Ok(Self {
             drive: SteppedDrive::new(robot, plan.drive_settings(), symbols.drive),
             lidar: SteppedLidar::new(world, robot, lidar_settings, symbols.lidar, now_ns),
             threads,
-            supervisor: Supervisor::new(handles, machine),
+            supervisor,
             supervisor_next_ns: now_ns,
-            notes: Vec::new(),
+            machine,
+            requests: VecDeque::new(),
+            refused: Arc::default(),
             leave,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
             _idle: Idle {
                 _ports: ports,
                 _threads: wiring.threads,
-                _reload: reload,
                 _table: wiring.table,
             },
         })
     }
 
-    /// Everything that is due at `now_ns`, which advances by a millisecond each time: bus, motion, scan, navigation.
+    /// Everything that is due at `now_ns`, which advances by a millisecond each time: bus, motion, scan, navigation, messages.
     pub fn step(&mut self, world: &mut World, now_ns: u64) {
         if let Some(leave) = &mut self.leave {
             leave.cycle(now_ns);
@@ -130,9 +220,20 @@ impl SteppedRobot {
             }
         }
         if now_ns >= self.supervisor_next_ns {
-            self.supervisor_next_ns = now_ns + SUPERVISOR_NS;
-            let notes = &mut self.notes;
-            self.supervisor.cycle(|note| notes.push((now_ns, note)));
+            self.supervisor_next_ns = now_ns + PERIOD_NS;
+            let (requests, refused) = (&mut self.requests, &self.refused);
+            // One at a time, as an operator who waits for the answer.
+            let mut next = requests.pop_front();
+            self.supervisor.cycle(now_ns, || {
+                let request = next.take()?;
+                let (name, refused) = (request.name(), Arc::clone(refused));
+                Some(Pending::new(request, move |reply| {
+                    if let Err(why) = reply {
+                        let mut all = refused.lock().unwrap_or_else(PoisonError::into_inner);
+                        all.push(format!("{name}: {why}"));
+                    }
+                }))
+            });
         }
     }
 
@@ -141,7 +242,12 @@ impl SteppedRobot {
         self.insight.look()
     }
 
-    /// Gives leave for areas, in the site's order. Only a robot composed for it heeds that.
+    /// The faults that it has had, and has.
+    pub fn faults(&mut self) -> FaultTable {
+        self.insight.faults()
+    }
+
+    /// Gives leave for areas, in the site's order, where the rig says where the robot may be.
     pub fn allow(&mut self, granted: &[bool]) {
         let areas = AreaIndex::first(granted.len()).zip(granted);
         let areas = areas
@@ -153,31 +259,24 @@ impl SteppedRobot {
         }
     }
 
-    /// Gives its machine an event with parameters; false when the machine does not know it.
-    pub fn instruct(&mut self, instruction: &Instruction<String>) -> bool {
-        let Some(event) = self.supervisor.event(&instruction.event) else {
-            return false;
-        };
-        let command = Command::Instruct(instruction.with_event(event));
-        self.tell(ActivityKind::Navigation, command);
-        true
-    }
-
-    /// A command of an operator or of the supervisor.
-    pub fn tell(&mut self, activity: ActivityKind, command: Command) {
-        self.supervisor
-            .tell(command, |handle| handle.kind == activity);
-    }
-
-    /// What its activities have reported since the last call, with the time it was heard.
-    pub fn take_notes(&mut self) -> Vec<(u64, Note)> {
-        std::mem::take(&mut self.notes)
-    }
-
-    /// Commands that were lost because a queue was full; must be 0.
+    /// Whether its machine has an input of this name.
     #[must_use]
-    pub fn lost_commands(&self) -> u64 {
-        self.supervisor.lost()
+    pub fn knows(&self, event: &str) -> bool {
+        self.machine.input(event).is_some()
+    }
+
+    /// A request of an operator, which the supervisor serves when it looks next.
+    pub fn ask(&mut self, request: Request) {
+        self.requests.push_back(request);
+    }
+
+    /// What operators were refused.
+    #[must_use]
+    pub fn refused(&self) -> Vec<String> {
+        self.refused
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
     }
 }
 
@@ -201,6 +300,20 @@ impl Clock {
                 }
                 due
             }
+            Self::News {
+                period_ns,
+                next_ns,
+                alarm,
+                woken,
+            } => {
+                let count = alarm.wake.count();
+                let told = alarm.news.take().is_some() || std::mem::replace(woken, count) != count;
+                let ticked = now_ns >= *next_ns;
+                if ticked {
+                    *next_ns += *period_ns;
+                }
+                told || ticked
+            }
         }
     }
 }
@@ -210,30 +323,32 @@ fn stepped_thread(
     thread: &ThreadConfig,
     activities: ThreadActivities,
     random: &mut Random,
+    alarm: &Alarm,
     now_ns: u64,
 ) -> Option<Thread> {
-    let phase_ns = |random: &mut Random, period_ns: u64| {
+    let mut phase_ns = |period_ns: u64| {
         let slots = (period_ns / MILLISECOND_NS).max(1);
         now_ns + (random.unit() * slots as f64) as u64 * MILLISECOND_NS
     };
+    let ns = |duration: std::time::Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
     let clock = match thread.trigger {
         _ if activities.is_empty() => return None,
-        Trigger::Period { period } => {
-            let period_ns = u64::try_from(period.as_nanos()).unwrap_or(u64::MAX);
-            Clock::Period {
-                period_ns,
-                next_ns: phase_ns(random, period_ns),
-            }
-        }
-        Trigger::Scan { at_least } => {
-            let at_least_ns = u64::try_from(at_least.as_nanos()).unwrap_or(u64::MAX);
-            Clock::Scan {
-                at_least_ns,
-                next_ns: phase_ns(random, at_least_ns),
-            }
-        }
-        // The file's check leaves no other trigger to activities that run here.
-        _ => return None,
+        Trigger::Period { period } => Clock::Period {
+            period_ns: ns(period),
+            next_ns: phase_ns(ns(period)),
+        },
+        Trigger::Scan { at_least } => Clock::Scan {
+            at_least_ns: ns(at_least),
+            next_ns: phase_ns(ns(at_least)),
+        },
+        Trigger::Async => Clock::News {
+            period_ns: ns(communication::PERIOD),
+            next_ns: phase_ns(ns(communication::PERIOD)),
+            alarm: alarm.clone(),
+            woken: alarm.wake.count(),
+        },
+        // The lidar's own thread: a stand-in runs in its place.
+        Trigger::Lidar => return None,
     };
     Some(Thread { clock, activities })
 }

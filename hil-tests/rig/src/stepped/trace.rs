@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
+use onboard::symbols::faults::{Fault, FaultTable};
 use sim::world::{Shape, Truth};
 
 use super::clock::START_NS;
-use super::supervisor::Note;
 use crate::belief::Belief;
 
 /// Traces of one robot.
@@ -17,12 +17,34 @@ pub struct Trace {
     pub others: String,
     /// What the robot reported.
     pub notes: Vec<String>,
+    /// Of the robot's machine.
+    state: String,
 }
 
 impl Trace {
-    pub(super) fn note(&mut self, at_ns: u64, note: &Note) {
-        let at_s = (at_ns - START_NS) as f64 / 1e9;
-        self.notes.push(format!("{at_s:8.2} s  {note:?}"));
+    /// What is new since the last look.
+    pub(super) fn note(
+        &mut self,
+        now_ns: u64,
+        belief: &Belief,
+        before: &FaultTable,
+        after: &FaultTable,
+    ) {
+        let at_s = (now_ns - START_NS) as f64 / 1e9;
+        let mut note = |what: String| self.notes.push(format!("{at_s:8.2} s  {what}"));
+        if belief.state != self.state {
+            note(format!("state {} -> {}", self.state, belief.state));
+        }
+        for fault in Fault::ALL {
+            let (before, after) = (before.state(fault), after.state(fault));
+            if after.count > before.count {
+                note(format!("{} is raised", fault.name()));
+            }
+            if after.active == 0 && (before.active != 0 || after.count > before.count) {
+                note(format!("{} is gone", fault.name()));
+            }
+        }
+        self.state.clone_from(&belief.state);
     }
 
     pub(super) fn add_others(&mut self, now_ns: u64, shapes: impl Iterator<Item = Shape>) {

@@ -7,8 +7,9 @@ use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::RobotState;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 
+use super::mailbox::Inbox;
 use super::membership::{Membership, MembershipSetup};
-use super::network::Network;
+use super::session::{OpenSession, Session};
 use super::settings::Settings;
 use super::state::{self, Snapshot};
 use crate::activities::news::News;
@@ -32,7 +33,8 @@ pub struct Communication {
     log: LogSender,
     news: News,
     membership: Membership,
-    network: Option<Network>,
+    open_session: OpenSession,
+    session: Option<Box<dyn Session>>,
     snapshot: Snapshot,
     sequence: u64,
     sent: Option<RobotState>,
@@ -48,8 +50,8 @@ impl Communication {
         port: Port,
         settings: Settings,
         symbols: (CommunicationSymbols, CommunicationFleetSymbols),
-        log: LogSender,
-        news: News,
+        open_session: OpenSession,
+        (log, news): (LogSender, News),
         fleet: Option<MembershipSetup>,
         now_ns: u64,
     ) -> Self {
@@ -61,7 +63,8 @@ impl Communication {
             log,
             news,
             membership: Membership::new(fleet_symbols, fleet, now_ns),
-            network: None,
+            open_session,
+            session: None,
             snapshot: Snapshot::default(),
             sequence: 0,
             sent: None,
@@ -75,13 +78,15 @@ impl Communication {
     /// real-time priority, and again after failures.
     pub fn open_network(&mut self, now_ns: u64) {
         self.retry_ns = now_ns + RETRY_NS;
-        let mailbox = self.membership.mailbox();
-        let mediator = mailbox.map(|mailbox| (mailbox, self.news.clone()));
-        match Network::open(&self.settings, mediator) {
-            Ok(network) => {
+        let inbox = self.membership.mailbox().map(|mailbox| Inbox {
+            mailbox,
+            news: self.news.clone(),
+        });
+        match (self.open_session)(inbox) {
+            Ok(session) => {
                 self.log
-                    .info(format!("fleet network is open, session {}", network.id()));
-                self.network = Some(network);
+                    .info(format!("fleet network is open, session {}", session.id()));
+                self.session = Some(session);
                 self.complaints.forget();
                 self.port.clear(Fault::FleetNetwork);
             }
@@ -94,13 +99,15 @@ impl Communication {
     }
 
     fn retry_network(&mut self, now_ns: u64) {
-        if self.network.is_none() && now_ns >= self.retry_ns {
+        if self.session.is_none() && now_ns >= self.retry_ns {
             self.port.step(LifeCycleEvent::Fault); // back to configuring, for the next attempt
         }
     }
 
     fn publish_state(&mut self, now_ns: u64) {
-        let Some(network) = &self.network else { return };
+        let Some(session) = &self.session else {
+            return;
+        };
         let Settings {
             robot_id,
             role,
@@ -117,7 +124,7 @@ impl Communication {
         for fault in &mut state.faults {
             fault.age_ms = state::age_ms(&self.snapshot.faults, &fault.name, now_ns);
         }
-        let sent = network.send_state(state.encode_to_vec());
+        let sent = session.send_state(state.encode_to_vec());
         self.judge(sent, "the state");
         self.sent = Some(state);
         self.sent_ns = now_ns;
@@ -139,8 +146,8 @@ impl Communication {
 
     /// Navigation first, then the mediator, then everybody.
     fn speak(&mut self, now_ns: u64) {
-        let network = self.network.as_ref();
-        let sent = self.membership.speak(network, &self.log, now_ns);
+        let session = self.session.as_deref();
+        let sent = self.membership.speak(session, &self.log, now_ns);
         if sent.is_err() {
             self.judge(sent, "the report to the mediator");
         }
@@ -181,7 +188,7 @@ impl Activity for Communication {
     }
 
     fn configure(&mut self, now_ns: u64) {
-        if self.network.is_none() {
+        if self.session.is_none() {
             if now_ns < self.retry_ns {
                 return;
             }
@@ -207,7 +214,7 @@ impl Activity for Communication {
     fn communicate_out(&mut self, now_ns: u64) {
         if self.port.state() == LifeCycleState::Stopped {
             self.membership.leave(now_ns);
-            self.network = None;
+            self.session = None;
         } else {
             self.speak(now_ns);
         }

@@ -7,7 +7,8 @@ use coordination::fsm::Machine;
 use nalgebra::Matrix3;
 use skills::borders::AreaSet;
 
-use super::network::{Mailbox, Network};
+use super::mailbox::Mailbox;
+use super::session::Session;
 use crate::activities::fleet_link::{CommunicationEnd, NavigationEvent};
 use crate::fleet::{Directive, Member, Place, Sense, Setup, Troubles};
 use crate::realtime::clock::SECOND_NS;
@@ -118,7 +119,7 @@ impl Membership {
     /// granted to another robot as soon as the mediator knows.
     pub(super) fn speak(
         &mut self,
-        network: Option<&Network>,
+        session: Option<&dyn Session>,
         log: &LogSender,
         now_ns: u64,
     ) -> Result<(), String> {
@@ -132,10 +133,10 @@ impl Membership {
         }
         let state = inner.state(now_ns);
         self.symbols.state.write(now_ns, &state);
-        match network {
-            Some(network) if inner.member.is_report_due(now_ns) => {
+        match session {
+            Some(session) if inner.member.is_report_due(now_ns) => {
                 inner.sent += 1;
-                network.send_report(inner.member.report(now_ns).encode_to_vec())
+                session.send_report(inner.member.report(now_ns).encode_to_vec())
             }
             _ => Ok(()),
         }

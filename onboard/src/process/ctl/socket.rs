@@ -6,6 +6,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::pending::Pending;
 use super::reply::Reply;
 use super::request::Request;
 use crate::composition::failure::Failure;
@@ -62,14 +63,6 @@ pub struct Server {
     path: PathBuf,
 }
 
-/// A request that waits for its answer.
-#[derive(Debug)]
-pub struct Pending {
-    /// What is asked.
-    pub request: Request,
-    stream: UnixStream,
-}
-
 impl Server {
     /// Opens the robot's socket. The caller holds the robot's name, so a socket that is already there is left over.
     ///
@@ -101,7 +94,10 @@ impl Server {
                 continue;
             };
             match Request::from_line(line.trim_end()) {
-                Ok(request) => return Some(Pending { request, stream }),
+                Ok(request) => {
+                    let reply = move |reply: &Reply| answer(stream, reply);
+                    return Some(Pending::new(request, reply));
+                }
                 Err(why) => answer(stream, &Err(why)),
             }
         }
@@ -130,13 +126,7 @@ impl Drop for Server {
     }
 }
 
-impl Pending {
-    /// Answers; a client that has left is not an error.
-    pub fn answer(self, reply: &Reply) {
-        answer(self.stream, reply);
-    }
-}
-
+/// A client that has left is not an error.
 fn answer(mut stream: UnixStream, reply: &Reply) {
     let _ = match reply {
         Ok(done) => writeln!(stream, "{done}"),

@@ -3,9 +3,11 @@
 //! It runs no activity. It tells activities what to do by events and learns of them by reports; what they do meanwhile
 //! does not wait for it.
 
+mod ending;
 mod handles;
 mod sent;
 mod supervision;
 
+pub use ending::Ending;
 pub use handles::{Handle, ports};
-pub use supervision::{Ending, PERIOD_NS, Supervisor};
+pub use supervision::{PERIOD_NS, Supervisor};

@@ -8,6 +8,7 @@ use description::instruction::Instruction;
 use description::threads::ActivityKind;
 use skills::navigator::Instructed;
 
+use super::ending::Ending;
 use super::handles::{Handle, Handles};
 use super::sent::{Sent, answer};
 use crate::activities::port::{Command, Report};
@@ -48,15 +49,6 @@ pub struct Supervisor {
     sent: Option<Sent>,
 }
 
-/// How the program ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
-    /// By a signal.
-    Asked,
-    /// A thread panicked.
-    Panicked,
-}
-
 impl Supervisor {
     /// A supervisor of `handles`; `machine` is the robot's, as it is now.
     #[must_use]
@@ -86,26 +78,19 @@ impl Supervisor {
 
     /// Supervises until the robot has been asked to end and stands.
     pub fn run(&mut self, asked_to_end: &AtomicBool, server: &Server) -> Ending {
-        self.handles
-            .tell_all(Command::LifeCycle(LifeCycleEvent::Configure));
+        self.begin();
         let mut next_ns = now_ns();
         loop {
             next_ns = (next_ns + PERIOD_NS).max(now_ns());
             sleep_until(next_ns);
             let now_ns = now_ns();
+            if !asked_to_end.load(Ordering::Relaxed) && !has_panicked() {
+                self.cycle(now_ns, || server.next());
+                continue;
+            }
             self.hear(now_ns);
-            if asked_to_end.load(Ordering::Relaxed) || has_panicked() {
-                if self.end(now_ns) {
-                    break;
-                }
-            } else {
-                self.keep_running();
-                self.judge_load(now_ns);
-                while let Some(pending) = server.next() {
-                    self.serve(pending, now_ns);
-                }
-                self.go_on_reloading(now_ns);
-                self.expire_sent(now_ns);
+            if self.end(now_ns) {
+                break;
             }
             self.publish(now_ns);
         }
@@ -116,6 +101,25 @@ impl Supervisor {
         } else {
             Ending::Asked
         }
+    }
+
+    /// Has all activities acquire what they need: the first step of all.
+    pub fn begin(&mut self) {
+        self.handles
+            .tell_all(Command::LifeCycle(LifeCycleEvent::Configure));
+    }
+
+    /// What is due every [`PERIOD_NS`] while nobody has asked the robot to end. `next_request` gives the requests that wait.
+    pub fn cycle(&mut self, now_ns: u64, mut next_request: impl FnMut() -> Option<Pending>) {
+        self.hear(now_ns);
+        self.keep_running();
+        self.judge_load(now_ns);
+        while let Some(pending) = next_request() {
+            self.serve(pending, now_ns);
+        }
+        self.go_on_reloading(now_ns);
+        self.expire_sent(now_ns);
+        self.publish(now_ns);
     }
 
     /// Takes in all reports.

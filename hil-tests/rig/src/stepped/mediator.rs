@@ -1,0 +1,136 @@
+//! The mediator on the simulated clock: its area management with its journal, its bounded inbox and its period.
+//!
+//! Simulated are its network, and the disk below the journal: memory, written at once.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use contract::wire::MediatorReport;
+use mediator::journal::Store;
+use mediator::manager::{Manager, Status};
+use mediator::nets::Plan;
+use mediator::runtime::{Answer, INPUTS, Input, Management, OUTPUTS, Question, TICK_NS, report_in};
+use mediator::setup::Setup;
+use onboard::cli::Failure;
+use redb::backends::InMemoryBackend;
+
+/// How often the rig asks it how everything stands, as an operator would.
+const STATUS_NS: u64 = 200_000_000;
+
+/// What every start of a scenario's mediator shares.
+pub(super) struct MediatorPlan {
+    setup: Setup,
+    nets: Vec<Arc<Plan>>,
+}
+
+impl MediatorPlan {
+    pub(super) fn new(setup: Setup, nets: Vec<Arc<Plan>>) -> Self {
+        Self { setup, nets }
+    }
+
+    /// The same, coordinating nobody.
+    pub(super) fn without_nets(self) -> Self {
+        let nets = Vec::new();
+        Self { nets, ..self }
+    }
+}
+
+/// A mediator.
+pub(super) struct SteppedMediator {
+    management: Management,
+    inbox: VecDeque<Input>,
+    started_ns: u64,
+    /// When it goes on at the latest.
+    wakes_ns: u64,
+    asks_ns: u64,
+    status: Arc<Mutex<Option<Status>>>,
+    /// Reports and messages that found a full queue.
+    dropped: u64,
+}
+
+impl SteppedMediator {
+    /// Starts with an empty journal.
+    pub(super) fn start(plan: &MediatorPlan, now_ns: u64) -> Result<Self, Failure> {
+        let (store, stored) =
+            Store::on(InMemoryBackend::new(), &plan.setup.site).map_err(Failure::refused)?;
+        let manager = Manager::with_plans(&plan.setup, plan.nets.clone(), &stored, 0)
+            .map_err(Failure::refused)?;
+        Ok(Self {
+            management: Management::start(manager, store).map_err(Failure::refused)?,
+            inbox: VecDeque::new(),
+            started_ns: now_ns,
+            wakes_ns: now_ns,
+            asks_ns: now_ns,
+            status: Arc::default(),
+            dropped: 0,
+        })
+    }
+
+    /// A robot's report arrives.
+    pub(super) fn deliver(&mut self, key: &str, message: &[u8]) {
+        // Others are ignored, and counted by the listener.
+        if let Ok(report) = report_in(key, message) {
+            self.put(Input::Report(Box::new(report)));
+        }
+    }
+
+    fn put(&mut self, input: Input) {
+        if self.inbox.len() < INPUTS {
+            self.inbox.push_back(input);
+        } else {
+            self.dropped += 1;
+        }
+    }
+
+    /// Goes on when there is something to do, and gives what leaves to `send`.
+    ///
+    /// # Errors
+    /// [`Failure::Failed`] when the journal cannot be written, which ends it.
+    pub(super) fn cycle(
+        &mut self,
+        now_ns: u64,
+        mut send: impl FnMut(MediatorReport),
+    ) -> Result<(), Failure> {
+        if now_ns >= self.asks_ns {
+            self.asks_ns = now_ns + STATUS_NS;
+            self.ask();
+        }
+        if self.inbox.is_empty() && now_ns < self.wakes_ns {
+            return Ok(());
+        }
+        self.wakes_ns = now_ns + TICK_NS;
+        // Its clock counts from its start.
+        let own_ns = now_ns - self.started_ns;
+        let inputs = std::iter::from_fn(|| self.inbox.pop_front());
+        { self.management.turn(inputs, own_ns) }.map_err(Failure::failed)?;
+        let mut room = OUTPUTS;
+        while let Some(message) = self.management.next_message(own_ns) {
+            if room == 0 {
+                self.dropped += 1;
+                continue;
+            }
+            room -= 1;
+            send(message);
+        }
+        self.management.answer();
+        Ok(())
+    }
+
+    fn ask(&mut self) {
+        let status = Arc::clone(&self.status);
+        let reply = Box::new(move |answer| {
+            if let Answer::Status(told) = answer {
+                *status.lock().unwrap_or_else(PoisonError::into_inner) = Some(*told);
+            }
+        });
+        self.put(Input::Question(Question::Status, reply));
+    }
+
+    /// How everything stands, once for each time that it was asked.
+    pub(super) fn take_status(&mut self) -> Option<Status> {
+        self.status
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+    }
+}

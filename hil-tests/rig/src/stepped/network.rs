@@ -1,0 +1,144 @@
+//! The fleet's network on the simulated clock: messages take their time, and the listener hears every one.
+//!
+//! In zenoh's place: a session of each robot, and nothing else of it (no discovery, no liveliness, no keys).
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use onboard::activities::communication::{Inbox, OpenSession, Session};
+use sim::world::Random;
+
+/// How long a message takes: least and most.
+const LATENCY_NS: [f64; 2] = [0.15e6, 0.9e6];
+/// Latencies come from the seed.
+const NETWORK_STREAM: u64 = 0x4E45_5457;
+
+/// A message, encoded; robots have the numbers that they have in the scenario.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Message {
+    pub(super) robot: usize,
+    pub(super) kind: MessageKind,
+    pub(super) bytes: Vec<u8>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MessageKind {
+    /// Of a robot to everybody.
+    State,
+    /// Of a robot to the mediator.
+    Report,
+    /// Of the mediator to a robot.
+    Answer,
+}
+
+/// The network.
+pub(super) struct Network {
+    random: Random,
+    /// By the time at which it arrives, and a number that makes it unique.
+    under_way: BTreeMap<(u64, u64), Message>,
+    number: u64,
+    lines: Arc<Mutex<Lines>>,
+}
+
+/// What sessions and network share.
+#[derive(Default)]
+struct Lines {
+    /// Sent, and not taken up yet.
+    sent: Vec<Message>,
+    /// By robot: where its messages go, while its session is open.
+    inboxes: BTreeMap<usize, Inbox>,
+}
+
+impl Network {
+    pub(super) fn new(seed: u64) -> Self {
+        Self {
+            random: Random::new(seed, NETWORK_STREAM),
+            under_way: BTreeMap::new(),
+            number: 0,
+            lines: Arc::default(),
+        }
+    }
+
+    /// How a robot opens its session.
+    pub(super) fn session_of(&self, robot: usize) -> OpenSession {
+        let lines = Arc::clone(&self.lines);
+        Box::new(move |inbox| {
+            if let Some(inbox) = inbox {
+                lock(&lines).inboxes.insert(robot, inbox);
+            }
+            let lines = Arc::clone(&lines);
+            Ok(Box::new(Line { robot, lines }))
+        })
+    }
+
+    /// Sends a message.
+    pub(super) fn send(&mut self, message: Message, now_ns: u64) {
+        let [least_ns, most_ns] = LATENCY_NS;
+        let latency_ns = least_ns + self.random.unit() * (most_ns - least_ns);
+        self.number += 1;
+        let key = (now_ns + latency_ns as u64, self.number);
+        self.under_way.insert(key, message);
+    }
+
+    /// Takes up what robots have sent.
+    pub(super) fn collect(&mut self, now_ns: u64) {
+        let sent = std::mem::take(&mut lock(&self.lines).sent);
+        for message in sent {
+            self.send(message, now_ns);
+        }
+    }
+
+    /// The next message that has arrived. Answers have been put into their robot's inbox.
+    pub(super) fn arrived(&mut self, now_ns: u64) -> Option<Message> {
+        let next = self.under_way.first_entry()?;
+        if next.key().0 > now_ns {
+            return None;
+        }
+        let message = next.remove();
+        if message.kind == MessageKind::Answer
+            && let Some(inbox) = lock(&self.lines).inboxes.get(&message.robot)
+        {
+            inbox.put(message.bytes.clone());
+        }
+        Some(message)
+    }
+}
+
+/// A robot's session.
+struct Line {
+    robot: usize,
+    lines: Arc<Mutex<Lines>>,
+}
+
+impl Line {
+    fn send(&self, kind: MessageKind, bytes: Vec<u8>) {
+        let robot = self.robot;
+        lock(&self.lines).sent.push(Message { robot, kind, bytes });
+    }
+}
+
+impl Session for Line {
+    fn id(&self) -> String {
+        format!("robot {}", self.robot)
+    }
+
+    fn send_state(&self, message: Vec<u8>) -> Result<(), String> {
+        self.send(MessageKind::State, message);
+        Ok(())
+    }
+
+    fn send_report(&self, message: Vec<u8>) -> Result<(), String> {
+        self.send(MessageKind::Report, message);
+        Ok(())
+    }
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        lock(&self.lines).inboxes.remove(&self.robot);
+    }
+}
+
+fn lock(lines: &Mutex<Lines>) -> MutexGuard<'_, Lines> {
+    lines.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,76 @@
+//! Fleets on the simulated clock: mediator, robots and the network between them, and controls that must fail.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use rig::run::{Ending, Run, look_on, record};
+use rig::scenario::{Changes, Scenario, load};
+use rig::stepped::{Plans, Stepped};
+use rig::summary::Summary;
+
+fn scenario(name: &str) -> Scenario {
+    let folder = Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../config/scenarios"
+    ));
+    let file = folder.join(name).with_extension("toml");
+    let loaded = load(&file, &Changes::default());
+    let scenario = loaded.unwrap_or_else(|failure| panic!("{failure:?}"));
+    scenario.with_at_most(1)
+}
+
+fn ended(scenario: &Scenario, plans: &Plans, seed: u64) -> (Ending, Summary) {
+    let stepped = Stepped::new(scenario, plans, seed, true, false);
+    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
+    let mut run = Run::new(scenario.clone(), stepped, seed);
+    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
+    run.stop();
+    let summary = record(&run, &ending).summary;
+    (ending, summary)
+}
+
+fn plans(scenario: &Scenario) -> Plans {
+    Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"))
+}
+
+#[test]
+fn every_scenario_with_a_mediator_comes_to_its_end() {
+    for name in ["overtaking", "docking", "t-junction"] {
+        let scenario = scenario(name);
+        let (_, summary) = ended(&scenario, &plans(&scenario), 5);
+        assert!(summary.passed(), "{name}: {summary:?}");
+        assert!(summary.grants.count > 3, "{name}: {summary:?}");
+        for robot in &summary.robots {
+            assert_eq!(robot.laps, robot.wanted, "{name}: {robot:?}");
+        }
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_run() {
+    let scenario = scenario("overtaking");
+    let plans = plans(&scenario);
+    let [one, again] = [7, 7].map(|seed| ended(&scenario, &plans, seed).1);
+    let json = |summary: &Summary| serde_json::to_value(summary).expect("JSON");
+    assert_eq!(json(&one), json(&again));
+    assert_ne!(json(&one), json(&ended(&scenario, &plans, 8).1));
+}
+
+#[test]
+fn without_the_mediator_all_stand_before_their_first_border() {
+    let mut scenario = scenario("overtaking");
+    scenario.standstill_s = 10.0;
+    let (ending, summary) = ended(&scenario, &plans(&scenario).without_mediator(), 5);
+    assert_eq!(ending, Ending::Standstill);
+    assert_eq!((summary.violations.len(), summary.grants.count), (0, 0));
+}
+
+#[test]
+fn without_nets_nobody_overtakes() {
+    let mut scenario = scenario("overtaking");
+    scenario.patience_s = 100.0;
+    let (ending, summary) = ended(&scenario, &plans(&scenario).without_nets(), 5);
+    assert_eq!(ending, Ending::TooSlow);
+    assert!(summary.coordinations.is_empty() && summary.violations.is_empty());
+    assert!(summary.grants.count > 3);
+}
