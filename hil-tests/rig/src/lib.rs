@@ -53,6 +53,7 @@ pub mod report;
 pub mod run;
 pub mod scenario;
 pub mod shapes;
+pub mod stalls;
 pub mod stand_ins;
 pub mod stepped;
 pub mod summary;

@@ -5,6 +5,7 @@ use serde_json::Value as Json;
 
 use crate::figures::Figures;
 use crate::machine::Machine;
+use crate::stalls::Stalls;
 
 /// Outcome of a run that reached all goals.
 pub const DONE: &str = "done";
@@ -22,6 +23,8 @@ pub struct Summary {
     pub duration_s: f64,
     /// What it ran on, so that figures can be judged.
     pub machine: Machine,
+    /// How often and how long the machine stalled; none on the simulated clock.
+    pub stalls: Option<Stalls>,
     /// One entry for each robot, in the order of their identities.
     pub robots: Vec<RobotSummary>,
     /// The mediator's processes; none without one.

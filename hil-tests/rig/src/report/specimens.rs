@@ -32,6 +32,7 @@ pub(super) fn empty(scenario: &str, site: SiteConfig) -> Record {
                 cores: 2,
                 kernel: "6.1".to_owned(),
             },
+            stalls: None,
             robots: Vec::new(),
             mediator: None,
             areas: Vec::new(),

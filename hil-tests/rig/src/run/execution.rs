@@ -10,6 +10,7 @@ use sim::world::{Shape, Truth, TruthRecord, World};
 use crate::belief::Belief;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
+use crate::stalls::Stalls;
 use crate::summary::{MediatorSummary, RobotSummary};
 
 use super::ending::Ending;
@@ -83,6 +84,11 @@ pub trait Execution {
 
     /// The mediator's processes; none without a mediator.
     fn mediator(&self) -> Option<MediatorRuns>;
+
+    /// How often and how long the machine stalled; none on a simulated clock.
+    fn stalls(&self) -> Option<Stalls> {
+        None
+    }
 
     /// Obstacles and walkers that the site file does not know, where they are now.
     fn obstacles(&self) -> Vec<Shape> {

@@ -12,6 +12,12 @@ pub(super) fn print(summary: &Summary, out: &Path) {
         "outcome: {} after {:.1} s",
         summary.outcome, summary.duration_s
     );
+    if let Some(stalls) = summary.stalls.filter(|stalls| stalls.count > 0) {
+        println!(
+            "the machine stalled {} times, {:.0} ms at most; the host took {:.0} ms",
+            stalls.count, stalls.longest_ms, stalls.steal_ms
+        );
+    }
     for robot in &summary.robots {
         print_robot(robot);
         if summary.robots.len() == 1 {

@@ -30,6 +30,7 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
         seed: run.seed,
         duration_s: seconds(now_ns),
         machine: Machine::here(),
+        stalls: run.stage.stalls(),
         robots: { 0..run.tracks.len() }
             .map(|robot| robot_summary(run, robot))
             .collect(),

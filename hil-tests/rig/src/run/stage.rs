@@ -30,6 +30,7 @@ use crate::process::janitor::Janitor;
 use crate::process::mediator::{MediatorProcess, MediatorSetup};
 use crate::process::robot::{RobotSetup, send};
 use crate::scenario::{Player, Scenario};
+use crate::stalls::{StallWatch, Stalls};
 use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::testbed::{BusPlace, Devices, drawn_starts, start_delays_ns, world};
@@ -67,6 +68,7 @@ pub struct Stage {
     start_ns: u64,
     runtime: Runtime,
     seen: u64,
+    stall_watch: StallWatch,
     _folder: Folder,
     _janitor: Janitor,
 }
@@ -175,6 +177,7 @@ impl Stage {
             start_ns,
             runtime,
             seen: 0,
+            stall_watch: StallWatch::start().map_err(Failure::refused)?,
             _folder: folder,
             _janitor: janitor,
         })
@@ -333,6 +336,10 @@ impl Execution for Stage {
                 &member.symbols,
             )
         }
+    }
+
+    fn stalls(&self) -> Option<Stalls> {
+        Some(self.stall_watch.stalls())
     }
 
     fn mediator(&self) -> Option<MediatorRuns> {

@@ -2,5 +2,6 @@
 
 mod bad_days;
 mod fleets;
+mod late;
 mod stranger;
 mod turn;

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::late::once_more_if_late;
 use crate::turn::Turn;
 
 const CONFIG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config");
@@ -16,42 +17,46 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/robots/stranger
 
 #[test]
 fn soem_turns_a_wheel_of_the_simulated_robot() {
-    let _turn = Turn::of_a_robot();
-    let python = std::env::var("RIG_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-    let import = run(Command::new(&python).args(["-c", "import pysoem"]));
-    if let Err(why) = import {
-        println!(
-            "skipped: {python} has no pysoem (pip install pysoem, RIG_PYTHON names another): {why}"
-        );
-        return;
-    }
-    let pair = match Pair::new() {
-        Ok(pair) => pair,
-        Err(why) => {
-            println!("skipped: no virtual pair of interfaces, which needs CAP_NET_ADMIN: {why}");
+    once_more_if_late(|| {
+        let _turn = Turn::of_a_robot();
+        let python = std::env::var("RIG_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+        let import = run(Command::new(&python).args(["-c", "import pysoem"]));
+        if let Err(why) = import {
+            println!(
+                "skipped: {python} has no pysoem (pip install pysoem, RIG_PYTHON names another): {why}"
+            );
             return;
         }
-    };
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut devices = Devices::start(&pair.near, &folder.path().join("lidar"));
-    let soem = Command::new(&python)
-        .args([SCRIPT, &pair.far])
-        .stdin(Stdio::null())
-        .output()
-        .expect("python starts");
-    let text = String::from_utf8_lossy(&soem.stdout).into_owned();
-    println!("{text}{}", String::from_utf8_lossy(&soem.stderr));
-    if soem.status.code() == Some(2) {
-        println!("skipped: it could not be tried, see above");
-        return;
-    }
-    assert!(soem.status.success(), "{}", soem.status);
-    assert!(text.contains("SOEM believes it"));
-    devices.end();
-    assert!(
-        !folder.path().join("lidar").is_symlink(),
-        "the link to the lidar was left behind"
-    );
+        let pair = match Pair::new() {
+            Ok(pair) => pair,
+            Err(why) => {
+                println!(
+                    "skipped: no virtual pair of interfaces, which needs CAP_NET_ADMIN: {why}"
+                );
+                return;
+            }
+        };
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut devices = Devices::start(&pair.near, &folder.path().join("lidar"));
+        let soem = Command::new(&python)
+            .args([SCRIPT, &pair.far])
+            .stdin(Stdio::null())
+            .output()
+            .expect("python starts");
+        let text = String::from_utf8_lossy(&soem.stdout).into_owned();
+        println!("{text}{}", String::from_utf8_lossy(&soem.stderr));
+        if soem.status.code() == Some(2) {
+            println!("skipped: it could not be tried, see above");
+            return;
+        }
+        assert!(soem.status.success(), "{}", soem.status);
+        assert!(text.contains("SOEM believes it"));
+        devices.end();
+        assert!(
+            !folder.path().join("lidar").is_symlink(),
+            "the link to the lidar was left behind"
+        );
+    });
 }
 
 /// Runs a program to its end; what it said when it failed.

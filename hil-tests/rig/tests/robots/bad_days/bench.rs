@@ -15,7 +15,7 @@ use rig::testbed::{BusPlace, Devices, start_pose, world};
 use sim::world::{Pose, SharedWorld};
 use tempfile::TempDir;
 
-use crate::bad_days::late;
+use crate::late;
 use crate::turn::Turn;
 
 /// The program under test.

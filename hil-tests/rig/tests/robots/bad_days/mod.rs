@@ -2,7 +2,7 @@
 //! is judged by the world's truth.
 //!
 //! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`turn`](crate::turn) lets
-//!   robots run one for each core; [`late`] knows when the machine was to blame;
+//!   robots run one for each core; [`late`](crate::late) knows when the machine was to blame;
 //! - [`lidar`], [`bus`], [`drive`], [`obstacle`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
 //! - [`operator`], [`orders`]: requests while it drives;
@@ -14,7 +14,6 @@ mod death;
 mod drive;
 mod files;
 mod laps;
-mod late;
 mod lidar;
 mod names;
 mod obstacle;

@@ -5,6 +5,7 @@ use std::process::Command;
 use serde_json::Value as Json;
 
 use crate::bad_days::bench::{RIG, shipped};
+use crate::late::once_more_if_late;
 use crate::turn::Turn;
 
 /// Runs one and gives its summary.
@@ -44,19 +45,23 @@ fn trial(scenario: &str, seed: u32) -> Json {
 
 #[test]
 fn a_robot_gets_through_the_clutter() {
-    let summary = trial("clutter", 1);
-    assert_eq!(summary["outcome"], "done");
-    assert_eq!(summary["robots"][0]["figures"]["drove_into"], 0);
+    once_more_if_late(|| {
+        let summary = trial("clutter", 1);
+        assert_eq!(summary["outcome"], "done");
+        assert_eq!(summary["robots"][0]["figures"]["drove_into"], 0);
+    });
 }
 
 #[test]
 fn a_robot_drives_the_course() {
-    let summary = trial("course", 1);
-    assert_eq!(summary["outcome"], "done");
-    let docked = summary["robots"][0]["figures"]["dock_errors_m"].as_array();
-    let docked = docked.and_then(|errors| errors.first()?.as_f64());
-    assert!(
-        docked.is_some_and(|error_m| error_m.abs() <= 0.02),
-        "{summary}"
-    );
+    once_more_if_late(|| {
+        let summary = trial("course", 1);
+        assert_eq!(summary["outcome"], "done");
+        let docked = summary["robots"][0]["figures"]["dock_errors_m"].as_array();
+        let docked = docked.and_then(|errors| errors.first()?.as_f64());
+        assert!(
+            docked.is_some_and(|error_m| error_m.abs() <= 0.02),
+            "{summary}"
+        );
+    });
 }

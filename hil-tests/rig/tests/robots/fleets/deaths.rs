@@ -5,6 +5,7 @@ use std::time::Duration;
 use rig::run::Ending;
 
 use crate::fleets::bench::{Bench, Run, Without, has, shipped, waits};
+use crate::late::once_more_if_late;
 
 const START: Duration = Duration::from_secs(30);
 
@@ -22,23 +23,25 @@ fn is_held(run: &Run) -> bool {
 
 #[test]
 fn a_mediator_that_is_killed_and_comes_back_finishes_what_it_began() {
-    let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
-    bench.until("both are coordinated", Duration::from_secs(90), is_held);
-    bench.run.kill_mediator();
-    bench.holds_for("robots go on", Duration::from_secs(2), |run| {
-        run.judge.violations().is_empty()
+    once_more_if_late(|| {
+        let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
+        bench.until("both are coordinated", Duration::from_secs(90), is_held);
+        bench.run.kill_mediator();
+        bench.holds_for("robots go on", Duration::from_secs(2), |run| {
+            run.judge.violations().is_empty()
+        });
+        restart(&mut bench);
+        bench.until("the other one passes", Duration::from_secs(90), passes);
+        // In the most delicate moment once more.
+        bench.run.kill_mediator();
+        restart(&mut bench);
+        let ending = bench.until_end();
+        let (result, summary) = bench.finish(&ending);
+        assert_eq!(ending, Ending::Done, "{summary:#}");
+        assert_eq!(summary["violations"], serde_json::json!([]), "{summary:#}");
+        assert_eq!(summary["mediator"]["starts"], 3);
+        assert!(result.is_ok(), "{result:?}");
     });
-    restart(&mut bench);
-    bench.until("the other one passes", Duration::from_secs(90), passes);
-    // In the most delicate moment once more.
-    bench.run.kill_mediator();
-    restart(&mut bench);
-    let ending = bench.until_end();
-    let (result, summary) = bench.finish(&ending);
-    assert_eq!(ending, Ending::Done, "{summary:#}");
-    assert_eq!(summary["violations"], serde_json::json!([]), "{summary:#}");
-    assert_eq!(summary["mediator"]["starts"], 3);
-    assert!(result.is_ok(), "{result:?}");
 }
 
 fn restart(bench: &mut Bench) {
@@ -48,28 +51,30 @@ fn restart(bench: &mut Bench) {
 
 #[test]
 fn the_areas_of_a_robot_that_is_killed_stay_blocked_until_an_operator_clears_them() {
-    let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
-    // The emergency robot is behind the other one, and wants to go where that is.
-    bench.until("both have where they stand", START, |run| {
-        has(run, "amr-1", "6") && has(run, "amr-2", "4")
+    once_more_if_late(|| {
+        let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
+        // The emergency robot is behind the other one, and wants to go where that is.
+        bench.until("both have where they stand", START, |run| {
+            has(run, "amr-1", "6") && has(run, "amr-2", "4")
+        });
+        bench.run.kill_robot(0);
+        bench.until("amr-2 asks for area 6", START, |run| {
+            waits(run, "amr-2", "6")
+        });
+        bench.holds_for("nobody gets area 6", Duration::from_secs(6), |run| {
+            !has(run, "amr-2", "6")
+        });
+        let said = bench.run.clear("6", &["amr-1"]);
+        assert!(
+            said.as_ref().is_ok_and(|said| said.contains("amr-1")),
+            "{said:?}"
+        );
+        bench.until("amr-2 gets area 6", Duration::from_secs(5), |run| {
+            has(run, "amr-2", "6")
+        });
+        let (result, summary) = bench.finish(&Ending::Interrupted);
+        assert!(result.is_err(), "it was not done");
+        let violations = summary["violations"].as_array().expect("a list");
+        assert!(violations.is_empty(), "{violations:?}");
     });
-    bench.run.kill_robot(0);
-    bench.until("amr-2 asks for area 6", START, |run| {
-        waits(run, "amr-2", "6")
-    });
-    bench.holds_for("nobody gets area 6", Duration::from_secs(6), |run| {
-        !has(run, "amr-2", "6")
-    });
-    let said = bench.run.clear("6", &["amr-1"]);
-    assert!(
-        said.as_ref().is_ok_and(|said| said.contains("amr-1")),
-        "{said:?}"
-    );
-    bench.until("amr-2 gets area 6", Duration::from_secs(5), |run| {
-        has(run, "amr-2", "6")
-    });
-    let (result, summary) = bench.finish(&Ending::Interrupted);
-    assert!(result.is_err(), "it was not done");
-    let violations = summary["violations"].as_array().expect("a list");
-    assert!(violations.is_empty(), "{violations:?}");
 }

@@ -1,0 +1,154 @@
+//! A watch of the rig's own: tells a machine that stalls from a program that is late.
+//!
+//! On every core a thread above all others sleeps a millisecond at a time. What it oversleeps, nobody on that core had.
+
+use std::fs;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use rustix::thread::{CpuSet, sched_setaffinity};
+use rustix::time::{ClockId, Timespec};
+use serde::Serialize;
+use sim::rt::{monotonic_ns, promote};
+
+const PERIOD_NS: u64 = 1_000_000;
+/// What is overslept by more is a stall.
+const STALL_NS: u64 = 5_000_000;
+/// Above every thread of robots and devices.
+const PRIORITY: u8 = 99;
+/// Stalls that are kept: a machine with more of them is of no use.
+const MOST: usize = 100_000;
+
+/// How often and how long the machine stalled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Stalls {
+    /// Times that a core was gone for more than 5 ms.
+    pub count: usize,
+    /// The longest, milliseconds.
+    pub longest_ms: f64,
+    /// Time that the host took from all cores together, as the kernel counts it, milliseconds.
+    pub steal_ms: f64,
+}
+
+/// Watches until it is dropped.
+pub struct StallWatch {
+    /// When each ended, and how long it was, nanoseconds.
+    seen: Arc<Mutex<Vec<(u64, u64)>>>,
+    stop: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+    steal_ms: f64,
+}
+
+impl StallWatch {
+    /// Starts to watch. Without the privilege of real-time priority it sees the load of the machine as well.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn start() -> std::io::Result<Self> {
+        let mut watch = Self {
+            seen: Arc::default(),
+            stop: Arc::default(),
+            threads: Vec::new(),
+            steal_ms: steal_ms(),
+        };
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        for core in 0..cores {
+            let (seen, stop) = (Arc::clone(&watch.seen), Arc::clone(&watch.stop));
+            let thread = std::thread::Builder::new().name(format!("stalls-{core}"));
+            watch.threads.push(thread.spawn(move || {
+                let mut own = CpuSet::new();
+                own.set(core);
+                // Unpinned it still sees stalls of the whole machine.
+                let _ = sched_setaffinity(None, &own);
+                let _ = promote(PRIORITY);
+                look(&seen, &stop);
+            })?);
+        }
+        Ok(watch)
+    }
+
+    /// What it has seen.
+    #[must_use]
+    pub fn stalls(&self) -> Stalls {
+        Stalls {
+            steal_ms: (steal_ms() - self.steal_ms).max(0.0),
+            ..self.since(0)
+        }
+    }
+
+    /// Stalls that ended at or after a time.
+    #[must_use]
+    pub fn since(&self, start_ns: u64) -> Stalls {
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
+        let longest_ns = of.clone().map(|(_, length_ns)| *length_ns).max();
+        Stalls {
+            count: of.count(),
+            longest_ms: longest_ns.unwrap_or(0) as f64 / 1e6,
+            steal_ms: 0.0,
+        }
+    }
+}
+
+fn look(seen: &Mutex<Vec<(u64, u64)>>, stop: &AtomicBool) {
+    let mut next_ns = monotonic_ns();
+    while !stop.load(Ordering::Relaxed) {
+        next_ns += PERIOD_NS;
+        sleep_until(next_ns);
+        let now_ns = monotonic_ns();
+        if now_ns > next_ns + STALL_NS {
+            let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
+            if seen.len() < MOST {
+                seen.push((now_ns, now_ns - next_ns));
+            }
+        }
+        next_ns = next_ns.max(now_ns);
+    }
+}
+
+fn sleep_until(deadline_ns: u64) {
+    let time = Timespec {
+        tv_sec: (deadline_ns / 1_000_000_000) as _,
+        tv_nsec: (deadline_ns % 1_000_000_000) as _,
+    };
+    // A signal wakes it early, which is not late.
+    let _ = rustix::thread::clock_nanosleep_absolute(ClockId::Monotonic, &time);
+}
+
+/// The eighth number of the first line of `/proc/stat` (proc(5)), in ticks of 10 ms.
+fn steal_ms() -> f64 {
+    let text = fs::read_to_string("/proc/stat").unwrap_or_default();
+    let line = text.lines().next().unwrap_or_default();
+    let ticks = line.split_whitespace().nth(8);
+    ticks
+        .and_then(|ticks| ticks.parse::<f64>().ok())
+        .unwrap_or(0.0)
+        * 10.0
+}
+
+impl Drop for StallWatch {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            // It wakes every millisecond.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stalls_are_counted_from_a_time_on() {
+        let watch = StallWatch::start().expect("threads");
+        *watch.seen.lock().expect("not poisoned") = vec![(100, 7_000_000), (200, 31_000_000)];
+        let all = watch.since(0);
+        assert!(all.count >= 2 && all.longest_ms >= 31.0, "{all:?}");
+        let later = watch.since(monotonic_ns() + 1_000_000_000_000);
+        assert_eq!(later, Stalls::default());
+        assert!(watch.stalls().steal_ms >= 0.0);
+    }
+}
