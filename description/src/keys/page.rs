@@ -83,7 +83,17 @@ impl Page {
         // Keys begin in lines of their own; a bar would end a cell, and `<id>` would be a tag.
         let cell = |text: &str| {
             let text = text.replace('\n', " ").replace('|', "\\|");
-            text.replace('<', "&lt;")
+            // Between backticks it is shown as it is.
+            let mut code = true;
+            let parts = text.split('`').map(|part| {
+                code = !code;
+                if code {
+                    part.to_owned()
+                } else {
+                    part.replace('<', "&lt;")
+                }
+            });
+            parts.collect::<Vec<_>>().join("`")
         };
         for table in self.tables.iter().filter(|table| !table.keys.is_empty()) {
             let title = match table.path.as_str() {

@@ -1,9 +1,16 @@
-//! The area management activity: reports in, journal, messages out. Whoever runs it hands in the time.
+//! The area management activity: reports in, journal, messages out; its step, which is handed the time, and its thread.
+
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
 
 use super::question::{Answer, Question};
+use super::shared::Shared;
 use crate::journal::{Entry, Store, StoreError};
 use crate::manager::Manager;
 use contract::wire::{MediatorReport, RobotReport};
+use tokio::sync::mpsc::Sender;
+use tokio::sync::mpsc::error::TrySendError;
 
 /// Time passes for the manager at least this often.
 pub const TICK_NS: u64 = 20_000_000;
@@ -111,5 +118,76 @@ impl Management {
                 Err(error) => Answer::Refused(error.to_string()),
             },
         }
+    }
+}
+
+/// Runs until it is told to stop, or the journal fails: nothing is granted that is not written down first.
+pub(super) fn run(
+    manager: Manager,
+    store: Store,
+    inbox: &Receiver<Input>,
+    outbox: &Sender<MediatorReport>,
+    shared: &Shared,
+) -> Result<(), String> {
+    let outcome = run_until_stopped(manager, store, inbox, outbox, shared);
+    shared.stop();
+    outcome
+}
+
+fn run_until_stopped(
+    manager: Manager,
+    store: Store,
+    inbox: &Receiver<Input>,
+    outbox: &Sender<MediatorReport>,
+    shared: &Shared,
+) -> Result<(), String> {
+    let mut management = Management::start(manager, store).map_err(|error| error.to_string())?;
+    let mut overflows = Overflows::default();
+    while !shared.is_stopping() {
+        let first = match inbox.recv_timeout(Duration::from_nanos(TICK_NS)) {
+            Ok(input) => Some(input),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
+        let now_ns = shared.now_ns();
+        management
+            .turn(first.into_iter().chain(inbox.try_iter()), now_ns)
+            .map_err(|error| error.to_string())?;
+        overflows.tell(shared, now_ns);
+        while let Some(message) = management.next_message(now_ns) {
+            match outbox.try_send(message) {
+                Ok(()) => {}
+                Err(TrySendError::Full(_)) => {
+                    shared.dropped_outputs.fetch_add(1, Ordering::Relaxed);
+                }
+                Err(TrySendError::Closed(_)) => return Ok(()),
+            }
+        }
+        management.answer();
+    }
+    Ok(())
+}
+
+/// What was dropped because a queue was full; logged at most once a second.
+#[derive(Default)]
+struct Overflows {
+    told: [u64; 2],
+    again_ns: u64,
+}
+
+impl Overflows {
+    fn tell(&mut self, shared: &Shared, now_ns: u64) {
+        let dropped = [&shared.dropped_inputs, &shared.dropped_outputs];
+        let dropped = dropped.map(|count| count.load(Ordering::Relaxed));
+        if dropped == self.told || now_ns < self.again_ns {
+            return;
+        }
+        let [reports, messages] = dropped;
+        tracing::warn!(
+            "overload: {reports} reports and {messages} messages dropped since the start; each is sent again with the next level: \
+             let robots report less often, or use a faster machine"
+        );
+        self.told = dropped;
+        self.again_ns = now_ns + 1_000_000_000;
     }
 }

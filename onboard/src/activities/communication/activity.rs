@@ -7,9 +7,8 @@ use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::RobotState;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 
-use super::mailbox::Inbox;
 use super::membership::{Membership, MembershipSetup};
-use super::session::{OpenSession, Session};
+use super::network::{Inbox, OpenSession, Session};
 use super::settings::Settings;
 use super::state::{self, Snapshot};
 use crate::activities::news::News;

@@ -7,8 +7,7 @@ use coordination::fsm::Machine;
 use nalgebra::Matrix3;
 use skills::borders::AreaSet;
 
-use super::mailbox::Mailbox;
-use super::session::Session;
+use super::network::{Mailbox, Session};
 use crate::activities::fleet_link::{CommunicationEnd, NavigationEvent};
 use crate::fleet::{Directive, Member, Place, Sense, Setup, Troubles};
 use crate::realtime::clock::SECOND_NS;

@@ -6,16 +6,12 @@
 //! The only activity with an asynchronous side: its thread drives a tokio runtime with one worker, as zenoh wants it.
 
 mod activity;
-mod mailbox;
 mod membership;
-mod session;
+mod network;
 mod settings;
 mod state;
-mod zenoh_session;
 
 pub use activity::{Communication, PERIOD};
-pub use mailbox::Inbox;
 pub use membership::MembershipSetup;
-pub use session::{OpenSession, Session};
+pub use network::{Inbox, OpenSession, Session, zenoh_session};
 pub use settings::Settings;
-pub use zenoh_session::zenoh_session;

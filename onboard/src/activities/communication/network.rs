@@ -1,4 +1,8 @@
-//! The session on zenoh.
+//! The robot's session on the fleet's network: what it publishes, and the box that the mediator's messages wait in. Whatever
+//! carries it is a [`Session`]; the product's is zenoh.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use contract::keys;
 use zenoh::Wait;
@@ -6,11 +10,83 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 
-use super::mailbox::Inbox;
-use super::session::{OpenSession, Session};
 use super::settings::Settings;
+use crate::activities::news::News;
 
-/// An open session.
+/// Messages that may wait. Each carries the whole state, so a full box drops the oldest.
+const WAITING: usize = 16;
+
+/// Messages of the mediator on their way from the network's threads to ours.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Mailbox(Arc<Mutex<Letters>>);
+
+#[derive(Debug, Default)]
+struct Letters {
+    waiting: VecDeque<Vec<u8>>,
+    dropped: u64,
+}
+
+impl Mailbox {
+    pub(super) fn put(&self, letter: Vec<u8>) {
+        let mut letters = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if letters.waiting.len() == WAITING {
+            letters.waiting.pop_front();
+            letters.dropped += 1;
+        }
+        letters.waiting.push_back(letter);
+    }
+
+    pub(super) fn take(&self) -> Option<Vec<u8>> {
+        let mut letters = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        letters.waiting.pop_front()
+    }
+
+    /// Messages dropped so far.
+    pub(super) fn dropped(&self) -> u64 {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .dropped
+    }
+}
+
+/// Where a session on the network puts the mediator's messages.
+#[derive(Clone, Debug)]
+pub struct Inbox {
+    pub(super) mailbox: Mailbox,
+    pub(super) news: News,
+}
+
+impl Inbox {
+    /// Puts a message in, and wakes the activity. From any thread that may take a lock.
+    pub fn put(&self, message: Vec<u8>) {
+        self.mailbox.put(message);
+        self.news.tell();
+    }
+}
+
+/// An open session, on which the robot is alive; closes when it is dropped.
+pub trait Session: Send {
+    /// The session's own name.
+    fn id(&self) -> String;
+
+    /// Sends the robot's state to everybody. Does not wait.
+    ///
+    /// # Errors
+    /// A sentence.
+    fn send_state(&self, message: Vec<u8>) -> Result<(), String>;
+
+    /// Sends a report to the mediator. Does not wait.
+    ///
+    /// # Errors
+    /// A sentence.
+    fn send_report(&self, message: Vec<u8>) -> Result<(), String>;
+}
+
+/// Opens a session, at first and after each failure. On a managed site the inbox takes the mediator's messages.
+pub type OpenSession = Box<dyn FnMut(Option<Inbox>) -> Result<Box<dyn Session>, String> + Send>;
+
+/// A session on zenoh.
 struct ZenohSession {
     state: Publisher<'static>,
     report: Option<Publisher<'static>>,
@@ -95,4 +171,20 @@ impl Session for ZenohSession {
 
 fn put(publisher: &Publisher<'static>, message: Vec<u8>) -> Result<(), String> {
     { publisher.put(message).wait() }.map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_mailbox_lets_the_oldest_go_and_counts_it() {
+        let mailbox = Mailbox::default();
+        for number in 0..=WAITING {
+            mailbox.put(vec![u8::try_from(number).expect("small")]);
+        }
+        assert_eq!(mailbox.dropped(), 1);
+        assert_eq!(mailbox.take(), Some(vec![1]));
+        assert_eq!(std::iter::from_fn(|| mailbox.take()).count(), WAITING - 1);
+    }
 }
