@@ -98,6 +98,10 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo run --bin rig -- overtaking --stepped --runs 20",
         ByCi,
     ),
+    (
+        "cargo run --bin rig -- campaign overtaking --stepped --runs 60 --faults",
+        ByCi,
+    ),
     ("cargo run --bin rig -- map config/sites/course.toml", Here),
     (
         "cargo run --bin rig -- scenario config/scenarios/overtaking.toml",

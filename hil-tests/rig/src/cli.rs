@@ -123,6 +123,9 @@ struct CampaignArgs {
     /// Run on a simulated clock, without threads and devices
     #[arg(long)]
     stepped: bool,
+    /// Draw faults from the seed of each run (with --stepped)
+    #[arg(long, requires = "stepped")]
+    faults: bool,
     /// Runs at once; through the real programs each takes a processor or two [default: one; on the simulated clock one for
     /// each core]
     #[arg(long)]
@@ -200,6 +203,8 @@ impl CampaignArgs {
             seed: self.seed,
             many: Many {
                 stepped: self.stepped,
+                faults: self.faults,
+                keep: None,
                 runs: self.runs,
                 jobs: self.jobs,
             },

@@ -12,10 +12,13 @@ use crate::campaign::{processes, stepped};
 use crate::output::{end_flag, write};
 use crate::run::{Options, Run, finish, look_on, run};
 use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
+use crate::stepped::faults::drawn;
 use crate::stepped::{Plans, Stepped};
 
 /// Folder for the output of scenarios, unless told otherwise.
 const OUT: &str = "target/rig";
+/// Of the seeds of a campaign that failed, so many are shrunk.
+const MOST_SHRUNK: usize = 3;
 
 /// A scenario, and how it is to be run.
 #[derive(Clone, Debug)]
@@ -43,11 +46,17 @@ pub struct Request {
 }
 
 /// Many runs, and the simulated clock.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Many {
     /// Run on a simulated clock, without threads and devices
     #[arg(long)]
     pub stepped: bool,
+    /// Draw faults from the seed of each run, beside those of the scenario (with --stepped)
+    #[arg(long, requires = "stepped")]
+    pub faults: bool,
+    /// Of the faults, only those with these numbers, counted from 0
+    #[arg(long, value_name = "N,N", value_delimiter = ',', requires = "faults")]
+    pub keep: Option<Vec<usize>>,
     /// Runs, with this seed and the following ones
     #[arg(long, default_value_t = 1, value_parser = RangedU64ValueParser::<usize>::new().range(1..=1_000_000))]
     pub runs: usize,
@@ -173,9 +182,21 @@ fn stepped_often(
         .map_or(1, NonZeroUsize::get);
     let (seed, runs) = (request.seed, request.many.runs);
     let plans = plans(scenario, request)?;
-    let statistics = stepped::campaign(scenario, &plans, seed, runs, jobs, asked_to_end)?;
+    let faults = request.many.faults;
+    let statistics = stepped::campaign(
+        scenario,
+        &plans,
+        seed..seed + runs as u64,
+        jobs,
+        faults,
+        asked_to_end,
+    )?;
     statistics.print();
     statistics.write(out)?;
+    let failed = statistics.failures.iter().filter(|_| faults);
+    for failure in failed.take(MOST_SHRUNK) {
+        shrink(scenario, &plans, failure.seed, request, out)?;
+    }
     let share = statistics.done as f64 / statistics.runs.max(1) as f64;
     let made = statistics.clean == statistics.runs && statistics.runs == runs;
     if made && share >= scenario.least_done_share {
@@ -196,6 +217,68 @@ fn plans(scenario: &Scenario, request: &Request) -> Result<Plans, Failure> {
     })
 }
 
+/// The fewest faults of a seed with which the run still fails: says how to see it again, and leaves its report.
+fn shrink(
+    scenario: &Scenario,
+    plans: &Plans,
+    seed: u64,
+    request: &Request,
+    out: &Path,
+) -> Result<(), Failure> {
+    let fails = |keep: &[usize]| -> Result<bool, Failure> {
+        let faulted = faulted(scenario, seed, Some(keep));
+        Ok(!stepped::summary(&faulted, plans, seed, true)?.passed())
+    };
+    let all = faulted(scenario, seed, None).faults.len();
+    let mut keep: Vec<usize> = (0..all).collect();
+    let mut next = 0;
+    while next < keep.len() {
+        let mut fewer = keep.clone();
+        fewer.remove(next);
+        if fails(&fewer)? {
+            keep = fewer;
+        } else {
+            next += 1;
+        }
+    }
+    let scenario = faulted(scenario, seed, Some(&keep));
+    let numbers: Vec<String> = keep.iter().map(ToString::to_string).collect();
+    let again = if keep.is_empty() {
+        String::new()
+    } else {
+        format!(" --faults --keep {}", numbers.join(","))
+    };
+    println!(
+        "seed {seed}, {} of {all} faults: rig scenario {}{} --stepped --seed {seed}{again}",
+        keep.len(),
+        request.scenario.display(),
+        { request.rounds }.map_or(String::new(), |rounds| format!(" --rounds {rounds}")),
+    );
+    for fault in &scenario.faults {
+        println!("    {fault},");
+    }
+    let stepped = Stepped::new(&scenario, plans, seed, true, false)?;
+    let mut run = Run::new(scenario, stepped, seed);
+    let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
+    // It fails: that is why it is here.
+    let _ = finish(run, &out.join(format!("seed-{seed}")), &ending);
+    Ok(())
+}
+
+/// A scenario with the faults of a seed, or with some of them.
+fn faulted(scenario: &Scenario, seed: u64, keep: Option<&[usize]>) -> Scenario {
+    let mut scenario = scenario.clone();
+    scenario.faults.extend(drawn(&scenario, seed));
+    if let Some(keep) = keep {
+        let mut number = 0;
+        scenario.faults.retain(|_| {
+            number += 1;
+            keep.contains(&(number - 1))
+        });
+    }
+    scenario
+}
+
 /// One run on the simulated clock, with drawings and traces.
 fn stepped_once(
     scenario: Scenario,
@@ -204,6 +287,11 @@ fn stepped_once(
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
     let plans = plans(&scenario, request)?;
+    let scenario = if request.many.faults {
+        faulted(&scenario, request.seed, request.many.keep.as_deref())
+    } else {
+        scenario
+    };
     let stepped = Stepped::new(&scenario, &plans, request.seed, true, true)?;
     let mut run = Run::new(scenario, stepped, request.seed);
     let ending = look_on(&mut run, request.headless, asked_to_end)?;

@@ -1,6 +1,7 @@
 //! Many runs on the simulated clock, in threads of this process.
 
 use std::io::{IsTerminal, Write};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -10,27 +11,35 @@ use super::pool::run_all;
 use super::statistics::Statistics;
 use crate::run::{Run, look_on, record};
 use crate::scenario::Scenario;
+use crate::stepped::faults::drawn;
 use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
 
-/// Runs a scenario with seeds `first_seed..first_seed + runs` in `jobs` threads.
+/// Runs a scenario with these seeds in `jobs` threads, with `faults` drawn from each seed.
 ///
 /// # Errors
 /// [`Failure::Refused`] when a run cannot be built.
 pub fn campaign(
     scenario: &Scenario,
     plans: &Plans,
-    first_seed: u64,
-    runs: usize,
+    seeds: Range<u64>,
     jobs: usize,
+    faults: bool,
     asked_to_end: &AtomicBool,
 ) -> Result<Statistics, Failure> {
     let began = Instant::now();
+    let runs = usize::try_from(seeds.end - seeds.start).unwrap_or(usize::MAX);
     let failed = AtomicUsize::new(0);
     let terminal = std::io::stdout().is_terminal();
     let one = |number: usize| {
-        let seed = first_seed + number as u64;
-        let summary = summary(scenario, plans, seed, true)?;
+        let seed = seeds.start + number as u64;
+        let summary = if faults {
+            let mut scenario = scenario.clone();
+            scenario.faults.extend(drawn(&scenario, seed));
+            summary(&scenario, plans, seed, true)?
+        } else {
+            summary(scenario, plans, seed, true)?
+        };
         failed.fetch_add(usize::from(!summary.passed()), Ordering::Relaxed);
         Ok(summary)
     };

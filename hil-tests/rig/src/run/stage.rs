@@ -79,6 +79,11 @@ impl Stage {
     /// # Errors
     /// [`Failure::Refused`] naming what is wrong or not available.
     pub fn set(scenario: &Scenario, options: &Options) -> Result<Self, Failure> {
+        if !scenario.faults.is_empty() {
+            return Err(Failure::refused(
+                "the scenario has `faults`, which happen on the simulated clock only: add --stepped",
+            ));
+        }
         make_folder(&options.out)?;
         let folder = Folder::new()?;
         let janitor = Janitor::start(&options.program, folder.path()).map_err(Failure::refused)?;

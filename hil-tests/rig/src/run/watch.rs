@@ -69,7 +69,12 @@ impl<E: Execution> Run<E> {
             moved_ns: stage.start_ns(),
             looks_inside: scenario.looks_inside(),
             tracks,
-            incidents: Vec::new(),
+            incidents: { scenario.faults.iter() }
+                .map(|fault| Incident {
+                    at_s: fault.at_s,
+                    what: fault.to_string(),
+                })
+                .collect(),
             scenario,
             stage,
             seed,

@@ -4,9 +4,11 @@
 //! - [`Goal`]: what one robot is to do;
 //! - [`Limits`]: figures beyond which something is a violation;
 //! - [`Clutter`]: obstacles and walkers that the site file does not know;
+//! - [`ScriptedFault`]: what goes wrong, on the simulated clock;
 //! - [`load`](fn@load) reads a file, [`load_shipped`] one that ships, with [`Changes`] from the command line.
 
 mod clutter;
+mod fault;
 mod goal;
 mod limits;
 mod load;
@@ -14,6 +16,7 @@ mod model;
 mod problem;
 
 pub use clutter::{Boxes, Clutter, People, Vehicle};
+pub use fault::{ScriptedFault, ScriptedKind};
 pub use goal::{Goal, Places, Stop};
 pub use limits::Limits;
 pub use load::{Changes, load, load_shipped};

@@ -7,6 +7,7 @@ use config::{NetConfig, RobotConfig, SiteConfig};
 use description::site::{FsmConfig, SiteRobot};
 
 use super::clutter::Clutter;
+use super::fault::ScriptedFault;
 use super::goal::{Goal, Stop};
 use super::limits::Limits;
 
@@ -41,6 +42,8 @@ pub struct Scenario {
     pub clutter: Option<Clutter>,
     /// Of many runs on the simulated clock at least this share must reach all goals; none may have a violation.
     pub least_done_share: f64,
+    /// What goes wrong, on the simulated clock.
+    pub faults: Vec<ScriptedFault>,
     /// The robots, by identity.
     pub robots: Vec<Player>,
     /// How many runs of each coordination must come to a declared end, by their ids.
@@ -110,11 +113,13 @@ impl Scenario {
         self
     }
 
-    /// Longest time until all goals are reached.
+    /// Longest time until all goals are reached; patience begins anew when the last fault is over.
     #[must_use]
     pub fn longest_s(&self) -> f64 {
         let rounds = self.robots.iter().map(|player| player.goal.rounds()).max();
-        self.patience_s + self.patience_round_s * f64::from(rounds.unwrap_or(0))
+        let faults = self.faults.iter().map(ScriptedFault::until_s);
+        let rounds_s = self.patience_round_s * f64::from(rounds.unwrap_or(0));
+        self.patience_s + rounds_s + faults.fold(0.0, f64::max)
     }
 
     /// Whether the rig must know what robots believe, and in which states they are.

@@ -75,7 +75,7 @@ impl Execution for Stepped<'_> {
     }
 
     fn told<R>(&self, to: impl FnOnce(Option<&Told>) -> R) -> R {
-        to(self.mediator.as_ref().map(|_| &self.told))
+        to((!self.mediator_spans_ns.is_empty()).then_some(&self.told))
     }
 
     fn hears_grants(&self) -> bool {
@@ -140,13 +140,14 @@ impl Execution for Stepped<'_> {
     }
 
     fn mediator(&self) -> Option<MediatorRuns> {
-        self.mediator.as_ref()?;
-        Some(MediatorRuns {
+        let spans_ns = self.mediator_spans_ns.clone();
+        let starts = u32::try_from(spans_ns.len()).unwrap_or(u32::MAX);
+        (starts > 0).then(|| MediatorRuns {
             summary: MediatorSummary {
-                starts: 1,
+                starts,
                 ..MediatorSummary::default()
             },
-            spans_ns: vec![(START_NS, None)],
+            spans_ns,
         })
     }
 }

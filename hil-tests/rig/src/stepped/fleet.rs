@@ -4,9 +4,12 @@ use contract::wire::{MediatorReport, RobotReport, RobotState};
 use contract::{Message as _, decode, keys};
 use onboard::cli::Failure;
 use onboard::symbols::faults::FaultTable;
-use sim::world::{Random, World};
+use sim::plant::DriveCommand;
+use sim::world::{ObstacleId, Random, World};
 
 use super::clock::{START_NS, STEP_NS};
+use super::disk::Disk;
+use super::faults::Schedule;
 use super::mediator::SteppedMediator;
 use super::network::{Message, MessageKind, Network};
 use super::plans::Plans;
@@ -16,7 +19,7 @@ use crate::folder::Folder;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::run::LOOK_NS;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ScriptedKind};
 use crate::stand_ins::clutter::furnish;
 use crate::testbed::{drawn_starts, plain_world, start_delays_ns};
 
@@ -24,7 +27,6 @@ use crate::testbed::{drawn_starts, plain_world, start_delays_ns};
 const PREFIX: &str = "stepped";
 /// Boot epochs come from the seed.
 const EPOCH_STREAM: u64 = 0x4550_4F43;
-
 /// Robots on the simulated clock.
 pub struct Stepped<'a> {
     /// Their world.
@@ -32,6 +34,12 @@ pub struct Stepped<'a> {
     pub(super) plans: &'a Plans,
     pub(super) robots: Vec<Member>,
     pub(super) mediator: Option<SteppedMediator>,
+    /// When each start of the mediator began and ended.
+    pub(super) mediator_spans_ns: Vec<(u64, Option<u64>)>,
+    pub(super) disk: Disk,
+    pub(super) faults: Schedule,
+    /// People who stand in a robot's way.
+    pub(super) people: Vec<(usize, ObstacleId)>,
     network: Network,
     pub(super) told: Told,
     pub(super) leave: Leave,
@@ -60,8 +68,14 @@ pub(super) enum Leave {
 pub(super) struct Member {
     pub(super) id: String,
     starts_ns: u64,
-    /// None before it starts.
+    /// None before it starts, and while it is killed.
     pub(super) robot: Option<SteppedRobot>,
+    pub(super) killed: bool,
+    /// When its bus was last served, and after which time the drive's watchdog trips.
+    served_ns: u64,
+    watchdog_ns: u64,
+    /// When an operator reset it last.
+    pub(super) reset_ns: u64,
     pub(super) faults: FaultTable,
     /// The areas that the rig has given it leave for.
     pub(super) allowed: Vec<bool>,
@@ -85,14 +99,19 @@ impl<'a> Stepped<'a> {
             furnish(&mut world, clutter, seed).map_err(Failure::refused)?;
         }
         world.advance_to(START_NS);
+        let disk = Disk::default();
         let mediator = { plans.mediator.as_ref() }
-            .map(|plan| SteppedMediator::start(plan, START_NS))
+            .map(|plan| SteppedMediator::start(plan, disk.clone(), START_NS))
             .transpose()?;
         let robots = { plans.robots.iter().zip(start_delays_ns(scenario, seed)) }
             .map(|((_, plan), delay_ns)| Member {
                 id: plan.robot.identity.id.clone(),
                 starts_ns: START_NS + delay_ns,
                 robot: None,
+                killed: false,
+                served_ns: START_NS,
+                watchdog_ns: u64::from(plan.robot.ethercat.watchdog_ms) * 1_000_000,
+                reset_ns: 0,
                 faults: FaultTable::default(),
                 allowed: Vec::new(),
             })
@@ -101,7 +120,11 @@ impl<'a> Stepped<'a> {
             world,
             plans,
             robots,
+            mediator_spans_ns: { mediator.iter() }.map(|_| (START_NS, None)).collect(),
             mediator,
+            disk,
+            faults: Schedule::new(scenario),
+            people: Vec::new(),
             network: Network::new(seed),
             told: Told::default(),
             leave: match scenario.withholds_areas {
@@ -136,6 +159,7 @@ impl<'a> Stepped<'a> {
         }
         self.fresh = true;
         self.hear();
+        self.reset_latched(self.now_ns());
         Ok(())
     }
 
@@ -164,66 +188,86 @@ impl<'a> Stepped<'a> {
         Ok(())
     }
 
-    /// One step of everything: messages arrive, the mediator goes on, robots go on.
+    /// One step of everything: faults come and go, messages arrive, the mediator goes on, robots go on.
     fn step(&mut self, now_ns: u64) -> Result<(), Failure> {
+        for change in self.faults.changes(now_ns) {
+            self.apply(change, now_ns)?;
+        }
         for number in 0..self.robots.len() {
             let member = &self.robots[number];
-            if member.robot.is_none() && now_ns >= member.starts_ns {
+            if member.robot.is_none() && !member.killed && now_ns >= member.starts_ns {
                 self.start(number, now_ns)?;
             }
         }
         self.world.advance_to(now_ns);
         while let Some(message) = self.network.arrived(now_ns) {
-            self.deliver(&message, now_ns);
-        }
-        if let Some(mediator) = &mut self.mediator {
-            let mut answers = Vec::new();
-            mediator.cycle(now_ns, |answer| answers.push(answer))?;
-            if let Some(status) = mediator.take_status() {
-                self.told.take(status, now_ns);
-            }
-            for answer in answers {
-                self.send(&answer, now_ns);
+            if message.kind == MessageKind::Report
+                && let Some(mediator) = &mut self.mediator
+            {
+                // The loader has checked both names.
+                let key = keys::report(PREFIX, &self.robots[message.robot].id);
+                mediator.deliver(&key.unwrap_or_default(), &message.bytes);
             }
         }
-        for member in &mut self.robots {
-            if let Some(robot) = &mut member.robot {
-                robot.step(&mut self.world, now_ns);
-            }
+        self.step_mediator(now_ns)?;
+        for number in 0..self.robots.len() {
+            self.step_robot(number, now_ns);
         }
-        self.network.collect(now_ns);
+        for message in self.network.take_sent() {
+            self.send(message, now_ns);
+        }
         Ok(())
     }
 
-    fn send(&mut self, answer: &MediatorReport, now_ns: u64) {
-        let robot = { self.robots.iter() }.position(|member| member.id == answer.robot_id);
-        if let Some(robot) = robot {
-            let message = Message {
-                robot,
-                kind: MessageKind::Answer,
-                bytes: answer.encode_to_vec(),
-            };
-            self.network.send(message, now_ns);
+    fn step_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
+        let Some(mediator) = &mut self.mediator else {
+            return Ok(());
+        };
+        let mut answers = Vec::new();
+        mediator.cycle(now_ns, self.faults.disk_ns(), |answer| answers.push(answer))?;
+        if let Some(status) = mediator.take_status() {
+            self.told.take(status, now_ns);
+        }
+        for answer in answers {
+            let robot = { self.robots.iter() }.position(|member| member.id == answer.robot_id);
+            if let Some(robot) = robot {
+                let message = Message {
+                    robot,
+                    kind: MessageKind::Answer,
+                    bytes: answer.encode_to_vec(),
+                };
+                self.send(message, now_ns);
+            }
+        }
+        Ok(())
+    }
+
+    /// A robot that does not serve its bus is stopped by the drive's watchdog.
+    fn step_robot(&mut self, number: usize, now_ns: u64) {
+        let hangs = self.faults.lasts(ScriptedKind::Hang, Some(number));
+        let member = &mut self.robots[number];
+        match &mut member.robot {
+            Some(robot) if !hangs => {
+                robot.step(&mut self.world, now_ns);
+                member.served_ns = now_ns;
+            }
+            _ if now_ns > member.served_ns + member.watchdog_ns => {
+                self.world.exchange(number, now_ns, &DriveCommand::OFF);
+            }
+            _ => {}
         }
     }
 
-    /// A message is there: for the mediator, and for the listener.
-    fn deliver(&mut self, message: &Message, now_ns: u64) {
+    /// Sends a message. The listener hears it as it leaves, whatever becomes of it.
+    fn send(&mut self, message: Message, now_ns: u64) {
         let (bytes, observations) = (&message.bytes[..], &mut self.observations);
         let understood = match message.kind {
             MessageKind::State => decode::<RobotState>(bytes)
                 .map(|state| observations.state(state, now_ns))
                 .is_ok(),
-            MessageKind::Report => {
-                if let Some(mediator) = &mut self.mediator {
-                    // The loader has checked both names.
-                    let key = keys::report(PREFIX, &self.robots[message.robot].id);
-                    mediator.deliver(&key.unwrap_or_default(), bytes);
-                }
-                decode::<RobotReport>(bytes)
-                    .map(|report| observations.report(&report, now_ns))
-                    .is_ok()
-            }
+            MessageKind::Report => decode::<RobotReport>(bytes)
+                .map(|report| observations.report(&report, now_ns))
+                .is_ok(),
             MessageKind::Answer => decode::<MediatorReport>(bytes)
                 .map(|answer| observations.answer(&answer, now_ns))
                 .is_ok(),
@@ -231,6 +275,8 @@ impl<'a> Stepped<'a> {
         if !understood {
             observations.malformed();
         }
+        let weather = self.faults.weather(message.robot);
+        self.network.send(message, weather, now_ns);
     }
 
     /// Takes in what the robots say of themselves, and traces.

@@ -1,6 +1,6 @@
 //! The mediator on the simulated clock: its area management with its journal, its bounded inbox and its period.
 //!
-//! Simulated are its network, and the disk below the journal: memory, written at once.
+//! Simulated are its network, and the disk below the journal.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,7 +12,8 @@ use mediator::nets::Plan;
 use mediator::runtime::{Answer, INPUTS, Input, Management, OUTPUTS, Question, TICK_NS, report_in};
 use mediator::setup::Setup;
 use onboard::cli::Failure;
-use redb::backends::InMemoryBackend;
+
+use super::disk::Disk;
 
 /// How often the rig asks it how everything stands, as an operator would.
 const STATUS_NS: u64 = 200_000_000;
@@ -42,6 +43,8 @@ pub(super) struct SteppedMediator {
     started_ns: u64,
     /// When it goes on at the latest.
     wakes_ns: u64,
+    /// When the journal is written and what waits for it may leave, and when its turn was.
+    written_ns: Option<(u64, u64)>,
     asks_ns: u64,
     status: Arc<Mutex<Option<Status>>>,
     /// Reports and messages that found a full queue.
@@ -49,10 +52,9 @@ pub(super) struct SteppedMediator {
 }
 
 impl SteppedMediator {
-    /// Starts with an empty journal.
-    pub(super) fn start(plan: &MediatorPlan, now_ns: u64) -> Result<Self, Failure> {
-        let (store, stored) =
-            Store::on(InMemoryBackend::new(), &plan.setup.site).map_err(Failure::refused)?;
+    /// Starts with the journal on this disk.
+    pub(super) fn start(plan: &MediatorPlan, disk: Disk, now_ns: u64) -> Result<Self, Failure> {
+        let (store, stored) = Store::on(disk, &plan.setup.site).map_err(Failure::refused)?;
         let manager = Manager::with_plans(&plan.setup, plan.nets.clone(), &stored, 0)
             .map_err(Failure::refused)?;
         Ok(Self {
@@ -60,6 +62,7 @@ impl SteppedMediator {
             inbox: VecDeque::new(),
             started_ns: now_ns,
             wakes_ns: now_ns,
+            written_ns: None,
             asks_ns: now_ns,
             status: Arc::default(),
             dropped: 0,
@@ -82,27 +85,42 @@ impl SteppedMediator {
         }
     }
 
-    /// Goes on when there is something to do, and gives what leaves to `send`.
+    /// Goes on when there is something to do, and gives what leaves to `send`. Writing the journal takes `disk_ns`.
     ///
     /// # Errors
     /// [`Failure::Failed`] when the journal cannot be written, which ends it.
     pub(super) fn cycle(
         &mut self,
         now_ns: u64,
-        mut send: impl FnMut(MediatorReport),
+        disk_ns: u64,
+        send: impl FnMut(MediatorReport),
     ) -> Result<(), Failure> {
         if now_ns >= self.asks_ns {
             self.asks_ns = now_ns + STATUS_NS;
             self.ask();
         }
-        if self.inbox.is_empty() && now_ns < self.wakes_ns {
-            return Ok(());
+        if self.written_ns.is_none() {
+            if self.inbox.is_empty() && now_ns < self.wakes_ns {
+                return Ok(());
+            }
+            self.wakes_ns = now_ns + TICK_NS;
+            // Its clock counts from its start.
+            let own_ns = now_ns - self.started_ns;
+            let inputs = std::iter::from_fn(|| self.inbox.pop_front());
+            { self.management.turn(inputs, own_ns) }.map_err(Failure::failed)?;
+            self.written_ns = Some((now_ns + disk_ns, own_ns));
         }
-        self.wakes_ns = now_ns + TICK_NS;
-        // Its clock counts from its start.
-        let own_ns = now_ns - self.started_ns;
-        let inputs = std::iter::from_fn(|| self.inbox.pop_front());
-        { self.management.turn(inputs, own_ns) }.map_err(Failure::failed)?;
+        if let Some((written_ns, own_ns)) = self.written_ns
+            && now_ns >= written_ns
+        {
+            self.written_ns = None;
+            self.release(own_ns, send);
+        }
+        Ok(())
+    }
+
+    /// What waited for the journal leaves.
+    fn release(&mut self, own_ns: u64, mut send: impl FnMut(MediatorReport)) {
         let mut room = OUTPUTS;
         while let Some(message) = self.management.next_message(own_ns) {
             if room == 0 {
@@ -113,7 +131,6 @@ impl SteppedMediator {
             send(message);
         }
         self.management.answer();
-        Ok(())
     }
 
     fn ask(&mut self) {

@@ -8,13 +8,16 @@
 //!
 //! [`Stepped`] runs the robots of a scenario this way, for [`Run`](crate::run::Run) to judge; [`SteppedRobot`] is one robot.
 //!
-//! The same seed gives the same run. What real threads add (late wake-ups, lost frames, broken scans) is left to the
-//! runs through the real programs.
+//! The same seed gives the same run. [`faults`] come from the scenario or are drawn from the seed: messages, processes, the disk
+//! and operators. What goes wrong on buses and lines (lost frames, broken scans) is left to the runs through the real programs.
 
 mod clock;
+mod disk;
 mod drive;
 mod execution;
+pub mod faults;
 mod fleet;
+mod injection;
 mod leave;
 mod lidar;
 mod mediator;

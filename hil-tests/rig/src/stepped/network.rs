@@ -1,4 +1,4 @@
-//! The fleet's network on the simulated clock: messages take their time, and the listener hears every one.
+//! The fleet's network on the simulated clock: messages take their time, and get lost, late or repeated as faults have it.
 //!
 //! In zenoh's place: a session of each robot, and nothing else of it (no discovery, no liveliness, no keys).
 
@@ -8,10 +8,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use onboard::activities::communication::{Inbox, OpenSession, Session};
 use sim::world::Random;
 
+use super::faults::Weather;
+
 /// How long a message takes: least and most.
 const LATENCY_NS: [f64; 2] = [0.15e6, 0.9e6];
 /// Latencies come from the seed.
 const NETWORK_STREAM: u64 = 0x4E45_5457;
+/// So does what becomes of messages while a fault lasts.
+const CHANCE_STREAM: u64 = 0x4348_414E;
 
 /// A message, encoded; robots have the numbers that they have in the scenario.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,6 +38,8 @@ pub(super) enum MessageKind {
 /// The network.
 pub(super) struct Network {
     random: Random,
+    /// For what goes wrong.
+    chance: Random,
     /// By the time at which it arrives, and a number that makes it unique.
     under_way: BTreeMap<(u64, u64), Message>,
     number: u64,
@@ -53,6 +59,7 @@ impl Network {
     pub(super) fn new(seed: u64) -> Self {
         Self {
             random: Random::new(seed, NETWORK_STREAM),
+            chance: Random::new(seed, CHANCE_STREAM),
             under_way: BTreeMap::new(),
             number: 0,
             lines: Arc::default(),
@@ -71,21 +78,34 @@ impl Network {
         })
     }
 
-    /// Sends a message.
-    pub(super) fn send(&mut self, message: Message, now_ns: u64) {
+    /// Sends a message, in this weather.
+    pub(super) fn send(&mut self, message: Message, weather: Weather, now_ns: u64) {
         let [least_ns, most_ns] = LATENCY_NS;
         let latency_ns = least_ns + self.random.unit() * (most_ns - least_ns);
+        if weather == Weather::default() {
+            return self.carry(message, now_ns, latency_ns);
+        }
+        // Always as many draws: a fault changes no later one.
+        let [lost, repeated, late, later] = std::array::from_fn(|_| self.chance.unit());
+        if lost < weather.lost {
+            return;
+        }
+        if repeated < weather.repeated {
+            let latency_ns = latency_ns + later * weather.delay_ns;
+            self.carry(message.clone(), now_ns, latency_ns);
+        }
+        self.carry(message, now_ns, latency_ns + late * weather.delay_ns);
+    }
+
+    fn carry(&mut self, message: Message, now_ns: u64, latency_ns: f64) {
         self.number += 1;
         let key = (now_ns + latency_ns as u64, self.number);
         self.under_way.insert(key, message);
     }
 
-    /// Takes up what robots have sent.
-    pub(super) fn collect(&mut self, now_ns: u64) {
-        let sent = std::mem::take(&mut lock(&self.lines).sent);
-        for message in sent {
-            self.send(message, now_ns);
-        }
+    /// What robots have sent since the last call.
+    pub(super) fn take_sent(&mut self) -> Vec<Message> {
+        std::mem::take(&mut lock(&self.lines).sent)
     }
 
     /// The next message that has arrived. Answers have been put into their robot's inbox.

@@ -286,7 +286,8 @@ impl Clock {
             Self::Period { period_ns, next_ns } => {
                 let due = now_ns >= *next_ns;
                 if due {
-                    *next_ns += *period_ns;
+                    // Periods that were missed are not made up for.
+                    *next_ns = (*next_ns + *period_ns).max(now_ns);
                 }
                 due
             }
@@ -310,7 +311,7 @@ impl Clock {
                 let told = alarm.news.take().is_some() || std::mem::replace(woken, count) != count;
                 let ticked = now_ns >= *next_ns;
                 if ticked {
-                    *next_ns += *period_ns;
+                    *next_ns = (*next_ns + *period_ns).max(now_ns);
                 }
                 told || ticked
             }

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::scenario::clutter::Clutter;
+use crate::scenario::fault::ScriptedFault;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -27,6 +28,8 @@ pub(super) struct File {
     pub(super) withhold_areas: bool,
     #[serde(default)]
     pub(super) limits: Limits,
+    #[serde(default)]
+    pub(super) faults: Vec<Spanned<ScriptedFault>>,
     pub(super) clutter: Option<Spanned<Clutter>>,
     pub(super) robots: BTreeMap<Spanned<String>, Robot>,
     #[serde(default)]

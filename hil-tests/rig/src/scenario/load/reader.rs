@@ -236,6 +236,12 @@ impl<'a> Reader<'a> {
                 self.complain(clutter.span(), what);
             }
         }
+        let ids: Vec<&str> = robots.iter().map(|player| player.id.as_str()).collect();
+        for fault in &raw.faults {
+            for what in fault.get_ref().complaints(&ids) {
+                self.complain(fault.span(), what);
+            }
+        }
         let coordinations = { raw.coordinations.iter() }
             .map(|(id, count)| {
                 self.coordination(id);
@@ -268,6 +274,9 @@ impl<'a> Reader<'a> {
             site: SiteConfig::clone(self.site),
             limits: self.limits(raw),
             withholds_areas: raw.withhold_areas,
+            faults: { raw.faults.iter() }
+                .map(|fault| fault.get_ref().clone())
+                .collect(),
             clutter: raw.clutter.as_ref().map(|own| own.get_ref().clone()),
             robots,
             coordinations,

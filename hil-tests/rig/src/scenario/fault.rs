@@ -1,0 +1,233 @@
+//! What goes wrong in a run on the simulated clock: what, when, for how long and for whom.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// Something that goes wrong. Times are seconds since the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScriptedFault {
+    /// When it begins.
+    pub at_s: f64,
+    /// How long it lasts.
+    pub for_s: f64,
+    /// What it is.
+    pub what: ScriptedKind,
+    /// For this robot; left out where it concerns all, or the mediator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
+    /// Of all messages, from 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// Longest delay, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_s: Option<f64>,
+}
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScriptedKind {
+    /// Messages from and to a robot, or all, get lost with a probability.
+    Lose,
+    /// They arrive twice with a probability.
+    Repeat,
+    /// They take up to so much longer, so that later ones overtake them.
+    Delay,
+    /// No message from or to the robot arrives.
+    Partition,
+    /// The robot's process is killed, and started again at the end.
+    KillRobot,
+    /// The mediator is killed, and started again with its journal at the end.
+    KillMediator,
+    /// The disk below the mediator's journal takes so long for each write.
+    SlowDisk,
+    /// All threads of the robot stand still.
+    Hang,
+    /// Somebody steps into the robot's way, and leaves it at the end.
+    Person,
+    /// An operator pauses the robot, and lets it go on at the end.
+    Pause,
+    /// An operator stops the robot, and resets it at the end.
+    Stop,
+}
+
+/// Which keys a kind has beside when and how long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keys {
+    /// `robot`: needed, or possible.
+    pub robot: Option<bool>,
+    /// `share`.
+    pub share: bool,
+    /// `by_s`.
+    pub by_s: bool,
+}
+
+impl ScriptedKind {
+    /// All kinds.
+    pub const ALL: [Self; 11] = [
+        Self::Lose,
+        Self::Repeat,
+        Self::Delay,
+        Self::Partition,
+        Self::KillRobot,
+        Self::KillMediator,
+        Self::SlowDisk,
+        Self::Hang,
+        Self::Person,
+        Self::Pause,
+        Self::Stop,
+    ];
+
+    /// Which keys it has.
+    #[must_use]
+    pub fn keys(self) -> Keys {
+        let keys = |robot, share, by_s| Keys { robot, share, by_s };
+        match self {
+            Self::Lose | Self::Repeat => keys(Some(false), true, false),
+            Self::Delay => keys(Some(false), false, true),
+            Self::Partition
+            | Self::KillRobot
+            | Self::Hang
+            | Self::Person
+            | Self::Pause
+            | Self::Stop => keys(Some(true), false, false),
+            Self::KillMediator => keys(None, false, false),
+            Self::SlowDisk => keys(None, false, true),
+        }
+    }
+}
+
+impl ScriptedFault {
+    /// When it is over.
+    #[must_use]
+    pub fn until_s(&self) -> f64 {
+        self.at_s + self.for_s
+    }
+
+    /// What is wrong with it, for a scenario with these robots.
+    #[must_use]
+    pub fn complaints(&self, robots: &[&str]) -> Vec<String> {
+        const LONGEST_S: f64 = 3600.0;
+        let mut complaints = Vec::new();
+        let keys = self.what.keys();
+        for (key, value, most) in [
+            ("at_s", Some(self.at_s), LONGEST_S),
+            ("for_s", Some(self.for_s), LONGEST_S),
+            ("share", self.share, 1.0),
+            ("by_s", self.by_s, 60.0),
+        ] {
+            if let Some(value) = value.filter(|value| !(0.0..=most).contains(value)) {
+                complaints.push(format!("found {key} = {value}, expected 0 to {most}"));
+            }
+        }
+        let mut key = |name: &str, is: bool, may: bool, must: bool| {
+            if is && !may {
+                complaints.push(format!("found `{name}`, expected none for this fault"));
+            } else if must && !is {
+                complaints.push(format!("found no `{name}`, expected one for this fault"));
+            }
+        };
+        key(
+            "robot",
+            self.robot.is_some(),
+            keys.robot.is_some(),
+            keys.robot == Some(true),
+        );
+        key("share", self.share.is_some(), keys.share, keys.share);
+        key("by_s", self.by_s.is_some(), keys.by_s, keys.by_s);
+        if let Some(robot) = &self.robot
+            && !robots.contains(&robot.as_str())
+        {
+            let known = robots.join("`, `");
+            complaints.push(format!("found robot `{robot}`, expected one of `{known}`"));
+        }
+        complaints
+    }
+}
+
+impl fmt::Display for ScriptedFault {
+    /// As it stands in a scenario file.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Every kind is a word.
+        let what = serde_json::to_string(&self.what).unwrap_or_default();
+        write!(
+            f,
+            "{{ at_s = {:?}, for_s = {:?}, what = {what}",
+            self.at_s, self.for_s
+        )?;
+        if let Some(robot) = &self.robot {
+            write!(f, ", robot = {robot:?}")?;
+        }
+        if let Some(share) = self.share {
+            write!(f, ", share = {share:?}")?;
+        }
+        if let Some(by_s) = self.by_s {
+            write!(f, ", by_s = {by_s:?}")?;
+        }
+        f.write_str(" }")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct File {
+        faults: Vec<ScriptedFault>,
+    }
+
+    #[test]
+    fn a_fault_reads_as_it_is_written() {
+        let lines = [
+            "{ at_s = 12.5, for_s = 3.0, what = \"partition\", robot = \"amr-1\" }",
+            "{ at_s = 0.25, for_s = 0.5, what = \"lose\", share = 0.3 }",
+            "{ at_s = 1.0, for_s = 2.0, what = \"delay\", robot = \"amr-1\", by_s = 0.125 }",
+        ];
+        let text = format!("faults = [{}]", lines.join(", "));
+        let File { faults } = toml::from_str(&text).expect("good");
+        let shown: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        assert_eq!(shown, lines);
+        for fault in &faults {
+            assert_eq!(fault.complaints(&["amr-1"]), Vec::<String>::new());
+        }
+        assert_eq!(
+            faults[0].complaints(&["amr-2"]),
+            ["found robot `amr-1`, expected one of `amr-2`"]
+        );
+    }
+
+    #[test]
+    fn keys_that_do_not_belong_are_named() {
+        let fault = ScriptedFault {
+            at_s: -1.0,
+            for_s: 1.0,
+            what: ScriptedKind::KillMediator,
+            robot: Some("amr-1".into()),
+            share: None,
+            by_s: Some(f64::NAN),
+        };
+        assert_eq!(
+            fault.complaints(&["amr-1"]),
+            [
+                "found at_s = -1, expected 0 to 3600",
+                "found by_s = NaN, expected 0 to 60",
+                "found `robot`, expected none for this fault",
+                "found `by_s`, expected none for this fault",
+            ]
+        );
+        let nobody = ScriptedFault {
+            at_s: 1.0,
+            what: ScriptedKind::Hang,
+            robot: None,
+            by_s: None,
+            ..fault
+        };
+        assert_eq!(
+            nobody.complaints(&["amr-1"]),
+            ["found no `robot`, expected one for this fault"]
+        );
+    }
+}

@@ -1,0 +1,179 @@
+//! Faults of a run: drawn from the seed, or from the scenario's file, and what they do to the run at a time.
+
+use sim::world::Random;
+
+use super::clock::START_NS;
+use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
+
+/// Faults come from the seed, apart from everything else.
+const FAULT_STREAM: u64 = 0x4641_554C;
+/// At most this many are drawn.
+const MOST: f64 = 6.0;
+/// They begin between these times.
+const BEGIN_S: [f64; 2] = [2.0, 90.0];
+/// They last between these times, short ones as often as long ones.
+const LASTS_S: [f64; 2] = [0.05, 12.0];
+/// The longest delay of messages and of the disk.
+const DELAY_S: [f64; 2] = [0.005, 1.0];
+
+/// Faults for a scenario, drawn from the seed; in the order of their times.
+#[must_use]
+pub fn drawn(scenario: &Scenario, seed: u64) -> Vec<ScriptedFault> {
+    let mut random = Random::new(seed, FAULT_STREAM);
+    let count = 1 + (random.unit() * MOST) as usize;
+    let managed = scenario.site.areas_managed && !scenario.withholds_areas;
+    let mut faults: Vec<ScriptedFault> = (0..count)
+        .map(|_| draw(scenario, managed, &mut random))
+        .collect();
+    faults.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
+    faults
+}
+
+fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFault {
+    let kinds: Vec<ScriptedKind> = { ScriptedKind::ALL.into_iter() }
+        .filter(|kind| managed || kind.keys().robot == Some(true))
+        .collect();
+    let what = kinds[below(random, kinds.len())];
+    let keys = what.keys();
+    let robot = &scenario.robots[below(random, scenario.robots.len())].id;
+    // Drawn in any case, so that a fault does not depend on the kinds of those before it.
+    let [at, lasts, own, share, by] = std::array::from_fn(|_| random.unit());
+    ScriptedFault {
+        at_s: rounded(BEGIN_S[0] + at * (BEGIN_S[1] - BEGIN_S[0])),
+        for_s: rounded(between(LASTS_S, lasts)),
+        what,
+        robot: { keys.robot }.and_then(|must| (must || own < 0.5).then(|| robot.clone())),
+        share: keys.share.then(|| rounded(share)),
+        by_s: keys.by_s.then(|| rounded(between(DELAY_S, by))),
+    }
+}
+
+fn below(random: &mut Random, count: usize) -> usize {
+    ((random.unit() * count as f64) as usize).min(count - 1)
+}
+
+/// As likely between 0.1 and 1 as between 1 and 10.
+fn between([least, most]: [f64; 2], unit: f64) -> f64 {
+    least * (most / least).powf(unit)
+}
+
+/// To milliseconds, the clock's steps.
+fn rounded(seconds: f64) -> f64 {
+    (seconds * 1e3).round() / 1e3
+}
+
+/// What a fault does at its begin or its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Change {
+    pub(super) what: ScriptedKind,
+    pub(super) begins: bool,
+    /// Number in the scenario.
+    pub(super) robot: Option<usize>,
+}
+
+/// What happens to messages of one robot at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Weather {
+    pub(super) lost: f64,
+    pub(super) repeated: f64,
+    pub(super) delay_ns: f64,
+}
+
+/// A run's faults, with times of the simulated clock.
+pub(super) struct Schedule {
+    faults: Vec<Planned>,
+}
+
+struct Planned {
+    from_ns: u64,
+    to_ns: u64,
+    robot: Option<usize>,
+    fault: ScriptedFault,
+    begun: bool,
+    over: bool,
+}
+
+impl Schedule {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let ns = |seconds: f64| START_NS + (seconds * 1e9) as u64;
+        let planned = |fault: &ScriptedFault| Planned {
+            from_ns: ns(fault.at_s),
+            to_ns: ns(fault.until_s()),
+            robot: fault.robot.as_deref().and_then(|id| scenario.player(id)),
+            fault: fault.clone(),
+            begun: false,
+            over: false,
+        };
+        Self {
+            faults: scenario.faults.iter().map(planned).collect(),
+        }
+    }
+
+    /// Whether there are any.
+    pub(super) fn is_empty(&self) -> bool {
+        self.faults.is_empty()
+    }
+
+    /// What begins or ends now.
+    pub(super) fn changes(&mut self, now_ns: u64) -> Vec<Change> {
+        let mut changes = Vec::new();
+        for own in &mut self.faults {
+            let mut change = |begins| {
+                let (what, robot) = (own.fault.what, own.robot);
+                changes.push(Change {
+                    what,
+                    begins,
+                    robot,
+                });
+            };
+            if !own.begun && now_ns >= own.from_ns {
+                own.begun = true;
+                change(true);
+            }
+            if own.begun && !own.over && now_ns >= own.to_ns {
+                own.over = true;
+                change(false);
+            }
+        }
+        changes
+    }
+
+    fn lasting(&self) -> impl Iterator<Item = &Planned> {
+        { self.faults.iter() }.filter(|own| own.begun && !own.over)
+    }
+
+    /// Whether a fault of this kind lasts, for this robot.
+    pub(super) fn lasts(&self, what: ScriptedKind, robot: Option<usize>) -> bool {
+        self.lasting()
+            .any(|own| own.fault.what == what && own.robot == robot)
+    }
+
+    /// What happens to messages from and to a robot.
+    pub(super) fn weather(&self, robot: usize) -> Weather {
+        let mut weather = Weather::default();
+        let concerns = |own: &&Planned| own.robot.is_none_or(|other| other == robot);
+        for own in self.lasting().filter(concerns) {
+            let share = own.fault.share.unwrap_or(0.0);
+            match own.fault.what {
+                ScriptedKind::Lose => weather.lost = weather.lost.max(share),
+                ScriptedKind::Partition => weather.lost = 1.0,
+                ScriptedKind::Repeat => weather.repeated = weather.repeated.max(share),
+                ScriptedKind::Delay => {
+                    let by_ns = own.fault.by_s.unwrap_or(0.0) * 1e9;
+                    weather.delay_ns = weather.delay_ns.max(by_ns);
+                }
+                _ => {}
+            }
+        }
+        weather
+    }
+
+    /// How long the disk takes for each write.
+    pub(super) fn disk_ns(&self) -> u64 {
+        let slow = self
+            .lasting()
+            .filter(|own| own.fault.what == ScriptedKind::SlowDisk);
+        let longest_s = slow.filter_map(|own| own.fault.by_s).fold(0.0, f64::max);
+        (longest_s * 1e9) as u64
+    }
+}

@@ -1,0 +1,119 @@
+//! Faults on the simulated clock: the fleet bears each kind, goes on by itself, and the same seed gives the same run.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use rig::run::{Run, look_on, record};
+use rig::scenario::{Changes, Scenario, ScriptedFault, ScriptedKind, load};
+use rig::stepped::faults::drawn;
+use rig::stepped::{Plans, Stepped};
+use rig::summary::Summary;
+
+fn overtaking() -> Scenario {
+    let folder = Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../config/scenarios"
+    ));
+    let loaded = load(&folder.join("overtaking.toml"), &Changes::default());
+    loaded.unwrap_or_else(|failure| panic!("{failure:?}"))
+}
+
+fn ended(scenario: &Scenario, seed: u64) -> Summary {
+    let plans = Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"));
+    let stepped = Stepped::new(scenario, &plans, seed, true, false);
+    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
+    let mut run = Run::new(scenario.clone(), stepped, seed);
+    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
+    run.stop();
+    record(&run, &ending).summary
+}
+
+fn raised(summary: &Summary, fault: &str) -> bool {
+    let mut all = summary.robots.iter().flat_map(|robot| &robot.faults);
+    all.any(|(name, _)| name == fault)
+}
+
+/// A fault of this kind while the slow robot is on its way into the lay-by.
+fn fault(what: ScriptedKind) -> ScriptedFault {
+    let keys = what.keys();
+    ScriptedFault {
+        at_s: 24.0,
+        for_s: 4.0,
+        what,
+        robot: keys.robot.map(|_| "amr-1".to_owned()),
+        share: keys.share.then_some(0.7),
+        by_s: keys.by_s.then_some(0.5),
+    }
+}
+
+#[test]
+fn the_fleet_bears_each_kind_of_fault_and_goes_on() {
+    for what in ScriptedKind::ALL {
+        let mut scenario = overtaking();
+        scenario.faults = vec![fault(what)];
+        let summary = ended(&scenario, 3);
+        assert!(summary.passed(), "{what:?}: {summary:?}");
+        let expected = match what {
+            ScriptedKind::Partition | ScriptedKind::KillMediator => Some("mediator-silent"),
+            ScriptedKind::Stop => Some("operator-stop"),
+            _ => None,
+        };
+        if let Some(expected) = expected {
+            assert!(raised(&summary, expected), "{what:?}: {summary:?}");
+        }
+        let starts = summary.mediator.expect("a mediator").starts;
+        let killed = u32::from(what == ScriptedKind::KillMediator);
+        assert_eq!(starts, 1 + killed, "{what:?}");
+    }
+}
+
+#[test]
+fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
+    let scenario = overtaking();
+    let ids: Vec<&str> = { scenario.robots.iter() }
+        .map(|player| player.id.as_str())
+        .collect();
+    let mut seen = Vec::new();
+    for seed in 0..200 {
+        let faults = drawn(&scenario, seed);
+        assert_eq!(faults, drawn(&scenario, seed));
+        assert!(!faults.is_empty() && faults.len() <= 6);
+        for fault in faults {
+            assert_eq!(fault.complaints(&ids), Vec::<String>::new(), "{fault}");
+            if !seen.contains(&fault.what) {
+                seen.push(fault.what);
+            }
+        }
+    }
+    assert_eq!(seen.len(), ScriptedKind::ALL.len(), "{seen:?}");
+}
+
+#[test]
+fn a_run_with_faults_is_the_same_for_the_same_seed() {
+    let mut scenario = overtaking();
+    scenario.faults = drawn(&scenario, 11);
+    let json = |summary: &Summary| serde_json::to_value(summary).expect("JSON");
+    let one = ended(&scenario, 11);
+    assert_eq!(json(&one), json(&ended(&scenario, 11)));
+    scenario.faults.clear();
+    assert_ne!(json(&one), json(&ended(&scenario, 11)));
+}
+
+#[test]
+fn a_robot_that_stays_cut_off_keeps_its_areas_and_the_run_fails() {
+    let mut scenario = overtaking();
+    scenario.standstill_s = 20.0;
+    scenario.faults = vec![ScriptedFault {
+        at_s: 30.0,
+        for_s: 3000.0,
+        what: ScriptedKind::Partition,
+        robot: Some("amr-1".to_owned()),
+        share: None,
+        by_s: None,
+    }];
+    let summary = ended(&scenario, 3);
+    assert!(
+        !summary.is_done() && summary.violations.is_empty(),
+        "{summary:?}"
+    );
+}
