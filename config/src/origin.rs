@@ -9,7 +9,7 @@ use crate::node::{Entry, Node, Value};
 use crate::spot::{Source, Spot, join, line_of};
 
 #[derive(Clone, Debug)]
-struct Place {
+struct Spots {
     key: Spot,
     value: Spot,
 }
@@ -33,7 +33,7 @@ struct Place {
 #[derive(Clone, Debug, Default)]
 pub struct Origin {
     sources: Arc<Vec<Source>>,
-    places: Arc<BTreeMap<String, Place>>,
+    places: Arc<BTreeMap<String, Spots>>,
 }
 
 impl Origin {
@@ -124,7 +124,7 @@ impl Origin {
     }
 
     /// The place of the key or of the nearest section around it, and whether it is the key's own.
-    fn nearest(&self, key: &str) -> Option<(&Place, bool)> {
+    fn nearest(&self, key: &str) -> Option<(&Spots, bool)> {
         let mut path = key;
         loop {
             if let Some(place) = self.places.get(path) {
@@ -135,13 +135,13 @@ impl Origin {
     }
 }
 
-fn index_table(path: &str, entries: &[Entry], places: &mut BTreeMap<String, Place>) {
+fn index_table(path: &str, entries: &[Entry], places: &mut BTreeMap<String, Spots>) {
     for entry in entries {
         index_node(join(path, &entry.key), &entry.spot, &entry.node, places);
     }
 }
 
-fn index_node(path: String, key: &Spot, node: &Node, places: &mut BTreeMap<String, Place>) {
+fn index_node(path: String, key: &Spot, node: &Node, places: &mut BTreeMap<String, Spots>) {
     match &node.value {
         Value::Table(entries) => index_table(&path, entries, places),
         Value::Array(items) => {
@@ -158,7 +158,7 @@ fn index_node(path: String, key: &Spot, node: &Node, places: &mut BTreeMap<Strin
     };
     places.insert(
         path,
-        Place {
+        Spots {
             key: key.clone(),
             value,
         },

@@ -48,7 +48,7 @@ struct Route {
 
 /// Where a robot is: the node of its route, and what it was granted beyond that.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Place {
+struct RoutePosition {
     node: usize,
     ahead: Areas,
 }
@@ -69,8 +69,8 @@ pub(crate) fn look(site: &SiteConfig, together: &[Areas]) -> Verdict {
         together,
         routes: &routes,
     };
-    let start: Vec<Place> = { routes.iter() }
-        .map(|route| Place {
+    let start: Vec<RoutePosition> = { routes.iter() }
+        .map(|route| RoutePosition {
             node: route.start,
             ahead: Vec::new(),
         })
@@ -167,7 +167,7 @@ struct Floor<'a> {
 }
 
 impl Floor<'_> {
-    fn has(&self, robot: usize, place: &Place) -> Areas {
+    fn has(&self, robot: usize, place: &RoutePosition) -> Areas {
         let mut has = self.routes[robot].areas[place.node].clone();
         has.extend(&place.ahead);
         has.sort_unstable();
@@ -176,7 +176,7 @@ impl Floor<'_> {
     }
 
     /// What it lacks for going on, by all the ways that it may go.
-    fn needs(&self, robot: usize, place: &Place) -> Areas {
+    fn needs(&self, robot: usize, place: &RoutePosition) -> Areas {
         let (route, has) = (&self.routes[robot], self.has(robot, place));
         let mut needs: Areas = { route.next[place.node].iter() }
             .flat_map(|&next| route.areas[next].iter().copied())
@@ -188,13 +188,18 @@ impl Floor<'_> {
     }
 
     /// What a robot can do next while those for which `counts` holds stay where they are.
-    fn moves(&self, robot: usize, places: &[Place], counts: impl Fn(usize) -> bool) -> Vec<Place> {
+    fn moves(
+        &self,
+        robot: usize,
+        places: &[RoutePosition],
+        counts: impl Fn(usize) -> bool,
+    ) -> Vec<RoutePosition> {
         let (route, place) = (&self.routes[robot], &places[robot]);
         let has = self.has(robot, place);
         let mut moves = Vec::new();
         for &next in &route.next[place.node] {
             if route.areas[next].iter().all(|area| has.contains(area)) {
-                moves.push(Place {
+                moves.push(RoutePosition {
                     node: next,
                     ahead: Vec::new(),
                 });
@@ -218,7 +223,7 @@ impl Floor<'_> {
                 let mut ahead = place.ahead.clone();
                 ahead.extend(asked);
                 ahead.sort_unstable();
-                moves.push(Place {
+                moves.push(RoutePosition {
                     node: place.node,
                     ahead,
                 });
@@ -228,7 +233,7 @@ impl Floor<'_> {
     }
 
     /// The largest set of robots none of which can do anything while the others of the set do nothing.
-    fn stuck(&self, places: &[Place]) -> Vec<usize> {
+    fn stuck(&self, places: &[RoutePosition]) -> Vec<usize> {
         let goes_on = |robot: usize| !self.routes[robot].next[places[robot].node].is_empty();
         let mut stuck: Vec<usize> = (0..places.len()).filter(|&robot| goes_on(robot)).collect();
         loop {

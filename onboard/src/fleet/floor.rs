@@ -13,7 +13,7 @@ const LEAVING_M: f64 = 0.05;
 
 /// Where the robot is, as well as it knows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct UncertainPose {
     /// Of `base_link`, in `map`.
     pub pose: Pose2,
     /// Of (x, y, θ).
@@ -66,7 +66,7 @@ impl Floor {
         }
     }
 
-    pub(super) fn touch(&self, area: AreaIndex, at: &Place) -> Touch {
+    pub(super) fn touch(&self, area: AreaIndex, at: &UncertainPose) -> Touch {
         let here = Curve {
             curvature_1_m: 0.0,
             reach_m: 0.0,
@@ -86,7 +86,7 @@ impl Floor {
 
     /// From the footprint, grown by margin and uncertainty, to the area; 0 when it may reach in. Never more than the way
     /// to it.
-    pub(super) fn gap_m(&self, area: AreaIndex, at: &Place) -> f64 {
+    pub(super) fn gap_m(&self, area: AreaIndex, at: &UncertainPose) -> f64 {
         let Some(region) = self.regions.get(area.place()) else {
             return f64::INFINITY;
         };
@@ -98,7 +98,7 @@ impl Floor {
     }
 
     /// No point of the footprint is farther than this from where the estimated pose puts it, margin included.
-    fn growth_m(&self, at: &Place) -> f64 {
+    fn growth_m(&self, at: &UncertainPose) -> f64 {
         let variance = |axis: usize| at.covariance[(axis, axis)].max(0.0);
         let turned_m = variance(2).sqrt() * self.footprint.radius_m();
         let std_m = (variance(0) + variance(1)).sqrt() + turned_m;

@@ -15,7 +15,7 @@ mod setup;
 #[cfg(test)]
 mod tests;
 
-pub use floor::Place;
+pub use floor::UncertainPose;
 pub use member::Member;
 pub use orders::Directive;
 pub use sense::{Sense, Troubles};

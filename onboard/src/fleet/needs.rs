@@ -3,7 +3,7 @@
 use description::areas::AreaIndex;
 use skills::borders::AreaSet;
 
-use super::floor::{Floor, Place, Touch};
+use super::floor::{Floor, Touch, UncertainPose};
 use super::route::look_ahead;
 use super::sense::Sense;
 use super::setup::Setup;
@@ -34,7 +34,7 @@ impl Needs<'_> {
     pub(super) fn wanted(
         &self,
         sense: &Sense,
-        place: &Place,
+        place: &UncertainPose,
         stands_in: &AreaSet,
     ) -> (Vec<AreaIndex>, AreaSet) {
         let mut wanted: Vec<AreaIndex> = stands_in.iter().collect();
@@ -78,7 +78,12 @@ impl Needs<'_> {
     }
 
     /// Held areas that the robot does not stand in and may reach into before it stops.
-    pub(super) fn committed(&self, place: &Place, speed_m_s: f64, touches: &[Touch]) -> AreaSet {
+    pub(super) fn committed(
+        &self,
+        place: &UncertainPose,
+        speed_m_s: f64,
+        touches: &[Touch],
+    ) -> AreaSet {
         let moves = speed_m_s.abs() > STANDING_M_S || !speed_m_s.is_finite();
         let reach_m = self.stopping_m(speed_m_s);
         { self.setup.area_indices().zip(touches) }

@@ -3,13 +3,13 @@
 use contract::wire;
 use description::areas::AreaIndex;
 
-use super::floor::Place;
+use super::floor::UncertainPose;
 
 /// What the robot knows of itself in one moment.
 #[derive(Clone, Debug, Default)]
 pub struct Sense {
     /// Where it is, if that is certain and recent.
-    pub place: Option<Place>,
+    pub place: Option<UncertainPose>,
     /// The same for the message, with standard deviations.
     pub pose: Option<wire::Pose>,
     /// Forward speed.

@@ -1,7 +1,7 @@
 //! What each transition needs, and which places are shared.
 
 use crate::petri::id::PlaceId;
-use crate::petri::layout::{BLOCK, Demand, LOCAL, Place, SLOTS};
+use crate::petri::layout::{BLOCK, Demand, LOCAL, PlaceEntry, SLOTS};
 use crate::petri::model::{Arcs, Structure};
 
 /// Calls `each` with what a transition demands: of its inputs, then of its outputs that are no inputs.
@@ -41,7 +41,7 @@ fn self_loops(arcs: Arcs) -> Vec<PlaceId> {
 
 /// All places, of which none has positions yet.
 pub(in crate::petri) struct Places {
-    pub(in crate::petri) places: Vec<Place>,
+    pub(in crate::petri) places: Vec<PlaceEntry>,
     pub(in crate::petri) shared: usize,
     /// For how many positions there has to be room.
     pub(in crate::petri) positions: usize,
@@ -53,7 +53,7 @@ impl Places {
         let all = structure.uses.iter().zip(&structure.marked);
         let places = all.map(|(user, &marked)| {
             let is_in_several_blocks = user.spans_groups_of(BLOCK);
-            let mut place = Place::local(positions, is_in_several_blocks, marked);
+            let mut place = PlaceEntry::local(positions, is_in_several_blocks, marked);
             if is_in_several_blocks && user.arcs > LOCAL {
                 place.share(shared);
                 shared += 1;

@@ -2,7 +2,7 @@
 
 use super::conditions::{Places, for_conditions};
 use crate::petri::layout::{
-    BLOCK, Bits, Block, Demand, Gate, Place, Position, SLOTS, Span, lowest, set_words,
+    BLOCK, Bits, Block, Demand, Gate, PlaceEntry, Position, SLOTS, Span, lowest, set_words,
 };
 use crate::petri::model::{PlaceKind, Structure};
 
@@ -25,7 +25,7 @@ struct Conditions<'a> {
 
 impl Conditions<'_> {
     #[inline(always)]
-    fn add(&mut self, place: &mut Place, positions: &mut [Position], demand: Demand) {
+    fn add(&mut self, place: &mut PlaceEntry, positions: &mut [Position], demand: Demand) {
         if let Some(shared) = place.as_shared() {
             self.last_shared = (shared, demand);
             self.shared += 1;
@@ -45,7 +45,7 @@ impl Conditions<'_> {
 pub(in crate::petri) struct Tables {
     /// In the initial marking.
     pub(in crate::petri) blocks: Vec<Block>,
-    pub(in crate::petri) places: Vec<Place>,
+    pub(in crate::petri) places: Vec<PlaceEntry>,
     pub(in crate::petri) positions: Vec<Position>,
     pub(in crate::petri) gates_of: Vec<Span>,
     pub(in crate::petri) gates: Vec<Gate>,

@@ -136,14 +136,14 @@ pub(in crate::petri) enum PortChange {
 
 /// A place.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::petri) struct Place {
+pub(in crate::petri) struct PlaceEntry {
     /// Index of the first of its [`Position`]s, and the flags.
     first: u32,
     /// Behind the last position, or its index among the shared places.
     end: u32,
 }
 
-impl Place {
+impl PlaceEntry {
     const SHARED: u32 = 1 << 31;
     /// Several blocks mention it, or it is shared.
     const SEVERAL_BLOCKS: u32 = 1 << 30;
@@ -294,7 +294,7 @@ pub(in crate::petri) struct Layout {
     /// By block: its [`Gate`]s.
     pub(in crate::petri) gates_of: Box<[Span]>,
     pub(in crate::petri) gates: Box<[Gate]>,
-    pub(in crate::petri) places: Box<[Place]>,
+    pub(in crate::petri) places: Box<[PlaceEntry]>,
     /// Of all local places.
     pub(in crate::petri) positions: Box<[Position]>,
     /// By shared place: the set of the blocks that may have more to fire when it is emptied, and

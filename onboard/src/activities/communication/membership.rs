@@ -9,7 +9,7 @@ use skills::borders::AreaSet;
 
 use super::network::{Mailbox, Session};
 use crate::activities::fleet_link::{CommunicationEnd, NavigationEvent};
-use crate::fleet::{Directive, Member, Place, Sense, Setup, Troubles};
+use crate::fleet::{Directive, Member, Sense, Setup, Troubles, UncertainPose};
 use crate::realtime::clock::SECOND_NS;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::symbols::values::{FleetState, Whereabouts};
@@ -201,7 +201,7 @@ fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
     let known = whereabouts.uncertain == 0 && pose.is_finite();
     let std = |axis: usize| whereabouts.covariance[axis][axis].max(0.0).sqrt();
     Sense {
-        place: known.then_some(Place { pose, covariance }),
+        place: known.then_some(UncertainPose { pose, covariance }),
         pose: Some(Pose {
             std_x_m: std(0),
             std_y_m: std(1),

@@ -94,9 +94,9 @@ pub(super) fn setup() -> Setup {
     }
 }
 
-pub(super) fn at(x_m: f64, y_m: f64, theta_rad: f64, std_m: f64) -> Place {
+pub(super) fn at(x_m: f64, y_m: f64, theta_rad: f64, std_m: f64) -> UncertainPose {
     let variance = std_m * std_m;
-    Place {
+    UncertainPose {
         pose: Pose2::new(x_m, y_m, theta_rad),
         covariance: Matrix3::from_diagonal_element(variance),
     }
@@ -191,7 +191,7 @@ impl Scene {
     }
 
     /// The robot is there and drives at 0.4 m/s; messages both ways, until all is said.
-    fn be(&mut self, state: &str, place: Place) {
+    fn be(&mut self, state: &str, place: UncertainPose) {
         let sense = sense(state, place, 0.4);
         self.with(&sense);
     }
@@ -225,7 +225,7 @@ impl Scene {
     }
 }
 
-fn sense(state: &str, place: Place, speed_m_s: f64) -> Sense {
+fn sense(state: &str, place: UncertainPose, speed_m_s: f64) -> Sense {
     let state = setup().states.iter().position(|one| one.name == state);
     Sense {
         place: Some(place),

@@ -189,7 +189,7 @@ fn nearest_m(
 ) -> f64 {
     let then = past.sensor.between(scan.odom_pose());
     let mut nearest_m = f64::INFINITY;
-    let mut run = Run::default();
+    let mut run = MovedBeams::default();
     for beam in scan.points() {
         if beam.state != BeamState::Hit || f64::from(beam.range_m) > FARTHEST_M + 1.0 {
             run.miss();
@@ -232,14 +232,14 @@ fn is_beyond(geometry: &ScanGeometry, past: &Past, point: Point2) -> bool {
 
 /// Beams in a row that moved.
 #[derive(Default)]
-struct Run {
+struct MovedBeams {
     hits: usize,
     missed: usize,
     last: Point2,
     nearest_m: f64,
 }
 
-impl Run {
+impl MovedBeams {
     fn miss(&mut self) {
         self.missed += 1;
         // A single missing beam does not end a run.

@@ -68,7 +68,7 @@ pub(super) struct Deeds {
 }
 
 #[derive(Clone, Debug, Default)]
-struct Run {
+struct AccessRun {
     run: u32,
     progress: u32,
     /// In the lists of all.
@@ -80,7 +80,7 @@ struct Run {
 #[derive(Clone, Debug)]
 pub(super) struct Accesses {
     capacities: BTreeMap<String, u32>,
-    runs: BTreeMap<(String, String), Run>,
+    runs: BTreeMap<(String, String), AccessRun>,
     ownings: Vec<Owning>,
     waitings: Vec<Waiting>,
 }
@@ -121,9 +121,9 @@ impl Accesses {
         if level.run > run.run {
             // The run before has ended unheard, or the mediator gave it up.
             deeds.moved |= close(&mut self.ownings, &mut self.waitings, run, at_ns);
-            *run = Run {
+            *run = AccessRun {
                 run: level.run,
-                ..Run::default()
+                ..AccessRun::default()
             };
         }
         let reaches = |flag: u32| level.progress >= flag && run.progress < flag;
@@ -218,7 +218,7 @@ impl Accesses {
 }
 
 /// Ends what a run still has. Returns whether that was an area.
-fn close(ownings: &mut [Owning], waitings: &mut [Waiting], run: &Run, at_ns: u64) -> bool {
+fn close(ownings: &mut [Owning], waitings: &mut [Waiting], run: &AccessRun, at_ns: u64) -> bool {
     if let Some(waiting) = run.waiting.and_then(|index| waitings.get_mut(index)) {
         waiting.to_ns.get_or_insert(at_ns);
     }

@@ -1,6 +1,6 @@
 //! The lower panel: speed, clearance and lateral position over time.
 
-use super::run::{Run, Sample};
+use super::run::{DrawnRun, Sample};
 use crate::report::draw::canvas::{Canvas, Curve, Px2, shortened};
 use crate::report::draw::labels::text_width_px;
 use crate::report::draw::scale;
@@ -77,7 +77,7 @@ impl Plot {
 }
 
 /// Draws the panel; returns where it ends.
-pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>, top_px: f64) -> f64 {
+pub(super) fn draw(canvas: &mut Canvas, run: &DrawnRun<'_>, top_px: f64) -> f64 {
     let top_m_s = run.top_speed_m_s() * 1.12;
     let nearest = |sample: &Sample| sample.clearance_m.is_finite().then_some(sample.clearance_m);
     let lateral_m = run.limits.lateral_error_m.unwrap_or(f64::INFINITY);
@@ -137,7 +137,7 @@ pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>, top_px: f64) -> f64 {
     bottom_px + 66.0
 }
 
-fn plot(run: &Run<'_>, chart: &Chart, top_px: f64) -> Plot {
+fn plot(run: &DrawnRun<'_>, chart: &Chart, top_px: f64) -> Plot {
     let values = || run.samples.iter().filter_map(chart.value);
     let (least, most) = (
         values().fold(f64::INFINITY, f64::min),
@@ -161,7 +161,7 @@ fn plot(run: &Run<'_>, chart: &Chart, top_px: f64) -> Plot {
 }
 
 /// Bands behind all charts, in the areas' colours, and their ids over the first one.
-fn draw_areas(canvas: &mut Canvas, run: &Run<'_>, plots: &[Plot]) {
+fn draw_areas(canvas: &mut Canvas, run: &DrawnRun<'_>, plots: &[Plot]) {
     let Some(first) = plots.first() else { return };
     let columns = whole_columns();
     let area_at = |column: usize| {
@@ -199,7 +199,7 @@ fn draw_areas(canvas: &mut Canvas, run: &Run<'_>, plots: &[Plot]) {
     canvas.text("axis e", [PLOT_LEFT_PX - 10.0, top_px + 13.5], "area");
 }
 
-fn draw_chart(canvas: &mut Canvas, run: &Run<'_>, chart: &Chart, plot: &Plot) {
+fn draw_chart(canvas: &mut Canvas, run: &DrawnRun<'_>, chart: &Chart, plot: &Plot) {
     draw_grid(canvas, chart, plot);
     draw_limits(canvas, chart, plot);
     if chart.has_speed_limit {
@@ -275,7 +275,7 @@ fn draw_limits(canvas: &mut Canvas, chart: &Chart, plot: &Plot) {
 }
 
 /// Upright lines at the times of violations.
-fn violation_marks(run: &Run<'_>, plot: &Plot) -> Curve {
+fn violation_marks(run: &DrawnRun<'_>, plot: &Plot) -> Curve {
     let mut places: Vec<f64> = run
         .violations()
         .map(|violation| plot.x(violation.at_s).clamp(PLOT_LEFT_PX, PLOT_RIGHT_PX))
@@ -291,7 +291,7 @@ fn violation_marks(run: &Run<'_>, plot: &Plot) -> Curve {
 }
 
 /// The limit of the area that the robot is in, as steps.
-fn speed_limits(run: &Run<'_>, plot: &Plot) -> Curve {
+fn speed_limits(run: &DrawnRun<'_>, plot: &Plot) -> Curve {
     let limits = run.samples.iter().map(|sample| {
         let limit = sample
             .area

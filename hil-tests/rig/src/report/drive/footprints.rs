@@ -1,6 +1,6 @@
 //! The robot's footprint along its way.
 
-use super::run::{Run, Sample};
+use super::run::{DrawnRun, Sample};
 use crate::report::draw::canvas::Canvas;
 use crate::report::draw::frame::Frame;
 use crate::report::draw::labels::Field;
@@ -13,7 +13,7 @@ const MOST: f64 = 60.0;
 const STEP_M: f64 = 0.15;
 
 /// Draws the robot faintly every few seconds.
-pub(super) fn draw_faint(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame) {
+pub(super) fn draw_faint(canvas: &mut Canvas, run: &DrawnRun<'_>, frame: &Frame) {
     let (first_s, last_s) = run.time_range_s();
     let period_s = ((last_s - first_s) / MOST / PERIOD_S).ceil().max(1.0) * PERIOD_S;
     let mut due_s = first_s + period_s;
@@ -35,7 +35,7 @@ pub(super) fn draw_faint(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame) {
 /// Draws the robot where it started and where it ended; returns what that covers, for each.
 pub(super) fn draw_ends(
     canvas: &mut Canvas,
-    run: &Run<'_>,
+    run: &DrawnRun<'_>,
     frame: &Frame,
 ) -> Vec<(&'static str, Field)> {
     let (Some(start), Some(end)) = (run.samples.first(), run.samples.last()) else {

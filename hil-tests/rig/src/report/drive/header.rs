@@ -1,6 +1,6 @@
 //! The figures over the drawing, and violations and machine under it.
 
-use super::run::Run;
+use super::run::DrawnRun;
 use crate::report::draw::canvas::{Canvas, shortened};
 use crate::report::draw::labels::text_width_px;
 use crate::report::draw::sheet::{MARGIN_PX, PLOT_RIGHT_PX, WIDTH_PX};
@@ -10,7 +10,7 @@ const MOST_VIOLATIONS: usize = 12;
 const LINE_PX: f64 = 21.0;
 
 /// The page's title, also shown by browsers.
-pub(super) fn title(run: &Run<'_>) -> String {
+pub(super) fn title(run: &DrawnRun<'_>) -> String {
     format!(
         "{} in {}: {}",
         run.summary.scenario, run.site.name, run.robot.id
@@ -18,7 +18,7 @@ pub(super) fn title(run: &Run<'_>) -> String {
 }
 
 /// Draws the header; returns where it ends.
-pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>) -> f64 {
+pub(super) fn draw(canvas: &mut Canvas, run: &DrawnRun<'_>) -> f64 {
     canvas.text("h", [MARGIN_PX, 56.0], &shortened(&title(run), 56));
     let model = &run.robot.model;
     canvas.text("sub", [MARGIN_PX, 82.0], &shortened(model, 100));
@@ -27,7 +27,7 @@ pub(super) fn draw(canvas: &mut Canvas, run: &Run<'_>) -> f64 {
     176.0
 }
 
-fn draw_outcome(canvas: &mut Canvas, run: &Run<'_>) {
+fn draw_outcome(canvas: &mut Canvas, run: &DrawnRun<'_>) {
     let text = shortened(&run.summary.outcome, 56) + &run.summary.with_violations();
     let width_px = text_width_px(&text, 16.0) + 32.0;
     let left_px = PLOT_RIGHT_PX - width_px;
@@ -39,7 +39,7 @@ fn draw_outcome(canvas: &mut Canvas, run: &Run<'_>) {
     canvas.text("badge m", [left_px + width_px / 2.0, 54.0], &text);
 }
 
-fn draw_figures(canvas: &mut Canvas, run: &Run<'_>) {
+fn draw_figures(canvas: &mut Canvas, run: &DrawnRun<'_>) {
     let figures = run.figures();
     let metres = |value: Option<f64>, digits: usize| match value {
         Some(value) if value.is_finite() => format!("{value:.digits$} m"),
@@ -101,7 +101,7 @@ fn draw_figures(canvas: &mut Canvas, run: &Run<'_>) {
 }
 
 /// Draws what stands under the charts; returns where the page ends.
-pub(super) fn draw_end(canvas: &mut Canvas, run: &Run<'_>, top_px: f64) -> f64 {
+pub(super) fn draw_end(canvas: &mut Canvas, run: &DrawnRun<'_>, top_px: f64) -> f64 {
     let mut y_px = top_px + 12.0;
     let violations: Vec<_> = run.violations().collect();
     if !violations.is_empty() {

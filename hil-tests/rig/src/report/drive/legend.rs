@@ -1,6 +1,6 @@
 //! What the signs on the map mean, how long a metre is, and the list of schedule changes.
 
-use super::run::Run;
+use super::run::DrawnRun;
 use super::schedule::Schedule;
 use super::speeds::{SPEED_COLOURS, speed_colour};
 use crate::report::draw::canvas::{Canvas, Px2, shortened};
@@ -13,7 +13,7 @@ use crate::report::draw::sheet::{PLOT_LEFT_PX, PLOT_RIGHT_PX};
 /// Draws the legend under the map's axis; returns where it ends.
 pub(super) fn draw(
     canvas: &mut Canvas,
-    run: &Run<'_>,
+    run: &DrawnRun<'_>,
     schedule: &Schedule<'_>,
     frame: &Frame,
 ) -> f64 {
@@ -24,7 +24,7 @@ pub(super) fn draw(
     draw_schedule(canvas, schedule, y_px + 40.0)
 }
 
-fn draw_speeds(canvas: &mut Canvas, run: &Run<'_>, at: Px2) -> f64 {
+fn draw_speeds(canvas: &mut Canvas, run: &DrawnRun<'_>, at: Px2) -> f64 {
     const WIDTH_PX: f64 = 264.0;
     const TITLE: &str = "true speed";
     let left = at[0] + text_width_px(TITLE, 13.0) + 8.0;

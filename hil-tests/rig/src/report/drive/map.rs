@@ -1,6 +1,6 @@
 //! The upper panel: the map to scale, and what was driven on it.
 
-use super::run::{Run, Sample};
+use super::run::{DrawnRun, Sample};
 use super::schedule::Schedule;
 use super::speeds::{SPEED_COLOURS, speed_colour, speed_index};
 use super::{footprints, legend, marks};
@@ -17,7 +17,7 @@ const SPACING_PX: f64 = 2.0;
 /// Draws the panel with its legend; returns where it ends.
 pub(super) fn draw(
     canvas: &mut Canvas,
-    run: &Run<'_>,
+    run: &DrawnRun<'_>,
     schedule: &Schedule<'_>,
     top_px: f64,
 ) -> f64 {
@@ -41,7 +41,7 @@ pub(super) fn draw(
 }
 
 /// The path, one curve for each colour, and red over it where it was wrong.
-fn draw_path(canvas: &mut Canvas, run: &Run<'_>, frame: &Frame, labels: &mut Labels) {
+fn draw_path(canvas: &mut Canvas, run: &DrawnRun<'_>, frame: &Frame, labels: &mut Labels) {
     let points: Vec<Px2> = run
         .samples
         .iter()

@@ -1,6 +1,6 @@
 //! Marks on the map: violations, the two ends of the path, and where the schedule changed.
 
-use super::run::Run;
+use super::run::DrawnRun;
 use super::schedule::{Entry, Schedule};
 use crate::report::draw::canvas::{Canvas, Px2, shortened};
 use crate::report::draw::frame::Frame;
@@ -10,7 +10,7 @@ use crate::report::draw::marks;
 /// Red rings where something went wrong.
 pub(super) fn draw_violations(
     canvas: &mut Canvas,
-    run: &Run<'_>,
+    run: &DrawnRun<'_>,
     frame: &Frame,
     labels: &mut Labels,
 ) {

@@ -10,7 +10,7 @@ use crate::summary::{RobotSummary, Summary, Violation};
 
 /// One robot's run.
 #[derive(Debug)]
-pub(super) struct Run<'a> {
+pub(super) struct DrawnRun<'a> {
     pub(super) site: &'a SiteConfig,
     pub(super) robot: &'a RobotRecord,
     pub(super) summary: &'a Summary,
@@ -55,7 +55,7 @@ impl Sample {
     }
 }
 
-impl<'a> Run<'a> {
+impl<'a> DrawnRun<'a> {
     pub(super) fn new(record: &'a Record, robot: &'a RobotRecord) -> Self {
         let site = &record.site;
         let mut area = None;

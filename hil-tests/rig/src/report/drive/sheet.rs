@@ -3,7 +3,7 @@
 use crate::record::{Record, RobotRecord};
 use crate::report::draw::canvas::Canvas;
 
-use super::run::Run;
+use super::run::DrawnRun;
 use super::schedule::Schedule;
 use super::{charts, header, map};
 
@@ -22,7 +22,7 @@ pub fn drive_svg(record: &Record) -> Option<String> {
 
 /// Draws the way of a robot.
 pub(super) fn draw(record: &Record, robot: &RobotRecord) -> String {
-    let run = Run::new(record, robot);
+    let run = DrawnRun::new(record, robot);
     let schedule = Schedule::new(&robot.states);
     let mut canvas = Canvas::default();
     let below_header = header::draw(&mut canvas, &run);

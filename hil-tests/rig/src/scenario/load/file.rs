@@ -67,9 +67,9 @@ pub(super) struct Robot {
 #[serde(deny_unknown_fields)]
 pub(super) struct Way {
     pub(super) rounds: Option<Spanned<u32>>,
-    pub(super) through: Option<Spanned<Vec<Place>>>,
+    pub(super) through: Option<Spanned<Vec<Waypoint>>>,
     #[serde(default)]
-    pub(super) then: Vec<Place>,
+    pub(super) then: Vec<Waypoint>,
     pub(super) laps: Option<Spanned<u32>>,
     #[serde(default)]
     pub(super) every_state: bool,
@@ -77,7 +77,7 @@ pub(super) struct Way {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Place {
+pub(super) struct Waypoint {
     pub(super) name: Option<String>,
     pub(super) area: Option<Spanned<String>>,
     pub(super) region: Option<Spanned<Corners>>,

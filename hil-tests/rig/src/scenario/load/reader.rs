@@ -9,7 +9,7 @@ use onboard::cli::Failure;
 use onboard::composition::plan::Plan;
 use toml::Spanned;
 
-use super::file::{Corners, File, Place, Robot, Rule, Way};
+use super::file::{Corners, File, Robot, Rule, Way, Waypoint};
 use crate::scenario::goal::{Goal, Places, Stop};
 use crate::scenario::limits::{CLEARANCE_M, Limits};
 use crate::scenario::model::{Coordination, During, Player, Scenario};
@@ -144,11 +144,11 @@ impl<'a> Reader<'a> {
         rounds.min(MOST_ROUNDS)
     }
 
-    fn stops(&mut self, places: &[Place]) -> Vec<Stop> {
+    fn stops(&mut self, places: &[Waypoint]) -> Vec<Stop> {
         places.iter().filter_map(|place| self.stop(place)).collect()
     }
 
-    fn stop(&mut self, place: &Place) -> Option<Stop> {
+    fn stop(&mut self, place: &Waypoint) -> Option<Stop> {
         let stands_s = place
             .stands_s
             .as_ref()
