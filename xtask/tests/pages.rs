@@ -27,7 +27,7 @@ enum Run {
 }
 use Run::{BesideMediator, ByCi, ByTest, Here, HereWithout, Needs};
 
-const CONTROLS: &str = "hil-tests/rig/tests/robots/fleets/controls.rs";
+const CONTROLS: &str = "hil-tests/rig/tests/stepped_fleets.rs";
 const PROGRAM: &str = "hil-tests/rig/tests/robots/fleets/program.rs";
 const TRIALS: &str = "hil-tests/rig/tests/robots/bad_days/trials.rs";
 const LAPS: &str = "hil-tests/rig/tests/robots/bad_days/laps.rs";
@@ -54,7 +54,7 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo run --bin rig -- campaign overtaking --runs 20",
         ByTest {
             file: ".ci/run",
-            naming: "--bin rig -- campaign docking --runs 1",
+            naming: "--bin rig -- campaign t-junction --runs 1",
         },
     ),
     (

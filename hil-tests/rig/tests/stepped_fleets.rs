@@ -62,7 +62,14 @@ fn without_the_mediator_all_stand_before_their_first_border() {
     scenario.standstill_s = 10.0;
     let (ending, summary) = ended(&scenario, &plans(&scenario).without_mediator(), 5);
     assert_eq!(ending, Ending::Standstill);
+    // A failed run is not a violation: nobody did what must not be done.
     assert_eq!((summary.violations.len(), summary.grants.count), (0, 0));
+    assert!(summary.outcome.starts_with("not complete"), "{summary:?}");
+    assert!(summary.mediator.is_none(), "{summary:?}");
+    for robot in &summary.robots {
+        assert_eq!(robot.laps, 0, "{robot:?}");
+        assert!(robot.distance_m < 5.0, "still in its first area: {robot:?}");
+    }
 }
 
 #[test]
@@ -72,5 +79,10 @@ fn without_nets_nobody_overtakes() {
     let (ending, summary) = ended(&scenario, &plans(&scenario).without_nets(), 5);
     assert_eq!(ending, Ending::TooSlow);
     assert!(summary.coordinations.is_empty() && summary.violations.is_empty());
+    let never = "coordination overtaking has run to its end 0 of 1";
+    assert!(summary.outcome.contains(never), "{summary:?}");
+    // The mediator still grants areas: both drive on, one behind the other.
     assert!(summary.grants.count > 3);
+    let lay_by = summary.areas.iter().find(|area| area.id == "5");
+    assert!(lay_by.expect("the lay-by").owners.is_empty(), "{summary:?}");
 }

@@ -23,17 +23,6 @@ pub fn shipped(name: &str) -> Scenario {
         .unwrap_or_else(|failure| panic!("{failure:?}"))
 }
 
-/// What is taken away from a scenario.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Without {
-    /// Nothing.
-    Nothing,
-    /// The mediator.
-    Mediator,
-    /// The mediator's nets.
-    Nets,
-}
-
 /// A run through the real programs.
 pub type Run = rig::run::Run<Stage>;
 
@@ -47,7 +36,7 @@ pub struct Bench {
 
 impl Bench {
     /// Sets the stage.
-    pub fn start(scenario: Scenario, without: Without) -> Self {
+    pub fn start(scenario: Scenario) -> Self {
         let turn = Turn::of_a_fleet();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let options = Options {
@@ -55,8 +44,8 @@ impl Bench {
             seed: 3,
             out: folder.path().join("out"),
             headless: true,
-            mediator: without != Without::Mediator,
-            nets: without != Without::Nets,
+            mediator: true,
+            nets: true,
         };
         let run = Run::start(scenario, &options).unwrap_or_else(|failure| panic!("{failure:?}"));
         Self {

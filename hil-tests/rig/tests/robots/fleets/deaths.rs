@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use rig::run::Ending;
 
-use crate::fleets::bench::{Bench, Run, Without, has, shipped, waits};
+use crate::fleets::bench::{Bench, Run, has, shipped, waits};
 use crate::late::once_more_if_late;
 
 const START: Duration = Duration::from_secs(30);
@@ -24,7 +24,7 @@ fn is_held(run: &Run) -> bool {
 #[test]
 fn a_mediator_that_is_killed_and_comes_back_finishes_what_it_began() {
     once_more_if_late(|| {
-        let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
+        let mut bench = Bench::start(shipped("overtaking"));
         bench.until("both are coordinated", Duration::from_secs(90), is_held);
         bench.run.kill_mediator();
         bench.holds_for("robots go on", Duration::from_secs(2), |run| {
@@ -52,7 +52,7 @@ fn restart(bench: &mut Bench) {
 #[test]
 fn the_areas_of_a_robot_that_is_killed_stay_blocked_until_an_operator_clears_them() {
     once_more_if_late(|| {
-        let mut bench = Bench::start(shipped("overtaking"), Without::Nothing);
+        let mut bench = Bench::start(shipped("overtaking"));
         // The emergency robot is behind the other one, and wants to go where that is.
         bench.until("both have where they stand", START, |run| {
             has(run, "amr-1", "6") && has(run, "amr-2", "4")

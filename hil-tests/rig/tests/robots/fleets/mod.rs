@@ -3,10 +3,8 @@
 //!
 //! - [`bench`] sets the stage, in turn with all other tests that run whole robots;
 //! - [`program`]: the rig itself does what it says, and leaves nothing when it is killed;
-//! - [`controls`]: without the mediator nothing goes;
 //! - [`deaths`]: mediator and robots are killed.
 
 mod bench;
-mod controls;
 mod deaths;
 mod program;
