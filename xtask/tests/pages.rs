@@ -83,16 +83,10 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo run --bin rig -- course",
         ByTest {
             file: TRIALS,
-            naming: "trial(\"course\"",
+            naming: "[\"course\"",
         },
     ),
-    (
-        "cargo run --bin rig -- clutter",
-        ByTest {
-            file: TRIALS,
-            naming: "trial(\"clutter\"",
-        },
-    ),
+    ("cargo run --bin rig -- clutter", ByCi),
     ("cargo run --bin rig -- clutter --stepped --runs 100", ByCi),
     (
         "cargo run --bin rig -- overtaking --stepped --runs 20",

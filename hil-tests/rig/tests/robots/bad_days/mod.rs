@@ -6,7 +6,7 @@
 //! - [`lidar`], [`bus`], [`drive`], [`obstacle`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
 //! - [`operator`], [`orders`]: requests while it drives;
-//! - [`laps`]: the rig itself is interrupted or killed; [`trials`]: course and clutter, which is a good day.
+//! - [`laps`]: the rig itself is interrupted or killed; [`trials`]: the course, which is a good day.
 
 mod bench;
 mod bus;
