@@ -12,12 +12,12 @@ use crate::campaign::{processes, stepped};
 use crate::output::{end_flag, write};
 use crate::run::{Options, Run, finish, look_on, run};
 use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
-use crate::stepped::faults::drawn;
+use crate::stepped::faults::faulted;
 use crate::stepped::{Plans, Stepped};
 
 /// Folder for the output of scenarios, unless told otherwise.
 const OUT: &str = "target/rig";
-/// Of the seeds of a campaign that failed, so many are shrunk.
+/// At most this many failing seeds of a campaign are shrunk.
 const MOST_SHRUNK: usize = 3;
 
 /// A scenario, and how it is to be run.
@@ -73,6 +73,10 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
     let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join(&scenario.name));
+    if request.many.keep.is_some() && request.many.runs > 1 {
+        let why = "--keep is for one run: each seed has other faults";
+        return Err(Failure::refused(why));
+    }
     match (request.many.stepped, request.many.runs) {
         (true, 1) => stepped_once(scenario, request, &out, &asked_to_end),
         (true, _) => stepped_often(&scenario, request, &out, &asked_to_end),
@@ -130,12 +134,8 @@ fn loaded(request: &Request) -> Result<Scenario, Failure> {
     })
 }
 
-fn processes(
-    scenario: &Scenario,
-    request: &Request,
-    out: PathBuf,
-    asked_to_end: &AtomicBool,
-) -> Result<(), Failure> {
+/// What the command line changes in a scenario, for another command line.
+fn arguments(request: &Request) -> Vec<String> {
     let mut arguments = Vec::new();
     let mut add = |key: &str, value: String| arguments.extend([key.to_owned(), value]);
     if let Some(rounds) = request.rounds {
@@ -156,9 +156,18 @@ fn processes(
     ] {
         arguments.extend(wanted.then(|| key.to_owned()));
     }
+    arguments
+}
+
+fn processes(
+    scenario: &Scenario,
+    request: &Request,
+    out: PathBuf,
+    asked_to_end: &AtomicBool,
+) -> Result<(), Failure> {
     let setup = processes::Setup {
         scenario: request.scenario.clone(),
-        arguments,
+        arguments: arguments(request),
         first_seed: request.seed,
         runs: request.many.runs,
         jobs: request.many.jobs.map_or(1, NonZeroUsize::get),
@@ -243,16 +252,16 @@ fn shrink(
     }
     let scenario = faulted(scenario, seed, Some(&keep));
     let numbers: Vec<String> = keep.iter().map(ToString::to_string).collect();
-    let again = if keep.is_empty() {
-        String::new()
-    } else {
-        format!(" --faults --keep {}", numbers.join(","))
-    };
+    let mut again = vec![request.scenario.display().to_string()];
+    again.extend(arguments(request));
+    again.push(format!("--stepped --seed {seed}"));
+    if !keep.is_empty() {
+        again.push(format!("--faults --keep {}", numbers.join(",")));
+    }
     println!(
-        "seed {seed}, {} of {all} faults: rig scenario {}{} --stepped --seed {seed}{again}",
+        "seed {seed}, {} of {all} faults: rig scenario {}",
         keep.len(),
-        request.scenario.display(),
-        { request.rounds }.map_or(String::new(), |rounds| format!(" --rounds {rounds}")),
+        again.join(" ")
     );
     for fault in &scenario.faults {
         println!("    {fault},");
@@ -265,20 +274,6 @@ fn shrink(
     Ok(())
 }
 
-/// A scenario with the faults of a seed, or with some of them.
-fn faulted(scenario: &Scenario, seed: u64, keep: Option<&[usize]>) -> Scenario {
-    let mut scenario = scenario.clone();
-    scenario.faults.extend(drawn(&scenario, seed));
-    if let Some(keep) = keep {
-        let mut number = 0;
-        scenario.faults.retain(|_| {
-            number += 1;
-            keep.contains(&(number - 1))
-        });
-    }
-    scenario
-}
-
 /// One run on the simulated clock, with drawings and traces.
 fn stepped_once(
     scenario: Scenario,
@@ -288,7 +283,15 @@ fn stepped_once(
 ) -> Result<(), Failure> {
     let plans = plans(&scenario, request)?;
     let scenario = if request.many.faults {
-        faulted(&scenario, request.seed, request.many.keep.as_deref())
+        let all = faulted(&scenario, request.seed, None);
+        let (keep, count) = (request.many.keep.as_deref(), all.faults.len());
+        if let Some(number) = keep.into_iter().flatten().find(|number| **number >= count) {
+            return Err(Failure::refused(format_args!(
+                "found --keep {number}, expected a number below {count}: seed {} has {count} faults",
+                request.seed
+            )));
+        }
+        keep.map_or(all, |keep| faulted(&scenario, request.seed, Some(keep)))
     } else {
         scenario
     };

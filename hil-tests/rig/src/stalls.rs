@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use onboard::realtime::clock::sleep_until;
 use rustix::thread::{CpuSet, sched_setaffinity};
-use rustix::time::{ClockId, Timespec};
 use serde::Serialize;
 use sim::rt::{monotonic_ns, promote};
 
@@ -105,15 +105,6 @@ fn look(seen: &Mutex<Vec<(u64, u64)>>, stop: &AtomicBool) {
         }
         next_ns = next_ns.max(now_ns);
     }
-}
-
-fn sleep_until(deadline_ns: u64) {
-    let time = Timespec {
-        tv_sec: (deadline_ns / 1_000_000_000) as _,
-        tv_nsec: (deadline_ns % 1_000_000_000) as _,
-    };
-    // A signal wakes it early, which is not late.
-    let _ = rustix::thread::clock_nanosleep_absolute(ClockId::Monotonic, &time);
 }
 
 /// The eighth number of the first line of `/proc/stat` (proc(5)), in ticks of 10 ms.

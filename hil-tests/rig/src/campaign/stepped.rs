@@ -11,7 +11,7 @@ use super::pool::run_all;
 use super::statistics::Statistics;
 use crate::run::{Run, look_on, record};
 use crate::scenario::Scenario;
-use crate::stepped::faults::drawn;
+use crate::stepped::faults::faulted;
 use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
 
@@ -34,9 +34,7 @@ pub fn campaign(
     let one = |number: usize| {
         let seed = seeds.start + number as u64;
         let summary = if faults {
-            let mut scenario = scenario.clone();
-            scenario.faults.extend(drawn(&scenario, seed));
-            summary(&scenario, plans, seed, true)?
+            summary(&faulted(scenario, seed, None), plans, seed, true)?
         } else {
             summary(scenario, plans, seed, true)?
         };

@@ -33,7 +33,7 @@ pub enum ScriptedKind {
     Lose,
     /// They arrive twice with a probability.
     Repeat,
-    /// They take up to so much longer, so that later ones overtake them.
+    /// They take longer, by up to `by_s`, so that later ones overtake them.
     Delay,
     /// No message from or to the robot arrives.
     Partition,
@@ -41,7 +41,7 @@ pub enum ScriptedKind {
     KillRobot,
     /// The mediator is killed, and started again with its journal at the end.
     KillMediator,
-    /// The disk below the mediator's journal takes so long for each write.
+    /// The disk below the mediator's journal takes `by_s` for each write.
     SlowDisk,
     /// All threads of the robot stand still.
     Hang,

@@ -29,6 +29,21 @@ pub fn drawn(scenario: &Scenario, seed: u64) -> Vec<ScriptedFault> {
     faults
 }
 
+/// A scenario with the faults of a seed beside its own; of all of them only those with the numbers in `keep`, if there is one.
+#[must_use]
+pub fn faulted(scenario: &Scenario, seed: u64, keep: Option<&[usize]>) -> Scenario {
+    let mut faults = scenario.faults.clone();
+    faults.extend(drawn(scenario, seed));
+    if let Some(keep) = keep {
+        let numbered = faults.into_iter().enumerate();
+        let kept = numbered.filter(|(number, _)| keep.contains(number));
+        faults = kept.map(|(_, fault)| fault).collect();
+    }
+    let mut scenario = scenario.clone();
+    scenario.faults = faults;
+    scenario
+}
+
 fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFault {
     let kinds: Vec<ScriptedKind> = { ScriptedKind::ALL.into_iter() }
         .filter(|kind| managed || kind.keys().robot == Some(true))
