@@ -273,7 +273,7 @@ impl Rect {
         let dy_m = (self.min.y_m - point.y_m)
             .max(point.y_m - self.max.y_m)
             .max(0.0);
-        dx_m.hypot(dy_m)
+        Point2::new(dx_m, dy_m).norm_m()
     }
 
     /// The rectangle moved outwards by a margin; a negative one moves it inwards, until it [is empty](Self::is_empty).

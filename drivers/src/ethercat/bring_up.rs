@@ -10,11 +10,11 @@ use super::sub_device::{
 };
 use super::transport::{Channel, Patience, Pump, Resend, Stopped};
 use super::watchdog;
-use crate::clock::{monotonic_ns, sleep_until};
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::PreOp;
 use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGroup};
 use std::pin::pin;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Exactly one SubDevice per bus is supported.
@@ -36,11 +36,12 @@ impl Bus {
         options: BringUpOptions,
     ) -> Result<Bus, BringUpError> {
         let channel = Channel::take().ok_or(BringUpError::TooManyBuses)?;
+        let pump = Pump::new(link);
         let mut steps = Steps {
-            pump: Pump::new(link),
+            deadline_ns: { pump.clock.now_ns() }.saturating_add(nanoseconds(options.timeout)),
+            pump,
             channel,
             options,
-            deadline_ns: monotonic_ns().saturating_add(nanoseconds(options.timeout)),
         };
         steps.count()?;
         let group = steps.initialise()?;
@@ -151,7 +152,7 @@ impl Steps {
 
     /// The SubDevice's state after a failure, if it still answers.
     fn post_mortem(&mut self) -> Option<AlStatus> {
-        let deadline_ns = monotonic_ns().saturating_add(nanoseconds(POST_MORTEM));
+        let deadline_ns = self.now_ns().saturating_add(nanoseconds(POST_MORTEM));
         self.run_until(deadline_ns, read_status).ok()?.ok()
     }
 
@@ -177,9 +178,10 @@ impl Steps {
     fn initialise(
         &mut self,
     ) -> Result<SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>, BringUpError> {
+        let clock = Arc::clone(&self.pump.clock);
         self.run(Phase::Initialising, async |main_device| {
             main_device
-                .init_single_group::<MAX_SUB_DEVICES, MAX_IMAGE>(monotonic_ns)
+                .init_single_group::<MAX_SUB_DEVICES, MAX_IMAGE>(|| clock.now_ns())
                 .await
         })
     }
@@ -285,7 +287,7 @@ impl Steps {
                 status,
             });
         }
-        if status.state != wanted && monotonic_ns() >= self.deadline_ns {
+        if status.state != wanted && self.now_ns() >= self.deadline_ns {
             return Err(self.timed_out(phase));
         }
         Ok(status.state == wanted)
@@ -294,7 +296,7 @@ impl Steps {
     fn reach_safe_op(&mut self) -> Result<(), BringUpError> {
         self.request(Phase::SafeOp, AlState::SafeOp)?;
         while !self.has_reached(Phase::SafeOp, AlState::SafeOp)? {
-            self.pause(monotonic_ns());
+            self.pause(self.now_ns());
         }
         Ok(())
     }
@@ -310,13 +312,13 @@ impl Steps {
         self.run(Phase::Op, exchange)?;
         self.request(Phase::Op, AlState::Op)?;
         loop {
-            let started_ns = monotonic_ns();
+            let started_ns = self.now_ns();
             let found = self.run(Phase::Op, exchange)?;
             if self.has_reached(Phase::Op, AlState::Op)? {
                 if found == PROCESS_DATA_WKC {
                     return Ok(());
                 }
-                if monotonic_ns() >= self.deadline_ns {
+                if self.now_ns() >= self.deadline_ns {
                     let (address, expected) = (FIRST_ADDRESS, PROCESS_DATA_WKC);
                     return Err(BringUpError::WorkingCounter {
                         address,
@@ -329,8 +331,13 @@ impl Steps {
         }
     }
 
+    fn now_ns(&self) -> u64 {
+        self.pump.clock.now_ns()
+    }
+
     fn pause(&self, started_ns: u64) {
-        sleep_until(started_ns.saturating_add(nanoseconds(self.options.cycle)));
+        let until_ns = started_ns.saturating_add(nanoseconds(self.options.cycle));
+        self.pump.clock.sleep_until(until_ns);
     }
 }
 

@@ -13,9 +13,9 @@ use std::pin::pin;
 /// A successful exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exchange {
-    /// When the frame was sent, `CLOCK_MONOTONIC`.
+    /// When the frame was sent, on the link's clock.
     pub sent_ns: u64,
-    /// When its answer was there, `CLOCK_MONOTONIC`.
+    /// When its answer was there, on the link's clock.
     pub received_ns: u64,
 }
 
@@ -67,7 +67,7 @@ impl Bus {
 
     /// Writes `outputs`, reads `inputs`, and looks at the SubDevice's state, in one frame.
     ///
-    /// Real-time. Returns at `deadline_ns` (`CLOCK_MONOTONIC`) at the latest; an answer that comes later is recognised
+    /// Real-time. Returns at `deadline_ns` (on the link's clock) at the latest; an answer that comes later is recognised
     /// and dropped by the exchange that receives it. `inputs` changes only on success. After an error the outputs may
     /// or may not have reached the SubDevice.
     ///

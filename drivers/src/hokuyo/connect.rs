@@ -4,6 +4,7 @@
 //! that crashed. One deadline bounds all of it.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::clock::ClockBounds;
@@ -12,8 +13,8 @@ use super::conversation::{Answer, Conversation, Reply, Trouble};
 use super::error::ConnectError;
 use super::identity::{DeviceState, Fields, Parameters, SensorIdentity};
 use super::options::{LIKELY_BIT_RATES, Options, ScanFormat};
-use super::port::Port;
-use crate::clock::monotonic_ns;
+use super::serial_line::SerialLine;
+use crate::clock::Clock;
 
 /// How long to wait for a first answer at a bit rate. Doubles with every pass over the bit rates, because answers come
 /// late on a busy host.
@@ -29,7 +30,7 @@ const CLOCK_READINGS: usize = 10;
 
 /// A connection whose stream has been accepted.
 pub struct Connected {
-    pub port: Port,
+    pub line: Box<dyn SerialLine>,
     pub command: [u8; STREAM_COMMAND_BYTES],
     pub format: ScanFormat,
     pub identity: SensorIdentity,
@@ -38,13 +39,18 @@ pub struct Connected {
     pub clock: ClockBounds,
 }
 
-/// Connects; see [`super::Hokuyo::connect`].
-pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError> {
+/// Connects; see [`super::Hokuyo::connect_over`].
+pub fn connect(
+    line: Box<dyn SerialLine>,
+    path: &Path,
+    options: &Options,
+) -> Result<Connected, ConnectError> {
     options.check()?;
-    let deadline_ns = monotonic_ns() + options.connect_timeout.as_nanos() as u64;
-    let conversation = Conversation::new(Port::open(path, options.bit_rate)?);
+    let clock = line.clock();
+    let deadline_ns = clock.now_ns() + options.connect_timeout.as_nanos() as u64;
     let mut session = Session {
-        conversation,
+        conversation: Conversation::new(line),
+        clock,
         path: path.into(),
         deadline_ns,
         reply_timeout: options.reply_timeout,
@@ -62,9 +68,9 @@ pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError
     let clock = session.read_clock()?;
     session.laser_on()?;
     let command = session.start_stream(&format)?;
-    let port = session.conversation.into_port();
+    let line = session.conversation.into_line();
     Ok(Connected {
-        port,
+        line,
         command,
         format,
         identity,
@@ -76,6 +82,7 @@ pub fn connect(path: &Path, options: &Options) -> Result<Connected, ConnectError
 
 struct Session {
     conversation: Conversation,
+    clock: Arc<dyn Clock>,
     path: PathBuf,
     deadline_ns: u64,
     reply_timeout: Duration,
@@ -142,7 +149,7 @@ impl Session {
 
     /// Sends a command and returns the answer, or `None` when nothing answers in time.
     fn ask(&mut self, command: &[u8]) -> Result<Option<Answer>, ConnectError> {
-        let started_ns = monotonic_ns();
+        let started_ns = self.clock.now_ns();
         let send = self.conversation.send(command, self.until(self.answer));
         if self.heard(send)?.is_none() {
             return Ok(None);
@@ -175,7 +182,8 @@ impl Session {
             Status::OK | Status::SAME_BIT_RATE => {}
             status => return Err(refused(&command, status, "it does not have this bit rate")),
         }
-        std::thread::sleep(RATE_CHANGE);
+        let changed_ns = self.clock.now_ns() + RATE_CHANGE.as_nanos() as u64;
+        self.clock.sleep_until(changed_ns);
         if !self.reset(wanted)? {
             return Err(ConnectError::Option {
                 option: "bit_rate",
@@ -218,7 +226,7 @@ impl Session {
         let mut bounds = ClockBounds::default();
         if self.command(b"TM0")?.status == Status::OK {
             for _ in 0..CLOCK_READINGS {
-                let before_ns = monotonic_ns();
+                let before_ns = self.clock.now_ns();
                 let reply = self.command(b"TM1")?;
                 let stamp = reply
                     .lines
@@ -299,11 +307,11 @@ impl Session {
     }
 
     fn until(&self, time: Duration) -> u64 {
-        (monotonic_ns() + time.as_nanos() as u64).min(self.deadline_ns)
+        (self.clock.now_ns() + time.as_nanos() as u64).min(self.deadline_ns)
     }
 
     fn is_late(&self) -> bool {
-        monotonic_ns() >= self.deadline_ns
+        self.clock.now_ns() >= self.deadline_ns
     }
 
     fn disconnected(&self) -> ConnectError {

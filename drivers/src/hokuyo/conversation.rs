@@ -1,9 +1,11 @@
 //! Commands and replies, before streaming. Not real-time; every wait has a deadline.
 
+use std::sync::Arc;
+
 use super::codec::{self, Status};
 use super::line::LineBuffer;
-use super::port::{Gone, Port, Wait};
-use crate::clock::monotonic_ns;
+use super::serial_line::{Gone, SerialLine, Wait};
+use crate::clock::Clock;
 
 /// Most lines kept of one reply; no SCIP reply has more.
 const MAX_REPLY_LINES: usize = 16;
@@ -15,7 +17,7 @@ const ENOUGH_RUBBISH: usize = 4;
 pub enum Trouble {
     /// None came in time.
     Silent,
-    /// The port is gone.
+    /// The line is gone.
     Gone,
 }
 
@@ -48,7 +50,8 @@ pub struct Reply {
 /// The host's side of the conversation.
 #[derive(Debug)]
 pub struct Conversation {
-    port: Port,
+    serial: Box<dyn SerialLine>,
+    clock: Arc<dyn Clock>,
     line: LineBuffer,
     chunk: [u8; 256],
     start: usize,
@@ -61,10 +64,11 @@ pub struct Conversation {
 }
 
 impl Conversation {
-    /// Over an open port.
-    pub fn new(port: Port) -> Self {
+    /// Over an open line.
+    pub fn new(serial: Box<dyn SerialLine>) -> Self {
         Self {
-            port,
+            clock: serial.clock(),
+            serial,
             line: LineBuffer::new(),
             chunk: [0; 256],
             start: 0,
@@ -75,12 +79,12 @@ impl Conversation {
         }
     }
 
-    /// The port, with the bytes not yet read from it.
-    pub fn into_port(self) -> Port {
-        self.port
+    /// The line, with the bytes not yet read from it.
+    pub fn into_line(self) -> Box<dyn SerialLine> {
+        self.serial
     }
 
-    /// Bytes received since the port was opened.
+    /// Bytes received since the line was opened.
     pub fn heard_bytes(&self) -> u64 {
         self.heard_bytes
     }
@@ -95,14 +99,14 @@ impl Conversation {
         self.rubbish_bytes >= ENOUGH_RUBBISH && !self.hears_stream
     }
 
-    /// Sets the bit rate and forgets what came at the old one. False when the port cannot do it.
+    /// Sets the bit rate and forgets what came at the old one. False when the line cannot do it.
     pub fn reset(&mut self, bit_rate: u32) -> Result<bool, Gone> {
-        let done = self.port.set_bit_rate(bit_rate).is_ok();
+        let done = self.serial.set_bit_rate(bit_rate).is_ok();
         if !done {
-            // If the port is gone, the next read reports it.
-            self.port.read(&mut self.chunk)?;
+            // If the line is gone, the next read reports it.
+            self.serial.read(&mut self.chunk)?;
         }
-        self.port.clear();
+        self.serial.clear();
         self.line.clear();
         self.start = self.end;
         self.hears_stream = false;
@@ -114,7 +118,7 @@ impl Conversation {
     pub fn send(&mut self, command: &[u8], deadline_ns: u64) -> Result<(), Trouble> {
         let mut line = command.to_vec();
         line.push(b'\n');
-        if self.port.write(&line, deadline_ns)? {
+        if self.serial.write(&line, deadline_ns)? {
             Ok(())
         } else {
             Err(Trouble::Silent)
@@ -144,7 +148,7 @@ impl Conversation {
                 return Ok(Reply {
                     status,
                     lines,
-                    arrival_ns: monotonic_ns(),
+                    arrival_ns: self.clock.now_ns(),
                 });
             }
             lines.push(line);
@@ -162,12 +166,12 @@ impl Conversation {
                     return Ok(line);
                 }
             }
-            if monotonic_ns() >= deadline_ns || self.port.wait(deadline_ns)? == Wait::TimedOut {
+            if self.clock.now_ns() >= deadline_ns || self.serial.wait(deadline_ns)? == Wait::TimedOut {
                 return Err(Trouble::Silent);
             }
             self.start = 0;
             self.end = 0;
-            self.end = self.port.read(&mut self.chunk)?;
+            self.end = self.serial.read(&mut self.chunk)?;
             self.heard_bytes += self.end as u64;
             let bytes = self.chunk[..self.end].iter();
             self.rubbish_bytes += bytes

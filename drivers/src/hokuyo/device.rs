@@ -1,6 +1,7 @@
 //! The connected device.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::clock::{ClockBounds, DeviceClock};
@@ -9,20 +10,24 @@ use super::error::{ConnectError, ReadError};
 use super::identity::{DeviceState, Parameters, SensorIdentity};
 use super::options::{Options, ScanFormat};
 use super::parser::{Event, Fault, StreamParser};
-use super::port::{Gone, Port, Wait};
+use super::serial_line::{Gone, SerialLine, Wait};
 use super::scan::{LidarCounters, Received, Scan};
-use crate::clock::monotonic_ns;
+use super::tty::TtyLine;
+use crate::clock::Clock;
 
 /// Reads allowed after the deadline, for bytes that have already arrived: enough for one scan, bounded in endless
 /// noise.
 const MAX_LATE_READS: u32 = 4;
 /// Limit for stopping the stream when the driver is dropped.
 const FAREWELL: Duration = Duration::from_millis(20);
+/// How often it looks meanwhile whether everything has left.
+const GLANCE: Duration = Duration::from_millis(1);
 
 /// A connected device that streams.
 #[derive(Debug)]
 pub struct Hokuyo {
-    port: Port,
+    line: Box<dyn SerialLine>,
+    clock: Arc<dyn Clock>,
     gone: bool,
     identity: SensorIdentity,
     parameters: Parameters,
@@ -32,7 +37,7 @@ pub struct Hokuyo {
     to_first_beam_ns: u64,
     period_ms: u64,
     parser: StreamParser,
-    clock: DeviceClock,
+    device_clock: DeviceClock,
     counters: LidarCounters,
     chunk: Box<[u8; 2048]>,
     start: usize,
@@ -51,19 +56,34 @@ impl Hokuyo {
     /// # Errors
     /// See [`ConnectError`]. Every error leaves the port closed; trying again is always possible.
     pub fn connect(path: &Path, options: &Options) -> Result<Self, ConnectError> {
+        options.check()?;
+        let line = TtyLine::open(path, options.bit_rate)?;
+        Self::connect_over(Box::new(line), path, options)
+    }
+
+    /// The same over a line that is open, at any bit rate; `path` names it in errors.
+    ///
+    /// # Errors
+    /// As for [`Hokuyo::connect`].
+    pub fn connect_over(
+        line: Box<dyn SerialLine>,
+        path: &Path,
+        options: &Options,
+    ) -> Result<Self, ConnectError> {
         let Connected {
-            port,
+            line,
             command,
             format,
             identity,
             parameters,
             state,
             clock,
-        } = connect(path, options)?;
+        } = connect(line, path, options)?;
         let measuring = parameters.step_time(format.last_step);
         let period = parameters.turn() * u32::from(format.skip + 1);
         Ok(Self {
-            port,
+            clock: line.clock(),
+            line,
             gone: false,
             identity,
             state,
@@ -73,7 +93,7 @@ impl Hokuyo {
             parser: StreamParser::new(&command, &format),
             format,
             bounds: clock,
-            clock: DeviceClock::new(clock, measuring.as_nanos() as u64),
+            device_clock: DeviceClock::new(clock, measuring.as_nanos() as u64),
             counters: LidarCounters::default(),
             chunk: Box::new([0; 2048]),
             start: 0,
@@ -83,7 +103,7 @@ impl Hokuyo {
         })
     }
 
-    /// Reads until a scan is complete or the deadline (CLOCK_MONOTONIC) passes. Real-time.
+    /// Reads until a scan is complete or the deadline (of the line's clock) passes. Real-time.
     ///
     /// A scan that is half there at the deadline is continued by the next call. Scans that waited because nobody
     /// read are delivered one by one, with the stamps of their time. A deadline that has passed does not hide a scan
@@ -121,13 +141,13 @@ impl Hokuyo {
     }
 
     fn fill(&mut self, deadline_ns: u64) -> Result<Wait, Gone> {
-        if self.port.wait(deadline_ns)? == Wait::TimedOut {
+        if self.line.wait(deadline_ns)? == Wait::TimedOut {
             return Ok(Wait::TimedOut);
         }
         self.start = 0;
         self.end = 0;
-        self.end = self.port.read(&mut self.chunk[..])?;
-        self.chunk_ns = monotonic_ns();
+        self.end = self.line.read(&mut self.chunk[..])?;
+        self.chunk_ns = self.clock.now_ns();
         self.counters.bytes += self.end as u64;
         Ok(Wait::Ready)
     }
@@ -162,7 +182,7 @@ impl Hokuyo {
     }
 
     fn deliver(&mut self, device_ms: u32, scan: &mut Scan) -> Received {
-        let mapped = self.clock.map(device_ms, self.arrival_ns);
+        let mapped = self.device_clock.map(device_ms, self.arrival_ns);
         let ranges_mm = self.parser.ranges_mm();
         scan.ranges_mm[..ranges_mm.len()].copy_from_slice(ranges_mm);
         scan.count = ranges_mm.len();
@@ -252,10 +272,12 @@ impl Drop for Hokuyo {
         if self.gone {
             return;
         }
-        let deadline_ns = monotonic_ns() + FAREWELL.as_nanos() as u64;
-        if self.port.write(b"QT\n", deadline_ns) == Ok(true) {
-            while self.port.unsent_bytes() > 0 && monotonic_ns() < deadline_ns {
-                std::thread::sleep(Duration::from_millis(1));
+        let mut now_ns = self.clock.now_ns();
+        let deadline_ns = now_ns + FAREWELL.as_nanos() as u64;
+        if self.line.write(b"QT\n", deadline_ns) == Ok(true) {
+            while self.line.unsent_bytes() > 0 && now_ns < deadline_ns {
+                self.clock.sleep_until(now_ns + GLANCE.as_nanos() as u64);
+                now_ns = self.clock.now_ns();
             }
         }
     }

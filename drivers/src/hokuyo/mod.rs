@@ -6,9 +6,11 @@
 //!   there or its deadline passes.
 //! - After [`ReadError::Disconnected`], or when scans stay away, drop the driver and connect again.
 //!
+//! [`Hokuyo::connect_over`] does the same over any [`SerialLine`]; [`TtyLine`] is the one of a robot.
+//!
 //! # Time
 //! The device stamps a scan with its own clock when a turn starts, at step 0. [`Scan::stamp_ns`] is that moment on
-//! CLOCK_MONOTONIC plus the time the sensor needs to turn to the first reading: the time of **the first beam**. Beam
+//! CLOCK_MONOTONIC (the line's clock) plus the time the sensor needs to turn to the first reading: the time of **the first beam**. Beam
 //! `i` was taken `i ×` [`Hokuyo::beam_period`] later. Right to about 1 ms after the connection, and to a few
 //! milliseconds while the clocks drift apart.
 //!
@@ -42,8 +44,9 @@ mod identity;
 mod line;
 mod options;
 mod parser;
-mod port;
 mod scan;
+mod serial_line;
+mod tty;
 
 pub use codec::{Encoding, Status};
 pub use device::Hokuyo;
@@ -51,3 +54,5 @@ pub use error::{ConnectError, ReadError};
 pub use identity::{DeviceState, Parameters, SensorIdentity};
 pub use options::{Options, ScanFormat};
 pub use scan::{FIRST_LENGTH_MM, LidarCounters, MAX_BEAMS, Reading, Received, Scan};
+pub use serial_line::{Gone, SerialLine, Wait};
+pub use tty::TtyLine;

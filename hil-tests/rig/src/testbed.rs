@@ -9,6 +9,7 @@ use onboard::cli::Failure;
 use sim::ethercat::{FaultHandle as BusFaults, ServeOptions, ServerHandle, serve_raw, serve_udp};
 use sim::kelo::{DriveHandle, KeloOptions, SimulatedDrive};
 use sim::lidar::{DeviceOptions, FaultHandle as LidarFaults, LidarOptions, LidarServer};
+use sim::plant::Plant;
 use sim::world::{Obstacle, Pose, Random, RangeModel, RobotModel, SharedWorld, World, WorldConfig};
 
 use crate::scenario::Scenario;
@@ -160,6 +161,19 @@ fn robot_model(robot: &RobotConfig, start: Pose) -> RobotModel {
     }
 }
 
+/// The drive that a robot file expects.
+#[must_use]
+pub fn simulated_drive(plant: Box<dyn Plant>, robot: &RobotConfig) -> SimulatedDrive {
+    let mut options = KeloOptions::default();
+    if let Some(product_code) = robot.ethercat.product_codes.first() {
+        options.identity.product_code = *product_code;
+    }
+    if robot.ethercat.vendor_id != 0 {
+        options.identity.vendor_id = robot.ethercat.vendor_id;
+    }
+    SimulatedDrive::new(plant, options)
+}
+
 impl Devices {
     /// Starts the devices of one robot.
     ///
@@ -174,19 +188,12 @@ impl Devices {
     ) -> Result<Self, Failure> {
         let id = &robot.identity.id;
         let plant = world.robot(id).map_err(Failure::refused)?;
-        let mut drive_options = KeloOptions::default();
-        if let Some(product_code) = robot.ethercat.product_codes.first() {
-            drive_options.identity.product_code = *product_code;
-        }
-        if robot.ethercat.vendor_id != 0 {
-            drive_options.identity.vendor_id = robot.ethercat.vendor_id;
-        }
         let SimulatedDrive {
             segment,
             faults: bus_faults,
             drive,
             ..
-        } = SimulatedDrive::new(Box::new(plant), drive_options);
+        } = simulated_drive(Box::new(plant), robot);
         let options = ServeOptions {
             priority: Some(SEGMENT_PRIORITY),
         };

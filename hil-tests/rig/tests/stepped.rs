@@ -101,7 +101,7 @@ fn a_robot_before_a_closed_way_stands_and_touches_nothing() {
     let stepped = Stepped::new(&scenario, &plans, 5, true, false);
     let mut stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
     let wall = sim::world::Obstacle::wall([5.0, -1.6], [5.0, 1.6]);
-    stepped.world.add_obstacle(wall).expect("added");
+    stepped.world.lock().add_obstacle(wall).expect("added");
     let mut run = Run::new(scenario, stepped, 5);
     let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
     run.stop();

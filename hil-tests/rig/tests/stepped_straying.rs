@@ -5,9 +5,9 @@ use onboard::composition::plan::Plan;
 use onboard::process::ctl::Request;
 use rig::belief::Belief;
 use rig::folder::Folder;
-use rig::stepped::{Fleet, Start, SteppedRobot};
-use rig::testbed::plain_world;
-use sim::world::{Obstacle, Pose, Shape, World};
+use rig::stepped::{Devices, Fleet, Start, SteppedRobot};
+use rig::testbed::world;
+use sim::world::{Obstacle, Pose, Shape, SharedWorld, World};
 
 const MILLISECOND_NS: u64 = 1_000_000;
 const LANE_Y_M: f64 = -0.5;
@@ -16,7 +16,8 @@ const LIMIT_M: f64 = 0.30;
 /// One robot in the corridor, on the simulated clock.
 struct Stage {
     robot: SteppedRobot,
-    world: World,
+    devices: Devices,
+    world: SharedWorld,
     now_ns: u64,
     _folder: Folder,
 }
@@ -47,21 +48,23 @@ impl Stage {
                 .collect(),
         };
         let plan = Plan::load(&files).unwrap_or_else(|failure| panic!("{failure:?}"));
-        let mut world = plain_world(&plan.site, &[(&plan.robot, start)], 1).expect("a world");
+        let world = world(&plan.site, &[(&plan.robot, start)], 1).expect("a world");
         for &thing in things {
-            world.add_obstacle(Obstacle::fixed(thing)).expect("added");
+            world.lock().add_obstacle(Obstacle::fixed(thing)).expect("added");
         }
         let now_ns = 1000 * MILLISECOND_NS;
-        world.advance_to(now_ns);
+        world.lock().advance_to(now_ns);
+        let devices = Devices::new(&world, &plan, now_ns).expect("devices");
         let folder = Folder::new().expect("a folder");
         let start = Start {
             fleet: Fleet::Alone,
             boot_epoch: 1,
             at_ns: now_ns,
         };
-        let robot = SteppedRobot::new(&plan, &files, folder.path(), &world, 0, start);
+        let robot = SteppedRobot::new(&plan, &files, folder.path(), &devices, start);
         Self {
             robot: robot.unwrap_or_else(|failure| panic!("{failure:?}")),
+            devices,
             world,
             now_ns,
             _folder: folder,
@@ -71,9 +74,10 @@ impl Stage {
     /// Looks ten times a second until `done` or for `seconds`; returns whether it was done.
     fn run(&mut self, seconds: u64, mut done: impl FnMut(&Belief, &World) -> bool) -> bool {
         for step in 0..1000 * seconds {
-            self.robot.step(&mut self.world, self.now_ns);
+            self.world.lock().advance_to(self.now_ns);
+            self.devices.step(self.now_ns, Some(&mut self.robot));
             self.now_ns += MILLISECOND_NS;
-            if step % 100 == 0 && done(&self.robot.belief(), &self.world) {
+            if step % 100 == 0 && done(&self.robot.belief(), &self.world.lock()) {
                 return true;
             }
         }
@@ -110,9 +114,9 @@ fn before_a_closed_way_it_stays_within_the_deviation_limit() {
     });
     assert!(!strayed && most_off_m < LIMIT_M, "{most_off_m} m off");
     // It has tried, and stands in the end.
-    let truth = stage.world.truth(0).expect("a robot");
+    let truth = stage.world.lock().truth(0).expect("a robot");
     assert!(truth.pose.x_m > 3.5 && truth.collisions == 0, "{truth:?}");
-    let before = at(&stage.world);
+    let before = at(&stage.world.lock());
     assert!(!stage.run(20, |_, world| (at(world).x_m - before.x_m).abs() > 0.01));
 }
 
@@ -133,7 +137,7 @@ fn a_way_around_that_fits_into_the_limit_is_taken() {
     assert!(
         passed && most_off_m < LIMIT_M,
         "{:?}, {most_off_m} m off",
-        at(&stage.world)
+        at(&stage.world.lock())
     );
 }
 
@@ -153,7 +157,7 @@ fn a_robot_that_strayed_comes_back_when_it_is_reset() {
         halted |= at(world) != start && belief.state.starts_with("halt");
         off_m(world) < 0.05
     });
-    assert!(back && !halted, "{:?}", at(&stage.world));
+    assert!(back && !halted, "{:?}", at(&stage.world.lock()));
     assert!(
         stage.run(20, |belief, _| belief.state == "search-2"),
         "it drives on"

@@ -1,13 +1,14 @@
 //! Lidar: reads scans from the Hokuyo and publishes them; reconnects when it was lost.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
-use drivers::hokuyo::{Hokuyo, Options, ReadError, Scan, ScanFormat};
+use drivers::hokuyo::{ConnectError, Hokuyo, Options, ReadError, Scan, ScanFormat, SerialLine};
 
 use crate::activities::port::Port;
 use crate::activities::robot_activity::RobotActivity;
-use crate::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
+use crate::realtime::clock::{Clock, MILLISECOND_NS};
 use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::realtime::wake::Wake;
@@ -35,11 +36,16 @@ pub struct Settings {
     pub silent_ns: u64,
 }
 
+/// Opens the line to the lidar; called again after each loss.
+pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn SerialLine>, ConnectError> + Send>;
+
 /// The activity.
 pub struct Lidar {
     port: Port,
     settings: Settings,
     symbols: LidarSymbols,
+    open_line: OpenLine,
+    clock: Arc<dyn Clock>,
     wake: Wake,
     log: LogSender,
     device: Option<Hokuyo>,
@@ -57,17 +63,20 @@ pub struct Lidar {
 }
 
 impl Lidar {
-    /// An activity in state *created*. `wake` wakes the thread that waits for scans.
+    /// An activity in state *created*. Its lines have `clock`. `wake` wakes the thread that waits for scans.
     #[must_use]
     pub fn new(
         port: Port,
         settings: Settings,
         symbols: LidarSymbols,
+        (open_line, clock): (OpenLine, Arc<dyn Clock>),
         wake: Wake,
         log: LogSender,
     ) -> Self {
         Self {
             wake,
+            open_line,
+            clock,
             port,
             settings,
             symbols,
@@ -88,7 +97,11 @@ impl Lidar {
 
     fn connect(&mut self) {
         self.device = None;
-        let result = Hokuyo::connect(&self.settings.device, &self.settings.options)
+        let Settings {
+            device, options, ..
+        } = &self.settings;
+        let result = (self.open_line)()
+            .and_then(|line| Hokuyo::connect_over(line, device, options))
             .map_err(|error| error.to_string())
             .and_then(|device| self.check(device));
         match result {
@@ -101,7 +114,7 @@ impl Lidar {
                 self.device = Some(device);
                 self.before = self.status;
                 self.status.connections += 1;
-                self.heard_ns = now_ns();
+                self.heard_ns = self.clock.now_ns();
                 self.complaints.forget();
                 self.port.clear(Fault::LidarLost);
                 self.port.step(LifeCycleEvent::Configured);
@@ -110,7 +123,7 @@ impl Lidar {
                 self.complaints
                     .say(&self.log, "lidar cannot be connected", complaint);
                 self.port.raise(Fault::LidarLost, 0.0);
-                self.retry_ns = now_ns() + RETRY_NS;
+                self.retry_ns = self.clock.now_ns() + RETRY_NS;
             }
         }
     }
@@ -142,7 +155,7 @@ impl Lidar {
             return;
         };
         let result = device.read_scan(&mut self.scan, now_ns + WAIT_NS);
-        let after_ns = self::now_ns();
+        let after_ns = self.clock.now_ns();
         self.waited_ns = after_ns - now_ns;
         match result {
             Ok(_) => {
@@ -193,8 +206,8 @@ impl Activity for Lidar {
                 if state == LifeCycleState::Stopped {
                     guard::relaxed(|| self.device = None); // the real-time rules are over
                 }
-                sleep_until(now_ns + RETRY_NS / 10);
-                self.waited_ns = self::now_ns() - now_ns;
+                self.clock.sleep_until(now_ns + RETRY_NS / 10);
+                self.waited_ns = self.clock.now_ns() - now_ns;
             }
         }
     }
@@ -213,7 +226,7 @@ impl Activity for Lidar {
             self.value.count = count as u64;
             self.value.ranges_mm[..count].copy_from_slice(&self.scan.ranges_mm[..count]);
             self.symbols.scan.write(self.scan.stamp_ns, &self.value);
-            self.wake.wake();
+            self.wake.wake(self.clock.now_ns());
         }
         self.port.publish(now_ns);
     }

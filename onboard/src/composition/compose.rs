@@ -1,10 +1,13 @@
 //! Composition: the plan's parts, the symbols' ends and the ports become activities.
 
+use std::sync::Arc;
+
 use coordination::fsm::Machine;
 use coordination::symbols::SymbolTable;
 use description::robot::Link;
 use description::threads::ActivityKind;
 use drivers::ethercat::{Link as FrameLink, RawLink, UdpLink};
+use drivers::hokuyo::TtyLine;
 use skills::navigator::Navigator;
 
 use crate::activities::communication::{
@@ -13,7 +16,7 @@ use crate::activities::communication::{
 use crate::activities::control::Control;
 use crate::activities::drive::{Drive, OpenLink};
 use crate::activities::fleet_link::{self, NavigationEnd};
-use crate::activities::lidar::Lidar;
+use crate::activities::lidar::{self, Lidar, OpenLine};
 use crate::activities::motion_tube::MotionTube;
 use crate::activities::navigation::Navigation;
 use crate::activities::news::Alarm;
@@ -23,12 +26,12 @@ use crate::activities::robot_activity::{RobotActivity, ThreadActivities};
 use crate::activities::scans::ScanIntake;
 use crate::composition::plan::{Plan, PlanError, ns_from_ms};
 use crate::composition::replacement::ReloadEnds;
-use crate::realtime::clock::now_ns;
+use crate::realtime::clock::{Clock, Monotonic, now_ns};
 use crate::realtime::log::LogSender;
 use crate::realtime::wake::Wake;
 use crate::symbols::wiring::{
-    ChainSymbols, CommunicationFleetSymbols, CommunicationSymbols, ScanSymbols, SupervisorSymbols,
-    Wiring,
+    ChainSymbols, CommunicationFleetSymbols, CommunicationSymbols, DriveSymbols, LidarSymbols,
+    ScanSymbols, SupervisorSymbols, Wiring,
 };
 
 /// Activities with their names in the thread table.
@@ -75,36 +78,25 @@ pub fn compose(
         reload,
         navigation_end,
     )?;
-    let mut port = |kind| port(&mut ports, kind);
-    let drive = Drive::new(
-        port(ActivityKind::Drive),
-        plan.drive_settings(),
-        symbols.drive,
-        open_link(&plan.robot.ethercat.link),
-        log.clone(),
-    );
-    let lidar = Lidar::new(
-        port(ActivityKind::Lidar),
-        plan.lidar_settings()?,
-        symbols.lidar,
-        scan_wake.clone(),
-        log.clone(),
-    );
+    activities.extend(compose_devices(
+        plan,
+        (symbols.drive, symbols.lidar),
+        &mut ports,
+        Devices::of(plan)?,
+        &scan_wake,
+        log,
+    )?);
     let settings = plan.communication_settings(boot_epoch);
     let communication = compose_communication(
         settings.clone(),
-        port(ActivityKind::Communication),
+        port(&mut ports, ActivityKind::Communication),
         (symbols.communication, symbols.communication_fleet),
         membership,
         zenoh_session(settings),
         (log, &alarm),
         now_ns(),
     );
-    activities.extend([
-        (ActivityKind::Drive, Box::new(drive) as _),
-        (ActivityKind::Lidar, Box::new(lidar) as _),
-        (ActivityKind::Communication, Box::new(communication) as _),
-    ]);
+    activities.push((ActivityKind::Communication, Box::new(communication)));
     Ok(Composed {
         threads: by_thread(plan, activities, wiring.scans)?,
         supervisor: symbols.supervisor,
@@ -188,6 +180,62 @@ pub fn compose_chain(
     ])
 }
 
+/// The ways to a robot's devices, each with the clock of its deadlines.
+pub struct Devices {
+    /// To the bus.
+    pub bus: (OpenLink, Arc<dyn Clock>),
+    /// To the lidar.
+    pub lidar: (OpenLine, Arc<dyn Clock>),
+}
+
+impl Devices {
+    /// Those that the robot file names.
+    ///
+    /// # Errors
+    /// As [`Plan::lidar_settings`].
+    pub fn of(plan: &Plan) -> Result<Self, PlanError> {
+        let open_link = open_link(&plan.robot.ethercat.link);
+        let open_line = open_line(plan.lidar_settings()?);
+        Ok(Self {
+            bus: (open_link, Arc::new(Monotonic)),
+            lidar: (open_line, Arc::new(Monotonic)),
+        })
+    }
+}
+
+/// Composes the activities of the drive and the lidar. `scan_wake` wakes the thread that waits for scans.
+///
+/// # Errors
+/// [`PlanError`] when a part cannot be built.
+pub fn compose_devices(
+    plan: &Plan,
+    symbols: (DriveSymbols, LidarSymbols),
+    ports: &mut Vec<(ActivityKind, Port)>,
+    devices: Devices,
+    scan_wake: &Wake,
+    log: &LogSender,
+) -> Result<Named, PlanError> {
+    let drive = Drive::new(
+        port(ports, ActivityKind::Drive),
+        plan.drive_settings(),
+        symbols.0,
+        devices.bus,
+        log.clone(),
+    );
+    let lidar = Lidar::new(
+        port(ports, ActivityKind::Lidar),
+        plan.lidar_settings()?,
+        symbols.1,
+        devices.lidar,
+        scan_wake.clone(),
+        log.clone(),
+    );
+    Ok(vec![
+        (ActivityKind::Drive, Box::new(drive)),
+        (ActivityKind::Lidar, Box::new(lidar)),
+    ])
+}
+
 /// Composes communication, and makes a first attempt to open its session: before any thread is promoted.
 #[must_use]
 pub fn compose_communication(
@@ -261,6 +309,14 @@ fn open_link(link: &Link) -> OpenLink {
             Link::Udp(address) => UdpLink::open(*address).map(|link| Box::new(link) as _),
         };
         opened.map_err(|error| error.to_string())
+    })
+}
+
+/// How the lidar activity opens its line, at first and after each loss.
+fn open_line(settings: lidar::Settings) -> OpenLine {
+    Box::new(move || {
+        let line = TtyLine::open(&settings.device, settings.options.bit_rate)?;
+        Ok(Box::new(line))
     })
 }
 

@@ -13,7 +13,7 @@ use tokio::time::{MissedTickBehavior, interval};
 use crate::activities::news::{Alarm, News};
 use crate::activities::robot_activity::ThreadActivities;
 use crate::process::runner::{ThreadSetup, Timing, Trigger};
-use crate::realtime::clock::{MILLISECOND_NS, now_ns};
+use crate::realtime::clock::{MILLISECOND_NS, Monotonic, now_ns};
 use crate::realtime::scheduling::promote;
 
 /// How soon the thread that passes wake-ups on notices the end.
@@ -53,7 +53,7 @@ fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>
     Builder::new().name(name).spawn(move || {
         let mut seen = wake.count();
         while !stop.load(Ordering::Relaxed) {
-            let count = wake.wait_beyond(seen, now_ns() + GLANCE_NS);
+            let count = wake.wait_beyond(&Monotonic, seen, now_ns() + GLANCE_NS);
             if count != seen {
                 news.tell();
             }
@@ -63,7 +63,7 @@ fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>
 }
 
 async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &News) {
-    let mut timing = Timing::new(&setup.trigger);
+    let mut timing = Timing::new(&setup.trigger, now_ns());
     let period = match setup.trigger {
         Trigger::Period(period_ns) => Duration::from_nanos(period_ns),
         Trigger::Device | Trigger::Wake(..) => Duration::from_millis(50),
@@ -86,10 +86,10 @@ async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &Ne
         };
         timing.woken(begin_ns.saturating_sub(late_ns), late_ns);
         activities.step(now_ns);
-        timing.executed(begin_ns, 0, true);
-        timing.publish(&mut setup.report);
+        timing.executed(begin_ns..now_ns(), 0, true);
+        timing.publish(&mut setup.report, now_ns());
     }
-    timing.publish_now(&mut setup.report);
+    timing.publish_now(&mut setup.report, now_ns());
 }
 
 #[cfg(test)]
@@ -135,7 +135,7 @@ mod tests {
         reaches(1);
         alarm.news.tell();
         reaches(2);
-        alarm.wake.wake();
+        alarm.wake.wake(now_ns());
         reaches(3);
         bench.stop.store(true, Ordering::Relaxed);
         alarm.news.tell();

@@ -1,7 +1,9 @@
 //! Watches the real-time threads' overruns, second by second.
 
 use coordination::symbols::Reader;
+use description::threads::ThreadConfig;
 
+use crate::composition::plan::wanted_scheduling;
 use crate::realtime::clock::SECOND_NS;
 use crate::symbols::values::ThreadReport;
 
@@ -44,6 +46,18 @@ pub struct OverrunWatch {
 }
 
 impl OverrunWatch {
+    /// Watches those of these threads that ask for a real-time priority, by their reports.
+    #[must_use]
+    pub fn of(threads: &[ThreadConfig], reports: Vec<Reader<ThreadReport>>) -> Self {
+        let real_time = { threads.iter().zip(reports) }
+            .filter(|(thread, _)| wanted_scheduling(thread).fifo_priority.is_some());
+        Self::new(
+            real_time
+                .map(|(thread, report)| (thread.name.clone(), report))
+                .collect(),
+        )
+    }
+
     /// Watches these threads.
     #[must_use]
     pub fn new(threads: Vec<(String, Reader<ThreadReport>)>) -> Self {

@@ -7,9 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 use config::ProblemKind;
-use description::threads::{ActivityKind, ThreadConfig, Trigger as ConfigTrigger};
+use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 
-use crate::activities::communication;
 use crate::composition::compose::compose;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
@@ -137,20 +136,11 @@ impl Robot {
             pid: u64::from(std::process::id()),
             robot: Name::new(&plan.robot.identity.id),
         };
-        let names = plan.robot.threads.iter().map(|thread| thread.name.clone());
-        let watch = OverrunWatch::new(
-            names
-                .zip(watched)
-                .zip(&plan.robot.threads)
-                .filter(|(_, thread)| wanted_scheduling(thread).fifo_priority.is_some())
-                .map(|(watched, _)| watched)
-                .collect(),
-        );
         let supervisor = Supervisor::new(
             handles,
             composed.supervisor,
             mode,
-            watch,
+            OverrunWatch::of(&plan.robot.threads, watched),
             composed.machine,
             log_drain,
             reload,
@@ -165,7 +155,7 @@ impl Robot {
         for ((thread, activities), report) in threads.zip(reports) {
             let setup = ThreadSetup {
                 name: thread.name.clone(),
-                trigger: trigger(thread, &composed.scan_wake),
+                trigger: Trigger::of(thread, &composed.scan_wake),
                 wanted: wanted_scheduling(thread),
                 report,
                 stop: Arc::clone(&robot.stop),
@@ -208,16 +198,6 @@ impl Robot {
                 );
             }
         }
-    }
-}
-
-fn trigger(thread: &ThreadConfig, scan_wake: &crate::realtime::wake::Wake) -> Trigger {
-    let ns = |duration: std::time::Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
-    match thread.trigger {
-        ConfigTrigger::Period { period } => Trigger::Period(ns(period)),
-        ConfigTrigger::Lidar => Trigger::Device,
-        ConfigTrigger::Scan { at_least } => Trigger::Wake(scan_wake.clone(), ns(at_least)),
-        ConfigTrigger::Async => Trigger::Period(ns(communication::PERIOD)),
     }
 }
 

@@ -1,15 +1,21 @@
 //! Runs the event loops of one thread's activities: trigger, measurement, real-time rules, panics.
+//!
+//! [`EventLoop`] is what also runs on a simulated clock; the rest needs a thread of the system.
 
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
 
 use bytemuck::Zeroable;
 use coordination::symbols::Writer;
+use description::threads::{self, ThreadConfig};
 
+use crate::activities::communication;
 use crate::activities::robot_activity::ThreadActivities;
-use crate::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
+use crate::realtime::clock::{Clock, MILLISECOND_NS, Monotonic, now_ns, sleep_until};
 use crate::realtime::guard;
 use crate::realtime::log::LogSender;
 use crate::realtime::memory::prefault_stack;
@@ -32,6 +38,20 @@ pub enum Trigger {
     Device,
     /// A wake-up, and at the latest after this many nanoseconds.
     Wake(Wake, u64),
+}
+
+impl Trigger {
+    /// That of a thread of the robot file. `scan_wake` wakes those that wait for scans.
+    #[must_use]
+    pub fn of(thread: &ThreadConfig, scan_wake: &Wake) -> Self {
+        let ns = |duration: Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
+        match thread.trigger {
+            threads::Trigger::Period { period } => Self::Period(ns(period)),
+            threads::Trigger::Lidar => Self::Device,
+            threads::Trigger::Scan { at_least } => Self::Wake(scan_wake.clone(), ns(at_least)),
+            threads::Trigger::Async => Self::Period(ns(communication::PERIOD)),
+        }
+    }
 }
 
 /// One thread, ready to be started.
@@ -65,35 +85,74 @@ impl ThreadSetup {
     }
 }
 
-fn run(mut setup: ThreadSetup, mut activities: ThreadActivities) {
+fn run(setup: ThreadSetup, activities: ThreadActivities) {
     prefault_stack();
     for warning in promote(&setup.wanted) {
         setup.log.warn(format!("thread {}: {warning}", setup.name));
     }
-    let mut timing = Timing::new(&setup.trigger);
+    let clock: Arc<dyn Clock> = Arc::new(Monotonic);
+    let mut event_loop = EventLoop::new(setup.trigger, activities, setup.report, clock);
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         while !setup.stop.load(Ordering::Relaxed) {
-            cycle(&setup.trigger, &mut activities, &mut timing);
-            timing.publish(&mut setup.report);
+            event_loop.cycle();
         }
     }));
     if outcome.is_err() {
-        finish_after_panic(&mut activities, &setup.stop);
+        finish_after_panic(&mut event_loop.activities, &setup.stop);
     }
-    timing.publish_now(&mut setup.report);
+    event_loop.end();
 }
 
-fn cycle(trigger: &Trigger, activities: &mut ThreadActivities, timing: &mut Timing) {
-    timing.wait(trigger);
-    let running = activities.running();
-    let begin_ns = now_ns();
-    if running {
-        guard::real_time(|| activities.step(now_ns));
-    } else {
-        activities.step(now_ns);
+/// The event loops of one thread's activities: what a thread of the system runs, and what runs on a simulated clock.
+pub struct EventLoop {
+    trigger: Trigger,
+    activities: ThreadActivities,
+    report: Writer<ThreadReport>,
+    timing: Timing,
+    clock: Arc<dyn Clock>,
+}
+
+impl EventLoop {
+    /// Nothing has run yet. To be made by the thread itself, once it is promoted.
+    #[must_use]
+    pub fn new(
+        trigger: Trigger,
+        activities: ThreadActivities,
+        report: Writer<ThreadReport>,
+        clock: Arc<dyn Clock>,
+    ) -> Self {
+        Self {
+            timing: Timing::new(&trigger, clock.now_ns()),
+            trigger,
+            activities,
+            report,
+            clock,
+        }
     }
-    let measured = running && activities.running();
-    timing.executed(begin_ns, activities.waited_ns(), measured);
+
+    /// Waits for the trigger, runs every activity's event loop once, and measures that.
+    pub fn cycle(&mut self) {
+        let clock = self.clock.as_ref();
+        self.timing.wait(&self.trigger, clock);
+        let running = self.activities.running();
+        let begin_ns = clock.now_ns();
+        if running {
+            guard::real_time(|| self.activities.step(|| clock.now_ns()));
+        } else {
+            self.activities.step(|| clock.now_ns());
+        }
+        let span_ns = begin_ns..clock.now_ns();
+        let measured = running && self.activities.running();
+        self.timing
+            .executed(span_ns.clone(), self.activities.waited_ns(), measured);
+        self.timing.publish(&mut self.report, span_ns.end);
+    }
+
+    /// Publishes the last report.
+    pub fn end(&mut self) {
+        self.timing
+            .publish_now(&mut self.report, self.clock.now_ns());
+    }
 }
 
 /// What remains to be done when an event loop has panicked: the drive ramps to a stop.
@@ -118,9 +177,9 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// Nothing was measured yet. To be made by the thread itself, once it is promoted.
+    /// Nothing was measured yet at `now_ns`. To be made by the thread itself, once it is promoted.
     #[must_use]
-    pub fn new(trigger: &Trigger) -> Self {
+    pub fn new(trigger: &Trigger, now_ns: u64) -> Self {
         let mut report = ThreadReport::zeroed();
         report.granted = granted();
         report.period_ns = match trigger {
@@ -129,32 +188,32 @@ impl Timing {
         };
         Self {
             report,
-            planned_ns: now_ns(),
+            planned_ns: now_ns,
             seen: 0,
             wakeup_ns: 0,
             published_ns: 0,
         }
     }
 
-    fn wait(&mut self, trigger: &Trigger) {
+    fn wait(&mut self, trigger: &Trigger, clock: &dyn Clock) {
         match trigger {
             Trigger::Period(period_ns) => {
                 self.planned_ns += period_ns;
-                sleep_until(self.planned_ns);
-                self.wakeup_ns = now_ns() - self.planned_ns;
+                clock.sleep_until(self.planned_ns);
+                self.wakeup_ns = clock.now_ns() - self.planned_ns;
             }
             Trigger::Wake(wake, at_least_ns) => {
-                self.planned_ns = now_ns() + at_least_ns;
-                let seen = wake.wait_beyond(self.seen, self.planned_ns);
+                self.planned_ns = clock.now_ns() + at_least_ns;
+                let seen = wake.wait_beyond(clock, self.seen, self.planned_ns);
                 let since_ns = if seen == self.seen {
                     self.planned_ns
                 } else {
                     wake.woken_at_ns()
                 };
                 self.seen = seen;
-                self.wakeup_ns = now_ns().saturating_sub(since_ns);
+                self.wakeup_ns = clock.now_ns().saturating_sub(since_ns);
                 // Woken early or not, from here on it has one period.
-                self.planned_ns = now_ns();
+                self.planned_ns = clock.now_ns();
             }
             Trigger::Device => self.wakeup_ns = 0,
         }
@@ -165,9 +224,9 @@ impl Timing {
         (self.planned_ns, self.wakeup_ns) = (planned_ns, late_ns);
     }
 
-    /// A cycle that began at `begin_ns` has ended; it counts when `measured`.
-    pub fn executed(&mut self, begin_ns: u64, waited_ns: u64, measured: bool) {
-        let end_ns = now_ns();
+    /// A cycle of this span has ended; it counts when `measured`.
+    pub fn executed(&mut self, span_ns: Range<u64>, waited_ns: u64, measured: bool) {
+        let (begin_ns, end_ns) = (span_ns.start, span_ns.end);
         let period_ns = self.report.period_ns;
         let late_ns = end_ns.saturating_sub(self.planned_ns);
         let late_cycles = late_ns.checked_div(period_ns).unwrap_or(0);
@@ -188,15 +247,15 @@ impl Timing {
     }
 
     /// Publishes the report when it is time to.
-    pub fn publish(&mut self, writer: &mut Writer<ThreadReport>) {
-        if now_ns() >= self.published_ns + REPORT_PERIOD_NS {
-            self.publish_now(writer);
+    pub fn publish(&mut self, writer: &mut Writer<ThreadReport>, now_ns: u64) {
+        if now_ns >= self.published_ns + REPORT_PERIOD_NS {
+            self.publish_now(writer, now_ns);
         }
     }
 
     /// Publishes the report.
-    pub fn publish_now(&mut self, writer: &mut Writer<ThreadReport>) {
-        self.published_ns = now_ns();
+    pub fn publish_now(&mut self, writer: &mut Writer<ThreadReport>, now_ns: u64) {
+        self.published_ns = now_ns;
         writer.write(self.published_ns, &self.report);
     }
 }

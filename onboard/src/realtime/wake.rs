@@ -1,13 +1,13 @@
 //! A wake-up from one thread to others without a lock: a futex word.
 //!
-//! The waker makes one system call that never blocks; a sleeper's wait is its own sleep, to an absolute time.
+//! The waker makes one system call that never blocks; a sleeper's wait is its own sleep, to an absolute time of its clock.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use rustix::thread::futex;
 
-use super::clock::{now_ns, timespec};
+use super::clock::Clock;
 
 #[derive(Debug, Default)]
 struct Shared {
@@ -32,9 +32,9 @@ impl Wake {
         self.0.at_ns.load(Ordering::Relaxed)
     }
 
-    /// Wakes all sleepers.
-    pub fn wake(&self) {
-        self.0.at_ns.store(now_ns(), Ordering::Relaxed);
+    /// Wakes all sleepers, at `now_ns`.
+    pub fn wake(&self, now_ns: u64) {
+        self.0.at_ns.store(now_ns, Ordering::Relaxed);
         self.0.count.fetch_add(1, Ordering::Release);
         // Nobody sleeping is not an error.
         let _ = futex::wake(&self.0.count, futex::Flags::PRIVATE, i32::MAX as u32);
@@ -42,21 +42,13 @@ impl Wake {
 
     /// Sleeps until there have been more wake-ups than `seen`, or until `deadline_ns`. Returns the new count.
     #[must_use]
-    pub fn wait_beyond(&self, seen: u32, deadline_ns: u64) -> u32 {
-        let until = timespec(deadline_ns);
+    pub fn wait_beyond(&self, clock: &dyn Clock, seen: u32, deadline_ns: u64) -> u32 {
         loop {
             let count = self.count();
-            if count != seen || now_ns() >= deadline_ns {
+            if count != seen || clock.now_ns() >= deadline_ns {
                 return count;
             }
-            // Errors are a changed word, a signal or the deadline: each is judged at the top of the loop.
-            let _ = futex::wait_bitset(
-                &self.0.count,
-                futex::Flags::PRIVATE,
-                seen,
-                Some(&until),
-                std::num::NonZeroU32::MAX,
-            );
+            clock.wait_on(&self.0.count, seen, deadline_ns);
         }
     }
 }
@@ -64,17 +56,17 @@ impl Wake {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::realtime::clock::SECOND_NS;
+    use crate::realtime::clock::{Monotonic, SECOND_NS, now_ns};
 
     #[test]
     fn a_wake_ends_the_wait_and_silence_reaches_the_deadline() {
         let wake = Wake::default();
         let other = wake.clone();
-        let thread = std::thread::spawn(move || other.wake());
-        assert_eq!(wake.wait_beyond(0, now_ns() + 5_000_000_000), 1);
+        let thread = std::thread::spawn(move || other.wake(now_ns()));
+        assert_eq!(wake.wait_beyond(&Monotonic, 0, now_ns() + 5_000_000_000), 1);
         thread.join().expect("waker ends");
         let deadline_ns = now_ns() + 2_000_000;
-        assert_eq!(wake.wait_beyond(1, deadline_ns), 1);
+        assert_eq!(wake.wait_beyond(&Monotonic, 1, deadline_ns), 1);
         assert!(now_ns() >= deadline_ns);
     }
 
@@ -84,12 +76,12 @@ mod tests {
         let deadline_ns = now_ns() + 5 * SECOND_NS;
         let sleepers = [wake.clone(), wake.clone()].map(|wake| {
             std::thread::spawn(move || {
-                let _ = wake.wait_beyond(0, deadline_ns);
+                let _ = wake.wait_beyond(&Monotonic, 0, deadline_ns);
                 now_ns()
             })
         });
         std::thread::sleep(std::time::Duration::from_millis(50));
-        wake.wake();
+        wake.wake(now_ns());
         for sleeper in sleepers {
             assert!(sleeper.join().expect("sleeper ends") < deadline_ns);
         }

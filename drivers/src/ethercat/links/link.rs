@@ -1,6 +1,9 @@
 //! What carries Ethernet frames between MainDevice and segment.
 
 use std::io;
+use std::sync::Arc;
+
+use crate::clock::{Clock, Monotonic};
 
 /// Carries Ethernet frames to an EtherCAT segment and back.
 ///
@@ -15,7 +18,7 @@ pub trait Link: Send {
     /// used again; after any other error open a new link.
     fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()>;
 
-    /// Waits for one Ethernet frame until `deadline_ns` (`CLOCK_MONOTONIC`) and returns its length, or `None` at the
+    /// Waits for one Ethernet frame until `deadline_ns` of its [`clock`](Link::clock) and returns its length, or `None` at the
     /// deadline. What has already arrived is returned even when the deadline has passed.
     ///
     /// A frame that comes from the segment has the locally-administered bit of its source address set.
@@ -23,6 +26,11 @@ pub trait Link: Send {
     /// # Errors
     /// As for [`send`](Link::send). Reaching the deadline is no error.
     fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>>;
+
+    /// The clock of its deadlines: `CLOCK_MONOTONIC`, unless the segment is simulated on another.
+    fn clock(&self) -> Arc<dyn Clock> {
+        Arc::new(Monotonic)
+    }
 
     /// What this link is, for messages: "interface eth0", "UDP 127.0.0.1:34980".
     fn describe(&self) -> String;

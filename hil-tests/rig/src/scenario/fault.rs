@@ -17,10 +17,10 @@ pub struct ScriptedFault {
     /// For this robot; left out where it concerns all, or the mediator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<String>,
-    /// Of all messages, from 0 to 1.
+    /// How often, or how much, from 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
-    /// Longest delay, seconds.
+    /// By how much, seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_s: Option<f64>,
 }
@@ -41,12 +41,40 @@ pub enum ScriptedKind {
     KillRobot,
     /// The mediator is killed, and started again with its journal at the end.
     KillMediator,
+    /// The mediator's journal is copied; at the end the mediator is killed, and started again with that copy.
+    RestoreJournal,
+    /// The mediator is killed, and started again at the end without its journal.
+    LoseJournal,
+    /// Another mediator of the same site runs, with a journal of its own.
+    SecondMediator,
     /// The disk below the mediator's journal takes `by_s` for each write.
     SlowDisk,
     /// All threads of the robot stand still.
     Hang,
+    /// Each wake-up of the robot's threads is late with a probability, by up to `by_s`.
+    LateThreads,
+    /// The robot's clock runs faster than the others', by this share.
+    Drift,
+    /// Frames on the robot's bus get lost with a probability.
+    LoseFrames,
+    /// The robot's drive falls out of OP, once.
+    LeaveOp,
+    /// The robot's drive loses its power, and has it again at the end.
+    CutPower,
+    /// An emergency stop cuts the power of the robot's motors, and is released at the end.
+    CutMotors,
+    /// The robot's wheels turn further than it moves: the left one by this share, the right one by half of it.
+    Slip,
+    /// Scans of the robot's lidar arrive broken with a probability.
+    BreakScans,
+    /// What the robot's lidar sends arrives late, by `by_s`.
+    DelayScans,
+    /// The robot's lidar is unplugged, and plugged in again at the end.
+    Unplug,
     /// Somebody steps into the robot's way, and leaves it at the end.
     Person,
+    /// A box is put into the robot's way, and taken away at the end.
+    Box,
     /// An operator pauses the robot, and lets it go on at the end.
     Pause,
     /// An operator stops the robot, and resets it at the end.
@@ -65,8 +93,8 @@ pub struct Keys {
 }
 
 impl ScriptedKind {
-    /// All kinds.
-    pub const ALL: [Self; 11] = [
+    /// Those that are drawn at random: what a fleet is expected to come through.
+    pub const DRAWN: [Self; 22] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -75,7 +103,18 @@ impl ScriptedKind {
         Self::KillMediator,
         Self::SlowDisk,
         Self::Hang,
+        Self::LateThreads,
+        Self::Drift,
+        Self::LoseFrames,
+        Self::LeaveOp,
+        Self::CutPower,
+        Self::CutMotors,
+        Self::Slip,
+        Self::BreakScans,
+        Self::DelayScans,
+        Self::Unplug,
         Self::Person,
+        Self::Box,
         Self::Pause,
         Self::Stop,
     ];
@@ -90,11 +129,61 @@ impl ScriptedKind {
             Self::Partition
             | Self::KillRobot
             | Self::Hang
+            | Self::LeaveOp
+            | Self::CutPower
+            | Self::CutMotors
+            | Self::Unplug
             | Self::Person
+            | Self::Box
             | Self::Pause
             | Self::Stop => keys(Some(true), false, false),
-            Self::KillMediator => keys(None, false, false),
+            Self::LoseFrames | Self::BreakScans | Self::Slip | Self::Drift => {
+                keys(Some(true), true, false)
+            }
+            Self::LateThreads => keys(Some(true), true, true),
+            Self::DelayScans => keys(Some(true), false, true),
+            Self::KillMediator
+            | Self::RestoreJournal
+            | Self::LoseJournal
+            | Self::SecondMediator => keys(None, false, false),
             Self::SlowDisk => keys(None, false, true),
+        }
+    }
+
+    /// Whether it concerns a mediator or what is said with it.
+    #[must_use]
+    pub fn needs_mediator(self) -> bool {
+        matches!(
+            self,
+            Self::Lose
+                | Self::Repeat
+                | Self::Delay
+                | Self::Partition
+                | Self::KillMediator
+                | Self::RestoreJournal
+                | Self::LoseJournal
+                | Self::SecondMediator
+                | Self::SlowDisk
+        )
+    }
+
+    /// The largest share that is drawn at random.
+    #[must_use]
+    pub fn most_share(self) -> f64 {
+        match self {
+            // Clocks of computers are off by less.
+            Self::Drift => 0.0005,
+            Self::Slip => 0.3,
+            _ => 1.0,
+        }
+    }
+
+    /// The longest `by_s` that is drawn at random.
+    #[must_use]
+    pub fn most_by_s(self) -> f64 {
+        match self {
+            Self::LateThreads | Self::DelayScans => 0.1,
+            _ => 1.0,
         }
     }
 }

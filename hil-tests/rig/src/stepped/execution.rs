@@ -50,12 +50,13 @@ impl Execution for Stepped<'_> {
             return Vec::new();
         }
         let sequence = (self.now_ns() - START_NS) / LOOK_NS;
+        let world = self.world.lock();
         { 0..self.robots.len() }
             .filter_map(|robot| {
                 Some(TruthRecord {
                     sequence,
                     robot,
-                    truth: self.world.truth(robot)?,
+                    truth: world.truth(robot)?,
                 })
             })
             .collect()
@@ -67,7 +68,7 @@ impl Execution for Stepped<'_> {
     }
 
     fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R {
-        to(&self.world, &self.observations)
+        to(&self.world.lock(), &self.observations)
     }
 
     fn heard<R>(&self, to: impl FnOnce(&Observations) -> R) -> R {

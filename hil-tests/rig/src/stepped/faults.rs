@@ -13,8 +13,8 @@ const MOST: f64 = 6.0;
 const BEGIN_S: [f64; 2] = [2.0, 90.0];
 /// They last between these times, short ones as often as long ones.
 const LASTS_S: [f64; 2] = [0.05, 12.0];
-/// The longest delay of messages and of the disk.
-const DELAY_S: [f64; 2] = [0.005, 1.0];
+/// Delays are at least as long.
+const LEAST_BY_S: f64 = 0.005;
 
 /// Faults for a scenario, drawn from the seed; in the order of their times.
 #[must_use]
@@ -45,8 +45,8 @@ pub fn faulted(scenario: &Scenario, seed: u64, keep: Option<&[usize]>) -> Scenar
 }
 
 fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFault {
-    let kinds: Vec<ScriptedKind> = { ScriptedKind::ALL.into_iter() }
-        .filter(|kind| managed || kind.keys().robot == Some(true))
+    let kinds: Vec<ScriptedKind> = { ScriptedKind::DRAWN.into_iter() }
+        .filter(|kind| managed || !kind.needs_mediator())
         .collect();
     let what = kinds[below(random, kinds.len())];
     let keys = what.keys();
@@ -58,8 +58,8 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
         for_s: rounded(between(LASTS_S, lasts)),
         what,
         robot: { keys.robot }.and_then(|must| (must || own < 0.5).then(|| robot.clone())),
-        share: keys.share.then(|| rounded(share)),
-        by_s: keys.by_s.then(|| rounded(between(DELAY_S, by))),
+        share: keys.share.then(|| rounded(share * what.most_share() * 10.0) / 10.0),
+        by_s: keys.by_s.then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
     }
 }
 
@@ -72,9 +72,9 @@ fn between([least, most]: [f64; 2], unit: f64) -> f64 {
     least * (most / least).powf(unit)
 }
 
-/// To milliseconds, the clock's steps.
-fn rounded(seconds: f64) -> f64 {
-    (seconds * 1e3).round() / 1e3
+/// To thousandths (milliseconds are the clock's steps), without becoming nothing.
+fn rounded(value: f64) -> f64 {
+    (value * 1e3).round().max(1.0) / 1e3
 }
 
 /// What a fault does at its begin or its end.
@@ -163,6 +163,28 @@ impl Schedule {
             .any(|own| own.fault.what == what && own.robot == robot)
     }
 
+    /// How often or how much, where faults of this kind last for this robot; else 0.
+    pub(super) fn share(&self, what: ScriptedKind, robot: usize) -> f64 {
+        self.most(what, Some(robot), |fault| fault.share)
+    }
+
+    /// By how much, where faults of this kind last for this robot; else 0.
+    pub(super) fn by_ns(&self, what: ScriptedKind, robot: Option<usize>) -> u64 {
+        (self.most(what, robot, |fault| fault.by_s) * 1e9) as u64
+    }
+
+    fn most(
+        &self,
+        what: ScriptedKind,
+        robot: Option<usize>,
+        of: impl Fn(&ScriptedFault) -> Option<f64>,
+    ) -> f64 {
+        { self.lasting() }
+            .filter(|own| own.fault.what == what && own.robot == robot)
+            .filter_map(|own| of(&own.fault))
+            .fold(0.0, f64::max)
+    }
+
     /// What happens to messages from and to a robot.
     pub(super) fn weather(&self, robot: usize) -> Weather {
         let mut weather = Weather::default();
@@ -185,10 +207,6 @@ impl Schedule {
 
     /// How long the disk takes for each write.
     pub(super) fn disk_ns(&self) -> u64 {
-        let slow = self
-            .lasting()
-            .filter(|own| own.fault.what == ScriptedKind::SlowDisk);
-        let longest_s = slow.filter_map(|own| own.fault.by_s).fold(0.0, f64::max);
-        (longest_s * 1e9) as u64
+        self.by_ns(ScriptedKind::SlowDisk, None)
     }
 }

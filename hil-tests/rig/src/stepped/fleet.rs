@@ -4,10 +4,10 @@ use contract::wire::{MediatorReport, RobotReport, RobotState};
 use contract::{Message as _, decode, keys};
 use onboard::cli::Failure;
 use onboard::symbols::faults::FaultTable;
-use sim::plant::DriveCommand;
-use sim::world::{ObstacleId, Random, World};
+use sim::world::{ObstacleId, Random, SharedWorld};
 
 use super::clock::{START_NS, STEP_NS};
+use super::devices::Devices;
 use super::disk::Disk;
 use super::faults::Schedule;
 use super::mediator::SteppedMediator;
@@ -30,16 +30,20 @@ const EPOCH_STREAM: u64 = 0x4550_4F43;
 /// Robots on the simulated clock.
 pub struct Stepped<'a> {
     /// Their world.
-    pub world: World,
+    pub world: SharedWorld,
     pub(super) plans: &'a Plans,
     pub(super) robots: Vec<Member>,
     pub(super) mediator: Option<SteppedMediator>,
     /// When each start of the mediator began and ended.
     pub(super) mediator_spans_ns: Vec<(u64, Option<u64>)>,
     pub(super) disk: Disk,
+    /// The journal's disk, as it was copied last.
+    pub(super) journal_copy: Disk,
+    /// Another mediator, which should not be there.
+    pub(super) second_mediator: Option<SteppedMediator>,
     pub(super) faults: Schedule,
-    /// People who stand in a robot's way.
-    pub(super) people: Vec<(usize, ObstacleId)>,
+    /// What stands in a robot's way.
+    pub(super) in_the_way: Vec<(ScriptedKind, usize, ObstacleId)>,
     network: Network,
     pub(super) told: Told,
     pub(super) leave: Leave,
@@ -67,13 +71,11 @@ pub(super) enum Leave {
 
 pub(super) struct Member {
     pub(super) id: String,
+    pub(super) devices: Devices,
     starts_ns: u64,
     /// None before it starts, and while it is killed.
     pub(super) robot: Option<SteppedRobot>,
     pub(super) killed: bool,
-    /// When its bus was last served, and after which time the drive's watchdog trips.
-    served_ns: u64,
-    watchdog_ns: u64,
     /// When an operator reset it last.
     pub(super) reset_ns: u64,
     pub(super) faults: FaultTable,
@@ -99,32 +101,36 @@ impl<'a> Stepped<'a> {
             furnish(&mut world, clutter, seed).map_err(Failure::refused)?;
         }
         world.advance_to(START_NS);
+        let world = SharedWorld::from(world);
         let disk = Disk::default();
         let mediator = { plans.mediator.as_ref() }
             .map(|plan| SteppedMediator::start(plan, disk.clone(), START_NS))
             .transpose()?;
         let robots = { plans.robots.iter().zip(start_delays_ns(scenario, seed)) }
-            .map(|((_, plan), delay_ns)| Member {
-                id: plan.robot.identity.id.clone(),
-                starts_ns: START_NS + delay_ns,
-                robot: None,
-                killed: false,
-                served_ns: START_NS,
-                watchdog_ns: u64::from(plan.robot.ethercat.watchdog_ms) * 1_000_000,
-                reset_ns: 0,
-                faults: FaultTable::default(),
-                allowed: Vec::new(),
+            .map(|((_, plan), delay_ns)| {
+                Ok(Member {
+                    id: plan.robot.identity.id.clone(),
+                    devices: Devices::new(&world, plan, START_NS)?,
+                    starts_ns: START_NS + delay_ns,
+                    robot: None,
+                    killed: false,
+                    reset_ns: 0,
+                    faults: FaultTable::default(),
+                    allowed: Vec::new(),
+                })
             })
-            .collect();
+            .collect::<Result<_, Failure>>()?;
         Ok(Self {
             world,
             plans,
             robots,
             mediator_spans_ns: { mediator.iter() }.map(|_| (START_NS, None)).collect(),
             mediator,
+            second_mediator: None,
+            journal_copy: disk.copy(),
             disk,
             faults: Schedule::new(scenario),
-            people: Vec::new(),
+            in_the_way: Vec::new(),
             network: Network::new(seed),
             told: Told::default(),
             leave: match scenario.withholds_areas {
@@ -181,9 +187,14 @@ impl<'a> Stepped<'a> {
             at_ns: now_ns,
         };
         let folder = self.folder.path();
-        let mut robot = SteppedRobot::new(plan, files, folder, &self.world, number, start)?;
         let member = &mut self.robots[number];
+        let mut robot = SteppedRobot::new(plan, files, folder, &member.devices, start)?;
         robot.allow(&member.allowed);
+        robot.be_late(
+            self.faults.share(ScriptedKind::LateThreads, number),
+            self.faults.by_ns(ScriptedKind::LateThreads, Some(number)),
+        );
+        robot.drift(self.faults.share(ScriptedKind::Drift, number));
         member.robot = Some(robot);
         Ok(())
     }
@@ -199,14 +210,14 @@ impl<'a> Stepped<'a> {
                 self.start(number, now_ns)?;
             }
         }
-        self.world.advance_to(now_ns);
+        self.world.lock().advance_to(now_ns);
         while let Some(message) = self.network.arrived(now_ns) {
-            if message.kind == MessageKind::Report
-                && let Some(mediator) = &mut self.mediator
-            {
+            if message.kind == MessageKind::Report {
                 // The loader has checked both names.
-                let key = keys::report(PREFIX, &self.robots[message.robot].id);
-                mediator.deliver(&key.unwrap_or_default(), &message.bytes);
+                let key = keys::report(PREFIX, &self.robots[message.robot].id).unwrap_or_default();
+                for mediator in self.mediator.iter_mut().chain(&mut self.second_mediator) {
+                    mediator.deliver(&key, &message.bytes);
+                }
             }
         }
         self.step_mediator(now_ns)?;
@@ -220,12 +231,12 @@ impl<'a> Stepped<'a> {
     }
 
     fn step_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        let Some(mediator) = &mut self.mediator else {
-            return Ok(());
-        };
         let mut answers = Vec::new();
-        mediator.cycle(now_ns, self.faults.disk_ns(), |answer| answers.push(answer))?;
-        if let Some(status) = mediator.take_status() {
+        for mediator in self.mediator.iter_mut().chain(&mut self.second_mediator) {
+            mediator.cycle(now_ns, self.faults.disk_ns(), |answer| answers.push(answer))?;
+        }
+        let status = self.mediator.as_mut().and_then(SteppedMediator::take_status);
+        if let Some(status) = status {
             self.told.take(status, now_ns);
         }
         for answer in answers {
@@ -242,20 +253,11 @@ impl<'a> Stepped<'a> {
         Ok(())
     }
 
-    /// A robot that does not serve its bus is stopped by the drive's watchdog.
     fn step_robot(&mut self, number: usize, now_ns: u64) {
         let hangs = self.faults.lasts(ScriptedKind::Hang, Some(number));
         let member = &mut self.robots[number];
-        match &mut member.robot {
-            Some(robot) if !hangs => {
-                robot.step(&mut self.world, now_ns);
-                member.served_ns = now_ns;
-            }
-            _ if now_ns > member.served_ns + member.watchdog_ns => {
-                self.world.exchange(number, now_ns, &DriveCommand::OFF);
-            }
-            _ => {}
-        }
+        let running = member.robot.as_mut().filter(|_| !hangs);
+        member.devices.step(now_ns, running);
     }
 
     /// Sends a message. The listener hears it as it leaves, whatever becomes of it.
@@ -282,6 +284,7 @@ impl<'a> Stepped<'a> {
     /// Takes in what the robots say of themselves, and traces.
     fn hear(&mut self) {
         let now_ns = self.now_ns();
+        let world = self.world.lock();
         for (number, member) in self.robots.iter_mut().enumerate() {
             let Some(robot) = &mut member.robot else {
                 continue;
@@ -289,12 +292,12 @@ impl<'a> Stepped<'a> {
             let faults = robot.faults();
             let trace = &mut self.trace;
             if let Some(trace) = trace.as_mut().filter(|_| number == 0)
-                && let Some(truth) = self.world.truth(number)
+                && let Some(truth) = world.truth(number)
             {
                 let belief = robot.belief();
                 trace.note(now_ns, &belief, &member.faults, &faults);
                 trace.add(&truth, &belief);
-                trace.add_others(now_ns, self.world.obstacles().map(|(_, shape)| shape));
+                trace.add_others(now_ns, world.obstacles().map(|(_, shape)| shape));
             }
             member.faults = faults;
         }

@@ -3,21 +3,24 @@
 use onboard::cli::Failure;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::Resumes;
-use sim::world::Obstacle;
+use sim::world::{Obstacle, Pose, Shape};
 
+use super::disk::Disk;
 use super::faults::Change;
-use super::fleet::Stepped;
+use super::fleet::{Member, Stepped};
 use super::mediator::SteppedMediator;
 use crate::scenario::ScriptedKind;
 
 /// Where faults are injected, an operator resets a robot that has latched for this long.
 const RESET_AFTER_NS: u64 = 3_000_000_000;
-/// People step this far ahead of a robot's `base_link`,
+/// People and boxes come this far ahead of a robot's `base_link`,
 const AHEAD_M: f64 = 1.5;
 /// no nearer than this to another one's,
 const APART_M: f64 = 1.0;
-/// and have this radius.
+/// and have this radius,
 const PERSON_M: f64 = 0.15;
+/// or this length and width.
+const BOX_M: [f64; 2] = [0.3, 0.4];
 
 impl Stepped<'_> {
     /// What a fault does when it begins or ends.
@@ -32,31 +35,39 @@ impl Stepped<'_> {
             (ScriptedKind::KillRobot, Some(number)) => {
                 let member = &mut self.robots[number];
                 if begins {
+                    member.devices.hang_up();
                     member.robot = None;
                 }
                 member.killed = !again;
             }
             (ScriptedKind::KillMediator, _) if begins => {
                 // What it has not written by now is gone.
-                self.disk = self.disk.copy();
-                self.mediator = None;
-                if let Some((_, end_ns)) = self.mediator_spans_ns.last_mut() {
-                    end_ns.get_or_insert(now_ns);
-                }
+                self.kill_mediator(self.disk.copy(), now_ns);
             }
-            (ScriptedKind::KillMediator, _) if again => {
-                if let Some(plan) = &self.plans.mediator {
-                    self.mediator = Some(SteppedMediator::start(plan, self.disk.clone(), now_ns)?);
-                    self.mediator_spans_ns.push((now_ns, None));
-                }
+            (ScriptedKind::KillMediator, _) if again => self.start_mediator(now_ns)?,
+            (ScriptedKind::RestoreJournal, _) if begins => self.journal_copy = self.disk.copy(),
+            (ScriptedKind::RestoreJournal, _) => {
+                self.kill_mediator(self.journal_copy.copy(), now_ns);
+                self.start_mediator(now_ns)?;
             }
-            (ScriptedKind::Person, Some(number)) if begins => self.place_person(number),
-            (ScriptedKind::Person, Some(number)) if again => {
-                let world = &mut self.world;
-                self.people.retain(|(robot, person)| {
-                    let leaves = *robot == number;
+            (ScriptedKind::LoseJournal, _) if begins => {
+                self.kill_mediator(Disk::default(), now_ns);
+            }
+            (ScriptedKind::LoseJournal, _) if again => self.start_mediator(now_ns)?,
+            (ScriptedKind::SecondMediator, _) => {
+                let plan = self.plans.mediator.as_ref().filter(|_| begins);
+                let started = plan.map(|plan| SteppedMediator::start(plan, Disk::default(), now_ns));
+                self.second_mediator = started.transpose()?;
+            }
+            (ScriptedKind::Person | ScriptedKind::Box, Some(number)) if begins => {
+                self.put_in_the_way(what, number);
+            }
+            (ScriptedKind::Person | ScriptedKind::Box, Some(number)) if again => {
+                let mut world = self.world.lock();
+                self.in_the_way.retain(|(kind, robot, thing)| {
+                    let leaves = (*kind, *robot) == (what, number);
                     if leaves {
-                        world.remove_obstacle(*person);
+                        world.remove_obstacle(*thing);
                     }
                     !leaves
                 });
@@ -69,23 +80,74 @@ impl Stepped<'_> {
                 let end = again.then_some(Request::Reset);
                 self.ask(number, if begins { Some(Request::Stop) } else { end });
             }
+            (_, Some(number)) => self.disturb_devices(change, number, now_ns),
             _ => {}
         }
         Ok(())
     }
 
-    /// Somebody steps into a robot's way, unless another robot is there.
-    fn place_person(&mut self, number: usize) {
-        let Some(pose) = self.world.truth(number).map(|truth| truth.pose) else {
+    /// What a fault does to a robot's clock, threads, wheels and devices.
+    fn disturb_devices(&mut self, change: Change, number: usize, now_ns: u64) {
+        let Change { what, begins, .. } = change;
+        let lasts = self.faults.lasts(what, Some(number));
+        let share = self.faults.share(what, number);
+        let by_ns = self.faults.by_ns(what, Some(number));
+        let Member { devices, robot, .. } = &mut self.robots[number];
+        match what {
+            ScriptedKind::LateThreads => robot.iter_mut().for_each(|own| own.be_late(share, by_ns)),
+            ScriptedKind::Drift => robot.iter_mut().for_each(|own| own.drift(share)),
+            ScriptedKind::LoseFrames => devices.bus.lose(share),
+            ScriptedKind::LeaveOp if begins => devices.bus.faults.drop_to_safeop(0),
+            ScriptedKind::CutPower if lasts => devices.bus.faults.power_off(0),
+            ScriptedKind::CutPower => devices.bus.faults.power_on(0),
+            ScriptedKind::CutMotors => devices.bus.drive.set_emergency_stop(lasts),
+            ScriptedKind::Slip => self.world.lock().slip(number, [share, share / 2.0]),
+            ScriptedKind::BreakScans => devices.lidar.break_scans(share),
+            ScriptedKind::DelayScans => devices.lidar.delay(by_ns),
+            ScriptedKind::Unplug if lasts => devices.lidar.unplug(),
+            ScriptedKind::Unplug => devices.lidar.plug_in(now_ns),
+            _ => {}
+        }
+    }
+
+    fn kill_mediator(&mut self, disk: Disk, now_ns: u64) {
+        self.disk = disk;
+        self.mediator = None;
+        if let Some((_, end_ns)) = self.mediator_spans_ns.last_mut() {
+            end_ns.get_or_insert(now_ns);
+        }
+    }
+
+    fn start_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
+        if let Some(plan) = &self.plans.mediator {
+            self.mediator = Some(SteppedMediator::start(plan, self.disk.clone(), now_ns)?);
+            self.mediator_spans_ns.push((now_ns, None));
+        }
+        Ok(())
+    }
+
+    /// Somebody steps into a robot's way, or puts a box there, unless another robot is there.
+    fn put_in_the_way(&mut self, what: ScriptedKind, number: usize) {
+        let mut world = self.world.lock();
+        let Some(pose) = world.truth(number).map(|truth| truth.pose) else {
             return;
         };
         let (sin, cos) = pose.theta_rad.sin_cos();
         let at_m = [pose.x_m + AHEAD_M * cos, pose.y_m + AHEAD_M * sin];
         let taken = (0..self.robots.len())
-            .filter_map(|other| self.world.truth(other))
+            .filter_map(|other| world.truth(other))
             .any(|truth| (truth.pose.x_m - at_m[0]).hypot(truth.pose.y_m - at_m[1]) < APART_M);
-        if !taken && let Ok(person) = self.world.add_obstacle(Obstacle::disc(at_m, PERSON_M)) {
-            self.people.push((number, person));
+        let thing = if what == ScriptedKind::Box {
+            Obstacle::fixed(Shape::Box {
+                pose: Pose::new(at_m[0], at_m[1], pose.theta_rad),
+                length_m: BOX_M[0],
+                width_m: BOX_M[1],
+            })
+        } else {
+            Obstacle::disc(at_m, PERSON_M)
+        };
+        if !taken && let Ok(thing) = world.add_obstacle(thing) {
+            self.in_the_way.push((what, number, thing));
         }
     }
 

@@ -1,19 +1,22 @@
 //! Robots on a simulated clock: no threads, no devices, hundreds of times faster than real time.
 //!
-//! The activities are those that the robot's threads run, with their symbols between them and their supervisor, stepped in the
-//! order and with the periods of its thread table; the mediator's area management runs with its journal, as on its own thread.
-//! Simulated are the ends: `drive` stands in for the drive activity with bus and wheel unit, `lidar` for the lidar activity
-//! with the sensor and its serial line, `network` for zenoh, and memory for the journal's disk.
+//! All seven activities run, in the event loops that the robot's threads run, with their symbols between them and their
+//! supervisor: each thread of the thread table is a coroutine (`thread`) that waits on its own simulated clock. EtherCAT frames
+//! are exchanged with the simulated segment (`bus`), SCIP with the simulated sensor (`lidar`), byte for byte, both in memory.
+//! The mediator's area management runs with its journal, as on its own thread.
+//!
+//! What does not run: zenoh, for which `network` carries the same messages; tokio, whose one loop is stepped; the kernel's
+//! scheduler, network stack and terminals (computing takes no time here); the disk below the journal, which is memory.
 //! Where the rig withholds leave for areas, `leave` stands in for communication.
 //!
 //! [`Stepped`] runs the robots of a scenario this way, for [`Run`](crate::run::Run) to judge; [`SteppedRobot`] is one robot.
 //!
-//! The same seed gives the same run. [`faults`] come from the scenario or are drawn from the seed: messages, processes, the disk
-//! and operators. What goes wrong on buses and lines (lost frames, broken scans) is left to the runs through the real programs.
+//! The same seed gives the same run. [`faults`] come from the scenario or are drawn from the seed.
 
+mod bus;
 mod clock;
+mod devices;
 mod disk;
-mod drive;
 mod execution;
 pub mod faults;
 mod fleet;
@@ -24,8 +27,10 @@ mod mediator;
 mod network;
 mod plans;
 mod robot;
+mod thread;
 mod trace;
 
+pub use devices::Devices;
 pub use fleet::Stepped;
 pub use plans::Plans;
 pub use robot::{Fleet, Start, SteppedRobot};

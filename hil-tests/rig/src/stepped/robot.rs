@@ -3,37 +3,41 @@
 use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use coordination::fsm::Machine;
-use coordination::symbols::{Reader, SymbolTable, Writer};
+use coordination::symbols::SymbolTable;
 use description::areas::AreaIndex;
-use description::threads::{ActivityKind, ThreadConfig, Trigger};
+use description::threads::{ActivityKind, ThreadConfig, Trigger as ConfigTrigger};
+use drivers::Clock as _;
 use onboard::activities::communication::{self, OpenSession};
 use onboard::activities::news::Alarm;
 use onboard::activities::port::Port;
 use onboard::activities::robot_activity::ThreadActivities;
 use onboard::cli::{Failure, Files};
 use onboard::composition::compose::{
-    by_thread, compose_chain, compose_communication, membership, port,
+    by_thread, compose_chain, compose_communication, compose_devices, membership, port,
 };
-use onboard::composition::plan::Plan;
+use onboard::composition::plan::{Plan, thread_names};
 use onboard::process::ctl::{Pending, Request};
 use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
+use onboard::process::runner::{EventLoop, Trigger};
 use onboard::process::runtime::Runtime;
 use onboard::process::supervisor::{PERIOD_NS, Supervisor, ports};
 use onboard::realtime::log;
+use onboard::realtime::wake::Wake;
 use onboard::symbols::faults::FaultTable;
-use onboard::symbols::values::{Name, RobotMode, ThreadReport};
+use onboard::symbols::values::{Name, RobotMode};
 use onboard::symbols::wiring::Wiring;
-use sim::world::{Random, World};
+use sim::world::Random;
 
-use super::drive::SteppedDrive;
+use super::clock::STEP_NS;
+use super::devices::Devices;
 use super::leave::Leave;
-use super::lidar::SteppedLidar;
+use super::thread::{Step, Thread, ThreadClock};
 use crate::belief::{Belief, Insight};
 
-const MILLISECOND_NS: u64 = 1_000_000;
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
 
@@ -57,35 +61,17 @@ pub struct Start {
     pub at_ns: u64,
 }
 
-/// When the activities of one thread run.
-enum Clock {
-    Period {
-        period_ns: u64,
-        next_ns: u64,
-    },
-    Scan {
-        at_least_ns: u64,
-        next_ns: u64,
-    },
-    /// On news, and with a period of its own.
-    News {
-        period_ns: u64,
-        next_ns: u64,
-        alarm: Alarm,
-        woken: u32,
-    },
-}
-
-struct Thread {
-    clock: Clock,
-    activities: ThreadActivities,
+/// What has a thread of its own in the robot file.
+enum Running {
+    /// A thread, as it is.
+    Thread(Thread),
+    /// The asynchronous one: tokio cannot run here.
+    Asynchronous(Asynchronous),
 }
 
 /// One robot.
 pub struct SteppedRobot {
-    drive: SteppedDrive,
-    lidar: SteppedLidar,
-    threads: Vec<Thread>,
+    threads: Vec<Running>,
     supervisor: Supervisor,
     supervisor_next_ns: u64,
     machine: Machine,
@@ -93,19 +79,23 @@ pub struct SteppedRobot {
     refused: Arc<Mutex<Vec<String>>>,
     insight: Insight,
     leave: Option<Leave>,
-    // What nothing reads or writes here, and the shared memory itself.
-    _idle: Idle,
-}
-
-/// Ends of symbols that have no user, kept until the robot ends.
-struct Idle {
-    _ports: Vec<(ActivityKind, Port)>,
-    _threads: Vec<(Writer<ThreadReport>, Reader<ThreadReport>)>,
+    /// How likely a thread is late, and by how much at most.
+    late: (f64, u64),
+    random: Random,
+    /// How fast its clock gets ahead of the world's,
+    drift: f64,
+    /// how far it is ahead, nanoseconds,
+    ahead_ns: f64,
+    /// and when it was looked at last.
+    stepped_ns: u64,
+    // The shared memory itself, and ports of what does not run here, kept until the robot ends.
     _table: SymbolTable,
+    _ports: Vec<(ActivityKind, Port)>,
 }
 
 impl SteppedRobot {
-    /// Composes the robot of a plan as number `robot` of `world`. Its symbols live in `folder`, which must be its own.
+    /// Composes the robot of a plan on its devices. Its symbols live in `folder`, which must be its own; phases of its threads
+    /// are drawn from the number that tells this start from others.
     ///
     /// # Errors
     /// [`Failure::Refused`] when a part cannot be built.
@@ -113,8 +103,7 @@ impl SteppedRobot {
         plan: &Plan,
         files: &Files,
         folder: &Path,
-        world: &World,
-        robot: usize,
+        devices: &Devices,
         start: Start,
     ) -> Result<Self, Failure> {
         let Start {
@@ -124,14 +113,24 @@ impl SteppedRobot {
         } = start;
         let runtime = Runtime::new(Some(folder.to_owned()))?;
         let id = &plan.robot.identity.id;
-        let wiring = Wiring::build(id, &runtime.place(), &[]).map_err(Failure::refused)?;
-        let mut random = Random::new(world.seed(), PHASE_STREAM + robot as u64);
+        let threads = &plan.robot.threads;
+        let wiring = Wiring::build(id, &runtime.place(), &thread_names(&plan.robot))
+            .map_err(Failure::refused)?;
+        let mut random = Random::new(boot_epoch, PHASE_STREAM);
+        let clocks: Vec<Arc<ThreadClock>> = { threads.iter() }
+            .map(|thread| Arc::new(ThreadClock::new(now_ns + phase_ns(thread, &mut random))))
+            .collect();
+        let clock_of = |kind| {
+            let own = { threads.iter() }.position(|thread| thread.activities.contains(&kind));
+            // The loader has checked that every activity has a thread.
+            Arc::clone(&clocks[own.unwrap_or(0)])
+        };
         let (reload, ends) = Reload::new(files.clone(), plan);
         let (mut ports, mut handles) = ports(wiring.states);
         let symbols = wiring.symbols;
         let navigator = Box::new(plan.navigator().map_err(Failure::refused)?);
         let machine = navigator.machine().clone();
-        let (alarm, (log, drain)) = (Alarm::default(), log::queue());
+        let (alarm, scan_wake, (log, drain)) = (Alarm::default(), Wake::default(), log::queue());
         let (navigation_end, membership, open_session, leave) = match fleet {
             Fleet::Network(open_session) => {
                 let (navigation, own) = membership(plan, &navigator, boot_epoch, &alarm).unzip();
@@ -153,6 +152,10 @@ impl SteppedRobot {
             navigation_end,
         )
         .map_err(Failure::refused)?;
+        let ends = (symbols.drive, symbols.lidar);
+        let ways = devices.ways(plan, clock_of)?;
+        let with_devices = compose_devices(plan, ends, &mut ports, ways, &scan_wake, &log);
+        activities.extend(with_devices.map_err(Failure::refused)?);
         if let Some((open_session, symbols)) = open_session {
             let communication = compose_communication(
                 plan.communication_settings(boot_epoch),
@@ -167,10 +170,26 @@ impl SteppedRobot {
         }
         handles.retain(|handle| activities.iter().any(|(kind, _)| *kind == handle.kind));
         let activities = by_thread(plan, activities, wiring.scans).map_err(Failure::refused)?;
-        let threads = { plan.robot.threads.iter().zip(activities) }
-            .filter_map(|(table, own)| stepped_thread(table, own, &mut random, &alarm, now_ns))
+        let (reports, watched): (Vec<_>, Vec<_>) = wiring.threads.into_iter().unzip();
+        let running = { threads.iter().zip(activities) }
+            .zip(reports.into_iter().zip(clocks))
+            .filter(|((_, activities), _)| !activities.is_empty())
+            .map(|((thread, activities), (report, clock))| match thread.trigger {
+                ConfigTrigger::Async => {
+                    Running::Asynchronous(Asynchronous::new(activities, &alarm, clock.now_ns()))
+                }
+                _ => {
+                    let trigger = Trigger::of(thread, &scan_wake);
+                    let shared = Arc::clone(&clock);
+                    Running::Thread(Thread::new(clock, move || {
+                        let mut own = EventLoop::new(trigger, activities, report, shared);
+                        loop {
+                            own.cycle();
+                        }
+                    }))
+                }
+            })
             .collect();
-        let lidar_settings = plan.lidar_settings().map_err(Failure::refused)?;
         let mode = RobotMode {
             mode: 0,
             boot_epoch,
@@ -181,42 +200,64 @@ impl SteppedRobot {
             handles,
             symbols.supervisor,
             mode,
-            // Nothing is late here.
-            OverrunWatch::new(Vec::new()),
+            OverrunWatch::of(threads, watched),
             machine.clone(),
             drain,
             reload,
         );
         supervisor.begin();
         Ok(Self {
-            drive: SteppedDrive::new(robot, plan.drive_settings(), symbols.drive),
-            lidar: SteppedLidar::new(world, robot, lidar_settings, symbols.lidar, now_ns),
-            threads,
+            threads: running,
             supervisor,
             supervisor_next_ns: now_ns,
             machine,
             requests: VecDeque::new(),
             refused: Arc::default(),
             leave,
+            late: (0.0, 0),
+            random,
+            drift: 0.0,
+            ahead_ns: 0.0,
+            stepped_ns: now_ns,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
-            _idle: Idle {
-                _ports: ports,
-                _threads: wiring.threads,
-                _table: wiring.table,
-            },
+            _table: wiring.table,
+            _ports: ports,
         })
     }
 
-    /// Everything that is due at `now_ns`, which advances by a millisecond each time: bus, motion, scan, navigation, messages.
-    pub fn step(&mut self, world: &mut World, now_ns: u64) {
+    /// From now on each wake-up of its threads is late with this probability, by up to this.
+    pub(super) fn be_late(&mut self, share: f64, by_ns: u64) {
+        self.late = (share, by_ns);
+    }
+
+    /// From now on its clock runs faster than the world's by this share.
+    pub(super) fn drift(&mut self, share: f64) {
+        self.drift = share;
+    }
+
+    /// Everything that is due in the step that begins at `world_ns`.
+    pub(super) fn step(&mut self, world_ns: u64) {
+        let passed_ns = (world_ns - self.stepped_ns) as f64;
+        self.stepped_ns = world_ns;
+        self.ahead_ns += passed_ns * self.drift;
+        let now_ns = world_ns + self.ahead_ns as u64;
+        let step = Step {
+            begin_ns: now_ns,
+            end_ns: world_ns + STEP_NS + (self.ahead_ns + STEP_NS as f64 * self.drift) as u64,
+            world_ns,
+        };
         if let Some(leave) = &mut self.leave {
             leave.cycle(now_ns);
         }
-        self.drive.cycle(world, now_ns);
-        let scanned = self.lidar.cycle(world, now_ns);
         for thread in &mut self.threads {
-            if thread.clock.is_due(now_ns, scanned) {
-                thread.activities.step(|| now_ns);
+            match thread {
+                Running::Thread(thread) => thread.go_on(step, || {
+                    let (share, by_ns) = self.late;
+                    let is_late = share > 0.0 && self.random.unit() < share;
+                    let late = if is_late { self.random.unit() } else { 0.0 };
+                    (late * by_ns as f64) as u64
+                }),
+                Running::Asynchronous(asynchronous) => asynchronous.go_on(now_ns),
             }
         }
         if now_ns >= self.supervisor_next_ns {
@@ -280,76 +321,50 @@ impl SteppedRobot {
     }
 }
 
-impl Clock {
-    fn is_due(&mut self, now_ns: u64, scanned: bool) -> bool {
-        match self {
-            Self::Period { period_ns, next_ns } => {
-                let due = now_ns >= *next_ns;
-                if due {
-                    // Periods that were missed are not made up for.
-                    *next_ns = (*next_ns + *period_ns).max(now_ns);
-                }
-                due
-            }
-            Self::Scan {
-                at_least_ns,
-                next_ns,
-            } => {
-                let due = scanned || now_ns >= *next_ns;
-                if due {
-                    *next_ns = now_ns + *at_least_ns;
-                }
-                due
-            }
-            Self::News {
-                period_ns,
-                next_ns,
-                alarm,
-                woken,
-            } => {
-                let count = alarm.wake.count();
-                let told = alarm.news.take().is_some() || std::mem::replace(woken, count) != count;
-                let ticked = now_ns >= *next_ns;
-                if ticked {
-                    *next_ns = (*next_ns + *period_ns).max(now_ns);
-                }
-                told || ticked
-            }
+/// The asynchronous thread: its loop runs on news, and with a period of its own.
+struct Asynchronous {
+    activities: ThreadActivities,
+    next_ns: u64,
+    alarm: Alarm,
+    woken: u32,
+}
+
+impl Asynchronous {
+    fn new(activities: ThreadActivities, alarm: &Alarm, now_ns: u64) -> Self {
+        Self {
+            activities,
+            next_ns: now_ns,
+            alarm: alarm.clone(),
+            woken: alarm.wake.count(),
+        }
+    }
+
+    fn go_on(&mut self, now_ns: u64) {
+        let count = self.alarm.wake.count();
+        let woken = std::mem::replace(&mut self.woken, count) != count;
+        let told = self.alarm.news.take().is_some() || woken;
+        let ticked = now_ns >= self.next_ns;
+        if ticked {
+            // Periods that were missed are not made up for.
+            self.next_ns = (self.next_ns + ns(communication::PERIOD)).max(now_ns);
+        }
+        if told || ticked {
+            self.activities.step(|| now_ns);
         }
     }
 }
 
-/// A thread of the robot file with those of its activities that run here, or `None` without any.
-fn stepped_thread(
-    thread: &ThreadConfig,
-    activities: ThreadActivities,
-    random: &mut Random,
-    alarm: &Alarm,
-    now_ns: u64,
-) -> Option<Thread> {
-    let mut phase_ns = |period_ns: u64| {
-        let slots = (period_ns / MILLISECOND_NS).max(1);
-        now_ns + (random.unit() * slots as f64) as u64 * MILLISECOND_NS
+/// How long after the robot a thread starts: less than a period, in whole steps.
+fn phase_ns(thread: &ThreadConfig, random: &mut Random) -> u64 {
+    let period = match thread.trigger {
+        ConfigTrigger::Period { period } => period,
+        ConfigTrigger::Async => communication::PERIOD,
+        ConfigTrigger::Scan { .. } | ConfigTrigger::Lidar => return 0,
     };
-    let ns = |duration: std::time::Duration| u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
-    let clock = match thread.trigger {
-        _ if activities.is_empty() => return None,
-        Trigger::Period { period } => Clock::Period {
-            period_ns: ns(period),
-            next_ns: phase_ns(ns(period)),
-        },
-        Trigger::Scan { at_least } => Clock::Scan {
-            at_least_ns: ns(at_least),
-            next_ns: phase_ns(ns(at_least)),
-        },
-        Trigger::Async => Clock::News {
-            period_ns: ns(communication::PERIOD),
-            next_ns: phase_ns(ns(communication::PERIOD)),
-            alarm: alarm.clone(),
-            woken: alarm.wake.count(),
-        },
-        // The lidar's own thread: a stand-in runs in its place.
-        Trigger::Lidar => return None,
-    };
-    Some(Thread { clock, activities })
+    let slots = (ns(period) / STEP_NS).max(1);
+    (random.unit() * slots as f64) as u64 * STEP_NS
+}
+
+fn ns(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use super::sensor::Disturbance;
 use crate::rt::Granted;
 
 /// Most requests that may wait; further ones are dropped. The server takes them within milliseconds.
@@ -15,11 +16,7 @@ const MAX_REQUESTS: usize = 1024;
 pub(super) enum Request {
     Unplug,
     Replug,
-    Garbage { bytes: usize },
-    TruncateScans { scans: u32 },
-    CorruptScans { scans: u32 },
-    Freeze { frozen: bool },
-    Silence { duration: Duration },
+    Disturb(Disturbance),
 }
 
 /// What the lidar has done so far.
@@ -91,32 +88,32 @@ impl FaultHandle {
 
     /// Sends this number of random bytes between scans.
     pub fn garbage(&self, bytes: usize) {
-        self.request(Request::Garbage { bytes });
+        self.disturb(Disturbance::Garbage { bytes });
     }
 
     /// Loses the second half of the next scans.
     pub fn truncate_scans(&self, scans: u32) {
-        self.request(Request::TruncateScans { scans });
+        self.disturb(Disturbance::TruncateScans { scans });
     }
 
     /// Flips a bit in the data of the next scans, so that a checksum is wrong.
     pub fn corrupt_checksums(&self, scans: u32) {
-        self.request(Request::CorruptScans { scans });
+        self.disturb(Disturbance::CorruptScans { scans });
     }
 
     /// The device hangs: it neither receives nor sends.
     pub fn freeze(&self) {
-        self.request(Request::Freeze { frozen: true });
+        self.disturb(Disturbance::Freeze { frozen: true });
     }
 
     /// Ends [`freeze`](Self::freeze): the device continues where it stopped.
     pub fn thaw(&self) {
-        self.request(Request::Freeze { frozen: false });
+        self.disturb(Disturbance::Freeze { frozen: false });
     }
 
     /// Interrupts the wire to the host for a time: the device receives and works, but nothing arrives.
     pub fn silence(&self, duration: Duration) {
-        self.request(Request::Silence { duration });
+        self.disturb(Disturbance::Silence { duration });
     }
 
     /// What the lidar has done so far.
@@ -129,6 +126,10 @@ impl FaultHandle {
     #[must_use]
     pub fn last_error(&self) -> Option<String> {
         lock(&self.shared.error).clone()
+    }
+
+    fn disturb(&self, disturbance: Disturbance) {
+        self.request(Request::Disturb(disturbance));
     }
 
     fn request(&self, request: Request) {

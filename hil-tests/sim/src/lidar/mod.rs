@@ -1,7 +1,7 @@
 //! A simulated Hokuyo URG-04LX on a pseudo-terminal: SCIP 1.1 and 2.0, byte for byte.
 //!
 //! [`Device`] is the sensor's firmware as a pure state machine: bytes and turns in, bytes out. [`Line`] is its serial
-//! line, which has a bit rate. [`LidarServer`] runs both on a pty, where any program that expects a serial port finds
+//! line, which has a bit rate; [`Sensor`] is both at work, turning. [`LidarServer`] runs it on a pty, where any program that expects a serial port finds
 //! them: it works at the device's bit rate and at no other. What the sensor measures comes from a [`RangeSource`].
 //!
 //! ```
@@ -21,6 +21,7 @@ mod line;
 mod measurement;
 mod pty;
 mod reports;
+mod sensor;
 mod server;
 
 pub use crate::range_source::RangeSource;
@@ -28,4 +29,5 @@ pub use codec::{checksum, encode};
 pub use device::{BIT_RATES, Device, DeviceOptions, Emission, Kind, Protocol};
 pub use faults::{Counters, FaultHandle};
 pub use line::Line;
+pub use sensor::{Disturbance, Sensor};
 pub use server::{LidarError, LidarOptions, LidarServer};

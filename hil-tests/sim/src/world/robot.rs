@@ -130,6 +130,8 @@ struct Wheel {
     angle_rad: f64,
     speed_rad_s: f64,
     acceleration_rad_s2: f64,
+    /// Share of its turning that moves nothing.
+    slip: f64,
 }
 
 /// What changes when a robot moves.
@@ -152,6 +154,7 @@ impl Motion {
             angle_rad: 0.0,
             speed_rad_s: 0.0,
             acceleration_rad_s2: 0.0,
+            slip: 0.0,
         };
         Motion {
             pose: model.start,
@@ -240,6 +243,11 @@ impl Motion {
         )
     }
 
+    /// From now on these shares of the left and right wheel's turning move nothing.
+    pub(super) fn slip(&mut self, shares: [f64; 2]) {
+        [self.left.slip, self.right.slip] = shares.map(|share| share.clamp(0.0, 1.0));
+    }
+
     /// True radii of the left and right wheel.
     pub(super) fn wheel_radii_m(&self) -> [f64; 2] {
         [self.left.radius_m, self.right.radius_m]
@@ -248,7 +256,7 @@ impl Motion {
 
 impl Wheel {
     fn rim_m_s(&self) -> f64 {
-        self.speed_rad_s * self.radius_m
+        self.speed_rad_s * self.radius_m * (1.0 - self.slip)
     }
 
     fn step(

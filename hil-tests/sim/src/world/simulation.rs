@@ -142,6 +142,13 @@ impl World {
         robot.motion.feedback(&robot.model, ahead_s)
     }
 
+    /// From now on these shares of the turning of a robot's left and right wheel move nothing.
+    pub fn slip(&mut self, robot: usize, shares: [f64; 2]) {
+        if let Some(robot) = self.robots.get_mut(robot) {
+            robot.motion.slip(shares);
+        }
+    }
+
     /// Adds an obstacle, now.
     ///
     /// # Errors

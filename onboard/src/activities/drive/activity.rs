@@ -1,5 +1,7 @@
 //! The activity: its event loop around the bus, and what it judges of the drive.
 
+use std::sync::Arc;
+
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
 use description::wheels::WheelSpeeds;
@@ -11,7 +13,7 @@ use super::ramp::WheelRamp;
 use super::settings::{BRING_UP, OpenLink, RETRY_NS, SHUT_DOWN_NS, Settings, encoders};
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
-use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
+use crate::realtime::clock::{Clock, MILLISECOND_NS, SECOND_NS};
 use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::realtime::panic::has_panicked;
@@ -34,6 +36,7 @@ pub struct Drive {
     settings: Settings,
     symbols: DriveSymbols,
     open_link: OpenLink,
+    clock: Arc<dyn Clock>,
     log: LogSender,
     bus: Option<Bus>,
     ramp: WheelRamp,
@@ -56,13 +59,13 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// An activity in state *created*.
+    /// An activity in state *created*. Its links have `clock`.
     #[must_use]
     pub fn new(
         port: Port,
         settings: Settings,
         symbols: DriveSymbols,
-        open_link: OpenLink,
+        (open_link, clock): (OpenLink, Arc<dyn Clock>),
         log: LogSender,
     ) -> Self {
         let ramp = WheelRamp::new(settings.stop_deceleration_rad_s2);
@@ -76,6 +79,7 @@ impl Drive {
             settings,
             symbols,
             open_link,
+            clock,
             log,
             bus: None,
             ramp,
@@ -123,7 +127,7 @@ impl Drive {
                 ));
                 self.bus = Some(bus);
                 self.ramp.reset();
-                self.answered_ns = self::now_ns();
+                self.answered_ns = self.clock.now_ns();
                 self.lost_since_ns = 0;
                 self.stamps = StampWatch::new();
                 self.bad_since_ns = 0;
@@ -139,7 +143,7 @@ impl Drive {
                 self.port.raise(Fault::BusLost, 0.0);
             }
         }
-        self.retry_ns = self::now_ns() + RETRY_NS;
+        self.retry_ns = self.clock.now_ns() + RETRY_NS;
     }
 
     /// Whether an operator is needed before another bring-up.

@@ -99,7 +99,7 @@ impl Membership {
             self.tell(NavigationEvent::Relocated, port);
         }
         if let Some(Managed { link, .. }) = &self.managed {
-            link.wake.wake();
+            link.wake.wake(output.now_ns);
         }
     }
 

@@ -6,7 +6,7 @@ use config::{RobotConfig, SiteConfig};
 use coordination::fsm::StateId;
 use description::site::{FsmConfig, SiteRobot};
 use description::threads::{Core, Scheduling, ThreadConfig};
-use skills::tubes::TubeReport;
+use skills::tubes::{TubeReport, TubeSet};
 
 use crate::fleet::Start;
 use crate::realtime::scheduling::{CoreClass, Wanted};
@@ -26,6 +26,8 @@ pub struct Plan {
     pub start: SiteRobot,
     /// How many tubes there are, and which are refused.
     pub tube_report: TubeReport,
+    /// The tubes themselves; none while the plan is being checked.
+    pub(super) tubes: Option<TubeSet>,
 }
 
 impl Plan {

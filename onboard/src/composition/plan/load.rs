@@ -2,7 +2,7 @@
 
 use config::{ConfigError, RobotConfig, SiteConfig, check_together, load_robot, load_site};
 use skills::schedule::{self, RobotReach};
-use skills::tubes::TubeReport;
+use skills::tubes::{TubeReport, TubeSet};
 
 use super::contents::Plan;
 use super::error::PlanError;
@@ -39,6 +39,7 @@ impl Plan {
             role,
             start,
             tube_report: TubeReport::default(),
+            tubes: None,
         };
         let mut refused: Option<ConfigError> = None;
         let errors = plan.build_once().into_iter();
@@ -62,9 +63,16 @@ impl Plan {
             self.navigator().err(),
             self.wheel_controller().err().map(PlanError::from),
             self.dead_reckoning().err().map(PlanError::from),
-            tubes.map(|(_, report)| self.tube_report = report).err(),
+            self.keep_tubes(tubes).err(),
         ];
         errors.into_iter().flatten().collect()
+    }
+
+    /// They take long to make, and every start of the robot needs them.
+    fn keep_tubes(&mut self, made: Result<(TubeSet, TubeReport), PlanError>) -> Result<(), PlanError> {
+        let (set, report) = made?;
+        (self.tubes, self.tube_report) = (Some(set), report);
+        Ok(())
     }
 
     fn check_schedules(&self, tube_curvature_1_m: f64) -> Result<(), PlanError> {

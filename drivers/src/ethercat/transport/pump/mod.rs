@@ -6,11 +6,12 @@
 
 use super::counters::BusCounters;
 use super::seal::{self, MAX_FRAME, Verdict};
-use crate::clock::{monotonic_ns, sleep_until};
+use crate::clock::Clock;
 use crate::ethercat::links::Link;
 use ethercrab::{PduRx, PduTx};
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
 
 /// Most frames examined after the deadline: a thread that was held up finds its answer behind others.
@@ -32,7 +33,7 @@ pub enum Stopped {
 /// When to give up.
 #[derive(Clone, Copy)]
 pub struct Patience {
-    /// `CLOCK_MONOTONIC`.
+    /// On the link's clock.
     pub deadline_ns: u64,
     /// Send a frame again when it stays unanswered; without it one unanswered frame uses up the whole deadline.
     pub resend: Option<Resend>,
@@ -48,6 +49,7 @@ pub struct Resend {
 /// A link with what is needed to carry ethercrab's frames over it.
 pub struct Pump {
     link: Box<dyn Link>,
+    pub clock: Arc<dyn Clock>,
     sent: Box<[u8; MAX_FRAME]>,
     sent_length: usize,
     received: Box<[u8; MAX_FRAME]>,
@@ -61,10 +63,12 @@ pub struct Pump {
 
 impl Pump {
     pub fn new(link: Box<dyn Link>) -> Pump {
+        let clock = link.clock();
         // From process id and clock: numbers differ from those of the last run and of other programs on the wire.
-        let number = (u64::from(std::process::id()) << 48) ^ monotonic_ns();
+        let number = (u64::from(std::process::id()) << 48) ^ clock.now_ns();
         Pump {
             link,
+            clock,
             sent: Box::new([0; MAX_FRAME]),
             sent_length: 0,
             received: Box::new([0; MAX_FRAME]),
@@ -107,7 +111,7 @@ impl Pump {
         let (sent, number, link) = (&mut self.sent, self.number, &mut self.link);
         let mut outcome = Err(Stopped::Stuck);
         let mut sealed_length = 0;
-        self.sent_ns = monotonic_ns();
+        self.sent_ns = self.clock.now_ns();
         // An error here only means that ethercrab keeps the frame; it goes when the caller drops the future.
         let _ = frame.send_blocking(|bytes| {
             let Some(room) = sent.get_mut(..bytes.len()) else {
@@ -140,7 +144,7 @@ impl Pump {
         };
         let mut last_error = None;
         for attempt in 0..resend.attempts.max(1) {
-            let until_ns = monotonic_ns()
+            let until_ns = { self.clock.now_ns() }
                 .saturating_add(resend.after_ns)
                 .min(patience.deadline_ns);
             if attempt > 0 {
@@ -155,11 +159,11 @@ impl Pump {
                 // Nobody listens yet, or the network is coming up: worth the attempts that are left.
                 Err(Stopped::Link(error)) => {
                     last_error = Some(error);
-                    sleep_until(until_ns);
+                    self.clock.sleep_until(until_ns);
                 }
                 Err(other) => return Err(other),
             }
-            if monotonic_ns() >= patience.deadline_ns {
+            if self.clock.now_ns() >= patience.deadline_ns {
                 return Err(last_error.map_or(Stopped::Deadline, Stopped::Link));
             }
         }
@@ -180,7 +184,7 @@ impl Pump {
             let received = &mut self.received[..length.min(MAX_FRAME)];
             match seal::verify(&self.sent[..self.sent_length], received) {
                 Verdict::Answer => {
-                    self.received_ns = monotonic_ns();
+                    self.received_ns = self.clock.now_ns();
                     seal::open(received);
                     if let Ok(ethercrab::ReceiveAction::Processed) = rx.receive_frame(received) {
                         return Ok(true);
@@ -191,7 +195,7 @@ impl Pump {
                 Verdict::Echo => self.counters.echoed_frames += 1,
                 Verdict::Malformed => self.counters.malformed_frames += 1,
             }
-            if monotonic_ns() >= until_ns {
+            if self.clock.now_ns() >= until_ns {
                 overtime_frames -= 1;
             }
         }

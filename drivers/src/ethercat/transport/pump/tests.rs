@@ -120,7 +120,7 @@ impl Bench {
                 .await
         });
         let patience = Patience {
-            deadline_ns: monotonic_ns() + 1_000_000_000,
+            deadline_ns: crate::monotonic_ns() + 1_000_000_000,
             resend,
         };
         self.pump

@@ -4,9 +4,8 @@ use std::io;
 use std::path::Path;
 
 use super::options::LidarError;
-use crate::lidar::line::Line;
 use crate::lidar::pty::{Link, Pty};
-use crate::world::Random;
+use crate::lidar::sensor::Sensor;
 
 /// The kernel keeps 4095 bytes for a reader; what does not fit waits in the line, where its bit rate is known.
 const MAX_UNREAD: u64 = 4000;
@@ -21,14 +20,6 @@ pub(super) struct Port {
     last_unread: u64,
     heard_ns: u64,
     kept_ns: u64,
-}
-
-/// What a transfer did.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sent {
-    pub(super) bytes: u64,
-    pub(super) garbled: u64,
-    pub(super) unread: u64,
 }
 
 impl Port {
@@ -52,47 +43,16 @@ impl Port {
         self.pty.path()
     }
 
-    /// Hands the host what may have arrived by now; garbled if it listens at another bit rate, or swallowed if
-    /// the wire is silent.
-    pub(super) fn send(
-        &mut self,
-        line: &mut Line,
-        now_ns: u64,
-        silent: bool,
-        random: &mut Random,
-    ) -> io::Result<Sent> {
-        let mut sent = Sent {
-            unread: self.keep(now_ns),
-            ..Sent::default()
-        };
-        let host_bit_rate = self.pty.host_bit_rate();
-        loop {
-            let bit_rate = line.bit_rate();
-            let ready = line.ready(now_ns);
-            if ready.is_empty() {
-                return Ok(sent);
-            }
-            if silent {
-                let swallowed = ready.len();
-                line.advance(swallowed);
-                continue;
-            }
-            let room = MAX_UNREAD.saturating_sub(self.pty.unread()) as usize;
-            let ready = &ready[..ready.len().min(room)];
-            let written = if bit_rate == host_bit_rate {
-                self.pty.write(ready)?
-            } else {
-                let garbled: Vec<u8> = ready.iter().map(|_| random.byte()).collect();
-                let written = self.pty.write(&garbled)?;
-                sent.garbled += written as u64;
-                written
-            };
-            if written == 0 {
-                return Ok(sent);
-            }
-            sent.bytes += written as u64;
-            line.advance(written);
-        }
+    /// Hands the host what may have arrived by now; returns the number of bytes discarded because nobody reads.
+    pub(super) fn send(&mut self, sensor: &mut Sensor, now_ns: u64) -> io::Result<u64> {
+        let unread = self.keep(now_ns);
+        let pty = &mut self.pty;
+        let host_bit_rate = pty.host_bit_rate();
+        sensor.speak(now_ns, host_bit_rate, |bytes| {
+            let room = MAX_UNREAD.saturating_sub(pty.unread()) as usize;
+            pty.write(&bytes[..bytes.len().min(room)])
+        })?;
+        Ok(unread)
     }
 
     /// Discards what nobody reads; returns the number of bytes discarded.

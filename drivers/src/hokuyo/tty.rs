@@ -1,17 +1,19 @@
-//! The serial port: opened and set by `serialport`, waited for with `poll`, never blocking.
+//! A serial line on a terminal of the system: opened and set by `serialport`, waited for with `poll`, never blocking.
 //!
 //! Real-time after opening: `wait` and `read` make one system call each and allocate nothing.
 //! (Reading through `serialport` would allocate its time-out errors.)
 
+use std::io;
 use std::os::fd::{AsRawFd, BorrowedFd};
 use std::path::Path;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::io::Errno;
-use serialport::{ClearBuffer, SerialPort, TTYPort};
+use serialport::{ClearBuffer, SerialPort as _, TTYPort};
 
 use super::error::ConnectError;
+use super::serial_line::{Gone, SerialLine, Wait};
 use crate::clock::left_until;
 
 const NOW: Timespec = Timespec {
@@ -19,27 +21,17 @@ const NOW: Timespec = Timespec {
     tv_nsec: 0,
 };
 
-/// The port is gone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gone;
-
-/// What waiting ended with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wait {
-    /// There are bytes (or room).
-    Ready,
-    /// The deadline passed.
-    TimedOut,
-}
-
-/// An open serial port.
+/// A serial line on a terminal of the system.
 #[derive(Debug)]
-pub struct Port {
+pub struct TtyLine {
     tty: TTYPort,
 }
 
-impl Port {
+impl TtyLine {
     /// Opens `path`, exclusively, with 8 data bits, no parity, 1 stop bit, no flow control.
+    ///
+    /// # Errors
+    /// [`ConnectError::Option`], [`ConnectError::Open`], [`ConnectError::Setup`].
     pub fn open(path: &Path, bit_rate: u32) -> Result<Self, ConnectError> {
         let name = path.to_str().ok_or_else(|| ConnectError::Option {
             option: "device",
@@ -67,22 +59,6 @@ impl Port {
         unsafe { BorrowedFd::borrow_raw(self.tty.as_raw_fd()) }
     }
 
-    /// Sets the bit rate. Non-standard rates are passed on; the port's driver decides.
-    pub fn set_bit_rate(&mut self, bit_rate: u32) -> Result<(), serialport::Error> {
-        self.tty.set_baud_rate(bit_rate)
-    }
-
-    /// Throws away what has come in and what has not gone out.
-    pub fn clear(&self) {
-        // If clearing fails, the next read reports the error.
-        let _ = self.tty.clear(ClearBuffer::All);
-    }
-
-    /// Waits for bytes until the deadline; looks once even when it has passed.
-    pub fn wait(&self, deadline_ns: u64) -> Result<Wait, Gone> {
-        self.wait_for(PollFlags::IN, deadline_ns)
-    }
-
     fn wait_for(&self, what: PollFlags, deadline_ns: u64) -> Result<Wait, Gone> {
         loop {
             let left = left_until(deadline_ns);
@@ -97,9 +73,24 @@ impl Port {
             }
         }
     }
+}
 
-    /// Reads what is there; 0 when nothing is.
-    pub fn read(&self, buffer: &mut [u8]) -> Result<usize, Gone> {
+impl SerialLine for TtyLine {
+    /// Non-standard rates are passed on; the terminal's driver decides.
+    fn set_bit_rate(&mut self, bit_rate: u32) -> io::Result<()> {
+        self.tty.set_baud_rate(bit_rate).map_err(io::Error::from)
+    }
+
+    fn clear(&mut self) {
+        // If clearing fails, the next read reports the error.
+        let _ = self.tty.clear(ClearBuffer::All);
+    }
+
+    fn wait(&mut self, deadline_ns: u64) -> Result<Wait, Gone> {
+        self.wait_for(PollFlags::IN, deadline_ns)
+    }
+
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Gone> {
         match rustix::io::read(self.fd(), buffer) {
             Ok(0) => Err(Gone),
             Ok(count) => Ok(count),
@@ -108,8 +99,7 @@ impl Port {
         }
     }
 
-    /// Writes all of `bytes`; false when the deadline passed first.
-    pub fn write(&self, mut bytes: &[u8], deadline_ns: u64) -> Result<bool, Gone> {
+    fn write(&mut self, mut bytes: &[u8], deadline_ns: u64) -> Result<bool, Gone> {
         while !bytes.is_empty() {
             match rustix::io::write(self.fd(), bytes) {
                 Ok(count) => bytes = &bytes[count..],
@@ -125,13 +115,12 @@ impl Port {
         Ok(true)
     }
 
-    /// Bytes written that have not left yet.
-    pub fn unsent_bytes(&self) -> u32 {
+    fn unsent_bytes(&self) -> u32 {
         self.tty.bytes_to_write().unwrap_or(0)
     }
 }
 
-impl Drop for Port {
+impl Drop for TtyLine {
     fn drop(&mut self) {
         // Closing a port waits until its output is sent, which never happens with a dead device.
         if self.unsent_bytes() > 0 {

@@ -1,0 +1,75 @@
+//! The devices of one robot in memory: they outlive its process.
+
+use std::sync::Arc;
+
+use description::threads::ActivityKind;
+use onboard::cli::Failure;
+use onboard::composition::compose;
+use onboard::composition::plan::Plan;
+use sim::kelo::DriveStatistics;
+use sim::world::SharedWorld;
+
+use super::bus::Bus;
+use super::lidar::Lidar;
+use super::robot::SteppedRobot;
+use super::thread::ThreadClock;
+use crate::testbed::simulated_drive;
+
+/// The devices of one robot.
+pub struct Devices {
+    pub(super) bus: Bus,
+    pub(super) lidar: Lidar,
+}
+
+impl Devices {
+    /// The devices of a robot of `world`, which power up now.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when the world has no such robot.
+    pub fn new(world: &SharedWorld, plan: &Plan, now_ns: u64) -> Result<Self, Failure> {
+        let robot = world
+            .robot(&plan.robot.identity.id)
+            .map_err(Failure::refused)?;
+        let seed = world.lock().seed();
+        let seed_of_bus = seed.wrapping_add(robot.index() as u64);
+        Ok(Self {
+            lidar: Lidar::new(&robot, seed, now_ns),
+            bus: Bus::new(simulated_drive(Box::new(robot), &plan.robot), seed_of_bus),
+        })
+    }
+
+    /// One step of the devices and of what runs on them, if it runs: turns of the lidar, threads, watchdogs, wheels.
+    pub fn step(&self, now_ns: u64, robot: Option<&mut SteppedRobot>) {
+        self.lidar.cycle(now_ns);
+        if let Some(robot) = robot {
+            robot.step(now_ns);
+        }
+        self.bus.cycle(now_ns);
+    }
+
+    /// The process that used them is gone, without a farewell.
+    pub fn hang_up(&self) {
+        self.lidar.hang_up();
+    }
+
+    /// What the drive has received.
+    #[must_use]
+    pub fn drive(&self) -> DriveStatistics {
+        self.bus.drive.statistics()
+    }
+
+    /// The ways to them, for the threads with these clocks.
+    pub(super) fn ways(
+        &self,
+        plan: &Plan,
+        clock_of: impl Fn(ActivityKind) -> Arc<ThreadClock>,
+    ) -> Result<compose::Devices, Failure> {
+        let settings = plan.lidar_settings().map_err(Failure::refused)?;
+        let (bus_clock, lidar_clock) = (clock_of(ActivityKind::Drive), clock_of(ActivityKind::Lidar));
+        let (path, bit_rate) = (&settings.device, settings.options.bit_rate);
+        Ok(compose::Devices {
+            bus: (self.bus.opener(&bus_clock), bus_clock),
+            lidar: (self.lidar.opener(&lidar_clock, path, bit_rate), lidar_clock),
+        })
+    }
+}
