@@ -166,7 +166,9 @@ impl Conversation {
                     return Ok(line);
                 }
             }
-            if self.clock.now_ns() >= deadline_ns || self.serial.wait(deadline_ns)? == Wait::TimedOut {
+            if self.clock.now_ns() >= deadline_ns
+                || self.serial.wait(deadline_ns)? == Wait::TimedOut
+            {
                 return Err(Trouble::Silent);
             }
             self.start = 0;

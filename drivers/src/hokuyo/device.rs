@@ -10,8 +10,8 @@ use super::error::{ConnectError, ReadError};
 use super::identity::{DeviceState, Parameters, SensorIdentity};
 use super::options::{Options, ScanFormat};
 use super::parser::{Event, Fault, StreamParser};
-use super::serial_line::{Gone, SerialLine, Wait};
 use super::scan::{LidarCounters, Received, Scan};
+use super::serial_line::{Gone, SerialLine, Wait};
 use super::tty::TtyLine;
 use crate::clock::Clock;
 

@@ -99,7 +99,7 @@ fn a_robot_before_a_closed_way_stands_and_touches_nothing() {
     scenario.clutter = None;
     let plans = Plans::of(&scenario).unwrap_or_else(|failure| panic!("{failure:?}"));
     let stepped = Stepped::new(&scenario, &plans, 5, true, false);
-    let mut stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
+    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
     let wall = sim::world::Obstacle::wall([5.0, -1.6], [5.0, 1.6]);
     stepped.world.lock().add_obstacle(wall).expect("added");
     let mut run = Run::new(scenario, stepped, 5);

@@ -41,8 +41,8 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
         for_s: 4.0,
         what,
         robot: keys.robot.map(|_| "amr-1".to_owned()),
-        share: keys.share.then_some(0.7),
-        by_s: keys.by_s.then_some(0.5),
+        share: keys.share.then_some(0.7 * what.most_share()),
+        by_s: keys.by_s.then_some(0.5 * what.most_by_s()),
     }
 }
 
@@ -56,6 +56,12 @@ fn the_fleet_bears_each_kind_of_fault_and_goes_on() {
         let expected = match what {
             ScriptedKind::Partition | ScriptedKind::KillMediator => Some("mediator-silent"),
             ScriptedKind::Stop => Some("operator-stop"),
+            ScriptedKind::LoseFrames | ScriptedKind::LeaveOp | ScriptedKind::CutPower => {
+                Some("bus-lost")
+            }
+            ScriptedKind::CutMotors => Some("motors-off"),
+            ScriptedKind::BreakScans => Some("scan-broken"),
+            ScriptedKind::Unplug => Some("lidar-lost"),
             _ => None,
         };
         if let Some(expected) = expected {

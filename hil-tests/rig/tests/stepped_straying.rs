@@ -50,7 +50,10 @@ impl Stage {
         let plan = Plan::load(&files).unwrap_or_else(|failure| panic!("{failure:?}"));
         let world = world(&plan.site, &[(&plan.robot, start)], 1).expect("a world");
         for &thing in things {
-            world.lock().add_obstacle(Obstacle::fixed(thing)).expect("added");
+            world
+                .lock()
+                .add_obstacle(Obstacle::fixed(thing))
+                .expect("added");
         }
         let now_ns = 1000 * MILLISECOND_NS;
         world.lock().advance_to(now_ns);

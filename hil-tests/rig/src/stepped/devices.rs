@@ -65,7 +65,8 @@ impl Devices {
         clock_of: impl Fn(ActivityKind) -> Arc<ThreadClock>,
     ) -> Result<compose::Devices, Failure> {
         let settings = plan.lidar_settings().map_err(Failure::refused)?;
-        let (bus_clock, lidar_clock) = (clock_of(ActivityKind::Drive), clock_of(ActivityKind::Lidar));
+        let (bus_clock, lidar_clock) =
+            (clock_of(ActivityKind::Drive), clock_of(ActivityKind::Lidar));
         let (path, bit_rate) = (&settings.device, settings.options.bit_rate);
         Ok(compose::Devices {
             bus: (self.bus.opener(&bus_clock), bus_clock),

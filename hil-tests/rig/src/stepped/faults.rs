@@ -58,8 +58,12 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
         for_s: rounded(between(LASTS_S, lasts)),
         what,
         robot: { keys.robot }.and_then(|must| (must || own < 0.5).then(|| robot.clone())),
-        share: keys.share.then(|| rounded(share * what.most_share() * 10.0) / 10.0),
-        by_s: keys.by_s.then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
+        share: keys
+            .share
+            .then(|| rounded(share * what.most_share() * 10.0) / 10.0),
+        by_s: keys
+            .by_s
+            .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
     }
 }
 

@@ -235,7 +235,10 @@ impl<'a> Stepped<'a> {
         for mediator in self.mediator.iter_mut().chain(&mut self.second_mediator) {
             mediator.cycle(now_ns, self.faults.disk_ns(), |answer| answers.push(answer))?;
         }
-        let status = self.mediator.as_mut().and_then(SteppedMediator::take_status);
+        let status = self
+            .mediator
+            .as_mut()
+            .and_then(SteppedMediator::take_status);
         if let Some(status) = status {
             self.told.take(status, now_ns);
         }

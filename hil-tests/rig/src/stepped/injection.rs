@@ -56,7 +56,8 @@ impl Stepped<'_> {
             (ScriptedKind::LoseJournal, _) if again => self.start_mediator(now_ns)?,
             (ScriptedKind::SecondMediator, _) => {
                 let plan = self.plans.mediator.as_ref().filter(|_| begins);
-                let started = plan.map(|plan| SteppedMediator::start(plan, Disk::default(), now_ns));
+                let started =
+                    plan.map(|plan| SteppedMediator::start(plan, Disk::default(), now_ns));
                 self.second_mediator = started.transpose()?;
             }
             (ScriptedKind::Person | ScriptedKind::Box, Some(number)) if begins => {

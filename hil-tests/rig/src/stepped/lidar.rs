@@ -114,12 +114,7 @@ impl Lidar {
     }
 
     /// How a robot's process opens its line at a bit rate; `path` names it.
-    pub(super) fn opener(
-        &self,
-        clock: &Arc<ThreadClock>,
-        path: &Path,
-        bit_rate: u32,
-    ) -> OpenLine {
+    pub(super) fn opener(&self, clock: &Arc<ThreadClock>, path: &Path, bit_rate: u32) -> OpenLine {
         let (wire, clock) = (Arc::clone(&self.wire), Arc::clone(clock));
         let path = path.to_owned();
         Box::new(move || {
@@ -181,9 +176,14 @@ impl Wire {
             Ok(bytes.len())
         });
         if let Some(host) = host {
-            while self.delayed.front().is_some_and(|(at_ns, _)| *at_ns <= now_ns) {
+            while self
+                .delayed
+                .front()
+                .is_some_and(|(at_ns, _)| *at_ns <= now_ns)
+            {
                 let arrived = self.delayed.pop_front();
-                host.received.extend(arrived.iter().flat_map(|(_, bytes)| bytes));
+                host.received
+                    .extend(arrived.iter().flat_map(|(_, bytes)| bytes));
             }
         } else {
             self.delayed.clear();
@@ -276,7 +276,11 @@ impl SerialLine for MemoryLine {
 impl Drop for MemoryLine {
     fn drop(&mut self) {
         let wire = &mut *lock(&self.wire);
-        if wire.host.as_ref().is_some_and(|host| host.number == self.number) {
+        if wire
+            .host
+            .as_ref()
+            .is_some_and(|host| host.number == self.number)
+        {
             wire.host = None;
         }
     }

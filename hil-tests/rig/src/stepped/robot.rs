@@ -174,21 +174,23 @@ impl SteppedRobot {
         let running = { threads.iter().zip(activities) }
             .zip(reports.into_iter().zip(clocks))
             .filter(|((_, activities), _)| !activities.is_empty())
-            .map(|((thread, activities), (report, clock))| match thread.trigger {
-                ConfigTrigger::Async => {
-                    Running::Asynchronous(Asynchronous::new(activities, &alarm, clock.now_ns()))
-                }
-                _ => {
-                    let trigger = Trigger::of(thread, &scan_wake);
-                    let shared = Arc::clone(&clock);
-                    Running::Thread(Thread::new(clock, move || {
-                        let mut own = EventLoop::new(trigger, activities, report, shared);
-                        loop {
-                            own.cycle();
-                        }
-                    }))
-                }
-            })
+            .map(
+                |((thread, activities), (report, clock))| match thread.trigger {
+                    ConfigTrigger::Async => {
+                        Running::Asynchronous(Asynchronous::new(activities, &alarm, clock.now_ns()))
+                    }
+                    _ => {
+                        let trigger = Trigger::of(thread, &scan_wake);
+                        let shared = Arc::clone(&clock);
+                        Running::Thread(Thread::new(clock, move || {
+                            let mut own = EventLoop::new(trigger, activities, report, shared);
+                            loop {
+                                own.cycle();
+                            }
+                        }))
+                    }
+                },
+            )
             .collect();
         let mode = RobotMode {
             mode: 0,

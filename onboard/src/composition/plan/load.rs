@@ -69,7 +69,10 @@ impl Plan {
     }
 
     /// They take long to make, and every start of the robot needs them.
-    fn keep_tubes(&mut self, made: Result<(TubeSet, TubeReport), PlanError>) -> Result<(), PlanError> {
+    fn keep_tubes(
+        &mut self,
+        made: Result<(TubeSet, TubeReport), PlanError>,
+    ) -> Result<(), PlanError> {
         let (set, report) = made?;
         (self.tubes, self.tube_report) = (Some(set), report);
         Ok(())

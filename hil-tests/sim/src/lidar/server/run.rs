@@ -123,7 +123,8 @@ impl Runner {
         counters.plugged = self.port.is_some();
         counters.measuring &= counters.plugged;
         counters.streaming &= counters.plugged;
-        counters.host_bit_rate = { self.port.as_ref() }.map_or(0, |port| port.pty().host_bit_rate());
+        counters.host_bit_rate =
+            { self.port.as_ref() }.map_or(0, |port| port.pty().host_bit_rate());
         counters.unread_bytes = self.unread_bytes;
         *lock(&self.shared.counters) = counters;
     }
