@@ -8,6 +8,7 @@
 //! use rig::campaign::stepped::summary;
 //! use rig::scenario::{Changes, load};
 //! use rig::stepped::Plans;
+//! use rig::violation::ViolationKind;
 //!
 //! let file = "../../config/scenarios/lap.toml";
 //! let mut scenario = load(file.as_ref(), &Changes::default())?.with_at_most(1);
@@ -19,7 +20,7 @@
 //! scenario.limits.clearance_m = 1.0;
 //! let judged = summary(&scenario, &plans, seed, true)?;
 //! assert!(judged.is_done() && !judged.passed());
-//! assert_eq!(judged.violations[0].kind, "clearance");
+//! assert_eq!(judged.violations[0].kind, ViolationKind::Clearance);
 //! # Ok::<(), onboard::cli::Failure>(())
 //! ```
 //!
@@ -29,7 +30,7 @@
 //! - [`process`]: robots and the mediator as child processes: this program, started with a hidden subcommand;
 //! - [`network`]: what robots and mediator say, heard as any third party could; [`belief`]: what a robot believes;
 //! - [`stand_ins`]: the rig in the place of people and of the mediator;
-//! - [`goals`], [`judge`], [`figures`]: how far robots are, what went wrong, what was measured;
+//! - [`goals`], [`judge`], [`violation`], [`figures`]: how far robots are, what went wrong, what was measured;
 //! - [`run`], [`stepped`], [`campaign`]: one run, the two ways to run it, and many runs;
 //! - [`commands`], [`map`](mod@map), [`devices`], [`cli`]: what the program does.
 
@@ -60,3 +61,4 @@ pub mod summary;
 pub mod testbed;
 #[cfg(test)]
 mod testing;
+pub mod violation;

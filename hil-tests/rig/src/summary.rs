@@ -6,6 +6,7 @@ use serde_json::Value as Json;
 use crate::figures::Figures;
 use crate::machine::Machine;
 use crate::stalls::Stalls;
+use crate::violation::ViolationKind;
 
 /// Outcome of a run that reached all goals.
 pub const DONE: &str = "done";
@@ -110,8 +111,8 @@ pub struct LidarSummary {
 /// Something that must not happen.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Violation {
-    /// Kebab-case name.
-    pub kind: String,
+    /// What happened.
+    pub kind: ViolationKind,
     /// Robot.
     pub robot: String,
     /// Seconds since the start.

@@ -8,6 +8,7 @@ use rig::run::{Run, look_on, record};
 use rig::scenario::{Changes, Scenario, load};
 use rig::stepped::{Plans, Stepped};
 use rig::summary::Summary;
+use rig::violation::ViolationKind;
 
 fn shipped(file: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config")).join(file)
@@ -65,7 +66,7 @@ fn a_robot_that_heeds_no_leave_is_found_out() {
     let borders = outcome
         .violations
         .iter()
-        .filter(|violation| violation.kind == "border");
+        .filter(|violation| violation.kind == ViolationKind::Border);
     assert!(borders.count() > 0, "{outcome:?}");
 }
 

@@ -76,7 +76,10 @@ impl Statistics {
     pub fn of(scenario: &Scenario, runs: &[Summary], elapsed_s: f64) -> Self {
         let count = |is: &dyn Fn(&Summary) -> bool| runs.iter().filter(|one| is(one)).count();
         let violations = tally(runs, |run| {
-            run.violations.iter().map(|own| own.kind.clone()).collect()
+            run.violations
+                .iter()
+                .map(|own| own.kind.to_string())
+                .collect()
         });
         let faults = tally(runs, |run| {
             let faults = run.robots.iter().flat_map(|robot| &robot.faults);

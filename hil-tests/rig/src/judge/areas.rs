@@ -7,6 +7,7 @@ use super::conduct::Conduct;
 use super::look::{Look, place};
 use super::violations::Violations;
 use crate::scenario::Scenario;
+use crate::violation::ViolationKind;
 
 /// A footprint may reach this far over a border: about the error of a robot's pose.
 const REACH_IN_M: f64 = 0.02;
@@ -110,7 +111,12 @@ impl Areas {
                     area.id,
                     place(&truth.pose)
                 );
-                violations.report("entry-without-grant", &robot.id, since_ns, detail);
+                violations.report(
+                    ViolationKind::EntryWithoutGrant,
+                    &robot.id,
+                    since_ns,
+                    detail,
+                );
             }
         }
         for area in &self.areas {
@@ -128,7 +134,12 @@ impl Areas {
                     area.id,
                     area.capacity
                 );
-                violations.report("over-capacity", &robot.id, truth.time_ns, detail);
+                violations.report(
+                    ViolationKind::OverCapacity,
+                    &robot.id,
+                    truth.time_ns,
+                    detail,
+                );
             }
         }
     }

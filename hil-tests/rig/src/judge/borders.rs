@@ -6,6 +6,7 @@ use super::look::{Look, Robot};
 use super::overlap::Overlap;
 use super::violations::Violations;
 use crate::figures::Figures;
+use crate::violation::ViolationKind;
 
 /// A robot may reach this far into an area without leave: touching the border is no violation.
 const BORDER_M: f64 = 0.001;
@@ -36,7 +37,7 @@ pub(super) fn judge(
         }
         if depth_m > BORDER_M {
             let detail = format!("{depth_m:.3} m inside area {} without leave", area.id);
-            violations.report("border", &robot.id, look.truth.time_ns, detail);
+            violations.report(ViolationKind::Border, &robot.id, look.truth.time_ns, detail);
         }
     }
 }

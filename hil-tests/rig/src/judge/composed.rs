@@ -10,6 +10,7 @@ use super::violations::Violations;
 use crate::figures::Figures;
 use crate::scenario::Scenario;
 use crate::summary::{DuringSummary, Violation};
+use crate::violation::ViolationKind;
 
 /// Watches all robots of a scenario.
 #[derive(Debug)]
@@ -64,12 +65,12 @@ impl Judge {
     }
 
     /// A violation found elsewhere, such as in a device's records.
-    pub fn report(&mut self, kind: &str, robot: &str, at_ns: u64, detail: String) {
+    pub fn report(&mut self, kind: ViolationKind, robot: &str, at_ns: u64, detail: String) {
         self.violations.report(kind, robot, at_ns, detail);
     }
 
     /// The same of the robot with this number.
-    pub fn report_of(&mut self, robot: usize, kind: &str, at_ns: u64, detail: String) {
+    pub fn report_of(&mut self, robot: usize, kind: ViolationKind, at_ns: u64, detail: String) {
         let id = { self.robots.get(robot) }.map_or("", |own| own.robot.id.as_str());
         self.violations.report(kind, id, at_ns, detail);
     }

@@ -12,6 +12,7 @@ use super::violations::Violations;
 use crate::belief::Belief;
 use crate::figures::Figures;
 use crate::scenario::{Limits, Player, Scenario};
+use crate::violation::ViolationKind;
 
 /// Watches one robot.
 #[derive(Debug)]
@@ -144,7 +145,7 @@ impl Conduct {
         let (list, kind, judged, most_m) = match stop.kind {
             StopKind::Dock => (
                 &mut figures.dock_errors_m,
-                "docking",
+                ViolationKind::Docking,
                 stop,
                 limits.dock_error_m,
             ),
@@ -152,7 +153,7 @@ impl Conduct {
                 let most_m = limits.pose_stop_error_m;
                 (
                     &mut figures.pose_stop_errors_m,
-                    "stop-pose",
+                    ViolationKind::StopPose,
                     believed,
                     most_m,
                 )
@@ -161,7 +162,7 @@ impl Conduct {
                 let most_m = limits.border_stop_error_m;
                 (
                     &mut figures.border_stop_errors_m,
-                    "stop-border",
+                    ViolationKind::StopBorder,
                     stop,
                     most_m,
                 )

@@ -6,6 +6,7 @@ use super::look::{Look, Robot, place};
 use super::violations::Violations;
 use crate::figures::Figures;
 use crate::scenario::Limits;
+use crate::violation::ViolationKind;
 
 /// The lidar sees up to this angle to either side.
 const IN_VIEW_RAD: f64 = 2.09;
@@ -32,10 +33,10 @@ impl Contact {
         for collision in known.iter().skip(before) {
             let seen = collision.bearing_rad.abs() <= IN_VIEW_RAD;
             let (count, kind) = match collision.cause {
-                Cause::DroveInto => (&mut figures.drove_into, "collision"),
-                Cause::Met if seen => (&mut figures.met, "collision-met"),
-                Cause::Met => (&mut figures.met, "collision-met-unseen"),
-                Cause::RunInto => (&mut figures.run_into, "collision-run-into"),
+                Cause::DroveInto => (&mut figures.drove_into, ViolationKind::Collision),
+                Cause::Met if seen => (&mut figures.met, ViolationKind::CollisionMet),
+                Cause::Met => (&mut figures.met, ViolationKind::CollisionMetUnseen),
+                Cause::RunInto => (&mut figures.run_into, ViolationKind::CollisionRunInto),
             };
             *count += 1;
             if collision.cause != Cause::RunInto || !limits.may_be_run_into {
@@ -53,14 +54,19 @@ impl Contact {
         let counted = usize::try_from(truth.collisions).unwrap_or(usize::MAX);
         if counted > self.collisions {
             self.collisions = counted;
-            violations.report("collision", &robot.id, truth.time_ns, at.clone());
+            violations.report(
+                ViolationKind::Collision,
+                &robot.id,
+                truth.time_ns,
+                at.clone(),
+            );
         }
         if self.collisions == before && truth.clearance_m < limits.clearance_m {
             let detail = format!(
                 "{:.3} m {at}, expected at least {} m",
                 truth.clearance_m, limits.clearance_m
             );
-            violations.report("clearance", &robot.id, truth.time_ns, detail);
+            violations.report(ViolationKind::Clearance, &robot.id, truth.time_ns, detail);
         }
     }
 }

@@ -7,6 +7,7 @@ use super::look::{Look, place};
 use super::violations::Violations;
 use crate::scenario::{During, Scenario};
 use crate::summary::DuringSummary;
+use crate::violation::ViolationKind;
 
 /// Longest time that one look accounts for: after a longer gap nobody knows what was true within it.
 const LONGEST_STEP_NS: u64 = 200_000_000;
@@ -81,7 +82,12 @@ impl Rule {
                 format!("; it is {}", place(&truth.pose))
             });
             let detail = format!("expected that {}{place}", rule.rule());
-            violations.report("during", &other.robot.id, truth.time_ns, detail);
+            violations.report(
+                ViolationKind::During,
+                &other.robot.id,
+                truth.time_ns,
+                detail,
+            );
         }
     }
 }

@@ -8,6 +8,7 @@ use super::look::Robot;
 use super::violations::Violations;
 use crate::lanes::forward_lane;
 use crate::scenario::Limits;
+use crate::violation::ViolationKind;
 
 /// A slower area's limit need not hold before its border: of all areas nearer than this the highest limit counts.
 const NEXT_AREA_M: f64 = 0.35;
@@ -53,7 +54,12 @@ impl Lane {
             .filter(|most_m| lateral_m.abs() > *most_m)
         {
             let detail = format!("{lateral_m:.3} m off the lane, expected at most {most_m} m");
-            violations.report("lateral-error", &robot.id, truth.time_ns, detail);
+            violations.report(
+                ViolationKind::LateralError,
+                &robot.id,
+                truth.time_ns,
+                detail,
+            );
         }
     }
 }
@@ -70,6 +76,6 @@ fn judge_speed(robot: &Robot, area: &Area, over: f64, truth: &Truth, violations:
             "{speed_m_s:.3} m/s in area {}, expected at most {limit_m_s} m/s",
             area.id
         );
-        violations.report("speed", &robot.id, truth.time_ns, detail);
+        violations.report(ViolationKind::Speed, &robot.id, truth.time_ns, detail);
     }
 }

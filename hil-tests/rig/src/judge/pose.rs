@@ -10,6 +10,7 @@ use crate::belief::Belief;
 use crate::figures::Figures;
 use crate::lanes::lane_of;
 use crate::scenario::Limits;
+use crate::violation::ViolationKind;
 
 /// A wall counts when it has been in view this long: a scan, and the corrections it brings, take their time.
 const SETTLED_NS: u64 = 1_000_000_000;
@@ -93,7 +94,7 @@ impl Believed {
             let detail = format!(
                 "{across_m:.3} m across wall {wall}, which is in view, {at}, expected at most {most_m} m"
             );
-            violations.report("pose", &robot.id, now_ns, detail);
+            violations.report(ViolationKind::Pose, &robot.id, now_ns, detail);
         }
         let degrees = heading_rad.to_degrees();
         if let Some(most) = limits
@@ -101,7 +102,7 @@ impl Believed {
             .filter(|most| degrees.abs() > *most)
         {
             let detail = format!("{degrees:.2}° off {at}, expected at most {most}°");
-            violations.report("heading", &robot.id, now_ns, detail);
+            violations.report(ViolationKind::Heading, &robot.id, now_ns, detail);
         }
     }
 

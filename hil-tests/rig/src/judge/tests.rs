@@ -5,6 +5,7 @@ use super::*;
 use crate::network::observations::{Observations, Owning};
 use crate::scenario::{Coordination, During, Scenario, Stop};
 use crate::testing;
+use crate::violation::ViolationKind;
 
 const MS: u64 = 1_000_000;
 
@@ -60,7 +61,7 @@ fn observe(judge: &mut Judge, robot: usize, truth: &Truth, observations: &Observ
 
 fn kinds(judge: &Judge) -> Vec<&str> {
     { judge.violations().iter() }
-        .map(|violation| violation.kind.as_str())
+        .map(|violation| violation.kind.name())
         .collect()
 }
 
@@ -201,7 +202,7 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
     observe(&mut judge, 1, &truth(40, 3.0, -0.5), &observations);
     assert_eq!(judge.rules()[0].checked_s, 0.02);
     let rules = |judge: &Judge| {
-        let found = { judge.violations().iter() }.filter(|own| own.kind == "during");
+        let found = { judge.violations().iter() }.filter(|own| own.kind == ViolationKind::During);
         found.count()
     };
     assert_eq!(rules(&judge), 0);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::summary::Violation;
+use crate::violation::ViolationKind;
 
 /// A violation of one kind by one robot is reported again when it has been absent for this long.
 const STRETCH_NS: u64 = 1_000_000_000;
@@ -14,7 +15,7 @@ const MOST: usize = 64;
 pub(super) struct Violations {
     start_ns: u64,
     /// When each kind was last found of each robot.
-    last_ns: BTreeMap<(String, String), u64>,
+    last_ns: BTreeMap<(String, ViolationKind), u64>,
     counts: BTreeMap<String, usize>,
     all: Vec<Violation>,
 }
@@ -31,14 +32,14 @@ impl Violations {
     }
 
     /// Records a violation, unless it is one that still lasts.
-    pub(super) fn report(&mut self, kind: &str, robot: &str, at_ns: u64, detail: String) {
-        let key = (robot.to_owned(), kind.to_owned());
+    pub(super) fn report(&mut self, kind: ViolationKind, robot: &str, at_ns: u64, detail: String) {
+        let key = (robot.to_owned(), kind);
         let before = self.last_ns.insert(key, at_ns);
         let count = self.counts.entry(robot.to_owned()).or_default();
         if before.is_none_or(|before_ns| at_ns > before_ns + STRETCH_NS) && *count < MOST {
             *count += 1;
             self.all.push(Violation {
-                kind: kind.to_owned(),
+                kind,
                 robot: robot.to_owned(),
                 at_s: at_ns.saturating_sub(self.start_ns) as f64 / 1e9,
                 detail,

@@ -12,6 +12,7 @@ use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::stalls::Stalls;
 use crate::summary::{MediatorSummary, RobotSummary};
+use crate::violation::ViolationKind;
 
 use super::ending::Ending;
 
@@ -19,7 +20,7 @@ use super::ending::Ending;
 pub const LOOK_NS: u64 = 20_000_000;
 
 /// A violation found by the execution itself, not by the judge: kind, robot and a sentence.
-pub type Found = (&'static str, String, String);
+pub type Found = (ViolationKind, String, String);
 
 /// The mediator's processes, for summary and record.
 #[derive(Clone, Debug, Default)]

@@ -16,6 +16,7 @@ use crate::output::{write, write_json};
 use crate::process::log_tail;
 use crate::record::Record;
 use crate::report;
+use crate::violation::ViolationKind;
 
 /// Lines of a log that are shown when a run fails.
 const LOG_LINES: usize = 12;
@@ -56,7 +57,8 @@ impl<E: Execution> Run<E> {
             .stage
             .heard(|observations| observations.ownings().to_vec());
         for (robot, at_ns, detail) in two_owners(&self.scenario.site, &ownings, now_ns) {
-            self.judge.report("two-owners", &robot, at_ns, detail);
+            self.judge
+                .report(ViolationKind::TwoOwners, &robot, at_ns, detail);
         }
     }
 }

@@ -8,26 +8,27 @@ use crate::machine::round;
 use crate::process::Usage;
 use crate::summary::{EthercatSummary, LidarSummary, RobotSummary};
 use crate::testbed::Devices;
+use crate::violation::ViolationKind;
 
 /// Violations that the devices of a robot recorded, as kind and detail.
 pub(super) fn device_violations(
     robot: &RobotConfig,
     devices: &Devices,
-) -> Vec<(&'static str, String)> {
+) -> Vec<(ViolationKind, String)> {
     let mut found = Vec::new();
     let statistics = devices.drive.statistics();
     let limit_rad_s = robot.drive.limits.max_wheel_speed_rad_s;
     let largest_rad_s = largest_setpoint_rad_s(devices);
     if largest_rad_s > limit_rad_s + 1e-3 || statistics.not_finite > 0 {
         found.push((
-            "setpoint",
+            ViolationKind::Setpoint,
             format!("a wheel setpoint of {largest_rad_s:.2} rad/s, expected at most {limit_rad_s}"),
         ));
     }
     let limit_a = robot.drive.drive_current_a;
     if statistics.max_current_a > limit_a + 1e-3 {
         found.push((
-            "current",
+            ViolationKind::Current,
             format!(
                 "a current limit of {:.1} A, expected at most {limit_a}",
                 statistics.max_current_a

@@ -34,6 +34,7 @@ use crate::stalls::{StallWatch, Stalls};
 use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::testbed::{BusPlace, Devices, drawn_starts, start_delays_ns, world};
+use crate::violation::ViolationKind;
 
 /// How a scenario is run.
 #[derive(Clone, Debug)]
@@ -304,7 +305,7 @@ impl Execution for Stage {
             if !member.ends_on_purpose && (by_itself || !status.success()) {
                 let how = if by_itself { " by itself" } else { "" };
                 let detail = format!("the robot ended{how} with {status}, expected success");
-                found.push(("robot-end", id, detail));
+                found.push((ViolationKind::RobotEnd, id, detail));
             }
         }
         for (member, player) in self.members.iter().zip(&self.players) {
@@ -318,7 +319,7 @@ impl Execution for Stage {
                 && (ended.is_some() || !status.success())
             {
                 let detail = format!("the mediator ended with {status}, expected success");
-                found.push(("mediator-end", "mediator".to_owned(), detail));
+                found.push((ViolationKind::MediatorEnd, "mediator".to_owned(), detail));
             }
         }
         found

@@ -14,6 +14,7 @@ use crate::shapes;
 use crate::stand_ins::leave::LeaveKeeper;
 use crate::stand_ins::operator::Operator;
 use crate::testbed::drawn_starts;
+use crate::violation::ViolationKind;
 use onboard::cli::Failure;
 
 /// What is known of one robot while it runs.
@@ -228,7 +229,7 @@ impl<E: Execution> Run<E> {
             }
             if let Err(why) = self.stage.instruct(robot, &instruction) {
                 self.judge
-                    .report_of(robot, "instruction", truth.time_ns, why);
+                    .report_of(robot, ViolationKind::Instruction, truth.time_ns, why);
             }
         }
     }

@@ -15,6 +15,7 @@ use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::run::{Ending, Execution, Found, LOOK_NS, MediatorRuns};
 use crate::summary::{MediatorSummary, RobotSummary};
+use crate::violation::ViolationKind;
 
 /// A fault that only an operator ends strands a robot after this time.
 const STRANDED_NS: u64 = 30_000_000_000;
@@ -118,7 +119,7 @@ impl Execution for Stepped<'_> {
         let refused = |member: &Member| {
             let all = { member.robot.iter() }.flat_map(SteppedRobot::refused);
             let id = member.id.clone();
-            all.map(move |why| ("instruction", id.clone(), why))
+            all.map(move |why| (ViolationKind::Instruction, id.clone(), why))
                 .collect::<Vec<_>>()
         };
         self.robots.iter().flat_map(refused).collect()

@@ -114,7 +114,7 @@ pub(super) fn draw_end(canvas: &mut Canvas, run: &DrawnRun<'_>, top_px: f64) -> 
         canvas.text(
             "bad b",
             [MARGIN_PX + 78.0, y_px],
-            &shortened(&violation.kind, 22),
+            &shortened(violation.kind.name(), 22),
         );
         canvas.text(
             "bad",

@@ -10,6 +10,7 @@ use crate::report::specimens::{check_body, empty, noise};
 use crate::scenario::Limits;
 use crate::summary::{RobotSummary, Summary, Violation};
 use crate::testing;
+use crate::violation::ViolationKind;
 
 /// The first record of a path.
 const START_NS: u64 = 7_000_000_000;
@@ -122,9 +123,9 @@ fn change(state: &str, skill: &str, x_m: f64, y_m: f64) -> StateChange {
     }
 }
 
-fn violation(kind: &str, at_s: f64, detail: String) -> Violation {
+fn violation(at_s: f64, detail: String) -> Violation {
     Violation {
-        kind: kind.to_owned(),
+        kind: ViolationKind::Clearance,
         robot: "amr-1".to_owned(),
         at_s,
         detail,
@@ -183,7 +184,6 @@ fn violations_are_red_on_map_and_charts() {
     }
     let mut summary = summary(100.0);
     summary.violations.push(violation(
-        "clearance",
         20.0,
         "0.040 m, expected at least 0.1 m".to_owned(),
     ));
@@ -225,9 +225,7 @@ fn text_from_anywhere_is_escaped() {
     summary.scenario = EVIL.to_owned();
     summary.outcome = EVIL.to_owned();
     summary.machine.processor = EVIL.to_owned();
-    summary
-        .violations
-        .push(violation(EVIL, 3.0, EVIL.to_owned()));
+    summary.violations.push(violation(3.0, EVIL.to_owned()));
     let file = svg(
         &site,
         &robot,
@@ -251,9 +249,7 @@ fn numbers_that_are_none_do_no_harm() {
     path[15].time_ns = u64::MAX;
     let mut summary = summary(f64::NAN);
     summary.robots[0].min_clearance_m = f64::INFINITY;
-    summary
-        .violations
-        .push(violation("odd", f64::NAN, String::new()));
+    summary.violations.push(violation(f64::NAN, String::new()));
     let changes = [
         change("a", "b", f64::NAN, 0.0),
         change("c", "d", 1e300, f64::MIN),
@@ -283,11 +279,9 @@ fn the_file_stays_small_whatever_happens() {
             10.0 * random(),
             3.2 * random() - 1.6,
         ));
-        summary.violations.push(violation(
-            "clearance",
-            4000.0 * random(),
-            "near ".repeat(100),
-        ));
+        summary
+            .violations
+            .push(violation(4000.0 * random(), "near ".repeat(100)));
     }
     let file = svg(&site, &robot, &path, &changes, &summary);
     check_xml(&file);

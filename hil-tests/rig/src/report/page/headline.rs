@@ -91,7 +91,7 @@ fn violations(page: &mut Page, violations: &[Violation]) {
         } else {
             format!(", {}", violation.robot)
         };
-        page.element("b", violation.kind.replace('-', " "));
+        page.element("b", violation.kind.name().replace('-', " "));
         page.element(
             "span",
             format!(

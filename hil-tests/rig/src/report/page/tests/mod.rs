@@ -10,6 +10,7 @@ use super::whole::{self, LARGEST_BYTES};
 use crate::record::{Incident, RobotRecord, Span, Wait};
 use crate::report::specimens::noise;
 use crate::summary::Violation;
+use crate::violation::ViolationKind;
 use checks::{count, drawing, page};
 use records::{coordination, driven, empty, holdings, overtaking};
 use serde_json::json;
@@ -110,7 +111,7 @@ fn what_went_wrong_comes_first() {
     let mut record = overtaking();
     record.summary.outcome = "amr-1 was not done in time".to_owned();
     record.summary.violations.push(Violation {
-        kind: "entry-without-grant".to_owned(),
+        kind: ViolationKind::EntryWithoutGrant,
         robot: "amr-2".to_owned(),
         at_s: 15.5,
         detail: "0.12 m of it in area 1, which amr-1 holds".to_owned(),
@@ -214,7 +215,7 @@ fn a_long_run_of_three_stays_small() {
     for _ in 0..20_000 {
         record.grant_latency_ms.push(10.0 * random());
         record.summary.violations.push(Violation {
-            kind: "collision".to_owned(),
+            kind: ViolationKind::Collision,
             robot: "amr-3".to_owned(),
             at_s: end_s * random(),
             detail: "near ".repeat(20),
@@ -277,7 +278,7 @@ fn names_cannot_break_the_page() {
     (summary.outcome, summary.machine.processor) = (ODD.to_owned(), ODD.to_owned());
     summary.robots[0].threads = json!({ ODD: { "granted": { "policy": ODD } }, "none": 3 });
     summary.violations.push(Violation {
-        kind: ODD.to_owned(),
+        kind: ViolationKind::During,
         robot: ODD.to_owned(),
         at_s: 3.0,
         detail: ODD.to_owned(),
