@@ -113,7 +113,7 @@ pub struct LidarSummary {
 pub struct Violation {
     /// What happened.
     pub kind: ViolationKind,
-    /// Robot.
+    /// Robot, `mediator` or `network`.
     pub robot: String,
     /// Seconds since the start.
     pub at_s: f64,

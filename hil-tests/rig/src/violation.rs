@@ -51,6 +51,8 @@ kinds! {
     Instruction = "instruction", "The robot refused an instruction of its operator.";
     RobotEnd = "robot-end", "A robot's process ended by itself, or badly.";
     MediatorEnd = "mediator-end", "The mediator's process ended by itself, or badly.";
+    Malformed = "malformed", "A message on the network could not be decoded.";
+    StuckAfterFaults = "stuck-after-faults", "The robot did not reach its goals after faults that a fleet must come through.";
 }
 
 impl fmt::Display for ViolationKind {

@@ -8,6 +8,7 @@ use rig::scenario::{Changes, Scenario, ScriptedFault, ScriptedKind, load};
 use rig::stepped::faults::drawn;
 use rig::stepped::{Plans, Stepped};
 use rig::summary::Summary;
+use rig::violation::ViolationKind;
 
 fn overtaking() -> Scenario {
     let folder = Path::new(concat!(
@@ -18,9 +19,16 @@ fn overtaking() -> Scenario {
     loaded.unwrap_or_else(|failure| panic!("{failure:?}"))
 }
 
+fn plans(scenario: &Scenario) -> Plans {
+    Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"))
+}
+
 fn ended(scenario: &Scenario, seed: u64) -> Summary {
-    let plans = Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"));
-    let stepped = Stepped::new(scenario, &plans, seed, true, false);
+    ended_with(scenario, &plans(scenario), seed)
+}
+
+fn ended_with(scenario: &Scenario, plans: &Plans, seed: u64) -> Summary {
+    let stepped = Stepped::new(scenario, plans, seed, true, false);
     let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
     let mut run = Run::new(scenario.clone(), stepped, seed);
     let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
@@ -122,4 +130,31 @@ fn a_robot_that_stays_cut_off_keeps_its_areas_and_the_run_fails() {
         !summary.is_done() && summary.violations.is_empty(),
         "{summary:?}"
     );
+}
+
+#[test]
+fn a_fleet_that_stays_stuck_after_the_last_fault_is_found() {
+    let mut scenario = overtaking();
+    scenario.standstill_s = 10.0;
+    scenario.faults = vec![ScriptedFault {
+        at_s: 2.0,
+        for_s: 4.0,
+        ..fault(ScriptedKind::Pause)
+    }];
+    // Nobody grants areas: all stand before their first border.
+    let plans = plans(&scenario).without_mediator();
+    let stuck = |scenario: &Scenario| {
+        let summary = ended_with(scenario, &plans, 3);
+        let kinds: Vec<_> = summary.violations.iter().map(|own| own.kind).collect();
+        (kinds, summary.duration_s)
+    };
+    let both = vec![ViolationKind::StuckAfterFaults; 2];
+    let (kinds, duration_s) = stuck(&scenario);
+    assert_eq!(kinds, both);
+    assert!((16.0..16.2).contains(&duration_s), "{duration_s} s");
+    // No fleet comes through this by itself.
+    scenario.faults[0].what = ScriptedKind::LoseJournal;
+    assert_eq!(stuck(&scenario).0, []);
+    scenario.faults.clear();
+    assert_eq!(stuck(&scenario).0, []);
 }

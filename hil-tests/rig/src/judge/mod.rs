@@ -8,6 +8,8 @@
 //! - [`Figures`](crate::figures::Figures) are what comes out of one robot's run;
 //! - [`two_owners`] finds areas that had more owners at once than they hold;
 //! - [`view`] says which walls a lidar can see.
+//!
+#![doc = include_str!("INVARIANTS.md")]
 
 mod areas;
 mod borders;

@@ -285,3 +285,14 @@ fn lane_and_speed_are_judged_where_the_scenario_has_limits() {
     );
     assert!((judge.max_lateral_error_m(0) - 0.15).abs() < 1e-9);
 }
+
+#[test]
+fn the_page_of_invariants_has_every_kind_and_no_other() {
+    let page = include_str!("INVARIANTS.md");
+    let rows = { page.lines() }.filter_map(|line| line.strip_prefix("| `")?.split('`').next());
+    let mut named: Vec<&str> = rows.collect();
+    let mut kinds: Vec<&str> = ViolationKind::ALL.iter().map(|kind| kind.name()).collect();
+    named.sort_unstable();
+    kinds.sort_unstable();
+    assert_eq!(named, kinds);
+}

@@ -85,7 +85,7 @@ fn subscribe<M: Message + Default + 'static>(
             let mut observations = observations.lock().unwrap_or_else(PoisonError::into_inner);
             match message {
                 Ok(message) => take(&mut observations, message, at_ns),
-                Err(_) => observations.malformed(),
+                Err(_) => observations.note_malformed(at_ns),
             }
         })
         .wait()

@@ -12,6 +12,7 @@ use super::printing::print;
 use super::recording::record;
 use super::watch::Run;
 use crate::judge::two_owners;
+use crate::network::observations::Observations;
 use crate::output::{write, write_json};
 use crate::process::log_tail;
 use crate::record::Record;
@@ -59,6 +60,12 @@ impl<E: Execution> Run<E> {
         for (robot, at_ns, detail) in two_owners(&self.scenario.site, &ownings, now_ns) {
             self.judge
                 .report(ViolationKind::TwoOwners, &robot, at_ns, detail);
+        }
+        // The listener hears one key prefix, which is this run's own: there is no stranger to blame.
+        if let Some(malformed) = self.stage.heard(Observations::malformed) {
+            let detail = format!("{} messages could not be decoded", malformed.count);
+            let (kind, at_ns) = (ViolationKind::Malformed, malformed.first_ns);
+            self.judge.report(kind, "network", at_ns, detail);
         }
     }
 }

@@ -91,18 +91,43 @@ impl<E: Execution> Run<E> {
         self.observe();
         let (start_ns, now_ns) = (self.stage.start_ns(), self.stage.now_ns());
         let longest_ns = (self.scenario.longest_s() * 1e9) as u64;
-        let stood_s = now_ns.saturating_sub(self.moved_ns) as f64 / 1e9;
-        Ok(if self.missing().is_empty() {
+        let now_s = self.stage.seconds(now_ns);
+        // The end of a fault gives the fleet as much time as if it had just moved.
+        let moved_s = self.stage.seconds(self.moved_ns);
+        let moved_s =
+            { self.scenario.last_fault_over_s(now_s) }.map_or(moved_s, |s| s.max(moved_s));
+        let ending = if self.missing().is_empty() {
             Some(Ending::Done)
         } else if let Some(ending) = self.stage.ended() {
             Some(ending)
         } else if now_ns + LOOK_NS >= start_ns + longest_ns {
             Some(Ending::TooSlow)
-        } else if stood_s > self.scenario.standstill_s {
+        } else if now_s - moved_s > self.scenario.standstill_s {
             Some(Ending::Standstill)
         } else {
             None
-        })
+        };
+        if let Some(Ending::TooSlow | Ending::Standstill) = ending {
+            self.judge_progress(now_ns);
+        }
+        Ok(ending)
+    }
+
+    /// The run ends without its goals: finds robots that should have gone on after faults.
+    fn judge_progress(&mut self, now_ns: u64) {
+        let now_s = self.stage.seconds(now_ns);
+        if !self.scenario.must_have_gone_on(now_s) {
+            return;
+        }
+        let calm_s = now_s - self.scenario.last_fault_over_s(now_s).unwrap_or_default();
+        for (robot, player) in self.scenario.robots.iter().enumerate() {
+            let figures = self.judge.figures(robot);
+            if let Some(missing) = self.tracks[robot].progress.missing(&player.id, figures) {
+                let detail = format!("{missing}, {calm_s:.1} s after the last fault was over");
+                let kind = ViolationKind::StuckAfterFaults;
+                self.judge.report_of(robot, kind, now_ns, detail);
+            }
+        }
     }
 
     /// Where a robot truly is; none before it was looked at.

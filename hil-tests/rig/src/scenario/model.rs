@@ -7,7 +7,7 @@ use config::{NetConfig, RobotConfig, SiteConfig};
 use description::site::{FsmConfig, SiteRobot};
 
 use super::clutter::Clutter;
-use super::fault::ScriptedFault;
+use super::fault::{ScriptedFault, ScriptedKind};
 use super::goal::{Goal, Stop};
 use super::limits::Limits;
 
@@ -30,7 +30,7 @@ pub struct Scenario {
     pub patience_s: f64,
     /// and this much more for each round of the robot that drives most.
     pub patience_round_s: f64,
-    /// The run fails when no robot has moved for this long.
+    /// The run fails when no robot has moved for this long, not counting what was before the end of a fault.
     pub standstill_s: f64,
     /// Each robot is started after a time of up to this, drawn from the seed.
     pub start_delay_s: f64,
@@ -120,6 +120,25 @@ impl Scenario {
         let faults = self.faults.iter().map(ScriptedFault::until_s);
         let rounds_s = self.patience_round_s * f64::from(rounds.unwrap_or(0));
         self.patience_s + rounds_s + faults.fold(0.0, f64::max)
+    }
+
+    /// When the last fault was over that was over by this time; none: no fault was.
+    #[must_use]
+    pub fn last_fault_over_s(&self, at_s: f64) -> Option<f64> {
+        let over = { self.faults.iter() }.map(ScriptedFault::until_s);
+        over.filter(|until_s| *until_s <= at_s).reduce(f64::max)
+    }
+
+    /// Whether the fleet must have gone on by itself at this time: faults are over and none lasts, all of kinds that a fleet
+    /// comes through, and no run of the scenario may end without its goals.
+    #[must_use]
+    pub fn must_have_gone_on(&self, at_s: f64) -> bool {
+        let lasts = |fault: &ScriptedFault| (fault.at_s..fault.until_s()).contains(&at_s);
+        let overcome = |fault: &ScriptedFault| ScriptedKind::DRAWN.contains(&fault.what);
+        self.last_fault_over_s(at_s).is_some()
+            && !self.faults.iter().any(lasts)
+            && self.faults.iter().all(overcome)
+            && self.least_done_share >= 1.0
     }
 
     /// Whether the rig must know what robots believe, and in which states they are.

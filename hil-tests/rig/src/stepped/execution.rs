@@ -153,3 +153,33 @@ impl Execution for Stepped<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Run;
+    use crate::stepped::Plans;
+    use crate::testing;
+    use crate::violation::ViolationKind;
+
+    #[test]
+    fn a_message_that_cannot_be_decoded_is_a_violation() {
+        let scenario = testing::scenario("overtaking");
+        let plans = Plans::of(&scenario).expect("plans");
+        let stepped = Stepped::new(&scenario, &plans, 1, true, false).expect("built");
+        let mut run = Run::new(scenario, stepped, 1);
+        for _ in 0..50 {
+            assert_eq!(run.step().expect("it runs"), None);
+        }
+        run.stop();
+        assert_eq!(run.judge.violations(), []);
+        let at_ns = START_NS + 500_000_000;
+        run.stage.observations.note_malformed(at_ns);
+        run.stage.observations.note_malformed(at_ns + 1);
+        run.stop();
+        let found = run.judge.violations();
+        assert_eq!((found.len(), found[0].at_s), (1, 0.5));
+        assert_eq!(found[0].kind, ViolationKind::Malformed);
+        assert_eq!(found[0].detail, "2 messages could not be decoded");
+    }
+}

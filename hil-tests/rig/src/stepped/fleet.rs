@@ -278,7 +278,7 @@ impl<'a> Stepped<'a> {
                 .is_ok(),
         };
         if !understood {
-            observations.malformed();
+            observations.note_malformed(now_ns);
         }
         let weather = self.faults.weather(message.robot);
         self.network.send(message, weather, now_ns);

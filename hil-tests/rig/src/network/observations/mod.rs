@@ -46,6 +46,15 @@ pub struct Step {
     pub believed_m: [f64; 2],
 }
 
+/// Messages that could not be decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Malformed {
+    /// How many.
+    pub count: u64,
+    /// When the first was heard.
+    pub first_ns: u64,
+}
+
 /// All that was heard.
 #[derive(Clone, Debug)]
 pub struct Observations {
@@ -54,7 +63,7 @@ pub struct Observations {
     accesses: Accesses,
     controls: Controls,
     latencies: Latencies,
-    malformed: u64,
+    malformed: Option<Malformed>,
 }
 
 impl Observations {
@@ -70,7 +79,7 @@ impl Observations {
             accesses: Accesses::new(capacities),
             controls: Controls::default(),
             latencies: Latencies::new(governed(nets)),
-            malformed: 0,
+            malformed: None,
         }
     }
 
@@ -151,13 +160,17 @@ impl Observations {
     }
 
     /// A message that could not be decoded.
-    pub fn malformed(&mut self) {
-        self.malformed += 1;
+    pub fn note_malformed(&mut self, at_ns: u64) {
+        let first = Malformed {
+            count: 0,
+            first_ns: at_ns,
+        };
+        self.malformed.get_or_insert(first).count += 1;
     }
 
-    /// Messages that could not be decoded.
+    /// Messages that could not be decoded; none: all could be.
     #[must_use]
-    pub fn malformed_count(&self) -> u64 {
+    pub fn malformed(&self) -> Option<Malformed> {
         self.malformed
     }
 
