@@ -32,7 +32,7 @@ enum Command {
     TJunction(FleetArgs),
     /// Robots do what a scenario file says
     Scenario(ScenarioArgs),
-    /// A scenario many times through the real programs, with one seed after the other
+    /// A scenario many times, with one seed after the other, through the real programs or on a simulated clock
     Campaign(CampaignArgs),
     /// One robot drives laps of a corridor
     Lap(LapArgs),
@@ -126,6 +126,9 @@ struct CampaignArgs {
     /// Draw faults from the seed of each run (with --stepped)
     #[arg(long, requires = "stepped")]
     faults: bool,
+    /// Make all runs, also those that an interrupted campaign has left in the folder (with --stepped)
+    #[arg(long, requires = "stepped")]
+    fresh: bool,
     /// Runs at once; through the real programs each takes a processor or two [default: one; on the simulated clock one for
     /// each core]
     #[arg(long)]
@@ -136,7 +139,8 @@ struct CampaignArgs {
     /// No robot drives more rounds than this
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: Option<u32>,
-    /// Folder for campaign.json and a folder for each run [default: target/rig/campaign/SCENARIO]
+    /// Folder for campaign.json and what each run leaves: a folder, or a line of runs.jsonl on the simulated clock [default:
+    /// target/rig/campaign/SCENARIO]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -205,6 +209,7 @@ impl CampaignArgs {
                 stepped: self.stepped,
                 faults: self.faults,
                 keep: None,
+                fresh: self.fresh,
                 runs: self.runs,
                 jobs: self.jobs,
             },

@@ -57,6 +57,9 @@ pub struct Many {
     /// Of the faults, only those with these numbers, counted from 0
     #[arg(long, value_name = "N,N", value_delimiter = ',', requires = "faults")]
     pub keep: Option<Vec<usize>>,
+    /// Make all runs, also those that an interrupted campaign has left in the folder (with --stepped)
+    #[arg(long, requires = "stepped")]
+    pub fresh: bool,
     /// Runs, with this seed and the following ones
     #[arg(long, default_value_t = 1, value_parser = RangedU64ValueParser::<usize>::new().range(1..=1_000_000))]
     pub runs: usize,
@@ -76,6 +79,9 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
     if request.many.keep.is_some() && request.many.runs > 1 {
         let why = "--keep is for one run: each seed has other faults";
         return Err(Failure::refused(why));
+    }
+    if request.many.fresh && request.many.runs == 1 {
+        return Err(Failure::refused("--fresh is for many runs"));
     }
     match (request.many.stepped, request.many.runs) {
         (true, 1) => stepped_once(scenario, request, &out, &asked_to_end),
@@ -184,31 +190,33 @@ fn stepped_often(
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
     let cores = || std::thread::available_parallelism().ok();
-    let jobs = request
-        .many
-        .jobs
-        .or_else(cores)
-        .map_or(1, NonZeroUsize::get);
-    let (seed, runs) = (request.seed, request.many.runs);
-    let plans = plans(scenario, request)?;
-    let faults = request.many.faults;
-    let statistics = stepped::campaign(
-        scenario,
-        &plans,
-        seed..seed + runs as u64,
-        jobs,
-        faults,
-        asked_to_end,
-    )?;
-    statistics.print();
-    statistics.write(out)?;
-    let failed = statistics.failures.iter().filter(|_| faults);
+    let many = &request.many;
+    let (plans, runs) = (plans(scenario, request)?, many.runs);
+    let setup = stepped::Setup {
+        seeds: request.seed..request.seed + runs as u64,
+        faults: many.faults,
+        mediator: request.mediator,
+        nets: request.nets,
+        jobs: many.jobs.or_else(cores).map_or(1, NonZeroUsize::get),
+        arguments: arguments(request),
+        fresh: many.fresh,
+        out,
+    };
+    let statistics = stepped::campaign(scenario, &plans, &setup, asked_to_end)?;
+    if statistics.runs < runs {
+        return Err(Failure::failed(format_args!(
+            "interrupted after {} of {runs} runs, {} passed: the same command goes on from there{}",
+            statistics.runs,
+            statistics.passed,
+            if many.fresh { ", without --fresh" } else { "" }
+        )));
+    }
+    let failed = statistics.failures.iter().filter(|_| many.faults);
     for failure in failed.take(MOST_SHRUNK) {
         shrink(scenario, &plans, failure.seed, request, out)?;
     }
     let share = statistics.done as f64 / statistics.runs.max(1) as f64;
-    let made = statistics.clean == statistics.runs && statistics.runs == runs;
-    if made && share >= scenario.least_done_share {
+    if statistics.clean == runs && share >= scenario.least_done_share {
         return Ok(());
     }
     Err(Failure::failed(format_args!(

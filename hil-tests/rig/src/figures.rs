@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// What came out.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// From the start to the last look.
     pub duration_s: f64,
@@ -18,6 +18,7 @@ pub struct Figures {
     /// Collisions in which the robot stood and was run into.
     pub run_into: u64,
     /// Smallest distance of the footprint to anything.
+    #[serde(deserialize_with = "or_infinite")]
     pub min_clearance_m: f64,
     /// Largest error of the pose across a wall in view.
     pub max_pose_error_m: f64,
@@ -32,6 +33,7 @@ pub struct Figures {
     /// Errors of stops before areas.
     pub border_stop_errors_m: Vec<f64>,
     /// Least distance to an area without leave while the robot stood before it.
+    #[serde(deserialize_with = "or_infinite")]
     pub min_border_m: f64,
     /// Largest excess over the speed limit of the area under `base_link`.
     pub max_over_speed_m_s: f64,
@@ -45,4 +47,9 @@ pub struct Figures {
     pub states: Vec<String>,
     /// Areas that `base_link` was in.
     pub areas: BTreeSet<String>,
+}
+
+/// A least distance: JSON has `null` where nothing was near.
+pub(crate) fn or_infinite<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
 }

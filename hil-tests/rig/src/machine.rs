@@ -1,9 +1,9 @@
 //! The machine that figures were measured on.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The machine that figures were measured on.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Machine {
     /// Processor, as the kernel names it.
     pub processor: String,

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 
 use onboard::realtime::clock::sleep_until;
 use rustix::thread::{CpuSet, sched_setaffinity};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sim::rt::{monotonic_ns, promote};
 
 const PERIOD_NS: u64 = 1_000_000;
@@ -21,7 +21,7 @@ const PRIORITY: u8 = 99;
 const MOST: usize = 100_000;
 
 /// How often and how long the machine stalled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stalls {
     /// Times that a core was gone for more than 5 ms.
     pub count: usize,

@@ -1,9 +1,9 @@
 //! `summary.json`: what a run leaves for programs to read.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
-use crate::figures::Figures;
+use crate::figures::{Figures, or_infinite};
 use crate::machine::Machine;
 use crate::stalls::Stalls;
 use crate::violation::ViolationKind;
@@ -12,7 +12,7 @@ use crate::violation::ViolationKind;
 pub const DONE: &str = "done";
 
 /// The whole summary.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Summary {
     /// Name of the scenario.
     pub scenario: String,
@@ -45,7 +45,7 @@ pub struct Summary {
 }
 
 /// What happened to one robot.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RobotSummary {
     /// Its identity.
     pub id: String,
@@ -62,6 +62,7 @@ pub struct RobotSummary {
     /// Collisions.
     pub collisions: u64,
     /// Smallest distance of its footprint to anything.
+    #[serde(deserialize_with = "or_infinite")]
     pub min_clearance_m: f64,
     /// Largest distance of `base_link` from the lane's centre in areas that are driven forward on a lane.
     pub max_lateral_error_m: f64,
@@ -89,7 +90,7 @@ pub struct RobotSummary {
 }
 
 /// Counters of the bus.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct EthercatSummary {
     /// Exchanges.
     pub cycles: u64,
@@ -100,7 +101,7 @@ pub struct EthercatSummary {
 }
 
 /// Counters of the lidar.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct LidarSummary {
     /// Good scans.
     pub scans: u64,
@@ -109,7 +110,7 @@ pub struct LidarSummary {
 }
 
 /// Something that must not happen.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Violation {
     /// What happened.
     pub kind: ViolationKind,
@@ -122,7 +123,7 @@ pub struct Violation {
 }
 
 /// The mediator's processes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MediatorSummary {
     /// How often it was started.
     pub starts: u32,
@@ -133,7 +134,7 @@ pub struct MediatorSummary {
 }
 
 /// One area.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AreaSummary {
     /// Its id.
     pub id: String,
@@ -146,7 +147,7 @@ pub struct AreaSummary {
 }
 
 /// A robot had an area: one run of protocol 1. Times are seconds since the start, when messages were heard.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Holding {
     /// Area.
     #[serde(skip)]
@@ -169,7 +170,7 @@ pub struct Holding {
 }
 
 /// A net was run. Times are seconds since the start.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoordinationSummary {
     /// Its number.
     pub number: u64,
@@ -201,7 +202,7 @@ impl CoordinationSummary {
 }
 
 /// A role of a net and its robot.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartSummary {
     /// Role of the net.
     pub role: String,
@@ -210,7 +211,7 @@ pub struct PartSummary {
 }
 
 /// A transition fired.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FiringSummary {
     /// The transition.
     pub transition: String,
@@ -219,7 +220,7 @@ pub struct FiringSummary {
 }
 
 /// A distribution of latencies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Latency {
     /// How many were measured.
     pub count: usize,
@@ -232,7 +233,7 @@ pub struct Latency {
 }
 
 /// What had to be true while something else was.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DuringSummary {
     /// In a sentence.
     pub rule: String,

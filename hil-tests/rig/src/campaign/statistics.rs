@@ -1,12 +1,8 @@
 //! Statistics of many stepped runs: who passed, who failed and why, and the distribution of each figure.
 
-use std::path::Path;
-
-use onboard::cli::Failure;
 use serde::Serialize;
 
 use crate::figures::Figures;
-use crate::output::write_json;
 use crate::scenario::Scenario;
 use crate::summary::{RobotSummary, Summary};
 
@@ -38,7 +34,7 @@ pub struct Statistics {
     pub quantities: Vec<Quantity>,
     /// Simulated time of all runs.
     pub simulated_s: f64,
-    /// Time that took.
+    /// Time that took: of each session until its last finished run.
     pub elapsed_s: f64,
     /// Runs that failed, with their reasons.
     pub failures: Vec<FailedRun>,
@@ -165,16 +161,6 @@ impl Statistics {
             self.elapsed_s,
             self.simulated_s / self.elapsed_s.max(1e-9)
         );
-    }
-
-    /// Writes them as `stepped.json`.
-    ///
-    /// # Errors
-    /// [`Failure::Failed`] when the file cannot be written.
-    pub fn write(&self, out: &Path) -> Result<(), Failure> {
-        let file = write_json(out, "stepped.json", self)?;
-        println!("wrote {}", file.display());
-        Ok(())
     }
 }
 

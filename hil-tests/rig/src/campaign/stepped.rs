@@ -1,60 +1,150 @@
 //! Many runs on the simulated clock, in threads of this process.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Instant;
+use std::time::UNIX_EPOCH;
 
 use onboard::cli::Failure;
+use serde::Serialize;
 
+use super::ledger::{Head, Ledger};
 use super::pool::run_all;
 use super::statistics::Statistics;
+use crate::machine::Machine;
+use crate::output::write_json;
 use crate::run::{Run, look_on, record};
 use crate::scenario::Scenario;
 use crate::stepped::faults::faulted;
 use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
 
-/// Runs a scenario with these seeds in `jobs` threads, with `faults` drawn from each seed.
+/// What a campaign is.
+#[derive(Clone, Debug)]
+pub struct Setup<'a> {
+    /// The seeds of its runs.
+    pub seeds: Range<u64>,
+    /// Faults are drawn from each seed.
+    pub faults: bool,
+    /// The plans are with a mediator where the site asks for one.
+    pub mediator: bool,
+    /// The plans are with the site's nets.
+    pub nets: bool,
+    /// How many runs at once.
+    pub jobs: usize,
+    /// What the command line changes in the scenario.
+    pub arguments: Vec<String>,
+    /// Make all runs, also those that were made before.
+    pub fresh: bool,
+    /// Folder for `campaign.json` and `runs.jsonl`.
+    pub out: &'a Path,
+}
+
+/// `campaign.json`.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    /// What the command line changes in the scenario.
+    arguments: &'a [String],
+    machine: Machine,
+    jobs: usize,
+    /// First and last.
+    seeds: [u64; 2],
+    /// Whether they were drawn from the seeds.
+    drawn_faults: bool,
+    #[serde(flatten)]
+    statistics: &'a Statistics,
+}
+
+/// Runs a scenario many times; leaves `campaign.json`, also when it is asked to end. Runs that an earlier campaign of the same kind has left in the folder are not made again.
 ///
 /// # Errors
-/// [`Failure::Refused`] when a run cannot be built.
+/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when it cannot be written down.
 pub fn campaign(
     scenario: &Scenario,
     plans: &Plans,
-    seeds: Range<u64>,
-    jobs: usize,
-    faults: bool,
+    setup: &Setup<'_>,
     asked_to_end: &AtomicBool,
 ) -> Result<Statistics, Failure> {
-    let began = Instant::now();
-    let runs = usize::try_from(seeds.end - seeds.start).unwrap_or(usize::MAX);
-    let failed = AtomicUsize::new(0);
+    let ledger = Ledger::open(setup.out, &head(scenario, setup), setup.fresh)?;
+    let before = { setup.seeds.clone() }.filter_map(|seed| ledger.passed_before(seed));
+    let before: Vec<bool> = before.collect();
+    let seeds = { setup.seeds.clone() }.filter(|seed| ledger.passed_before(*seed).is_none());
+    let seeds: Vec<u64> = seeds.collect();
+    let runs = before.len() + seeds.len();
+    if let Some(why) = ledger.starts_over() {
+        println!("starts over: {why}");
+    }
+    if !before.is_empty() {
+        let made = before.len();
+        println!("resumed: {made} of {runs} runs were made before");
+    }
+    let failed = AtomicUsize::new(before.iter().filter(|passed| !**passed).count());
     let terminal = std::io::stdout().is_terminal();
     let one = |number: usize| {
-        let seed = seeds.start + number as u64;
-        let summary = if faults {
+        let seed = seeds[number];
+        let summary = if setup.faults {
             summary(&faulted(scenario, seed, None), plans, seed, true)?
         } else {
             summary(scenario, plans, seed, true)?
         };
         failed.fetch_add(usize::from(!summary.passed()), Ordering::Relaxed);
-        Ok(summary)
+        ledger.add(summary)
     };
-    let show = |_: &Summary, done: usize| {
+    let show = |_: &(), made: usize| {
         if terminal {
-            let (name, failed) = (&scenario.name, failed.load(Ordering::Relaxed));
+            let (name, done) = (&scenario.name, before.len() + made);
+            let failed = failed.load(Ordering::Relaxed);
             print!("\r\x1b[K{name}: {done} of {runs} runs, {failed} failed");
             // A closed terminal is no reason to stop.
             let _ = std::io::stdout().flush();
         }
     };
-    let summaries = run_all(runs, jobs, asked_to_end, one, show);
+    let made = run_all(seeds.len(), setup.jobs, asked_to_end, one, show);
     if terminal {
         print!("\r\x1b[K");
     }
-    let elapsed_s = began.elapsed().as_secs_f64();
-    Ok(Statistics::of(scenario, &summaries?, elapsed_s))
+    made?;
+    let (summaries, elapsed_s) = ledger.runs(&setup.seeds)?;
+    let statistics = Statistics::of(scenario, &summaries, elapsed_s);
+    statistics.print();
+    let report = Report {
+        arguments: &setup.arguments,
+        machine: Machine::here(),
+        jobs: setup.jobs,
+        seeds: [setup.seeds.start, setup.seeds.end - 1],
+        drawn_faults: setup.faults,
+        statistics: &statistics,
+    };
+    let file = write_json(setup.out, "campaign.json", &report)?;
+    println!("wrote {}", file.display());
+    Ok(statistics)
+}
+
+/// What decides the runs of a campaign, but for their seeds.
+fn head(scenario: &Scenario, setup: &Setup<'_>) -> Head {
+    let mut hasher = DefaultHasher::new();
+    // All that was read from files, with what the command line changes in it.
+    format!("{scenario:?}").hash(&mut hasher);
+    Head {
+        scenario: scenario.name.clone(),
+        files: format!("{:016x}", hasher.finish()),
+        faults: setup.faults,
+        mediator: setup.mediator,
+        nets: setup.nets,
+        program: program(),
+    }
+}
+
+/// Version and build: size and age of the executable, which is cheaper than to read all of it.
+fn program() -> String {
+    let executable = std::fs::metadata("/proc/self/exe").ok();
+    let bytes = executable.as_ref().map_or(0, std::fs::Metadata::len);
+    let changed = executable.and_then(|own| own.modified().ok());
+    let since = changed.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+    let ns = since.unwrap_or_default().as_nanos();
+    format!("{} of {bytes} bytes at {ns} ns", env!("CARGO_PKG_VERSION"))
 }
 
 /// One run on the simulated clock, and what came out. A robot that does not heed leave is a control.

@@ -1,0 +1,79 @@
+//! A stepped campaign that is killed goes on where it was, and comes to the same.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value as Json, json};
+
+/// A campaign of a few runs, one after the other, into this folder.
+fn campaign(out: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rig"));
+    command
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .args(["campaign", "overtaking", "--stepped", "--runs", "4"])
+        .args(["--rounds", "1", "--jobs", "1", "--out"])
+        .arg(out);
+    command
+}
+
+fn said(output: &Output) -> String {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    text(&output.stdout) + &text(&output.stderr)
+}
+
+/// What a campaign has left, but for the time that it took.
+fn left(out: &Path) -> Json {
+    let text = fs::read_to_string(out.join("campaign.json")).expect("campaign.json");
+    let mut json: Json = serde_json::from_str(&text).expect("JSON");
+    let elapsed_s = json["elapsed_s"].take();
+    assert!(elapsed_s.as_f64() > Some(0.1), "{elapsed_s}");
+    json
+}
+
+#[test]
+fn a_campaign_that_was_killed_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [killed, whole] = ["killed", "whole"].map(|name| folder.path().join(name));
+    let mut first = campaign(&killed)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("started");
+    let runs = killed.join("runs.jsonl");
+    let began = Instant::now();
+    let made = loop {
+        // The first line is the campaign itself.
+        let text = fs::read_to_string(&runs).unwrap_or_default();
+        let made = text.lines().count().saturating_sub(1);
+        if made > 0 {
+            break made;
+        }
+        let waits = began.elapsed() < Duration::from_secs(300);
+        assert!(waits && first.try_wait().is_ok_and(|ended| ended.is_none()));
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    first.kill().expect("killed");
+    first.wait().expect("ended");
+    assert!(made < 4 && !killed.join("campaign.json").exists());
+    // It was writing a line.
+    let mut text = fs::read_to_string(&runs).expect("there");
+    let made = text.lines().count() - 1;
+    text.push_str("{\"elapsed_s\":1.0,\"run\":{\"scen");
+    fs::write(&runs, text).expect("written");
+
+    let second = campaign(&killed).output().expect("run");
+    let said = said(&second);
+    assert!(second.status.success(), "{said}");
+    let resumed = format!("resumed: {made} of 4 runs were made before");
+    assert!(said.contains(&resumed), "{said}");
+    let third = campaign(&whole).output().expect("run");
+    assert!(third.status.success(), "{}", self::said(&third));
+    assert_eq!(left(&killed), left(&whole));
+    assert_eq!(left(&whole)["seeds"], json!([1, 4]));
+    assert_eq!(left(&whole)["passed"], 4);
+    // Nothing is left to do.
+    let fourth = campaign(&killed).output().expect("run");
+    assert!(self::said(&fourth).contains("resumed: 4 of 4"));
+    assert_eq!(left(&killed), left(&whole));
+}
