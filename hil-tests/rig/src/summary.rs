@@ -76,10 +76,10 @@ pub struct RobotSummary {
     pub ethercat: EthercatSummary,
     /// Counters of the lidar.
     pub lidar: LidarSummary,
-    /// Resident memory of the robot's process.
-    pub rss_mib: f64,
+    /// Resident memory of the robot's process; none on the simulated clock, where it is not one.
+    pub rss_mib: Option<f64>,
     /// Share of one core that the robot's process used.
-    pub cpu_percent: f64,
+    pub cpu_percent: Option<f64>,
     /// Faults that it raised, and how often.
     pub faults: Vec<(String, u64)>,
     /// How often the rig withheld leave for an area until the robot had waited.
@@ -127,10 +127,10 @@ pub struct Violation {
 pub struct MediatorSummary {
     /// How often it was started.
     pub starts: u32,
-    /// Largest resident memory.
-    pub rss_mib: f64,
+    /// Largest resident memory; none on the simulated clock.
+    pub rss_mib: Option<f64>,
     /// Share of one core that the last process used.
-    pub cpu_percent: f64,
+    pub cpu_percent: Option<f64>,
 }
 
 /// One area.

@@ -55,8 +55,40 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
 }
 
 #[test]
-fn the_fleet_bears_each_kind_of_fault_and_goes_on() {
-    for what in ScriptedKind::DRAWN {
+fn the_fleet_bears_what_goes_wrong_with_messages_and_processes() {
+    goes_on(|kind| kind.needs_mediator() || PROCESSES.contains(&kind));
+}
+
+#[test]
+fn the_fleet_bears_what_goes_wrong_with_devices() {
+    goes_on(|kind| DEVICES.contains(&kind));
+}
+
+#[test]
+fn the_fleet_bears_everything_else() {
+    let named = |kind| PROCESSES.contains(&kind) || DEVICES.contains(&kind);
+    goes_on(|kind| !kind.needs_mediator() && !named(kind));
+}
+
+const PROCESSES: [ScriptedKind; 4] = [
+    ScriptedKind::KillRobot,
+    ScriptedKind::Hang,
+    ScriptedKind::LateThreads,
+    ScriptedKind::Drift,
+];
+const DEVICES: [ScriptedKind; 7] = [
+    ScriptedKind::LoseFrames,
+    ScriptedKind::LeaveOp,
+    ScriptedKind::CutPower,
+    ScriptedKind::CutMotors,
+    ScriptedKind::BreakScans,
+    ScriptedKind::DelayScans,
+    ScriptedKind::Unplug,
+];
+
+/// Each of these kinds alone, while the slow robot is on its way into the lay-by.
+fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
+    for what in { ScriptedKind::DRAWN.into_iter() }.filter(|kind| concerns(*kind)) {
         let mut scenario = overtaking();
         scenario.faults = vec![fault(what)];
         let summary = ended(&scenario, 3);
@@ -64,9 +96,7 @@ fn the_fleet_bears_each_kind_of_fault_and_goes_on() {
         let expected = match what {
             ScriptedKind::Partition | ScriptedKind::KillMediator => Some("mediator-silent"),
             ScriptedKind::Stop => Some("operator-stop"),
-            ScriptedKind::LoseFrames | ScriptedKind::LeaveOp | ScriptedKind::CutPower => {
-                Some("bus-lost")
-            }
+            ScriptedKind::LeaveOp | ScriptedKind::CutPower => Some("bus-lost"),
             ScriptedKind::CutMotors => Some("motors-off"),
             ScriptedKind::BreakScans => Some("scan-broken"),
             ScriptedKind::Unplug => Some("lidar-lost"),
@@ -75,6 +105,12 @@ fn the_fleet_bears_each_kind_of_fault_and_goes_on() {
         if let Some(expected) = expected {
             assert!(raised(&summary, expected), "{what:?}: {summary:?}");
         }
+        let lost_frames = summary.robots[0].ethercat.lost_frames;
+        assert_eq!(
+            lost_frames > 100,
+            what == ScriptedKind::LoseFrames,
+            "{what:?}: {lost_frames}"
+        );
         let starts = summary.mediator.expect("a mediator").starts;
         let killed = u32::from(what == ScriptedKind::KillMediator);
         assert_eq!(starts, 1 + killed, "{what:?}");

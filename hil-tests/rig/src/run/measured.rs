@@ -2,23 +2,21 @@
 
 use config::RobotConfig;
 use serde_json::Value as Json;
+use sim::kelo::DriveStatistics;
 use sim::world::Truth;
 
 use crate::machine::round;
-use crate::process::Usage;
 use crate::summary::{EthercatSummary, LidarSummary, RobotSummary};
-use crate::testbed::Devices;
 use crate::violation::ViolationKind;
 
 /// Violations that the devices of a robot recorded, as kind and detail.
-pub(super) fn device_violations(
+pub(crate) fn device_violations(
     robot: &RobotConfig,
-    devices: &Devices,
+    statistics: &DriveStatistics,
 ) -> Vec<(ViolationKind, String)> {
     let mut found = Vec::new();
-    let statistics = devices.drive.statistics();
     let limit_rad_s = robot.drive.limits.max_wheel_speed_rad_s;
-    let largest_rad_s = largest_setpoint_rad_s(devices);
+    let largest_rad_s = largest_setpoint_rad_s(statistics);
     if largest_rad_s > limit_rad_s + 1e-3 || statistics.not_finite > 0 {
         found.push((
             ViolationKind::Setpoint,
@@ -38,17 +36,15 @@ pub(super) fn device_violations(
     found
 }
 
-fn largest_setpoint_rad_s(devices: &Devices) -> f64 {
-    let statistics = devices.drive.statistics();
+fn largest_setpoint_rad_s(statistics: &DriveStatistics) -> f64 {
     let (left, right) = (&statistics.left_rad_s, &statistics.right_rad_s);
     left.magnitude().max(right.magnitude())
 }
 
 /// A robot's part of the summary. `symbols` is the last that `onboard inspect --json` showed.
-pub(super) fn robot_summary(
+pub(crate) fn robot_summary(
     robot: &RobotConfig,
-    devices: &Devices,
-    usage: &Usage,
+    statistics: &DriveStatistics,
     truth: Option<&Truth>,
     symbols: &Json,
 ) -> RobotSummary {
@@ -66,7 +62,7 @@ pub(super) fn robot_summary(
         distance_m: round(truth.map_or(0.0, |truth| truth.distance_m)),
         collisions: truth.map_or(0, |truth| truth.collisions),
         min_clearance_m: round(truth.map_or(0.0, |truth| truth.min_clearance_m)),
-        max_setpoint_rad_s: round(largest_setpoint_rad_s(devices)),
+        max_setpoint_rad_s: round(largest_setpoint_rad_s(statistics)),
         threads: threads(symbols),
         ethercat: EthercatSummary {
             cycles: count(&drive, "cycles"),
@@ -77,8 +73,6 @@ pub(super) fn robot_summary(
             scans: count(&lidar, "scans"),
             dropped: count(&lidar, "dropped"),
         },
-        rss_mib: round(usage.largest_rss_mib()),
-        cpu_percent: round(usage.cpu_percent()),
         ..RobotSummary::default()
     }
 }

@@ -8,7 +8,7 @@ mod ending;
 mod execution;
 mod finish;
 pub mod live;
-mod measured;
+pub(crate) mod measured;
 pub mod member;
 mod printing;
 mod programs;

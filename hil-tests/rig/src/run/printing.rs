@@ -29,8 +29,9 @@ pub(super) fn print(summary: &Summary, out: &Path) {
     }
     if let Some(mediator) = &summary.mediator {
         println!(
-            "mediator: started {} times, {:.1} MiB, {:.1} % of one core",
-            mediator.starts, mediator.rss_mib, mediator.cpu_percent
+            "mediator: started {} times{}",
+            mediator.starts,
+            usage(mediator.rss_mib, mediator.cpu_percent)
         );
     }
     for coordination in &summary.coordinations {
@@ -80,8 +81,8 @@ pub(super) fn print(summary: &Summary, out: &Path) {
 
 fn print_robot(robot: &RobotSummary) {
     println!(
-        "{} ({}): {} of {} rounds, {:.2} m, {} collisions, clearance at least {:.3} m, lateral error at most {:.3} m, \
-         {:.1} MiB, {:.1} % of one core, {} lost frames, {} scans dropped",
+        "{} ({}): {} of {} rounds, {:.2} m, {} collisions, clearance at least {:.3} m, lateral error at most {:.3} m{}, \
+         {} lost frames, {} scans dropped",
         robot.id,
         robot.role,
         robot.laps,
@@ -90,11 +91,17 @@ fn print_robot(robot: &RobotSummary) {
         robot.collisions,
         robot.min_clearance_m,
         robot.max_lateral_error_m,
-        robot.rss_mib,
-        robot.cpu_percent,
+        usage(robot.rss_mib, robot.cpu_percent),
         robot.ethercat.lost_frames,
         robot.lidar.dropped
     );
+}
+
+/// What a process took of the machine; nothing where it was not one.
+fn usage(rss_mib: Option<f64>, cpu_percent: Option<f64>) -> String {
+    { rss_mib.zip(cpu_percent) }.map_or_else(String::new, |(rss_mib, cpu_percent)| {
+        format!(", {rss_mib:.1} MiB, {cpu_percent:.1} % of one core")
+    })
 }
 
 /// Devices and threads of a robot that is alone.

@@ -309,7 +309,8 @@ impl Execution for Stage {
             }
         }
         for (member, player) in self.members.iter().zip(&self.players) {
-            for (kind, detail) in device_violations(&player.config, &member.devices) {
+            let statistics = member.devices.drive.statistics();
+            for (kind, detail) in device_violations(&player.config, &statistics) {
                 found.push((kind, player.id.clone(), detail));
             }
         }
@@ -334,10 +335,11 @@ impl Execution for Stage {
                 .filter(|fault| fault.count > 0)
                 .map(|fault| (fault.name, fault.count))
                 .collect(),
+            rss_mib: Some(round(member.usage.largest_rss_mib())),
+            cpu_percent: Some(round(member.usage.cpu_percent())),
             ..robot_summary(
                 &player.config,
-                &member.devices,
-                &member.usage,
+                &member.devices.drive.statistics(),
                 truth,
                 &member.symbols,
             )
@@ -353,8 +355,8 @@ impl Execution for Stage {
         Some(MediatorRuns {
             summary: MediatorSummary {
                 starts: u32::try_from(mediator.spans_ns().len()).unwrap_or(u32::MAX),
-                rss_mib: round(mediator.usage.largest_rss_mib()),
-                cpu_percent: round(mediator.usage.cpu_percent()),
+                rss_mib: Some(round(mediator.usage.largest_rss_mib())),
+                cpu_percent: Some(round(mediator.usage.cpu_percent())),
             },
             spans_ns: mediator.spans_ns().to_vec(),
         })

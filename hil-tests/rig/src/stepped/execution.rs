@@ -10,9 +10,9 @@ use super::clock::START_NS;
 use super::fleet::{Leave, Member, Stepped};
 use super::robot::SteppedRobot;
 use crate::belief::Belief;
-use crate::machine::round;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
+use crate::run::measured::{device_violations, robot_summary};
 use crate::run::{Ending, Execution, Found, LOOK_NS, MediatorRuns};
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::violation::ViolationKind;
@@ -116,28 +116,34 @@ impl Execution for Stepped<'_> {
     }
 
     fn stop(&mut self) -> Vec<Found> {
+        for member in &mut self.robots {
+            let symbols = member.robot.as_ref().map(SteppedRobot::symbols);
+            member.symbols = symbols.unwrap_or_default();
+        }
+        let plans = &self.plans.robots;
+        let devices = { self.robots.iter().zip(plans) }.flat_map(|(member, (_, plan))| {
+            let found = device_violations(&plan.robot, &member.devices.drive());
+            { found.into_iter() }.map(|(kind, detail)| (kind, member.id.clone(), detail))
+        });
         let refused = |member: &Member| {
             let all = { member.robot.iter() }.flat_map(SteppedRobot::refused);
             let id = member.id.clone();
             all.map(move |why| (ViolationKind::Instruction, id.clone(), why))
                 .collect::<Vec<_>>()
         };
-        self.robots.iter().flat_map(refused).collect()
+        { self.robots.iter().flat_map(refused) }
+            .chain(devices)
+            .collect()
     }
 
     fn robot_summary(&self, robot: usize, truth: Option<&Truth>) -> RobotSummary {
-        let truth = truth.copied().unwrap_or_default();
-        let own = &self.robots[robot];
+        let (own, (_, plan)) = (&self.robots[robot], &self.plans.robots[robot]);
         RobotSummary {
-            id: own.id.clone(),
-            distance_m: round(truth.distance_m),
-            collisions: truth.collisions,
-            min_clearance_m: round(truth.min_clearance_m),
             faults: { Fault::ALL.into_iter() }
                 .map(|fault| (fault.name().to_owned(), own.faults.state(fault).count))
                 .filter(|(_, count)| *count > 0)
                 .collect(),
-            ..RobotSummary::default()
+            ..robot_summary(&plan.robot, &own.devices.drive(), truth, &own.symbols)
         }
     }
 

@@ -4,6 +4,7 @@ use contract::wire::{MediatorReport, RobotReport, RobotState};
 use contract::{Message as _, decode, keys};
 use onboard::cli::Failure;
 use onboard::symbols::faults::FaultTable;
+use serde_json::Value as Json;
 use sim::world::{ObstacleId, Random, SharedWorld};
 
 use super::clock::{START_NS, STEP_NS};
@@ -79,6 +80,8 @@ pub(super) struct Member {
     /// When an operator reset it last.
     pub(super) reset_ns: u64,
     pub(super) faults: FaultTable,
+    /// What its symbols said when it was stopped.
+    pub(super) symbols: Json,
     /// The areas that the rig has given it leave for.
     pub(super) allowed: Vec<bool>,
 }
@@ -116,6 +119,7 @@ impl<'a> Stepped<'a> {
                     killed: false,
                     reset_ns: 0,
                     faults: FaultTable::default(),
+                    symbols: Json::Null,
                     allowed: Vec::new(),
                 })
             })

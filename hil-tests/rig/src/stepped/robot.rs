@@ -20,6 +20,7 @@ use onboard::composition::compose::{
 };
 use onboard::composition::plan::{Plan, thread_names};
 use onboard::process::ctl::{Pending, Request};
+use onboard::process::inspect::snapshot;
 use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
 use onboard::process::runner::{EventLoop, Trigger};
@@ -30,6 +31,7 @@ use onboard::realtime::wake::Wake;
 use onboard::symbols::faults::FaultTable;
 use onboard::symbols::values::{Name, RobotMode};
 use onboard::symbols::wiring::Wiring;
+use serde_json::Value as Json;
 use sim::world::Random;
 
 use super::clock::STEP_NS;
@@ -78,6 +80,8 @@ pub struct SteppedRobot {
     requests: VecDeque<Request>,
     refused: Arc<Mutex<Vec<String>>>,
     insight: Insight,
+    id: String,
+    runtime: Runtime,
     leave: Option<Leave>,
     /// How likely a thread is late, and by how much at most.
     late: (f64, u64),
@@ -222,6 +226,8 @@ impl SteppedRobot {
             ahead_ns: 0.0,
             stepped_ns: now_ns,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
+            id: id.clone(),
+            runtime,
             _table: wiring.table,
             _ports: ports,
         })
@@ -288,6 +294,12 @@ impl SteppedRobot {
     /// The faults that it has had, and has.
     pub fn faults(&mut self) -> FaultTable {
         self.insight.faults()
+    }
+
+    /// What its symbols say, as `onboard inspect --json` prints it.
+    #[must_use]
+    pub fn symbols(&self) -> Json {
+        snapshot(&self.runtime, &self.id).unwrap_or_default()
     }
 
     /// Gives leave for areas, in the site's order, where the rig says where the robot may be.

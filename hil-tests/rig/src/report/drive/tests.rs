@@ -68,8 +68,8 @@ fn summary(duration_s: f64) -> Summary {
         max_lateral_error_m: 0.0456,
         max_speed_m_s: 0.4,
         max_setpoint_rad_s: 8.0,
-        rss_mib: 30.0,
-        cpu_percent: 10.0,
+        rss_mib: Some(30.0),
+        cpu_percent: Some(10.0),
         ..RobotSummary::default()
     };
     Summary {

@@ -39,8 +39,8 @@ pub(super) fn member(id: &str, role: &str) -> RobotSummary {
         min_clearance_m: 0.234,
         max_speed_m_s: 0.4,
         threads: threads(),
-        rss_mib: 18.0,
-        cpu_percent: 8.5,
+        rss_mib: Some(18.0),
+        cpu_percent: Some(8.5),
         role: role.to_owned(),
         wanted: 2,
         done_s: Some(96.4),
@@ -251,8 +251,8 @@ pub(super) fn overtaking() -> Record {
     summary.robots = vec![member("amr-1", "normal"), member("amr-2", "emergency")];
     summary.mediator = Some(MediatorSummary {
         starts: 1,
-        rss_mib: 14.0,
-        cpu_percent: 1.5,
+        rss_mib: Some(14.0),
+        cpu_percent: Some(1.5),
     });
     summary.grants = Latency::of(&record.grant_latency_ms);
     summary.commands = Latency::of(&record.command_latency_ms);
