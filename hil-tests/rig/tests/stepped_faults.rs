@@ -51,6 +51,7 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
         robot: keys.robot.map(|_| "amr-1".to_owned()),
         share: keys.share.then_some(0.7 * what.most_share()),
         by_s: keys.by_s.then_some(0.5 * what.most_by_s()),
+        thread: None,
     }
 }
 
@@ -160,6 +161,7 @@ fn a_robot_that_stays_cut_off_keeps_its_areas_and_the_run_fails() {
         robot: Some("amr-1".to_owned()),
         share: None,
         by_s: None,
+        thread: None,
     }];
     let summary = ended(&scenario, 3);
     assert!(

@@ -23,6 +23,9 @@ pub struct ScriptedFault {
     /// By how much, seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_s: Option<f64>,
+    /// Of the robot's threads only this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thread: Option<String>,
 }
 
 /// What goes wrong.
@@ -226,6 +229,8 @@ impl ScriptedFault {
         );
         key("share", self.share.is_some(), keys.share, keys.share);
         key("by_s", self.by_s.is_some(), keys.by_s, keys.by_s);
+        let may = self.what == ScriptedKind::LateThreads;
+        key("thread", self.thread.is_some(), may, false);
         if let Some(robot) = &self.robot
             && !robots.contains(&robot.as_str())
         {
@@ -255,6 +260,9 @@ impl fmt::Display for ScriptedFault {
         if let Some(by_s) = self.by_s {
             write!(f, ", by_s = {by_s:?}")?;
         }
+        if let Some(thread) = &self.thread {
+            write!(f, ", thread = {thread:?}")?;
+        }
         f.write_str(" }")
     }
 }
@@ -274,6 +282,7 @@ mod tests {
             "{ at_s = 12.5, for_s = 3.0, what = \"partition\", robot = \"amr-1\" }",
             "{ at_s = 0.25, for_s = 0.5, what = \"lose\", share = 0.3 }",
             "{ at_s = 1.0, for_s = 2.0, what = \"delay\", robot = \"amr-1\", by_s = 0.125 }",
+            "{ at_s = 1.0, for_s = 2.0, what = \"late-threads\", robot = \"amr-1\", share = 0.5, by_s = 0.125, thread = \"motion\" }",
         ];
         let text = format!("faults = [{}]", lines.join(", "));
         let File { faults } = toml::from_str(&text).expect("good");
@@ -297,6 +306,7 @@ mod tests {
             robot: Some("amr-1".into()),
             share: None,
             by_s: Some(f64::NAN),
+            thread: Some("motion".into()),
         };
         assert_eq!(
             fault.complaints(&["amr-1"]),
@@ -305,6 +315,7 @@ mod tests {
                 "found by_s = NaN, expected 0 to 60",
                 "found `robot`, expected none for this fault",
                 "found `by_s`, expected none for this fault",
+                "found `thread`, expected none for this fault",
             ]
         );
         let nobody = ScriptedFault {
@@ -312,6 +323,7 @@ mod tests {
             what: ScriptedKind::Hang,
             robot: None,
             by_s: None,
+            thread: None,
             ..fault
         };
         assert_eq!(

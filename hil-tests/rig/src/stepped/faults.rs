@@ -64,6 +64,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
         by_s: keys
             .by_s
             .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
+        thread: None,
     }
 }
 
@@ -96,6 +97,17 @@ pub(super) struct Weather {
     pub(super) lost: f64,
     pub(super) repeated: f64,
     pub(super) delay_ns: f64,
+}
+
+/// How late threads are.
+#[derive(Clone, Debug)]
+pub(super) struct Lateness {
+    /// How likely a wake-up is late.
+    pub(super) share: f64,
+    /// By how much at most.
+    pub(super) by_ns: u64,
+    /// Only this thread.
+    pub(super) thread: Option<String>,
 }
 
 /// A run's faults, with times of the simulated clock.
@@ -187,6 +199,18 @@ impl Schedule {
             .filter(|own| own.fault.what == what && own.robot == robot)
             .filter_map(|own| of(&own.fault))
             .fold(0.0, f64::max)
+    }
+
+    /// How late threads of a robot are.
+    pub(super) fn lateness(&self, robot: usize) -> Vec<Lateness> {
+        { self.lasting() }
+            .filter(|own| own.fault.what == ScriptedKind::LateThreads && own.robot == Some(robot))
+            .map(|own| Lateness {
+                share: own.fault.share.unwrap_or(0.0),
+                by_ns: (own.fault.by_s.unwrap_or(0.0) * 1e9) as u64,
+                thread: own.fault.thread.clone(),
+            })
+            .collect()
     }
 
     /// What happens to messages from and to a robot.

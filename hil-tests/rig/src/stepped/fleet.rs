@@ -194,10 +194,7 @@ impl<'a> Stepped<'a> {
         let member = &mut self.robots[number];
         let mut robot = SteppedRobot::new(plan, files, folder, &member.devices, start)?;
         robot.allow(&member.allowed);
-        robot.be_late(
-            self.faults.share(ScriptedKind::LateThreads, number),
-            self.faults.by_ns(ScriptedKind::LateThreads, Some(number)),
-        );
+        robot.be_late(self.faults.lateness(number));
         robot.drift(self.faults.share(ScriptedKind::Drift, number));
         member.robot = Some(robot);
         Ok(())

@@ -95,7 +95,12 @@ impl Stepped<'_> {
         let by_ns = self.faults.by_ns(what, Some(number));
         let Member { devices, robot, .. } = &mut self.robots[number];
         match what {
-            ScriptedKind::LateThreads => robot.iter_mut().for_each(|own| own.be_late(share, by_ns)),
+            ScriptedKind::LateThreads => {
+                let lateness = self.faults.lateness(number);
+                robot
+                    .iter_mut()
+                    .for_each(|own| own.be_late(lateness.clone()));
+            }
             ScriptedKind::Drift => robot.iter_mut().for_each(|own| own.drift(share)),
             ScriptedKind::LoseFrames => devices.bus.lose(share),
             ScriptedKind::LeaveOp if begins => devices.bus.faults.drop_to_safeop(0),

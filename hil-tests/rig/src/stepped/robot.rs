@@ -36,6 +36,7 @@ use sim::world::Random;
 
 use super::clock::STEP_NS;
 use super::devices::Devices;
+use super::faults::Lateness;
 use super::leave::Leave;
 use super::thread::{Step, Thread, ThreadClock};
 use crate::belief::{Belief, Insight};
@@ -65,8 +66,8 @@ pub struct Start {
 
 /// What has a thread of its own in the robot file.
 enum Running {
-    /// A thread, as it is.
-    Thread(Thread),
+    /// A thread, as it is, and its name.
+    Thread(String, Thread),
     /// The asynchronous one: tokio cannot run here.
     Asynchronous(Asynchronous),
 }
@@ -83,8 +84,8 @@ pub struct SteppedRobot {
     id: String,
     runtime: Runtime,
     leave: Option<Leave>,
-    /// How likely a thread is late, and by how much at most.
-    late: (f64, u64),
+    /// How its threads are late.
+    late: Vec<Lateness>,
     random: Random,
     /// How fast its clock gets ahead of the world's,
     drift: f64,
@@ -186,12 +187,13 @@ impl SteppedRobot {
                     _ => {
                         let trigger = Trigger::of(thread, &scan_wake);
                         let shared = Arc::clone(&clock);
-                        Running::Thread(Thread::new(clock, move || {
+                        let body = move || {
                             let mut own = EventLoop::new(trigger, activities, report, shared);
                             loop {
                                 own.cycle();
                             }
-                        }))
+                        };
+                        Running::Thread(thread.name.clone(), Thread::new(clock, body))
                     }
                 },
             )
@@ -220,7 +222,7 @@ impl SteppedRobot {
             requests: VecDeque::new(),
             refused: Arc::default(),
             leave,
-            late: (0.0, 0),
+            late: Vec::new(),
             random,
             drift: 0.0,
             ahead_ns: 0.0,
@@ -233,9 +235,9 @@ impl SteppedRobot {
         })
     }
 
-    /// From now on each wake-up of its threads is late with this probability, by up to this.
-    pub(super) fn be_late(&mut self, share: f64, by_ns: u64) {
-        self.late = (share, by_ns);
+    /// From now on its threads are late in these ways.
+    pub(super) fn be_late(&mut self, lateness: Vec<Lateness>) {
+        self.late = lateness;
     }
 
     /// From now on its clock runs faster than the world's by this share.
@@ -259,12 +261,9 @@ impl SteppedRobot {
         }
         for thread in &mut self.threads {
             match thread {
-                Running::Thread(thread) => thread.go_on(step, || {
-                    let (share, by_ns) = self.late;
-                    let is_late = share > 0.0 && self.random.unit() < share;
-                    let late = if is_late { self.random.unit() } else { 0.0 };
-                    (late * by_ns as f64) as u64
-                }),
+                Running::Thread(name, thread) => {
+                    thread.go_on(step, || late_ns(&self.late, name, &mut self.random));
+                }
                 Running::Asynchronous(asynchronous) => asynchronous.go_on(now_ns),
             }
         }
@@ -366,6 +365,19 @@ impl Asynchronous {
             self.activities.step(|| now_ns);
         }
     }
+}
+
+/// How late a thread of this name wakes up.
+fn late_ns(lateness: &[Lateness], name: &str, random: &mut Random) -> u64 {
+    { lateness.iter() }
+        .filter(|own| own.thread.as_ref().is_none_or(|thread| thread == name))
+        .map(|own| {
+            let is_late = random.unit() < own.share;
+            let late = if is_late { random.unit() } else { 0.0 };
+            (late * own.by_ns as f64) as u64
+        })
+        .max()
+        .unwrap_or(0)
 }
 
 /// How long after the robot a thread starts: less than a period, in whole steps.
