@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use rig::campaign::stepped::summary;
 use rig::run::{Run, look_on, record};
-use rig::scenario::{Changes, Scenario, load};
+use rig::scenario::{Changes, Scenario, ScriptedFault, load};
 use rig::stepped::{Plans, Stepped};
 use rig::summary::Summary;
 use rig::violation::ViolationKind;
@@ -41,6 +41,29 @@ fn a_robot_drives_the_whole_course_within_its_leave() {
         "{outcome:?}"
     );
     assert!(figures.min_clearance_m > 0.1 && figures.distance_m > 45.0);
+}
+
+#[test]
+fn neither_late_threads_nor_lost_frames_turn_what_a_robot_believes() {
+    let mut course = scenario("course", 600.0);
+    let lasting = |what: &str| {
+        let fault = format!("at_s = 0.0, for_s = 600.0, robot = \"amr-1\", {what}");
+        toml::from_str::<ScriptedFault>(&fault.replace(", ", "\n")).expect("a fault")
+    };
+    course.faults = vec![
+        lasting("what = \"late-threads\", share = 0.05, by_s = 0.03"),
+        lasting("what = \"lose-frames\", share = 0.1"),
+    ];
+    let outcome = trial(&course, 3, true);
+    assert!(outcome.passed(), "{}", outcome.reason());
+    let robot = &outcome.robots[0];
+    assert!(robot.ethercat.lost_frames > 1000, "{outcome:?}");
+    let figures = robot.figures.as_ref().expect("it was looked at");
+    // A pose with the stamp of another time was 2 degrees off while the robot turned.
+    assert!(
+        figures.max_heading_error_rad.to_degrees() < 0.8,
+        "{outcome:?}"
+    );
 }
 
 #[test]

@@ -37,6 +37,8 @@ pub struct Navigation {
     asked: Option<Asked>,
     odometry: Stamped<Odometry>,
     output: Option<NavigationOutput>,
+    /// When its pose was the robot's.
+    pose_ns: u64,
     speed_share: f64,
     schedule_changes: u64,
     laps: u64,
@@ -62,6 +64,7 @@ impl Navigation {
             asked: None,
             odometry: Stamped::default(),
             output: None,
+            pose_ns: 0,
             speed_share: 1.0,
             schedule_changes: 0,
             laps: 0,
@@ -127,6 +130,7 @@ impl Navigation {
             output.lateral_error_m,
         );
         self.output = Some(output);
+        self.pose_ns = self.odometry.stamp_ns;
     }
 
     /// The operator who resets a lost robot has put it at its start.
@@ -233,7 +237,8 @@ impl Navigation {
         };
         let mut command = self.membership.limited(output.command);
         command.speed_m_s *= self.speed_share;
-        self.symbols.pose.write(now_ns, &pose);
+        // Of the time of the odometry that it is made of: by now a robot that turns has turned on.
+        self.symbols.pose.write(self.pose_ns, &pose);
         self.symbols.state.write(now_ns, &state);
         self.symbols.command.write(
             now_ns,
