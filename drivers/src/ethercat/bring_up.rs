@@ -44,8 +44,12 @@ impl Bus {
             options,
         };
         steps.count()?;
+        let had_address = steps.has_address()?;
         let group = steps.initialise()?;
-        let identity = steps.identify(&group, expected)?;
+        let identity = FoundSubDevice {
+            had_address,
+            ..steps.identify(&group, expected)?
+        };
         let group = steps.map(group, expected)?;
         let (outputs, watchdog_ms) = (expected.outputs_bytes, expected.watchdog_ms);
         steps.run(Phase::Watchdog, async |main_device| {
@@ -175,6 +179,17 @@ impl Steps {
         }
     }
 
+    /// Whether the SubDevice has the address that bring-ups give, before this one does: controllers start without one.
+    fn has_address(&mut self) -> Result<bool, BringUpError> {
+        let address = self.run(Phase::Counting, async |main_device| {
+            let register = RegisterAddress::ConfiguredStationAddress;
+            Command::aprd(0, register.into())
+                .receive::<u16>(main_device)
+                .await
+        })?;
+        Ok(address == FIRST_ADDRESS)
+    }
+
     fn initialise(
         &mut self,
     ) -> Result<SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>, BringUpError> {
@@ -238,6 +253,7 @@ impl Steps {
             product_code,
             revision,
             serial,
+            had_address: false,
         })
     }
 

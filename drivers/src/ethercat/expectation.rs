@@ -58,4 +58,6 @@ pub struct FoundSubDevice {
     pub revision: u32,
     /// Serial number.
     pub serial: u32,
+    /// It still had the station address of an earlier bring-up: its controller has had power ever since.
+    pub had_address: bool,
 }

@@ -36,6 +36,21 @@ fn reaches_op_and_tells_what_it_found() {
 }
 
 #[test]
+fn it_tells_whether_the_sub_device_has_had_power_since_the_last_bring_up() {
+    let link = SegmentLink::of([Mirror::default()]);
+    let had_address = || {
+        let bus = Bus::bring_up(link.boxed(), &expectation(), BringUpOptions::default());
+        bus.expect("it comes up").identity().had_address
+    };
+    assert!(!had_address());
+    assert!(had_address() && had_address());
+    link.faults.power_off(0);
+    assert!(Bus::bring_up(link.boxed(), &expectation(), impatient()).is_err());
+    link.faults.power_on(0);
+    assert!(!had_address() && had_address());
+}
+
+#[test]
 fn another_vendor_or_product_is_refused_by_name() {
     let other = |identity| {
         SegmentLink::of([Mirror {

@@ -37,8 +37,10 @@ use description::wheels::EncoderAngles;
 
 /// Longest step that is bridged with the last twist when a sample has to be rejected.
 const BRIDGE_S: f64 = 0.05;
-/// A gap longer than this takes the new encoder values as they are, without moving.
+/// After a gap longer than this, values that are not possible are taken as they are, without moving.
 const LONGEST_GAP_S: f64 = 5.0;
+/// However long the gap, a robot does not drive for longer in it: its drive stops without setpoints.
+const LONGEST_MOTION_S: f64 = 1.0;
 /// After this many stamps in a row before the last accepted one, the clock counts as set back.
 const BACKWARD_RUN: u32 = 20;
 /// Pivot rate that a hand or a bump can add to that of the wheels, rad/s.
@@ -100,8 +102,8 @@ pub enum OdometryFault {
         /// By how much.
         by_ns: u64,
     },
-    /// The gap since the last sample is too long to know the way between.
-    #[error("no encoder sample for {gap_s:.2} s")]
+    /// After a long gap the encoders said what is not possible.
+    #[error("no encoder sample for {gap_s:.2} s, and then one that does not follow from the last")]
     Gap {
         /// How long.
         gap_s: f64,
@@ -198,7 +200,7 @@ impl DeadReckoning {
         self.counters
     }
 
-    /// Takes the next sample as a new beginning without moving: after the bus came back, or the encoders restarted.
+    /// Takes the next sample as a new beginning without moving: after the encoders restarted.
     pub fn rebase(&mut self) {
         self.last = None;
         self.odometry.twist = Twist2::default();
@@ -241,11 +243,6 @@ impl DeadReckoning {
             return Ok(self.odometry);
         }
         let dt_s = (stamp_ns - last.stamp_ns) as f64 * 1e-9;
-        if dt_s > LONGEST_GAP_S {
-            self.counters.gaps += 1;
-            self.begin(sample);
-            return Err(OdometryFault::Gap { gap_s: dt_s });
-        }
         match self.increments(&last.angles, &sample.angles, dt_s) {
             Ok((unit_m, pivot_rad)) => {
                 self.integrate(unit_m, pivot_rad, dt_s);
@@ -255,6 +252,11 @@ impl DeadReckoning {
                 self.odometry.steering_rad = wrap_angle(sample.angles.pivot_rad);
                 self.odometry.refused = self.counters.rejected();
                 Ok(self.odometry)
+            }
+            Err(_) if dt_s > LONGEST_GAP_S => {
+                self.counters.gaps += 1;
+                self.begin(sample);
+                Err(OdometryFault::Gap { gap_s: dt_s })
             }
             Err(fault) => {
                 self.counters.jumps += 1;
@@ -283,9 +285,15 @@ impl DeadReckoning {
         dt_s: f64,
     ) -> Result<(f64, f64), OdometryFault> {
         // A fifth above the limit: the drive's speed loop overshoots.
-        let limit_rad = 1.2 * self.max_wheel_speed_rad_s * dt_s + 0.02;
-        let left_rad = possible_increment(sample.left_rad - last.left_rad, limit_rad);
-        let right_rad = possible_increment(sample.right_rad - last.right_rad, limit_rad);
+        let driven_s = dt_s.min(LONGEST_MOTION_S);
+        let limit_rad = 1.2 * self.max_wheel_speed_rad_s * driven_s + 0.02;
+        // After a long gap nobody knows whether an encoder has wrapped.
+        let possible = |raw_rad: f64| {
+            let wraps = dt_s <= LONGEST_MOTION_S && raw_rad.abs() > limit_rad;
+            if wraps { wrap_angle(raw_rad) } else { raw_rad }
+        };
+        let left_rad = possible(sample.left_rad - last.left_rad);
+        let right_rad = possible(sample.right_rad - last.right_rad);
         if left_rad.abs() > limit_rad || right_rad.abs() > limit_rad {
             return Err(OdometryFault::WheelJump {
                 left_rad,
@@ -340,15 +348,6 @@ impl DeadReckoning {
         self.odometry.pose = self.odometry.pose.advance(step, 1.0);
         self.odometry.distance_m += step.v_m_s.abs();
         self.odometry.turned_rad += step.omega_rad_s.abs();
-    }
-}
-
-/// The increment as it is when it is possible, otherwise as if the encoder had wrapped.
-fn possible_increment(raw_rad: f64, limit_rad: f64) -> f64 {
-    if raw_rad.abs() <= limit_rad {
-        raw_rad
-    } else {
-        wrap_angle(raw_rad)
     }
 }
 

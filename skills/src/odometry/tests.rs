@@ -177,6 +177,23 @@ fn what_is_not_finite_or_too_late_is_counted() {
 }
 
 #[test]
+fn what_the_wheels_did_while_nobody_listened_is_motion() {
+    for gap_ns in [1_200_000_000, 20_000_000_000] {
+        let (mut encoders, mut dead_reckoning) = started();
+        let mut sample = encoders.step(0.4, 0.0);
+        for _ in 0..40 {
+            sample = encoders.step(0.4, 0.5);
+        }
+        // It rolled on, came to rest, and stood.
+        sample.stamp_ns += gap_ns;
+        dead_reckoning.update(&sample).expect("possible");
+        let off_m = error_m(&encoders, &dead_reckoning);
+        assert!(off_m < 2e-3, "{off_m} m");
+        assert_eq!(dead_reckoning.counters().rejected(), 0);
+    }
+}
+
+#[test]
 fn impossible_geometry_is_refused() {
     let good = TricycleGeometry::default();
     let flat = TricycleGeometry {

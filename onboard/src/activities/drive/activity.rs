@@ -43,6 +43,8 @@ pub struct Drive {
     wanted: Stamped<WheelSetpoints>,
     inputs: Inputs,
     status: DriveStatus,
+    /// How often the drive's encoders have begun to count.
+    encoder_epoch: u64,
     answered_ns: u64,
     lost_since_ns: u64,
     limits: SetpointLimits,
@@ -86,6 +88,7 @@ impl Drive {
             wanted: Stamped::default(),
             inputs: Inputs::default(),
             status: DriveStatus::default(),
+            encoder_epoch: 0,
             answered_ns: 0,
             lost_since_ns: 0,
             limits,
@@ -125,6 +128,9 @@ impl Drive {
                     "bus is up on {}: {}, serial {}",
                     identity.link, identity.name, identity.serial
                 ));
+                // Without power its encoders forgot how far they had counted.
+                let began = !identity.had_address || self.encoder_epoch == 0;
+                self.encoder_epoch += u64::from(began);
                 self.bus = Some(bus);
                 self.ramp.reset();
                 self.answered_ns = self.clock.now_ns();
@@ -295,7 +301,7 @@ impl Drive {
         let encoders = encoders(
             &Feedback::from(&self.inputs),
             self.settings.pivot_zero_rad,
-            self.status.bring_ups,
+            self.encoder_epoch,
         );
         self.symbols.encoders.write(now_ns, &encoders);
     }

@@ -53,7 +53,7 @@ pub struct Settings {
 /// Opens the link to the bus; called again after each loss.
 pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
 
-/// What the encoders say, in the robot's terms; `epoch` counts bring-ups.
+/// What the encoders say, in the robot's terms; `epoch` says since when they count.
 pub(super) fn encoders(feedback: &Feedback, pivot_zero_rad: f64, epoch: u64) -> Encoders {
     Encoders {
         angles: EncoderAngles {
