@@ -13,8 +13,10 @@ use description::site::ControllerConfig;
 pub struct Shift {
     /// Of the path on the lane from its centre, positive to the left.
     pub offset_m: f64,
-    /// Length of the change.
+    /// Length of the change,
     pub within_m: f64,
+    /// which is planned for this way to the side; 0 where no lane comes before.
+    pub aside_m: f64,
 }
 
 impl Shift {
@@ -25,6 +27,7 @@ impl Shift {
     ) -> Result<(Self, Lanes), KeyError> {
         let lane = case.lane()?;
         case.check_offset(lane, offset_m)?;
+        let mut most_m: f64 = 0.0;
         for before in case.graph.just_before(case.state) {
             let Some(from) = case.graph.of(before).lane else {
                 continue;
@@ -36,13 +39,19 @@ impl Shift {
             };
             let (from, to) = (&case.geometry(from).line, &case.geometry(lane).line);
             let aside_m = to.lateral_m(from.a) + before_m - offset_m;
+            most_m = most_m.max(aside_m.abs());
             manoeuvre::check_beside(from, to)
                 .and_then(|()| {
                     manoeuvre::check_shift(aside_m, within_m, case.robot.max_curvature_1_m)
                 })
                 .map_err(|error| case.impossible(error))?;
         }
-        Ok((Self { offset_m, within_m }, case.on_lane(Some(lane))))
+        let shift = Self {
+            offset_m,
+            within_m,
+            aside_m: most_m,
+        };
+        Ok((shift, case.on_lane(Some(lane))))
     }
 }
 
@@ -50,10 +59,17 @@ impl Behaviour for Shift {
     fn motion(&self, start: &Start) -> Motion {
         Motion::onto_lane(start, self.offset_m, Arrival::SHIFT, |onto| {
             let max_curvature_1_m = start.max_curvature_1_m;
+            // After a restart on the way a part of it is done.
+            let aside_m = onto.lateral_m(start.pose.position()) - self.offset_m;
+            let left = if self.aside_m > 0.0 {
+                (aside_m.abs() / self.aside_m).min(1.0)
+            } else {
+                1.0
+            };
             manoeuvre::shift(
                 onto,
                 self.offset_m,
-                self.within_m,
+                left * self.within_m,
                 max_curvature_1_m,
                 start.pose,
             )
