@@ -35,6 +35,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "contract",
             "coordination",
             "description",
+            "drivers",
             "mediator",
             "onboard",
             "sim",

@@ -78,7 +78,8 @@ impl Stage {
     fn run(&mut self, seconds: u64, mut done: impl FnMut(&Belief, &World) -> bool) -> bool {
         for step in 0..1000 * seconds {
             self.world.lock().advance_to(self.now_ns);
-            self.devices.step(self.now_ns, Some(&mut self.robot));
+            let (robot, now_ns) = (&mut self.robot, self.now_ns);
+            self.devices.step(now_ns, || robot.step(now_ns));
             self.now_ns += MILLISECOND_NS;
             if step % 100 == 0 && done(&self.robot.belief(), &self.world.lock()) {
                 return true;

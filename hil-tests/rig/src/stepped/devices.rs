@@ -11,7 +11,6 @@ use sim::world::SharedWorld;
 
 use super::bus::Bus;
 use super::lidar::Lidar;
-use super::robot::SteppedRobot;
 use super::thread::ThreadClock;
 use crate::testbed::simulated_drive;
 
@@ -38,12 +37,10 @@ impl Devices {
         })
     }
 
-    /// One step of the devices and of what runs on them, if it runs: turns of the lidar, threads, watchdogs, wheels.
-    pub fn step(&self, now_ns: u64, robot: Option<&mut SteppedRobot>) {
+    /// One step of the devices: turns of the lidar, what runs on them, watchdogs and wheels.
+    pub fn step(&self, now_ns: u64, what_runs: impl FnOnce()) {
         self.lidar.cycle(now_ns);
-        if let Some(robot) = robot {
-            robot.step(now_ns);
-        }
+        what_runs();
         self.bus.cycle(now_ns);
     }
 

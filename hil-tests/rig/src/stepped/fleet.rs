@@ -261,7 +261,8 @@ impl<'a> Stepped<'a> {
         let hangs = self.faults.lasts(ScriptedKind::Hang, Some(number));
         let member = &mut self.robots[number];
         let running = member.robot.as_mut().filter(|_| !hangs);
-        member.devices.step(now_ns, running);
+        let step = || running.into_iter().for_each(|robot| robot.step(now_ns));
+        member.devices.step(now_ns, step);
     }
 
     /// Sends a message. The listener hears it as it leaves, whatever becomes of it.

@@ -246,7 +246,7 @@ impl SteppedRobot {
     }
 
     /// Everything that is due in the step that begins at `world_ns`.
-    pub(super) fn step(&mut self, world_ns: u64) {
+    pub fn step(&mut self, world_ns: u64) {
         let passed_ns = (world_ns - self.stepped_ns) as f64;
         self.stepped_ns = world_ns;
         self.ahead_ns += passed_ns * self.drift;

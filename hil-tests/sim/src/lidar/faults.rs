@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::sensor::Disturbance;
+use super::disturbance::Disturbance;
 use crate::rt::Granted;
 
 /// Most requests that may wait; further ones are dropped. The server takes them within milliseconds.

@@ -4,9 +4,9 @@
 //! [`Sensor::turn`] and [`Sensor::speak`] every millisecond or so, and [`Sensor::hear`] when the host has sent something.
 
 use std::io;
-use std::time::Duration;
 
 use super::device::{Device, DeviceOptions, Emission, Kind};
+use super::disturbance::Disturbance;
 use super::faults::Counters;
 use super::line::Line;
 use crate::range_source::{RANGE_STEPS, RangeSource, STEPS_PER_TURN};
@@ -15,36 +15,6 @@ use crate::world::Random;
 const GARBAGE_STREAM: u64 = 2 << 32;
 /// Most random bytes sent at once.
 const MAX_GARBAGE: usize = 32 * 1024;
-
-/// Something that goes wrong with a sensor that is plugged in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Disturbance {
-    /// Random bytes between scans.
-    Garbage {
-        /// How many.
-        bytes: usize,
-    },
-    /// The second half of the next scans is lost.
-    TruncateScans {
-        /// Of how many.
-        scans: u32,
-    },
-    /// A bit in the data of the next scans flips, so that a checksum is wrong.
-    CorruptScans {
-        /// Of how many.
-        scans: u32,
-    },
-    /// It neither receives nor sends, or goes on.
-    Freeze {
-        /// Which of the two.
-        frozen: bool,
-    },
-    /// Nothing that it sends arrives.
-    Silence {
-        /// For this long.
-        duration: Duration,
-    },
-}
 
 /// A sensor at work.
 pub struct Sensor {

@@ -6,9 +6,10 @@ use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState
 use coordination::symbols::Stamped;
 use description::wheels::WheelSpeeds;
 use drivers::ethercat::{Bus, BusCounters, ExchangeError};
-use drivers::kelo::{self, Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch};
+use drivers::kelo::{self, Feedback, Inputs, Setpoint, SetpointLimits};
 
 use super::bring_ups::BringUpLimit;
+use super::health::Health;
 use super::ramp::WheelRamp;
 use super::settings::{BRING_UP, OpenLink, RETRY_NS, SHUT_DOWN_NS, Settings, encoders};
 use crate::activities::port::{Command, Port};
@@ -21,12 +22,6 @@ use crate::symbols::faults::Fault;
 use crate::symbols::values::{DriveStatus, WheelSetpoints};
 use crate::symbols::wiring::DriveSymbols;
 
-/// How long a fault that the drive reports is taken for noise.
-const FAULT_NS: u64 = 50 * MILLISECOND_NS;
-/// A drive whose sensor time stands still for `STALL_NS` has failed.
-const STALL_NS: u64 = 200 * MILLISECOND_NS;
-/// How long a drive may take to power its motors when told to; after that, an emergency stop is assumed.
-const POWER_NS: u64 = 200 * MILLISECOND_NS;
 /// How long a robot may take to stop after its fieldbus thread has panicked.
 const AFTER_PANIC_NS: u64 = 2 * SECOND_NS;
 
@@ -49,10 +44,7 @@ pub struct Drive {
     lost_since_ns: u64,
     limits: SetpointLimits,
     counted: BusCounters,
-    stamps: StampWatch,
-    bad_since_ns: u64,
-    told_to_power: bool,
-    unpowered_since_ns: u64,
+    health: Health,
     latched: bool,
     bring_ups: BringUpLimit,
     retry_ns: u64,
@@ -93,10 +85,7 @@ impl Drive {
             lost_since_ns: 0,
             limits,
             counted: BusCounters::default(),
-            stamps: StampWatch::new(),
-            bad_since_ns: 0,
-            told_to_power: false,
-            unpowered_since_ns: 0,
+            health: Health::default(),
             latched: false,
             bring_ups,
             retry_ns: 0,
@@ -135,9 +124,7 @@ impl Drive {
                 self.ramp.reset();
                 self.answered_ns = self.clock.now_ns();
                 self.lost_since_ns = 0;
-                self.stamps = StampWatch::new();
-                self.bad_since_ns = 0;
-                self.unpowered_since_ns = 0;
+                self.health = Health::default();
                 self.status.bring_ups += 1;
                 self.complaints.forget();
                 self.port.clear(Fault::BusLost);
@@ -168,9 +155,7 @@ impl Drive {
 
     /// The operator has seen to the faults. One whose cause is still there stays.
     fn reset(&mut self) {
-        let present =
-            self.bus.is_some() && (self.bad_since_ns != 0 || self.unpowered_since_ns != 0);
-        if !present {
+        if self.bus.is_none() || self.health.is_good() {
             self.latched = false;
             for fault in [Fault::BusVoltage, Fault::DriveFault, Fault::MotorsOff] {
                 self.port.clear(fault);
@@ -222,49 +207,10 @@ impl Drive {
         let mut bytes = [0; kelo::INPUTS_BYTES];
         bus.exchange(&outputs, &mut bytes, now_ns + self.settings.deadline_ns)?;
         self.inputs = Inputs::from_bytes(&bytes);
-        self.told_to_power = enabled;
+        self.health.told_to_power = enabled;
         self.status.sent_left_rad_s = speeds.left_rad_s;
         self.status.sent_right_rad_s = speeds.right_rad_s;
         Ok(())
-    }
-
-    /// Judges what the drive says of itself.
-    fn judge_drive(&mut self, now_ns: u64) {
-        let stalled = self.stamps.stalled_ns(self.inputs.sensor_stamp_ns, now_ns) > STALL_NS;
-        let faults = Faults::of(&self.inputs, self.settings.voltage);
-        if faults.is_empty() && !stalled {
-            self.bad_since_ns = 0;
-            self.judge_power(now_ns);
-            return;
-        }
-        self.unpowered_since_ns = 0;
-        if self.bad_since_ns == 0 {
-            self.bad_since_ns = now_ns;
-        }
-        if now_ns - self.bad_since_ns < FAULT_NS {
-            return;
-        }
-        // The voltage has a fault of its own, since what to do about it differs.
-        let outside = !(self.settings.voltage.min_v..=self.settings.voltage.max_v)
-            .contains(&self.inputs.bus_voltage_v);
-        if outside {
-            self.latch(Fault::BusVoltage, f64::from(self.inputs.bus_voltage_v));
-        } else {
-            self.latch(Fault::DriveFault, f64::from(faults.bits()));
-        }
-    }
-
-    /// An emergency stop cuts the motors' power, and no other status bit shows it: without a latch, its release would set
-    /// the robot in motion.
-    fn judge_power(&mut self, now_ns: u64) {
-        if !self.told_to_power || self.inputs.status1.all(kelo::Status::ENABLED_BOTH) {
-            self.unpowered_since_ns = 0;
-        } else if self.unpowered_since_ns == 0 {
-            self.unpowered_since_ns = now_ns;
-        } else if now_ns - self.unpowered_since_ns > POWER_NS {
-            let lasted_ms = (now_ns - self.unpowered_since_ns) / MILLISECOND_NS;
-            self.latch(Fault::MotorsOff, lasted_ms as f64);
-        }
     }
 
     /// Raises a fault after which the robot stands until an operator resets it.
@@ -297,7 +243,11 @@ impl Drive {
     fn accept(&mut self, now_ns: u64) {
         self.answered_ns = now_ns;
         self.lost_since_ns = 0;
-        self.judge_drive(now_ns);
+        let voltage = self.settings.voltage;
+        let found = self.health.judge(&self.inputs, voltage, now_ns);
+        if let Some((fault, figure)) = found {
+            self.latch(fault, figure);
+        }
         let encoders = encoders(
             &Feedback::from(&self.inputs),
             self.settings.pivot_zero_rad,

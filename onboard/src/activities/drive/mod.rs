@@ -5,6 +5,7 @@
 
 mod activity;
 mod bring_ups;
+mod health;
 mod ramp;
 mod settings;
 

@@ -1,0 +1,33 @@
+//! What goes wrong with a sensor.
+
+use std::time::Duration;
+
+/// Something that goes wrong with a sensor that is plugged in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Disturbance {
+    /// Random bytes between scans.
+    Garbage {
+        /// How many.
+        bytes: usize,
+    },
+    /// The second half of the next scans is lost.
+    TruncateScans {
+        /// Of how many.
+        scans: u32,
+    },
+    /// A bit in the data of the next scans flips, so that a checksum is wrong.
+    CorruptScans {
+        /// Of how many.
+        scans: u32,
+    },
+    /// It neither receives nor sends, or goes on.
+    Freeze {
+        /// Which of the two.
+        frozen: bool,
+    },
+    /// Nothing that it sends arrives.
+    Silence {
+        /// For this long.
+        duration: Duration,
+    },
+}

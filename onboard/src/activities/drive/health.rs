@@ -1,0 +1,84 @@
+//! What the drive says of itself, judged.
+
+use drivers::kelo::{Faults, Inputs, StampWatch, Status, VoltageLimits};
+
+use crate::realtime::clock::MILLISECOND_NS;
+use crate::symbols::faults::Fault;
+
+/// How long a fault that the drive reports is taken for noise.
+const FAULT_NS: u64 = 50 * MILLISECOND_NS;
+/// A drive whose sensor time stands still for `STALL_NS` has failed.
+const STALL_NS: u64 = 200 * MILLISECOND_NS;
+/// How long a drive may take to power its motors when told to; after that, an emergency stop is assumed.
+const POWER_NS: u64 = 200 * MILLISECOND_NS;
+
+/// What is known of a drive since its bus came up.
+#[derive(Debug)]
+pub(super) struct Health {
+    /// It was told to power its motors.
+    pub(super) told_to_power: bool,
+    stamps: StampWatch,
+    bad_since_ns: u64,
+    unpowered_since_ns: u64,
+}
+
+impl Default for Health {
+    fn default() -> Self {
+        Self {
+            told_to_power: false,
+            stamps: StampWatch::new(),
+            bad_since_ns: 0,
+            unpowered_since_ns: 0,
+        }
+    }
+}
+
+impl Health {
+    /// Whether nothing is wrong, not even for so short a time that it may be noise.
+    pub(super) fn is_good(&self) -> bool {
+        self.bad_since_ns == 0 && self.unpowered_since_ns == 0
+    }
+
+    /// The fault that has lasted long enough for the robot to stand until an operator resets it, with its figure.
+    pub(super) fn judge(
+        &mut self,
+        inputs: &Inputs,
+        voltage: VoltageLimits,
+        now_ns: u64,
+    ) -> Option<(Fault, f64)> {
+        let stalled = self.stamps.stalled_ns(inputs.sensor_stamp_ns, now_ns) > STALL_NS;
+        let faults = Faults::of(inputs, voltage);
+        if faults.is_empty() && !stalled {
+            self.bad_since_ns = 0;
+            return self.judge_power(inputs, now_ns);
+        }
+        self.unpowered_since_ns = 0;
+        if self.bad_since_ns == 0 {
+            self.bad_since_ns = now_ns;
+        }
+        if now_ns - self.bad_since_ns < FAULT_NS {
+            return None;
+        }
+        // The voltage has a fault of its own, since what to do about it differs.
+        let good_v = voltage.min_v..=voltage.max_v;
+        Some(if good_v.contains(&inputs.bus_voltage_v) {
+            (Fault::DriveFault, f64::from(faults.bits()))
+        } else {
+            (Fault::BusVoltage, f64::from(inputs.bus_voltage_v))
+        })
+    }
+
+    /// An emergency stop cuts the motors' power, and no other status bit shows it: without a latch, its release would set
+    /// the robot in motion.
+    fn judge_power(&mut self, inputs: &Inputs, now_ns: u64) -> Option<(Fault, f64)> {
+        if !self.told_to_power || inputs.status1.all(Status::ENABLED_BOTH) {
+            self.unpowered_since_ns = 0;
+        } else if self.unpowered_since_ns == 0 {
+            self.unpowered_since_ns = now_ns;
+        } else if now_ns - self.unpowered_since_ns > POWER_NS {
+            let lasted_ms = (now_ns - self.unpowered_since_ns) / MILLISECOND_NS;
+            return Some((Fault::MotorsOff, lasted_ms as f64));
+        }
+        None
+    }
+}
