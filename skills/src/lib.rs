@@ -61,6 +61,7 @@
 
 pub mod borders;
 pub mod control;
+mod direction;
 pub mod drive;
 pub mod history;
 pub mod localisation;

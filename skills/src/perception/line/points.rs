@@ -17,6 +17,8 @@ pub(super) struct WallPoint {
     pub(super) std_m: f64,
     /// This near to the line it lies on it.
     pub(super) reach_m: f64,
+    /// One over that: it is asked for by every line that is tried.
+    pub(super) per_reach_1_m: f64,
     /// One over the number of points on the same piece, so that near, dense pieces weigh as much as far ones.
     pub(super) share: f64,
 }

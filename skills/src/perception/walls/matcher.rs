@@ -78,10 +78,27 @@ struct Tally {
     to_m: f64,
 }
 
+/// Which way a wall runs, and how far.
+#[derive(Clone, Copy, Debug)]
+struct Direction {
+    unit: Point2,
+    length_m: f64,
+}
+
+impl Direction {
+    fn of(wall: &Segment) -> Self {
+        Self {
+            unit: wall.unit(),
+            length_m: wall.length_m(),
+        }
+    }
+}
+
 /// Matches scans with the walls of one map; holds the memory that this needs.
 #[derive(Clone, Debug)]
 pub struct WallMatcher {
     walls: Box<[Segment]>,
+    directions: Box<[Direction]>,
     tallies: Box<[Tally]>,
     view: View,
     beams: Vec<Beam>,
@@ -97,6 +114,7 @@ impl WallMatcher {
         let walls: Box<[Segment]> = map.walls().iter().map(|wall| wall.line).collect();
         Self {
             tallies: vec![Tally::default(); walls.len()].into_boxed_slice(),
+            directions: walls.iter().map(Direction::of).collect(),
             walls,
             view: View::new(),
             beams: Vec::with_capacity(beams),
@@ -208,7 +226,7 @@ impl WallMatcher {
     }
 
     fn tally(&mut self, wall: usize, hit: Point2) {
-        let along_m = self.walls[wall].along_m(hit);
+        let along_m = self.directions[wall].unit.dot(hit - self.walls[wall].a);
         let tally = &mut self.tallies[wall];
         if tally.expected == 0 {
             (tally.from_m, tally.to_m) = (along_m, along_m);
@@ -230,16 +248,19 @@ impl WallMatcher {
     ) -> Option<(usize, f64)> {
         let mut best: Option<(f64, usize, f64)> = None;
         for wall in expected.walls() {
-            let line = &self.walls[wall];
-            let unit = line.unit();
-            let from_start = point - line.a;
+            let Direction { unit, length_m } = self.directions[wall];
+            let from_start = point - self.walls[wall].a;
             let along_m = unit.dot(from_start);
-            if along_m < 0.0 || along_m > line.length_m() {
+            if along_m < 0.0 || along_m > length_m {
                 continue;
             }
             let normal = Point2::new(-unit.y_m, unit.x_m);
-            let model = Vector3::new(normal.x_m, normal.y_m, arm.cross(normal));
-            let pose_variance = model.dot(&(covariance * model)).max(0.0);
+            let (x, y, turn) = (normal.x_m, normal.y_m, arm.cross(normal));
+            let of_covariance = |row: usize| {
+                covariance[(row, 0)] * x + covariance[(row, 1)] * y + covariance[(row, 2)] * turn
+            };
+            let pose_variance =
+                (x * of_covariance(0) + y * of_covariance(1) + turn * of_covariance(2)).max(0.0);
             let noise_m = range_std_m * normal.dot(ray).abs();
             let std_m = (pose_variance + noise_m * noise_m).sqrt();
             let gate_m = (GATE_MIN_M + GATE_SIGMA * std_m).min(GATE_MAX_M);

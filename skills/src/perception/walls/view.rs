@@ -1,5 +1,6 @@
 //! Which wall is to be seen in which direction from a place in the map.
 
+use crate::direction::direction_rad;
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 use std::f64::consts::TAU;
 
@@ -99,7 +100,8 @@ impl View {
 
     /// What a beam along `ray` (of length one) should hit when its direction is known to `spread_rad`.
     pub(super) fn expected(&self, ray: Point2, spread_rad: f64) -> Expected {
-        let turned = ray.direction_rad().rem_euclid(TAU) / BIN_RAD;
+        let direction_rad = f64::from(direction_rad(ray.y_m as f32, ray.x_m as f32));
+        let turned = (direction_rad + TAU) / BIN_RAD;
         let middle = turned as usize % BINS;
         let spread = ((spread_rad / BIN_RAD).ceil().max(1.0) as usize).min(MAX_SPREAD_BINS);
         let at = |offset: usize| self.bins[(middle + offset) % BINS];

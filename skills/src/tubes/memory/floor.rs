@@ -13,6 +13,7 @@
 
 use super::grid::NearGrid;
 use super::known::KnownRanges;
+use crate::direction::direction_rad;
 use crate::scan::{AlignedScan, ScanGeometry};
 use description::geometry::{Footprint, Point2, Pose2};
 
@@ -272,44 +273,5 @@ fn wrapped(angle_rad: f32) -> f32 {
         angle_rad + TAU
     } else {
         angle_rad
-    }
-}
-
-/// Arc tangent of `y / x` in all quadrants to 0.00002 rad, a small part of a beam, without a call.
-fn direction_rad(y: f32, x: f32) -> f32 {
-    use std::f32::consts::{FRAC_PI_2, PI};
-    let (large, small) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
-    let slope = if large > 0.0 { small / large } else { 0.0 };
-    let square = slope * slope;
-    let series = [
-        -0.011_721_2,
-        0.052_653_32,
-        -0.116_432_87,
-        0.193_543_46,
-        -0.332_623_47,
-        0.999_977_26,
-    ];
-    let angle = slope * series.iter().fold(0.0, |sum, term| sum * square + term);
-    let angle = if y.abs() > x.abs() {
-        FRAC_PI_2 - angle
-    } else {
-        angle
-    };
-    let angle = if x < 0.0 { PI - angle } else { angle };
-    if y < 0.0 { -angle } else { angle }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn directions_are_as_good_as_the_libraries() {
-        for i in 0..10_000 {
-            let angle_rad = 6.2e-4 * (i - 5_000) as f32;
-            let found_rad = direction_rad(angle_rad.sin(), angle_rad.cos());
-            assert!((found_rad - angle_rad).abs() < 3e-5, "{angle_rad}");
-        }
-        assert_eq!(direction_rad(0.0, 0.0), 0.0);
     }
 }
