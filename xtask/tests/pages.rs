@@ -27,7 +27,7 @@ enum Run {
 }
 use Run::{BesideMediator, ByCi, ByTest, Here, HereWithout, Needs};
 
-const CONTROLS: &str = "hil-tests/rig/tests/stepped_fleets.rs";
+const CONTROLS: &str = "hil-tests/rig/tests/stepped/fleets.rs";
 const PROGRAM: &str = "hil-tests/rig/tests/robots/fleets/program.rs";
 const TRIALS: &str = "hil-tests/rig/tests/robots/bad_days/trials.rs";
 const LAPS: &str = "hil-tests/rig/tests/robots/bad_days/laps.rs";

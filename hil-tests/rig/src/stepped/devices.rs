@@ -6,7 +6,9 @@ use description::threads::ActivityKind;
 use onboard::cli::Failure;
 use onboard::composition::compose;
 use onboard::composition::plan::Plan;
-use sim::kelo::DriveStatistics;
+use sim::ethercat::FaultHandle;
+use sim::kelo::{DriveHandle, DriveStatistics};
+use sim::lidar::Disturbance;
 use sim::world::SharedWorld;
 
 use super::bus::Bus;
@@ -49,10 +51,37 @@ impl Devices {
         self.lidar.hang_up();
     }
 
+    /// Faults of the bus.
+    #[must_use]
+    pub fn bus_faults(&self) -> &FaultHandle {
+        &self.bus.faults
+    }
+
+    /// Faults of the drive.
+    #[must_use]
+    pub fn drive_faults(&self) -> &DriveHandle {
+        &self.bus.drive
+    }
+
     /// What the drive has received.
     #[must_use]
     pub fn drive(&self) -> DriveStatistics {
         self.bus.drive.statistics()
+    }
+
+    /// Disturbs the lidar.
+    pub fn disturb_lidar(&self, disturbance: Disturbance, now_ns: u64) {
+        self.lidar.disturb(disturbance, now_ns);
+    }
+
+    /// Somebody pulls the lidar's cable.
+    pub fn unplug_lidar(&self) {
+        self.lidar.unplug();
+    }
+
+    /// Somebody plugs it in again.
+    pub fn plug_in_lidar(&self, now_ns: u64) {
+        self.lidar.plug_in(now_ns);
     }
 
     /// The ways to them, for the threads with these clocks.

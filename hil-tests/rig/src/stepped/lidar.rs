@@ -92,6 +92,11 @@ impl Lidar {
         lock(&self.wire).delay_ns = by_ns;
     }
 
+    /// Disturbs it, once.
+    pub(super) fn disturb(&self, disturbance: Disturbance, now_ns: u64) {
+        lock(&self.wire).sensor.disturb(disturbance, now_ns);
+    }
+
     /// Somebody pulls its cable, through which it also gets its power.
     pub(super) fn unplug(&self) {
         let wire = &mut *lock(&self.wire);

@@ -1,26 +1,15 @@
 //! Faults on the simulated clock: the fleet bears each kind, goes on by itself, and the same seed gives the same run.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
-use rig::run::{Run, look_on, record};
-use rig::scenario::{Changes, Scenario, ScriptedFault, ScriptedKind, load};
+use rig::scenario::{Scenario, ScriptedFault, ScriptedKind};
+use rig::stepped::Plans;
 use rig::stepped::faults::drawn;
-use rig::stepped::{Plans, Stepped};
 use rig::summary::Summary;
 use rig::violation::ViolationKind;
 
-fn overtaking() -> Scenario {
-    let folder = Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../config/scenarios"
-    ));
-    let loaded = load(&folder.join("overtaking.toml"), &Changes::default());
-    loaded.unwrap_or_else(|failure| panic!("{failure:?}"))
-}
+use crate::{json, plans};
 
-fn plans(scenario: &Scenario) -> Plans {
-    Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"))
+fn overtaking() -> Scenario {
+    crate::scenario("overtaking")
 }
 
 fn ended(scenario: &Scenario, seed: u64) -> Summary {
@@ -28,12 +17,7 @@ fn ended(scenario: &Scenario, seed: u64) -> Summary {
 }
 
 fn ended_with(scenario: &Scenario, plans: &Plans, seed: u64) -> Summary {
-    let stepped = Stepped::new(scenario, plans, seed, true, false);
-    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
-    let mut run = Run::new(scenario.clone(), stepped, seed);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
-    run.stop();
-    record(&run, &ending).summary
+    crate::ended(scenario, plans, seed).1
 }
 
 fn raised(summary: &Summary, fault: &str) -> bool {
@@ -143,7 +127,6 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
 fn a_run_with_faults_is_the_same_for_the_same_seed() {
     let mut scenario = overtaking();
     scenario.faults = drawn(&scenario, 11);
-    let json = |summary: &Summary| serde_json::to_value(summary).expect("JSON");
     let one = ended(&scenario, 11);
     assert_eq!(json(&one), json(&ended(&scenario, 11)));
     scenario.faults.clear();

@@ -1,36 +1,12 @@
 //! Fleets on the simulated clock: mediator, robots and the network between them, and controls that must fail.
 
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use rig::run::Ending;
+use rig::scenario::Scenario;
 
-use rig::run::{Ending, Run, look_on, record};
-use rig::scenario::{Changes, Scenario, load};
-use rig::stepped::{Plans, Stepped};
-use rig::summary::Summary;
+use crate::{ended, json, plans};
 
 fn scenario(name: &str) -> Scenario {
-    let folder = Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../config/scenarios"
-    ));
-    let file = folder.join(name).with_extension("toml");
-    let loaded = load(&file, &Changes::default());
-    let scenario = loaded.unwrap_or_else(|failure| panic!("{failure:?}"));
-    scenario.with_at_most(1)
-}
-
-fn ended(scenario: &Scenario, plans: &Plans, seed: u64) -> (Ending, Summary) {
-    let stepped = Stepped::new(scenario, plans, seed, true, false);
-    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
-    let mut run = Run::new(scenario.clone(), stepped, seed);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
-    run.stop();
-    let summary = record(&run, &ending).summary;
-    (ending, summary)
-}
-
-fn plans(scenario: &Scenario) -> Plans {
-    Plans::of(scenario).unwrap_or_else(|failure| panic!("{failure:?}"))
+    crate::scenario(name).with_at_most(1)
 }
 
 #[test]
@@ -51,7 +27,6 @@ fn the_same_seed_gives_the_same_run() {
     let scenario = scenario("overtaking");
     let plans = plans(&scenario);
     let [one, again] = [7, 7].map(|seed| ended(&scenario, &plans, seed).1);
-    let json = |summary: &Summary| serde_json::to_value(summary).expect("JSON");
     assert_eq!(json(&one), json(&again));
     assert_ne!(json(&one), json(&ended(&scenario, &plans, 8).1));
 }

@@ -1,0 +1,264 @@
+//! One robot in the corridor, on its devices.
+
+use onboard::cli::Files;
+use onboard::composition::plan::Plan;
+use onboard::process::ctl::Request;
+use onboard::symbols::faults::{Fault, FaultTable};
+use rig::belief::Belief;
+use rig::folder::Folder;
+use rig::stepped::{Devices, Fleet, Start, SteppedRobot};
+use rig::testbed::{start_pose, world};
+use sim::world::{Obstacle, ObstacleId, Pose, Shape, SharedWorld, Truth, World};
+
+use crate::shipped;
+
+const MILLISECOND_NS: u64 = 1_000_000;
+const ROBOT: &str = "amr-1";
+/// Faster than this it drives.
+const DRIVING_M_S: f64 = 0.12;
+/// Slower than this it stands.
+const STANDING_M_S: f64 = 0.01;
+/// How long it must do either to be believed.
+const STEADY_S: f64 = 0.3;
+/// The last link of the chain is at rest after this time, whatever happened: the drive's watchdog, then friction.
+const SURELY_STANDS_S: f64 = 1.5;
+/// A robot that goes on brings its bus up, connects its lidar and sees 2 s of good scans first.
+const PATIENCE_S: f64 = 10.0;
+
+/// One robot, its devices and its world.
+pub struct Bench {
+    robot: SteppedRobot,
+    /// Its devices.
+    pub devices: Devices,
+    /// The world.
+    pub world: SharedWorld,
+    /// What its files say.
+    pub plan: Plan,
+    /// What time it is.
+    pub now_ns: u64,
+    _folder: Folder,
+}
+
+impl Bench {
+    /// It stands at `start` in `map`, and believes to stand `believed_off_m` farther to the right of its lane.
+    pub fn new(start: Pose, believed_off_m: f64, things: &[Shape], set: &[&str]) -> Self {
+        let Pose {
+            x_m,
+            y_m,
+            theta_rad,
+        } = start;
+        let y_m = y_m - believed_off_m;
+        let place = format!(
+            "robots.amr-1.start={{ x_m = {x_m:?}, y_m = {y_m:?}, theta_rad = {theta_rad:?} }}"
+        );
+        let set = std::iter::once(place.as_str()).chain(set.iter().copied());
+        let files = files(set.map(str::to_owned).collect());
+        Self::with(&files, |_| start, things)
+    }
+
+    /// It drives, from where the site has it start.
+    pub fn driving() -> Self {
+        let start = |plan: &Plan| start_pose(&plan.site, ROBOT).expect("the site knows it");
+        let mut bench = Self::with(&files(Vec::new()), start, &[]);
+        bench.until_driving();
+        bench
+    }
+
+    fn with(files: &Files, start: impl FnOnce(&Plan) -> Pose, things: &[Shape]) -> Self {
+        let plan = Plan::load(files).unwrap_or_else(|failure| panic!("{failure:?}"));
+        let world = world(&plan.site, &[(&plan.robot, start(&plan))], 1).expect("a world");
+        for &thing in things {
+            add(&mut world.lock(), thing);
+        }
+        let now_ns = 1000 * MILLISECOND_NS;
+        world.lock().advance_to(now_ns);
+        let devices = Devices::new(&world, &plan, now_ns).expect("devices");
+        let folder = Folder::new().expect("a folder");
+        let start = Start {
+            fleet: Fleet::Alone,
+            boot_epoch: 1,
+            at_ns: now_ns,
+        };
+        let robot = SteppedRobot::new(&plan, files, folder.path(), &devices, start);
+        Self {
+            robot: robot.unwrap_or_else(|failure| panic!("{failure:?}")),
+            devices,
+            world,
+            plan,
+            now_ns,
+            _folder: folder,
+        }
+    }
+
+    fn step(&mut self) {
+        self.world.lock().advance_to(self.now_ns);
+        let (robot, now_ns) = (&mut self.robot, self.now_ns);
+        self.devices.step(now_ns, || robot.step(now_ns));
+        self.now_ns += MILLISECOND_NS;
+    }
+
+    /// Looks ten times a second until `done` or for `seconds`; returns whether it was done.
+    pub fn run(&mut self, seconds: u64, mut done: impl FnMut(&Belief, &World) -> bool) -> bool {
+        for step in 0..1000 * seconds {
+            self.step();
+            if step % 100 == 0 && done(&self.robot.belief(), &self.world.lock()) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// What an operator asks of it.
+    pub fn ask(&mut self, request: Request) {
+        self.robot.ask(request);
+    }
+
+    /// What the robot says of its faults.
+    pub fn faults(&mut self) -> FaultTable {
+        self.robot.faults()
+    }
+
+    /// Whether this fault is present.
+    pub fn has(&mut self, fault: Fault) -> bool {
+        self.faults().state(fault).active != 0
+    }
+
+    /// How often this fault was raised.
+    pub fn raised(&mut self, fault: Fault) -> u64 {
+        self.faults().state(fault).count
+    }
+
+    /// What is true now.
+    pub fn truth(&self) -> Truth {
+        self.world.lock().truth(0).expect("a robot")
+    }
+
+    /// A place ahead of where `base_link` is truly.
+    pub fn ahead(&self, forward_m: f64) -> Pose {
+        let pose = self.truth().pose;
+        let (sin, cos) = pose.theta_rad.sin_cos();
+        Pose::new(
+            pose.x_m + cos * forward_m,
+            pose.y_m + sin * forward_m,
+            pose.theta_rad,
+        )
+    }
+
+    /// Puts something into the world.
+    pub fn add(&self, shape: Shape) -> ObstacleId {
+        add(&mut self.world.lock(), shape)
+    }
+
+    /// Lets time pass; returns what was true in each millisecond.
+    pub fn watch(&mut self, seconds: f64) -> Vec<Truth> {
+        let steps = (seconds * 1e3) as usize;
+        let mut seen = Vec::with_capacity(steps);
+        for _ in 0..steps {
+            self.step();
+            seen.push(self.truth());
+        }
+        seen
+    }
+
+    /// Lets time pass until something holds.
+    pub fn until(&mut self, what: &str, patience_s: f64, mut holds: impl FnMut(&mut Self) -> bool) {
+        let began_ns = self.now_ns;
+        while !holds(self) {
+            let waited_s = (self.now_ns - began_ns) as f64 / 1e9;
+            let active: Vec<Fault> = self.faults().active().collect();
+            assert!(
+                waited_s < patience_s,
+                "not within {patience_s} s: {what}; {active:?}, {:?}",
+                self.truth()
+            );
+            self.step();
+        }
+    }
+
+    /// Waits until this fault is present.
+    pub fn until_raised(&mut self, fault: Fault, patience_s: f64) {
+        self.until(fault.name(), patience_s, |bench| bench.has(fault));
+    }
+
+    /// Waits until it drives steadily.
+    pub fn until_driving(&mut self) {
+        self.until_steadily("it drives", PATIENCE_S, |v_m_s| v_m_s > DRIVING_M_S);
+    }
+
+    /// Waits until it stands, which must be the case within a time from now on.
+    pub fn until_standing(&mut self, within_s: f64) {
+        self.until_steadily("it stands", within_s + STEADY_S, |v_m_s| {
+            v_m_s.abs() < STANDING_M_S
+        });
+    }
+
+    fn until_steadily(&mut self, what: &str, patience_s: f64, holds: impl Fn(f64) -> bool) {
+        let mut since_ns = self.now_ns;
+        self.until(what, patience_s, |bench| {
+            if !holds(bench.truth().twist.v_m_s) {
+                since_ns = bench.now_ns;
+            }
+            (bench.now_ns - since_ns) as f64 / 1e9 > STEADY_S
+        });
+    }
+
+    /// Lets time pass in which it must stand.
+    pub fn stands_for(&mut self, seconds: f64) {
+        let before = self.truth();
+        self.watch(seconds);
+        let way_m = self.truth().distance_m - before.distance_m;
+        assert!(way_m < 0.001, "moved {way_m:.4} m in {seconds} s");
+    }
+
+    /// Lets time pass in which it must drive all the time.
+    pub fn drives_for(&mut self, seconds: f64) {
+        for truth in self.watch(seconds) {
+            assert!(truth.twist.v_m_s > DRIVING_M_S, "slowed down: {truth:?}");
+        }
+    }
+
+    /// It stops by what `happens`, and in time: `delay_s` later the command was invalid and that was noticed, and from then
+    /// on the true speed has been under `v0 - a_stop * t`, with a tenth of tolerance.
+    pub fn is_stopped(&mut self, delay_s: f64, happens: impl FnOnce(&Self)) {
+        const SLACK_S: f64 = 0.05;
+        const FLOOR_M_S: f64 = 0.02;
+        let start_ns = self.now_ns;
+        happens(self);
+        let deceleration_m_s2 = 0.9 * self.plan.robot.drive.limits.stop_deceleration_m_s2;
+        let mut start_m_s: f64 = 0.0;
+        for truth in self.watch(SURELY_STANDS_S) {
+            let after_s = truth.time_ns.saturating_sub(start_ns) as f64 / 1e9;
+            let speed_m_s = truth.twist.v_m_s.abs();
+            if after_s <= delay_s {
+                // It may have been accelerating until then.
+                start_m_s = start_m_s.max(speed_m_s);
+                continue;
+            }
+            let limit_m_s =
+                start_m_s * 1.1 - deceleration_m_s2 * (after_s - delay_s - SLACK_S).max(0.0);
+            assert!(
+                speed_m_s < limit_m_s.max(FLOOR_M_S),
+                "unsafe: {speed_m_s:.3} m/s, expected at most {limit_m_s:.3}, {after_s:.3} s after the fault"
+            );
+        }
+        self.stands_for(STEADY_S);
+    }
+
+    /// The end of a good day: it never hit anything.
+    pub fn finish(self) {
+        let truth = self.truth();
+        assert_eq!(truth.collisions, 0, "{truth:?}");
+    }
+}
+
+fn files(set: Vec<String>) -> Files {
+    Files {
+        robot: shipped("robots/amr-1.toml"),
+        site: shipped("sites/corridor.toml"),
+        set,
+    }
+}
+
+fn add(world: &mut World, shape: Shape) -> ObstacleId {
+    world.add_obstacle(Obstacle::fixed(shape)).expect("added")
+}

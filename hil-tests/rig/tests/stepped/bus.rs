@@ -1,0 +1,88 @@
+//! Frames are lost, the drive leaves OP, loses its cable or its power.
+
+use std::time::Duration;
+
+use onboard::process::ctl::Request;
+use onboard::symbols::faults::Fault;
+use sim::world::Truth;
+
+use crate::bench::Bench;
+
+/// The drive's own watchdog, which ends a setpoint that nobody renews.
+const WATCHDOG_S: f64 = 0.1;
+
+#[test]
+fn short_losses_are_borne_and_a_long_one_survived() {
+    let mut bench = Bench::driving();
+    let faults = bench.devices.bus_faults().clone();
+    for lost_ms in [1, 10] {
+        for _ in 0..5 {
+            faults.lose_frames_for(Duration::from_millis(lost_ms));
+            bench.drives_for(0.2);
+        }
+    }
+    assert_eq!(bench.raised(Fault::BusLost), 0);
+    faults.lose_frames_for(Duration::from_millis(200));
+    stops_and_drives_on(&mut bench);
+    assert!(bench.raised(Fault::BusLost) > 0);
+    assert!(!bench.has(Fault::BusLost));
+    bench.finish();
+}
+
+#[test]
+fn a_drive_that_leaves_op_is_brought_up_again_until_it_is_too_often() {
+    let mut bench = Bench::driving();
+    let faults = bench.devices.bus_faults().clone();
+    let times = bench.plan.robot.drive.bringups_per_minute;
+    for time in 1..=times {
+        faults.drop_to_safeop(0);
+        stops_and_drives_on(&mut bench);
+        assert!(!bench.has(Fault::BringUpLimit), "after {time} of {times}");
+    }
+    bench.is_stopped(WATCHDOG_S, |_| faults.drop_to_safeop(0));
+    bench.until_raised(Fault::BringUpLimit, 1.0);
+    bench.stands_for(70.0);
+
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    assert!(!bench.has(Fault::BringUpLimit) && !bench.has(Fault::BusLost));
+    bench.finish();
+}
+
+#[test]
+fn a_cable_that_is_pulled_and_a_drive_without_power_stop_it_until_they_are_back() {
+    let mut bench = Bench::driving();
+    let faults = bench.devices.bus_faults().clone();
+    bench.is_stopped(WATCHDOG_S, |_| faults.disappear(0));
+    bench.until_raised(Fault::BusLost, 1.0);
+    bench.stands_for(5.0);
+    faults.reappear(0);
+    bench.until_driving();
+
+    bench.is_stopped(WATCHDOG_S, |_| faults.power_off(0));
+    bench.stands_for(5.0);
+    faults.power_on(0);
+    bench.until_driving();
+    assert!(!bench.has(Fault::BusLost));
+    bench.finish();
+}
+
+/// Motors are off until the bus is up again, which may be sooner than wheels come to rest; then it speeds up from
+/// standing, and never jumps to the speed it had.
+fn stops_and_drives_on(bench: &mut Bench) {
+    const ALL_BUT_STANDING_M_S: f64 = 0.08;
+    let slow = |truth: &Truth| truth.twist.v_m_s < ALL_BUT_STANDING_M_S;
+    bench.until("it has stopped", 1.5, |bench| slow(&bench.truth()));
+    let start_ns = bench.now_ns;
+    let limits = bench.plan.robot.drive.limits;
+    bench.until("it drives", 10.0, |bench| {
+        let truth = bench.truth();
+        let after_s = truth.time_ns.saturating_sub(start_ns) as f64 / 1e9;
+        let most_m_s = ALL_BUT_STANDING_M_S + 1.5 * limits.acceleration_m_s2 * after_s;
+        assert!(
+            truth.twist.v_m_s < most_m_s,
+            "jumped, {after_s:.3} s after: {truth:?}"
+        );
+        truth.twist.v_m_s > 0.3
+    });
+}

@@ -1,0 +1,38 @@
+//! The drive reports that something is wrong with it.
+
+use onboard::process::ctl::Request;
+use onboard::symbols::faults::Fault;
+use sim::kelo::DriveHandle;
+
+use crate::bench::Bench;
+
+/// A fault is believed after 50 ms, so that noise stops nobody.
+const BELIEVED_S: f64 = 0.05;
+const OVERTEMPERATURE_1: u16 = 0x0200;
+
+#[test]
+fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agrees() {
+    type Inject = fn(&DriveHandle);
+    let cases: [(Fault, Inject); 3] = [
+        // Still enough for the motors, which the stop needs.
+        (Fault::BusVoltage, |drive| drive.set_bus_voltage(Some(18.0))),
+        (Fault::DriveFault, |drive| {
+            drive.set_status1_bits(OVERTEMPERATURE_1, 0)
+        }),
+        (Fault::MotorsOff, |drive| drive.set_emergency_stop(true)),
+    ];
+    for (fault, inject) in cases {
+        let mut bench = Bench::driving();
+        bench.is_stopped(BELIEVED_S, |bench| inject(bench.devices.drive_faults()));
+        bench.until_raised(fault, 1.0);
+        // That the cause is gone is not enough, nor is `resume`, which is no reset.
+        bench.devices.drive_faults().clear_faults();
+        bench.stands_for(5.0);
+        bench.ask(Request::Resume);
+        bench.stands_for(5.0);
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        assert!(!bench.has(fault));
+        bench.finish();
+    }
+}

@@ -1,0 +1,65 @@
+//! The lidar is unplugged, hangs, or its bytes are broken.
+
+use onboard::symbols::faults::Fault;
+use sim::lidar::Disturbance;
+
+use crate::bench::Bench;
+
+/// Scans are missed after 250 ms; a cycle or two later motors are told to stop.
+const NOTICED_S: f64 = 0.3;
+
+#[test]
+fn without_a_lidar_it_stops_and_with_it_drives_on() {
+    let mut bench = Bench::driving();
+    bench.is_stopped(NOTICED_S, |bench| bench.devices.unplug_lidar());
+    assert!(bench.has(Fault::LidarLost) && bench.has(Fault::ScanSilent));
+    bench.stands_for(5.0);
+    bench.devices.plug_in_lidar(bench.now_ns);
+    // 2 s of good scans come first.
+    bench.stands_for(2.0);
+    bench.until_driving();
+    assert!(!bench.has(Fault::LidarLost) && !bench.has(Fault::ScanSilent));
+    bench.finish();
+}
+
+#[test]
+fn a_lidar_that_hangs_stops_it() {
+    let mut bench = Bench::driving();
+    disturb(&bench, Disturbance::Freeze { frozen: true });
+    bench.is_stopped(NOTICED_S, |_| {});
+    bench.stands_for(2.0);
+    disturb(&bench, Disturbance::Freeze { frozen: false });
+    bench.stands_for(2.0);
+    bench.until_driving();
+    bench.finish();
+}
+
+#[test]
+fn broken_scans_are_dropped_and_it_goes_on() {
+    let mut bench = Bench::driving();
+    // Every second or third scan is broken, in one way after the other.
+    for round in 0..12 {
+        disturb(
+            &bench,
+            match round % 3 {
+                0 => Disturbance::Garbage { bytes: 700 },
+                1 => Disturbance::TruncateScans { scans: 1 },
+                _ => Disturbance::CorruptScans { scans: 1 },
+            },
+        );
+        bench.watch(0.25);
+    }
+    assert!(bench.raised(Fault::ScanBroken) > 0);
+    bench.until_driving();
+
+    // Nothing but broken scans: as good as none.
+    bench.is_stopped(NOTICED_S, |bench| {
+        disturb(bench, Disturbance::CorruptScans { scans: 20 });
+    });
+    bench.until_driving();
+    bench.finish();
+}
+
+fn disturb(bench: &Bench, disturbance: Disturbance) {
+    bench.devices.disturb_lidar(disturbance, bench.now_ns);
+}
