@@ -29,7 +29,6 @@ use Run::{BesideMediator, ByCi, ByTest, Here, HereWithout, Needs};
 
 const CONTROLS: &str = "hil-tests/rig/tests/stepped/fleets.rs";
 const PROGRAM: &str = "hil-tests/rig/tests/robots/fleets/program.rs";
-const TRIALS: &str = "hil-tests/rig/tests/robots/bad_days/trials.rs";
 const LAPS: &str = "hil-tests/rig/tests/robots/bad_days/laps.rs";
 const OPERATOR: &str = "hil-tests/rig/tests/robots/bad_days/operator.rs";
 const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
@@ -79,13 +78,7 @@ const COMMANDS: &[(&str, Run)] = &[
             naming: "\"--robot\"",
         },
     ),
-    (
-        "cargo run --bin rig -- course",
-        ByTest {
-            file: TRIALS,
-            naming: "[\"course\"",
-        },
-    ),
+    ("cargo run --bin rig -- course", ByCi),
     ("cargo run --bin rig -- clutter", ByCi),
     ("cargo run --bin rig -- clutter --stepped --runs 100", ByCi),
     (

@@ -14,6 +14,9 @@ use crate::bad_days::bench::{RIG, ROBOT, shipped};
 use crate::late::once_more_if_late;
 use crate::turn::Turn;
 
+/// After this time its robot is on its way.
+const UNDER_WAY: Duration = Duration::from_secs(3);
+
 /// A run under way, with a folder of its own for all temporary files.
 struct Lap {
     child: Child,
@@ -145,7 +148,7 @@ fn pid(number: u32) -> Pid {
 fn interrupted_it_stops_everything_and_says_so() {
     once_more_if_late(|| {
         let mut lap = Lap::start();
-        std::thread::sleep(Duration::from_secs(4));
+        std::thread::sleep(UNDER_WAY);
         lap.signal(Signal::INT);
         let status = lap.ended();
         assert_eq!(status.code(), Some(1), "{}", lap.said());
@@ -168,7 +171,7 @@ fn interrupted_it_stops_everything_and_says_so() {
 fn killed_it_takes_its_robot_with_it() {
     once_more_if_late(|| {
         let mut lap = Lap::start();
-        std::thread::sleep(Duration::from_secs(4));
+        std::thread::sleep(UNDER_WAY);
         lap.signal(Signal::KILL);
         lap.ended();
         lap.nothing_is_left();
@@ -179,7 +182,7 @@ fn killed_it_takes_its_robot_with_it() {
 fn a_robot_that_dies_ends_the_run_and_leaves_nothing() {
     once_more_if_late(|| {
         let mut lap = Lap::start();
-        std::thread::sleep(Duration::from_secs(4));
+        std::thread::sleep(UNDER_WAY);
         kill_process(lap.robot, Signal::KILL).expect("it runs");
         let status = lap.ended();
         assert_eq!(status.code(), Some(1), "{}", lap.said());

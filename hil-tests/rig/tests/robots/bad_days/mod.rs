@@ -3,10 +3,12 @@
 //!
 //! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`turn`](crate::turn) lets
 //!   robots run one for each core; [`late`](crate::late) knows when the machine was to blame;
-//! - [`lidar`], [`bus`], [`drive`], [`obstacle`]: devices and the world misbehave;
+//! - [`lidar`], [`bus`], [`drive`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
 //! - [`operator`], [`orders`]: requests while it drives;
-//! - [`laps`]: the rig itself is interrupted or killed; [`trials`]: the course, which is a good day.
+//! - [`laps`]: the rig itself is interrupted or killed.
+//!
+//! Here is what only real programs show, and that they are safe; what they make of faults is judged in `tests/stepped`.
 
 mod bench;
 mod bus;
@@ -16,9 +18,6 @@ mod files;
 mod laps;
 mod lidar;
 mod names;
-mod obstacle;
 mod operator;
 mod orders;
-mod trials;
-
 mod watch;

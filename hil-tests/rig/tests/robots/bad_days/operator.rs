@@ -17,7 +17,7 @@ fn pause_resume_stop_and_reset_do_what_they_say() {
         let mut bench = Bench::driving();
         bench.ask("pause");
         bench.until_standing(Duration::from_secs(3));
-        bench.stands_for(Duration::from_secs(1));
+        bench.stands_for(Duration::from_millis(500));
         assert_eq!(bench.published().mode, "paused");
         bench.ask("resume");
         bench.until_driving();
@@ -27,7 +27,7 @@ fn pause_resume_stop_and_reset_do_what_they_say() {
         bench.until_published("operator-stop", Duration::from_secs(1));
         let resume = bench.ctl("resume");
         assert_eq!(resume.status.code(), Some(1), "{}", said(&resume));
-        bench.stands_for(Duration::from_secs(3));
+        bench.stands_for(Duration::from_secs(1));
         bench.ask("reset");
         bench.until_driving();
         assert!(!bench.publishes("operator-stop"));
@@ -104,7 +104,7 @@ fn a_reload_is_all_or_nothing() {
         // A bad site file changes nothing.
         fs::write(bench.site_file(), format!("{slow}\nnonsense = 1\n")).expect("written");
         bench.is_refused("reload", "nonsense");
-        bench.drives_for(Duration::from_secs(1));
+        bench.drives_for(Duration::from_millis(500));
         assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
 
         // Nor does a good one beside a robot file with a change that takes a restart.
@@ -113,14 +113,14 @@ fn a_reload_is_all_or_nothing() {
         assert_ne!(other, robot);
         fs::write(bench.robot_file(), other).expect("written");
         bench.is_refused("reload", "drive");
-        bench.drives_for(Duration::from_secs(1));
+        bench.drives_for(Duration::from_millis(500));
         assert!(bench.truth().twist.v_m_s > 0.33, "{:?}", bench.truth());
 
         // Good ones take effect, and it drives on by itself.
         fs::write(bench.robot_file(), robot).expect("written");
         bench.ask("reload");
         bench.until_driving();
-        let fastest = bench.fastest_m_s(Duration::from_secs(2));
+        let fastest = bench.fastest_m_s(Duration::from_secs(1));
         assert!(fastest < 0.25, "{fastest:.3} m/s, expected about 0.20 m/s");
         bench.finish();
     });
