@@ -89,6 +89,14 @@ impl StallWatch {
             steal_ms: 0.0,
         }
     }
+
+    /// Whether the machine stalled at any time from one to another.
+    #[must_use]
+    pub fn stalled(&self, from_ns: u64, to_ns: u64) -> bool {
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.iter()
+            .any(|&(end_ns, length_ns)| end_ns >= from_ns && end_ns - length_ns <= to_ns)
+    }
 }
 
 fn look(seen: &Mutex<Vec<(u64, u64)>>, stop: &AtomicBool) {
@@ -141,5 +149,20 @@ mod tests {
         let later = watch.since(monotonic_ns() + 1_000_000_000_000);
         assert_eq!(later, Stalls::default());
         assert!(watch.stalls().steal_ms >= 0.0);
+    }
+
+    #[test]
+    fn a_stall_lasts_from_its_begin_to_its_end() {
+        let watch = StallWatch::start().expect("threads");
+        // Long ago, so that those of this test's own do not count.
+        *watch.seen.lock().expect("not poisoned") = vec![(100, 20)];
+        for (from_ns, to_ns, expected) in [(0, 79, false), (0, 80, true), (90, 95, true)] {
+            assert_eq!(
+                watch.stalled(from_ns, to_ns),
+                expected,
+                "{from_ns}..{to_ns}"
+            );
+        }
+        assert!(watch.stalled(100, 200) && !watch.stalled(101, 200));
     }
 }

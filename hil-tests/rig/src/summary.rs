@@ -82,6 +82,8 @@ pub struct RobotSummary {
     pub cpu_percent: Option<f64>,
     /// Faults that it raised, and how often.
     pub faults: Vec<(String, u64)>,
+    /// How often an operator reset it: after a stall of the machine, or after an injected fault.
+    pub resets: u32,
     /// How often the rig withheld leave for an area until the robot had waited.
     pub withheld: u64,
     /// What the judge found out, where the scenario looks at what robots believe.

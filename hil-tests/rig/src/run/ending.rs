@@ -13,7 +13,7 @@ pub enum Ending {
     TooSlow,
     /// No robot has moved for the scenario's longest standstill.
     Standstill,
-    /// A robot has a fault, named here, that only an operator can clear, and no operator is there.
+    /// A robot has a fault, named here, that only an operator can clear, and that no operator is to clear.
     Stranded(&'static str),
     /// A robot ended by itself.
     RobotEnded(String, ExitStatus),

@@ -2,9 +2,11 @@
 
 use std::process::ExitStatus;
 
+use coordination::symbols::Namespace;
 use onboard::cli::Failure;
 use serde_json::Value as Json;
 
+use super::latch::{Care, Caretaker};
 use crate::belief::Insight;
 use crate::process::Usage;
 use crate::process::robot::{RobotProcess, RobotSetup};
@@ -23,6 +25,8 @@ pub struct Member {
     /// It was killed on purpose.
     pub(super) ends_on_purpose: bool,
     pub(super) insight: Option<Insight>,
+    /// The operator who resets it.
+    pub(super) caretaker: Caretaker,
     /// Its symbols just before it was stopped.
     pub(super) symbols: Json,
 }
@@ -68,6 +72,28 @@ impl Member {
         if let Some(process) = &mut self.process {
             process.kill();
         }
+    }
+
+    /// What it shows of itself; none before it runs.
+    pub(super) fn insight(&mut self, place: &Namespace) -> Option<&mut Insight> {
+        if self.insight.is_none() {
+            // It runs from when its symbols can be read.
+            self.insight = Insight::open(&self.setup.id, place).ok();
+        }
+        self.insight.as_mut()
+    }
+
+    /// What its operator does now; `stalled` tells whether the machine did between two times.
+    pub(super) fn care(
+        &mut self,
+        place: &Namespace,
+        now_ns: u64,
+        stalled: impl Fn(u64, u64) -> bool,
+    ) -> Care {
+        let runs = { self.process.as_mut() }.is_some_and(|own| own.poll().is_none());
+        let faults = if runs { self.insight(place) } else { None };
+        let faults = faults.map(Insight::faults).unwrap_or_default();
+        self.caretaker.look(&faults, now_ns, stalled)
     }
 
     /// Its exit status, once it has ended.

@@ -95,6 +95,9 @@ fn print_robot(robot: &RobotSummary) {
         robot.ethercat.lost_frames,
         robot.lidar.dropped
     );
+    if robot.resets > 0 {
+        println!("  reset {} times", robot.resets);
+    }
 }
 
 /// What a process took of the machine; nothing where it was not one.

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use onboard::cli::Failure;
+use onboard::process::ctl::{self, Request};
 use onboard::process::inspect;
 use onboard::process::runtime::Runtime;
+use onboard::symbols::faults::Fault;
 use rustix::process::Signal;
 use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
@@ -14,6 +16,7 @@ use sim::world::{SharedWorld, Truth, TruthRecord, World};
 
 use super::ending::Ending;
 use super::execution::{Execution, Found, LOOK_NS, MediatorRuns};
+use super::latch::{Care, Caretaker};
 use super::measured::{device_violations, robot_summary};
 use super::member::Member;
 use super::settings::{runtime_in, settings, without_nets};
@@ -70,6 +73,7 @@ pub struct Stage {
     runtime: Runtime,
     seen: u64,
     stall_watch: StallWatch,
+    stranded: Option<Fault>,
     _folder: Folder,
     _janitor: Janitor,
 }
@@ -169,6 +173,7 @@ impl Stage {
                 started: false,
                 ends_on_purpose: false,
                 insight: None,
+                caretaker: Caretaker::default(),
                 symbols: Json::Null,
             });
         }
@@ -184,9 +189,26 @@ impl Stage {
             runtime,
             seen: 0,
             stall_watch: StallWatch::start().map_err(Failure::refused)?,
+            stranded: None,
             _folder: folder,
             _janitor: janitor,
         })
+    }
+
+    /// Plays the operator: resets robots that latched because the machine stalled, and notes one that latched otherwise.
+    fn look_after(&mut self) {
+        let (place, now_ns) = (self.runtime.place(), monotonic_ns());
+        let stalled = |from_ns, to_ns| self.stall_watch.stalled(from_ns, to_ns);
+        for member in &mut self.members {
+            match member.care(&place, now_ns, stalled) {
+                Care::None => {}
+                Care::Reset => {
+                    // One that does not answer is asked again later.
+                    let _ = ctl::send(&self.runtime, Some(member.id()), &Request::Reset);
+                }
+                Care::GiveUp(fault) => self.stranded = Some(fault),
+            }
+        }
     }
 
     /// Tells all robots at once to stop, so that none waits for another to end.
@@ -220,6 +242,7 @@ impl Execution for Stage {
         if let Some(mediator) = &mut self.mediator {
             mediator.usage.look();
         }
+        self.look_after();
         Ok(())
     }
 
@@ -230,6 +253,9 @@ impl Execution for Stage {
             {
                 return Some(Ending::RobotEnded(member.id().to_owned(), status));
             }
+        }
+        if let Some(fault) = self.stranded {
+            return Some(Ending::Stranded(fault.name()));
         }
         let status = self.mediator.as_mut()?.poll()?;
         Some(Ending::MediatorEnded(status))
@@ -244,12 +270,8 @@ impl Execution for Stage {
     }
 
     fn belief(&mut self, robot: usize) -> Option<Belief> {
-        let member = self.members.get_mut(robot)?;
-        if member.insight.is_none() {
-            // It runs from when its symbols can be read.
-            member.insight = Insight::open(&member.setup.id, &self.runtime.place()).ok();
-        }
-        member.insight.as_mut().map(Insight::look)
+        let insight = self.members.get_mut(robot)?.insight(&self.runtime.place());
+        insight.map(Insight::look)
     }
 
     fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R {
@@ -337,6 +359,7 @@ impl Execution for Stage {
                 .collect(),
             rss_mib: Some(round(member.usage.largest_rss_mib())),
             cpu_percent: Some(round(member.usage.cpu_percent())),
+            resets: member.caretaker.resets,
             ..robot_summary(
                 &player.config,
                 &member.devices.drive.statistics(),

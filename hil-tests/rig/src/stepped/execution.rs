@@ -143,6 +143,7 @@ impl Execution for Stepped<'_> {
                 .map(|fault| (fault.name().to_owned(), own.faults.state(fault).count))
                 .filter(|(_, count)| *count > 0)
                 .collect(),
+            resets: own.resets,
             ..robot_summary(&plan.robot, &own.devices.drive(), truth, &own.symbols)
         }
     }

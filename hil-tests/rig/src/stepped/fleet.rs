@@ -79,6 +79,7 @@ pub(super) struct Member {
     pub(super) killed: bool,
     /// When an operator reset it last.
     pub(super) reset_ns: u64,
+    pub(super) resets: u32,
     pub(super) faults: FaultTable,
     /// What its symbols said when it was stopped.
     pub(super) symbols: Json,
@@ -118,6 +119,7 @@ impl<'a> Stepped<'a> {
                     robot: None,
                     killed: false,
                     reset_ns: 0,
+                    resets: 0,
                     faults: FaultTable::default(),
                     symbols: Json::Null,
                     allowed: Vec::new(),

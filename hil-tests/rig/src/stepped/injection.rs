@@ -177,6 +177,7 @@ impl Stepped<'_> {
             let stopped = self.faults.lasts(ScriptedKind::Stop, Some(number));
             if latched && !stopped && now_ns > member.reset_ns + RESET_AFTER_NS {
                 member.reset_ns = now_ns;
+                member.resets += 1;
                 self.ask(number, Some(Request::Reset));
             }
         }
