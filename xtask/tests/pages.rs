@@ -86,7 +86,7 @@ const COMMANDS: &[(&str, Run)] = &[
         ByCi,
     ),
     (
-        "cargo run --bin rig -- campaign overtaking --stepped --runs 60 --faults",
+        "cargo run --bin rig -- campaign overtaking --stepped --runs 200 --faults",
         ByCi,
     ),
     ("cargo run --bin rig -- map config/sites/course.toml", Here),
