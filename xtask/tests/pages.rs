@@ -53,7 +53,7 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo run --bin rig -- campaign overtaking --runs 20",
         ByTest {
             file: ".ci/run",
-            naming: "--bin rig -- campaign t-junction --runs 1",
+            naming: "--bin rig -- campaign overtaking --runs 1",
         },
     ),
     (
@@ -70,7 +70,13 @@ const COMMANDS: &[(&str, Run)] = &[
             naming: "without_nets",
         },
     ),
-    ("cargo run --bin rig -- lap", ByCi),
+    (
+        "cargo run --bin rig -- lap",
+        ByTest {
+            file: LAPS,
+            naming: "\"lap\"",
+        },
+    ),
     (
         "cargo run --bin rig -- lap --robot config/robots/amr-1.toml --site config/sites/corridor.toml",
         ByTest {

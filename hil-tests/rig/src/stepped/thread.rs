@@ -12,6 +12,9 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use corosensei::{Coroutine, CoroutineResult, Yielder};
 use drivers::Clock;
 
+/// How often a thread that looks in every step is asked how late it is.
+const ASK_NS: u64 = 10_000_000;
+
 /// What a thread waits for.
 #[derive(Clone, Copy, Debug)]
 enum Wait {
@@ -125,9 +128,6 @@ pub(super) struct Thread {
     /// When it was last asked how late it is, while it looked in every step.
     asked_ns: u64,
 }
-
-/// How often a thread that looks in every step is asked how late it is.
-const ASK_NS: u64 = 10_000_000;
 
 impl Thread {
     /// A thread that will run `body` when its clock's time has come.
