@@ -17,7 +17,8 @@
 //!
 //! # Units
 //! A number carries its unit in its name (`_rad_s`, `_mm`, `_ns`), or is a `Duration`. Times are nanoseconds of
-//! `CLOCK_MONOTONIC` ([`monotonic_ns`]), unless a link or line brings another [`Clock`]. Signs follow ROS REP 103: forward and left (counter-clockwise) are positive.
+//! `CLOCK_MONOTONIC` ([`monotonic_ns`]), unless a link or line brings another [`Clock`]. Signs follow ROS REP 103: forward
+//! and left (counter-clockwise) are positive.
 //!
 //! # What is supported
 //! *Supported*: works, and tests hold it against a simulated device. *Partial*: works within the limits given.

@@ -10,7 +10,7 @@
 //!
 //! # Time
 //! The device stamps a scan with its own clock when a turn starts, at step 0. [`Scan::stamp_ns`] is that moment on
-//! CLOCK_MONOTONIC (the line's clock) plus the time the sensor needs to turn to the first reading: the time of **the first beam**. Beam
+//! the line's clock plus the time the sensor needs to turn to the first reading: the time of **the first beam**. Beam
 //! `i` was taken `i ×` [`Hokuyo::beam_period`] later. Right to about 1 ms after the connection, and to a few
 //! milliseconds while the clocks drift apart.
 //!

@@ -52,6 +52,15 @@ impl Trigger {
             threads::Trigger::Async => Self::Period(ns(communication::PERIOD)),
         }
     }
+
+    /// The longest time from one loop to the next; 0 where that is the device's.
+    #[must_use]
+    pub fn period_ns(&self) -> u64 {
+        match self {
+            Self::Period(period_ns) | Self::Wake(_, period_ns) => *period_ns,
+            Self::Device => 0,
+        }
+    }
 }
 
 /// One thread, ready to be started.
@@ -182,10 +191,7 @@ impl Timing {
     pub fn new(trigger: &Trigger, now_ns: u64) -> Self {
         let mut report = ThreadReport::zeroed();
         report.granted = granted();
-        report.period_ns = match trigger {
-            Trigger::Period(period_ns) | Trigger::Wake(_, period_ns) => *period_ns,
-            Trigger::Device => 0,
-        };
+        report.period_ns = trigger.period_ns();
         Self {
             report,
             planned_ns: now_ns,

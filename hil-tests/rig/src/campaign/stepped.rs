@@ -57,7 +57,8 @@ struct Report<'a> {
     statistics: &'a Statistics,
 }
 
-/// Runs a scenario many times; leaves `campaign.json`, also when it is asked to end. Runs that an earlier campaign of the same kind has left in the folder are not made again.
+/// Runs a scenario many times; leaves `campaign.json`, also when it is asked to end. Runs that an earlier campaign of the
+/// same kind has left in the folder are not made again.
 ///
 /// # Errors
 /// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when it cannot be written down.

@@ -133,7 +133,7 @@ impl<'a> Stepped<'a> {
             mediator_spans_ns: { mediator.iter() }.map(|_| (START_NS, None)).collect(),
             mediator,
             second_mediator: None,
-            journal_copy: disk.copy(),
+            journal_copy: Disk::default(),
             disk,
             faults: Schedule::new(scenario),
             in_the_way: Vec::new(),

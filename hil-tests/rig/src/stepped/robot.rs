@@ -3,14 +3,13 @@
 use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use coordination::fsm::Machine;
 use coordination::symbols::SymbolTable;
 use description::areas::AreaIndex;
-use description::threads::{ActivityKind, ThreadConfig, Trigger as ConfigTrigger};
+use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 use drivers::Clock as _;
-use onboard::activities::communication::{self, OpenSession};
+use onboard::activities::communication::OpenSession;
 use onboard::activities::news::Alarm;
 use onboard::activities::port::Port;
 use onboard::activities::robot_activity::ThreadActivities;
@@ -121,9 +120,12 @@ impl SteppedRobot {
         let threads = &plan.robot.threads;
         let wiring = Wiring::build(id, &runtime.place(), &thread_names(&plan.robot))
             .map_err(Failure::refused)?;
+        let (alarm, scan_wake, (log, drain)) = (Alarm::default(), Wake::default(), log::queue());
+        let triggers = { threads.iter() }.map(|thread| Trigger::of(thread, &scan_wake));
+        let triggers: Vec<Trigger> = triggers.collect();
         let mut random = Random::new(boot_epoch, PHASE_STREAM);
-        let clocks: Vec<Arc<ThreadClock>> = { threads.iter() }
-            .map(|thread| Arc::new(ThreadClock::new(now_ns + phase_ns(thread, &mut random))))
+        let clocks: Vec<Arc<ThreadClock>> = { triggers.iter() }
+            .map(|trigger| Arc::new(ThreadClock::new(now_ns + phase_ns(trigger, &mut random))))
             .collect();
         let clock_of = |kind| {
             let own = { threads.iter() }.position(|thread| thread.activities.contains(&kind));
@@ -135,7 +137,6 @@ impl SteppedRobot {
         let symbols = wiring.symbols;
         let navigator = Box::new(plan.navigator().map_err(Failure::refused)?);
         let machine = navigator.machine().clone();
-        let (alarm, scan_wake, (log, drain)) = (Alarm::default(), Wake::default(), log::queue());
         let (navigation_end, membership, open_session, leave) = match fleet {
             Fleet::Network(open_session) => {
                 let (navigation, own) = membership(plan, &navigator, boot_epoch, &alarm).unzip();
@@ -176,27 +177,24 @@ impl SteppedRobot {
         handles.retain(|handle| activities.iter().any(|(kind, _)| *kind == handle.kind));
         let activities = by_thread(plan, activities, wiring.scans).map_err(Failure::refused)?;
         let (reports, watched): (Vec<_>, Vec<_>) = wiring.threads.into_iter().unzip();
-        let running = { threads.iter().zip(activities) }
-            .zip(reports.into_iter().zip(clocks))
-            .filter(|((_, activities), _)| !activities.is_empty())
-            .map(
-                |((thread, activities), (report, clock))| match thread.trigger {
-                    ConfigTrigger::Async => {
-                        Running::Asynchronous(Asynchronous::new(activities, &alarm, clock.now_ns()))
+        let running = { threads.iter().zip(triggers).zip(clocks) }
+            .zip(activities.into_iter().zip(reports))
+            .filter(|(_, (activities, _))| !activities.is_empty())
+            .map(|(((thread, trigger), clock), (activities, report))| {
+                if thread.trigger == ConfigTrigger::Async {
+                    let begin_ns = clock.now_ns();
+                    let own = Asynchronous::new(activities, &trigger, &alarm, begin_ns);
+                    return Running::Asynchronous(own);
+                }
+                let shared = Arc::clone(&clock);
+                let body = move || {
+                    let mut own = EventLoop::new(trigger, activities, report, shared);
+                    loop {
+                        own.cycle();
                     }
-                    _ => {
-                        let trigger = Trigger::of(thread, &scan_wake);
-                        let shared = Arc::clone(&clock);
-                        let body = move || {
-                            let mut own = EventLoop::new(trigger, activities, report, shared);
-                            loop {
-                                own.cycle();
-                            }
-                        };
-                        Running::Thread(thread.name.clone(), Thread::new(clock, body))
-                    }
-                },
-            )
+                };
+                Running::Thread(thread.name.clone(), Thread::new(clock, body))
+            })
             .collect();
         let mode = RobotMode {
             mode: 0,
@@ -337,15 +335,17 @@ impl SteppedRobot {
 /// The asynchronous thread: its loop runs on news, and with a period of its own.
 struct Asynchronous {
     activities: ThreadActivities,
+    period_ns: u64,
     next_ns: u64,
     alarm: Alarm,
     woken: u32,
 }
 
 impl Asynchronous {
-    fn new(activities: ThreadActivities, alarm: &Alarm, now_ns: u64) -> Self {
+    fn new(activities: ThreadActivities, trigger: &Trigger, alarm: &Alarm, now_ns: u64) -> Self {
         Self {
             activities,
+            period_ns: trigger.period_ns(),
             next_ns: now_ns,
             alarm: alarm.clone(),
             woken: alarm.wake.count(),
@@ -359,7 +359,7 @@ impl Asynchronous {
         let ticked = now_ns >= self.next_ns;
         if ticked {
             // Periods that were missed are not made up for.
-            self.next_ns = (self.next_ns + ns(communication::PERIOD)).max(now_ns);
+            self.next_ns = (self.next_ns + self.period_ns).max(now_ns);
         }
         if told || ticked {
             self.activities.step(|| now_ns);
@@ -381,16 +381,10 @@ fn late_ns(lateness: &[Lateness], name: &str, random: &mut Random) -> u64 {
 }
 
 /// How long after the robot a thread starts: less than a period, in whole steps.
-fn phase_ns(thread: &ThreadConfig, random: &mut Random) -> u64 {
-    let period = match thread.trigger {
-        ConfigTrigger::Period { period } => period,
-        ConfigTrigger::Async => communication::PERIOD,
-        ConfigTrigger::Scan { .. } | ConfigTrigger::Lidar => return 0,
+fn phase_ns(trigger: &Trigger, random: &mut Random) -> u64 {
+    let Trigger::Period(period_ns) = trigger else {
+        return 0;
     };
-    let slots = (ns(period) / STEP_NS).max(1);
+    let slots = (period_ns / STEP_NS).max(1);
     (random.unit() * slots as f64) as u64 * STEP_NS
-}
-
-fn ns(duration: Duration) -> u64 {
-    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -139,11 +139,7 @@ fn a_robot_that_restarts_in_the_middle_of_a_shift_finishes_it() {
     scenario.faults = vec![ScriptedFault {
         at_s: 33.018,
         for_s: 1.449,
-        what: ScriptedKind::KillRobot,
-        robot: Some("amr-1".to_owned()),
-        share: None,
-        by_s: None,
-        thread: None,
+        ..fault(ScriptedKind::KillRobot)
     }];
     let summary = ended(&scenario, 46);
     assert!(summary.passed(), "{summary:?}");
@@ -156,11 +152,7 @@ fn a_robot_that_stays_cut_off_keeps_its_areas_and_the_run_fails() {
     scenario.faults = vec![ScriptedFault {
         at_s: 30.0,
         for_s: 3000.0,
-        what: ScriptedKind::Partition,
-        robot: Some("amr-1".to_owned()),
-        share: None,
-        by_s: None,
-        thread: None,
+        ..fault(ScriptedKind::Partition)
     }];
     let summary = ended(&scenario, 3);
     assert!(

@@ -92,8 +92,10 @@ impl Plan {
     /// # Errors
     /// The key of `[tubes]` that does not fit, [`PlanError::Tubes`], or as [`Plan::scan_format`].
     pub fn motion_tubes(&self) -> Result<MotionTubes, PlanError> {
-        let set =
-            { self.tubes.clone() }.map_or_else(|| Ok(self.tube_set()?.0), Ok::<_, PlanError>)?;
+        let set = match &self.tubes {
+            Some(set) => set.clone(),
+            None => self.tube_set()?.0,
+        };
         let rules = StopRules {
             deceleration_m_s2: self.robot.drive.limits.stop_deceleration_m_s2,
             scan_timeout_s: f64::from(self.robot.lidar.scan_timeout_ms) / 1000.0,

@@ -17,7 +17,7 @@ value! {
         speeds: WheelSpeeds,
         /// Pivot speed.
         pivot_rad_s: f64,
-        /// How often the bus was brought up: after each time the drive may count from zero again.
+        /// How often the encoders have begun to count from zero: at the first bring-up, and after each loss of power.
         epoch: u64,
     }
 }

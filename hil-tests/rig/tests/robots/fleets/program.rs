@@ -6,11 +6,15 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+use serde_json::Value as Json;
 use tempfile::TempDir;
 
 use crate::fleets::bench::{CONFIG, RIG};
 use crate::late::once_more_if_late;
 use crate::turn::Turn;
+
+/// By now all robots, which start up to 3 s after each other, have been on their way for a while.
+const UNDER_WAY: Duration = Duration::from_secs(8);
 
 /// A rig under way, with a folder of its own for all temporary files.
 struct Program {
@@ -20,15 +24,15 @@ struct Program {
 }
 
 impl Program {
-    fn start(scenario: &str) -> Self {
+    /// Starts it as a user would in the repository's root.
+    fn start(command: &[&str]) -> Self {
         let turn = Turn::of_a_fleet();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let log = File::create(folder.path().join("rig.log")).expect("created");
-        let file = Path::new(CONFIG).join("scenarios").join(scenario);
         let child = Command::new(RIG)
-            .arg("scenario")
-            .arg(file.with_extension("toml"))
-            .args(["--headless", "--rounds", "1", "--seed", "5", "--out"])
+            .current_dir(Path::new(CONFIG).join(".."))
+            .args(command)
+            .args(["--headless", "--seed", "5", "--out"])
             .arg(folder.path().join("out"))
             .env("TMPDIR", folder.path())
             .env("ONBOARD_ALLOC_GUARD", "1")
@@ -42,6 +46,11 @@ impl Program {
             folder,
             _turn: turn,
         }
+    }
+
+    fn signal(&self, signal: Signal) {
+        let rig = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
+        kill_process(rig.expect("a process id"), signal).expect("it runs");
     }
 
     fn ended(&mut self, patience: Duration) -> ExitStatus {
@@ -93,10 +102,37 @@ impl Drop for Program {
     }
 }
 
+/// Each command of a scenario starts its programs, whose robots drive their devices, and ends them when it is told to.
+#[test]
+fn every_command_of_a_scenario_runs_its_programs() {
+    once_more_if_late(|| {
+        for command in ["overtaking", "docking", "t-junction", "course", "clutter"] {
+            let mut program = Program::start(&[command]);
+            std::thread::sleep(UNDER_WAY);
+            program.signal(Signal::INT);
+            let status = program.ended(Duration::from_secs(15));
+            let said = program.said();
+            assert_eq!(status.code(), Some(1), "{command}: {said}");
+            assert!(said.contains("interrupted"), "{command}: {said}");
+            assert!(!said.contains("VIOLATION"), "{command}: {said}");
+            let summary = fs::read_to_string(program.folder.path().join("out/summary.json"));
+            let summary: Json = serde_json::from_str(&summary.expect("left")).expect("JSON");
+            let robots = summary["robots"].as_array().expect("a list");
+            assert!(!robots.is_empty(), "{command}");
+            for robot in robots {
+                let cycles = robot["ethercat"]["cycles"].as_u64();
+                let scans = robot["lidar"]["scans"].as_u64();
+                assert!(cycles > Some(1000) && scans > Some(5), "{command}: {robot}");
+            }
+            assert_eq!(program.left(), Vec::<String>::new(), "{command}");
+        }
+    });
+}
+
 #[test]
 fn killed_it_takes_mediator_and_robots_with_it() {
     once_more_if_late(|| {
-        let mut program = Program::start("overtaking");
+        let mut program = Program::start(&["scenario", "config/scenarios/overtaking.toml"]);
         let began = Instant::now();
         let mut children = program.children();
         while children.len() < 3 {
@@ -109,10 +145,7 @@ fn killed_it_takes_mediator_and_robots_with_it() {
             children = program.children();
         }
         std::thread::sleep(Duration::from_secs(3));
-        let rig = i32::try_from(program.child.id())
-            .ok()
-            .and_then(Pid::from_raw);
-        kill_process(rig.expect("a process id"), Signal::KILL).expect("it runs");
+        program.signal(Signal::KILL);
         program.ended(Duration::from_secs(5));
         let began = Instant::now();
         while children
