@@ -112,6 +112,11 @@ pub(super) fn instance_path(root: &Path, robot: &str) -> PathBuf {
     root.join(format!("{robot}.pid"))
 }
 
+/// The robot whose instance file has this name.
+pub(super) fn robot_of(name: &str) -> Option<&str> {
+    name.strip_suffix(".pid")
+}
+
 pub(super) fn read_content(mut file: &File) -> io::Result<Content> {
     // Longer than anything that we write; a foreign file is not read to its end.
     let mut bytes = Vec::new();

@@ -68,5 +68,5 @@ pub use entry::{Reader, Writer};
 pub use error::SymbolError;
 pub use inspector::Inspector;
 pub use namespace::Namespace;
-pub use sweep::{Removed, remove_stale};
+pub use sweep::{Removed, remove_all_stale, remove_stale};
 pub use table::{SymbolTable, TableBuilder};

@@ -56,6 +56,29 @@ pub fn remove_stale(robot: &str, place: &Namespace) -> Result<Removed, SymbolErr
     Ok(removed)
 }
 
+/// As [`remove_stale`] for every robot that left something in `place` and does not run: for who looks after a folder whose
+/// processes were killed.
+///
+/// # Errors
+/// If the folder cannot be used or a file cannot be removed.
+pub fn remove_all_stale(place: &Namespace) -> Result<Vec<Removed>, SymbolError> {
+    let Some(root) = place.existing_root()? else {
+        return Ok(Vec::new());
+    };
+    let mut removed = Vec::new();
+    for name in list(&root).map_err(file_error("list", &root))? {
+        let Some(robot) = lock::robot_of(&name) else {
+            continue;
+        };
+        match remove_stale(robot, place) {
+            Ok(of_robot) => removed.push(of_robot),
+            Err(SymbolError::AlreadyRuns { .. }) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(removed)
+}
+
 /// Removes all runs of `robot` that left a folder, and the one that `dead` names. The caller holds
 /// the robot's lock.
 pub(super) fn remove_runs(root: &Path, robot: &str, dead: Content) -> Result<Removed, SymbolError> {

@@ -5,7 +5,9 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use coordination::symbols::{Inspector, Namespace, SymbolError, TableBuilder, remove_stale};
+use coordination::symbols::{
+    Inspector, Namespace, SymbolError, TableBuilder, remove_all_stale, remove_stale,
+};
 
 use rustix::process::{Signal, getpid, kill_process};
 
@@ -186,6 +188,22 @@ fn what_a_killed_owner_leaves_can_be_removed() {
     assert!(removed.paths.len() > 2, "{removed:?}");
     room.assert_nothing_left(&words);
     assert!(remove_stale("a", &room.place).unwrap().is_empty());
+}
+
+#[test]
+fn what_all_killed_owners_left_can_be_removed_and_the_living_are_left_alone() {
+    let room = Room::new();
+    let owner = Process::ready("owner", &room);
+    let words = room.words();
+    let pid = owner.kill();
+    let living = small_table("b", &room.place);
+    let removed = remove_all_stale(&room.place).unwrap();
+    let pids: Vec<_> = removed.iter().map(|removed| removed.pid).collect();
+    assert_eq!(pids, [Some(pid)]);
+    assert_eq!(shared_memory(&words), [""; 0]);
+    assert!(Inspector::open("b", &room.place).unwrap().is_alive());
+    drop(living);
+    room.assert_nothing_left(&words);
 }
 
 #[test]

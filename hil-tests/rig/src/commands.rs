@@ -226,7 +226,8 @@ fn stepped_often(
 }
 
 fn plans(scenario: &Scenario, request: &Request) -> Result<Plans, Failure> {
-    let plans = Plans::of(scenario)?;
+    let program = std::env::current_exe().map_err(Failure::refused)?;
+    let plans = Plans::of(scenario)?.with_janitor(&program)?;
     Ok(match (request.mediator, request.nets) {
         (false, _) => plans.without_mediator(),
         (true, false) => plans.without_nets(),

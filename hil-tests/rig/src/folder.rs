@@ -20,15 +20,25 @@ impl Folder {
     /// # Errors
     /// [`Failure::Refused`] when it cannot be made.
     pub fn new() -> Result<Self, Failure> {
-        static MADE: AtomicU64 = AtomicU64::new(0);
-        let folder = std::env::temp_dir().join(format!(
+        Self::at(std::env::temp_dir().join(format!(
             "rig-{}-{}-{}",
             std::process::id(),
             monotonic_ns() % 1_000_000,
-            MADE.fetch_add(1, Ordering::Relaxed)
-        ));
-        make_folder(&folder)?;
-        Ok(Self(folder))
+            count()
+        )))
+    }
+
+    /// Makes one in this one, which may go first.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when it cannot be made.
+    pub fn below(&self) -> Result<Self, Failure> {
+        Self::at(self.0.join(count().to_string()))
+    }
+
+    fn at(path: PathBuf) -> Result<Self, Failure> {
+        make_folder(&path)?;
+        Ok(Self(path))
     }
 
     /// Where it is.
@@ -36,6 +46,12 @@ impl Folder {
     pub fn path(&self) -> &Path {
         &self.0
     }
+}
+
+/// A number that this process has not used for a folder.
+fn count() -> u64 {
+    static MADE: AtomicU64 = AtomicU64::new(0);
+    MADE.fetch_add(1, Ordering::Relaxed)
 }
 
 impl Drop for Folder {

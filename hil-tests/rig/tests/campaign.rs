@@ -1,16 +1,22 @@
 //! A stepped campaign that is killed goes on where it was, and comes to the same.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use onboard::process::runtime::Runtime;
+use rustix::process::{Pid, Signal};
 use serde_json::{Value as Json, json};
 
 /// A campaign of a few runs, one after the other, into this folder.
 fn campaign(out: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rig"));
+    // So that what it leaves is told from what others leave.
+    let scratch = out.with_extension("tmp");
+    fs::create_dir_all(&scratch).expect("a folder");
     command
+        .env("TMPDIR", scratch)
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
         .args(["campaign", "overtaking", "--stepped", "--runs", "4"])
         .args(["--rounds", "1", "--jobs", "1", "--out"])
@@ -30,6 +36,34 @@ fn left(out: &Path) -> Json {
     let elapsed_s = json["elapsed_s"].take();
     assert!(elapsed_s.as_f64() > Some(0.1), "{elapsed_s}");
     json
+}
+
+fn signal(process: &Child, signal: Signal) {
+    rustix::process::kill_process(Pid::from_child(process), signal).expect("it runs");
+}
+
+/// What is in the temporary folder of a campaign.
+fn left_over(out: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(out.with_extension("tmp")).expect("a folder");
+    entries.flatten().map(|entry| entry.path()).collect()
+}
+
+/// What names of shared memory begin with in its runtime folders: one for each run below the campaign's own.
+fn prefixes(out: &Path) -> Vec<String> {
+    let own = left_over(out);
+    let runs = own.iter().flat_map(fs::read_dir).flatten();
+    let runtime = |run: fs::DirEntry| Runtime::new(Some(run.path())).expect("a folder");
+    runs.flatten()
+        .map(|run| runtime(run).place().prefix)
+        .collect()
+}
+
+/// The shared memory of these.
+fn shared_memory(prefixes: &[String]) -> Vec<String> {
+    let entries = fs::read_dir("/dev/shm").into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let is_theirs = |name: &String| prefixes.iter().any(|prefix| name.starts_with(prefix));
+    names.filter(is_theirs).collect()
 }
 
 #[test]
@@ -53,8 +87,24 @@ fn a_campaign_that_was_killed_goes_on_where_it_was() {
         assert!(waits && first.try_wait().is_ok_and(|ended| ended.is_none()));
         std::thread::sleep(Duration::from_millis(5));
     };
+    // Between two runs there is no robot that could leave something.
+    let prefixes = loop {
+        signal(&first, Signal::STOP);
+        let prefixes = prefixes(&killed);
+        if !shared_memory(&prefixes).is_empty() {
+            break prefixes;
+        }
+        signal(&first, Signal::CONT);
+        std::thread::sleep(Duration::from_millis(5));
+    };
     first.kill().expect("killed");
     first.wait().expect("ended");
+    let began = Instant::now();
+    while !(left_over(&killed).is_empty() && shared_memory(&prefixes).is_empty()) {
+        let left = (left_over(&killed), shared_memory(&prefixes));
+        assert!(began.elapsed() < Duration::from_secs(30), "left: {left:?}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
     assert!(made < 4 && !killed.join("campaign.json").exists());
     // It was writing a line.
     let mut text = fs::read_to_string(&runs).expect("there");

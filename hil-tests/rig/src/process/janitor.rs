@@ -1,4 +1,5 @@
-//! Removes the folder of a rig that was killed: a process that waits for the rig's end and does nothing else.
+//! Removes what a rig leaves that was killed, its folder and the shared memory of its robots: a process that waits for the
+//! rig's end and does nothing else.
 
 use std::ffi::OsString;
 use std::fs;
@@ -7,6 +8,9 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
+
+use coordination::symbols::remove_all_stale;
+use onboard::process::runtime::Runtime;
 
 /// Hidden subcommand by which this program becomes a janitor.
 pub const SUBCOMMAND: &str = "__janitor";
@@ -57,10 +61,23 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     while has_sockets(&folder) && since.elapsed() < PATIENCE {
         std::thread::sleep(Duration::from_millis(50));
     }
+    for runtime in runtime_folders(&folder) {
+        // Of robots that ran in the rig itself; the others have removed theirs.
+        if let Ok(runtime) = Runtime::new(Some(runtime)) {
+            let _ = remove_all_stale(&runtime.place());
+        }
+    }
     match fs::remove_dir_all(&folder) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => ExitCode::FAILURE,
         _ => ExitCode::SUCCESS,
     }
+}
+
+/// This folder and those in it.
+fn runtime_folders(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let below = { entries.map(|entry| entry.path()) }.filter(|path| path.is_dir());
+    std::iter::once(folder.to_owned()).chain(below)
 }
 
 /// Whether a robot or the mediator still has its control socket in one of the folders below.

@@ -149,7 +149,7 @@ impl<'a> Stepped<'a> {
             next_ns: START_NS,
             fresh: false,
             trace: traced.then(Trace::default),
-            folder: Folder::new()?,
+            folder: plans.folder.below()?,
         })
     }
 

@@ -1,5 +1,7 @@
 //! What all runs of a scenario share.
 
+use std::path::Path;
+
 use coordination::analysis::Limits;
 use mediator::nets;
 use mediator::setup::Setup;
@@ -7,6 +9,8 @@ use onboard::cli::{Failure, Files};
 use onboard::composition::plan::Plan;
 
 use super::mediator::MediatorPlan;
+use crate::folder::Folder;
+use crate::process::janitor::Janitor;
 use crate::scenario::{Player, Scenario};
 
 /// What is common to all runs of a scenario: each robot's plan, in the order of the scenario, and the mediator's.
@@ -15,6 +19,9 @@ pub struct Plans {
     pub(super) mediator: Option<MediatorPlan>,
     /// A mediator grants areas, or should.
     pub(super) managed: bool,
+    /// Each run has one below it, for its robots' symbols.
+    pub(super) folder: Folder,
+    _janitor: Option<Janitor>,
 }
 
 impl Plans {
@@ -38,6 +45,20 @@ impl Plans {
                 .collect::<Result<_, Failure>>()?,
             mediator: managed.then(|| mediator_plan(scenario)).transpose()?,
             managed,
+            folder: Folder::new()?,
+            _janitor: None,
+        })
+    }
+
+    /// Has what the runs leave removed even if this process is killed. `program` is the rig's.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when the janitor cannot be started.
+    pub fn with_janitor(self, program: &Path) -> Result<Self, Failure> {
+        let janitor = Janitor::start(program, self.folder.path()).map_err(Failure::refused)?;
+        Ok(Self {
+            _janitor: Some(janitor),
+            ..self
         })
     }
 
