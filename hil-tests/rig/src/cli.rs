@@ -34,6 +34,8 @@ enum Command {
     Scenario(ScenarioArgs),
     /// A scenario many times, with one seed after the other, through the real programs or on a simulated clock
     Campaign(CampaignArgs),
+    /// The runs of a campaign through the real programs, again on the simulated clock: do both come to the same?
+    Agreement(AgreementArgs),
     /// One robot drives laps of a corridor
     Lap(LapArgs),
     /// One robot over a course that uses every skill
@@ -223,6 +225,43 @@ impl CampaignArgs {
     }
 }
 
+/// Arguments of `rig agreement`.
+#[derive(Clone, Debug, Args)]
+struct AgreementArgs {
+    /// Scenario file, or the name of one in config/scenarios
+    #[arg(value_name = "SCENARIO")]
+    scenario: PathBuf,
+    /// No robot drives more rounds than this, as in the campaign
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    rounds: Option<u32>,
+    /// Folder of the campaign, with a folder for each seed; agreement.json is left there [default:
+    /// target/rig/campaign/SCENARIO]
+    #[arg(long, value_name = "DIR")]
+    real: Option<PathBuf>,
+}
+
+impl AgreementArgs {
+    fn request(self) -> Request {
+        let run = RunArgs {
+            seed: 1,
+            many: Many {
+                stepped: true,
+                faults: false,
+                keep: None,
+                fresh: false,
+                runs: 1,
+                jobs: None,
+            },
+            headless: true,
+            out: self.real,
+        };
+        Request {
+            rounds: self.rounds,
+            ..run.request(self.scenario)
+        }
+    }
+}
+
 /// Arguments of `rig map`.
 #[derive(Clone, Debug, Args)]
 struct MapArgs {
@@ -242,6 +281,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::TJunction(own) => commands::scenario(&own.request("t-junction".into())),
         Command::Scenario(own) => commands::scenario(&own.request()),
         Command::Campaign(own) => commands::campaign(&own.request()),
+        Command::Agreement(own) => commands::agreement(&own.request()),
         Command::Lap(own) => commands::scenario(&own.request()),
         Command::Course(own) => commands::scenario(&own.request("course")),
         Command::Clutter(own) => commands::scenario(&own.request("clutter")),

@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use onboard::cli::Failure;
 
-use crate::campaign::{processes, stepped};
+use crate::campaign::{agreement, processes, stepped};
 use crate::output::{end_flag, write};
 use crate::run::{Options, Run, finish, look_on, run};
 use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
@@ -116,6 +116,17 @@ pub fn campaign(request: &Request) -> Result<(), Failure> {
     } else {
         processes(&scenario, request, out, &asked_to_end)
     }
+}
+
+/// Steps the seeds of a campaign of the real programs, and compares.
+///
+/// # Errors
+/// [`Failure::Refused`] when nothing can be compared, [`Failure::Failed`] when they do not come to the same.
+pub fn agreement(request: &Request) -> Result<(), Failure> {
+    let scenario = loaded(request)?;
+    let real = { request.out.clone() }
+        .unwrap_or_else(|| Path::new(OUT).join("campaign").join(&scenario.name));
+    agreement::agreement(&scenario, &plans(&scenario, request)?, &real)
 }
 
 /// Loads the scenario: a path is a file; a name without an extension is a scenario that ships, unless a file has that name.

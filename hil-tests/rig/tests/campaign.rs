@@ -127,3 +127,36 @@ fn a_campaign_that_was_killed_goes_on_where_it_was() {
     assert!(self::said(&fourth).contains("resumed: 4 of 4"));
     assert_eq!(left(&killed), left(&whole));
 }
+
+#[test]
+fn runs_are_compared_seed_by_seed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rig"));
+        command
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+            .args(arguments);
+        command.output().expect("run")
+    };
+    let (real, one) = (folder.path(), folder.path().join("4"));
+    let [real, one_text] = [real, &one].map(|path| path.to_str().expect("text"));
+    let none = rig(&["agreement", "lap", "--real", real]);
+    assert!(said(&none).contains("rig campaign lap"), "{}", said(&none));
+    // A stepped run stands for the real one: it agrees with itself, until its summary is changed.
+    let run = rig(&["lap", "--stepped", "--seed", "4", "--out", one_text]);
+    assert!(run.status.success(), "{}", said(&run));
+    let file = one.join("summary.json");
+    let change = |key: &str, value: Json| {
+        let text = fs::read_to_string(&file).expect("a summary");
+        let mut summary: Json = serde_json::from_str(&text).expect("JSON");
+        summary[key] = value;
+        fs::write(&file, summary.to_string()).expect("written");
+    };
+    change("scenario", json!("lap"));
+    let agree = rig(&["agreement", "lap", "--real", real]);
+    assert!(agree.status.success(), "{}", said(&agree));
+    assert!(said(&agree).contains("1 of 1 seeds agree"));
+    change("duration_s", json!(1.0));
+    let differ = rig(&["agreement", "lap", "--real", real]);
+    assert!(!differ.status.success() && said(&differ).contains("duration in seconds: real 1.000"));
+}

@@ -3,7 +3,7 @@
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
 use skills::odometry::Odometry;
-use skills::tubes::{Adapted, MotionTubes, Reason, Verdict};
+use skills::tubes::{Adapted, FloorCheckpoint, MotionTubes, Reason, Verdict};
 
 use super::scans::ScanIntake;
 use crate::activities::exchange::Exchange;
@@ -27,6 +27,9 @@ pub struct MotionTube {
     stopped_by_operator: bool,
     safe: SafeCommand,
     state: TubeState,
+    floor: Box<FloorCheckpoint>,
+    /// Of dead reckoning when the tubes began to remember.
+    breaks: u64,
 }
 
 impl MotionTube {
@@ -51,6 +54,23 @@ impl MotionTube {
             stopped_by_operator: false,
             safe: SafeCommand::default(),
             state: TubeState::default(),
+            floor: Box::default(),
+            breaks: 0,
+        }
+    }
+
+    /// With tubes that remember the floor in `odom` from when dead reckoning had broken this often.
+    #[must_use]
+    pub fn remembering(self, breaks: u64) -> Self {
+        Self { breaks, ..self }
+    }
+
+    /// What the tubes remember is worth nothing once the robot may have moved without being measured.
+    fn forget_after_break(&mut self) {
+        let breaks = self.odometry.value.breaks;
+        if self.odometry.stamp_ns != 0 && breaks != self.breaks {
+            self.breaks = breaks;
+            self.tubes.reset();
         }
     }
 
@@ -62,6 +82,8 @@ impl MotionTube {
         // A refused scan is counted by the tubes; when they get no other, they stop.
         if self.tubes.observe(scan, now_ns).is_ok() {
             self.state.evaluation_ns = self::now_ns() - begin_ns;
+            self.tubes.save(&mut self.floor);
+            self.symbols.floor.write(now_ns, &self.floor);
             let set = self.tubes.set();
             self.state.free_tubes =
                 set.ids().filter(|&tube| self.tubes.is_free(tube)).count() as u64;
@@ -127,6 +149,7 @@ impl Activity for MotionTube {
     fn communicate_in(&mut self, _now_ns: u64) {
         self.wanted = self.symbols.wanted.read();
         self.odometry = self.symbols.odometry.read();
+        self.forget_after_break();
         if let Some(sequence) = self.scans.as_ref().and_then(|scans| scans.broken()) {
             self.port.note(Fault::ScanBroken, sequence as f64);
         }

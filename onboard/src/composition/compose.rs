@@ -24,8 +24,10 @@ use crate::activities::port::Port;
 use crate::activities::proprioception::Proprioception;
 use crate::activities::robot_activity::{RobotActivity, ThreadActivities};
 use crate::activities::scans::ScanIntake;
+use crate::composition::checkpoint::{Checkpoint, Unusable};
 use crate::composition::plan::{Plan, PlanError, ns_from_ms};
 use crate::composition::replacement::ReloadEnds;
+use crate::fleet::{Setup, Start};
 use crate::realtime::clock::{Clock, Monotonic, now_ns};
 use crate::realtime::log::LogSender;
 use crate::realtime::wake::Wake;
@@ -61,18 +63,21 @@ pub fn compose(
     plan: &Plan,
     wiring: Wiring,
     mut ports: Vec<(ActivityKind, Port)>,
-    reload: ReloadEnds,
+    (reload, left): (ReloadEnds, Option<&Checkpoint>),
     boot_epoch: u64,
     log: &LogSender,
 ) -> Result<Composed, PlanError> {
     let symbols = wiring.symbols;
-    let navigator = Box::new(plan.navigator()?);
+    let beginning = Beginning::of(plan, left, log)?;
+    let navigator = &beginning.navigator;
     let machine = navigator.machine().clone();
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
-    let (navigation_end, membership) = membership(plan, &navigator, boot_epoch, &alarm).unzip();
+    let goes_on = beginning.left.is_some();
+    let membership = membership(plan, navigator, (boot_epoch, goes_on), &alarm);
+    let (navigation_end, membership) = membership.unzip();
     let mut activities = compose_chain(
         plan,
-        navigator,
+        beginning,
         symbols.chain,
         &mut ports,
         reload,
@@ -107,16 +112,53 @@ pub fn compose(
     })
 }
 
+/// Where the robot begins.
+pub struct Beginning<'a> {
+    /// Navigation, there.
+    pub navigator: Box<Navigator>,
+    /// Where an operator puts a robot that is lost.
+    pub start: Start,
+    /// What the process before has left, if the robot goes on from there.
+    pub left: Option<&'a Checkpoint>,
+}
+
+impl<'a> Beginning<'a> {
+    /// At the robot's start, or where the checkpoint says that the process before has left it.
+    ///
+    /// # Errors
+    /// As [`Plan::navigator`].
+    pub fn of(
+        plan: &Plan,
+        left: Option<&'a Checkpoint>,
+        log: &LogSender,
+    ) -> Result<Self, PlanError> {
+        let mut navigator = Box::new(plan.navigator()?);
+        let start = plan.start(navigator.machine().state());
+        let used = left.filter(|left| navigator.resume(&left.navigator));
+        if left.is_some() && used.is_none() {
+            log.warn(format!("the checkpoint is not used: {}", Unusable::Lost));
+        }
+        Ok(Self {
+            navigator,
+            start,
+            left: used,
+        })
+    }
+}
+
 /// The queues between navigation and communication: navigation's end, and what communication needs. `None` where nobody
-/// manages the areas.
+/// manages the areas. `goes_on`: navigation is where the process before has left it.
 #[must_use]
 pub fn membership(
     plan: &Plan,
     navigator: &Navigator,
-    boot_epoch: u64,
+    (boot_epoch, goes_on): (u64, bool),
     alarm: &Alarm,
 ) -> Option<(NavigationEnd, MembershipSetup)> {
-    let setup = plan.fleet_setup(navigator, boot_epoch)?;
+    let setup = Setup {
+        goes_on,
+        ..plan.fleet_setup(navigator, boot_epoch)?
+    };
     let (navigation_end, link) = fleet_link::link(alarm.wake.clone());
     let machine = navigator.machine().clone();
     let setup = MembershipSetup {
@@ -128,13 +170,14 @@ pub fn membership(
 }
 
 /// Composes the chain of activities from encoders and scans to wheel setpoints, which need no device and no network:
-/// the same ones run on a simulated clock. With `leave` the robot may only be where the mediator lets it.
+/// the same ones run on a simulated clock. They go on from a checkpoint, if there is one. With `leave` the robot may only be
+/// where the mediator lets it.
 ///
 /// # Errors
 /// [`PlanError`] when a part cannot be built.
 pub fn compose_chain(
     plan: &Plan,
-    navigator: Box<Navigator>,
+    beginning: Beginning<'_>,
     symbols: ChainSymbols,
     ports: &mut Vec<(ActivityKind, Port)>,
     reload: ReloadEnds,
@@ -142,11 +185,22 @@ pub fn compose_chain(
 ) -> Result<Named, PlanError> {
     let mut port = |kind| port(ports, kind);
     let command_timeout_ns = ns_from_ms(plan.robot.control.command_timeout_ms);
-    let start = plan.start(navigator.machine().state());
+    let Beginning {
+        navigator,
+        start,
+        left,
+    } = beginning;
+    let mut reckoning = plan.dead_reckoning()?;
+    let mut tubes = Box::new(plan.motion_tubes()?);
+    if let Some(left) = left {
+        reckoning.resume(&left.odometry);
+        // Without the floor it is looked at as at the start of any process.
+        let _ = tubes.resume(&left.floor);
+    }
     let proprioception = Proprioception::new(
         port(ActivityKind::Proprioception),
         symbols.proprioception,
-        plan.dead_reckoning()?,
+        reckoning,
     );
     let mut navigation = Navigation::new(
         port(ActivityKind::Navigation),
@@ -161,10 +215,11 @@ pub fn compose_chain(
     let motion_tube = MotionTube::new(
         port(ActivityKind::MotionTube),
         symbols.motion_tube,
-        Box::new(plan.motion_tubes()?),
+        tubes,
         reload.tubes,
         command_timeout_ns,
-    );
+    )
+    .remembering(left.map_or(0, |left| left.odometry.breaks));
     let control = Control::new(
         port(ActivityKind::Control),
         symbols.control,

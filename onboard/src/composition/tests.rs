@@ -10,12 +10,13 @@ use description::threads::Trigger;
 use description::wheels::{EncoderAngles, WheelSpeeds};
 use skills::scan::ScanGeometry;
 
-use super::compose::{by_thread, compose_chain};
+use super::compose::{Beginning, by_thread, compose_chain};
 use super::files::Files;
 use super::plan::Plan;
 use super::replacement::ReloadHands;
 use crate::activities::port::{COMMANDS, Port, REPORTS};
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
+use crate::realtime::log;
 use crate::symbols::values::{Encoders, PoseEstimate, RangeScan, SafeCommand, TubeState};
 use crate::symbols::wiring::{ACTIVITIES, Wiring};
 
@@ -82,11 +83,12 @@ fn drive(set: &[&str]) -> Vec<Outcome> {
             (kind, port)
         })
         .collect();
-    let navigator = Box::new(plan.navigator().expect("a navigator"));
+    let (log, _drain) = log::queue();
+    let beginning = Beginning::of(&plan, None, &log).expect("a navigator");
     let (_hands, ends) = ReloadHands::pair();
     let (mut bus, mut lidar) = (wiring.symbols.drive, wiring.symbols.lidar);
     let chain = wiring.symbols.chain;
-    let chain = compose_chain(&plan, navigator, chain, &mut ports, ends, None).expect("a chain");
+    let chain = compose_chain(&plan, beginning, chain, &mut ports, ends, None).expect("a chain");
     let mut threads = by_thread(&plan, chain, wiring.scans).expect("threads");
     let inspector = Inspector::open("amr-1", &place).expect("built");
     let mut pose = inspector.reader::<PoseEstimate>("map").expect("a symbol");

@@ -103,8 +103,9 @@ impl Member {
         }
     }
 
-    /// A restarted robot resumes where the mediator last knew it.
+    /// A restarted robot resumes where the mediator last knew it, unless it knows better.
     fn go_on_from(&mut self, take_up: Option<&TakeUp>) {
+        let take_up = take_up.filter(|_| !self.setup.goes_on);
         let Some(TakeUp { pose, fsm_state }) = take_up else {
             self.origin = Origin::Known;
             return;

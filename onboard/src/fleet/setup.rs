@@ -15,6 +15,8 @@ pub struct Setup {
     pub site: String,
     /// Tells this start of the process from others.
     pub boot_epoch: u64,
+    /// Navigation goes on from what the process before has left. That is newer than what the mediator knows.
+    pub goes_on: bool,
     /// Areas, in the order of the map.
     pub areas: Vec<AreaPlace>,
     /// States of the robot's machine, in its order.

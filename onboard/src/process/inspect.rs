@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 use skills::borders::AreaSet;
 use skills::odometry::Odometry;
+use skills::tubes::FloorCheckpoint;
 
 use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
@@ -110,6 +111,7 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
         Encoders,
         FaultTable,
         FleetState,
+        FloorCheckpoint,
         LidarStatus,
         NavigationState,
         OdometryTrace,

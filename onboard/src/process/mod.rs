@@ -3,6 +3,7 @@
 pub mod asynchronous;
 #[cfg(test)]
 mod bench;
+pub mod checkpoints;
 pub mod ctl;
 pub mod inspect;
 pub mod overruns;

@@ -14,13 +14,14 @@ use crate::composition::failure::Failure;
 use crate::composition::files::Files;
 use crate::composition::plan::{Plan, thread_names, wanted_scheduling};
 use crate::process::asynchronous::spawn_asynchronous;
+use crate::process::checkpoints::{CheckpointFile, Left};
 use crate::process::ctl::Server;
 use crate::process::overruns::OverrunWatch;
 use crate::process::reload::Reload;
 use crate::process::runner::{ThreadSetup, Trigger};
 use crate::process::runtime::Runtime;
 use crate::process::signals::termination_flag;
-use crate::process::supervisor::{Ending, Supervisor, ports};
+use crate::process::supervisor::{Ending, Keeper, Supervisor, ports};
 use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory};
@@ -68,7 +69,10 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
             .next()
             .unwrap_or_default()
     ));
-    let mut robot = Robot::start(files, plan, wiring, &log, log_drain)?;
+    let mut store = CheckpointFile::of(runtime, &plan.robot.identity.id);
+    let left = Left::take(&mut store, &plan, &log, now_ns())?;
+    let keeper = Keeper::new(Box::new(store), &plan, &left);
+    let mut robot = Robot::start(files, plan, wiring, (left, keeper), (&log, log_drain))?;
     // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
     let ending = catch_unwind(AssertUnwindSafe(|| {
         robot.supervisor.run(&asked_to_end, &server)
@@ -78,6 +82,9 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     }
     robot.end();
     drop(server);
+    if matches!(ending, Ok(Ending::Asked)) {
+        robot.supervisor.forget();
+    }
     match ending {
         Ok(Ending::Asked) => Ok(()),
         Ok(Ending::Panicked) | Err(_) => Err(Failure::failed(
@@ -120,31 +127,39 @@ impl Robot {
         files: &Files,
         plan: Plan,
         mut wiring: Wiring,
-        log: &LogSender,
-        log_drain: log::LogDrain,
+        (left, keeper): (Left, Keeper),
+        (log, log_drain): (&LogSender, log::LogDrain),
     ) -> Result<Self, Failure> {
         let boot_epoch = draw_epoch();
         let (ports, handles) = ports(std::mem::take(&mut wiring.states));
         let threads = std::mem::take(&mut wiring.threads);
         let (reports, watched): (Vec<_>, Vec<_>) = threads.into_iter().unzip();
         let (reload, reload_ends) = Reload::new(files.clone(), &plan);
-        let composed = compose(&plan, wiring, ports, reload_ends, boot_epoch, log)
-            .map_err(Failure::refused)?;
+        let composed = compose(
+            &plan,
+            wiring,
+            ports,
+            (reload_ends, left.place.as_deref()),
+            boot_epoch,
+            log,
+        )
+        .map_err(Failure::refused)?;
         let mode = RobotMode {
             mode: 0,
             boot_epoch,
             pid: u64::from(std::process::id()),
             robot: Name::new(&plan.robot.identity.id),
         };
-        let supervisor = Supervisor::new(
+        let mut supervisor = Supervisor::new(
             handles,
             composed.supervisor,
             mode,
             OverrunWatch::of(&plan.robot.threads, watched),
             composed.machine,
             log_drain,
-            reload,
+            (reload, keeper),
         );
+        supervisor.heed(&left, now_ns());
         let mut robot = Self {
             supervisor,
             threads: Vec::new(),

@@ -8,6 +8,7 @@ use coordination::symbols::{
 use description::threads::ActivityKind;
 use skills::borders::AreaSet;
 use skills::odometry::Odometry;
+use skills::tubes::FloorCheckpoint;
 
 use super::faults::FaultTable;
 use super::values::{
@@ -122,6 +123,8 @@ users! {
         pose: Writer<PoseEstimate> => "map",
         /// State, area, skill.
         state: Writer<NavigationState> => "robot",
+        /// Where it is and what it does there, in numbers.
+        whereabouts: Writer<Whereabouts> => "map",
         /// The motion that it wants.
         command: Writer<WantedMotion> => "wanted",
     }
@@ -130,8 +133,6 @@ users! {
     NavigationFleetSymbols, ActivityKind::Navigation.name(), {
         /// Where the robot may be.
         allowed: Reader<AreaSet> => "fleet",
-        /// Where it is, in numbers.
-        whereabouts: Writer<Whereabouts> => "fleet",
     }
 
     /// Symbols of the communication activity.
@@ -151,7 +152,7 @@ users! {
     /// Symbols of communication that only a managed site needs.
     CommunicationFleetSymbols, ActivityKind::Communication.name(), {
         /// Where the robot is, in numbers.
-        whereabouts: Reader<Whereabouts> => "fleet",
+        whereabouts: Reader<Whereabouts> => "map",
         /// Where it may be.
         allowed: Writer<AreaSet> => "fleet",
         /// How it stands with the mediator.
@@ -168,6 +169,8 @@ users! {
         safe: Writer<SafeCommand> => "safe",
         /// What the tubes made of the wanted motion, and why.
         state: Writer<TubeState> => "adaptive",
+        /// What is remembered of the floor around the robot.
+        floor: Writer<FloorCheckpoint> => "adaptive",
     }
 
     /// Symbols of the control activity.
@@ -192,6 +195,12 @@ users! {
         encoders: Reader<Encoders> => "kelo",
         /// To know whether there is a bus to stop it with.
         drive: Reader<DriveStatus> => "kelo",
+        /// For the checkpoint: dead reckoning,
+        odometry: Reader<Odometry> => "odom",
+        /// where the robot is and what it does there,
+        whereabouts: Reader<Whereabouts> => "map",
+        /// and the floor around it.
+        floor: Reader<FloorCheckpoint> => "adaptive",
     }
 }
 

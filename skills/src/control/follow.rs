@@ -53,6 +53,11 @@ impl Follower {
         }
     }
 
+    /// Goes on from the place of the track that is nearest to this pose.
+    pub fn go_on_at(&mut self, pose: Pose2) {
+        self.along_m = self.track.nearest_m(pose);
+    }
+
     /// The track.
     #[must_use]
     pub fn track(&self) -> &Track {

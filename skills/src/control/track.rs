@@ -9,6 +9,9 @@ const PIECES: usize = 4;
 /// Way between the poses of a track that is looked at as a whole.
 const SAMPLE_M: f64 = 0.05;
 
+/// A direction that differs counts as this way.
+const TURNED_M_PER_RAD: f64 = 0.5;
+
 /// A piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Piece {
@@ -164,6 +167,20 @@ impl Track {
             error,
             on_lane: along_m >= 0.0,
         }
+    }
+
+    /// How far along it, before its lane, a robot is that drives along it: where position and direction differ least.
+    #[must_use]
+    pub fn nearest_m(&self, pose: Pose2) -> f64 {
+        let samples = (self.length_m() / SAMPLE_M).ceil() as usize;
+        let off_m = |along_m: f64| {
+            let off = self.pose_at(along_m).between(pose);
+            off.position().norm_m() + TURNED_M_PER_RAD * off.theta_rad.abs()
+        };
+        (0..=samples)
+            .map(|sample| (sample as f64 * SAMPLE_M).min(self.length_m()))
+            .min_by(|one_m, other_m| off_m(*one_m).total_cmp(&off_m(*other_m)))
+            .unwrap_or(0.0)
     }
 
     /// Direction of the lane at its end.

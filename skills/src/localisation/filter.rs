@@ -20,7 +20,7 @@ const FASTEST_M_S: f64 = 3.0;
 const FASTEST_RAD_S: f64 = 6.0;
 const LEAP_SLACK_M: f64 = 0.05;
 const LEAP_SLACK_RAD: f64 = 0.10;
-/// Uncertainty that a rejected leap adds.
+/// Uncertainty that a rejected leap adds, or way that was not measured.
 const LEAP_STD_M: f64 = 0.10;
 const LEAP_STD_RAD: f64 = 0.10;
 
@@ -74,6 +74,14 @@ impl PoseFilter {
         self.judge();
     }
 
+    /// Goes on from a pose that was known when odometry was this.
+    pub fn resume(&mut self, pose: Pose2, covariance: Matrix3<f64>, odometry: &Odometry) {
+        (self.pose, self.covariance) = (pose, covariance);
+        self.last = Some(*odometry);
+        self.doubt = Doubt::default();
+        self.judge();
+    }
+
     /// Takes over what another filter knows, and keeps its own gains.
     pub fn adopt(&mut self, other: &Self) {
         let gains = self.gains;
@@ -99,11 +107,11 @@ impl PoseFilter {
         if moved.position().norm_m() > furthest_m || moved.theta_rad.abs() > widest_rad {
             // The pose stays; how far the robot really moved is unknown.
             self.counters.odometry_leaps += 1;
-            let (position, heading) = (LEAP_STD_M * LEAP_STD_M, LEAP_STD_RAD * LEAP_STD_RAD);
-            self.covariance += Matrix3::from_diagonal(&Vector3::new(position, position, heading));
-            self.bound();
-            self.judge();
+            self.doubt_way();
             return Pose2::IDENTITY;
+        }
+        if last.breaks != odometry.breaks {
+            self.doubt_way();
         }
         let displacement = self.pose.rotate(moved.position());
         let motion = Matrix3::new(
@@ -129,6 +137,14 @@ impl PoseFilter {
         self.bound();
         self.judge();
         moved
+    }
+
+    /// How far the robot has moved is not known.
+    fn doubt_way(&mut self) {
+        let (position, heading) = (LEAP_STD_M * LEAP_STD_M, LEAP_STD_RAD * LEAP_STD_RAD);
+        self.covariance += Matrix3::from_diagonal(&Vector3::new(position, position, heading));
+        self.bound();
+        self.judge();
     }
 
     /// Corrects the pose by a wall: `line` is the wall in `map`, directed as in the fit. `false`: refused.
@@ -221,6 +237,12 @@ impl PoseFilter {
     #[must_use]
     pub fn is_uncertain(&self) -> bool {
         self.doubt.is_uncertain()
+    }
+
+    /// Dead reckoning that it was moved by last.
+    #[must_use]
+    pub fn odometry(&self) -> Odometry {
+        self.last.unwrap_or_default()
     }
 
     /// Corrections since the start.

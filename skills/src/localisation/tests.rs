@@ -177,3 +177,32 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_way_that_was_not_measured_makes_it_less_certain_by_more_than_driving() {
+    let mut filter = filter(Pose2::new(2.0, -0.5, 1.0));
+    filter.predict(&odometry(0.0, 0.3));
+    let before = filter.position_std_m();
+    let broken = Odometry {
+        breaks: 1,
+        ..odometry(0.01, 0.3)
+    };
+    filter.predict(&broken);
+    assert!(filter.position_std_m() > before.hypot(0.09), "{before}");
+    let once = filter.position_std_m();
+    filter.predict(&Odometry {
+        breaks: 1,
+        ..odometry(0.02, 0.3)
+    });
+    assert!(filter.position_std_m() < once + 0.01);
+}
+
+#[test]
+fn another_one_goes_on_from_what_odometry_has_moved_since() {
+    let mut first = filter(Pose2::new(2.0, -0.5, 0.0));
+    first.predict(&odometry(1.0, 0.0));
+    let mut second = filter(Pose2::IDENTITY);
+    second.resume(first.pose(), *first.covariance(), &first.odometry());
+    second.predict(&odometry(1.25, 0.0));
+    assert!((second.pose().x_m - 2.25).abs() < 1e-9 && !second.is_uncertain());
+}

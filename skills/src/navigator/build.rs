@@ -81,6 +81,7 @@ impl Navigator {
             footprint,
             max_speed_m_s,
             motion: Motion::Still,
+            began: robot.start,
             stopping: Stopping::default(),
             instructed: None,
             halting: Stopping::default(),

@@ -7,6 +7,7 @@ use crate::schedule::Schedule;
 use crate::schedule::controllers::motion::{Motion, Start, pose_error};
 use crate::schedule::controllers::pace::{Hold, Pace, Progress};
 use crate::schedule::controllers::stop_at::InstructedStop;
+use description::geometry::Pose2;
 
 /// A lane end known worse than this is taken from the map instead.
 const LANE_END_STD_M: f64 = 0.15;
@@ -82,15 +83,25 @@ impl Navigator {
 
     /// The path of the machine's state begins at the present pose.
     pub(super) fn begin_motion(&mut self) {
+        self.begin_motion_at(self.pose.pose());
+    }
+
+    /// The path of the machine's state begins somewhere, and is driven on from where the robot is.
+    pub(super) fn begin_motion_at(&mut self, began: Pose2) {
         let schedule = &self.schedules[self.machine.state().index()];
         let lane = |index: Option<usize>| index.map(|index| &self.map.lanes()[index].line);
         let start = Start {
             onto: lane(schedule.lane),
             from: lane(schedule.from_lane),
-            pose: self.pose.pose(),
+            pose: began,
             max_curvature_1_m: self.gains.max_curvature_1_m,
         };
         self.motion = schedule.controller.behaviour().motion(&start);
+        self.began = began;
+        let pose = self.pose.pose();
+        if pose != began {
+            self.motion.go_on_at(pose);
+        }
         self.stopping = Stopping::default();
         self.begin_parameters();
     }

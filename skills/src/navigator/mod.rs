@@ -13,6 +13,7 @@
 //! [`Navigator::new`] does allocate.
 
 mod build;
+mod checkpoint;
 mod command;
 mod control;
 mod coordinate;
@@ -24,6 +25,7 @@ mod step;
 mod take_over;
 
 pub use crate::schedule::Hold;
+pub use checkpoint::NavigatorCheckpoint;
 pub use instruction::{Instructed, Instruction, InstructionError, Parameters};
 pub use output::{EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput};
 pub use setup::NavigatorSetup;

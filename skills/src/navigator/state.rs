@@ -41,6 +41,8 @@ pub struct Navigator {
     pub(super) footprint: Footprint,
     pub(super) max_speed_m_s: f64,
     pub(super) motion: Motion,
+    /// Where the path of the present state began.
+    pub(super) began: Pose2,
     pub(super) stopping: Stopping,
     /// Where the instruction says to stop.
     pub(super) instructed: Option<InstructedStop>,

@@ -23,7 +23,7 @@ impl Navigator {
         self.take_events(other);
         self.activate(None);
         if self.has_same_task(other) {
-            self.motion = other.motion;
+            (self.motion, self.began) = (other.motion, other.began);
             (self.stopping, self.halting) = (other.stopping, other.halting);
             self.instructed = other.instructed;
             self.in_state_s = other.in_state_s;

@@ -82,6 +82,12 @@ pub struct Odometry {
     pub turned_rad: f64,
     /// Samples rejected as implausible before this one.
     pub refused: u64,
+    /// What the encoders said then.
+    #[cfg_attr(feature = "symbols", serde(skip))]
+    pub angles: EncoderAngles,
+    /// How often the robot may have moved without being measured since the start, as when the encoders lost power. What is
+    /// remembered in `odom` from before is worth nothing, and the pose in `map` is less certain.
+    pub breaks: u64,
 }
 
 #[cfg(feature = "symbols")]
@@ -188,6 +194,18 @@ impl DeadReckoning {
         })
     }
 
+    /// Goes on from what was reckoned before by another, of the same drive, whose encoders have counted on since.
+    pub fn resume(&mut self, before: &Odometry) {
+        self.odometry = Odometry {
+            twist: Twist2::default(),
+            ..*before
+        };
+        self.last = Some(EncoderSample {
+            stamp_ns: before.stamp_ns,
+            angles: before.angles,
+        });
+    }
+
     /// The latest estimate.
     #[must_use]
     pub fn odometry(&self) -> &Odometry {
@@ -202,7 +220,7 @@ impl DeadReckoning {
 
     /// Takes the next sample as a new beginning without moving: after the encoders restarted.
     pub fn rebase(&mut self) {
-        self.last = None;
+        self.odometry.breaks += u64::from(self.last.take().is_some());
         self.odometry.twist = Twist2::default();
     }
 
@@ -248,22 +266,24 @@ impl DeadReckoning {
                 self.integrate(unit_m, pivot_rad, dt_s);
                 self.counters.accepted += 1;
                 self.last = Some(*sample);
-                self.odometry.stamp_ns = stamp_ns;
-                self.odometry.steering_rad = wrap_angle(sample.angles.pivot_rad);
+                self.stamp(sample);
                 self.odometry.refused = self.counters.rejected();
                 Ok(self.odometry)
             }
             Err(_) if dt_s > LONGEST_GAP_S => {
                 self.counters.gaps += 1;
+                self.odometry.breaks += 1;
                 self.begin(sample);
                 Err(OdometryFault::Gap { gap_s: dt_s })
             }
             Err(fault) => {
                 self.counters.jumps += 1;
                 self.bridge(dt_s);
+                self.odometry.breaks += u64::from(dt_s > BRIDGE_S);
                 // The new values are the base of what follows: a jump that stays is rejected only once.
                 self.last = Some(*sample);
                 self.odometry.stamp_ns = stamp_ns;
+                self.odometry.angles = sample.angles;
                 Err(fault)
             }
         }
@@ -272,9 +292,14 @@ impl DeadReckoning {
     fn begin(&mut self, sample: &EncoderSample) {
         self.last = Some(*sample);
         self.backward_run = 0;
+        self.stamp(sample);
+        self.odometry.twist = Twist2::default();
+    }
+
+    fn stamp(&mut self, sample: &EncoderSample) {
         self.odometry.stamp_ns = sample.stamp_ns;
         self.odometry.steering_rad = wrap_angle(sample.angles.pivot_rad);
-        self.odometry.twist = Twist2::default();
+        self.odometry.angles = sample.angles;
     }
 
     /// Way of the unit and turn of the pivot since the last sample, when both are possible.

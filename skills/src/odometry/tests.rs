@@ -212,3 +212,48 @@ fn impossible_geometry_is_refused() {
     );
     assert!(DeadReckoning::new(good, f64::NAN).is_err());
 }
+
+#[test]
+fn another_one_goes_on_from_what_was_reckoned_while_the_wheels_turned_on() {
+    let (mut encoders, mut first) = started();
+    for _ in 0..200 {
+        first.update(&encoders.step(0.4, 0.3)).unwrap();
+    }
+    let left = *first.odometry();
+    // The robot rolls out before the next process looks.
+    let mut sample = encoders.sample;
+    for _ in 0..100 {
+        sample = encoders.step(0.1, 0.0);
+    }
+    let mut second = DeadReckoning::new(encoders.geometry, 35.0).unwrap();
+    second.resume(&left);
+    second.update(&sample).unwrap();
+    for _ in 0..200 {
+        second.update(&encoders.step(0.4, -0.3)).unwrap();
+    }
+    assert!(error_m(&encoders, &second) < 0.01);
+    assert_eq!((left.breaks, second.odometry().breaks), (0, 0));
+    assert!(second.odometry().distance_m > left.distance_m);
+}
+
+#[test]
+fn a_way_that_was_not_measured_is_a_break() {
+    let (mut encoders, mut dead_reckoning) = started();
+    dead_reckoning.update(&encoders.step(0.4, 0.0)).unwrap();
+    dead_reckoning.rebase();
+    dead_reckoning.update(&encoders.step(0.4, 0.0)).unwrap();
+    assert_eq!(dead_reckoning.odometry().breaks, 1);
+    // Encoders that counted from zero again, and nobody said so.
+    encoders.sample.stamp_ns += 10_000_000_000;
+    encoders.sample.angles.left_rad += 1e4;
+    assert!(dead_reckoning.update(&encoders.sample).is_err());
+    assert_eq!(dead_reckoning.odometry().breaks, 2);
+    // A jump within a cycle is bridged.
+    encoders.sample.angles.left_rad += 10.0;
+    assert!(dead_reckoning.update(&encoders.step(0.4, 0.0)).is_err());
+    assert_eq!(dead_reckoning.odometry().breaks, 2);
+    // Before the first sample nothing can break.
+    let mut fresh = DeadReckoning::new(encoders.geometry, 35.0).unwrap();
+    fresh.rebase();
+    assert_eq!(fresh.odometry().breaks, 0);
+}

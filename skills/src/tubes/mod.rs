@@ -43,6 +43,7 @@ pub use adapt::room::Room;
 pub(crate) use adapt::room::turning_back_m;
 pub use adapt::stop_rules::StopRules;
 pub use error::{Refusal, TubeError};
+pub use memory::checkpoint::FloorCheckpoint;
 pub use memory::known::KnownRanges;
 pub use set::report::TubeReport;
 pub use set::tube_set::{Surroundings, TubeId, TubeSet};

@@ -7,6 +7,7 @@ use onboard::symbols::faults::FaultTable;
 use serde_json::Value as Json;
 use sim::world::{ObstacleId, Random, SharedWorld};
 
+use super::checkpoints::Checkpoints;
 use super::clock::{START_NS, STEP_NS};
 use super::devices::Devices;
 use super::disk::Disk;
@@ -14,7 +15,8 @@ use super::faults::Schedule;
 use super::mediator::SteppedMediator;
 use super::network::{Message, MessageKind, Network};
 use super::plans::Plans;
-use super::robot::{Fleet, Start, SteppedRobot};
+use super::robot::SteppedRobot;
+use super::start::{Fleet, Start};
 use super::trace::Trace;
 use crate::folder::Folder;
 use crate::network::mediator_status::Told;
@@ -77,6 +79,8 @@ pub(super) struct Member {
     /// None before it starts, and while it is killed.
     pub(super) robot: Option<SteppedRobot>,
     pub(super) killed: bool,
+    /// What its processes leave for the next.
+    checkpoints: Checkpoints,
     /// When an operator reset it last.
     pub(super) reset_ns: u64,
     pub(super) resets: u32,
@@ -118,6 +122,7 @@ impl<'a> Stepped<'a> {
                     starts_ns: START_NS + delay_ns,
                     robot: None,
                     killed: false,
+                    checkpoints: Checkpoints::default(),
                     reset_ns: 0,
                     resets: 0,
                     faults: FaultTable::default(),
@@ -191,6 +196,7 @@ impl<'a> Stepped<'a> {
             fleet,
             boot_epoch: (self.epochs.unit() * (u64::MAX >> 16) as f64) as u64 + 1,
             at_ns: now_ns,
+            checkpoints: self.robots[number].checkpoints.clone(),
         };
         let folder = self.folder.path();
         let member = &mut self.robots[number];

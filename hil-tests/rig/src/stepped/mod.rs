@@ -14,6 +14,7 @@
 //! The same seed gives the same run. [`faults`] come from the scenario or are drawn from the seed.
 
 mod bus;
+mod checkpoints;
 mod clock;
 mod devices;
 mod disk;
@@ -27,11 +28,14 @@ mod mediator;
 mod network;
 mod plans;
 mod robot;
+mod start;
 mod thread;
 mod trace;
 
+pub use checkpoints::Checkpoints;
 pub use devices::Devices;
 pub use fleet::Stepped;
 pub use plans::Plans;
-pub use robot::{Fleet, Start, SteppedRobot};
+pub use robot::SteppedRobot;
+pub use start::{Fleet, Start};
 pub use trace::Trace;

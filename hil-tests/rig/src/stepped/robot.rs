@@ -9,22 +9,22 @@ use coordination::symbols::SymbolTable;
 use description::areas::AreaIndex;
 use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 use drivers::Clock as _;
-use onboard::activities::communication::OpenSession;
 use onboard::activities::news::Alarm;
 use onboard::activities::port::Port;
 use onboard::activities::robot_activity::ThreadActivities;
 use onboard::cli::{Failure, Files};
 use onboard::composition::compose::{
-    by_thread, compose_chain, compose_communication, compose_devices, membership, port,
+    Beginning, by_thread, compose_chain, compose_communication, compose_devices, membership, port,
 };
 use onboard::composition::plan::{Plan, thread_names};
+use onboard::process::checkpoints::Left;
 use onboard::process::ctl::{Pending, Request};
 use onboard::process::inspect::snapshot;
 use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
 use onboard::process::runner::{EventLoop, Trigger};
 use onboard::process::runtime::Runtime;
-use onboard::process::supervisor::{PERIOD_NS, Supervisor, ports};
+use onboard::process::supervisor::{Keeper, PERIOD_NS, Supervisor, ports};
 use onboard::realtime::log;
 use onboard::realtime::wake::Wake;
 use onboard::symbols::faults::FaultTable;
@@ -37,31 +37,12 @@ use super::clock::STEP_NS;
 use super::devices::Devices;
 use super::faults::Lateness;
 use super::leave::Leave;
+use super::start::{Fleet, Start};
 use super::thread::{Step, Thread, ThreadClock};
 use crate::belief::{Belief, Insight};
 
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
-
-/// Who says where the robot may be.
-pub enum Fleet {
-    /// The mediator, where there is one, over a session on the simulated network.
-    Network(OpenSession),
-    /// The rig, in communication's place; at first nowhere.
-    Rig,
-    /// Nobody: it may be anywhere, and talks with nobody.
-    Alone,
-}
-
-/// A start of a robot's process.
-pub struct Start {
-    /// Who says where the robot may be.
-    pub fleet: Fleet,
-    /// Tells this start from others.
-    pub boot_epoch: u64,
-    /// When.
-    pub at_ns: u64,
-}
 
 /// What has a thread of its own in the robot file.
 enum Running {
@@ -114,6 +95,7 @@ impl SteppedRobot {
             fleet,
             boot_epoch,
             at_ns: now_ns,
+            mut checkpoints,
         } = start;
         let runtime = Runtime::new(Some(folder.to_owned()))?;
         let id = &plan.robot.identity.id;
@@ -135,11 +117,16 @@ impl SteppedRobot {
         let (reload, ends) = Reload::new(files.clone(), plan);
         let (mut ports, mut handles) = ports(wiring.states);
         let symbols = wiring.symbols;
-        let navigator = Box::new(plan.navigator().map_err(Failure::refused)?);
+        let left = Left::take(&mut checkpoints, plan, &log, now_ns)?;
+        let keeper = Keeper::new(Box::new(checkpoints), plan, &left);
+        let beginning = Beginning::of(plan, left.place.as_deref(), &log);
+        let beginning = beginning.map_err(Failure::refused)?;
+        let (navigator, goes_on) = (&beginning.navigator, beginning.left.is_some());
         let machine = navigator.machine().clone();
         let (navigation_end, membership, open_session, leave) = match fleet {
             Fleet::Network(open_session) => {
-                let (navigation, own) = membership(plan, &navigator, boot_epoch, &alarm).unzip();
+                let own = membership(plan, navigator, (boot_epoch, goes_on), &alarm);
+                let (navigation, own) = own.unzip();
                 let ends = (symbols.communication, symbols.communication_fleet);
                 (navigation, own, Some((open_session, ends)), None)
             }
@@ -151,7 +138,7 @@ impl SteppedRobot {
         };
         let mut activities = compose_chain(
             plan,
-            navigator,
+            beginning,
             symbols.chain,
             &mut ports,
             ends,
@@ -209,8 +196,9 @@ impl SteppedRobot {
             OverrunWatch::of(threads, watched),
             machine.clone(),
             drain,
-            reload,
+            (reload, keeper),
         );
+        supervisor.heed(&left, now_ns);
         supervisor.begin();
         Ok(Self {
             threads: running,

@@ -6,7 +6,7 @@ use onboard::process::ctl::Request;
 use onboard::symbols::faults::{Fault, FaultTable};
 use rig::belief::Belief;
 use rig::folder::Folder;
-use rig::stepped::{Devices, Fleet, Start, SteppedRobot};
+use rig::stepped::{Checkpoints, Devices, Fleet, Start, SteppedRobot};
 use rig::testbed::{start_pose, world};
 use sim::world::{Obstacle, ObstacleId, Pose, Shape, SharedWorld, Truth, World};
 
@@ -78,6 +78,7 @@ impl Bench {
             fleet: Fleet::Alone,
             boot_epoch: 1,
             at_ns: now_ns,
+            checkpoints: Checkpoints::default(),
         };
         let robot = SteppedRobot::new(&plan, files, folder.path(), &devices, start);
         Self {

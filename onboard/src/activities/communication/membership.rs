@@ -196,10 +196,10 @@ fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
     if !fresh {
         return Sense::default();
     }
-    let pose = whereabouts.pose;
-    let covariance = Matrix3::from(whereabouts.covariance).transpose();
-    let known = whereabouts.uncertain == 0 && pose.is_finite();
-    let std = |axis: usize| whereabouts.covariance[axis][axis].max(0.0).sqrt();
+    let at = &whereabouts.at;
+    let (pose, covariance) = (at.pose, Matrix3::from(at.covariance).transpose());
+    let known = at.uncertain == 0 && pose.is_finite();
+    let std = |axis: usize| at.covariance[axis][axis].max(0.0).sqrt();
     Sense {
         place: known.then_some(UncertainPose { pose, covariance }),
         pose: Some(Pose {
@@ -209,7 +209,7 @@ fn sense(whereabouts: &Whereabouts, fresh: bool, speed_m_s: f64) -> Sense {
             ..pose.into()
         }),
         speed_m_s,
-        state: usize::try_from(whereabouts.state).ok(),
+        state: usize::try_from(at.state).ok(),
         waiting_for: whereabouts.waiting_for(),
     }
 }
@@ -223,13 +223,13 @@ mod tests {
 
     #[test]
     fn what_is_stale_or_uncertain_is_no_place() {
-        let here = Whereabouts {
-            pose: Pose2::new(1.0, 0.0, 0.0),
-            covariance: [[0.04, 0.01, 0.0], [0.01, 0.0, 0.0], [0.0; 3]],
-            state: 3,
+        let mut here = Whereabouts {
             waiting_for: u64::MAX,
             ..Whereabouts::default()
         };
+        here.at.pose = Pose2::new(1.0, 0.0, 0.0);
+        here.at.covariance = [[0.04, 0.01, 0.0], [0.01, 0.0, 0.0], [0.0; 3]];
+        here.at.state = 3;
         let known = sense(&here, true, 0.2);
         let place = known.place.expect("a place");
         assert_eq!(
@@ -239,8 +239,8 @@ mod tests {
         assert_eq!((known.state, known.waiting_for), (Some(3), None));
         assert_eq!(known.pose.map(|pose| pose.std_x_m), Some(0.2));
         assert!(sense(&here, false, 0.2).place.is_none());
+        here.at.uncertain = 1;
         let unsure = Whereabouts {
-            uncertain: 1,
             waiting_for: 2,
             ..here
         };

@@ -38,7 +38,7 @@ pub struct Drive {
     wanted: Stamped<WheelSetpoints>,
     inputs: Inputs,
     status: DriveStatus,
-    /// How often the drive's encoders have begun to count.
+    /// How often the drive was found to have lost power.
     encoder_epoch: u64,
     answered_ns: u64,
     lost_since_ns: u64,
@@ -118,8 +118,7 @@ impl Drive {
                     identity.link, identity.name, identity.serial
                 ));
                 // Without power its encoders forgot how far they had counted.
-                let began = !identity.had_address || self.encoder_epoch == 0;
-                self.encoder_epoch += u64::from(began);
+                self.encoder_epoch += u64::from(!identity.had_address);
                 self.bus = Some(bus);
                 self.ramp.reset();
                 self.answered_ns = self.clock.now_ns();

@@ -15,7 +15,7 @@ use crate::activities::robot_activity::RobotActivity;
 use crate::activities::scans::ScanIntake;
 use crate::fleet::{Directive, Start};
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{Name, NavigationState, PoseEstimate, WantedMotion};
+use crate::symbols::values::{Name, NavigationState, PoseEstimate, WantedMotion, Whereabouts};
 use crate::symbols::wiring::{NavigationFleetSymbols, NavigationSymbols};
 
 /// Who gave the instruction that the next step takes.
@@ -316,7 +316,9 @@ impl Activity for Navigation {
         self.publish_output(now_ns);
         // Without a step, the whereabouts are old and must not look new.
         if let Some(output) = self.output.filter(|output| output.now_ns == now_ns) {
-            self.membership.publish(&output, &mut self.port);
+            let whereabouts = Whereabouts::of(&self.part.navigator, &output);
+            self.symbols.whereabouts.write(now_ns, &whereabouts);
+            self.membership.published(now_ns, &mut self.port);
         }
         self.port.publish(now_ns);
     }

@@ -3,14 +3,12 @@
 use coordination::symbols::Stamped;
 use description::geometry::MotionCommand;
 use skills::borders::AreaSet;
-use skills::navigator::NavigationOutput;
 
 use crate::activities::fleet_link::{NavigationEnd, NavigationEvent};
 use crate::activities::port::Port;
 use crate::fleet::Directive;
 use crate::realtime::clock::SECOND_NS;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::Whereabouts;
 use crate::symbols::wiring::NavigationFleetSymbols;
 
 /// Leave expires when communication has not repeated it for this long.
@@ -88,18 +86,13 @@ impl Membership {
         }
     }
 
-    /// Publishes where the robot is after a step, and wakes communication.
-    pub(super) fn publish(&mut self, output: &NavigationOutput, port: &mut Port) {
-        let Some(Managed { symbols, .. }) = &mut self.managed else {
-            return;
-        };
-        let whereabouts = Whereabouts::of(output);
-        symbols.whereabouts.write(output.now_ns, &whereabouts);
+    /// The whereabouts after a step are published: wakes communication.
+    pub(super) fn published(&mut self, now_ns: u64, port: &mut Port) {
         if std::mem::take(&mut self.relocated) {
             self.tell(NavigationEvent::Relocated, port);
         }
         if let Some(Managed { link, .. }) = &self.managed {
-            link.wake.wake(output.now_ns);
+            link.wake.wake(now_ns);
         }
     }
 

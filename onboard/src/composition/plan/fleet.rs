@@ -27,6 +27,7 @@ impl Plan {
             robot_id: self.robot.identity.id.clone(),
             site: self.site.name.clone(),
             boot_epoch,
+            goes_on: false,
             areas: areas.collect(),
             states: machine
                 .states()

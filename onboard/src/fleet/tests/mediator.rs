@@ -102,6 +102,23 @@ fn a_restarted_robot_goes_on_where_the_mediator_knows_it() {
 }
 
 #[test]
+fn a_robot_that_knows_where_it_was_goes_on_from_there() {
+    let mut scene = Scene::new(&["1"]);
+    let knows = Setup {
+        goes_on: true,
+        ..setup()
+    };
+    scene.member = Member::new(knows, 0);
+    scene.mediator.take_up = Some(TakeUp {
+        pose: None,
+        fsm_state: "search-2".into(),
+    });
+    scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+    assert!(scene.directives().is_empty() && !scene.member.troubles(scene.now_ns).lost);
+    assert_eq!(scene.allowed(), [0]);
+}
+
+#[test]
 fn a_robot_that_nobody_can_place_waits_for_an_operator() {
     let mut scene = Scene::new(&["1"]);
     scene.mediator.take_up = Some(TakeUp {

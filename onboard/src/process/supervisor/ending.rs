@@ -1,4 +1,25 @@
-//! How the program ends.
+//! The supervisor's loop, and how the program ends: first the robot stands, then its activities stop.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use coordination::activity::LifeCycleEvent;
+
+use super::supervision::{PERIOD_NS, Supervisor};
+use crate::activities::port::Command;
+use crate::process::ctl::Server;
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
+use crate::realtime::panic::has_panicked;
+use crate::symbols::faults::Fault;
+use crate::symbols::values::Mode;
+
+/// How long a robot may take to stand before the program ends anyway.
+const STANDSTILL_NS: u64 = 3 * SECOND_NS;
+/// How long activities may take to stop once the robot stands.
+const STOPPING_NS: u64 = SECOND_NS;
+/// Wheel speed below which the robot stands.
+const STANDING_RAD_S: f64 = 0.2;
+/// An older encoder reading does not count.
+const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -7,4 +28,70 @@ pub enum Ending {
     Asked,
     /// A thread panicked.
     Panicked,
+}
+
+impl Supervisor {
+    /// Supervises until the robot has been asked to end and stands.
+    pub fn run(&mut self, asked_to_end: &AtomicBool, server: &Server) -> Ending {
+        self.begin();
+        let mut next_ns = now_ns();
+        loop {
+            next_ns = (next_ns + PERIOD_NS).max(now_ns());
+            sleep_until(next_ns);
+            let now_ns = now_ns();
+            if !asked_to_end.load(Ordering::Relaxed) && !has_panicked() {
+                self.cycle(now_ns, || server.next());
+                continue;
+            }
+            self.hear(now_ns);
+            if self.end(now_ns) {
+                break;
+            }
+            self.publish(now_ns);
+        }
+        self.stop_activities();
+        self.publish(now_ns());
+        if has_panicked() {
+            Ending::Panicked
+        } else {
+            Ending::Asked
+        }
+    }
+
+    /// Stops the robot; true when it stands, or when it has had its time.
+    pub(super) fn end(&mut self, now_ns: u64) -> bool {
+        if self.ending_since_ns == 0 {
+            self.ending_since_ns = now_ns;
+            self.mode_value.mode = Mode::Ending as u64;
+            tracing::info!("stopping the robot, then the program");
+            if has_panicked() {
+                self.raise("supervisor", Fault::Panic, 0.0, now_ns);
+            }
+        }
+        self.stop_now();
+        self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
+    }
+
+    pub(super) fn standing(&mut self, now_ns: u64) -> bool {
+        let encoders = self.symbols.encoders.read();
+        let fresh = now_ns.saturating_sub(encoders.stamp_ns) < ENCODER_AGE_NS;
+        let slow = encoders.value.speeds.fastest_rad_s() < STANDING_RAD_S;
+        let drive = self.symbols.drive.read();
+        let bus =
+            drive.value.operational != 0 && now_ns.saturating_sub(drive.stamp_ns) < ENCODER_AGE_NS;
+        (fresh && slow) || !bus
+    }
+
+    pub(super) fn stop_activities(&mut self) {
+        self.handles
+            .tell_all(Command::LifeCycle(LifeCycleEvent::Stop));
+        let deadline_ns = now_ns() + STOPPING_NS;
+        while now_ns() < deadline_ns && self.handles.not_stopped().next().is_some() {
+            sleep_until(now_ns() + 5 * MILLISECOND_NS);
+            self.hear(now_ns());
+        }
+        for kind in self.handles.not_stopped() {
+            tracing::warn!("{kind} did not stop in time");
+        }
+    }
 }

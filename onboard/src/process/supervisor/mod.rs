@@ -5,9 +5,11 @@
 
 mod ending;
 mod handles;
+mod keeper;
 mod sent;
 mod supervision;
 
 pub use ending::Ending;
 pub use handles::{Handle, ports};
+pub use keeper::Keeper;
 pub use supervision::{PERIOD_NS, Supervisor};

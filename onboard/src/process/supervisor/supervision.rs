@@ -1,51 +1,42 @@
 //! What the supervisor does ten times a second.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::fsm::Machine;
 use description::instruction::Instruction;
 use description::threads::ActivityKind;
 use skills::navigator::Instructed;
 
-use super::ending::Ending;
 use super::handles::{Handle, Handles};
+use super::keeper::Keeper;
 use super::sent::{Sent, answer};
 use crate::activities::port::{Command, Report};
-use crate::process::ctl::{Done, Event, Pending, Refusal, Request, Server, quoted};
+use crate::process::checkpoints::Left;
+use crate::process::ctl::{Done, Event, Pending, Refusal, Request, quoted};
 use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
-use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
+use crate::realtime::clock::MILLISECOND_NS;
 use crate::realtime::log::LogDrain;
-use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::{Fault, FaultTable, Resumes};
 use crate::symbols::values::{Mode, RobotMode};
 use crate::symbols::wiring::SupervisorSymbols;
 
 /// Period of the supervisor.
 pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
-/// How long a robot may take to stand before the program ends anyway.
-const STANDSTILL_NS: u64 = 3 * SECOND_NS;
-/// How long activities may take to stop once the robot stands.
-const STOPPING_NS: u64 = SECOND_NS;
-/// Wheel speed below which the robot stands.
-const STANDING_RAD_S: f64 = 0.2;
-/// An older encoder reading does not count.
-const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
 /// The supervisor.
 pub struct Supervisor {
-    handles: Handles,
-    symbols: SupervisorSymbols,
+    pub(super) handles: Handles,
+    pub(super) symbols: SupervisorSymbols,
     table: FaultTable,
-    mode_value: RobotMode,
+    pub(super) mode_value: RobotMode,
     operator_paused: bool,
-    ending_since_ns: u64,
+    pub(super) ending_since_ns: u64,
     watch: OverrunWatch,
     /// For its names; navigation steps it.
     machine: Machine,
     log: LogDrain,
     reload: Reload,
+    keeper: Keeper,
     sent: Option<Sent>,
 }
 
@@ -59,7 +50,7 @@ impl Supervisor {
         watch: OverrunWatch,
         machine: Machine,
         log: LogDrain,
-        reload: Reload,
+        (reload, keeper): (Reload, Keeper),
     ) -> Self {
         Self {
             handles: Handles(handles),
@@ -72,35 +63,22 @@ impl Supervisor {
             machine,
             log,
             reload,
+            keeper,
             sent: None,
         }
     }
 
-    /// Supervises until the robot has been asked to end and stands.
-    pub fn run(&mut self, asked_to_end: &AtomicBool, server: &Server) -> Ending {
-        self.begin();
-        let mut next_ns = now_ns();
-        loop {
-            next_ns = (next_ns + PERIOD_NS).max(now_ns());
-            sleep_until(next_ns);
-            let now_ns = now_ns();
-            if !asked_to_end.load(Ordering::Relaxed) && !has_panicked() {
-                self.cycle(now_ns, || server.next());
-                continue;
-            }
-            self.hear(now_ns);
-            if self.end(now_ns) {
-                break;
-            }
-            self.publish(now_ns);
+    /// The process before was stopped, or paused, by people, or by a fault that waits for them: so is this one.
+    pub fn heed(&mut self, left: &Left, now_ns: u64) {
+        self.operator_paused = left.paused;
+        if left.stopped {
+            self.raise("supervisor", Fault::OperatorStop, 0.0, now_ns);
         }
-        self.stop_activities();
-        self.publish(now_ns());
-        if has_panicked() {
-            Ending::Panicked
-        } else {
-            Ending::Asked
-        }
+    }
+
+    /// The robot has ended: after that of a process that was asked to, the next one begins afresh.
+    pub fn forget(&mut self) {
+        self.keeper.forget();
     }
 
     /// Has all activities acquire what they need: the first step of all.
@@ -120,10 +98,12 @@ impl Supervisor {
         self.go_on_reloading(now_ns);
         self.expire_sent(now_ns);
         self.publish(now_ns);
+        let mode = self.mode_value.mode;
+        self.keeper.keep(&mut self.symbols, mode, now_ns);
     }
 
     /// Takes in all reports.
-    fn hear(&mut self, now_ns: u64) {
+    pub(super) fn hear(&mut self, now_ns: u64) {
         while let Some((kind, report)) = self.handles.next_report() {
             self.take(kind.name(), report, now_ns);
         }
@@ -146,7 +126,7 @@ impl Supervisor {
         }
     }
 
-    fn raise(&mut self, who: &str, fault: Fault, figure: f64, now_ns: u64) {
+    pub(super) fn raise(&mut self, who: &str, fault: Fault, figure: f64, now_ns: u64) {
         if self.table.raise(fault, now_ns) {
             tracing::warn!(
                 "{} ({who}, {figure:.3}): {}",
@@ -227,7 +207,7 @@ impl Supervisor {
         }
     }
 
-    fn stop_now(&mut self) {
+    pub(super) fn stop_now(&mut self) {
         self.handles
             .tell(ActivityKind::MotionTube, Command::StopNow);
     }
@@ -356,44 +336,7 @@ impl Supervisor {
         }
     }
 
-    /// Stops the robot; true when it stands, or when it has had its time.
-    fn end(&mut self, now_ns: u64) -> bool {
-        if self.ending_since_ns == 0 {
-            self.ending_since_ns = now_ns;
-            self.mode_value.mode = Mode::Ending as u64;
-            tracing::info!("stopping the robot, then the program");
-            if has_panicked() {
-                self.raise("supervisor", Fault::Panic, 0.0, now_ns);
-            }
-        }
-        self.stop_now();
-        self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
-    }
-
-    fn standing(&mut self, now_ns: u64) -> bool {
-        let encoders = self.symbols.encoders.read();
-        let fresh = now_ns.saturating_sub(encoders.stamp_ns) < ENCODER_AGE_NS;
-        let slow = encoders.value.speeds.fastest_rad_s() < STANDING_RAD_S;
-        let drive = self.symbols.drive.read();
-        let bus =
-            drive.value.operational != 0 && now_ns.saturating_sub(drive.stamp_ns) < ENCODER_AGE_NS;
-        (fresh && slow) || !bus
-    }
-
-    fn stop_activities(&mut self) {
-        self.handles
-            .tell_all(Command::LifeCycle(LifeCycleEvent::Stop));
-        let deadline_ns = now_ns() + STOPPING_NS;
-        while now_ns() < deadline_ns && self.handles.not_stopped().next().is_some() {
-            sleep_until(now_ns() + 5 * MILLISECOND_NS);
-            self.hear(now_ns());
-        }
-        for kind in self.handles.not_stopped() {
-            tracing::warn!("{kind} did not stop in time");
-        }
-    }
-
-    fn publish(&mut self, now_ns: u64) {
+    pub(super) fn publish(&mut self, now_ns: u64) {
         self.symbols.faults.write(now_ns, &self.table);
         self.symbols.mode.write(now_ns, &self.mode_value);
     }

@@ -17,7 +17,8 @@ value! {
         speeds: WheelSpeeds,
         /// Pivot speed.
         pivot_rad_s: f64,
-        /// How often the encoders have begun to count from zero: at the first bring-up, and after each loss of power.
+        /// How often the encoders were found to have begun anew, as after a loss of power; 0 while they count on from before
+        /// this process.
         epoch: u64,
     }
 }

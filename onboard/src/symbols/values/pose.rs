@@ -2,7 +2,7 @@
 
 use description::areas::AreaIndex;
 use description::geometry::Pose2;
-use skills::navigator::NavigationOutput;
+use skills::navigator::{NavigationOutput, Navigator, NavigatorCheckpoint};
 
 use super::Name;
 
@@ -26,15 +26,9 @@ value! {
 value! {
     /// Where navigation believes the robot is and what it does there, at one moment: numbers, for other activities.
     Whereabouts, "whereabouts" {
-        /// `base_link` in `map`.
+        /// Pose, state, and how far the state's path is driven.
         #[serde(flatten)]
-        pose: Pose2,
-        /// Of (x, y, θ), row by row, in metres and radians.
-        covariance: [[f64; 3]; 3],
-        /// 1 when it is too uncertain to drive.
-        uncertain: u64,
-        /// Number of the state of the robot's machine.
-        state: u64,
+        at: NavigatorCheckpoint,
         /// Number of the area ahead that it may not enter, for which it slows down or waits; `u64::MAX` for none.
         waiting_for: u64,
     }
@@ -43,12 +37,9 @@ value! {
 impl Whereabouts {
     /// What navigation knows after a step.
     #[must_use]
-    pub fn of(output: &NavigationOutput) -> Self {
+    pub fn of(navigator: &Navigator, output: &NavigationOutput) -> Self {
         Self {
-            pose: output.pose,
-            covariance: output.covariance,
-            uncertain: u64::from(output.pose_uncertain),
-            state: u64::from(output.state.0),
+            at: navigator.checkpoint(),
             waiting_for: { output.waiting_for }.map_or(u64::MAX, |area| area.place() as u64),
         }
     }

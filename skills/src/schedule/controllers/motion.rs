@@ -58,6 +58,13 @@ impl Motion {
         Self::Follow(Follower::new(track, arrival))
     }
 
+    /// A part of the way is done: the robot is here.
+    pub fn go_on_at(&mut self, pose: Pose2) {
+        if let Self::Follow(follower) = self {
+            follower.go_on_at(pose);
+        }
+    }
+
     /// Keeps this offset from the lane from now on; other motions ignore it.
     pub fn keep_beside(&mut self, aside_m: f64) {
         if let Self::Lane { offset_m } = self {

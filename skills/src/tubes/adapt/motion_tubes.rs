@@ -8,6 +8,7 @@ use super::select::{Selection, Selector};
 use super::sight::Sight;
 use super::stop_rules::StopRules;
 use crate::tubes::error::TubeError;
+use crate::tubes::memory::checkpoint::FloorCheckpoint;
 use crate::tubes::memory::floor::Floor;
 use crate::tubes::memory::known::KnownRanges;
 use crate::tubes::memory::moving::Moving;
@@ -133,6 +134,23 @@ impl MotionTubes {
             retreats: self.retreat.begun,
             ..self.counters
         }
+    }
+
+    /// Writes down what is remembered of the floor around the robot. Real time.
+    pub fn save(&self, into: &mut FloorCheckpoint) {
+        if !(self.floor.save(into) && self.memory.save(into)) {
+            into.cell_m = 0.0;
+        }
+    }
+
+    /// Remembers what other tubes of this robot remembered. `false`: it is of another kind of robot, and nothing changes.
+    pub fn resume(&mut self, from: &FloorCheckpoint) -> bool {
+        let known = self.floor.resume(from);
+        if known {
+            self.memory.resume(from);
+            self.odom_pose = from.pose;
+        }
+        known
     }
 
     /// Forgets scans and memory, as when the odometry frame jumps; counters stay. It begins stopped.

@@ -4,8 +4,10 @@
 //! * [`known`]: what one scan says per beam, with unknown beams settled;
 //! * [`seen`]: what was seen beside the robot in the last two seconds of driving;
 //! * [`floor`]: which floor out of view is known to be free;
+//! * [`checkpoint`]: floor and hits, for another process to go on with;
 //! * [`moving`]: the distance to the nearest thing that moves.
 
+pub mod checkpoint;
 pub mod floor;
 pub mod grid;
 pub mod known;

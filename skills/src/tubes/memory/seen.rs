@@ -9,6 +9,7 @@
 //!
 //! Bounded: a ring of fixed capacity; when more comes in within the memory's time, the oldest goes and is counted.
 
+use super::checkpoint::FloorCheckpoint;
 use super::grid::NearGrid;
 use crate::scan::AlignedScan;
 use description::geometry::{Point2, Pose2};
@@ -110,23 +111,28 @@ impl Memory {
             if !drives && !self.is_news(hit) {
                 continue;
             }
-            if self.len == self.ring.len() && self.is_kept(&self.ring[self.next]) {
-                self.overwritten += 1;
-            }
-            self.ring[self.next] = Remembered {
-                point: pose.transform(hit),
-                driven_ns: Some(self.driven_ns),
-            };
-            self.next = (self.next + 1) % self.ring.len();
-            self.len = (self.len + 1).min(self.ring.len());
+            self.push(pose.transform(hit));
         }
+    }
+
+    /// Remembers a point of `odom`.
+    fn push(&mut self, point: Point2) {
+        if self.len == self.ring.len() && self.is_kept(&self.ring[self.next]) {
+            self.overwritten += 1;
+        }
+        self.ring[self.next] = Remembered {
+            point,
+            driven_ns: Some(self.driven_ns),
+        };
+        self.next = (self.next + 1) % self.ring.len();
+        self.len = (self.len + 1).min(self.ring.len());
     }
 
     /// Near, where nothing was on the newest scan.
     fn is_news(&self, hit: Point2) -> bool {
         self.grid
             .cell(hit)
-            .is_some_and(|cell| self.occupied[cell / 64] & (1 << (cell % 64)) == 0)
+            .is_some_and(|cell| !is_set(&self.occupied, cell))
     }
 
     fn is_kept(&self, remembered: &Remembered) -> bool {
@@ -166,6 +172,23 @@ impl Memory {
         self.len = kept;
     }
 
+    /// Writes down where something is around the robot; `false`: the window is too small.
+    pub fn save(&self, into: &mut FloorCheckpoint) -> bool {
+        let Some(words) = into.occupied.get_mut(..self.occupied.len()) else {
+            return false;
+        };
+        words.copy_from_slice(&self.occupied);
+        true
+    }
+
+    /// Remembers what another one, on the same grid, has seen around the robot, as if it had been now.
+    pub fn resume(&mut self, from: &FloorCheckpoint) {
+        self.clear();
+        for cell in (0..self.grid.cells()).filter(|cell| is_set(&from.occupied, *cell)) {
+            self.push(from.pose.transform(self.grid.centre(cell)));
+        }
+    }
+
     /// The occupied cells around the robot at the newest scan.
     #[must_use]
     pub fn occupied(&self) -> &[u64] {
@@ -196,6 +219,12 @@ impl Memory {
         self.newest = None;
         self.occupied.fill(0);
     }
+}
+
+fn is_set(words: &[u64], cell: usize) -> bool {
+    words
+        .get(cell / 64)
+        .is_some_and(|word| word >> (cell % 64) & 1 != 0)
 }
 
 /// The beam at a point, and those that there are beside it, measure clearly farther.

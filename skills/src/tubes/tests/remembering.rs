@@ -4,7 +4,7 @@ use super::stand::with_detours;
 use super::stand::{AHEAD, Stand, with_disc, without_detours};
 use super::world::{MS, Random, Robot, Thing, corridor, urg};
 use crate::scan::{AlignedScan, ScanGeometry};
-use crate::tubes::{ObserveError, Reason, Verdict};
+use crate::tubes::{FloorCheckpoint, ObserveError, Reason, Verdict};
 use description::geometry::{MotionCommand, Pose2, Twist2};
 
 #[test]
@@ -117,4 +117,54 @@ fn memory_is_bounded() {
         assert!(stand.tubes.memory().len() <= crate::tubes::memory::seen::CAPACITY);
     }
     assert!(stand.tubes.memory().overwritten() > 0);
+}
+
+/// Drives in beside a post, out of view at the end, and waits.
+fn beside_a_post() -> Stand {
+    let mut stand = Stand::new(without_detours());
+    stand.robot = Robot::new(Pose2::new(2.2, -0.5, 0.0), urg());
+    stand.twist = Twist2::new(0.4, 0.0);
+    stand.look(&post(), AHEAD, 2.0);
+    stand.twist = Twist2::default();
+    stand
+}
+
+fn post() -> Vec<Thing> {
+    with_disc(3.08, -0.5 + 0.15 + 0.05, 0.03)
+}
+
+#[test]
+fn other_tubes_go_on_with_what_stood_beside_it_and_with_the_floor_behind_it() {
+    let (turn, back) = (MotionCommand::new(0.3, 2.0), MotionCommand::new(-0.1, 0.0));
+    let before = beside_a_post();
+    let mut left = FloorCheckpoint::default();
+    before.tubes.save(&mut left);
+    assert!(left.cell_m > 0.0);
+    for (resumes, beside, behind) in [
+        (true, Verdict::Stopped, Verdict::Free),
+        // Who put it down there has looked beside it, not behind it.
+        (false, Verdict::Free, Verdict::Stopped),
+    ] {
+        let mut after = beside_a_post();
+        after.tubes = Stand::new(without_detours()).tubes;
+        assert!(!resumes || after.tubes.resume(&left));
+        let last = *after.look(&post(), turn, 3.0).last().unwrap();
+        assert_eq!(last.verdict, beside, "{last:?}");
+        let last = *after.look(&post(), back, 3.0).last().unwrap();
+        assert_eq!(last.verdict, behind, "{last:?}");
+    }
+}
+
+#[test]
+fn the_floor_of_another_kind_of_robot_is_not_used() {
+    let mut left = FloorCheckpoint::default();
+    let mut tubes = Stand::new(without_detours()).tubes;
+    tubes.save(&mut left);
+    assert!(!tubes.resume(&left), "nothing was seen");
+    beside_a_post().tubes.save(&mut left);
+    let (mut odd, mut nowhere) = (left, left);
+    odd.cell_m = 0.04;
+    nowhere.pose.x_m = f64::NAN;
+    assert!(!tubes.resume(&odd) && !tubes.resume(&nowhere));
+    assert!(tubes.resume(&left));
 }

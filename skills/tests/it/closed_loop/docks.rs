@@ -8,7 +8,7 @@ use description::site::{ControllerConfig, MonitorKind, TurnDirection};
 const FOLLOW: ControllerConfig = ControllerConfig::Corridor { offset_m: 0.0 };
 
 /// Dock at the east wall, creep back, turn, go home.
-fn docking() -> Floor {
+pub fn docking() -> Floor {
     Floor::default()
         .wall("south", [0.0, -1.2], [12.0, -1.2])
         .wall("north", [0.0, 1.2], [12.0, 1.2])

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const FOLLOW: ControllerConfig = ControllerConfig::Corridor { offset_m: 0.0 };
 
 /// From one arm over the crossing into another.
-fn crossing(from: &str, to: &str, radius_m: f64) -> Floor {
+pub fn crossing(from: &str, to: &str, radius_m: f64) -> Floor {
     junction()
         .reached("at-crossing", [-1.2, -1.2], [1.2, 1.2])
         .monitor("turned", MonitorKind::ManoeuvreDone)

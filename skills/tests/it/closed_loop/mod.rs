@@ -7,6 +7,7 @@ mod junctions;
 mod lanes;
 mod laps;
 mod leave;
+mod resume;
 mod robot;
 mod site;
 mod stops;

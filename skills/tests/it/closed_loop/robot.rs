@@ -45,6 +45,7 @@ pub struct Robot {
     pub output: Option<NavigationOutput>,
     /// Heap allocations counted inside the steps that must not allocate.
     pub allocations: u64,
+    setup: NavigatorSetup,
     controller: WheelController,
     history: OdometryHistory,
     aligned: AlignedScan,
@@ -78,7 +79,7 @@ impl Robot {
         let geometry = TricycleGeometry::default();
         let lidar = lidar();
         let next_scan_ns = plant.now_ns + 50 * STEP_NS;
-        let navigator = Navigator::new(setup).expect("a sound setup");
+        let navigator = Navigator::new(setup.clone()).expect("a sound setup");
         Self {
             plant,
             events: navigator.events().clone(),
@@ -89,6 +90,7 @@ impl Robot {
             dead_reckoning: DeadReckoning::new(geometry, 35.0).expect("sound geometry"),
             output: None,
             allocations: 0,
+            setup,
             controller: WheelController::new(geometry, DriveLimits::default(), Control::default())
                 .expect("sound limits"),
             history: OdometryHistory::default(),
@@ -103,6 +105,25 @@ impl Robot {
             setpoints: WheelSpeeds::default(),
             encoder_offset_rad: 0.0,
         }
+    }
+
+    /// Its process ends without being asked to, and begins again after a while. Meanwhile the drive stops the wheels.
+    pub fn crash(&mut self, seconds: f64) {
+        let left = self.navigator.checkpoint();
+        let odometry = *self.dead_reckoning.odometry();
+        for _ in 0..(seconds * 1e3) as u64 {
+            self.plant.step(WheelSpeeds::STANDING);
+        }
+        self.navigator = Navigator::new(self.setup.clone()).expect("a sound setup");
+        assert!(self.navigator.resume(&left), "{left:?}");
+        self.dead_reckoning =
+            DeadReckoning::new(TricycleGeometry::default(), 35.0).expect("sound geometry");
+        self.dead_reckoning.resume(&odometry);
+        self.history = OdometryHistory::default();
+        (self.next_beam, self.scan_due_ns, self.output) = (0, None, None);
+        self.next_scan_ns = self.plant.now_ns + SCAN_NS;
+        self.last_navigation_ns = self.plant.now_ns;
+        (self.command, self.setpoints) = (MotionCommand::STOP, WheelSpeeds::STANDING);
     }
 
     /// One millisecond; says what navigation said when it ran.

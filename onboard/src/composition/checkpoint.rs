@@ -1,0 +1,154 @@
+//! What a robot's process leaves in case it ends without being asked to: where the robot is, what it does there, and the
+//! floor around it. The next process goes on from there, as long as the drive has counted the wheels' turns meanwhile.
+//!
+//! It is of one program, robot file and site file: another one starts afresh. Whether people had stopped the robot is heeded
+//! whatever else has changed.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use skills::navigator::NavigatorCheckpoint;
+use skills::odometry::Odometry;
+use skills::tubes::FloorCheckpoint;
+
+use crate::composition::plan::Plan;
+use crate::realtime::clock::SECOND_NS;
+use crate::symbols::values::Mode;
+
+/// Older, the floor around the robot may have changed.
+const KEPT_NS: u64 = 60 * SECOND_NS;
+/// What the bytes begin with.
+const MARK: [u8; 8] = *b"onboard1";
+
+/// Where a robot is, what it does there, and the floor around it.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Checkpoint {
+    mark: [u8; 8],
+    /// Of all bytes that follow.
+    checksum: u64,
+    /// Of program, robot file and site file.
+    fingerprint: u64,
+    /// When it was written, monotonic.
+    pub written_ns: u64,
+    /// A [`Mode`].
+    pub mode: u64,
+    /// Dead reckoning, with the encoders' angles.
+    pub odometry: Odometry,
+    /// Pose in `map`, state, and how far its path is driven.
+    pub navigator: NavigatorCheckpoint,
+    /// The floor around it.
+    pub floor: FloorCheckpoint,
+}
+
+/// Why bytes are no checkpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CheckpointError {
+    /// Another number of bytes, or another beginning.
+    #[error("it is not one of this program")]
+    Foreign,
+    /// The checksum is wrong.
+    #[error("it is damaged")]
+    Damaged,
+}
+
+/// Why a robot does not go on from a checkpoint.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unusable {
+    /// Program, robot file or site file are others.
+    #[error("the program, the robot file or the site file has changed since")]
+    OtherPlan,
+    /// The floor around the robot may have changed since.
+    #[error("it is {age_s:.0} s old, expected at most {} s", KEPT_NS / SECOND_NS)]
+    Old {
+        /// How old it is.
+        age_s: f64,
+    },
+    /// It is from later than now.
+    #[error("it is of another clock")]
+    OtherClock,
+    /// The pose was uncertain, or is none.
+    #[error("the robot did not know where it was")]
+    Lost,
+}
+
+impl Checkpoint {
+    /// An empty one for a plan.
+    #[must_use]
+    pub fn of(plan: &Plan) -> Box<Self> {
+        let mut checkpoint = Box::<Self>::new(bytemuck::Zeroable::zeroed());
+        checkpoint.mark = MARK;
+        checkpoint.fingerprint = fingerprint(plan);
+        checkpoint
+    }
+
+    /// Reads one.
+    ///
+    /// # Errors
+    /// [`CheckpointError`]: the bytes are none.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Box<Self>, CheckpointError> {
+        let mut checkpoint = Box::<Self>::new(bytemuck::Zeroable::zeroed());
+        let whole = bytemuck::bytes_of_mut(&mut *checkpoint);
+        if bytes.len() != whole.len() {
+            return Err(CheckpointError::Foreign);
+        }
+        whole.copy_from_slice(bytes);
+        if checkpoint.mark != MARK {
+            return Err(CheckpointError::Foreign);
+        }
+        if checkpoint.checksum != checkpoint.sum() {
+            return Err(CheckpointError::Damaged);
+        }
+        Ok(checkpoint)
+    }
+
+    /// Its bytes, to be kept.
+    pub fn to_bytes(&mut self) -> &[u8] {
+        self.checksum = self.sum();
+        bytemuck::bytes_of(self)
+    }
+
+    /// Whether a robot of this plan may go on from it.
+    ///
+    /// # Errors
+    /// [`Unusable`]: why not.
+    pub fn check(&self, plan: &Plan, now_ns: u64) -> Result<(), Unusable> {
+        if self.fingerprint != fingerprint(plan) {
+            return Err(Unusable::OtherPlan);
+        }
+        let Some(age_ns) = now_ns.checked_sub(self.written_ns) else {
+            return Err(Unusable::OtherClock);
+        };
+        if age_ns > KEPT_NS {
+            let age_s = age_ns as f64 / SECOND_NS as f64;
+            return Err(Unusable::Old { age_s });
+        }
+        Ok(())
+    }
+
+    /// People, or a fault that waits for them, had stopped the robot.
+    #[must_use]
+    pub fn was_stopped(&self) -> bool {
+        self.mode == Mode::Stopped as u64
+    }
+
+    /// An operator had paused the robot.
+    #[must_use]
+    pub fn was_paused(&self) -> bool {
+        self.mode == Mode::Paused as u64
+    }
+
+    fn sum(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        let skipped = size_of_val(&self.mark) + size_of_val(&self.checksum);
+        bytemuck::bytes_of(self)[skipped..].hash(&mut hasher);
+        hasher.finish()
+    }
+}
+
+/// Of all that decides what the numbers of a checkpoint mean.
+fn fingerprint(plan: &Plan) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    env!("CARGO_PKG_VERSION").hash(&mut hasher);
+    format!("{:?} {:?}", plan.robot, plan.site.value).hash(&mut hasher);
+    hasher.finish()
+}

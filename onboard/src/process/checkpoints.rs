@@ -1,0 +1,258 @@
+//! Where checkpoints are kept: a file beside the robot's control socket, in memory on most machines.
+
+use std::fs;
+use std::io;
+use std::path::PathBuf;
+
+use crate::composition::checkpoint::Checkpoint;
+use crate::composition::failure::Failure;
+use crate::composition::plan::Plan;
+use crate::process::runtime::Runtime;
+use crate::realtime::log::LogSender;
+
+/// Tells the starts of a machine apart.
+const BOOT_ID: &str = "/proc/sys/kernel/random/boot_id";
+
+/// Keeps the newest checkpoint of one robot.
+pub trait CheckpointStore: Send {
+    /// Keeps this one instead of the last.
+    ///
+    /// # Errors
+    /// The operating system's.
+    fn save(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Takes out the last one. The next process finds none: one that makes a process fail does so once.
+    ///
+    /// # Errors
+    /// The operating system's.
+    fn take(&mut self) -> io::Result<Option<Vec<u8>>>;
+}
+
+/// A file in the runtime folder. It counts only until the machine starts again, as the clock of its times does.
+#[derive(Debug)]
+pub struct CheckpointFile {
+    path: PathBuf,
+    boot_id: String,
+}
+
+impl CheckpointFile {
+    /// The file of a robot.
+    #[must_use]
+    pub fn of(runtime: &Runtime, robot_id: &str) -> Self {
+        Self {
+            path: runtime.folder().join(format!("{robot_id}.checkpoint")),
+            boot_id: fs::read_to_string(BOOT_ID).unwrap_or_default(),
+        }
+    }
+}
+
+impl CheckpointStore for CheckpointFile {
+    fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
+        // Renamed when it is whole: the process may be killed at any moment.
+        let new = self.path.with_extension("checkpoint-new");
+        fs::write(&new, [self.boot_id.as_bytes(), bytes].concat())?;
+        fs::rename(&new, &self.path)
+    }
+
+    fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
+        let bytes = match fs::read(&self.path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            bytes => bytes?,
+        };
+        fs::remove_file(&self.path)?;
+        let own = bytes.strip_prefix(self.boot_id.as_bytes());
+        Ok(own.map(<[u8]>::to_vec))
+    }
+}
+
+/// What the process before has left.
+#[derive(Debug, Default)]
+pub struct Left {
+    /// Where to go on.
+    pub place: Option<Box<Checkpoint>>,
+    /// The robot waits for an operator.
+    pub stopped: bool,
+    /// An operator had paused it.
+    pub paused: bool,
+}
+
+impl Left {
+    /// Takes what the process before has left, and says in the log what becomes of it.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when it is there and cannot be read: nobody knows whether the robot was stopped.
+    pub fn take(
+        store: &mut dyn CheckpointStore,
+        plan: &Plan,
+        log: &LogSender,
+        now_ns: u64,
+    ) -> Result<Self, Failure> {
+        let bytes = store.take().map_err(|error| {
+            Failure::refused(format_args!(
+                "the checkpoint of {} cannot be read: {error}",
+                plan.robot.identity.id
+            ))
+        })?;
+        let Some(bytes) = bytes else {
+            return Ok(Self::default());
+        };
+        let checkpoint = match Checkpoint::from_bytes(&bytes) {
+            Ok(checkpoint) => checkpoint,
+            Err(why) => {
+                log.warn(format!(
+                    "the process before ended without being asked to, and its checkpoint is not used: {why}"
+                ));
+                return Ok(Self::default());
+            }
+        };
+        let (stopped, paused) = (checkpoint.was_stopped(), checkpoint.was_paused());
+        if stopped {
+            log.warn("the robot was stopped when the process before ended: it stays stopped until `onboard ctl reset`".to_owned());
+        }
+        let place = match checkpoint.check(plan, now_ns) {
+            Ok(()) => {
+                let pose = checkpoint.navigator.pose;
+                log.warn(format!(
+                    "the process before ended without being asked to: going on from ({:.2} m, {:.2} m, {:.2} rad)",
+                    pose.x_m, pose.y_m, pose.theta_rad
+                ));
+                Some(checkpoint)
+            }
+            Err(why) => {
+                log.warn(format!(
+                    "the process before ended without being asked to, and its checkpoint is not used: {why}"
+                ));
+                None
+            }
+        };
+        Ok(Self {
+            place,
+            stopped,
+            paused,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use description::geometry::Pose2;
+
+    use super::*;
+    use crate::composition::files::Files;
+    use crate::realtime::clock::SECOND_NS;
+    use crate::realtime::log;
+    use crate::symbols::values::Mode;
+
+    fn plan(set: &[&str]) -> Plan {
+        let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
+        let files = Files {
+            robot: format!("{config}/robots/amr-1.toml").into(),
+            site: format!("{config}/sites/corridor.toml").into(),
+            set: set.iter().map(|&one| one.to_owned()).collect(),
+        };
+        Plan::load(&files).expect("good files")
+    }
+
+    /// A folder, and the file of a robot in it.
+    fn file() -> (tempfile::TempDir, CheckpointFile) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let runtime = Runtime::new(Some(folder.path().to_owned()));
+        let file = CheckpointFile::of(&runtime.unwrap_or_else(|_| unreachable!()), "amr-1");
+        (folder, file)
+    }
+
+    fn checkpoint(plan: &Plan, mode: Mode) -> Box<Checkpoint> {
+        let mut checkpoint = Checkpoint::of(plan);
+        checkpoint.written_ns = 100 * SECOND_NS;
+        checkpoint.mode = mode as u64;
+        checkpoint.navigator.pose = Pose2::new(1.0, 2.0, 0.5);
+        checkpoint
+    }
+
+    fn left(file: &mut CheckpointFile, plan: &Plan, now_s: u64) -> Left {
+        let (log, _drain) = log::queue();
+        Left::take(file, plan, &log, now_s * SECOND_NS).expect("readable")
+    }
+
+    #[test]
+    fn the_newest_one_is_taken_out_once() {
+        let (folder, mut file) = file();
+        let plan = plan(&[]);
+        assert!(left(&mut file, &plan, 101).place.is_none(), "there is none");
+        for x_m in [1.0, 7.0] {
+            let mut one = checkpoint(&plan, Mode::Running);
+            one.navigator.pose.x_m = x_m;
+            file.save(one.to_bytes()).expect("kept");
+        }
+        let first = left(&mut file, &plan, 101);
+        assert_eq!(first.place.map(|one| one.navigator.pose.x_m), Some(7.0));
+        assert!(!first.stopped && !first.paused);
+        assert!(left(&mut file, &plan, 101).place.is_none(), "it was taken");
+        assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 0);
+    }
+
+    #[test]
+    fn what_is_old_or_of_other_files_is_no_place_but_stays_stopped() {
+        let (_folder, mut file) = file();
+        let own = plan(&[]);
+        let other = plan(&["tubes.floor_memory_m=3.0"]);
+        for (plan, now_s, good) in [(&own, 159, true), (&own, 161, false), (&own, 99, false)]
+            .into_iter()
+            .chain([(&other, 101, false)])
+        {
+            file.save(checkpoint(&own, Mode::Stopped).to_bytes())
+                .expect("kept");
+            let left = left(&mut file, plan, now_s);
+            assert_eq!((left.place.is_some(), left.stopped), (good, true));
+        }
+        file.save(checkpoint(&own, Mode::Paused).to_bytes())
+            .expect("kept");
+        assert!(left(&mut file, &own, 101).paused);
+    }
+
+    #[test]
+    fn what_is_damaged_or_from_before_the_machine_started_is_none() {
+        let (_folder, mut file) = file();
+        let plan = plan(&[]);
+        let good = checkpoint(&plan, Mode::Stopped).to_bytes().to_vec();
+        for place in [0, 9, 40, good.len() - 1] {
+            let mut bad = good.clone();
+            bad[place] ^= 1;
+            file.save(&bad).expect("kept");
+            let left = left(&mut file, &plan, 101);
+            assert!(left.place.is_none() && !left.stopped, "byte {place}");
+        }
+        file.save(&good[..good.len() - 8]).expect("kept");
+        assert!(left(&mut file, &plan, 101).place.is_none());
+        file.boot_id = "another start of the machine".into();
+        file.save(&good).expect("kept");
+        file.boot_id = "this one".into();
+        assert!(left(&mut file, &plan, 101).place.is_none());
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said() {
+        let (_folder, mut file) = file();
+        fs::create_dir(&file.path).expect("made");
+        let (log, _drain) = log::queue();
+        let refused = Left::take(&mut file, &plan(&[]), &log, 0).expect_err("a folder");
+        assert!(format!("{refused:?}").contains("amr-1"), "{refused:?}");
+    }
+
+    #[test]
+    fn a_robot_that_was_stopped_stays_so_from_the_beginning() {
+        use crate::process::supervisor::Keeper;
+        let (_folder, mut file) = file();
+        let plan = plan(&[]);
+        file.save(checkpoint(&plan, Mode::Stopped).to_bytes())
+            .expect("kept");
+        let left_once = left(&mut file, &plan, 101);
+        let again = CheckpointFile {
+            path: file.path.clone(),
+            boot_id: file.boot_id.clone(),
+        };
+        // The process ends before it knows where the robot is.
+        drop(Keeper::new(Box::new(again), &plan, &left_once));
+        assert!(left(&mut file, &plan, 102).stopped);
+    }
+}
