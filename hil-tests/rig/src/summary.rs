@@ -116,7 +116,7 @@ pub struct LidarSummary {
 pub struct Violation {
     /// What happened.
     pub kind: ViolationKind,
-    /// Robot, `mediator` or `network`.
+    /// Robot, a `clone of` one, `mediator` or `network`.
     pub robot: String,
     /// Seconds since the start.
     pub at_s: f64,

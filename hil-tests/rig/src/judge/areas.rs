@@ -44,14 +44,14 @@ struct Presence {
 }
 
 impl Areas {
-    /// Those of a scenario; grants are judged where they are `heard`.
-    pub(super) fn new(scenario: &Scenario, heard: bool) -> Self {
+    /// Those of a scenario with so many bodies, clones included; grants are judged where they are `heard`.
+    pub(super) fn new(scenario: &Scenario, bodies: usize, heard: bool) -> Self {
         let areas = { scenario.site.areas.iter() }
             .map(|area| Area {
                 id: area.id.clone(),
                 capacity: area.capacity as usize,
                 inner: shrunk(&area.region, REACH_IN_M),
-                presence: vec![Presence::default(); scenario.robots.len()],
+                presence: vec![Presence::default(); bodies],
             })
             .collect();
         Self { areas, heard }
@@ -113,7 +113,7 @@ impl Areas {
                 );
                 violations.report(
                     ViolationKind::EntryWithoutGrant,
-                    &robot.id,
+                    &robot.name,
                     since_ns,
                     detail,
                 );
@@ -125,7 +125,7 @@ impl Areas {
             }
             let inside: Vec<&str> = { robots.iter().zip(&area.presence) }
                 .filter(|(_, presence)| presence.inside)
-                .map(|(other, _)| other.robot.id.as_str())
+                .map(|(other, _)| other.robot.name.as_str())
                 .collect();
             if inside.len() > area.capacity {
                 let detail = format!(
@@ -136,7 +136,7 @@ impl Areas {
                 );
                 violations.report(
                     ViolationKind::OverCapacity,
-                    &robot.id,
+                    &robot.name,
                     truth.time_ns,
                     detail,
                 );

@@ -37,7 +37,12 @@ pub(super) fn judge(
         }
         if depth_m > BORDER_M {
             let detail = format!("{depth_m:.3} m inside area {} without leave", area.id);
-            violations.report(ViolationKind::Border, &robot.id, look.truth.time_ns, detail);
+            violations.report(
+                ViolationKind::Border,
+                &robot.name,
+                look.truth.time_ns,
+                detail,
+            );
         }
     }
 }

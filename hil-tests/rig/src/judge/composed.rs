@@ -5,7 +5,7 @@ use sim::world::Pose;
 use super::areas::Areas;
 use super::conduct::Conduct;
 use super::during::Rule;
-use super::look::Look;
+use super::look::{Look, Robot};
 use super::violations::Violations;
 use crate::figures::Figures;
 use crate::scenario::Scenario;
@@ -15,6 +15,7 @@ use crate::violation::ViolationKind;
 /// Watches all robots of a scenario.
 #[derive(Debug)]
 pub struct Judge {
+    /// By number: the robots of the scenario, then clones of them.
     robots: Vec<Conduct>,
     areas: Areas,
     rules: Vec<Rule>,
@@ -25,11 +26,16 @@ impl Judge {
     /// A judge of a scenario from `start_ns` on. Entering an area without a grant is a violation where grants are `heard`.
     #[must_use]
     pub fn new(scenario: &Scenario, start_ns: u64, heard: bool) -> Self {
+        let clone_of =
+            |(_, robot): (usize, usize)| Robot::clone_of(scenario, &scenario.robots[robot]);
+        let robots: Vec<Conduct> = { scenario.robots.iter() }
+            .map(|player| Robot::new(scenario, player))
+            .chain(scenario.clones().map(clone_of))
+            .map(|robot| Conduct::new(scenario, robot, start_ns))
+            .collect();
         Self {
-            robots: { scenario.robots.iter() }
-                .map(|player| Conduct::new(scenario, player, start_ns))
-                .collect(),
-            areas: Areas::new(scenario, heard),
+            areas: Areas::new(scenario, robots.len(), heard),
+            robots,
             rules: Rule::all(scenario),
             violations: Violations::new(start_ns),
         }

@@ -11,7 +11,7 @@ use super::stops::{StopError, StopKind};
 use super::violations::Violations;
 use crate::belief::Belief;
 use crate::figures::Figures;
-use crate::scenario::{Limits, Player, Scenario};
+use crate::scenario::{Limits, Scenario};
 use crate::violation::ViolationKind;
 
 /// Watches one robot.
@@ -32,8 +32,7 @@ pub(super) struct Conduct {
 }
 
 impl Conduct {
-    pub(super) fn new(scenario: &Scenario, player: &Player, start_ns: u64) -> Self {
-        let robot = Robot::new(scenario, player);
+    pub(super) fn new(scenario: &Scenario, robot: Robot, start_ns: u64) -> Self {
         Self {
             truth: None,
             limits: scenario.limits,
@@ -174,7 +173,7 @@ impl Conduct {
                 "stopped {:.3} m off, expected at most {most_m} m",
                 judged.error_m
             );
-            violations.report(kind, &robot.id, truth.time_ns, detail);
+            violations.report(kind, &robot.name, truth.time_ns, detail);
         }
     }
 }

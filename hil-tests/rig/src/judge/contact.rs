@@ -46,7 +46,7 @@ impl Contact {
                     collision.object_m_s,
                     collision.bearing_rad.to_degrees()
                 );
-                violations.report(kind, &robot.id, collision.time_ns, detail);
+                violations.report(kind, &robot.name, collision.time_ns, detail);
             }
         }
         self.collisions = before.max(known.len());
@@ -56,7 +56,7 @@ impl Contact {
             self.collisions = counted;
             violations.report(
                 ViolationKind::Collision,
-                &robot.id,
+                &robot.name,
                 truth.time_ns,
                 at.clone(),
             );
@@ -66,7 +66,7 @@ impl Contact {
                 "{:.3} m {at}, expected at least {} m",
                 truth.clearance_m, limits.clearance_m
             );
-            violations.report(ViolationKind::Clearance, &robot.id, truth.time_ns, detail);
+            violations.report(ViolationKind::Clearance, &robot.name, truth.time_ns, detail);
         }
     }
 }

@@ -84,7 +84,7 @@ impl Rule {
             let detail = format!("expected that {}{place}", rule.rule());
             violations.report(
                 ViolationKind::During,
-                &other.robot.id,
+                &other.robot.name,
                 truth.time_ns,
                 detail,
             );

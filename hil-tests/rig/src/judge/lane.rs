@@ -56,7 +56,7 @@ impl Lane {
             let detail = format!("{lateral_m:.3} m off the lane, expected at most {most_m} m");
             violations.report(
                 ViolationKind::LateralError,
-                &robot.id,
+                &robot.name,
                 truth.time_ns,
                 detail,
             );
@@ -76,6 +76,6 @@ fn judge_speed(robot: &Robot, area: &Area, over: f64, truth: &Truth, violations:
             "{speed_m_s:.3} m/s in area {}, expected at most {limit_m_s} m/s",
             area.id
         );
-        violations.report(ViolationKind::Speed, &robot.id, truth.time_ns, detail);
+        violations.report(ViolationKind::Speed, &robot.name, truth.time_ns, detail);
     }
 }

@@ -12,7 +12,7 @@ use crate::shapes;
 /// One look at a robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Look<'a> {
-    /// The robot's number in scenario and world.
+    /// The robot's number in scenario and world; a clone's in the world.
     pub robot: usize,
     /// The truth about it.
     pub truth: &'a Truth,
@@ -34,7 +34,10 @@ pub(super) fn place(pose: &Pose) -> String {
 /// What a judge knows of a robot from the files.
 #[derive(Debug)]
 pub(super) struct Robot {
+    /// By which it is known on the network.
     pub(super) id: String,
+    /// How it is called in violations.
+    pub(super) name: String,
     pub(super) site: SiteConfig,
     pub(super) fsm: FsmConfig,
     pub(super) footprint: Footprint,
@@ -47,10 +50,19 @@ impl Robot {
         let mount = &player.config.lidar.mount;
         Self {
             id: player.id.clone(),
+            name: player.id.clone(),
             site: scenario.site.clone(),
             fsm: player.fsm.clone(),
             footprint: shapes::footprint(&player.config),
             lidar: Pose::new(mount.x_m, mount.y_m, mount.theta_rad),
+        }
+    }
+
+    /// A second robot of its identity.
+    pub(super) fn clone_of(scenario: &Scenario, player: &Player) -> Self {
+        Self {
+            name: format!("clone of {}", player.id),
+            ..Self::new(scenario, player)
         }
     }
 }

@@ -94,7 +94,7 @@ impl Believed {
             let detail = format!(
                 "{across_m:.3} m across wall {wall}, which is in view, {at}, expected at most {most_m} m"
             );
-            violations.report(ViolationKind::Pose, &robot.id, now_ns, detail);
+            violations.report(ViolationKind::Pose, &robot.name, now_ns, detail);
         }
         let degrees = heading_rad.to_degrees();
         if let Some(most) = limits
@@ -102,7 +102,7 @@ impl Believed {
             .filter(|most| degrees.abs() > *most)
         {
             let detail = format!("{degrees:.2}° off {at}, expected at most {most}°");
-            violations.report(ViolationKind::Heading, &robot.id, now_ns, detail);
+            violations.report(ViolationKind::Heading, &robot.name, now_ns, detail);
         }
     }
 

@@ -49,7 +49,7 @@ pub trait Execution {
     /// Why it cannot go on, if so.
     fn ended(&mut self) -> Option<Ending>;
 
-    /// What was true since the last call, in order of time.
+    /// What was true since the last call, in order of time. Clones of robots have the numbers of their bodies, after the robots'.
     fn truths(&mut self) -> Vec<TruthRecord>;
 
     /// What a robot believes; none before it runs.

@@ -196,6 +196,8 @@ impl<E: Execution> Run<E> {
         for record in self.stage.truths() {
             if record.robot < self.tracks.len() {
                 self.look(&record);
+            } else {
+                self.look_at_clone(&record);
             }
         }
     }
@@ -238,6 +240,21 @@ impl<E: Execution> Run<E> {
             self.operate(robot, belief, truth);
         }
         self.keep_leave(robot, truth);
+    }
+
+    /// A second robot with the identity of one: of it only its conduct is judged.
+    fn look_at_clone(&mut self, record: &TruthRecord) {
+        let judge = &mut self.judge;
+        self.stage.show(|world, observations| {
+            judge.observe(&Look {
+                robot: record.robot,
+                truth: &record.truth,
+                world,
+                belief: None,
+                leave: &[],
+                observations,
+            });
+        });
     }
 
     /// Has the operator look at a robot.

@@ -26,6 +26,9 @@ pub struct ScriptedFault {
     /// Of the robot's threads only this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thread: Option<String>,
+    /// Where in `map`: x and y in metres, heading in degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose: Option<[f64; 3]>,
 }
 
 /// What goes wrong.
@@ -42,6 +45,9 @@ pub enum ScriptedKind {
     Partition,
     /// The robot's process is killed, and started again at the end.
     KillRobot,
+    /// A second robot with the same identity, plan and configuration is switched on at a pose, or where it is in nobody's way;
+    /// at the end it is switched off and carried away.
+    CloneRobot,
     /// The mediator is killed, and started again with its journal at the end.
     KillMediator,
     /// The mediator's journal is copied; at the end the mediator is killed, and started again with that copy.
@@ -93,6 +99,8 @@ pub struct Keys {
     pub share: bool,
     /// `by_s`.
     pub by_s: bool,
+    /// `pose`, possible.
+    pub pose: bool,
 }
 
 impl ScriptedKind {
@@ -125,12 +133,18 @@ impl ScriptedKind {
     /// Which keys it has.
     #[must_use]
     pub fn keys(self) -> Keys {
-        let keys = |robot, share, by_s| Keys { robot, share, by_s };
+        let keys = |robot, share, by_s| Keys {
+            robot,
+            share,
+            by_s,
+            pose: self == Self::CloneRobot,
+        };
         match self {
             Self::Lose | Self::Repeat => keys(Some(false), true, false),
             Self::Delay => keys(Some(false), false, true),
             Self::Partition
             | Self::KillRobot
+            | Self::CloneRobot
             | Self::Hang
             | Self::LeaveOp
             | Self::CutPower
@@ -231,6 +245,14 @@ impl ScriptedFault {
         key("by_s", self.by_s.is_some(), keys.by_s, keys.by_s);
         let may = self.what == ScriptedKind::LateThreads;
         key("thread", self.thread.is_some(), may, false);
+        key("pose", self.pose.is_some(), keys.pose, false);
+        const FARTHEST: f64 = 1000.0;
+        let near = |value: &f64| value.abs() <= FARTHEST;
+        if let Some(pose) = self.pose.filter(|pose| !pose.iter().all(near)) {
+            complaints.push(format!(
+                "found pose = {pose:?}, expected metres, metres and degrees, each from -{FARTHEST} to {FARTHEST}"
+            ));
+        }
         if let Some(robot) = &self.robot
             && !robots.contains(&robot.as_str())
         {
@@ -263,6 +285,9 @@ impl fmt::Display for ScriptedFault {
         if let Some(thread) = &self.thread {
             write!(f, ", thread = {thread:?}")?;
         }
+        if let Some(pose) = self.pose {
+            write!(f, ", pose = {pose:?}")?;
+        }
         f.write_str(" }")
     }
 }
@@ -283,6 +308,7 @@ mod tests {
             "{ at_s = 0.25, for_s = 0.5, what = \"lose\", share = 0.3 }",
             "{ at_s = 1.0, for_s = 2.0, what = \"delay\", robot = \"amr-1\", by_s = 0.125 }",
             "{ at_s = 1.0, for_s = 2.0, what = \"late-threads\", robot = \"amr-1\", share = 0.5, by_s = 0.125, thread = \"motion\" }",
+            "{ at_s = 1.0, for_s = 2.0, what = \"clone-robot\", robot = \"amr-1\", pose = [2.0, -0.5, 90.0] }",
         ];
         let text = format!("faults = [{}]", lines.join(", "));
         let File { faults } = toml::from_str(&text).expect("good");
@@ -307,6 +333,7 @@ mod tests {
             share: None,
             by_s: Some(f64::NAN),
             thread: Some("motion".into()),
+            pose: Some([0.0, f64::NAN, 0.0]),
         };
         assert_eq!(
             fault.complaints(&["amr-1"]),
@@ -316,6 +343,8 @@ mod tests {
                 "found `robot`, expected none for this fault",
                 "found `by_s`, expected none for this fault",
                 "found `thread`, expected none for this fault",
+                "found `pose`, expected none for this fault",
+                "found pose = [0.0, NaN, 0.0], expected metres, metres and degrees, each from -1000 to 1000",
             ]
         );
         let nobody = ScriptedFault {
@@ -324,6 +353,7 @@ mod tests {
             robot: None,
             by_s: None,
             thread: None,
+            pose: None,
             ..fault
         };
         assert_eq!(

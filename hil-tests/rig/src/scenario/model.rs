@@ -104,6 +104,14 @@ impl Scenario {
         self.robots.iter().position(|player| player.id == id)
     }
 
+    /// Second robots of one identity: the numbers of fault and robot. Their bodies are numbered after those of the robots, in
+    /// this order.
+    pub fn clones(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let faults = self.faults.iter().enumerate();
+        { faults.filter(|(_, fault)| fault.what == ScriptedKind::CloneRobot) }
+            .filter_map(|(number, fault)| Some((number, self.player(fault.robot.as_deref()?)?)))
+    }
+
     /// The same scenario in which no robot drives more rounds than this.
     #[must_use]
     pub fn with_at_most(mut self, rounds: u32) -> Self {

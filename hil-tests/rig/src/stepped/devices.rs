@@ -28,9 +28,17 @@ impl Devices {
     /// # Errors
     /// [`Failure::Refused`] when the world has no such robot.
     pub fn new(world: &SharedWorld, plan: &Plan, now_ns: u64) -> Result<Self, Failure> {
-        let robot = world
-            .robot(&plan.robot.identity.id)
-            .map_err(Failure::refused)?;
+        Self::of(world, &plan.robot.identity.id, plan, now_ns)
+    }
+
+    /// The same of the body with this name.
+    pub(super) fn of(
+        world: &SharedWorld,
+        body: &str,
+        plan: &Plan,
+        now_ns: u64,
+    ) -> Result<Self, Failure> {
+        let robot = world.robot(body).map_err(Failure::refused)?;
         let seed = world.lock().seed();
         let seed_of_bus = seed.wrapping_add(robot.index() as u64);
         Ok(Self {

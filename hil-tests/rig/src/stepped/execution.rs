@@ -52,7 +52,9 @@ impl Execution for Stepped<'_> {
         }
         let sequence = (self.now_ns() - START_NS) / LOOK_NS;
         let world = self.world.lock();
+        let clones = { self.clones.iter() }.filter(|own| own.begun);
         { 0..self.robots.len() }
+            .chain(clones.map(|own| own.body))
             .filter_map(|robot| {
                 Some(TruthRecord {
                     sequence,

@@ -65,6 +65,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
             .by_s
             .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
         thread: None,
+        pose: None,
     }
 }
 
@@ -85,6 +86,8 @@ fn rounded(value: f64) -> f64 {
 /// What a fault does at its begin or its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Change {
+    /// Number of the fault in the scenario.
+    pub(super) fault: usize,
     pub(super) what: ScriptedKind,
     pub(super) begins: bool,
     /// Number in the scenario.
@@ -148,10 +151,11 @@ impl Schedule {
     /// What begins or ends now.
     pub(super) fn changes(&mut self, now_ns: u64) -> Vec<Change> {
         let mut changes = Vec::new();
-        for own in &mut self.faults {
+        for (fault, own) in self.faults.iter_mut().enumerate() {
             let mut change = |begins| {
                 let (what, robot) = (own.fault.what, own.robot);
                 changes.push(Change {
+                    fault,
                     what,
                     begins,
                     robot,

@@ -9,6 +9,7 @@ use sim::world::{ObstacleId, Random, SharedWorld};
 
 use super::checkpoints::Checkpoints;
 use super::clock::{START_NS, STEP_NS};
+use super::clones::ClonedRobot;
 use super::devices::Devices;
 use super::disk::Disk;
 use super::faults::Schedule;
@@ -36,6 +37,8 @@ pub struct Stepped<'a> {
     pub world: SharedWorld,
     pub(super) plans: &'a Plans,
     pub(super) robots: Vec<Member>,
+    /// Second robots of one identity, which should not be there.
+    pub(super) clones: Vec<ClonedRobot>,
     pub(super) mediator: Option<SteppedMediator>,
     /// When each start of the mediator began and ended.
     pub(super) mediator_spans_ns: Vec<(u64, Option<u64>)>,
@@ -104,7 +107,10 @@ impl<'a> Stepped<'a> {
         heeds_leave: bool,
         traced: bool,
     ) -> Result<Self, Failure> {
-        let mut world = plain_world(&scenario.site, &drawn_starts(scenario, seed), seed)?;
+        let clones = ClonedRobot::all(scenario);
+        let mut bodies = drawn_starts(scenario, seed);
+        bodies.extend(clones.iter().map(|own| (&own.config, own.store)));
+        let mut world = plain_world(&scenario.site, &bodies, seed)?;
         if let Some(clutter) = &scenario.clutter {
             furnish(&mut world, clutter, seed).map_err(Failure::refused)?;
         }
@@ -135,6 +141,7 @@ impl<'a> Stepped<'a> {
             world,
             plans,
             robots,
+            clones,
             mediator_spans_ns: { mediator.iter() }.map(|_| (START_NS, None)).collect(),
             mediator,
             second_mediator: None,
@@ -185,19 +192,24 @@ impl<'a> Stepped<'a> {
         self.trace.take()
     }
 
-    fn start(&mut self, number: usize, now_ns: u64) -> Result<(), Failure> {
-        let (files, plan) = &self.plans.robots[number];
+    /// What a new process of a robot starts with.
+    pub(super) fn start_of(&mut self, number: usize, now_ns: u64) -> Start {
         let fleet = match self.leave {
             Leave::Withheld => Fleet::Rig,
             Leave::Ignored => Fleet::Alone,
             Leave::OfMediator => Fleet::Network(self.network.session_of(number)),
         };
-        let start = Start {
+        Start {
             fleet,
             boot_epoch: (self.epochs.unit() * (u64::MAX >> 16) as f64) as u64 + 1,
             at_ns: now_ns,
             checkpoints: self.robots[number].checkpoints.clone(),
-        };
+        }
+    }
+
+    fn start(&mut self, number: usize, now_ns: u64) -> Result<(), Failure> {
+        let start = self.start_of(number, now_ns);
+        let (files, plan) = &self.plans.robots[number];
         let folder = self.folder.path();
         let member = &mut self.robots[number];
         let mut robot = SteppedRobot::new(plan, files, folder, &member.devices, start)?;
@@ -232,6 +244,9 @@ impl<'a> Stepped<'a> {
         self.step_mediator(now_ns)?;
         for number in 0..self.robots.len() {
             self.step_robot(number, now_ns);
+        }
+        for clone in &mut self.clones {
+            clone.step(now_ns);
         }
         for message in self.network.take_sent() {
             self.send(message, now_ns);

@@ -26,6 +26,7 @@ impl Stepped<'_> {
     /// What a fault does when it begins or ends.
     pub(super) fn apply(&mut self, change: Change, now_ns: u64) -> Result<(), Failure> {
         let Change {
+            fault,
             what,
             begins,
             robot,
@@ -39,6 +40,13 @@ impl Stepped<'_> {
                     member.robot = None;
                 }
                 member.killed = !again;
+            }
+            (ScriptedKind::CloneRobot, Some(number)) if begins => {
+                self.start_clone(fault, number, now_ns)?;
+            }
+            (ScriptedKind::CloneRobot, _) => {
+                let mut own = self.clones.iter_mut().filter(|own| own.fault == fault);
+                own.try_for_each(|clone| clone.end(&self.world))?;
             }
             (ScriptedKind::KillMediator, _) if begins => {
                 // What it has not written by now is gone.
@@ -116,6 +124,17 @@ impl Stepped<'_> {
         }
     }
 
+    /// Switches on the clone of this fault, with the identity of robot `number`.
+    fn start_clone(&mut self, fault: usize, number: usize, now_ns: u64) -> Result<(), Failure> {
+        let (start, folder) = (self.start_of(number, now_ns), self.plans.folder.below()?);
+        let plan = &self.plans.robots[number];
+        if let Some(clone) = self.clones.iter_mut().find(|own| own.fault == fault) {
+            let robot = clone.begin(&self.world, plan, start, folder)?;
+            robot.allow(&self.robots[number].allowed);
+        }
+        Ok(())
+    }
+
     fn kill_mediator(&mut self, disk: Disk, now_ns: u64) {
         self.disk = disk;
         self.mediator = None;
@@ -140,7 +159,7 @@ impl Stepped<'_> {
         };
         let (sin, cos) = pose.theta_rad.sin_cos();
         let at_m = [pose.x_m + AHEAD_M * cos, pose.y_m + AHEAD_M * sin];
-        let taken = (0..self.robots.len())
+        let taken = (0..self.robots.len() + self.clones.len())
             .filter_map(|other| world.truth(other))
             .any(|truth| (truth.pose.x_m - at_m[0]).hypot(truth.pose.y_m - at_m[1]) < APART_M);
         let thing = if what == ScriptedKind::Box {
@@ -181,5 +200,34 @@ impl Stepped<'_> {
                 self.ask(number, Some(Request::Reset));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::stepped::{Plans, Stepped};
+    use crate::testing;
+
+    #[test]
+    fn a_clone_stands_on_the_floor_while_its_fault_lasts_and_answers_reach_both() {
+        let mut scenario = testing::scenario("overtaking");
+        let fault = |text: &str| toml::from_str(&text.replace(", ", "\n")).expect("a fault");
+        scenario.faults = vec![fault(
+            "at_s = 1.0, for_s = 2.0, what = \"clone-robot\", robot = \"amr-1\", pose = [4.0,1.0,180.0]",
+        )];
+        let plans = Plans::of(&scenario).expect("plans");
+        let mut stepped = Stepped::new(&scenario, &plans, 1, true, false).expect("built");
+        let at_m = |stepped: &Stepped<'_>| {
+            let truth = stepped.world.lock().truth(2).expect("a body");
+            [truth.pose.x_m, truth.pose.y_m]
+        };
+        let store = [20.0, -1.6];
+        for (until_s, expected) in [(0.5, store), (1.5, [4.0, 1.0]), (3.5, store)] {
+            while (stepped.now_ns() as f64) < (until_s + 1.0) * 1e9 {
+                stepped.advance().expect("it runs");
+            }
+            assert_eq!(at_m(&stepped), expected, "at {until_s} s");
+        }
+        assert!(stepped.clones[0].begun);
     }
 }

@@ -16,6 +16,7 @@
 mod bus;
 mod checkpoints;
 mod clock;
+mod clones;
 mod devices;
 mod disk;
 mod execution;

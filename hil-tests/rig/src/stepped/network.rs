@@ -51,8 +51,10 @@ pub(super) struct Network {
 struct Lines {
     /// Sent, and not taken up yet.
     sent: Vec<Message>,
-    /// By robot: where its messages go, while its session is open.
-    inboxes: BTreeMap<usize, Inbox>,
+    /// By robot and session: where its messages go, while the session is open. A robot and its clone have one each.
+    inboxes: BTreeMap<(usize, u64), Inbox>,
+    /// Sessions that were opened.
+    opened: u64,
 }
 
 impl Network {
@@ -70,11 +72,20 @@ impl Network {
     pub(super) fn session_of(&self, robot: usize) -> OpenSession {
         let lines = Arc::clone(&self.lines);
         Box::new(move |inbox| {
-            if let Some(inbox) = inbox {
-                lock(&lines).inboxes.insert(robot, inbox);
-            }
-            let lines = Arc::clone(&lines);
-            Ok(Box::new(Line { robot, lines }))
+            let session = {
+                let mut lines = lock(&lines);
+                lines.opened += 1;
+                let session = lines.opened;
+                if let Some(inbox) = inbox {
+                    lines.inboxes.insert((robot, session), inbox);
+                }
+                session
+            };
+            Ok(Box::new(Line {
+                robot,
+                session,
+                lines: Arc::clone(&lines),
+            }))
         })
     }
 
@@ -108,17 +119,19 @@ impl Network {
         std::mem::take(&mut lock(&self.lines).sent)
     }
 
-    /// The next message that has arrived. Answers have been put into their robot's inbox.
+    /// The next message that has arrived. Answers have been put into the inboxes of all who use their robot's key.
     pub(super) fn arrived(&mut self, now_ns: u64) -> Option<Message> {
         let next = self.under_way.first_entry()?;
         if next.key().0 > now_ns {
             return None;
         }
         let message = next.remove();
-        if message.kind == MessageKind::Answer
-            && let Some(inbox) = lock(&self.lines).inboxes.get(&message.robot)
-        {
-            inbox.put(message.bytes.clone());
+        if message.kind == MessageKind::Answer {
+            let robot = message.robot;
+            let lines = lock(&self.lines);
+            for (_, inbox) in lines.inboxes.range((robot, 0)..=(robot, u64::MAX)) {
+                inbox.put(message.bytes.clone());
+            }
         }
         Some(message)
     }
@@ -127,6 +140,7 @@ impl Network {
 /// A robot's session.
 struct Line {
     robot: usize,
+    session: u64,
     lines: Arc<Mutex<Lines>>,
 }
 
@@ -139,7 +153,7 @@ impl Line {
 
 impl Session for Line {
     fn id(&self) -> String {
-        format!("robot {}", self.robot)
+        format!("robot {}, session {}", self.robot, self.session)
     }
 
     fn send_state(&self, message: Vec<u8>) -> Result<(), String> {
@@ -155,7 +169,8 @@ impl Session for Line {
 
 impl Drop for Line {
     fn drop(&mut self) {
-        lock(&self.lines).inboxes.remove(&self.robot);
+        let key = (self.robot, self.session);
+        lock(&self.lines).inboxes.remove(&key);
     }
 }
 

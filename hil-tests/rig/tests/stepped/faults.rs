@@ -36,6 +36,7 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
         share: keys.share.then_some(0.7 * what.most_share()),
         by_s: keys.by_s.then_some(0.5 * what.most_by_s()),
         thread: None,
+        pose: None,
     }
 }
 

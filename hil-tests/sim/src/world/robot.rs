@@ -243,6 +243,14 @@ impl Motion {
         )
     }
 
+    /// At rest at a pose, with the wheels as they are turned.
+    pub(super) fn set_down(&mut self, pose: Pose) {
+        (self.pose, self.twist, self.pivot_rad_s) = (pose, Twist::default(), 0.0);
+        for wheel in [&mut self.left, &mut self.right] {
+            (wheel.speed_rad_s, wheel.acceleration_rad_s2) = (0.0, 0.0);
+        }
+    }
+
     /// From now on these shares of the left and right wheel's turning move nothing.
     pub(super) fn slip(&mut self, shares: [f64; 2]) {
         [self.left.slip, self.right.slip] = shares.map(|share| share.clamp(0.0, 1.0));

@@ -48,6 +48,14 @@ impl RobotState {
         }
     }
 
+    /// It stands somewhere else, without power, and has been there.
+    pub(super) fn set_down(&mut self, pose: Pose) {
+        self.motion.set_down(pose);
+        self.command = DriveCommand::OFF;
+        self.history.fill(pose);
+        self.in_contact = false;
+    }
+
     /// The floor that the robot covers.
     pub(super) fn floor(&self) -> Rectangle {
         self.model.footprint.at(&self.motion.pose)

@@ -149,6 +149,28 @@ impl World {
         }
     }
 
+    /// Somebody lifts a robot, and sets it down somewhere else. What it has done so far is kept.
+    ///
+    /// # Errors
+    /// [`WorldError::Robot`] when it would touch something there; then it stays where it is.
+    pub fn carry(&mut self, robot: usize, to: Pose) -> Result<(), WorldError> {
+        let Some(own) = self.robots.get_mut(robot) else {
+            return Ok(());
+        };
+        let before = own.clone();
+        own.set_down(to);
+        if to.is_finite() && self.clearance_below(robot, f64::INFINITY) > 0.0 {
+            return Ok(());
+        }
+        let id = before.model.id.clone();
+        self.robots[robot] = before;
+        let reason = format!(
+            "cannot be put to {}, {}: something is there",
+            to.x_m, to.y_m
+        );
+        Err(WorldError::Robot { id, reason })
+    }
+
     /// Adds an obstacle, now.
     ///
     /// # Errors

@@ -135,3 +135,22 @@ fn nonsense_is_refused() {
     );
     assert_eq!(world.truth(3), None);
 }
+
+#[test]
+fn a_robot_that_is_carried_stands_where_it_is_put_unless_something_is_there() {
+    let [far, there] = [Pose::new(9.0, 0.0, 0.0), Pose::new(2.0, 0.0, 0.0)];
+    let robots = vec![exact_robot("a", Pose::default()), exact_robot("b", far)];
+    let mut world = world(room(20.0), robots);
+    drive(&mut world, 0, &wheels(8.0, 8.0), 1000);
+    let drove = world.truth(0).unwrap();
+    world.carry(0, there).unwrap();
+    world.advance_to(START_NS + 3000 * MS);
+    let truth = world.truth(0).unwrap();
+    assert_eq!((truth.pose, truth.twist), (there, Twist::default()));
+    assert_eq!(truth.distance_m, drove.distance_m);
+    assert_eq!(world.pose_at(0, START_NS + 2900 * MS), Some(there));
+    let refused = world.carry(1, there).unwrap_err().to_string();
+    assert!(refused.contains("\"b\""), "{refused}");
+    assert!(world.carry(1, Pose::new(f64::NAN, 0.0, 0.0)).is_err());
+    assert_eq!(world.truth(1).unwrap().pose, far);
+}

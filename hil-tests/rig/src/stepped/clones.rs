@@ -1,0 +1,135 @@
+//! Clones: second robots with the identity of one that is there, as when an image of its disk was written to another robot.
+//!
+//! A clone has a body, devices, symbols and a session of its own, and its robot's plan and configuration: it believes to stand
+//! where its robot starts. Before its fault begins and after it has ended its body stands in a store, far off the floor, and is
+//! switched off; where the fault gives no pose, it stays there. What faults do to messages of its robot, they do to the clone's;
+//! no other fault concerns it, and nobody operates it.
+
+use config::RobotConfig;
+use onboard::cli::{Failure, Files};
+use onboard::composition::plan::Plan;
+use sim::world::{Pose, SharedWorld};
+
+use super::checkpoints::Checkpoints;
+use super::devices::Devices;
+use super::robot::SteppedRobot;
+use super::start::Start;
+use crate::folder::Folder;
+use crate::scenario::Scenario;
+
+/// From the floor to the store, and from one clone in it to the next: beyond the reach of every lidar.
+const FAR_M: f64 = 10.0;
+
+/// A clone, or what is to be one.
+pub(super) struct ClonedRobot {
+    /// Number of its fault in the scenario.
+    pub(super) fault: usize,
+    /// Number of its body in the world.
+    pub(super) body: usize,
+    /// What its body is made of, with a name of its own.
+    pub(super) config: RobotConfig,
+    /// Where it stands while it is nobody's clone.
+    pub(super) store: Pose,
+    /// Where it is switched on, if that is elsewhere.
+    pose: Option<Pose>,
+    /// Its fault has begun.
+    pub(super) begun: bool,
+    running: Option<Running>,
+}
+
+/// Fields are dropped in this order: the robot first, then what it uses.
+struct Running {
+    robot: SteppedRobot,
+    devices: Devices,
+    _folder: Folder,
+}
+
+impl ClonedRobot {
+    /// Those of a scenario's faults; their bodies have the numbers after the robots'.
+    pub(super) fn all(scenario: &Scenario) -> Vec<Self> {
+        let store = store(scenario);
+        { scenario.clones().enumerate() }
+            .map(|(index, (fault, of))| {
+                let mut config = scenario.robots[of].config.clone();
+                config.identity.id = format!("{}, clone {}", config.identity.id, index + 1);
+                let pose = scenario.faults[fault].pose;
+                Self {
+                    fault,
+                    body: scenario.robots.len() + index,
+                    config,
+                    store: Pose::new(store.x_m, store.y_m + FAR_M * index as f64, 0.0),
+                    pose: pose.map(|[x_m, y_m, deg]| Pose::new(x_m, y_m, deg.to_radians())),
+                    begun: false,
+                    running: None,
+                }
+            })
+            .collect()
+    }
+
+    /// One step of its devices and of its process, while it is switched on.
+    pub(super) fn step(&mut self, now_ns: u64) {
+        if let Some(Running { robot, devices, .. }) = &mut self.running {
+            devices.step(now_ns, || robot.step(now_ns));
+        }
+    }
+
+    /// It is put onto the floor and switched on, with what its robot's processes start with; symbols live in the folder.
+    ///
+    /// # Errors
+    /// [`Failure`] when something is where it is to stand, or a part of it cannot be built.
+    pub(super) fn begin(
+        &mut self,
+        world: &SharedWorld,
+        (files, plan): &(Files, Plan),
+        start: Start,
+        folder: Folder,
+    ) -> Result<&mut SteppedRobot, Failure> {
+        let now_ns = start.at_ns;
+        let start = Start {
+            checkpoints: Checkpoints::default(),
+            ..start
+        };
+        if let Some(pose) = self.pose {
+            let carried = world.lock().carry(self.body, pose);
+            carried.map_err(Failure::failed)?;
+        }
+        let devices = Devices::of(world, &self.config.identity.id, plan, now_ns)?;
+        let robot = SteppedRobot::new(plan, files, folder.path(), &devices, start)?;
+        self.begun = true;
+        let running = self.running.insert(Running {
+            robot,
+            devices,
+            _folder: folder,
+        });
+        Ok(&mut running.robot)
+    }
+
+    /// It is switched off and carried away.
+    ///
+    /// # Errors
+    /// [`Failure`] when something is in the store, where nothing comes.
+    pub(super) fn end(&mut self, world: &SharedWorld) -> Result<(), Failure> {
+        self.running = None;
+        let carried = world.lock().carry(self.body, self.store);
+        carried.map_err(Failure::failed)
+    }
+}
+
+/// Where the store begins: off the floor, at its right lower corner.
+fn store(scenario: &Scenario) -> Pose {
+    let site = &scenario.site;
+    let walls = site
+        .walls
+        .iter()
+        .flat_map(|wall| [wall.line.a, wall.line.b]);
+    let areas = { site.areas.iter() }.flat_map(|area| [area.region.min, area.region.max]);
+    let corners = || {
+        walls
+            .clone()
+            .chain(areas.clone())
+            .map(|corner| corner.xy_m())
+    };
+    let right_m = corners().map(|[x_m, _]| x_m).fold(0.0, f64::max);
+    let low_m = corners().map(|[_, y_m]| y_m).fold(0.0, f64::min);
+    Pose::new(right_m + FAR_M, low_m, 0.0)
+}
