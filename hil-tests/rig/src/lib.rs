@@ -31,6 +31,7 @@
 //! - [`network`]: what robots and mediator say, heard as any third party could; [`belief`]: what a robot believes;
 //! - [`stand_ins`]: the rig in the place of people and of the mediator;
 //! - [`goals`], [`judge`], [`violation`], [`figures`]: how far robots are, what went wrong, what was measured;
+//!   [`percentile`]: one rule for medians and percentiles;
 //! - [`run`], [`stepped`], [`campaign`]: one run, the two ways to run it, and many runs;
 //! - [`commands`], [`map`](mod@map), [`devices`], [`cli`]: what the program does.
 
@@ -48,6 +49,7 @@ pub mod machine;
 pub mod map;
 pub mod network;
 pub mod output;
+pub mod percentile;
 pub mod process;
 pub mod record;
 pub mod report;

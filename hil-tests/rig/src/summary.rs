@@ -5,6 +5,7 @@ use serde_json::Value as Json;
 
 use crate::figures::{Figures, or_infinite};
 use crate::machine::Machine;
+use crate::percentile::Ranked;
 use crate::stalls::Stalls;
 use crate::violation::ViolationKind;
 
@@ -226,9 +227,9 @@ pub struct FiringSummary {
 pub struct Latency {
     /// How many were measured.
     pub count: usize,
-    /// Median; none without a measurement, as the others.
+    /// Median, as all percentiles by nearest rank; none without a measurement, as the others.
     pub p50_ms: Option<f64>,
-    /// 99th percentile, by nearest rank.
+    /// 99th percentile.
     pub p99_ms: Option<f64>,
     /// Largest.
     pub max_ms: Option<f64>,
@@ -286,19 +287,13 @@ impl Latency {
     /// Of these measurements, in any order.
     #[must_use]
     pub fn of(measured_ms: &[f64]) -> Self {
-        let mut sorted: Vec<f64> = measured_ms.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let rank = |share: f64| {
-            let rank = (share * sorted.len() as f64).ceil() as usize;
-            sorted
-                .get(rank.clamp(1, sorted.len().max(1)) - 1)
-                .map(|value| (value * 1e3).round() / 1e3)
-        };
+        let ranked = Ranked::of(measured_ms.iter().copied());
+        let at = |share: f64| ranked.at(share).map(|ms| (ms * 1e3).round() / 1e3);
         Self {
-            count: sorted.len(),
-            p50_ms: rank(0.5),
-            p99_ms: rank(0.99),
-            max_ms: rank(1.0),
+            count: ranked.count(),
+            p50_ms: at(0.5),
+            p99_ms: at(0.99),
+            max_ms: at(1.0),
         }
     }
 }

@@ -13,6 +13,7 @@ use serde_json::Value as Json;
 use super::pool::run_all;
 use crate::machine::{Machine, round};
 use crate::output::write_json;
+use crate::percentile::Ranked;
 use crate::process::Process;
 use crate::scenario::Scenario;
 use crate::summary::Latency;
@@ -40,7 +41,7 @@ struct Campaign {
     runs: Vec<Outcome>,
 }
 
-/// Least, median and most.
+/// Least, median by nearest rank, and most.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 struct Spread {
     min: f64,
@@ -239,15 +240,12 @@ fn sum_up(
 }
 
 fn spread(values: &[f64]) -> Spread {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    match (sorted.first(), sorted.last()) {
-        (Some(&min), Some(&max)) => Spread {
-            min,
-            p50: sorted[(sorted.len() - 1) / 2],
-            max,
-        },
-        _ => Spread::default(),
+    let ranked = Ranked::of(values.iter().copied());
+    let at = |share: f64| ranked.at(share).unwrap_or_default();
+    Spread {
+        min: at(0.0),
+        p50: at(0.5),
+        max: at(1.0),
     }
 }
 
@@ -258,10 +256,10 @@ fn together<'a>(latencies: impl Iterator<Item = &'a Latency> + Clone) -> Latency
             .filter_map(of)
             .max_by(|a, b| a.total_cmp(b))
     };
-    let medians: Vec<f64> = latencies.clone().filter_map(|own| own.p50_ms).collect();
+    let medians = latencies.clone().filter_map(|own| own.p50_ms);
     Latency {
         count: latencies.clone().map(|own| own.count).sum(),
-        p50_ms: (!medians.is_empty()).then(|| spread(&medians).p50),
+        p50_ms: Ranked::of(medians).at(0.5),
         p99_ms: largest(|own| own.p99_ms),
         max_ms: largest(|own| own.max_ms),
     }

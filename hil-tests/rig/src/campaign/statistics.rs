@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::figures::Figures;
+use crate::percentile::Ranked;
 use crate::scenario::Scenario;
 use crate::summary::{RobotSummary, Summary};
 
@@ -58,9 +59,9 @@ pub struct Quantity {
     pub count: usize,
     /// Least.
     pub min: f64,
-    /// Median.
+    /// Median, by nearest rank.
     pub p50: f64,
-    /// 99 of 100 are smaller.
+    /// 99th percentile, by nearest rank.
     pub p99: f64,
     /// Largest.
     pub max: f64,
@@ -242,17 +243,15 @@ fn quantities(runs: &[Summary]) -> Vec<Quantity> {
 }
 
 impl Quantity {
-    fn of(name: &'static str, mut values: Vec<f64>) -> Option<Self> {
-        values.retain(|value| value.is_finite());
-        values.sort_by(f64::total_cmp);
-        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
-        (!values.is_empty()).then(|| Self {
+    fn of(name: &'static str, values: Vec<f64>) -> Option<Self> {
+        let ranked = Ranked::of(values.into_iter().filter(|value| value.is_finite()));
+        Some(Self {
             name,
-            count: values.len(),
-            min: at(0.0),
-            p50: at(0.5),
-            p99: at(0.99),
-            max: at(1.0),
+            count: ranked.count(),
+            min: ranked.at(0.0)?,
+            p50: ranked.at(0.5)?,
+            p99: ranked.at(0.99)?,
+            max: ranked.at(1.0)?,
         })
     }
 }
