@@ -4,15 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use onboard::cli::Failure;
-use onboard::process::runtime::Runtime;
 
 use crate::testbed::Devices;
-
-/// The folder in which robots make their control sockets.
-pub(super) fn runtime_in(folder: &Path) -> Result<Runtime, Failure> {
-    Runtime::new(Some(folder.to_owned()))
-        .map_err(|_| Failure::refused(format_args!("folder {} cannot be made", folder.display())))
-}
 
 /// `--set` values that lead a robot to its devices, and to its fleet at these endpoints.
 ///

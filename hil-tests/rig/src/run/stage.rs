@@ -19,7 +19,7 @@ use super::execution::{Execution, Found, LOOK_NS, MediatorRuns};
 use super::latch::{Care, Caretaker};
 use super::measured::{device_violations, robot_summary};
 use super::member::Member;
-use super::settings::{runtime_in, settings, without_nets};
+use super::settings::{settings, without_nets};
 use crate::belief::{Belief, Insight};
 use crate::folder::Folder;
 use crate::machine::round;
@@ -109,7 +109,7 @@ impl Stage {
             Listener::open(&key_prefix, site, &scenario.nets).map_err(Failure::refused)?;
         let mediator_endpoint = free_endpoint().map_err(Failure::refused)?;
         let runtime_folder = folder.path().join("run");
-        let runtime = runtime_in(&runtime_folder)?;
+        let runtime = Runtime::new(Some(runtime_folder.clone()))?;
         let wanted = options.mediator && site.areas_managed;
         if wanted && !scenario.set.is_empty() {
             return Err(Failure::refused(
