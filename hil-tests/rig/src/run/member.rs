@@ -6,10 +6,10 @@ use coordination::symbols::Namespace;
 use onboard::cli::Failure;
 use serde_json::Value as Json;
 
-use super::latch::{Care, Caretaker};
 use crate::belief::Insight;
 use crate::process::Usage;
 use crate::process::robot::{RobotProcess, RobotSetup};
+use crate::stand_ins::caretaker::{Blame, Care, Caretaker};
 use crate::testbed::Devices;
 
 /// One robot. Fields are dropped in this order: the robot first, then its devices.
@@ -83,17 +83,13 @@ impl Member {
         self.insight.as_mut()
     }
 
-    /// What its operator does now; `stalled` tells whether the machine did between two times.
-    pub(super) fn care(
-        &mut self,
-        place: &Namespace,
-        now_ns: u64,
-        stalled: impl Fn(u64, u64) -> bool,
-    ) -> Care {
+    /// What its operator does now.
+    pub(super) fn care(&mut self, place: &Namespace, now_ns: u64, blame: Blame<'_>) -> Care {
         let runs = { self.process.as_mut() }.is_some_and(|own| own.poll().is_none());
         let faults = if runs { self.insight(place) } else { None };
         let faults = faults.map(Insight::faults).unwrap_or_default();
-        self.caretaker.look(&faults, now_ns, stalled)
+        // Only tests stop a robot through the real programs, and they let it go on.
+        self.caretaker.look(&faults, now_ns, true, blame)
     }
 
     /// Its exit status, once it has ended.

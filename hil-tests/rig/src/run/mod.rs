@@ -7,7 +7,6 @@
 mod ending;
 mod execution;
 mod finish;
-mod latch;
 pub mod live;
 pub(crate) mod measured;
 pub mod member;

@@ -16,7 +16,6 @@ use sim::world::{SharedWorld, Truth, TruthRecord, World};
 
 use super::ending::Ending;
 use super::execution::{Execution, Found, LOOK_NS, MediatorRuns};
-use super::latch::{Care, Caretaker};
 use super::measured::{device_violations, robot_summary};
 use super::member::Member;
 use super::settings::{settings, without_nets};
@@ -34,6 +33,7 @@ use crate::process::mediator::{MediatorProcess, MediatorSetup};
 use crate::process::robot::{RobotSetup, send};
 use crate::scenario::{Player, Scenario};
 use crate::stalls::{StallWatch, Stalls};
+use crate::stand_ins::caretaker::{Blame, Care, Caretaker};
 use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::testbed::{BusPlace, Devices, drawn_starts, start_delays_ns, world};
@@ -200,7 +200,7 @@ impl Stage {
         let (place, now_ns) = (self.runtime.place(), monotonic_ns());
         let stalled = |from_ns, to_ns| self.stall_watch.stalled(from_ns, to_ns);
         for member in &mut self.members {
-            match member.care(&place, now_ns, stalled) {
+            match member.care(&place, now_ns, Blame::Stalls(&stalled)) {
                 Care::None => {}
                 Care::Reset => {
                     // One that does not answer is asked again later.

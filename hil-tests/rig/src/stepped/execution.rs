@@ -3,7 +3,7 @@
 use description::instruction::Instruction;
 use onboard::cli::Failure;
 use onboard::process::ctl::{Event, Request};
-use onboard::symbols::faults::{Fault, Resumes};
+use onboard::symbols::faults::Fault;
 use sim::world::{Truth, TruthRecord, World};
 
 use super::clock::START_NS;
@@ -16,9 +16,6 @@ use crate::run::measured::{device_violations, robot_summary};
 use crate::run::{Ending, Execution, Found, LOOK_NS, MediatorRuns};
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::violation::ViolationKind;
-
-/// A fault that only an operator ends strands a robot after this time.
-const STRANDED_NS: u64 = 30_000_000_000;
 
 impl Execution for Stepped<'_> {
     fn start_ns(&self) -> u64 {
@@ -34,16 +31,7 @@ impl Execution for Stepped<'_> {
     }
 
     fn ended(&mut self) -> Option<Ending> {
-        // A look that would come later than that is not waited for.
-        let next_look_ns = self.now_ns() + LOOK_NS;
-        let mut latched = { self.robots.iter() }.flat_map(|member| {
-            let faults = { member.faults.active() };
-            faults
-                .filter(|fault| fault.resumes() == Resumes::Operator)
-                .map(|fault| (fault, member.faults.state(fault).since_ns))
-        });
-        let stranded = latched.find(|(_, since_ns)| next_look_ns > since_ns + STRANDED_NS);
-        stranded.map(|(fault, _)| Ending::Stranded(fault.name()))
+        self.stranded.map(|fault| Ending::Stranded(fault.name()))
     }
 
     fn truths(&mut self) -> Vec<TruthRecord> {
@@ -145,7 +133,7 @@ impl Execution for Stepped<'_> {
                 .map(|fault| (fault.name().to_owned(), own.faults.state(fault).count))
                 .filter(|(_, count)| *count > 0)
                 .collect(),
-            resets: own.resets,
+            resets: own.caretaker.resets,
             ..robot_summary(&plan.robot, &own.devices.drive(), truth, &own.symbols)
         }
     }

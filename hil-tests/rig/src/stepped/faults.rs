@@ -143,9 +143,9 @@ impl Schedule {
         }
     }
 
-    /// Whether there are any.
-    pub(super) fn is_empty(&self) -> bool {
-        self.faults.is_empty()
+    /// Whether any has begun.
+    pub(super) fn has_begun(&self) -> bool {
+        self.faults.iter().any(|own| own.begun)
     }
 
     /// What begins or ends now.

@@ -3,7 +3,7 @@
 use contract::wire::{MediatorReport, RobotReport, RobotState};
 use contract::{Message as _, decode, keys};
 use onboard::cli::Failure;
-use onboard::symbols::faults::FaultTable;
+use onboard::symbols::faults::{Fault, FaultTable};
 use serde_json::Value as Json;
 use sim::world::{ObstacleId, Random, SharedWorld};
 
@@ -24,6 +24,7 @@ use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::run::LOOK_NS;
 use crate::scenario::{Scenario, ScriptedKind};
+use crate::stand_ins::caretaker::Caretaker;
 use crate::stand_ins::clutter::furnish;
 use crate::testbed::{drawn_starts, plain_world, start_delays_ns};
 
@@ -48,6 +49,8 @@ pub struct Stepped<'a> {
     /// Another mediator, which should not be there.
     pub(super) second_mediator: Option<SteppedMediator>,
     pub(super) faults: Schedule,
+    /// A latch that nobody is to end.
+    pub(super) stranded: Option<Fault>,
     /// What stands in a robot's way.
     pub(super) in_the_way: Vec<(ScriptedKind, usize, ObstacleId)>,
     network: Network,
@@ -84,9 +87,8 @@ pub(super) struct Member {
     pub(super) killed: bool,
     /// What its processes leave for the next.
     checkpoints: Checkpoints,
-    /// When an operator reset it last.
-    pub(super) reset_ns: u64,
-    pub(super) resets: u32,
+    /// The operator who resets it.
+    pub(super) caretaker: Caretaker,
     pub(super) faults: FaultTable,
     /// What its symbols said when it was stopped.
     pub(super) symbols: Json,
@@ -129,8 +131,7 @@ impl<'a> Stepped<'a> {
                     robot: None,
                     killed: false,
                     checkpoints: Checkpoints::default(),
-                    reset_ns: 0,
-                    resets: 0,
+                    caretaker: Caretaker::default(),
                     faults: FaultTable::default(),
                     symbols: Json::Null,
                     allowed: Vec::new(),
@@ -148,6 +149,7 @@ impl<'a> Stepped<'a> {
             journal_copy: Disk::default(),
             disk,
             faults: Schedule::new(scenario),
+            stranded: None,
             in_the_way: Vec::new(),
             network: Network::new(seed),
             told: Told::default(),
@@ -183,7 +185,7 @@ impl<'a> Stepped<'a> {
         }
         self.fresh = true;
         self.hear();
-        self.reset_latched(self.now_ns());
+        self.look_after(self.now_ns());
         Ok(())
     }
 

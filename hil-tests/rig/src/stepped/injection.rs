@@ -2,7 +2,7 @@
 
 use onboard::cli::Failure;
 use onboard::process::ctl::Request;
-use onboard::symbols::faults::Resumes;
+use onboard::symbols::faults::FaultTable;
 use sim::world::{Obstacle, Pose, Shape};
 
 use super::disk::Disk;
@@ -10,9 +10,8 @@ use super::faults::Change;
 use super::fleet::{Member, Stepped};
 use super::mediator::SteppedMediator;
 use crate::scenario::ScriptedKind;
+use crate::stand_ins::caretaker::{Blame, Care};
 
-/// Where faults are injected, an operator resets a robot that has latched for this long.
-const RESET_AFTER_NS: u64 = 3_000_000_000;
 /// People and boxes come this far ahead of a robot's `base_link`,
 const AHEAD_M: f64 = 1.5;
 /// no nearer than this to another one's,
@@ -182,22 +181,24 @@ impl Stepped<'_> {
         }
     }
 
-    /// An operator resets robots that have latched for a while, where faults are injected.
-    pub(super) fn reset_latched(&mut self, now_ns: u64) {
-        if self.faults.is_empty() {
-            return;
-        }
+    /// Plays the operator: resets robots that have latched, and notes one that is not to be helped.
+    pub(super) fn look_after(&mut self, now_ns: u64) {
+        let begun = self.faults.has_begun();
         for number in 0..self.robots.len() {
+            let on_purpose = self.faults.lasts(ScriptedKind::Stop, Some(number));
             let member = &mut self.robots[number];
-            let faults = &member.faults;
-            let latched = { faults.active() }
-                .filter(|fault| fault.resumes() == Resumes::Operator)
-                .any(|fault| now_ns > faults.state(fault).since_ns + RESET_AFTER_NS);
-            let stopped = self.faults.lasts(ScriptedKind::Stop, Some(number));
-            if latched && !stopped && now_ns > member.reset_ns + RESET_AFTER_NS {
-                member.reset_ns = now_ns;
-                member.resets += 1;
-                self.ask(number, Some(Request::Reset));
+            // What a robot said before it was killed is over.
+            let runs = member.robot.is_some();
+            let faults = if runs {
+                member.faults
+            } else {
+                FaultTable::default()
+            };
+            let blame = Blame::Faults { begun };
+            match member.caretaker.look(&faults, now_ns, on_purpose, blame) {
+                Care::None => {}
+                Care::Reset => self.ask(number, Some(Request::Reset)),
+                Care::GiveUp(fault) => self.stranded = Some(fault),
             }
         }
     }

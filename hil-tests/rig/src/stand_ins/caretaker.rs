@@ -1,0 +1,189 @@
+//! The operator who looks after a robot that has latched, with a fault that only an operator ends.
+//!
+//! One rule, through the real programs and on the simulated clock:
+//!
+//! - a latch that something else is to blame for is reset after 3 s, and again after 3 s if it is still there;
+//! - any other is the robot's own, and ends the run at once; but an uncertain pose has 30 s, since walls may come into view again;
+//! - whatever was to blame, a latch that lasts for 30 s ends the run;
+//! - a robot that somebody has stopped on purpose is left to whoever did that: a reset would end the stop.
+//!
+//! What differs is what may be to [`Blame`].
+
+use onboard::symbols::faults::{Fault, FaultTable, Resumes};
+
+/// A stall of the machine this long before a latch, or shorter, counts as its cause.
+const BLAMED_NS: u64 = 2_000_000_000;
+/// A latch is judged after this time: by then the watch has noted the stall that it came with.
+const JUDGED_AFTER_NS: u64 = 100_000_000;
+/// A robot is reset after this time, and not sooner again.
+const RESET_AFTER_NS: u64 = 3_000_000_000;
+/// A latch that may be reset, or end by itself, strands the robot after this time.
+const STRANDED_NS: u64 = 30_000_000_000;
+
+/// What a latch may be blamed on, if not on the robot.
+#[derive(Clone, Copy)]
+pub enum Blame<'a> {
+    /// Through the real programs: a stall of the machine, within 2 s before the latch. Tells whether it stalled between two
+    /// times.
+    Stalls(&'a dyn Fn(u64, u64) -> bool),
+    /// On the simulated clock, where nothing stalls: faults of the scenario, since what they leave may show late.
+    Faults {
+        /// The first has begun.
+        begun: bool,
+    },
+}
+
+impl Blame<'_> {
+    fn is_to_blame(&self, since_ns: u64) -> bool {
+        match self {
+            Self::Stalls(stalled) => stalled(since_ns.saturating_sub(BLAMED_NS), since_ns),
+            Self::Faults { begun } => *begun,
+        }
+    }
+}
+
+/// What to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Care {
+    /// Nothing, yet.
+    None,
+    /// Reset the robot.
+    Reset,
+    /// End the run: nobody is to clear this fault.
+    GiveUp(Fault),
+}
+
+/// Looks after one robot.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Caretaker {
+    reset_ns: u64,
+    /// How often it was reset.
+    pub resets: u32,
+}
+
+impl Caretaker {
+    /// What to do now about what the robot says of its faults. An operator's stop is `on_purpose` while whoever stopped it is
+    /// still there to let it go on.
+    pub fn look(
+        &mut self,
+        faults: &FaultTable,
+        now_ns: u64,
+        on_purpose: bool,
+        blame: Blame<'_>,
+    ) -> Care {
+        let stopped = on_purpose && faults.state(Fault::OperatorStop).active != 0;
+        let latched = { faults.active() }
+            .filter(|fault| fault.resumes() == Resumes::Operator)
+            .filter(|fault| !stopped || *fault != Fault::OperatorStop)
+            .map(|fault| (fault, faults.state(fault).since_ns));
+        let mut care = Care::None;
+        for (fault, since_ns) in latched {
+            let lasts_ns = now_ns.saturating_sub(since_ns);
+            if lasts_ns < JUDGED_AFTER_NS {
+                continue;
+            }
+            let excused = blame.is_to_blame(since_ns);
+            let may_end = excused || fault == Fault::PoseUncertain;
+            if !may_end || lasts_ns > STRANDED_NS {
+                return Care::GiveUp(fault);
+            }
+            let in_time = lasts_ns > RESET_AFTER_NS && now_ns > self.reset_ns + RESET_AFTER_NS;
+            if excused && in_time && !stopped {
+                care = Care::Reset;
+            }
+        }
+        if care == Care::Reset {
+            self.reset_ns = now_ns;
+            self.resets += 1;
+        }
+        care
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND_NS: u64 = 1_000_000_000;
+    const FAULTS: Blame<'_> = Blame::Faults { begun: true };
+    const NOBODY: Blame<'_> = Blame::Faults { begun: false };
+
+    fn latched(fault: Fault) -> FaultTable {
+        let mut faults = FaultTable::default();
+        faults.raise(fault, 10 * SECOND_NS);
+        faults
+    }
+
+    #[test]
+    fn a_latch_that_something_else_is_to_blame_for_is_reset_and_counted() {
+        let faults = latched(Fault::Overruns);
+        let stall_ns = 9 * SECOND_NS;
+        let stalled = |from_ns, to_ns| (from_ns..=to_ns).contains(&stall_ns);
+        for blame in [Blame::Stalls(&stalled), FAULTS] {
+            let mut caretaker = Caretaker::default();
+            let mut look = |at_s| {
+                let care = caretaker.look(&faults, at_s * SECOND_NS, true, blame);
+                (care, caretaker.resets)
+            };
+            assert_eq!(look(10), (Care::None, 0));
+            assert_eq!(look(12), (Care::None, 0), "as a person does");
+            assert_eq!(look(14), (Care::Reset, 1));
+            assert_eq!(look(15), (Care::None, 1), "it takes a while");
+            assert_eq!(look(18), (Care::Reset, 2));
+            assert_eq!(look(41), (Care::GiveUp(Fault::Overruns), 2), "in vain");
+            let gone = caretaker.look(&FaultTable::default(), 50 * SECOND_NS, true, blame);
+            assert_eq!((gone, caretaker.resets), (Care::None, 2));
+        }
+    }
+
+    #[test]
+    fn any_other_latch_ends_the_run_at_once() {
+        // A stall long before it does not count.
+        let stalled = |from_ns, _| from_ns <= 7 * SECOND_NS;
+        for blame in [Blame::Stalls(&stalled), NOBODY] {
+            let look = |fault, at_s: f64| {
+                let at_ns = (at_s * 1e9) as u64;
+                Caretaker::default().look(&latched(fault), at_ns, true, blame)
+            };
+            assert_eq!(look(Fault::Overruns, 10.05), Care::None);
+            assert_eq!(look(Fault::Overruns, 10.2), Care::GiveUp(Fault::Overruns));
+            assert_eq!(look(Fault::MotorsOff, 10.2), Care::GiveUp(Fault::MotorsOff));
+            assert_eq!(look(Fault::BusLost, 100.0), Care::None, "ends by itself");
+            let uncertain = Fault::PoseUncertain;
+            assert_eq!(look(uncertain, 20.0), Care::None, "it may end by itself");
+            assert_eq!(look(uncertain, 41.0), Care::GiveUp(uncertain));
+        }
+    }
+
+    #[test]
+    fn who_is_stopped_on_purpose_is_left_alone() {
+        let look = |faults: &FaultTable, on_purpose| {
+            Caretaker::default().look(faults, 20 * SECOND_NS, on_purpose, FAULTS)
+        };
+        let mut faults = latched(Fault::OperatorStop);
+        assert_eq!(look(&faults, true), Care::None);
+        assert_eq!(
+            look(&faults, false),
+            Care::Reset,
+            "nobody is there any more"
+        );
+        faults.raise(Fault::MotorsOff, 11 * SECOND_NS);
+        assert_eq!(
+            look(&faults, true),
+            Care::None,
+            "a reset would end the stop"
+        );
+        let much_later = Caretaker::default().look(&faults, 50 * SECOND_NS, true, FAULTS);
+        assert_eq!(much_later, Care::GiveUp(Fault::MotorsOff));
+    }
+
+    #[test]
+    fn what_is_the_robots_own_counts_more_than_a_stall() {
+        let mut faults = latched(Fault::Overruns);
+        faults.raise(Fault::DriveFault, 20 * SECOND_NS);
+        let stalled = |_, to_ns| to_ns < 15 * SECOND_NS;
+        let blame = Blame::Stalls(&stalled);
+        let care = Caretaker::default().look(&faults, 21 * SECOND_NS, true, blame);
+        assert_eq!(care, Care::GiveUp(Fault::DriveFault));
+    }
+}
