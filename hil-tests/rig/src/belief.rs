@@ -1,9 +1,10 @@
 //! What a robot believes, read from its symbols as any program of the same user can.
 
 use coordination::symbols::{Inspector, Namespace, Reader};
-use onboard::symbols::faults::FaultTable;
+use onboard::symbols::faults::{Fault, FaultTable};
 use onboard::symbols::values::{NavigationState, PoseEstimate, TubeState};
 use sim::world::Pose;
+use skills::schedule::Hold;
 
 /// Reads the symbols of one running robot.
 pub struct Insight {
@@ -34,6 +35,9 @@ pub struct Belief {
     pub verdict: u64,
     /// Why, as a number of the tubes' reasons.
     pub reason: u64,
+    /// Something keeps it from driving that has nothing to do with where it wants to go: a fault, an operator, or what stands in
+    /// its way.
+    pub kept: bool,
 }
 
 impl Belief {
@@ -65,7 +69,10 @@ impl Insight {
         let pose = self.pose.read();
         let navigation = self.navigation.read().value;
         let tubes = self.tubes.read().value;
-        Belief {
+        let faulty = self.faults.read().value.active().any(stops);
+        let forbidden = [Hold::Forbidden, Hold::PoseUncertain].map(Hold::reason);
+        let hold = navigation.hold;
+        let mut belief = Belief {
             stamp_ns: pose.stamp_ns,
             pose: Pose::new(
                 pose.value.pose.x_m,
@@ -83,11 +90,28 @@ impl Insight {
             skill: navigation.skill.as_str().to_owned(),
             verdict: tubes.verdict,
             reason: tubes.reason,
-        }
+            kept: faulty || forbidden.contains(&hold.as_str()),
+        };
+        belief.kept |= belief.is_held();
+        belief
     }
 
     /// The faults that it has had, and has.
     pub fn faults(&mut self) -> FaultTable {
         self.faults.read().value
     }
+}
+
+/// Whether a robot with this fault stands, or comes to stand.
+fn stops(fault: Fault) -> bool {
+    !matches!(
+        fault,
+        Fault::ScanBroken
+            | Fault::EncoderImplausible
+            | Fault::QueueFull
+            | Fault::OffLane
+            | Fault::FleetNetwork
+            | Fault::MediatorSilent
+            | Fault::MediatorRefused
+    )
 }

@@ -7,12 +7,15 @@ use super::contact::Contact;
 use super::lane::Lane;
 use super::look::{Look, Robot};
 use super::pose::Believed;
-use super::stops::{StopError, StopKind};
+use super::stops::{StopError, StopKind, has_stopped};
 use super::violations::Violations;
 use crate::belief::Belief;
 use crate::figures::Figures;
 use crate::scenario::{Limits, Scenario};
 use crate::violation::ViolationKind;
+
+/// What kept a robot from driving until less than this ago may still be why it stands.
+const STARTS_NS: u64 = 1_000_000_000;
 
 /// Watches one robot.
 #[derive(Debug)]
@@ -26,6 +29,8 @@ pub(super) struct Conduct {
     lane: Lane,
     believed: Believed,
     stood_since_ns: Option<u64>,
+    /// When something last kept it from driving, as it says.
+    kept_ns: Option<u64>,
     /// The last place to stop that came with an event.
     instructed: Option<Pose>,
     figures: Figures,
@@ -41,6 +46,7 @@ impl Conduct {
             lane: Lane::default(),
             believed: Believed::new(&robot),
             stood_since_ns: None,
+            kept_ns: None,
             instructed: None,
             figures: Figures {
                 min_clearance_m: f64::INFINITY,
@@ -124,12 +130,18 @@ impl Conduct {
 
     /// Keeps track of the machine's states; at the end of one that stops somewhere, judges where.
     fn follow_states(&mut self, truth: &Truth, belief: &Belief, violations: &mut Violations) {
+        let kept = { self.kept_ns }.is_some_and(|kept_ns| truth.time_ns < kept_ns + STARTS_NS);
+        if belief.kept {
+            self.kept_ns = Some(truth.time_ns);
+        }
         let figures = &mut self.figures;
         if belief.state.is_empty() || figures.states.last() == Some(&belief.state) {
             return;
         }
         let robot = &self.robot;
-        let before = { figures.states.last() }.and_then(|name| robot.fsm.state(name));
+        let before = { figures.states.last() }
+            .filter(|name| has_stopped(&robot.site, &robot.fsm, name, &belief.state, kept))
+            .and_then(|name| robot.fsm.state(name));
         let stop_at = |pose: &Pose| {
             let instructed = self.instructed.as_ref();
             StopError::of(&robot.site, before?, instructed, &robot.footprint, pose)

@@ -1,7 +1,7 @@
 //! How exactly a robot stopped where its skill says: at a wall, at a pose, before an area.
 
 use config::SiteConfig;
-use description::site::{ControllerConfig, FsmState, StopPlace};
+use description::site::{ControllerConfig, FsmConfig, FsmState, MonitorKind, StopPlace};
 use sim::world::{Footprint, Pose};
 
 use crate::lanes::lane_of;
@@ -16,6 +16,25 @@ pub enum StopKind {
     Pose,
     /// The border of an area.
     Border,
+}
+
+/// Whether a robot that went from one state of its machine to another had stopped where the first one's skill stops it. It says so
+/// by the event of a finished manoeuvre. Whoever else sends it on takes it for stopped because it stands, which is no stop where
+/// something `kept` it from driving; and a robot that has strayed from its lane, or starts anew, did not stop there.
+pub(super) fn has_stopped(
+    site: &SiteConfig,
+    fsm: &FsmConfig,
+    from: &str,
+    to: &str,
+    kept: bool,
+) -> bool {
+    let between = { fsm.transitions.iter() }.filter(|one| one.from == from && one.to == to);
+    let mut events = between.map(|one| site.monitor(&one.on).map(|monitor| &monitor.kind));
+    events.any(|kind| match kind {
+        Some(MonitorKind::ManoeuvreDone) => true,
+        Some(MonitorKind::Deviation { .. }) => false,
+        _ => !kept,
+    })
 }
 
 /// How far off it stopped.
@@ -67,5 +86,25 @@ impl StopError {
             }),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn who_is_sent_on_while_it_is_kept_from_driving_has_not_stopped() {
+        let scenario = testing::scenario("course");
+        let fsm = &scenario.robots[0].fsm;
+        let stopped = |from, to, kept| has_stopped(&scenario.site, fsm, from, to, kept);
+        // By its operator's "go".
+        assert!(stopped("stop-6", "drive-6", false));
+        assert!(!stopped("stop-6", "drive-6", true), "its bus may be lost");
+        // It says itself that it is done.
+        assert!(stopped("park-5", "rest-5", true));
+        assert!(!stopped("park-5", "halt-5", false), "it strayed");
+        assert!(!stopped("stop-6", "beside-1", false), "it starts anew");
     }
 }
