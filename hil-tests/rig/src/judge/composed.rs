@@ -1,11 +1,12 @@
 //! The judge of a run.
 
-use sim::world::Pose;
+use sim::world::{Pose, STANDING_M_S, Truth};
 
 use super::areas::Areas;
 use super::conduct::Conduct;
 use super::during::Rule;
 use super::look::{Look, Robot};
+use super::recovery::Recovering;
 use super::violations::Violations;
 use crate::figures::Figures;
 use crate::scenario::Scenario;
@@ -19,6 +20,9 @@ pub struct Judge {
     robots: Vec<Conduct>,
     areas: Areas,
     rules: Vec<Rule>,
+    /// By number, of the robots.
+    recovering: Vec<Recovering>,
+    start_ns: u64,
     violations: Violations,
 }
 
@@ -37,6 +41,8 @@ impl Judge {
             areas: Areas::new(scenario, robots.len(), heard),
             robots,
             rules: Rule::all(scenario),
+            recovering: vec![Recovering::new(scenario.recovery()); scenario.robots.len()],
+            start_ns,
             violations: Violations::new(start_ns),
         }
     }
@@ -51,6 +57,26 @@ impl Judge {
         self.areas.judge(&self.robots, look, before, found);
         for rule in &mut self.rules {
             rule.judge(&self.robots, look, before, found);
+        }
+    }
+
+    /// Takes in how far a robot is after the last fault; `missing` says what is left of its goals.
+    pub fn observe_progress(
+        &mut self,
+        robot: usize,
+        truth: &Truth,
+        missing: impl FnOnce(&Figures) -> Option<String>,
+    ) {
+        let (Some(own), Some(recovering)) =
+            (self.robots.get(robot), self.recovering.get_mut(robot))
+        else {
+            return;
+        };
+        let at_s = truth.time_ns.saturating_sub(self.start_ns) as f64 / 1e9;
+        let stands = truth.twist.v_m_s.abs() < STANDING_M_S;
+        if let Some(stuck) = recovering.look(at_s, stands, || missing(own.figures())) {
+            let kind = ViolationKind::StuckAfterFaults;
+            self.report_of(robot, kind, truth.time_ns, stuck);
         }
     }
 

@@ -22,6 +22,7 @@ mod look;
 mod overlap;
 mod owners;
 mod pose;
+mod recovery;
 mod stops;
 pub mod view;
 mod violations;

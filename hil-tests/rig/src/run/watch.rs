@@ -3,13 +3,13 @@
 use sim::world::{Pose, STANDING_M_S, Truth, TruthRecord};
 
 use super::ending::Ending;
-use super::execution::{Execution, LOOK_NS};
+use super::execution::Execution;
 use crate::belief::Belief;
 use crate::goals::Progress;
 use crate::judge::{Judge, Look};
 use crate::network::mediator_status::Told;
 use crate::record::{Incident, PathPoint, StateChange};
-use crate::scenario::{Player, Scenario};
+use crate::scenario::{HELPED_AFTER_S, Player, Scenario};
 use crate::shapes;
 use crate::stand_ins::leave::LeaveKeeper;
 use crate::stand_ins::operator::Operator;
@@ -92,29 +92,29 @@ impl<E: Execution> Run<E> {
         let (start_ns, now_ns) = (self.stage.start_ns(), self.stage.now_ns());
         let longest_ns = (self.scenario.longest_s() * 1e9) as u64;
         let now_s = self.stage.seconds(now_ns);
-        // The end of a fault gives the fleet as much time as if it had just moved.
+        // The end of a fault, and the operator's time, give the fleet as much time as if it had just moved.
         let moved_s = self.stage.seconds(self.moved_ns);
-        let moved_s =
-            { self.scenario.last_fault_over_s(now_s) }.map_or(moved_s, |s| s.max(moved_s));
+        let over_s = self.scenario.last_fault_over_s(now_s);
+        let moved_s = over_s.map_or(moved_s, |over_s| moved_s.max(over_s + HELPED_AFTER_S));
         let ending = if self.missing().is_empty() {
             Some(Ending::Done)
         } else if let Some(ending) = self.stage.ended() {
             Some(ending)
-        } else if now_ns + LOOK_NS >= start_ns + longest_ns {
+        } else if now_ns >= start_ns + longest_ns {
             Some(Ending::TooSlow)
         } else if now_s - moved_s > self.scenario.standstill_s {
             Some(Ending::Standstill)
         } else {
             None
         };
-        if let Some(Ending::TooSlow | Ending::Standstill) = ending {
-            self.judge_progress(now_ns);
+        if let Some(Ending::Standstill) = ending {
+            self.judge_standstill(now_ns);
         }
         Ok(ending)
     }
 
-    /// The run ends without its goals: finds robots that should have gone on after faults.
-    fn judge_progress(&mut self, now_ns: u64) {
+    /// No robot moves: finds those that should have gone on after faults.
+    fn judge_standstill(&mut self, now_ns: u64) {
         let now_s = self.stage.seconds(now_ns);
         if !self.scenario.must_have_gone_on(now_s) {
             return;
@@ -221,6 +221,8 @@ impl<E: Execution> Run<E> {
             });
         });
         track.progress.observe(truth, judge.figures(robot));
+        let (progress, id) = (&track.progress, &self.scenario.robots[robot].id);
+        judge.observe_progress(robot, truth, |figures| progress.missing(id, figures));
         track.truth = Some(*truth);
         let speed_m_s = truth.twist.v_m_s.abs();
         track.fastest_m_s = track.fastest_m_s.max(speed_m_s);

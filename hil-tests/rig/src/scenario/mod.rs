@@ -5,6 +5,7 @@
 //! - [`Limits`]: figures beyond which something is a violation;
 //! - [`Clutter`]: obstacles and walkers that the site file does not know;
 //! - [`ScriptedFault`]: what goes wrong, on the simulated clock;
+//! - [`Recovery`]: by when a fleet must have come through that;
 //! - [`load`](fn@load) reads a file, [`load_shipped`] one that ships, with [`Changes`] from the command line.
 
 mod clutter;
@@ -14,6 +15,7 @@ mod limits;
 mod load;
 mod model;
 mod problem;
+mod recovery;
 
 pub use clutter::{Boxes, Clutter, People, Vehicle};
 pub use fault::{ScriptedFault, ScriptedKind};
@@ -21,6 +23,7 @@ pub use goal::{Goal, Places, Stop};
 pub use limits::Limits;
 pub use load::{Changes, load, load_shipped};
 pub use model::{Coordination, During, Player, Scenario};
+pub use recovery::{HELPED_AFTER_S, Recovery};
 
 #[cfg(test)]
 mod tests;

@@ -121,34 +121,6 @@ impl Scenario {
         self
     }
 
-    /// Longest time until all goals are reached; patience begins anew when the last fault is over.
-    #[must_use]
-    pub fn longest_s(&self) -> f64 {
-        let rounds = self.robots.iter().map(|player| player.goal.rounds()).max();
-        let faults = self.faults.iter().map(ScriptedFault::until_s);
-        let rounds_s = self.patience_round_s * f64::from(rounds.unwrap_or(0));
-        self.patience_s + rounds_s + faults.fold(0.0, f64::max)
-    }
-
-    /// When the last fault was over that was over by this time; none: no fault was.
-    #[must_use]
-    pub fn last_fault_over_s(&self, at_s: f64) -> Option<f64> {
-        let over = { self.faults.iter() }.map(ScriptedFault::until_s);
-        over.filter(|until_s| *until_s <= at_s).reduce(f64::max)
-    }
-
-    /// Whether the fleet must have gone on by itself at this time: faults are over and none lasts, all of kinds that a fleet
-    /// comes through, and no run of the scenario may end without its goals.
-    #[must_use]
-    pub fn must_have_gone_on(&self, at_s: f64) -> bool {
-        let lasts = |fault: &ScriptedFault| (fault.at_s..fault.until_s()).contains(&at_s);
-        let overcome = |fault: &ScriptedFault| ScriptedKind::DRAWN.contains(&fault.what);
-        self.last_fault_over_s(at_s).is_some()
-            && !self.faults.iter().any(lasts)
-            && self.faults.iter().all(overcome)
-            && self.least_done_share >= 1.0
-    }
-
     /// Whether the rig must know what robots believe, and in which states they are.
     #[must_use]
     pub fn looks_inside(&self) -> bool {

@@ -181,10 +181,31 @@ fn a_fleet_that_stays_stuck_after_the_last_fault_is_found() {
     let both = vec![ViolationKind::StuckAfterFaults; 2];
     let (kinds, duration_s) = stuck(&scenario);
     assert_eq!(kinds, both);
-    assert!((16.0..16.2).contains(&duration_s), "{duration_s} s");
+    // The fault, the operator's time, and then nobody moves.
+    assert!((26.0..26.2).contains(&duration_s), "{duration_s} s");
     // No fleet comes through this by itself.
     scenario.faults[0].what = ScriptedKind::LoseJournal;
     assert_eq!(stuck(&scenario).0, []);
     scenario.faults.clear();
     assert_eq!(stuck(&scenario).0, []);
+}
+
+#[test]
+fn a_robot_that_drives_and_never_arrives_after_the_last_fault_is_found() {
+    let mut scenario = overtaking();
+    scenario.patience_s = 100.0;
+    scenario.faults = vec![ScriptedFault {
+        at_s: 2.0,
+        for_s: 4.0,
+        ..fault(ScriptedKind::Pause)
+    }];
+    // Nobody is told to use the lay-by: both drive on, and the first one does not come to its goals.
+    let plans = plans(&scenario).without_nets();
+    let summary = ended_with(&scenario, &plans, 3);
+    let found: Vec<_> = { summary.violations.iter() }
+        .map(|own| (own.kind, own.robot.as_str()))
+        .collect();
+    let expected = [(ViolationKind::StuckAfterFaults, "amr-1")];
+    assert_eq!(found, expected, "{summary:?}");
+    assert!((116.0..116.2).contains(&summary.duration_s), "{summary:?}");
 }
