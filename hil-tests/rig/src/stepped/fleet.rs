@@ -235,12 +235,15 @@ impl<'a> Stepped<'a> {
         }
         self.world.lock().advance_to(now_ns);
         while let Some(message) = self.network.arrived(now_ns) {
-            if message.kind == MessageKind::Report {
+            let mediator = match message.kind {
+                MessageKind::Report => &mut self.mediator,
+                MessageKind::SecondReport => &mut self.second_mediator,
+                MessageKind::State | MessageKind::Answer => continue,
+            };
+            if let Some(mediator) = mediator {
                 // The loader has checked both names.
                 let key = keys::report(PREFIX, &self.robots[message.robot].id).unwrap_or_default();
-                for mediator in self.mediator.iter_mut().chain(&mut self.second_mediator) {
-                    mediator.deliver(&key, &message.bytes);
-                }
+                mediator.deliver(&key, &message.bytes);
             }
         }
         self.step_mediator(now_ns)?;
@@ -297,7 +300,7 @@ impl<'a> Stepped<'a> {
             MessageKind::State => decode::<RobotState>(bytes)
                 .map(|state| observations.state(state, now_ns))
                 .is_ok(),
-            MessageKind::Report => decode::<RobotReport>(bytes)
+            MessageKind::Report | MessageKind::SecondReport => decode::<RobotReport>(bytes)
                 .map(|report| observations.report(&report, now_ns))
                 .is_ok(),
             MessageKind::Answer => decode::<MediatorReport>(bytes)
@@ -308,6 +311,14 @@ impl<'a> Stepped<'a> {
             observations.note_malformed(now_ns);
         }
         let weather = self.faults.weather(message.robot);
+        if message.kind == MessageKind::Report && self.second_mediator.is_some() {
+            let kind = MessageKind::SecondReport;
+            let second = Message {
+                kind,
+                ..message.clone()
+            };
+            self.network.send(second, weather, now_ns);
+        }
         self.network.send(message, weather, now_ns);
     }
 

@@ -31,6 +31,8 @@ pub(super) enum MessageKind {
     State,
     /// Of a robot to the mediator.
     Report,
+    /// The same to the second mediator, on a way of its own.
+    SecondReport,
     /// Of the mediator to a robot.
     Answer,
 }
