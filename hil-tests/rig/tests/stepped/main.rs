@@ -2,7 +2,8 @@
 //!
 //! - [`bench`] is one robot on its devices, whose faults a test injects: [`bus`], [`drive`], [`lidar`], [`obstacle`], and
 //!   [`straying`] from the lane;
-//! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario.
+//! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
+//!   [`scripted`] those of them that no fleet comes through yet.
 
 mod bench;
 mod bus;
@@ -11,6 +12,7 @@ mod faults;
 mod fleets;
 mod lidar;
 mod obstacle;
+mod scripted;
 mod straying;
 mod trials;
 
