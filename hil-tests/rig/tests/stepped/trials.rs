@@ -139,3 +139,37 @@ fn a_robot_before_a_closed_way_stands_and_touches_nothing() {
     assert!(figures.min_clearance_m > 0.02, "{outcome:?}");
     assert!(figures.longest_stand_s > 10.0, "{outcome:?}");
 }
+
+#[test]
+fn a_robot_that_loses_its_bus_on_the_way_to_a_pose_has_not_stopped_there() {
+    // On the lane where its operator asks for a stop.
+    let start = "robots.amr-1.start={ x_m = 4.8, y_m = 0.5, theta_rad = 3.141592653589793 }";
+    let state = "robots.amr-1.start_state=\"drive-6\"";
+    let changes = Changes {
+        set: vec![start.to_owned(), state.to_owned()],
+        ..Changes::default()
+    };
+    let course = load(&shipped("scenarios/course.toml"), &changes);
+    let mut course = course.unwrap_or_else(|failure| panic!("{failure:?}"));
+    course.patience_s = 10.0;
+    let mut stops = |faults: Vec<ScriptedFault>| {
+        course.faults = faults;
+        let outcome = trial(&course, 3, true);
+        let mut violations = outcome.violations.iter();
+        assert!(
+            violations.all(|own| own.kind != ViolationKind::StopPose),
+            "{outcome:?}"
+        );
+        let figures = { outcome.robots[0].figures.clone() }.expect("it was looked at");
+        assert_eq!(figures.states[..3], ["drive-6", "stop-6", "drive-6"]);
+        figures.pose_stop_errors_m
+    };
+    let [error_m] = stops(Vec::new())[..] else {
+        panic!("it stops once")
+    };
+    assert!(error_m < 0.05, "{error_m} m");
+    // Its operator sends it on because it stands.
+    let fault = "at_s = 5.0\nfor_s = 4.0\nwhat = \"cut-power\"\nrobot = \"amr-1\"";
+    let lost = toml::from_str(fault).expect("a fault");
+    assert_eq!(stops(vec![lost]), Vec::<f64>::new());
+}
