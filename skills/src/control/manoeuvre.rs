@@ -84,9 +84,10 @@ pub enum TrackError {
 pub fn u_turn(
     direction: TurnDirection,
     radius_m: f64,
+    max_curvature_1_m: f64,
     incoming: &Segment,
     outgoing: &Segment,
-    from: Point2,
+    from: Pose2,
 ) -> Result<Track, TrackError> {
     let sign = direction.sign();
     let heading_rad = incoming.direction_rad();
@@ -94,6 +95,10 @@ pub fn u_turn(
     if off_rad.abs() > PARALLEL_RAD {
         return Err(TrackError::NotBack { off_rad });
     }
+    if let Some(rest) = rest_of_turn(sign * PI, radius_m, max_curvature_1_m, outgoing, from) {
+        return Ok(rest);
+    }
+    let from = from.position();
     let foot = incoming.a + incoming.unit() * incoming.along_m(from);
     // Both lateral distances are positive towards the side it turns to.
     let apart_m = sign * outgoing.lateral_m(foot);
@@ -191,6 +196,10 @@ pub fn turn(
     let Some(fillet) = Fillet::between(incoming, outgoing, radius_m)? else {
         return shift(outgoing, 0.0, 4.0 * radius_m, max_curvature_1_m, from);
     };
+    let turn_rad = fillet.turn_rad;
+    if let Some(rest) = rest_of_turn(turn_rad, radius_m, max_curvature_1_m, outgoing, from) {
+        return Ok(rest);
+    }
     let here_m = incoming.along_m(from.position());
     let left_m = (fillet.crossing_in_m - here_m).max(0.0);
     let half = (fillet.turn_rad.abs() / 2.0).tan();
@@ -210,6 +219,50 @@ pub fn turn(
     Ok(track.onto(outgoing))
 }
 
+/// What is left of a turn by `turn_rad` onto `outgoing` for a robot that is found on its way round: straight on, then round the
+/// curve. `None`: the turn has not begun, or it has ended.
+///
+/// A robot that restarts without knowing where its turn began must not begin it again.
+#[must_use]
+pub fn rest_of_turn(
+    turn_rad: f64,
+    radius_m: f64,
+    max_curvature_1_m: f64,
+    outgoing: &Segment,
+    from: Pose2,
+) -> Option<Track> {
+    let sign = turn_rad.signum();
+    let left_rad = sign * wrap_angle(outgoing.direction_rad() - from.theta_rad);
+    // A turn of half a circle may have its start on the seam of the angle.
+    let under_way = left_rad > ENDED_RAD && left_rad < turn_rad.abs() - BEGUN_RAD;
+    if !under_way {
+        return None;
+    }
+    // On the side that the turn comes from, a circle that touches the lane passes this direction this far beside it.
+    let beside_m = sign * outgoing.lateral_m(from.position());
+    let depth = 1.0 - left_rad.cos();
+    let fitting_m = (beside_m / depth).max(1.0 / max_curvature_1_m);
+    let radius_m = radius_m.min(fitting_m);
+    let farther_m = beside_m - radius_m * depth;
+    let curve = sign / radius_m;
+    let track = if farther_m < CLOSER_M {
+        Track::starting(from, curve, left_rad * radius_m)
+    } else if left_rad > FRAC_PI_2 {
+        // Straight across between two curves.
+        let (first_m, last_m) = ((left_rad - FRAC_PI_2) * radius_m, FRAC_PI_2 * radius_m);
+        let first = Track::starting(from, curve, first_m);
+        first.then(0.0, farther_m).then(curve, last_m)
+    } else {
+        let straight = Track::starting(from, 0.0, farther_m / left_rad.sin());
+        straight.then(curve, left_rad * radius_m)
+    };
+    Some(track.onto(outgoing))
+}
+
+/// A robot that has turned by more is on its way round.
+const BEGUN_RAD: f64 = 0.25;
+/// With less to go the lane's own law leads onto it.
+const ENDED_RAD: f64 = 0.1;
 /// Length that a change by `aside_m` needs.
 #[must_use]
 pub fn shift_length_m(aside_m: f64, max_curvature_1_m: f64) -> f64 {

@@ -185,14 +185,61 @@ fn u_turns_end_on_the_other_lane() {
             let lateral_m: f64 = side * apart_m;
             let outgoing = Segment::new(Point2::new(8.0, lateral_m), Point2::new(0.0, lateral_m));
             let mut pose = Pose2::new(8.0, offset_m, 0.05);
-            let track =
-                manoeuvre::u_turn(direction, 0.5, &LANE, &outgoing, pose.position()).unwrap();
+            let track = manoeuvre::u_turn(direction, 0.5, 2.5, &LANE, &outgoing, pose).unwrap();
             assert!((track.max_curvature_1_m() - 2.0).abs() < 0.05);
             let worst_m = follow(Follower::new(track, Arrival::TURN), &mut pose, 0.3);
             assert!(worst_m < 0.11, "{worst_m}");
             assert!((pose.y_m - lateral_m).abs() < 0.1, "{pose:?}");
             assert!(wrap_angle(pose.theta_rad - PI).abs() < 0.16, "{pose:?}");
         }
+    }
+}
+
+#[test]
+fn a_turn_that_is_found_under_way_is_finished_and_not_begun_again() {
+    for (side, apart_m) in [(1.0, 1.0), (-1.0, 1.0), (1.0, 1.6), (-1.0, 1.6)] {
+        let direction = if side > 0.0 {
+            TurnDirection::Left
+        } else {
+            TurnDirection::Right
+        };
+        let lateral_m = side * apart_m;
+        let outgoing = Segment::new(Point2::new(8.0, lateral_m), Point2::new(0.0, lateral_m));
+        let begin = Pose2::new(8.0, 0.0, 0.0);
+        let whole = manoeuvre::u_turn(direction, 0.5, 2.5, &LANE, &outgoing, begin).unwrap();
+        for share in 1..=9 {
+            let mut pose = whole.pose_at(whole.length_m() * f64::from(share) / 10.0);
+            pose.y_m += 0.03;
+            let left = manoeuvre::u_turn(direction, 0.5, 2.5, &LANE, &outgoing, pose).unwrap();
+            let rest_m = whole.length_m() * (1.0 - f64::from(share) / 10.0);
+            assert!((left.length_m() - rest_m).abs() < 0.25, "{side} {share}");
+            let mut most_m: f64 = 0.0;
+            let mut follower = Follower::new(left, Arrival::TURN);
+            while !follower.done() {
+                let steer = follower.step(pose, 0.0, &Navigation::default());
+                drive(&mut pose, steer.curvature_1_m, 0.3);
+                most_m = most_m.max(pose.x_m);
+            }
+            // No farther out than the whole turn.
+            assert!(most_m < 8.0 + 0.5 + 0.06, "{side} {share}: {most_m}");
+            assert!(
+                (pose.y_m - lateral_m).abs() < 0.1,
+                "{side} {share}: {pose:?}"
+            );
+        }
+    }
+    let (onto, from) = (
+        Segment::new(Point2::new(5.0, 0.0), Point2::new(5.0, 5.0)),
+        Pose2::new(3.0, 0.0, 0.0),
+    );
+    let whole = manoeuvre::turn(0.8, 2.5, &LANE, &onto, from).unwrap();
+    for along_m in [1.5, 1.8, 2.1] {
+        let mut pose = whole.pose_at(along_m);
+        pose.x_m -= 0.04;
+        let left = manoeuvre::turn(0.8, 2.5, &LANE, &onto, pose).unwrap();
+        let worst_m = follow(Follower::new(left, Arrival::TURN), &mut pose, 0.3);
+        assert!(worst_m < 0.08, "{along_m}: {worst_m}");
+        assert!((pose.x_m - 5.0).abs() < 0.1, "{along_m}: {pose:?}");
     }
 }
 
@@ -264,8 +311,9 @@ fn a_shift_reaches_the_lane_beside_within_its_length() {
 fn what_cannot_be_driven_is_refused() {
     let back =
         |lateral_m: f64| Segment::new(Point2::new(8.0, lateral_m), Point2::new(0.0, lateral_m));
-    let from = Point2::new(8.0, 0.0);
-    let u_turn = |outgoing| manoeuvre::u_turn(TurnDirection::Left, 0.5, &LANE, &outgoing, from);
+    let from = Pose2::new(8.0, 0.0, 0.0);
+    let u_turn =
+        |outgoing| manoeuvre::u_turn(TurnDirection::Left, 0.5, 2.5, &LANE, &outgoing, from);
     assert!(matches!(
         u_turn(back(0.9)),
         Err(TrackError::TooClose { .. })

@@ -120,9 +120,10 @@ mod tests {
         let track = crate::control::manoeuvre::u_turn(
             description::site::TurnDirection::Left,
             0.5,
+            2.5,
             &lane,
             &back,
-            Point2::new(3.0, 0.0),
+            Pose2::new(3.0, 0.0, 0.0),
         )
         .unwrap();
         let look = |x_m: f64| {

@@ -7,7 +7,7 @@ use super::pace::{Pace, Progress};
 use crate::control::{Arrival, Stopping, manoeuvre};
 use crate::map::LaneGeometry;
 use crate::schedule::graph::Towards;
-use description::geometry::Segment;
+use description::geometry::{Pose2, Segment};
 use description::keys::KeyError;
 use description::site::{ControllerConfig, TurnDirection};
 use std::f64::consts::PI;
@@ -76,7 +76,10 @@ impl UTurn {
         let from = incoming.line.a
             + incoming.line.unit() * begins_m.unwrap_or_else(|| incoming.line.length_m());
         let (direction, radius_m) = (self.direction, self.radius_m);
-        let track = manoeuvre::u_turn(direction, radius_m, &incoming.line, &outgoing.line, from)
+        let from = Pose2::new(from.x_m, from.y_m, incoming.direction_rad);
+        let max_curvature_1_m = case.robot.max_curvature_1_m;
+        let (one, other) = (&incoming.line, &outgoing.line);
+        let track = manoeuvre::u_turn(direction, radius_m, max_curvature_1_m, one, other, from)
             .map_err(|error| case.impossible(error))?;
         if begins_m.is_some() {
             case.check_room(&track)?;
@@ -122,7 +125,16 @@ impl Behaviour for UTurn {
             let beside = manoeuvre::beside(onto, onto.lateral_m(at));
             let back = Segment::new(beside.b, beside.a);
             let from = start.from.unwrap_or(&back);
-            manoeuvre::u_turn(self.direction, self.radius_m, from, onto, at)
+            let (direction, radius_m) = (self.direction, self.radius_m);
+            let max_curvature_1_m = start.max_curvature_1_m;
+            manoeuvre::u_turn(
+                direction,
+                radius_m,
+                max_curvature_1_m,
+                from,
+                onto,
+                start.pose,
+            )
         })
     }
 
