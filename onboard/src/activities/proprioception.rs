@@ -5,7 +5,7 @@ use coordination::symbols::Stamped;
 use skills::history::OdometrySample;
 use skills::odometry::{DeadReckoning, EncoderSample};
 
-use crate::activities::port::Port;
+use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::Fault;
@@ -56,7 +56,12 @@ impl Activity for Proprioception {
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
-        while self.port.next_command().is_some() {} // only those of the life cycle concern it
+        while let Some(command) = self.port.next_command() {
+            if command == Command::Reset {
+                self.reckoning.forget_slip();
+                self.port.clear(Fault::WheelSlip);
+            }
+        }
     }
 
     fn configure(&mut self, _now_ns: u64) {
@@ -83,6 +88,10 @@ impl Activity for Proprioception {
                 self.port.note(Fault::EncoderImplausible, rejected as f64);
             }
             return;
+        }
+        if self.reckoning.slips() {
+            let slipped_m = self.reckoning.odometry().slipped_m;
+            self.port.raise(Fault::WheelSlip, slipped_m);
         }
         let odometry = self.reckoning.odometry();
         self.trace.push(OdometrySample {

@@ -96,6 +96,8 @@ faults! {
         "the mediator refuses this robot; `fleet_state` in `onboard inspect` says why";
     PlaceUnknown = 21, "place-unknown", Operator,
         "after a restart neither robot nor mediator knows where the robot is; put it at its start, then run `onboard ctl reset`";
+    WheelSlip = 22, "wheel-slip", Operator,
+        "the wheels turn farther than the robot moves, so it stops before it loses its place: look for what is slippery or blocks it, then run `onboard ctl reset`";
 }
 
 /// Number of kinds.

@@ -133,10 +133,17 @@ impl PoseFilter {
         let heading = self.gains.odometry_std_rad_per_m.powi(2) * effective_m + idle;
         let noise = Matrix3::from_diagonal(&Vector3::new(position, position, heading));
         self.covariance = motion * self.covariance * motion.transpose() + noise;
+        self.doubt_slip(growth(last.slipped_m, odometry.slipped_m));
         self.pose = self.pose.compose(moved);
         self.bound();
         self.judge();
         moved
+    }
+
+    /// Part of the way may not have been driven: all of it in one direction, so the deviation grows by it, not the variance.
+    fn doubt_slip(&mut self, slipped_m: f64) {
+        let added = slipped_m * (2.0 * self.position_std_m() + slipped_m);
+        self.covariance += Matrix3::from_diagonal(&Vector3::new(added, added, 0.0));
     }
 
     /// How far the robot has moved is not known.

@@ -206,3 +206,17 @@ fn another_one_goes_on_from_what_odometry_has_moved_since() {
     second.predict(&odometry(1.25, 0.0));
     assert!((second.pose().x_m - 2.25).abs() < 1e-9 && !second.is_uncertain());
 }
+
+#[test]
+fn way_that_may_not_have_been_driven_is_doubted_all_in_one_direction() {
+    let mut filter = filter(Pose2::IDENTITY);
+    let before = filter.position_std_m();
+    for step in 0..=10 {
+        filter.predict(&Odometry {
+            slipped_m: 0.02 * f64::from(step),
+            ..odometry(0.01 * f64::from(step), 0.0)
+        });
+    }
+    let grown = filter.position_std_m() - before;
+    assert!((0.2..0.21).contains(&grown), "{grown}");
+}

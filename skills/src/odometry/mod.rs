@@ -30,10 +30,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod refused;
+mod slip;
+
 use description::geometry::{Pose2, Twist2, wrap_angle};
 use description::keys::KeyError;
 use description::robot::TricycleGeometry;
 use description::wheels::EncoderAngles;
+use slip::SlipWatch;
+
+pub use refused::{OdometryCounters, OdometryFault};
 
 /// Longest step that is bridged with the last twist when a sample has to be rejected.
 const BRIDGE_S: f64 = 0.05;
@@ -85,6 +91,8 @@ pub struct Odometry {
     /// What the encoders said then.
     #[cfg_attr(feature = "symbols", serde(skip))]
     pub angles: EncoderAngles,
+    /// Way that the wheels say and the robot may not have driven, since the start; never falls.
+    pub slipped_m: f64,
     /// How often the robot may have moved without being measured since the start, as when the encoders lost power. What is
     /// remembered in `odom` from before is worth nothing, and the pose in `map` is less certain.
     pub breaks: u64,
@@ -93,72 +101,16 @@ pub struct Odometry {
 #[cfg(feature = "symbols")]
 coordination::datatype!(Odometry, "odometry");
 
-/// Why a sample was not used.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum OdometryFault {
-    /// A value was not a number.
-    #[error("encoder sample at {stamp_ns} ns is not finite")]
-    NotFinite {
-        /// Stamp of the sample.
-        stamp_ns: u64,
-    },
-    /// The stamp lies before the last accepted one.
-    #[error("encoder sample is {by_ns} ns older than the one before")]
-    TimeBackwards {
-        /// By how much.
-        by_ns: u64,
-    },
-    /// After a long gap the encoders said what is not possible.
-    #[error("no encoder sample for {gap_s:.2} s, and then one that does not follow from the last")]
-    Gap {
-        /// How long.
-        gap_s: f64,
-    },
-    /// A wheel moved farther than it can.
-    #[error(
-        "wheel encoders moved {left_rad:.3} and {right_rad:.3} rad, at most {limit_rad:.3} is possible"
-    )]
-    WheelJump {
-        /// Left increment.
-        left_rad: f64,
-        /// Right increment.
-        right_rad: f64,
-        /// What the wheel speed limit allows.
-        limit_rad: f64,
-    },
-    /// The pivot moved in a way that the wheels do not explain.
-    #[error("pivot encoder moved {moved_rad:.3} rad, the wheels explain {explained_rad:.3}")]
-    PivotJump {
-        /// Increment of the pivot.
-        moved_rad: f64,
-        /// What follows from the wheels.
-        explained_rad: f64,
-    },
-}
-
-/// How many samples were used and rejected.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OdometryCounters {
-    /// Used.
-    pub accepted: u64,
-    /// Same stamp as the one before, nothing to do.
-    pub repeated: u64,
-    /// Not a number.
-    pub not_finite: u64,
-    /// Stamp before the last one.
-    pub time_backwards: u64,
-    /// Gaps in time.
-    pub gaps: u64,
-    /// Impossible increments of wheels or pivot.
-    pub jumps: u64,
-}
-
-impl OdometryCounters {
-    /// All that were rejected.
-    #[must_use]
-    pub fn rejected(&self) -> u64 {
-        self.not_finite + self.time_backwards + self.gaps + self.jumps
-    }
+/// What two samples differ by.
+struct Increments {
+    /// Way of the unit.
+    unit_m: f64,
+    /// Turn of the pivot.
+    pivot_rad: f64,
+    /// Mean way of both rims.
+    rim_m: f64,
+    /// What geometry does not explain of the difference of the wheels' ways.
+    unexplained_m: f64,
 }
 
 /// Integrates encoder samples into a pose in `odom`.
@@ -168,6 +120,7 @@ pub struct DeadReckoning {
     max_wheel_speed_rad_s: f64,
     odometry: Odometry,
     last: Option<EncoderSample>,
+    slip: SlipWatch,
     backward_run: u32,
     counters: OdometryCounters,
 }
@@ -189,6 +142,7 @@ impl DeadReckoning {
             max_wheel_speed_rad_s,
             odometry: Odometry::default(),
             last: None,
+            slip: SlipWatch::default(),
             backward_run: 0,
             counters: OdometryCounters::default(),
         })
@@ -210,6 +164,17 @@ impl DeadReckoning {
     #[must_use]
     pub fn odometry(&self) -> &Odometry {
         &self.odometry
+    }
+
+    /// The wheels slip, as far as can be seen.
+    #[must_use]
+    pub fn slips(&self) -> bool {
+        self.slip.slips()
+    }
+
+    /// Looks anew whether the wheels slip.
+    pub fn forget_slip(&mut self) {
+        self.slip = SlipWatch::default();
     }
 
     /// Samples used and rejected since the start.
@@ -262,8 +227,14 @@ impl DeadReckoning {
         }
         let dt_s = (stamp_ns - last.stamp_ns) as f64 * 1e-9;
         match self.increments(&last.angles, &sample.angles, dt_s) {
-            Ok((unit_m, pivot_rad)) => {
+            Ok(Increments {
+                unit_m,
+                pivot_rad,
+                rim_m,
+                unexplained_m,
+            }) => {
                 self.integrate(unit_m, pivot_rad, dt_s);
+                self.odometry.slipped_m += self.slip.step(rim_m, unexplained_m);
                 self.counters.accepted += 1;
                 self.last = Some(*sample);
                 self.stamp(sample);
@@ -302,13 +273,13 @@ impl DeadReckoning {
         self.odometry.angles = sample.angles;
     }
 
-    /// Way of the unit and turn of the pivot since the last sample, when both are possible.
+    /// What has happened since the last sample, when it is possible.
     fn increments(
         &self,
         last: &EncoderAngles,
         sample: &EncoderAngles,
         dt_s: f64,
-    ) -> Result<(f64, f64), OdometryFault> {
+    ) -> Result<Increments, OdometryFault> {
         // A fifth above the limit: the drive's speed loop overshoots.
         let driven_s = dt_s.min(LONGEST_MOTION_S);
         let limit_rad = 1.2 * self.max_wheel_speed_rad_s * driven_s + 0.02;
@@ -345,7 +316,12 @@ impl DeadReckoning {
                 explained_rad,
             });
         }
-        Ok((unit_m, moved_rad))
+        Ok(Increments {
+            unit_m,
+            pivot_rad: moved_rad,
+            rim_m: radius_m * (left_rad.abs() + right_rad.abs()) / 2.0,
+            unexplained_m: (explained_rad - moved_rad) * self.geometry.wheel_separation_m,
+        })
     }
 
     fn integrate(&mut self, unit_m: f64, pivot_rad: f64, dt_s: f64) {

@@ -257,3 +257,56 @@ fn a_way_that_was_not_measured_is_a_break() {
     fresh.rebase();
     assert_eq!(fresh.odometry().breaks, 0);
 }
+
+/// Drives a swinging path with wheels whose encoders say more than they roll, from `begin_m` on; returns the way after which
+/// slip was seen.
+fn seen_after_m(dead_reckoning: &mut DeadReckoning, shares: [f64; 2], begin_m: f64) -> Option<f64> {
+    let mut encoders = Encoders::new();
+    let mut said = encoders.sample;
+    for step in 0..4000 {
+        let before = encoders.sample.angles;
+        let rate = 1.5 * (f64::from(step) * 0.01).sin();
+        let sample = encoders.step(0.4, rate);
+        let slips = encoders.driven_m >= begin_m;
+        let [left, right] = shares.map(|share| if slips { 1.0 / (1.0 - share) } else { 1.0 });
+        said.stamp_ns = sample.stamp_ns;
+        said.angles.left_rad += left * (sample.angles.left_rad - before.left_rad);
+        said.angles.right_rad += right * (sample.angles.right_rad - before.right_rad);
+        said.angles.pivot_rad = sample.angles.pivot_rad;
+        dead_reckoning.update(&said).unwrap();
+        if dead_reckoning.slips() {
+            return Some(encoders.driven_m - begin_m);
+        }
+    }
+    None
+}
+
+#[test]
+fn wheels_that_slip_are_seen_soon_and_worn_ones_are_not_taken_for_it() {
+    let fresh = || DeadReckoning::new(TricycleGeometry::default(), 35.0).unwrap();
+    for worn in [[0.01, -0.01], [-0.01, 0.01], [0.01, 0.0]] {
+        assert_eq!(seen_after_m(&mut fresh(), worn, 0.0), None, "{worn:?}");
+    }
+    for (shares, within_m) in [
+        ([0.30, 0.15], 0.10),
+        ([0.15, 0.30], 0.10),
+        ([0.0, 0.2], 0.10),
+        ([0.10, 0.0], 0.20),
+    ] {
+        let mut dead_reckoning = fresh();
+        let seen_m = seen_after_m(&mut dead_reckoning, shares, 1.0);
+        assert!(
+            seen_m.is_some_and(|way_m| way_m < within_m),
+            "{shares:?}: {seen_m:?}"
+        );
+        // What may not have been driven is about what was not.
+        let off_m = dead_reckoning.odometry().distance_m - 1.0 - seen_m.unwrap_or(0.0);
+        let slipped_m = dead_reckoning.odometry().slipped_m;
+        assert!(
+            slipped_m > 0.5 * off_m,
+            "{shares:?}: {slipped_m} of {off_m}"
+        );
+        dead_reckoning.forget_slip();
+        assert!(!dead_reckoning.slips());
+    }
+}

@@ -135,18 +135,6 @@ fn a_run_with_faults_is_the_same_for_the_same_seed() {
 }
 
 #[test]
-fn a_robot_that_restarts_in_the_middle_of_a_shift_finishes_it() {
-    let mut scenario = overtaking();
-    scenario.faults = vec![ScriptedFault {
-        at_s: 33.018,
-        for_s: 1.449,
-        ..fault(ScriptedKind::KillRobot)
-    }];
-    let summary = ended(&scenario, 46);
-    assert!(summary.passed(), "{summary:?}");
-}
-
-#[test]
 fn a_robot_that_stays_cut_off_keeps_its_areas_and_the_run_fails() {
     let mut scenario = overtaking();
     scenario.standstill_s = 20.0;

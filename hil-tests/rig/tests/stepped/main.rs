@@ -3,13 +3,14 @@
 //! - [`bench`] is one robot on its devices, whose faults a test injects: [`bus`], [`drive`], [`lidar`], [`obstacle`], and
 //!   [`straying`] from the lane;
 //! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
-//!   [`scripted`] those of them that no fleet comes through yet.
+//!   [`found`] what campaigns have found, [`scripted`] what no fleet comes through yet.
 
 mod bench;
 mod bus;
 mod drive;
 mod faults;
 mod fleets;
+mod found;
 mod lidar;
 mod obstacle;
 mod scripted;

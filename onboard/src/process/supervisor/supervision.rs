@@ -162,7 +162,7 @@ impl Supervisor {
                 handle.tell(Command::LifeCycle(LifeCycleEvent::Run));
             }
         }
-        if [Fault::OperatorStop, Fault::Overruns]
+        if [Fault::OperatorStop, Fault::Overruns, Fault::WheelSlip]
             .iter()
             .any(|&fault| self.table.state(fault).active != 0)
         {

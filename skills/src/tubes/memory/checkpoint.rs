@@ -2,10 +2,12 @@
 
 use description::geometry::Pose2;
 
-/// Cells of a side of the window around the robot.
-pub const WINDOW: usize = 64;
+/// Cells of one side of the floor that is kept; a power of two.
+pub(super) const SIDE: usize = 128;
+/// The oldest age of a cell.
+pub(super) const MOST_AGE: u32 = 126;
 /// Words of the cells about the robot in which something was seen.
-pub(super) const OCCUPIED_WORDS: usize = WINDOW * WINDOW / 64;
+const OCCUPIED_WORDS: usize = SIDE * SIDE / 64;
 
 /// Floor around the robot at one scan, in `odom`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,14 +20,14 @@ pub struct FloorCheckpoint {
     /// `base_link` in `odom` at the newest scan.
     #[cfg_attr(feature = "symbols", serde(flatten))]
     pub pose: Pose2,
-    /// Side of a cell; 0 when nothing is remembered, or the robot is too large for the window.
+    /// Side of a cell; 0 when nothing is remembered.
     pub cell_m: f64,
-    /// Column and row of the window's first cell.
+    /// Column and row of the first cell.
     pub(super) first: [i64; 2],
-    /// 0: not known to be free. Otherwise for how many centimetres of driving it has been, plus 1, times 2; one more when
-    /// that was only assumed.
+    /// 0: not known to be free. Otherwise for which way of driving it has been, in parts of the longest one that counts, plus
+    /// 1, times 2; one more when that was only assumed.
     #[cfg_attr(feature = "symbols", serde(skip))]
-    pub(super) free: [[u16; WINDOW]; WINDOW],
+    pub(super) free: [[u8; SIDE]; SIDE],
     /// Bits of the near grid in which something was seen.
     #[cfg_attr(feature = "symbols", serde(skip))]
     pub(super) occupied: [u64; OCCUPIED_WORDS],
@@ -37,7 +39,7 @@ impl Default for FloorCheckpoint {
             pose: Pose2::IDENTITY,
             cell_m: 0.0,
             first: [0; 2],
-            free: [[0; WINDOW]; WINDOW],
+            free: [[0; SIDE]; SIDE],
             occupied: [0; OCCUPIED_WORDS],
         }
     }

@@ -11,15 +11,13 @@
 //!
 //! All memory is taken at construction; [`Floor::observe`] takes a time that does not depend on what is seen.
 
-use super::checkpoint::{FloorCheckpoint, WINDOW};
+use super::checkpoint::{FloorCheckpoint, MOST_AGE, SIDE};
 use super::grid::NearGrid;
 use super::known::KnownRanges;
 use crate::direction::direction_rad;
 use crate::scan::{AlignedScan, ScanGeometry};
 use description::geometry::{Footprint, Point2, Pose2};
 
-/// Cells of one side of the grid; a power of two.
-const SIDE: usize = 128;
 /// A pose beyond this is refused as nonsense.
 const FARTHEST_M: f64 = 1e6;
 
@@ -111,24 +109,24 @@ impl Floor {
         self.pose = None;
     }
 
-    /// Writes down what is known around the robot; `false`: there is nothing, or too much for the window.
+    /// Writes down what is known around the robot; `false`: nothing is.
     pub fn save(&self, into: &mut FloorCheckpoint) -> bool {
-        let Some(pose) = self.pose.filter(|_| self.fits_window()) else {
+        let Some(pose) = self.pose.filter(|_| !self.asked.is_empty()) else {
             return false;
         };
         let first = self.window(pose);
-        let now_mm = self.now_mm();
+        let (now_mm, unit_mm) = (self.now_mm(), self.age_unit_mm());
         for (row, cells) in (first[1]..).zip(&mut into.free) {
             for (column, known) in (first[0]..).zip(cells) {
                 let cell = &self.cells[place(column, row)];
-                let is_known = cell.at_mm != 0 && cell.stands_for(column, row);
-                let age_mm = now_mm.saturating_sub(cell.at_mm & !ASSUMED);
-                *known = match u16::try_from(age_mm / 10) {
-                    Ok(age_cm) if is_known && age_cm < u16::MAX / 2 - 1 => {
-                        2 * (age_cm + 1) + (cell.at_mm & ASSUMED) as u16
-                    }
-                    _ => 0,
-                };
+                let age_mm = now_mm.wrapping_sub(cell.at_mm & !ASSUMED);
+                *known =
+                    if cell.at_mm != 0 && cell.stands_for(column, row) && age_mm <= self.kept_mm {
+                        // No younger than it is.
+                        2 * (age_mm.div_ceil(unit_mm) as u8 + 1) + (cell.at_mm & ASSUMED) as u8
+                    } else {
+                        0
+                    };
             }
         }
         (into.pose, into.cell_m, into.first) = (pose, self.grid.cell_m(), first);
@@ -138,17 +136,17 @@ impl Floor {
     /// Knows what was known to another one; `false`: that one was of another kind, and nothing changes.
     pub fn resume(&mut self, from: &FloorCheckpoint) -> bool {
         let same = from.cell_m == self.grid.cell_m() && from.pose.is_finite();
-        if !(same && self.fits_window() && from.first == self.window(from.pose)) {
+        if self.asked.is_empty() || !same || from.first != self.window(from.pose) {
             return false;
         }
         self.clear();
-        // Far enough for every age.
-        self.driven_m = f64::from(u16::MAX) * 0.01;
-        let now_mm = self.now_mm();
+        // Nothing is older than the way driven.
+        self.driven_m += 2e-3 * f64::from(self.kept_mm) + 1.0;
+        let (now_mm, unit_mm) = (self.now_mm(), self.age_unit_mm());
         for (row, cells) in (from.first[1]..).zip(&from.free) {
             for (column, &known) in (from.first[0]..).zip(cells) {
                 if known >= 2 {
-                    let at_mm = now_mm - 10 * u32::from(known / 2 - 1);
+                    let at_mm = now_mm - unit_mm * u32::from(known / 2 - 1);
                     let at_mm = (at_mm & !ASSUMED) | u32::from(known) & ASSUMED;
                     self.cells[place(column, row)] = Cell::new(column, row, at_mm);
                 }
@@ -158,16 +156,16 @@ impl Floor {
         true
     }
 
-    /// Whether the window holds all that is about the robot.
-    fn fits_window(&self) -> bool {
-        !self.asked.is_empty() && self.grid.half_m() <= WINDOW as f64 / 2.0 * self.grid.cell_m()
+    /// In which the age of a cell fits into seven bits.
+    fn age_unit_mm(&self) -> u32 {
+        self.kept_mm.div_ceil(MOST_AGE).max(1)
     }
 
-    /// Column and row of the first cell of the window around a pose.
+    /// Column and row of the first of the cells around a pose.
     fn window(&self, pose: Pose2) -> [i64; 2] {
         [pose.x_m, pose.y_m].map(|at_m| {
             let own = (at_m / self.grid.cell_m()).floor() as i64;
-            own - WINDOW as i64 / 2
+            own - SIDE as i64 / 2
         })
     }
 

@@ -168,3 +168,31 @@ fn the_floor_of_another_kind_of_robot_is_not_used() {
     assert!(!tubes.resume(&odd) && !tubes.resume(&nowhere));
     assert!(tubes.resume(&left));
 }
+
+#[test]
+fn other_tubes_know_the_floor_behind_as_far_as_the_first_did() {
+    let back = MotionCommand::new(-0.1, 0.0);
+    let drive_back = |resumes: bool| {
+        let mut stand = Stand::new(without_detours());
+        stand.robot = Robot::new(Pose2::new(2.2, -0.5, 0.003), urg());
+        stand.twist = Twist2::new(0.15, 0.0);
+        stand.look(&corridor(), AHEAD, 10.0);
+        stand.twist = Twist2::default();
+        if resumes {
+            let mut left = FloorCheckpoint::default();
+            stand.tubes.save(&mut left);
+            stand.tubes = Stand::new(without_detours()).tubes;
+            assert!(stand.tubes.resume(&left));
+        }
+        stand.look(&corridor(), back, 4.0);
+        stand.twist = Twist2::new(-0.1, 0.0);
+        let backed = stand.look(&corridor(), back, 20.0);
+        let free = backed
+            .iter()
+            .take_while(|one| one.verdict != Verdict::Stopped);
+        free.count()
+    };
+    let (before, after) = (drive_back(false), drive_back(true));
+    assert!(before > 60, "{before}");
+    assert!(after.abs_diff(before) <= 1, "{before}, then {after}");
+}

@@ -1,0 +1,68 @@
+//! What campaigns have found, each by the lines that the campaign printed of it.
+
+use rig::scenario::{ScriptedFault, ScriptedKind};
+use rig::summary::Summary;
+
+use crate::{ended, plans};
+
+/// A run of a scenario's first round with these faults.
+fn run(scenario: &str, seed: u64, faults: &[ScriptedFault]) -> Summary {
+    let mut scenario = crate::scenario(scenario).with_at_most(1);
+    scenario.faults = faults.to_vec();
+    ended(&scenario, &plans(&scenario), seed).1
+}
+
+fn killed(at_s: f64, for_s: f64, robot: &str) -> ScriptedFault {
+    fault(at_s, for_s, ScriptedKind::KillRobot, robot)
+}
+
+fn fault(at_s: f64, for_s: f64, what: ScriptedKind, robot: &str) -> ScriptedFault {
+    ScriptedFault {
+        at_s,
+        for_s,
+        what,
+        robot: Some(robot.to_owned()),
+        share: None,
+        by_s: None,
+        thread: None,
+    }
+}
+
+#[test]
+fn a_robot_that_restarts_in_the_middle_of_a_shift_finishes_it() {
+    let summary = run("overtaking", 46, &[killed(33.018, 1.449, "amr-1")]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+#[test]
+fn a_robot_that_restarts_in_the_middle_of_a_turn_finishes_it() {
+    let summary = run("t-junction", 21, &[killed(24.836, 0.255, "amr-3")]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+/// Nobody has looked at the floor behind it but the process before.
+#[test]
+fn a_robot_that_restarts_in_the_dock_backs_out_of_it() {
+    let summary = run("docking", 3, &[killed(58.849, 0.068, "amr-2")]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+/// Between two walls the lidar cannot tell how far along it is: it gave back floor that it stood on.
+#[test]
+fn a_robot_whose_wheels_slip_stops_before_it_loses_its_place() {
+    let late = ScriptedFault {
+        share: Some(0.848_900_000_000_000_1),
+        by_s: Some(0.06),
+        ..fault(19.016, 10.748, ScriptedKind::LateThreads, "amr-1")
+    };
+    let slip = ScriptedFault {
+        share: Some(0.2577),
+        ..fault(58.802, 11.18, ScriptedKind::Slip, "amr-1")
+    };
+    let summary = run("docking", 27, &[late, slip]);
+    assert!(summary.passed(), "{summary:?}");
+    let robot = { summary.robots.iter() }.find(|robot| robot.id == "amr-1");
+    let faults = &robot.expect("it drives").faults;
+    let slips = faults.iter().any(|(fault, _)| fault == "wheel-slip");
+    assert!(slips, "{faults:?}");
+}
