@@ -25,6 +25,7 @@ fn fault(at_s: f64, for_s: f64, what: ScriptedKind, robot: &str) -> ScriptedFaul
         share: None,
         by_s: None,
         thread: None,
+        pose: None,
     }
 }
 
