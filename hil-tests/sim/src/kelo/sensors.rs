@@ -68,16 +68,8 @@ pub(super) fn inputs(
 fn motor(encoder_rad: f64, velocity_rad_s: f64, current_a: f64) -> MotorInputs {
     let voltage_v = velocity_rad_s * BACK_EMF_V_S + current_a * RESISTANCE_OHM;
     let electrical_rad = encoder_rad * POLE_PAIRS;
-    let phase = |amplitude: f64, number: f64| {
-        (amplitude * (electrical_rad - number * TAU / 3.0).cos()) as f32
-    };
-    let phases = |amplitude: f64| {
-        [
-            phase(amplitude, 0.0),
-            phase(amplitude, 1.0),
-            phase(amplitude, 2.0),
-        ]
-    };
+    let shares = [0.0, 1.0, 2.0].map(|number| (electrical_rad - number * TAU / 3.0).cos());
+    let phases = |amplitude: f64| shares.map(|share| (amplitude * share) as f32);
     let ([iu, iv, iw], [uu, uv, uw]) = (phases(current_a), phases(voltage_v));
     MotorInputs {
         encoder_rad: encoder_rad as f32,

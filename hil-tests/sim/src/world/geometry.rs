@@ -35,11 +35,13 @@ impl Pose {
     /// A point given in this frame, in the frame this pose is given in.
     #[must_use]
     pub fn transform(&self, point: Point) -> Point {
+        self.transform_all([point])[0]
+    }
+
+    /// Several points, for one sine and cosine.
+    pub(super) fn transform_all<const N: usize>(&self, points: [Point; N]) -> [Point; N] {
         let (sin, cos) = self.theta_rad.sin_cos();
-        [
-            self.x_m + cos * point[0] - sin * point[1],
-            self.y_m + sin * point[0] + cos * point[1],
-        ]
+        points.map(|[x, y]| [self.x_m + cos * x - sin * y, self.y_m + sin * x + cos * y])
     }
 
     /// Between this pose (`share` 0) and `other` (1); headings are not wrapped, so neither is the result.
@@ -135,18 +137,49 @@ impl Segment {
     /// How far a ray from `origin` along the unit vector `direction` travels until it hits.
     #[must_use]
     pub fn ray_hit_m(&self, origin: Point, direction: Point) -> Option<f64> {
-        let along = sub(self.to_m, self.from_m);
-        let to_start = sub(self.from_m, origin);
-        let denominator = cross(direction, along);
-        if denominator == 0.0 {
+        self.seen_from(origin).ray_hit_m(direction)
+    }
+
+    /// How it lies to a point from which several rays leave.
+    pub(super) fn seen_from(&self, origin: Point) -> SeenSegment {
+        let (along, to_start) = (sub(self.to_m, self.from_m), sub(self.from_m, origin));
+        SeenSegment {
+            along,
+            to_start,
+            area: cross(to_start, along),
+        }
+    }
+}
+
+/// A segment as it is seen from a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SeenSegment {
+    along: Point,
+    to_start: Point,
+    /// Twice that of the triangle between the point and the segment.
+    area: f64,
+}
+
+impl SeenSegment {
+    /// How far a ray along a unit vector travels until it hits.
+    #[inline]
+    pub(super) fn ray_hit_m(&self, direction: Point) -> Option<f64> {
+        let denominator = cross(direction, self.along);
+        let numerator = cross(self.to_start, direction);
+        // Their quotient, how far along the segment it hits, is between 0 and 1: known without a division.
+        let inside = numerator.abs() <= denominator.abs()
+            && (numerator == 0.0 || (numerator < 0.0) == (denominator < 0.0));
+        if !inside || denominator == 0.0 {
             return None;
         }
-        let share = cross(to_start, direction) / denominator;
-        if !(0.0..=1.0).contains(&share) {
-            return None;
-        }
-        let distance = cross(to_start, along) / denominator;
+        let distance = self.area / denominator;
         (distance >= 0.0).then_some(distance)
+    }
+
+    /// Both ends are on the left (+1) or right (−1) of a ray.
+    pub(super) fn is_beside(&self, direction: Point, side: f64) -> bool {
+        side * cross(direction, self.to_start) > 0.0
+            && side * cross(direction, add(self.to_start, self.along)) > 0.0
     }
 }
 
@@ -186,12 +219,12 @@ impl Footprint {
     #[must_use]
     pub fn at(&self, pose: &Pose) -> Rectangle {
         Rectangle {
-            corners_m: [
-                pose.transform([self.front_m, self.left_m]),
-                pose.transform([-self.rear_m, self.left_m]),
-                pose.transform([-self.rear_m, -self.right_m]),
-                pose.transform([self.front_m, -self.right_m]),
-            ],
+            corners_m: pose.transform_all([
+                [self.front_m, self.left_m],
+                [-self.rear_m, self.left_m],
+                [-self.rear_m, -self.right_m],
+                [self.front_m, -self.right_m],
+            ]),
         }
     }
 

@@ -5,7 +5,7 @@
 //! robots where they are then; it never meets its own robot. Readings are millimetres; under 20 they are the
 //! device's error codes: 0 nothing within reach, 1 too little light, 6 too near, 19 a step it does not measure.
 
-use super::geometry::{Footprint, Point, Pose, Segment, add, ray_hit_disc_m};
+use super::geometry::{Footprint, Point, Pose, SeenSegment, add, ray_hit_disc_m};
 use super::random::Random;
 use super::scene::{Outline, Target};
 use super::simulation::World;
@@ -23,6 +23,8 @@ const NOT_MEASURABLE: u16 = 19;
 /// Poses are looked up once for this many beams: 0.8 ms, or 0.3 mm at full speed.
 const STEPS_PER_SLICE: usize = 8;
 const SLICES: usize = RANGE_STEPS.div_ceil(STEPS_PER_SLICE);
+/// Half a step beside the outermost beams of a slice: far beyond what rounding decides.
+const ASIDE: f64 = 0.003;
 /// Most distance that a robot travels during one turn.
 const TRAVEL_M: f64 = 0.5;
 /// Random streams of range noise begin here, apart from those of wheel errors.
@@ -100,7 +102,8 @@ pub struct RangeFinder {
     origins: Vec<Pose>,
     targets: Vec<Target>,
     others: Vec<(Footprint, Vec<Pose>)>,
-    visible: Vec<Outline>,
+    /// What beams of the present slice may meet.
+    visible: Visible,
 }
 
 impl RangeFinder {
@@ -120,7 +123,7 @@ impl RangeFinder {
             origins: Vec::with_capacity(SLICES),
             targets: Vec::new(),
             others: Vec::new(),
-            visible: Vec::new(),
+            visible: Visible::default(),
         }
     }
 
@@ -170,11 +173,14 @@ impl RangeFinder {
             let Some(origin) = self.origins.get(slice).copied() else {
                 return;
             };
-            self.collect_visible(slice);
+            let beams = Beams::of(&origin, slice);
+            self.collect_visible(slice, &beams);
             let steps = slice * STEPS_PER_SLICE..(slice + 1) * STEPS_PER_SLICE;
-            for step in steps.filter(|step| (FIRST_STEP..=LAST_STEP).contains(step)) {
-                let distance_m = nearest_m(&self.visible, &origin, step);
-                readings_mm[step] = self.model.reading_mm(distance_m, &mut self.random);
+            for (step, direction) in steps.zip(beams.directions) {
+                if (FIRST_STEP..=LAST_STEP).contains(&step) {
+                    let distance_m = self.visible.nearest_m(beams.from, direction);
+                    readings_mm[step] = self.model.reading_mm(distance_m, &mut self.random);
+                }
             }
         }
     }
@@ -182,57 +188,104 @@ impl RangeFinder {
     /// Distance of each step without noise or limits of range; infinite where there is nothing.
     pub fn cast_exact(&mut self, distances_m: &mut [f64; RANGE_STEPS]) {
         distances_m.fill(f64::INFINITY);
-        for (step, distance_m) in distances_m.iter_mut().enumerate() {
-            let slice = step / STEPS_PER_SLICE;
+        for (slice, distances_m) in distances_m.chunks_mut(STEPS_PER_SLICE).enumerate() {
             let Some(origin) = self.origins.get(slice).copied() else {
                 return;
             };
-            if step % STEPS_PER_SLICE == 0 {
-                self.collect_visible(slice);
+            let beams = Beams::of(&origin, slice);
+            self.collect_visible(slice, &beams);
+            for (distance_m, direction) in distances_m.iter_mut().zip(beams.directions) {
+                *distance_m = self.visible.nearest_m(beams.from, direction);
             }
-            *distance_m = nearest_m(&self.visible, &origin, step);
         }
     }
 
-    /// Places everything as it is in the middle of a slice.
-    fn collect_visible(&mut self, slice: usize) {
+    /// Places everything that the beams of a slice may meet as it is in its middle.
+    fn collect_visible(&mut self, slice: usize, beams: &Beams) {
         let age_s = (slice as f64 + 0.5) * self.slice_s;
         self.visible.clear();
-        self.visible.extend(self.targets.iter().map(|target| {
+        for target in &self.targets {
             let by_m = target.course.way_m(age_s);
             match target.outline {
-                Outline::Segment(segment) => Outline::Segment(segment.moved(by_m)),
-                Outline::Disc { centre_m, radius_m } => Outline::Disc {
-                    centre_m: add(centre_m, by_m),
-                    radius_m,
-                },
+                Outline::Segment(segment) => {
+                    let seen = segment.moved(by_m).seen_from(beams.from);
+                    self.visible.add(beams, seen);
+                }
+                Outline::Disc { centre_m, radius_m } => {
+                    self.visible.discs.push((add(centre_m, by_m), radius_m));
+                }
             }
-        }));
+        }
         for (footprint, poses) in &self.others {
             if let Some(pose) = poses.get(slice) {
-                let edges: [Segment; 4] = footprint.at(pose).edges();
-                self.visible.extend(edges.map(Outline::Segment));
+                for edge in footprint.at(pose).edges() {
+                    self.visible.add(beams, edge.seen_from(beams.from));
+                }
             }
         }
     }
 }
 
-fn nearest_m(visible: &[Outline], origin: &Pose, step: usize) -> f64 {
-    let angle_rad =
-        (step as f64 - FRONT_STEP as f64) * std::f64::consts::TAU / STEPS_PER_TURN as f64;
-    let (sin, cos) = (origin.theta_rad + angle_rad).sin_cos();
-    let (from, direction): (Point, Point) = ([origin.x_m, origin.y_m], [cos, sin]);
-    let mut nearest_m = f64::INFINITY;
-    for outline in visible {
-        let hit_m = match outline {
-            Outline::Segment(segment) => segment.ray_hit_m(from, direction),
-            Outline::Disc { centre_m, radius_m } => {
-                ray_hit_disc_m(*centre_m, *radius_m, from, direction)
-            }
-        };
-        if let Some(hit_m) = hit_m {
-            nearest_m = nearest_m.min(hit_m);
+/// The beams of a slice.
+struct Beams {
+    from: Point,
+    directions: [Point; STEPS_PER_SLICE],
+    /// All of them lie between the rays in these two directions.
+    right: Point,
+    left: Point,
+}
+
+impl Beams {
+    fn of(origin: &Pose, slice: usize) -> Beams {
+        let directions: [Point; STEPS_PER_SLICE] = std::array::from_fn(|index| {
+            let step = slice * STEPS_PER_SLICE + index;
+            let angle_rad =
+                (step as f64 - FRONT_STEP as f64) * std::f64::consts::TAU / STEPS_PER_TURN as f64;
+            let (sin, cos) = (origin.theta_rad + angle_rad).sin_cos();
+            [cos, sin]
+        });
+        let (first, last) = (directions[0], directions[STEPS_PER_SLICE - 1]);
+        Beams {
+            from: [origin.x_m, origin.y_m],
+            directions,
+            right: [first[0] + ASIDE * first[1], first[1] - ASIDE * first[0]],
+            left: [last[0] - ASIDE * last[1], last[1] + ASIDE * last[0]],
         }
     }
-    nearest_m
+}
+
+/// What may be met by the beams of a slice.
+#[derive(Debug, Clone, Default)]
+struct Visible {
+    segments: Vec<SeenSegment>,
+    discs: Vec<(Point, f64)>,
+}
+
+impl Visible {
+    fn clear(&mut self) {
+        self.segments.clear();
+        self.discs.clear();
+    }
+
+    /// Adds a segment unless it is beside all beams.
+    fn add(&mut self, beams: &Beams, segment: SeenSegment) {
+        if !segment.is_beside(beams.right, -1.0) && !segment.is_beside(beams.left, 1.0) {
+            self.segments.push(segment);
+        }
+    }
+
+    fn nearest_m(&self, from: Point, direction: Point) -> f64 {
+        let mut nearest_m = f64::INFINITY;
+        for segment in &self.segments {
+            if let Some(hit_m) = segment.ray_hit_m(direction) {
+                nearest_m = nearest_m.min(hit_m);
+            }
+        }
+        for (centre_m, radius_m) in &self.discs {
+            if let Some(hit_m) = ray_hit_disc_m(*centre_m, *radius_m, from, direction) {
+                nearest_m = nearest_m.min(hit_m);
+            }
+        }
+        nearest_m
+    }
 }

@@ -1,7 +1,7 @@
 //! One robot in the world: its motion, the command its drive holds, and what it did so far.
 
 use super::collision::{Cause, Collision, MOST_COLLISIONS};
-use super::geometry::{Pose, Rectangle, norm, sub};
+use super::geometry::{Point, Pose, Rectangle, norm, sub};
 use super::random::Random;
 use super::robot::{Motion, RobotModel};
 use super::truth::Truth;
@@ -16,6 +16,8 @@ const SAME_COLLISION_NS: u64 = 500_000_000;
 #[derive(Debug, Clone)]
 pub(super) struct RobotState {
     pub model: RobotModel,
+    /// Of the footprint.
+    pub reach_m: f64,
     pub motion: Motion,
     pub command: DriveCommand,
     pub commanded_ns: u64,
@@ -44,6 +46,7 @@ impl RobotState {
             first_collisions: Vec::new(),
             last_contact_ns: None,
             in_contact: false,
+            reach_m: model.footprint.reach_m(),
             model,
         }
     }
@@ -61,9 +64,14 @@ impl RobotState {
         self.model.footprint.at(&self.motion.pose)
     }
 
+    /// Where its `base_link` is.
+    pub(super) fn middle_m(&self) -> Point {
+        [self.motion.pose.x_m, self.motion.pose.y_m]
+    }
+
     /// Fastest speed of the outline in a motion of this robot.
     pub(super) fn outline_m_s(&self, motion: &Motion) -> f64 {
-        motion.twist.v_m_s.abs() + motion.twist.omega_rad_s.abs() * self.model.footprint.reach_m()
+        motion.twist.v_m_s.abs() + motion.twist.omega_rad_s.abs() * self.reach_m
     }
 
     /// The pose `ago` steps before step `step`; of those too old, the oldest kept.

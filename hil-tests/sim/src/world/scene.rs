@@ -1,5 +1,7 @@
 //! What stands and moves in the world besides robots.
 
+use std::cell::LazyCell;
+
 use super::error::WorldError;
 use super::geometry::{Footprint, Point, Pose, Rectangle, Segment, add, norm, sub};
 
@@ -104,6 +106,9 @@ impl Placed {
         } else {
             self.obstacle.velocity_m_s
         };
+        if [vx, vy] == [0.0, 0.0] {
+            return [0.0, 0.0];
+        }
         let age_s = at_ns as f64 * 1e-9 - self.placed_ns as f64 * 1e-9;
         [vx * age_s, vy * age_s]
     }
@@ -263,17 +268,16 @@ impl Scene {
         })
     }
 
-    /// Smallest distance of a footprint to any obstacle at `at_ns`, or `limit_m` if none is nearer.
-    pub(super) fn clearance_m(
+    /// Smallest distance of a floor to any obstacle at `at_ns`, or `limit_m` if none is nearer. The floor lies within
+    /// `reach_m` of `middle`.
+    pub(super) fn clearance_m<F: FnOnce() -> Rectangle>(
         &self,
-        footprint: &Footprint,
-        pose: &Pose,
+        middle: Point,
+        reach_m: f64,
+        floor: &LazyCell<Rectangle, F>,
         at_ns: u64,
         limit_m: f64,
     ) -> f64 {
-        let reach_m = footprint.reach_m();
-        let middle = [pose.x_m, pose.y_m];
-        let rectangle = footprint.at(pose);
         let mut best_m = limit_m;
         for (_, shape) in self.at(at_ns) {
             let from_middle_m = match &shape {
@@ -289,7 +293,7 @@ impl Scene {
             if from_middle_m - reach_m >= best_m {
                 continue;
             }
-            best_m = best_m.min(distance_m(&rectangle, &shape));
+            best_m = best_m.min(distance_m(floor, &shape));
         }
         best_m
     }

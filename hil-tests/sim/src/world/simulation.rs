@@ -1,5 +1,6 @@
 //! The world's state and its steps.
 
+use std::cell::LazyCell;
 use std::time::Duration;
 
 use super::collision::Collision;
@@ -362,7 +363,7 @@ impl World {
         for (other_index, other) in self.robots.iter().enumerate() {
             if other_index != index && floor.distance_to_rectangle_m(&other.floor()) <= 0.0 {
                 object_m_s = object_m_s.max(other.outline_m_s(&other.motion));
-                middle_m = Some([other.motion.pose.x_m, other.motion.pose.y_m]);
+                middle_m = Some(other.middle_m());
             }
         }
         let lidar = touched.compose(&robot.model.lidar);
@@ -378,17 +379,17 @@ impl World {
     /// Clearance of a robot to everything else, or `limit_m` if nothing is closer.
     fn clearance_below(&self, index: usize, limit_m: f64) -> f64 {
         let robot = &self.robots[index];
-        let (footprint, pose) = (&robot.model.footprint, &robot.motion.pose);
         let at_ns = self.stepped_ns.unwrap_or(self.now_ns);
-        let mut best_m = self.scene.clearance_m(footprint, pose, at_ns, limit_m);
+        // Placed at most once, and only when something is near.
+        let floor = LazyCell::new(|| robot.floor());
+        let (middle, reach_m) = (robot.middle_m(), robot.reach_m);
+        let mut best_m = { &self.scene }.clearance_m(middle, reach_m, &floor, at_ns, limit_m);
         for (other_index, other) in self.robots.iter().enumerate() {
-            let (their_footprint, their_pose) = (&other.model.footprint, &other.motion.pose);
-            let apart_m = norm(sub([their_pose.x_m, their_pose.y_m], [pose.x_m, pose.y_m]));
-            let reach_m = footprint.reach_m() + their_footprint.reach_m();
-            if other_index == index || apart_m - reach_m >= best_m {
+            let apart_m = norm(sub(other.middle_m(), middle));
+            if other_index == index || apart_m - (reach_m + other.reach_m) >= best_m {
                 continue;
             }
-            best_m = best_m.min(robot.floor().distance_to_rectangle_m(&other.floor()));
+            best_m = best_m.min(floor.distance_to_rectangle_m(&other.floor()));
         }
         best_m
     }

@@ -82,6 +82,8 @@ impl Esc {
                 counted += 2;
             }
             merge(datagram.data, old, broadcast, counted & 1 != 0);
+        } else if reads && !broadcast {
+            counted += u16::from(self.read(offset, datagram.data));
         } else if reads {
             let mut old = [0; MAX_PAYLOAD];
             let Some(old) = old.get_mut(..datagram.data.len()) else {

@@ -30,6 +30,8 @@ pub struct Esc {
     pub(super) now_ns: u64,
     /// Time of the frame when it comes back through the last port.
     pub(super) returns_ns: u64,
+    /// The data of the logical datagram that is being carried out, as it came.
+    pub(super) sent: Vec<u8>,
     /// Logical datagrams pass by untouched.
     pub(super) process_data_withheld: bool,
 }
@@ -52,6 +54,7 @@ impl Esc {
             links: [true, false],
             now_ns: 0,
             returns_ns: 0,
+            sent: Vec::new(),
             process_data_withheld: false,
         };
         esc.power_on(0);

@@ -13,7 +13,7 @@ enum Direction {
 }
 
 impl Esc {
-    /// Reads memory for a datagram. False if no byte could be read; the buffer is then undefined.
+    /// Reads memory for a datagram. False if no byte could be read; the buffer then stays as it was.
     pub(super) fn read(&mut self, address: u16, buffer: &mut [u8]) -> bool {
         let start = usize::from(address);
         let end = (start + buffer.len()).min(self.memory.len());
@@ -109,11 +109,12 @@ impl Esc {
     ) {
         let length = datagram.data.len();
         let logical = datagram.logical_address();
-        let mut sent = [0; MAX_PAYLOAD];
-        let Some(sent) = sent.get_mut(..length) else {
+        if length > MAX_PAYLOAD {
             return;
-        };
-        sent.copy_from_slice(datagram.data);
+        }
+        let mut sent = std::mem::take(&mut self.sent);
+        sent.clear();
+        sent.extend_from_slice(datagram.data);
         let (mut read, mut written) = (false, false);
         // Downwards, so that the unit with the lowest number wins where several map the same bit.
         for i in (0..self.fmmus.len()).rev() {
@@ -127,33 +128,36 @@ impl Esc {
                 continue;
             }
             let (address, bytes) = (first as u16, (last - first + 1) as usize);
+            if let Some((at, _, count)) = run.bytes() {
+                let place = at..at + count;
+                if writes && fmmu.write {
+                    written |= self.write(address, &sent[place.clone()]);
+                }
+                if reads && fmmu.read {
+                    read |= self.read(address, &mut datagram.data[place]);
+                }
+                continue;
+            }
             let mut scratch = [0; MAX_PAYLOAD + 1];
             let scratch = &mut scratch[..bytes];
             if writes && fmmu.write {
-                if let Some((at, _, count)) = run.bytes() {
-                    written |= self.write(address, &sent[at..at + count]);
-                } else {
-                    // Bits beside the mapped ones keep their value.
-                    scratch.copy_from_slice(&self.memory[first as usize..=last as usize]);
-                    copy_bits(sent, run.data_bit, scratch, run.physical_bit % 8, run.bits);
-                    written |= self.write(address, scratch);
-                }
+                // Bits beside the mapped ones keep their value.
+                scratch.copy_from_slice(&self.memory[first as usize..=last as usize]);
+                copy_bits(&sent, run.data_bit, scratch, run.physical_bit % 8, run.bits);
+                written |= self.write(address, scratch);
             }
             if reads && fmmu.read && self.read(address, scratch) {
                 read = true;
-                if let Some((at, _, count)) = run.bytes() {
-                    datagram.data[at..at + count].copy_from_slice(scratch);
-                } else {
-                    copy_bits(
-                        scratch,
-                        run.physical_bit % 8,
-                        datagram.data,
-                        run.data_bit,
-                        run.bits,
-                    );
-                }
+                copy_bits(
+                    scratch,
+                    run.physical_bit % 8,
+                    datagram.data,
+                    run.data_bit,
+                    run.bits,
+                );
             }
         }
+        self.sent = sent;
         let write_counts = if reads { 2 } else { 1 };
         datagram.count(u16::from(read) + if written { write_counts } else { 0 });
     }

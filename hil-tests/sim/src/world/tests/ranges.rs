@@ -29,6 +29,43 @@ fn beams_in_a_room_are_exact() {
 }
 
 #[test]
+fn every_beam_meets_what_is_nearest_of_all() {
+    let mut obstacles = room(3.0);
+    obstacles.extend((0..24).map(|number| {
+        let angle = f64::from(number) * 0.7;
+        let from = [1.6 * angle.cos(), 1.4 * angle.sin()];
+        let to = [from[0] + 0.3 * (3.0 * angle).sin(), from[1] + 0.25];
+        match number % 4 {
+            0 => Obstacle::disc(from, 0.05),
+            _ => Obstacle::wall(from, to),
+        }
+    }));
+    for theta_rad in [0.0, 0.4, -2.9, 40.0] {
+        let start = Pose::new(0.1, -0.05, theta_rad);
+        let mut world = world(obstacles.clone(), vec![exact_robot("a", start)]);
+        world.advance_to(START_NS + TURN_NS);
+        let mut finder = finder(&world);
+        finder.capture(&world, START_NS, TURN_NS);
+        let mut distances = [0.0; RANGE_STEPS];
+        finder.cast_exact(&mut distances);
+        let eye = start.compose(&Pose::new(0.28, 0.0, 0.0));
+        let from = [eye.x_m, eye.y_m];
+        for (step, distance) in distances.iter().enumerate() {
+            let angle = (step as f64 - FRONT as f64) * std::f64::consts::TAU / 1024.0;
+            let (sin, cos) = (eye.theta_rad + angle).sin_cos();
+            let hits = world.obstacles().filter_map(|(_, shape)| match shape {
+                Shape::Wall(wall) => wall.ray_hit_m(from, [cos, sin]),
+                Shape::Disc { centre_m, radius_m } => {
+                    ray_hit_disc_m(centre_m, radius_m, from, [cos, sin])
+                }
+                Shape::Box { .. } => None,
+            });
+            assert_eq!(*distance, hits.fold(f64::INFINITY, f64::min), "{step}");
+        }
+    }
+}
+
+#[test]
 fn readings_have_the_devices_noise_and_codes() {
     let mut world = world(
         room(2.0),
