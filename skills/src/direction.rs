@@ -1,7 +1,19 @@
-//! Directions of beams and points, as fast as a thousand of them for each scan ask for.
+//! Directions and cells of beams and points, as fast as a thousand of them for each scan ask for.
+
+/// No [`direction_rad`] is off by this much.
+pub(crate) const DIRECTION_DOUBT_RAD: f64 = 1e-4;
+
+/// The largest whole number that is not above, without a call: not every processor has an instruction for it.
+#[must_use]
+#[inline]
+pub(crate) fn floor(number: f64) -> i64 {
+    let towards_zero = number as i64;
+    towards_zero.saturating_sub(i64::from(towards_zero as f64 > number))
+}
 
 /// Arc tangent of `y / x` in all quadrants to 0.00002 rad, a small part of a beam, without a call.
 #[must_use]
+#[inline]
 pub(crate) fn direction_rad(y: f32, x: f32) -> f32 {
     use std::f32::consts::{FRAC_PI_2, PI};
     let (large, small) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
@@ -28,6 +40,31 @@ pub(crate) fn direction_rad(y: f32, x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn floors_are_as_the_librarys() {
+        let numbers = [
+            0.0,
+            -0.0,
+            0.5,
+            -0.5,
+            1.0,
+            -1.0,
+            1.0 - 1e-16,
+            1e15 + 0.5,
+            -1e15 - 0.5,
+        ];
+        let beyond = [
+            f64::MAX,
+            f64::MIN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+        ];
+        for number in numbers.into_iter().chain(beyond) {
+            assert_eq!(floor(number), number.floor() as i64, "{number}");
+        }
+    }
 
     #[test]
     fn directions_are_as_good_as_the_libraries() {

@@ -264,7 +264,7 @@ impl AlignedScan {
                 mount_cos * delta.y_m - mount_sin * delta.x_m,
             );
             let range_m = (in_laser.norm_m() as f32).min(geometry.range_max_m as f32);
-            let beam = geometry.beam_position(in_laser.direction_rad()).round() as i64;
+            let beam = geometry.beam_number(in_laser);
             take(&mut self.ranges_m, beam, range_m);
             if let Some((before, before_m)) = previous {
                 let (low, high) = (before.min(beam), before.max(beam));

@@ -1,11 +1,15 @@
 //! Where the beams of a sensor point.
 
-use description::geometry::{Pose2, wrap_angle};
-use std::f64::consts::TAU;
+use crate::direction::{DIRECTION_DOUBT_RAD, direction_rad, floor};
+use description::geometry::{Point2, Pose2, wrap_angle};
+use std::f64::consts::{PI, TAU};
 use thiserror::Error;
 
 /// The largest number of beams that a scan may have.
 pub const MAX_BEAMS: usize = 8192;
+
+/// Nearer points have no direction in single precision that is worth asking for.
+const LEAST_M: f64 = 1e-6;
 
 /// Where the beams of a sensor point, where it is mounted and how fast it turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,6 +145,49 @@ impl ScanGeometry {
     pub fn nearest_beam(&self, angle_rad: f64) -> Option<usize> {
         let position = self.beam_position(angle_rad).round();
         (position >= 0.0 && position < self.beams as f64).then_some(position as usize)
+    }
+
+    /// The number of the beam nearest to the direction of a point of `laser`, also where none looks.
+    #[must_use]
+    #[inline]
+    pub(crate) fn beam_number(&self, point: Point2) -> i64 {
+        self.clear_beam_number(point).unwrap_or_else(|| {
+            let position = self.beam_position(point.direction_rad());
+            position.round() as i64
+        })
+    }
+
+    /// The beam nearest to the direction of a point of `laser`, if one looks there.
+    #[must_use]
+    #[inline]
+    pub fn beam_at(&self, point: Point2) -> Option<usize> {
+        match self.clear_beam_number(point) {
+            Some(number) => usize::try_from(number)
+                .ok()
+                .filter(|beam| *beam < self.beams),
+            None => self.nearest_beam(point.direction_rad()),
+        }
+    }
+
+    /// The same without an arc tangent; `None` where a direction that is only nearly right does not decide it: between
+    /// two beams, opposite to the middle of the view, or at the sensor itself.
+    // Inlined, so that a loop over points divides once.
+    #[inline]
+    fn clear_beam_number(&self, point: Point2) -> Option<i64> {
+        let half = (self.beams - 1) as f64 / 2.0;
+        let middle_rad = self.angle_first_rad + self.angle_step_rad * half;
+        let near_rad = f64::from(direction_rad(point.y_m as f32, point.x_m as f32));
+        let from_middle_rad = wrap_angle(near_rad - middle_rad);
+        let per_rad = 1.0 / self.angle_step_rad;
+        let place = from_middle_rad * per_rad + half + 0.5;
+        let beam = floor(place);
+        let beside = place - beam as f64;
+        let doubt = DIRECTION_DOUBT_RAD * per_rad;
+        let clear = beside > doubt
+            && beside < 1.0 - doubt
+            && from_middle_rad.abs() < PI - DIRECTION_DOUBT_RAD
+            && point.x_m.abs().max(point.y_m.abs()) > LEAST_M;
+        clear.then_some(beam)
     }
 
     /// From the first beam of a scan to the last.

@@ -42,6 +42,29 @@ fn measure(
 }
 
 #[test]
+fn the_beam_at_a_point_is_the_one_nearest_to_its_direction() {
+    let mount = Pose2::IDENTITY;
+    let whole_turn = ScanGeometry::from_steps(mount, 1000, 500, (0, 999), 1, (0.02, 4.0), 0.1);
+    let clustered = ScanGeometry::from_steps(mount, 1024, 384, (44, 725), 3, (0.02, 4.0), 0.1);
+    for geometry in [urg(), whole_turn, clustered] {
+        for step in 0..200_000 {
+            let angle_rad = f64::from(step) * 6.4e-5 - 6.4;
+            for range_m in [1e-9, 0.03, 3.9] {
+                let (sin, cos) = angle_rad.sin_cos();
+                let point = Point2::new(cos, sin) * range_m;
+                let direction_rad = point.direction_rad();
+                assert_eq!(
+                    geometry.beam_at(point),
+                    geometry.nearest_beam(direction_rad)
+                );
+                let number = geometry.beam_position(direction_rad).round() as i64;
+                assert_eq!(geometry.beam_number(point), number);
+            }
+        }
+    }
+}
+
+#[test]
 fn the_urg_looks_where_its_data_sheet_says() {
     let geometry = urg();
     assert_eq!(geometry.beams, 682);
@@ -51,6 +74,11 @@ fn the_urg_looks_where_its_data_sheet_says() {
     assert_eq!(geometry.nearest_beam(0.0), Some(340));
     assert_eq!(geometry.nearest_beam(std::f64::consts::PI), None);
     assert_eq!(geometry.nearest_beam(geometry.angle_first_rad), Some(0));
+    assert_eq!(
+        geometry.beam_at(Point2::default()),
+        Some(340),
+        "at the sensor"
+    );
     let clustered =
         ScanGeometry::from_steps(geometry.mount, 1024, 384, (44, 725), 3, (0.02, 4.0), 0.1);
     assert_eq!(clustered.beams, 228);

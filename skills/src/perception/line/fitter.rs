@@ -1,7 +1,7 @@
 //! The fit: from points to the line that most of the wall's length agrees on.
 
 use super::judge::describe;
-use super::points::{INLIER_SIGMA, Line, PIECES, WallPoint, piece};
+use super::points::{Four, INLIER_SIGMA, Line, PIECES, WallPoint, piece};
 use crate::perception::RANGE_STD_SHARE;
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Segment};
@@ -24,6 +24,8 @@ const BEARING_STD_RAD: f64 = 0.002;
 #[derive(Clone, Debug)]
 pub struct LineFitter {
     near: Vec<WallPoint>,
+    /// The same four at a time, but for the last ones: what is asked for by every line that is tried.
+    fours: Vec<Four>,
     expected: Segment,
     unit: Point2,
     length_m: f64,
@@ -40,6 +42,7 @@ impl LineFitter {
     pub fn new(capacity: usize, gains: Navigation) -> Self {
         Self {
             near: Vec::with_capacity(capacity),
+            fours: Vec::with_capacity(capacity / 4),
             expected: Segment::default(),
             unit: Point2::default(),
             length_m: 0.0,
@@ -97,6 +100,7 @@ impl LineFitter {
             std_m,
             reach_m,
             per_reach_1_m: 1.0 / reach_m,
+            piece: piece(place.x_m),
             share: 0.0,
         });
     }
@@ -108,11 +112,14 @@ impl LineFitter {
         }
         let mut counts = [0u32; PIECES];
         for point in &self.near {
-            counts[piece(point)] += 1;
+            counts[point.piece] += 1;
         }
         for point in &mut self.near {
-            point.share = 1.0 / f64::from(counts[piece(point)]);
+            point.share = 1.0 / f64::from(counts[point.piece]);
         }
+        self.fours.clear();
+        self.fours
+            .extend(self.near.as_chunks().0.iter().map(Four::of));
         let mut line = self.refine(self.start(min_span_m)?)?;
         if self.leave_out_of_sight(&line) {
             line = self.refine(line)?;
@@ -132,7 +139,7 @@ impl LineFitter {
         let (before, eye, sight_m) = (self.near.len(), self.eye, self.sight_m);
         let least_std_m = self.gains.range_std_m;
         self.near.retain(|point| {
-            let on_line_m = point.across_m - line.residual_m(point);
+            let on_line_m = point.across_m - line.residual_m(point.along_m, point.across_m);
             let range_m = Point2::new(point.along_m, on_line_m).distance_m(eye);
             let std_m = least_std_m.max(RANGE_STD_SHARE * range_m);
             range_m + INLIER_SIGMA * std_m < sight_m
@@ -179,21 +186,27 @@ impl LineFitter {
     /// Pieces of wall that lie on the line, the closer the more they count, less those that are seen beyond it.
     fn support(&self, line: &Line) -> f64 {
         let beyond = if self.eye.y_m > 0.0 { -1.0 } else { 1.0 };
-        let count = |point: &WallPoint| {
-            let off = line.residual_m(point) * point.per_reach_1_m;
+        let count = |along_m: f64, across_m: f64, per_reach_1_m: f64, share: f64| {
+            let off = line.residual_m(along_m, across_m) * per_reach_1_m;
             let outside = if off * beyond > 0.0 { -1.0 } else { 0.0 };
             let square = off * off;
-            point.share * if square < 1.0 { 1.0 - square } else { outside }
+            share * if square < 1.0 { 1.0 - square } else { outside }
         };
         // Four sums, which do not wait for each other: this is tried for many lines.
-        let (mut sums, fours) = ([0.0; 4], self.near.chunks_exact(4));
-        let rest: f64 = fours.remainder().iter().map(count).sum();
-        for four in fours {
-            for (sum, point) in sums.iter_mut().zip(four) {
-                *sum += count(point);
+        let mut sums = [0.0; 4];
+        for four in &self.fours {
+            for (i, sum) in sums.iter_mut().enumerate() {
+                *sum += count(
+                    four.along_m[i],
+                    four.across_m[i],
+                    four.per_reach_1_m[i],
+                    four.share[i],
+                );
             }
         }
-        sums.iter().sum::<f64>() + rest
+        let rest = { self.near[4 * self.fours.len()..].iter() }
+            .map(|own| count(own.along_m, own.across_m, own.per_reach_1_m, own.share));
+        sums.iter().sum::<f64>() + rest.sum::<f64>()
     }
 
     fn refine(&self, start: Line) -> Option<Line> {
@@ -208,7 +221,7 @@ impl LineFitter {
                 } else {
                     point.reach_m
                 };
-                let tukey = tukey(line.residual_m(point) / (1.5 * reach_m));
+                let tukey = tukey(line.residual_m(point.along_m, point.across_m) / (1.5 * reach_m));
                 if tukey > 0.0 {
                     let weight = tukey / (point.std_m * point.std_m);
                     let from_centre_m = point.along_m - line.centre_m;
@@ -311,6 +324,37 @@ mod tests {
             .collect();
         assert!(fitter().fit(&short, &expected, 0.4, 0.4).is_none());
         assert!(fitter().fit(&[], &expected, 0.4, 0.4).is_none());
+    }
+
+    #[test]
+    fn support_is_what_all_points_add_to_it() {
+        let wall = Segment::new(Point2::new(0.0, 1.6), Point2::new(4.0, 1.6));
+        let pose = Pose2::new(1.0, -0.5, 0.05);
+        let mut fitter = fitter();
+        for left_out in 0..5 {
+            fitter.begin(&wall.seen_from(pose), Point2::default(), f64::INFINITY);
+            for point in &wall_points(&wall, pose, 0.02)[left_out..] {
+                fitter.offer(*point, 0.4);
+            }
+            assert!(fitter.solve(0.4).is_some());
+            for number in 0..400 {
+                let line = Line {
+                    centre_m: 0.5,
+                    offset_m: f64::from(number % 20) * 0.01 - 0.1,
+                    slope: f64::from(number / 20) * 0.02 - 0.2,
+                };
+                let beyond = if fitter.eye.y_m > 0.0 { -1.0 } else { 1.0 };
+                let all = fitter.near.iter().map(|point| {
+                    let off = line.residual_m(point.along_m, point.across_m) / point.reach_m;
+                    match off.abs() < 1.0 {
+                        true => point.share * (1.0 - off * off),
+                        false if off * beyond > 0.0 => -point.share,
+                        false => 0.0,
+                    }
+                });
+                assert!((fitter.support(&line) - all.sum::<f64>()).abs() < 1e-9);
+            }
+        }
     }
 
     #[test]

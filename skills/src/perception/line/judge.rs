@@ -1,6 +1,6 @@
 //! Judges a fitted line, and states it as the robot stands to it.
 
-use super::points::{Line, PIECE_M, PIECES, WallPoint, piece};
+use super::points::{Line, PIECE_M, PIECES, WallPoint};
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Segment, wrap_angle};
 use nalgebra::Matrix2;
@@ -34,17 +34,17 @@ pub(super) fn describe(
     let (mut covered, mut all) = (0u128, 0u128);
     let mut pieces = [Piece::default(); PIECES];
     for point in points {
-        all |= 1 << piece(point);
-        let residual_m = line.residual_m(point);
+        all |= 1 << point.piece;
+        let residual_m = line.residual_m(point.along_m, point.across_m);
         if residual_m.abs() < point.reach_m {
             inliers += 1;
-            covered |= 1 << piece(point);
+            covered |= 1 << point.piece;
             let weight = 1.0 / (point.std_m * point.std_m);
             squares += residual_m * residual_m;
             misfit += weight * residual_m * residual_m;
             weights += weight;
             spread += weight * (point.along_m - line.centre_m).powi(2);
-            let piece = &mut pieces[piece(point)];
+            let piece = &mut pieces[point.piece];
             piece.weight += weight;
             piece.residual += weight * residual_m;
             piece.along += weight * (point.along_m - line.centre_m);

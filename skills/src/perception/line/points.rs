@@ -1,5 +1,7 @@
 //! Points of a scan and lines, in the coordinates of an expected wall: along it, across it.
 
+use crate::direction::floor;
+
 /// Walls are not flat to better than this.
 const FLATNESS_M: f64 = 0.015;
 /// Coverage is counted in pieces of this length.
@@ -19,6 +21,8 @@ pub(super) struct WallPoint {
     pub(super) reach_m: f64,
     /// One over that: it is asked for by every line that is tried.
     pub(super) per_reach_1_m: f64,
+    /// The piece of wall that it lies on.
+    pub(super) piece: usize,
     /// One over the number of points on the same piece, so that near, dense pieces weigh as much as far ones.
     pub(super) share: f64,
 }
@@ -27,6 +31,26 @@ impl WallPoint {
     /// As far from the line as noise alone takes it.
     pub(super) fn noise_reach_m(&self) -> f64 {
         self.reach_m.min(FLATNESS_M.max(INLIER_SIGMA * self.std_m))
+    }
+}
+
+/// Four points, side by side for the processor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Four {
+    pub(super) along_m: [f64; 4],
+    pub(super) across_m: [f64; 4],
+    pub(super) per_reach_1_m: [f64; 4],
+    pub(super) share: [f64; 4],
+}
+
+impl Four {
+    pub(super) fn of(points: &[WallPoint; 4]) -> Self {
+        Self {
+            along_m: points.map(|point| point.along_m),
+            across_m: points.map(|point| point.across_m),
+            per_reach_1_m: points.map(|point| point.per_reach_1_m),
+            share: points.map(|point| point.share),
+        }
     }
 }
 
@@ -39,13 +63,12 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub(super) fn residual_m(&self, point: &WallPoint) -> f64 {
-        point.across_m - self.offset_m - self.slope * (point.along_m - self.centre_m)
+    pub(super) fn residual_m(&self, along_m: f64, across_m: f64) -> f64 {
+        across_m - self.offset_m - self.slope * (along_m - self.centre_m)
     }
 }
 
 /// The piece of wall that a point lies on; a very long wall counts round.
-pub(super) fn piece(point: &WallPoint) -> usize {
-    let index = (point.along_m / PIECE_M).floor() as i64;
-    index.rem_euclid(PIECES as i64) as usize
+pub(super) fn piece(along_m: f64) -> usize {
+    floor(along_m / PIECE_M).rem_euclid(PIECES as i64) as usize
 }

@@ -1,6 +1,6 @@
 //! Which wall is to be seen in which direction from a place in the map.
 
-use crate::direction::direction_rad;
+use crate::direction::{direction_rad, floor};
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 use std::f64::consts::TAU;
 
@@ -103,8 +103,12 @@ impl View {
         let direction_rad = f64::from(direction_rad(ray.y_m as f32, ray.x_m as f32));
         let turned = (direction_rad + TAU) / BIN_RAD;
         let middle = turned as usize % BINS;
-        let spread = ((spread_rad / BIN_RAD).ceil().max(1.0) as usize).min(MAX_SPREAD_BINS);
-        let at = |offset: usize| self.bins[(middle + offset) % BINS];
+        let spread = -floor(-spread_rad / BIN_RAD);
+        let spread = spread.clamp(1, MAX_SPREAD_BINS as i64) as usize;
+        let at = |offset: usize| {
+            let bin = middle + offset;
+            self.bins[if bin < BINS { bin } else { bin - BINS }]
+        };
         let half = spread.div_ceil(2);
         let candidates = [
             at(0),

@@ -14,7 +14,7 @@
 use super::checkpoint::{FloorCheckpoint, MOST_AGE, SIDE};
 use super::grid::NearGrid;
 use super::known::KnownRanges;
-use crate::direction::direction_rad;
+use crate::direction::{direction_rad, floor};
 use crate::scan::{AlignedScan, ScanGeometry};
 use description::geometry::{Footprint, Point2, Pose2};
 
@@ -270,7 +270,7 @@ impl Floor {
             // Between the middles of four cells: all of them must be known.
             let column = (pose.x_m + cos * centre.x_m - sin * centre.y_m) / cell_m - 0.5;
             let row = (pose.y_m + sin * centre.x_m + cos * centre.y_m) / cell_m - 0.5;
-            let (column, row) = (column.floor() as i64, row.floor() as i64);
+            let (column, row) = (floor(column), floor(row));
             let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(right, up)| {
                 let (column, row) = (column + right, row + up);
                 let cell = &self.cells[place(column, row)];

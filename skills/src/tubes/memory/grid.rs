@@ -43,8 +43,8 @@ impl NearGrid {
     /// The cell that a point of `base_link` lies in.
     #[must_use]
     pub fn cell(&self, point: Point2) -> Option<usize> {
-        let column = ((point.x_m + self.half_m) / self.cell_m).floor();
-        let row = ((point.y_m + self.half_m) / self.cell_m).floor();
+        let column = (point.x_m + self.half_m) / self.cell_m;
+        let row = (point.y_m + self.half_m) / self.cell_m;
         let side = self.side as f64;
         let inside = column >= 0.0 && column < side && row >= 0.0 && row < side;
         inside.then(|| row as usize * self.side + column as usize)

@@ -218,7 +218,7 @@ fn nearest_m(
 /// The older scan looked clearly beyond a point of its `laser`.
 fn is_beyond(geometry: &ScanGeometry, past: &Past, point: Point2) -> bool {
     let range_m = point.norm_m();
-    let Some(beam) = geometry.nearest_beam(point.direction_rad()) else {
+    let Some(beam) = geometry.beam_at(point) else {
         return false;
     };
     if beam < BESIDE || beam + BESIDE >= past.ranges_m.len() {

@@ -231,7 +231,7 @@ fn is_set(words: &[u64], cell: usize) -> bool {
 fn looks_through(scan: &AlignedScan, point: Point2) -> bool {
     let in_laser = scan.geometry().mount.inverse_transform(point);
     let range_m = in_laser.norm_m() as f32 + LOOKED_THROUGH_M;
-    let Some(beam) = scan.geometry().nearest_beam(in_laser.direction_rad()) else {
+    let Some(beam) = scan.geometry().beam_at(in_laser) else {
         return false;
     };
     let beams = scan.ranges_m();
