@@ -96,7 +96,7 @@ impl<E: Execution> Run<E> {
         let moved_s = self.stage.seconds(self.moved_ns);
         let over_s = self.scenario.last_fault_over_s(now_s);
         let moved_s = over_s.map_or(moved_s, |over_s| moved_s.max(over_s + HELPED_AFTER_S));
-        let ending = if self.missing().is_empty() {
+        let ending = if self.is_done() {
             Some(Ending::Done)
         } else if let Some(ending) = self.stage.ended() {
             Some(ending)
@@ -140,6 +140,12 @@ impl<E: Execution> Run<E> {
     #[must_use]
     pub fn tracks(&self) -> &[Track] {
         &self.tracks
+    }
+
+    /// Whether all goals are reached: words are only made when no robot is on its way any more.
+    fn is_done(&self) -> bool {
+        let robots_are = { self.tracks.iter() }.all(|track| track.progress.done_ns().is_some());
+        robots_are && self.missing().is_empty()
     }
 
     /// What has not been reached yet, in words; empty: all goals are reached.
