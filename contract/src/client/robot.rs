@@ -42,17 +42,21 @@ impl Client {
             Received::News => false,
             Received::Registered => {
                 // What the mediator knows of this robot holds; there is nothing else yet.
-                self.claims.forget();
-                self.revocations.forget();
-                self.control = None;
-                self.last_order = None;
+                self.forget();
                 true
             }
             Received::Stale => {
                 self.counters.stale += 1;
                 return received;
             }
-            Received::Refused | Received::Version => return received,
+            Received::Refused => {
+                if self.session.identity_taken {
+                    // Whatever it had, another process has it.
+                    self.forget();
+                }
+                return received;
+            }
+            Received::Version => return received,
         };
         for grant in &message.access {
             let learned = if registers {
@@ -72,6 +76,13 @@ impl Client {
         }
         self.learn_control(message.control.as_ref(), registers);
         received
+    }
+
+    fn forget(&mut self) {
+        self.claims.forget();
+        self.revocations.forget();
+        self.control = None;
+        self.last_order = None;
     }
 
     fn learn_control(&mut self, message: Option<&wire::Control>, registers: bool) {
@@ -230,6 +241,19 @@ impl Client {
     #[must_use]
     pub fn refusal(&self) -> &str {
         &self.session.refusal
+    }
+
+    /// It is that another process speaks for this robot's identity: as after a quick restart, until the process before has been
+    /// silent for a while; or because two robots have one identity.
+    #[must_use]
+    pub fn is_identity_taken(&self) -> bool {
+        self.session.identity_taken
+    }
+
+    /// Another process reports with this robot's identity, and is refused.
+    #[must_use]
+    pub fn is_identity_doubled(&self) -> bool {
+        self.session.identity_doubled
     }
 
     /// The role that the mediator knows for this robot.

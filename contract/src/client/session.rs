@@ -34,6 +34,10 @@ pub(super) struct Session {
     pub(super) number: u64,
     heard_ns: u64,
     pub(super) refusal: String,
+    /// It is that another process speaks for this identity.
+    pub(super) identity_taken: bool,
+    /// Another process asks to speak for it.
+    pub(super) identity_doubled: bool,
     pub(super) role: String,
     pub(super) take_up: Option<TakeUp>,
 }
@@ -50,6 +54,8 @@ impl Session {
             number: 0,
             heard_ns: 0,
             refusal: String::new(),
+            identity_taken: false,
+            identity_doubled: false,
             role: String::new(),
             take_up: None,
         }
@@ -70,6 +76,8 @@ impl Session {
         self.mediator_epoch = message.mediator_epoch;
         self.mediator_sequence = message.sequence;
         self.refusal.clone_from(&message.refusal);
+        self.identity_taken = message.identity_taken;
+        self.identity_doubled = message.identity_doubled;
         if message.session == 0 {
             self.number = 0;
             return Received::Refused;
@@ -102,6 +110,7 @@ impl Session {
             sequence: self.sequence,
             site: self.site.clone(),
             mediator_epoch: self.mediator_epoch,
+            mediator_sequence: self.mediator_sequence,
             session: self.number,
             ..RobotReport::default()
         }

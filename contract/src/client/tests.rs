@@ -322,3 +322,27 @@ fn grants_from_before_a_restart_are_given_back_where_it_does_not_stand() {
     client.step(situation(&["1"], &["1", "2", "3"], &[]), 0, SECOND_NS);
     assert!(client.holds("1") && !client.holds("2") && !client.holds("3"));
 }
+
+#[test]
+fn a_robot_whose_identity_another_process_has_holds_nothing_and_asks_on() {
+    let mut client = registered();
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    let mut told = message(2);
+    told.access = vec![grant("1", 2, 1)];
+    told.identity_doubled = true;
+    client.receive(&told, 0);
+    assert!(client.holds("1") && client.is_identity_doubled());
+    let refused = MediatorReport {
+        session: 0,
+        refusal: "another process".into(),
+        identity_taken: true,
+        ..message(3)
+    };
+    assert_eq!(client.receive(&refused, 0), Received::Refused);
+    assert!(!client.holds("1") && client.is_identity_taken());
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    let report = client.report();
+    assert!(report.session == 0 && report.access.is_empty());
+    assert_eq!(client.receive(&message(4), 0), Received::Registered);
+    assert!(!client.is_identity_taken() && client.refusal().is_empty());
+}

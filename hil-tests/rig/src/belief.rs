@@ -113,5 +113,6 @@ fn stops(fault: Fault) -> bool {
             | Fault::FleetNetwork
             | Fault::MediatorSilent
             | Fault::MediatorRefused
+            | Fault::IdentityDoubled
     )
 }

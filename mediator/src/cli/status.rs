@@ -119,6 +119,12 @@ fn describe_robot(robot: &RobotStatus) -> String {
     for (area, why) in &robot.waits {
         text += &format!("    waits for {area} {why}\n");
     }
+    if robot.is_doubled {
+        text += "    a second process reports as this robot, and is refused: end one of them\n";
+    }
+    if robot.doubled > 0 {
+        text += &format!("    found {} times: a second process\n", robot.doubled);
+    }
     if !robot.refusal.is_empty() {
         text += &format!("    refused: {}\n", robot.refusal);
     }

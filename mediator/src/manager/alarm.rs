@@ -13,6 +13,11 @@ pub enum Alarm {
         "robot `{0}` is unknown here: list it under [robots] of the site file, or correct its identity.id"
     )]
     UnknownRobot(String),
+    /// Two processes report as one robot, for longer than a restart takes.
+    #[error(
+        "two processes report as robot `{robot}`: the first goes on, the second is refused; end the wrong one (clear its areas if it was the first), then restart the other, and give each robot an identity.id of its own"
+    )]
+    Doubled { robot: String },
     /// A report of another version of the contract.
     #[error("robot `{robot}`: {mismatch}")]
     Version {

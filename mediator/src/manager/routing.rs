@@ -58,7 +58,7 @@ impl Manager {
         let mut sessions = Sessions::new(&names, epoch, silent_after_ns);
         for (id, record) in &stored.robots {
             if let Some(robot) = names.robot(id) {
-                sessions.robot_mut(robot).restore(record);
+                sessions.robot_mut(robot).restore(record, now_ns);
             }
         }
         let known = (0..names.robots().len())

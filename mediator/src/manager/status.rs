@@ -50,6 +50,10 @@ pub struct RobotStatus {
     pub waits: Vec<(String, String)>,
     /// Why a process that speaks for it was refused.
     pub refusal: String,
+    /// A second process reports beside the one that speaks for it, and is refused.
+    pub is_doubled: bool,
+    /// How often one was found.
+    pub doubled: u64,
 }
 
 /// Everything.
@@ -130,6 +134,8 @@ impl View<'_> {
                 .map(|area| (self.names.area_id(area), self.explain(robot, area)))
                 .collect(),
             refusal: { session.refused.as_ref() }.map_or_else(String::new, |(_, why)| why.clone()),
+            is_doubled: self.sessions.is_doubled(robot, self.now_ns),
+            doubled: session.doubled,
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use contract::client::{Client, Received, Situation};
-use contract::timing::LEVEL_PERIOD_NS;
+use contract::timing::{DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 use contract::wire::{MediatorReport, RobotReport, TakeUp};
 use coordination::fsm::StateId;
 use description::areas::AreaIndex;
@@ -44,6 +44,8 @@ pub struct Member {
     origin: Origin,
     /// Why its messages are not understood, while they are not.
     other_version: Option<String>,
+    /// Since when another process speaks for this identity, while one does.
+    taken_ns: Option<u64>,
     was_acquired: bool,
     /// Areas that the robot stands in; none while it does not know where it is.
     stands_in: Option<AreaSet>,
@@ -67,6 +69,7 @@ impl Member {
             began_ns: now_ns,
             origin: Origin::Unknown,
             other_version: None,
+            taken_ns: None,
             was_acquired: false,
             stands_in: None,
             wanted: AreaSet::EMPTY,
@@ -89,12 +92,15 @@ impl Member {
                 return;
             }
             Received::Refused => {
+                let taken = self.client.is_identity_taken();
+                self.taken_ns = taken.then(|| self.taken_ns.unwrap_or(now_ns));
                 self.news |= known.0 != self.client.mediator_epoch();
                 return;
             }
             Received::Registered | Received::News => {}
         }
         self.other_version = None;
+        self.taken_ns = None;
         // The mediator waits for both numbers.
         self.news |= known != (self.client.mediator_epoch(), self.client.session());
         let take_up = self.client.take_up();
@@ -303,10 +309,14 @@ impl Member {
     pub fn troubles(&self, now_ns: u64) -> Troubles {
         let silent_after_ns = self.setup.silent_after_ns;
         let refused = !self.refusal().is_empty();
+        // After a quick restart, the process before speaks for the robot until it counts as silent.
+        let restarts = { self.taken_ns }
+            .is_some_and(|taken_ns| now_ns <= taken_ns.saturating_add(DOUBLED_AFTER_NS));
         let had_time = now_ns > self.began_ns.saturating_add(silent_after_ns);
         Troubles {
             silent: had_time && !refused && self.client.is_mediator_silent(now_ns, silent_after_ns),
-            refused,
+            refused: refused && !restarts,
+            doubled: self.client.is_identity_doubled(),
             lost: self.origin == Origin::Lost,
         }
     }

@@ -27,6 +27,8 @@ pub struct Troubles {
     pub silent: bool,
     /// The mediator refuses this robot.
     pub refused: bool,
+    /// Another process reports as this robot, and is refused.
+    pub doubled: bool,
     /// The mediator knows that the robot was somewhere before it restarted, but not where.
     pub lost: bool,
 }

@@ -98,6 +98,8 @@ faults! {
         "after a restart neither robot nor mediator knows where the robot is; put it at its start, then run `onboard ctl reset`";
     WheelSlip = 22, "wheel-slip", Operator,
         "the wheels turn farther than the robot moves, so it stops before it loses its place: look for what is slippery or blocks it, then run `onboard ctl reset`";
+    IdentityDoubled = 23, "identity-doubled", ByItself,
+        "another process reports with this robot's identity, and the mediator refuses it: end it, and give each robot an identity.id of its own; this robot goes on";
 }
 
 /// Number of kinds.

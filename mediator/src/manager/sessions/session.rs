@@ -1,5 +1,7 @@
 //! Who speaks for one robot.
 
+use contract::timing::{DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
+
 use crate::journal::RobotRecord;
 
 /// The last 64 earlier boots are remembered, so that their late reports are recognised as such.
@@ -15,6 +17,21 @@ pub(crate) struct Candidate {
     pub(crate) since_ns: u64,
 }
 
+/// A process that reports while another one speaks for the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Rival {
+    boot_epoch: u64,
+    /// Of its last report.
+    sequence: u64,
+    since_ns: u64,
+    heard_ns: u64,
+    /// Number of the last message to the robot when that had lasted for longer than a restart. Whoever has heard a later one
+    /// has lived since.
+    mark: Option<u64>,
+    /// Both have.
+    known: bool,
+}
+
 /// The process that speaks for a robot, and the one that asks to.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Session {
@@ -24,7 +41,15 @@ pub(crate) struct Session {
     /// The last session number that was given out.
     issued: u64,
     pub(crate) candidate: Option<Candidate>,
+    /// Never speak for the robot again: earlier ones, and those that have run beside it.
     retired: Vec<u64>,
+    rival: Option<Rival>,
+    /// How often a second process was found beside the one that speaks.
+    pub(crate) doubled: u64,
+    /// Until then the process that speaks counts as living, whatever it said.
+    alive_until_ns: u64,
+    /// The last message of this mediator that it has heard.
+    echo: u64,
     /// It has repeated its session to this mediator, so that both mean the same levels.
     pub(crate) registered: bool,
     /// Of the last report of this boot.
@@ -39,7 +64,9 @@ pub(crate) struct Session {
 }
 
 impl Session {
-    pub(crate) fn restore(&mut self, record: &RobotRecord) {
+    /// The process of the journal may still be there: it reports at least that often.
+    pub(crate) fn restore(&mut self, record: &RobotRecord, now_ns: u64) {
+        self.alive_until_ns = now_ns + 2 * LEVEL_PERIOD_NS;
         self.number = record.session;
         self.boot_epoch = record.boot_epoch;
         self.issued = record.issued;
@@ -91,16 +118,84 @@ impl Session {
     /// The candidate has repeated its session: it is alive, and from now on it speaks for the robot.
     pub(crate) fn promote(&mut self, candidate: Candidate) {
         if self.number > 0 {
-            if self.retired.len() == RETIRED {
-                self.retired.remove(0);
-            }
-            self.retired.push(self.boot_epoch);
+            self.retire(self.boot_epoch);
         }
         self.candidate = None;
+        self.rival = None;
+        self.echo = 0;
         self.boot_epoch = candidate.boot_epoch;
         self.number = candidate.session;
         self.sequence = 0;
         self.registered = false;
+    }
+
+    fn retire(&mut self, boot_epoch: u64) {
+        if self.is_retired(boot_epoch) {
+            return;
+        }
+        if self.retired.len() == RETIRED {
+            self.retired.remove(0);
+        }
+        self.retired.push(boot_epoch);
+    }
+
+    /// The process that speaks for the robot lives, and has heard this message of the mediator.
+    pub(crate) fn lives(&mut self, until_ns: u64, echo: u64) {
+        self.alive_until_ns = until_ns;
+        self.echo = echo;
+    }
+
+    /// A process speaks for the robot, and is not silent: nobody else can.
+    pub(crate) fn is_alive(&self, now_ns: u64) -> bool {
+        self.number > 0 && now_ns <= self.alive_until_ns
+    }
+
+    /// A process reports that cannot speak for the robot now. Returns whether it turns out that two run at once; the second
+    /// one is not taken in then when the first one falls silent, whose body may be in its areas all the same.
+    pub(crate) fn turn_away(
+        &mut self,
+        boot_epoch: u64,
+        sequence: u64,
+        echo: u64,
+        now_ns: u64,
+        silent_after_ns: u64,
+    ) -> bool {
+        let silent = |rival: &Rival| now_ns > rival.heard_ns.saturating_add(silent_after_ns);
+        if self.rival.as_ref().is_none_or(silent) {
+            self.rival = Some(Rival {
+                boot_epoch,
+                sequence: 0,
+                since_ns: now_ns,
+                heard_ns: now_ns,
+                mark: None,
+                known: false,
+            });
+        }
+        let (sent, own_echo) = (self.sent, self.echo);
+        let rival = { self.rival.as_mut() }
+            .filter(|rival| rival.boot_epoch == boot_epoch && rival.sequence < sequence);
+        // A report of a dead process may come again; one that lives reports on.
+        let Some(rival) = rival else { return false };
+        (rival.sequence, rival.heard_ns) = (sequence, now_ns);
+        if now_ns <= rival.since_ns.saturating_add(DOUBLED_AFTER_NS) {
+            return false;
+        }
+        // A late report tells of a living process only if it knows of something that was sent since.
+        let mark = *rival.mark.get_or_insert(sent);
+        if rival.known || echo <= mark || own_echo <= mark {
+            return false;
+        }
+        rival.known = true;
+        self.doubled += 1;
+        self.retire(boot_epoch);
+        true
+    }
+
+    /// A second process runs beside the one that speaks for the robot.
+    pub(crate) fn is_doubled(&self, now_ns: u64, silent_after_ns: u64) -> bool {
+        self.rival.is_some_and(|rival| {
+            rival.known && now_ns <= rival.heard_ns.saturating_add(silent_after_ns)
+        })
     }
 
     /// Why that process is refused; empty when it is not.

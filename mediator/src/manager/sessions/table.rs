@@ -11,8 +11,8 @@ use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
 
-/// At most this many refusals of unlisted robots wait to be sent; the oldest is left out and comes again with its next report.
-const STRANGERS: usize = 32;
+/// At most this many refusals wait to be sent; the oldest is left out and comes again with the next report.
+const REFUSALS: usize = 32;
 
 /// What became of a report's head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,8 +46,8 @@ pub(crate) struct Sessions {
     robots: Vec<Session>,
     /// Robots known to be somewhere that have not reported since the start. Before all have, nothing is granted.
     awaited: Vec<usize>,
-    /// Refusals for robots that the site does not list.
-    strangers: Vec<MediatorReport>,
+    /// For robots that the site does not list, and processes that do not speak for theirs.
+    refusals: Vec<MediatorReport>,
 }
 
 impl Sessions {
@@ -57,7 +57,7 @@ impl Sessions {
             silent_after_ns,
             robots: vec![Session::default(); names.robots().len()],
             awaited: Vec::new(),
-            strangers: Vec::new(),
+            refusals: Vec::new(),
             names: Arc::clone(names),
         }
     }
@@ -109,18 +109,22 @@ impl Sessions {
         if found.is_none() {
             effects.counters.bad += 1;
             let alarm = Alarm::UnknownRobot(report.robot_id.clone());
-            self.refuse_stranger(report, alarm.to_string());
+            self.send_refusal(self.refusal(report, alarm.to_string()));
             effects.alarms.push(alarm);
         }
         found
     }
 
-    /// Tells a robot that the site does not list why nobody answers it.
-    fn refuse_stranger(&mut self, report: &RobotReport, refusal: String) {
-        if self.strangers.len() == STRANGERS {
-            self.strangers.remove(0);
+    /// Tells a process why it gets nothing.
+    fn send_refusal(&mut self, refusal: MediatorReport) {
+        if self.refusals.len() == REFUSALS {
+            self.refusals.remove(0);
         }
-        self.strangers.push(MediatorReport {
+        self.refusals.push(refusal);
+    }
+
+    fn refusal(&self, report: &RobotReport, refusal: String) -> MediatorReport {
+        MediatorReport {
             version: Some(VERSION.into()),
             mediator_epoch: self.epoch,
             // The robot's own number grows, so it takes the next refusal for news too.
@@ -129,12 +133,12 @@ impl Sessions {
             boot_epoch: report.boot_epoch,
             refusal,
             ..MediatorReport::default()
-        });
+        }
     }
 
-    /// The next refusal of a robot that the site does not list.
+    /// The next refusal of a process that does not speak for a robot of the site.
     pub(crate) fn next_refusal(&mut self) -> Option<MediatorReport> {
-        self.strangers.pop()
+        self.refusals.pop()
     }
 
     /// Judges the head of a report: whether it is of the process that speaks for the robot, in its order, and meant for this
@@ -149,6 +153,7 @@ impl Sessions {
         let mut recognised = Recognised::default();
         if self.robots[robot].is_retired(report.boot_epoch) {
             effects.counters.stale += 1;
+            self.turn_away(robot, report, now_ns, effects);
             return recognised;
         }
         if !self.admit(robot, report, now_ns, effects) {
@@ -157,6 +162,10 @@ impl Sessions {
         let epoch = self.epoch;
         let session = &mut self.robots[robot];
         let present = session.is_of(report.boot_epoch);
+        if !present && session.is_alive(now_ns) {
+            recognised.changed = self.turn_away(robot, report, now_ns, effects);
+            return recognised;
+        }
         let candidate = { session.candidate }
             .filter(|candidate| candidate.boot_epoch == report.boot_epoch && !present);
         if let Some(candidate) = candidate {
@@ -177,6 +186,8 @@ impl Sessions {
             return recognised;
         }
         session.sequence = report.sequence;
+        let until_ns = now_ns.saturating_add(self.silent_after_ns);
+        session.lives(until_ns, echo(report, epoch));
         if report.session != session.number || report.mediator_epoch != epoch {
             // It has not heard of this session yet: what it says may be from before.
             effects.tell(robot);
@@ -184,6 +195,45 @@ impl Sessions {
         }
         recognised.counts = true;
         recognised
+    }
+
+    /// Tells a process that another one speaks for its robot. Returns whether the journal must know.
+    fn turn_away(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> bool {
+        let session = &mut self.robots[robot];
+        let doubled = session.turn_away(
+            report.boot_epoch,
+            report.sequence,
+            echo(report, self.epoch),
+            now_ns,
+            self.silent_after_ns,
+        );
+        let alarm = Alarm::Doubled {
+            robot: self.names.robot_id(robot),
+        };
+        session.sent += 1;
+        let refusal = MediatorReport {
+            // One that has spoken for the robot before takes nothing older.
+            sequence: session.sent,
+            identity_taken: true,
+            ..self.refusal(report, alarm.to_string())
+        };
+        self.send_refusal(refusal);
+        if doubled {
+            effects.alarms.push(alarm);
+            effects.tell(robot);
+        }
+        doubled
+    }
+
+    /// Whether a second process runs beside the one that speaks for the robot.
+    pub(crate) fn is_doubled(&self, robot: usize, now_ns: u64) -> bool {
+        self.robots[robot].is_doubled(now_ns, self.silent_after_ns)
     }
 
     /// Whether the robot speaks our version and drives by our site; otherwise it is told why not.
@@ -294,5 +344,14 @@ impl Sessions {
         effects.told();
         session.sent_ns = now_ns;
         Some((robot, session.boot_epoch, session.number))
+    }
+}
+
+/// The newest message of this start of the mediator that the sender has heard.
+fn echo(report: &RobotReport, epoch: u64) -> u64 {
+    if report.mediator_epoch == epoch {
+        report.mediator_sequence
+    } else {
+        0
     }
 }

@@ -1,8 +1,9 @@
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::time::Duration;
 
 use contract::VERSION;
-use contract::timing::{CANDIDATE_TIMEOUT_NS, LEVEL_PERIOD_NS};
+use contract::timing::{CANDIDATE_TIMEOUT_NS, DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 use contract::wire::RobotReport;
 
 use super::table::{Recognised, Sessions};
@@ -12,7 +13,9 @@ use crate::manager::names::Names;
 use crate::setup::{RobotSetup, Setup};
 
 const EPOCH: u64 = 3;
-const SILENT_NS: u64 = 1_000;
+const SILENT_NS: u64 = 1_000_000_000;
+/// Process 7 is silent by then.
+const LATER_NS: u64 = SILENT_NS + 1;
 
 fn sessions() -> (Sessions, Effects) {
     let robot = RobotSetup {
@@ -55,21 +58,100 @@ fn registered() -> (Sessions, Effects) {
 }
 
 #[test]
-fn the_living_process_speaks_until_another_one_has_repeated_its_session() {
+fn a_restarted_process_speaks_when_the_one_before_is_silent() {
     let (mut sessions, mut effects) = registered();
-    let offered = sessions.recognise(0, &report(8, 0, 9), 0, &mut effects);
-    assert!(offered.changed && !offered.promoted && !offered.counts);
-    assert!(
-        sessions
-            .recognise(0, &report(7, 1, 3), 0, &mut effects)
-            .counts
-    );
-    let other = sessions.recognise(0, &report(8, 2, 10), 0, &mut effects);
+    for now_ns in [0, SILENT_NS] {
+        let early = sessions.recognise(0, &report(8, 0, 1 + now_ns), now_ns, &mut effects);
+        assert_eq!(early, Recognised::default());
+        let refusal = sessions.next_refusal().expect("it is told");
+        assert!(refusal.identity_taken && refusal.session == 0 && refusal.boot_epoch == 8);
+    }
+    let mut offer = |boot_epoch| {
+        let asks = report(boot_epoch, 0, LATER_NS);
+        sessions.recognise(0, &asks, LATER_NS, &mut effects)
+    };
+    assert!(offer(8).changed && !offer(8).promoted && !offer(8).counts);
+    // It says something again: then nobody takes its place.
+    let lives = sessions.recognise(0, &report(7, 1, 3), LATER_NS, &mut effects);
+    assert!(lives.counts);
+    let answer = report(8, 2, 2 * LATER_NS);
+    let early = sessions.recognise(0, &answer, LATER_NS, &mut effects);
+    assert_eq!(early, Recognised::default());
+    let (now_ns, repeats) = (2 * LATER_NS, report(8, 2, 2 * LATER_NS + 1));
+    let other = sessions.recognise(0, &repeats, now_ns, &mut effects);
     assert!(other.promoted && other.counts);
-    // Its predecessor never comes back.
-    let past = sessions.recognise(0, &report(7, 1, 4), 0, &mut effects);
+    assert!(effects.alarms.is_empty(), "{:?}", effects.alarms);
+    // Its predecessor never comes back, and hears why.
+    while sessions.next_refusal().is_some() {}
+    let past = sessions.recognise(0, &report(7, 1, 4), now_ns, &mut effects);
     assert_eq!(past, Recognised::default());
     assert_eq!(effects.counters.stale, 1);
+    assert!(
+        sessions
+            .next_refusal()
+            .is_some_and(|own| own.boot_epoch == 7)
+    );
+}
+
+/// Reports of processes 7 and 8, five times a second. Returns how often the journal must know something.
+fn both_report(
+    sessions: &mut Sessions,
+    effects: &mut Effects,
+    times_ns: RangeInclusive<u64>,
+) -> u64 {
+    let mut changes = 0;
+    for now_ns in times_ns.step_by(200_000_000) {
+        // Each has heard what was sent to it last.
+        let heard = sessions.robot(0).sent;
+        let says = |boot_epoch, session| RobotReport {
+            mediator_epoch: EPOCH,
+            mediator_sequence: heard,
+            ..report(boot_epoch, session, 10 + now_ns)
+        };
+        let present = sessions.recognise(0, &says(7, 1), now_ns, effects);
+        assert!(present.counts);
+        let other = sessions.recognise(0, &says(8, 0), now_ns, effects);
+        assert!(!other.promoted && !other.counts);
+        changes += u64::from(other.changed);
+    }
+    changes
+}
+
+#[test]
+fn a_second_process_is_told_of_once_and_not_taken_in_afterwards() {
+    let (mut sessions, mut effects) = registered();
+    let times_ns = 0..=DOUBLED_AFTER_NS;
+    assert_eq!(both_report(&mut sessions, &mut effects, times_ns), 0);
+    assert!(effects.alarms.is_empty() && !sessions.is_doubled(0, DOUBLED_AFTER_NS));
+    let until_ns = 2 * DOUBLED_AFTER_NS;
+    // The journal knows it from now on.
+    let times_ns = DOUBLED_AFTER_NS + 200_000_000..=until_ns;
+    assert_eq!(both_report(&mut sessions, &mut effects, times_ns), 1);
+    assert!(matches!(&effects.alarms[..], [Alarm::Doubled { .. }]));
+    assert!(sessions.is_doubled(0, until_ns) && sessions.robot(0).doubled == 1);
+    assert!(sessions.robot(0).record().retired.contains(&8));
+    // The first one falls silent, but where its body is, nobody knows.
+    let now_ns = until_ns + LATER_NS;
+    for sequence in now_ns..now_ns + 3 {
+        let asks = sessions.recognise(0, &report(8, 0, sequence), now_ns, &mut effects);
+        assert_eq!(asks, Recognised::default());
+    }
+    assert!(sessions.robot(0).candidate.is_none());
+    // A process that an operator has started since is another matter.
+    let restarted = sessions.recognise(0, &report(9, 0, 1), now_ns, &mut effects);
+    assert!(restarted.changed);
+    assert!(!sessions.is_doubled(0, now_ns + LATER_NS), "it is gone");
+}
+
+#[test]
+fn late_reports_of_another_process_are_no_second_one() {
+    let (mut sessions, mut effects) = registered();
+    for now_ns in (0..3 * DOUBLED_AFTER_NS).step_by(200_000_000) {
+        sessions.recognise(0, &report(7, 1, 10 + now_ns), now_ns, &mut effects);
+        // It has heard nothing of late.
+        sessions.recognise(0, &report(8, 0, 5 + now_ns), now_ns, &mut effects);
+    }
+    assert!(effects.alarms.is_empty(), "{:?}", effects.alarms);
 }
 
 #[test]
@@ -95,10 +177,10 @@ fn nothing_counts_before_the_epoch_is_repeated_or_twice() {
 #[test]
 fn a_candidate_that_does_not_come_back_is_given_up() {
     let (mut sessions, mut effects) = registered();
-    sessions.recognise(0, &report(8, 0, 1), 0, &mut effects);
-    sessions.keep_up(0, CANDIDATE_TIMEOUT_NS - 1, &mut effects);
+    sessions.recognise(0, &report(8, 0, 1), LATER_NS, &mut effects);
+    sessions.keep_up(0, LATER_NS + CANDIDATE_TIMEOUT_NS - 1, &mut effects);
     assert!(sessions.robot(0).candidate.is_some());
-    sessions.keep_up(0, CANDIDATE_TIMEOUT_NS, &mut effects);
+    sessions.keep_up(0, LATER_NS + CANDIDATE_TIMEOUT_NS, &mut effects);
     assert!(sessions.robot(0).candidate.is_none());
 }
 
@@ -149,9 +231,10 @@ fn the_last_awaited_robot_completes_the_fleet() {
 #[test]
 fn the_candidate_is_told_before_the_process_that_speaks() {
     let (mut sessions, mut effects) = registered();
-    sessions.recognise(0, &report(8, 0, 1), 0, &mut effects);
-    sessions.keep_up(0, LEVEL_PERIOD_NS, &mut effects);
-    let mut next = || sessions.next_listener(LEVEL_PERIOD_NS, &mut effects);
+    sessions.recognise(0, &report(8, 0, 1), LATER_NS, &mut effects);
+    let now_ns = LATER_NS + LEVEL_PERIOD_NS;
+    sessions.keep_up(0, now_ns, &mut effects);
+    let mut next = || sessions.next_listener(now_ns, &mut effects);
     assert_eq!(next(), Some((0, 8, 2)));
     assert_eq!(next(), Some((0, 7, 1)));
     assert_eq!(next(), None);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::floor::{Floor, SILENT_NS};
 use super::journal::Journal;
 use super::robot::{Process, Robot};
+use super::second::Second;
 use super::tally::Tally;
 use crate::random::Random;
 use contract::client::Client;
@@ -28,6 +29,8 @@ pub struct Faults {
     pub power: bool,
     /// How many of a thousand orders are never carried out.
     pub stuck_per_mille: u64,
+    /// Robots have second processes.
+    pub seconds: bool,
     /// Everybody crashes once in this many steps, on average.
     pub every: u64,
 }
@@ -39,6 +42,7 @@ impl Faults {
         crashes: false,
         power: false,
         stuck_per_mille: 0,
+        seconds: false,
         every: u64::MAX,
     };
     pub const ALL: Self = Self {
@@ -47,6 +51,7 @@ impl Faults {
         crashes: true,
         power: true,
         stuck_per_mille: 150,
+        seconds: false,
         every: 250,
     };
 }
@@ -93,6 +98,7 @@ pub enum Broken {
 pub struct Fleet {
     floor: Floor,
     robots: Vec<Robot>,
+    second: Option<Second>,
     manager: Option<Manager>,
     manager_restart_ms: u64,
     journal: Journal,
@@ -115,6 +121,7 @@ impl Fleet {
         Self {
             floor,
             robots,
+            second: None,
             manager: None,
             manager_restart_ms: 0,
             journal: Journal::default(),
@@ -158,6 +165,7 @@ impl Fleet {
             self.deliver(faults, random);
             self.drive(random);
             self.step_robots(faults, random);
+            self.step_second(faults, random);
             self.step_manager(None, faults, random);
             self.judge();
         }
@@ -308,9 +316,15 @@ impl Fleet {
             match message {
                 Message::ToMediator(report) => self.step_manager(Some(&report), faults, random),
                 Message::ToRobot(message) => {
-                    let mut robots = self.robots.iter_mut();
-                    let robot = robots.find(|robot| robot.id == message.robot_id);
-                    if let Some(process) = robot.and_then(|robot| robot.process.as_mut()) {
+                    let mut robots = self.robots.iter_mut().enumerate();
+                    let robot = robots.find(|(_, robot)| robot.id == message.robot_id);
+                    let Some((number, robot)) = robot else {
+                        continue;
+                    };
+                    if let Some(second) = self.second.as_mut().filter(|own| own.robot == number) {
+                        second.receive(&message, now_ms);
+                    }
+                    if let Some(process) = &mut robot.process {
                         process.client.receive(&message, now_ms * 1_000_000);
                     }
                 }
@@ -403,6 +417,29 @@ impl Fleet {
         }
     }
 
+    /// Somebody switches on a second process of a robot, which ends again.
+    fn step_second(&mut self, faults: Faults, random: &mut Random) {
+        let now_ms = self.now_ms;
+        self.second.take_if(|own| own.is_over(now_ms));
+        if faults.seconds && self.second.is_none() && random.below(100) == 0 {
+            let number = random.below(self.robots.len() as u64) as usize;
+            let robot = &self.robots[number];
+            let registered =
+                { robot.process.as_ref() }.is_some_and(|own| own.client.is_registered());
+            if registered {
+                let second = Second::start(number, &robot.id, &self.floor, now_ms, random);
+                self.second = Some(second);
+                self.tally.seconds += 1;
+            }
+        }
+        if let Some(second) = &mut self.second {
+            second.assert_has_nothing(&self.floor);
+            if let Some(report) = second.step(now_ms) {
+                self.send(Message::ToMediator(report), faults, random);
+            }
+        }
+    }
+
     /// Hands the manager a report, or lets time pass; then journal, then network, with a crash at any point between.
     fn step_manager(&mut self, report: Option<&RobotReport>, faults: Faults, random: &mut Random) {
         let now_ns = self.now_ms * 1_000_000;
@@ -417,6 +454,7 @@ impl Fleet {
         for alarm in manager.alarms() {
             match alarm {
                 Alarm::Silent { .. } | Alarm::Back { .. } | Alarm::Still { .. } => {}
+                Alarm::Doubled { .. } if self.tally.seconds > 0 => self.tally.doubled += 1,
                 Alarm::Preempted { .. } => self.tally.preempted += 1,
                 Alarm::Forgotten { .. } if self.tally.power_losses > 0 => self.tally.forgotten += 1,
                 Alarm::Bypassed { .. } if self.tally.power_losses > 0 => self.tally.bypassed += 1,

@@ -4,7 +4,7 @@
 //! where the shipped net lets the emergency robot overtake; in and out of the shipped docking bay, by its net. Messages are lost, repeated, delayed by up to two
 //! seconds and so reordered, and replayed much later; reports come with old levels and fences; robots and mediator crash at any
 //! moment, the mediator also just before it writes to its journal, just after, amid its messages, and when all are sent; a
-//! power loss takes the last writes of the journal; some orders are never carried out. What is judged is where the robots
+//! power loss takes the last writes of the journal; some orders are never carried out; robots have second processes. What is judged is where the robots
 //! truly are. Mediators and robots that are broken on purpose show that it would be noticed.
 //!
 //! `MEDIATOR_MODEL_RUNS` and `MEDIATOR_MODEL_SEED` ask for more, or for one again.
@@ -13,6 +13,7 @@ mod fleet;
 mod floor;
 mod journal;
 mod robot;
+mod second;
 mod tally;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -250,6 +251,29 @@ fn what_is_broken_is_noticed() {
         let mut fleet = Fleet::new(Floor::ring(&mut random), seed);
         survive_one(&mut fleet, seed, power, 4_000, &mut random);
     }
+}
+
+/// The robots themselves do not crash: after a crash a second process is what its robot would be after a restart.
+#[test]
+fn a_second_process_of_a_robot_gets_nothing_and_hinders_nobody() {
+    let faults = Faults {
+        replays: true,
+        seconds: true,
+        ..Faults::NONE
+    };
+    let mut tally = Tally::default();
+    let seeds = seeds(60);
+    for &seed in &seeds {
+        let mut random = Random::new(seed);
+        let mut fleet = Fleet::new(Floor::ring(&mut random), seed);
+        survive_one(&mut fleet, seed, faults, 4_000, &mut random);
+        tally += fleet.tally();
+    }
+    let runs = seeds.len() as u64;
+    assert!(
+        tally.seconds > runs && tally.doubled > runs / 2,
+        "{tally:?}"
+    );
 }
 
 #[test]

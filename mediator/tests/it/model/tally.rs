@@ -36,6 +36,10 @@ tally! {
     power_losses,
     /// Writes of the journal that were lost with the power.
     writes_lost,
+    /// Second processes of robots,
+    seconds,
+    /// of which the mediator has told.
+    doubled,
     /// Messages of long ago that were delivered.
     replayed,
     /// Reports that were sent with levels and fences of long ago.

@@ -153,6 +153,7 @@ impl Communication {
         let troubles = self.membership.troubles(&self.log, now_ns);
         self.port.set(Fault::MediatorSilent, troubles.silent, 0.0);
         self.port.set(Fault::MediatorRefused, troubles.refused, 0.0);
+        self.port.set(Fault::IdentityDoubled, troubles.doubled, 0.0);
         self.port.set(Fault::PlaceUnknown, troubles.lost, 0.0);
     }
 }

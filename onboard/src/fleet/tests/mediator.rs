@@ -40,6 +40,37 @@ fn nobody_at_all_is_told_too() {
 }
 
 #[test]
+fn people_hear_of_another_process_when_it_is_none_before_a_restart() {
+    let mut member = Member::new(setup(), 0);
+    let refused = |sequence| MediatorReport {
+        version: Some(VERSION.into()),
+        mediator_epoch: 1,
+        sequence,
+        robot_id: "amr-1".into(),
+        boot_epoch: 7,
+        refusal: "two processes report".into(),
+        identity_taken: true,
+        ..MediatorReport::default()
+    };
+    for second in 1..=4 {
+        member.receive(&refused(second), second * 1000 * MS);
+        assert!(member.allowed().is_empty());
+    }
+    assert_eq!(member.troubles(4000 * MS), Troubles::default());
+    assert!(member.troubles(4001 * MS).refused);
+    let taken_in = MediatorReport {
+        session: 1,
+        refusal: String::new(),
+        identity_taken: false,
+        identity_doubled: true,
+        ..refused(5)
+    };
+    member.receive(&taken_in, 4100 * MS);
+    let troubles = member.troubles(4100 * MS);
+    assert!(!troubles.refused && troubles.doubled);
+}
+
+#[test]
 fn a_mediator_of_another_version_is_refused_in_words() {
     let mut member = Member::new(setup(), 0);
     let message = MediatorReport {
