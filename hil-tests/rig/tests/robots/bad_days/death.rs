@@ -22,12 +22,22 @@ fn killed_while_driving_it_stands_and_can_start_again() {
             "it has names while it runs"
         );
         kill(&mut bench);
-        // The rig cleans up after its robots.
+        // The rig cleans up after its robots, and leaves what is for the next one.
         bench.robot = None;
-        assert_eq!(bench.left_behind(), Vec::<String>::new());
+        let left = bench.left_behind();
+        let [checkpoint] = left.as_slice() else {
+            panic!("{left:?}");
+        };
+        assert!(checkpoint.ends_with("amr-1.checkpoint"), "{checkpoint}");
 
         bench.start();
         bench.until_driving();
+        let said = bench.log();
+        assert!(said.contains("going on from"), "{said}");
+        // At its start it would believe to be far behind.
+        let (truth, believed) = (bench.truth().pose, bench.published().pose);
+        let off_m = believed.map(|pose| (pose.x_m - truth.x_m).hypot(pose.y_m - truth.y_m));
+        assert!(off_m.is_some_and(|off_m| off_m < 0.15), "{off_m:?}");
         kill(&mut bench);
         // Nobody cleans up: the next robot does it itself.
         assert_ne!(bench.left_behind(), Vec::<String>::new());
