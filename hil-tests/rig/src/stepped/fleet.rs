@@ -85,6 +85,8 @@ pub(super) struct Member {
     /// None before it starts, and while it is killed.
     pub(super) robot: Option<SteppedRobot>,
     pub(super) killed: bool,
+    /// How far its computer's clock was ahead when its process was killed.
+    pub(super) ahead_ns: f64,
     /// What its processes leave for the next.
     checkpoints: Checkpoints,
     /// The operator who resets it.
@@ -130,6 +132,7 @@ impl<'a> Stepped<'a> {
                     starts_ns: START_NS + delay_ns,
                     robot: None,
                     killed: false,
+                    ahead_ns: 0.0,
                     checkpoints: Checkpoints::default(),
                     caretaker: Caretaker::default(),
                     faults: FaultTable::default(),
@@ -205,6 +208,7 @@ impl<'a> Stepped<'a> {
             fleet,
             boot_epoch: (self.epochs.unit() * (u64::MAX >> 16) as f64) as u64 + 1,
             at_ns: now_ns,
+            ahead_ns: self.robots[number].ahead_ns,
             checkpoints: self.robots[number].checkpoints.clone(),
         }
     }

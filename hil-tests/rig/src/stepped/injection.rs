@@ -36,7 +36,8 @@ impl Stepped<'_> {
                 let member = &mut self.robots[number];
                 if begins {
                     member.devices.hang_up();
-                    member.robot = None;
+                    let killed = member.robot.take();
+                    member.ahead_ns = killed.map_or(member.ahead_ns, |robot| robot.ahead_ns());
                 }
                 member.killed = !again;
             }

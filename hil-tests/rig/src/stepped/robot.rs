@@ -94,9 +94,11 @@ impl SteppedRobot {
         let Start {
             fleet,
             boot_epoch,
-            at_ns: now_ns,
+            at_ns,
+            ahead_ns,
             mut checkpoints,
         } = start;
+        let now_ns = at_ns + ahead_ns as u64;
         let runtime = Runtime::new(Some(folder.to_owned()))?;
         let id = &plan.robot.identity.id;
         let threads = &plan.robot.threads;
@@ -211,8 +213,8 @@ impl SteppedRobot {
             late: Vec::new(),
             random,
             drift: 0.0,
-            ahead_ns: 0.0,
-            stepped_ns: now_ns,
+            ahead_ns,
+            stepped_ns: at_ns,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
             id: id.clone(),
             runtime,
@@ -229,6 +231,11 @@ impl SteppedRobot {
     /// From now on its clock runs faster than the world's by this share.
     pub(super) fn drift(&mut self, share: f64) {
         self.drift = share;
+    }
+
+    /// How far its clock is ahead of the world's. That is its computer's, and outlives its process.
+    pub(super) fn ahead_ns(&self) -> f64 {
+        self.ahead_ns
     }
 
     /// Everything that is due in the step that begins at `world_ns`.

@@ -20,8 +20,10 @@ pub struct Start {
     pub fleet: Fleet,
     /// Tells this start from others.
     pub boot_epoch: u64,
-    /// When.
+    /// When, by the world's clock.
     pub at_ns: u64,
+    /// How far the clock of its computer is ahead of the world's by then.
+    pub ahead_ns: f64,
     /// Where the process before has left its checkpoint, and this one leaves its own.
     pub checkpoints: Checkpoints,
 }

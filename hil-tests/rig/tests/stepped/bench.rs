@@ -78,6 +78,7 @@ impl Bench {
             fleet: Fleet::Alone,
             boot_epoch: 1,
             at_ns: now_ns,
+            ahead_ns: 0.0,
             checkpoints: Checkpoints::default(),
         };
         let robot = SteppedRobot::new(&plan, files, folder.path(), &devices, start);
