@@ -47,6 +47,10 @@ const BRIDGE_S: f64 = 0.05;
 const LONGEST_GAP_S: f64 = 5.0;
 /// However long the gap, a robot does not drive for longer in it: its drive stops without setpoints.
 const LONGEST_MOTION_S: f64 = 1.0;
+/// Within this time nobody pushes a robot that has lost its power,
+const UNSEEN_S: f64 = 0.5;
+/// and a way up to this, which it rolls on, is within the margins of everything that is remembered of the floor.
+const UNSEEN_M: f64 = 0.05;
 /// After this many stamps in a row before the last accepted one, the clock counts as set back.
 const BACKWARD_RUN: u32 = 20;
 /// Pivot rate that a hand or a bump can add to that of the wheels, rad/s.
@@ -121,6 +125,8 @@ pub struct DeadReckoning {
     odometry: Odometry,
     last: Option<EncoderSample>,
     slip: SlipWatch,
+    /// Since when, and at which speed then, the way is not measured.
+    unmeasured: Option<(u64, f64)>,
     backward_run: u32,
     counters: OdometryCounters,
 }
@@ -143,6 +149,7 @@ impl DeadReckoning {
             odometry: Odometry::default(),
             last: None,
             slip: SlipWatch::default(),
+            unmeasured: None,
             backward_run: 0,
             counters: OdometryCounters::default(),
         })
@@ -185,7 +192,10 @@ impl DeadReckoning {
 
     /// Takes the next sample as a new beginning without moving: after the encoders restarted.
     pub fn rebase(&mut self) {
-        self.odometry.breaks += u64::from(self.last.take().is_some());
+        if let Some(last) = self.last.take() {
+            let speed_m_s = self.odometry.twist.v_m_s.abs();
+            self.unmeasured = Some((last.stamp_ns, speed_m_s));
+        }
         self.odometry.twist = Twist2::default();
     }
 
@@ -261,6 +271,11 @@ impl DeadReckoning {
     }
 
     fn begin(&mut self, sample: &EncoderSample) {
+        if let Some((since_ns, speed_m_s)) = self.unmeasured.take() {
+            let gap_s = sample.stamp_ns.saturating_sub(since_ns) as f64 * 1e-9;
+            let short = gap_s <= UNSEEN_S && speed_m_s * gap_s <= UNSEEN_M;
+            self.odometry.breaks += u64::from(!short);
+        }
         self.last = Some(*sample);
         self.backward_run = 0;
         self.stamp(sample);

@@ -239,19 +239,29 @@ fn another_one_goes_on_from_what_was_reckoned_while_the_wheels_turned_on() {
 #[test]
 fn a_way_that_was_not_measured_is_a_break() {
     let (mut encoders, mut dead_reckoning) = started();
-    dead_reckoning.update(&encoders.step(0.4, 0.0)).unwrap();
-    dead_reckoning.rebase();
-    dead_reckoning.update(&encoders.step(0.4, 0.0)).unwrap();
-    assert_eq!(dead_reckoning.odometry().breaks, 1);
+    // A moment without power, on a short way; a longer way; a longer time.
+    for (speed_m_s, steps, breaks) in [(0.2, 40, 0), (0.4, 40, 1), (0.0, 101, 2)] {
+        for _ in 0..20 {
+            dead_reckoning
+                .update(&encoders.step(speed_m_s, 0.0))
+                .unwrap();
+        }
+        dead_reckoning.rebase();
+        for _ in 0..steps {
+            encoders.step(speed_m_s, 0.0);
+        }
+        dead_reckoning.update(&encoders.sample).unwrap();
+        assert_eq!(dead_reckoning.odometry().breaks, breaks, "{speed_m_s} m/s");
+    }
     // Encoders that counted from zero again, and nobody said so.
     encoders.sample.stamp_ns += 10_000_000_000;
     encoders.sample.angles.left_rad += 1e4;
     assert!(dead_reckoning.update(&encoders.sample).is_err());
-    assert_eq!(dead_reckoning.odometry().breaks, 2);
+    assert_eq!(dead_reckoning.odometry().breaks, 3);
     // A jump within a cycle is bridged.
     encoders.sample.angles.left_rad += 10.0;
     assert!(dead_reckoning.update(&encoders.step(0.4, 0.0)).is_err());
-    assert_eq!(dead_reckoning.odometry().breaks, 2);
+    assert_eq!(dead_reckoning.odometry().breaks, 3);
     // Before the first sample nothing can break.
     let mut fresh = DeadReckoning::new(encoders.geometry, 35.0).unwrap();
     fresh.rebase();

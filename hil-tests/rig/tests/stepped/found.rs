@@ -48,6 +48,14 @@ fn a_robot_that_restarts_in_the_dock_backs_out_of_it() {
     assert!(summary.passed(), "{summary:?}");
 }
 
+/// A moment is no time for anybody to push it: it need not forget the floor behind it.
+#[test]
+fn a_robot_without_power_for_a_moment_backs_out_of_the_dock() {
+    let cut = fault(25.367, 0.051, ScriptedKind::CutPower, "amr-1");
+    let summary = run("docking", 110, &[cut]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
 /// Between two walls the lidar cannot tell how far along it is: it gave back floor that it stood on.
 #[test]
 fn a_robot_whose_wheels_slip_stops_before_it_loses_its_place() {
