@@ -195,7 +195,7 @@ mod tests {
     fn what_is_old_or_of_other_files_is_no_place_but_stays_stopped() {
         let (_folder, mut file) = file();
         let own = plan(&[]);
-        let other = plan(&["tubes.floor_memory_m=3.0"]);
+        let other = plan(&["tubes.floor_memory_m=4.0"]);
         for (plan, now_s, good) in [(&own, 159, true), (&own, 161, false), (&own, 99, false)]
             .into_iter()
             .chain([(&other, 101, false)])

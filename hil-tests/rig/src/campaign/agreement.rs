@@ -27,7 +27,7 @@ const DURATION_SHARE: f64 = 0.02;
 /// Largest lateral errors differ by at most this.
 const LATERAL_M: f64 = 0.03;
 /// What fires within this time fires at once.
-const AT_ONCE_S: f64 = 0.05;
+const AT_ONCE_S: f64 = 0.1;
 
 /// A seed, both ways.
 #[derive(Debug, Serialize)]

@@ -56,6 +56,17 @@ fn a_robot_without_power_for_a_moment_backs_out_of_the_dock() {
     assert!(summary.passed(), "{summary:?}");
 }
 
+/// By its wheels it backs out farther than it does.
+#[test]
+fn a_robot_whose_wheels_slip_backs_out_of_the_dock() {
+    let slip = ScriptedFault {
+        share: Some(0.2724),
+        ..fault(68.164, 7.337, ScriptedKind::Slip, "amr-2")
+    };
+    let summary = run("docking", 326, &[slip]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
 /// Between two walls the lidar cannot tell how far along it is: it gave back floor that it stood on.
 #[test]
 fn a_robot_whose_wheels_slip_stops_before_it_loses_its_place() {
