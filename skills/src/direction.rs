@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn floors_are_as_the_librarys() {
+    fn floors_are_those_of_the_library() {
         let numbers = [
             0.0,
             -0.0,
