@@ -1,5 +1,6 @@
 //! Where checkpoints are kept: a file beside the robot's control socket, in memory on most machines.
 
+use std::fmt::Display;
 use std::fs;
 use std::io;
 use std::path::PathBuf;
@@ -55,11 +56,14 @@ impl CheckpointStore for CheckpointFile {
     }
 
     fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
+        let named = |error: io::Error| {
+            io::Error::new(error.kind(), format!("{}: {error}", self.path.display()))
+        };
         let bytes = match fs::read(&self.path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            bytes => bytes?,
+            bytes => bytes.map_err(named)?,
         };
-        fs::remove_file(&self.path)?;
+        fs::remove_file(&self.path).map_err(named)?;
         let own = bytes.strip_prefix(self.boot_id.as_bytes());
         Ok(own.map(<[u8]>::to_vec))
     }
@@ -96,12 +100,14 @@ impl Left {
         let Some(bytes) = bytes else {
             return Ok(Self::default());
         };
+        let before = "the process before ended without being asked to";
+        let unused = |why: &dyn Display| {
+            log.warn(format!("{before}, and its checkpoint is not used: {why}"));
+        };
         let checkpoint = match Checkpoint::from_bytes(&bytes) {
             Ok(checkpoint) => checkpoint,
             Err(why) => {
-                log.warn(format!(
-                    "the process before ended without being asked to, and its checkpoint is not used: {why}"
-                ));
+                unused(&why);
                 return Ok(Self::default());
             }
         };
@@ -113,15 +119,13 @@ impl Left {
             Ok(()) => {
                 let pose = checkpoint.navigator.pose;
                 log.warn(format!(
-                    "the process before ended without being asked to: going on from ({:.2} m, {:.2} m, {:.2} rad)",
+                    "{before}: going on from ({:.2} m, {:.2} m, {:.2} rad)",
                     pose.x_m, pose.y_m, pose.theta_rad
                 ));
                 Some(checkpoint)
             }
             Err(why) => {
-                log.warn(format!(
-                    "the process before ended without being asked to, and its checkpoint is not used: {why}"
-                ));
+                unused(&why);
                 None
             }
         };

@@ -11,6 +11,10 @@ const PARALLEL_RAD: f64 = 0.1;
 const STRAIGHT_RAD: f64 = 0.3;
 /// A junction turn is at most this sharp.
 const SHARPEST_RAD: f64 = 2.6;
+/// A robot that has turned by more is on its way round.
+const BEGUN_RAD: f64 = 0.25;
+/// With less to go the lane's own law leads onto it.
+const ENDED_RAD: f64 = 0.1;
 /// Tolerance by which lanes may be closer than a U-turn's circle is wide.
 const CLOSER_M: f64 = 0.02;
 /// A shift does not leave its lane steeper than this: 45°.
@@ -259,10 +263,6 @@ pub fn rest_of_turn(
     Some(track.onto(outgoing))
 }
 
-/// A robot that has turned by more is on its way round.
-const BEGUN_RAD: f64 = 0.25;
-/// With less to go the lane's own law leads onto it.
-const ENDED_RAD: f64 = 0.1;
 /// Length that a change by `aside_m` needs.
 #[must_use]
 pub fn shift_length_m(aside_m: f64, max_curvature_1_m: f64) -> f64 {
