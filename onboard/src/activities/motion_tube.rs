@@ -160,6 +160,9 @@ impl Activity for MotionTube {
             match command {
                 Command::StopNow => self.stopped_by_operator = true,
                 Command::Reset => self.stopped_by_operator = false,
+                // Whoever says where it stands may have carried it there.
+                Command::Place(_) => self.tubes.reset(),
+                Command::FreeBehind(way_m) => self.tubes.trust_behind(way_m),
                 Command::LimitSpeed(_) | Command::LifeCycle(_) | Command::Instruct(_) => {}
             }
         }

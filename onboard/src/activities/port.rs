@@ -6,6 +6,7 @@ use coordination::activity::{LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::event::{Receiver, Sender};
 use coordination::fsm::StateId;
 use coordination::symbols::Writer;
+use description::geometry::Pose2;
 use skills::navigator::{Instructed, Instruction};
 
 use crate::symbols::faults::{FAULTS, Fault};
@@ -24,6 +25,24 @@ pub enum Command {
     LimitSpeed(u16),
     /// An external event for the robot's machine, with what holds in the state that it enters.
     Instruct(Instruction),
+    /// Somebody has put the robot there, or sees it stand there.
+    Place(Placed),
+    /// Somebody sees that the floor straight behind the robot is free for so many metres.
+    FreeBehind(f64),
+}
+
+/// Where the robot stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Placed {
+    /// Where it starts, by the files, and in which state of its machine.
+    AtStart,
+    /// Elsewhere.
+    At {
+        /// `base_link` in `map`.
+        pose: Pose2,
+        /// The state that the machine goes on in; the present one if not given.
+        state: Option<StateId>,
+    },
 }
 
 /// What an activity tells the supervisor.

@@ -25,7 +25,7 @@ enum Origin {
     Unknown,
     /// Navigation is being put there.
     Relocating,
-    /// Nobody knows: an operator must put the robot at its start.
+    /// Nobody knows: an operator must say where it stands.
     Lost,
     /// Navigation's pose is the robot's.
     Known,
@@ -135,7 +135,7 @@ impl Member {
             }
             _ => {
                 self.complain(format!(
-                    "the robot was in state `{fsm_state}` before it restarted, and nobody knows where; put it at its start, then run `onboard ctl reset`"
+                    "the robot was in state `{fsm_state}` before it restarted, and nobody knows where; say where it stands with `onboard ctl place`"
                 ));
                 self.origin = Origin::Lost;
             }
@@ -147,18 +147,9 @@ impl Member {
         self.directives.push_back(Directive::Relocate(start));
     }
 
-    /// An operator has put the robot at its start, if it was lost.
-    pub fn reset(&mut self) {
-        if self.origin == Origin::Lost {
-            self.relocate(self.setup.start);
-        }
-    }
-
-    /// Navigation has carried out [`Directive::Relocate`], and the pose given from now on says so.
+    /// Navigation was put somewhere, by [`Directive::Relocate`] or by an operator, and the pose given from now on says so.
     pub fn relocated(&mut self) {
-        if self.origin == Origin::Relocating {
-            self.origin = Origin::Known;
-        }
+        self.origin = Origin::Known;
     }
 
     /// What navigation says to [`Directive::Instruct`].

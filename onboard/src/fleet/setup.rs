@@ -33,8 +33,6 @@ pub struct Setup {
     pub request_ahead_m: f64,
     /// A mediator that was not heard for longer is silent.
     pub silent_after_ns: u64,
-    /// Where an operator puts a robot that is lost.
-    pub start: Start,
 }
 
 impl Setup {

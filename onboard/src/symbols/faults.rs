@@ -71,7 +71,7 @@ faults! {
     NoFreeTube = 8, "no-free-tube", ByItself,
         "the way ahead is blocked: the robot waits until it has been free for a while; clear it if nothing moves";
     PoseUncertain = 9, "pose-uncertain", Operator,
-        "the pose is too uncertain to drive: the robot drives on when walls are in view again; if it does not, put it at its start, then run `onboard ctl reset`";
+        "the pose is too uncertain to drive: the robot drives on when walls are in view again; if it does not, say where it stands with `onboard ctl place`";
     OffLane = 10, "off-lane", ByItself,
         "the robot is farther from its lane than the area allows: it comes back or stops, as the site's machine says; if it stops, run `onboard ctl reset`";
     CommandStale = 11, "command-stale", ByItself,
@@ -95,11 +95,13 @@ faults! {
     MediatorRefused = 20, "mediator-refused", ByItself,
         "the mediator refuses this robot; `fleet_state` in `onboard inspect` says why";
     PlaceUnknown = 21, "place-unknown", Operator,
-        "after a restart neither robot nor mediator knows where the robot is; put it at its start, then run `onboard ctl reset`";
+        "after a restart neither robot nor mediator knows where the robot is; say where it stands with `onboard ctl place`";
     WheelSlip = 22, "wheel-slip", Operator,
         "the wheels turn farther than the robot moves, so it stops before it loses its place: look for what is slippery or blocks it, then run `onboard ctl reset`";
     IdentityDoubled = 23, "identity-doubled", ByItself,
         "another process reports with this robot's identity, and the mediator refuses it: end it, and give each robot an identity.id of its own; this robot goes on";
+    DriveReturned = 24, "drive-returned", Operator,
+        "the drive is back after it lost its power or was gone for over a second, as when an emergency stop takes its supply; look that the robot may drive, and if it has to back out, say how far the floor behind it is free with `onboard ctl free-behind`; then run `onboard ctl reset`";
 }
 
 /// Number of kinds.

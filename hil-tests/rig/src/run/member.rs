@@ -4,6 +4,7 @@ use std::process::ExitStatus;
 
 use coordination::symbols::Namespace;
 use onboard::cli::Failure;
+use onboard::symbols::faults::FaultTable;
 use serde_json::Value as Json;
 
 use crate::belief::Insight;
@@ -83,13 +84,17 @@ impl Member {
         self.insight.as_mut()
     }
 
-    /// What its operator does now.
-    pub(super) fn care(&mut self, place: &Namespace, now_ns: u64, blame: Blame<'_>) -> Care {
+    /// What it says of its faults; nothing while it does not run.
+    pub(super) fn faults(&mut self, place: &Namespace) -> FaultTable {
         let runs = { self.process.as_mut() }.is_some_and(|own| own.poll().is_none());
-        let faults = if runs { self.insight(place) } else { None };
-        let faults = faults.map(Insight::faults).unwrap_or_default();
+        let insight = if runs { self.insight(place) } else { None };
+        insight.map(Insight::faults).unwrap_or_default()
+    }
+
+    /// What its operator does now.
+    pub(super) fn care(&mut self, faults: &FaultTable, now_ns: u64, blame: Blame<'_>) -> Care {
         // Only tests stop a robot through the real programs, and they let it go on.
-        self.caretaker.look(&faults, now_ns, true, blame)
+        self.caretaker.look(faults, now_ns, true, blame)
     }
 
     /// Its exit status, once it has ended.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use onboard::cli::Failure;
-use onboard::process::ctl::{self, Request};
+use onboard::process::ctl;
 use onboard::process::inspect;
 use onboard::process::runtime::Runtime;
 use onboard::symbols::faults::Fault;
@@ -33,7 +33,7 @@ use crate::process::mediator::{MediatorProcess, MediatorSetup};
 use crate::process::robot::{RobotSetup, send};
 use crate::scenario::{Player, Scenario};
 use crate::stalls::{StallWatch, Stalls};
-use crate::stand_ins::caretaker::{Blame, Care, Caretaker};
+use crate::stand_ins::caretaker::{Blame, Care, Caretaker, words};
 use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::testbed::{BusPlace, Devices, drawn_starts, start_delays_ns, world};
@@ -199,12 +199,16 @@ impl Stage {
     fn look_after(&mut self) {
         let (place, now_ns) = (self.runtime.place(), monotonic_ns());
         let stalled = |from_ns, to_ns| self.stall_watch.stalled(from_ns, to_ns);
-        for member in &mut self.members {
-            match member.care(&place, now_ns, Blame::Stalls(&stalled)) {
+        for (number, member) in self.members.iter_mut().enumerate() {
+            let faults = member.faults(&place);
+            match member.care(&faults, now_ns, Blame::Stalls(&stalled)) {
                 Care::None => {}
                 Care::Reset => {
-                    // One that does not answer is asked again later.
-                    let _ = ctl::send(&self.runtime, Some(member.id()), &Request::Reset);
+                    let world = self.world.lock().snapshot();
+                    for word in words(&faults, &world, number) {
+                        // One that does not answer is asked again later.
+                        let _ = ctl::send(&self.runtime, Some(member.id()), &word);
+                    }
                 }
                 Care::GiveUp(fault) => self.stranded = Some(fault),
             }

@@ -5,11 +5,15 @@
 //! - a latch that something else is to blame for is reset after 3 s, and again after 3 s if it is still there;
 //! - any other is the robot's own, and ends the run at once; but an uncertain pose has 30 s, since walls may come into view again;
 //! - whatever was to blame, a latch that lasts for 30 s ends the run;
+//! - whoever resets a robot stands beside it, sees where it is and what is behind it, and says so where the fault asks for it;
 //! - a robot that somebody has stopped on purpose is left to whoever did that: a reset would end the stop.
 //!
 //! What differs is what may be to [`Blame`].
 
+use description::geometry::Pose2;
+use onboard::process::ctl::{FreeBehind, Place, Request, Spot};
 use onboard::symbols::faults::{Fault, FaultTable, Resumes};
+use sim::world::World;
 
 /// A stall of the machine this long before a latch, or shorter, counts as its cause.
 const BLAMED_NS: u64 = 2_000_000_000;
@@ -17,6 +21,10 @@ const BLAMED_NS: u64 = 2_000_000_000;
 const JUDGED_AFTER_NS: u64 = 100_000_000;
 /// A robot is reset after this time, and not sooner again.
 const RESET_AFTER_NS: u64 = 3_000_000_000;
+/// How far behind a robot people look.
+const LOOK_BEHIND_M: f64 = 2.5;
+/// To which part of a metre and of a radian they say where it stands.
+const PARTS: f64 = 100.0;
 /// A latch that may be reset, or end by itself, strands the robot after this time.
 const STRANDED_NS: u64 = 30_000_000_000;
 
@@ -51,6 +59,30 @@ pub enum Care {
     Reset,
     /// End the run: nobody is to clear this fault.
     GiveUp(Fault),
+}
+
+/// What an operator says to a robot with these faults when resetting it, standing beside it.
+#[must_use]
+pub fn words(faults: &FaultTable, world: &World, robot: usize) -> Vec<Request> {
+    let is_any = |kinds: &[Fault]| kinds.iter().any(|&kind| faults.state(kind).active != 0);
+    let truth = world.truth(robot);
+    let lost = is_any(&[Fault::PoseUncertain, Fault::PlaceUnknown]);
+    let place = truth.filter(|_| lost).map(|truth| {
+        let [x_m, y_m, theta_rad] = [truth.pose.x_m, truth.pose.y_m, truth.pose.theta_rad]
+            .map(|exact| (exact * PARTS).round() / PARTS);
+        Request::Place(Place {
+            at: Spot::Pose(Pose2::new(x_m, y_m, theta_rad)),
+            state: None,
+        })
+    });
+    let way_m = if lost || is_any(&[Fault::DriveReturned, Fault::BringUpLimit, Fault::WheelSlip]) {
+        world.free_behind_m(robot, LOOK_BEHIND_M)
+    } else {
+        0.0
+    };
+    let behind = (way_m > 0.0).then_some(Request::FreeBehind(FreeBehind { way_m }));
+    let words = [place, behind, Some(Request::Reset)];
+    words.into_iter().flatten().collect()
 }
 
 /// Looks after one robot.

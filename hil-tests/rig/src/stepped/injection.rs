@@ -10,7 +10,7 @@ use super::faults::Change;
 use super::fleet::{Member, Stepped};
 use super::mediator::SteppedMediator;
 use crate::scenario::ScriptedKind;
-use crate::stand_ins::caretaker::{Blame, Care};
+use crate::stand_ins::caretaker::{Blame, Care, words};
 
 /// People and boxes come this far ahead of a robot's `base_link`,
 const AHEAD_M: f64 = 1.5;
@@ -198,7 +198,12 @@ impl Stepped<'_> {
             let blame = Blame::Faults { begun };
             match member.caretaker.look(&faults, now_ns, on_purpose, blame) {
                 Care::None => {}
-                Care::Reset => self.ask(number, Some(Request::Reset)),
+                Care::Reset => {
+                    let words = words(&faults, &self.world.lock(), number);
+                    for word in words {
+                        self.ask(number, Some(word));
+                    }
+                }
                 Care::GiveUp(fault) => self.stranded = Some(fault),
             }
         }

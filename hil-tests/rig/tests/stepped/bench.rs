@@ -115,6 +115,16 @@ impl Bench {
         self.robot.ask(request);
     }
 
+    /// What operators were refused.
+    pub fn refused(&self) -> Vec<String> {
+        self.robot.refused()
+    }
+
+    /// What the robot believes.
+    pub fn belief(&mut self) -> Belief {
+        self.robot.belief()
+    }
+
     /// What the robot says of its faults.
     pub fn faults(&mut self) -> FaultTable {
         self.robot.faults()

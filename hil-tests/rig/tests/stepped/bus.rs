@@ -50,20 +50,43 @@ fn a_drive_that_leaves_op_is_brought_up_again_until_it_is_too_often() {
 }
 
 #[test]
-fn a_cable_that_is_pulled_and_a_drive_without_power_stop_it_until_they_are_back() {
+fn a_drive_that_was_gone_or_without_power_waits_for_an_operator_when_it_is_back() {
+    // The emergency stop that cuts all, and one that is released at once.
+    for (gone_s, powerless) in [(5.0, false), (5.0, true), (0.1, true)] {
+        let mut bench = Bench::driving();
+        let faults = bench.devices.bus_faults().clone();
+        bench.is_stopped(WATCHDOG_S, |_| {
+            if powerless {
+                faults.power_off(0);
+            } else {
+                faults.disappear(0);
+            }
+        });
+        bench.until_raised(Fault::BusLost, 1.0);
+        bench.stands_for(gone_s);
+        faults.power_on(0);
+        faults.reappear(0);
+        bench.until_raised(Fault::DriveReturned, 5.0);
+        assert!(!bench.has(Fault::BusLost));
+        bench.stands_for(5.0);
+        bench.ask(Request::Resume);
+        bench.stands_for(5.0);
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        assert!(!bench.has(Fault::DriveReturned));
+        bench.finish();
+    }
+}
+
+#[test]
+fn a_cable_that_was_loose_for_a_moment_stops_it_for_a_moment() {
     let mut bench = Bench::driving();
     let faults = bench.devices.bus_faults().clone();
-    bench.is_stopped(WATCHDOG_S, |_| faults.disappear(0));
-    bench.until_raised(Fault::BusLost, 1.0);
-    bench.stands_for(5.0);
+    faults.disappear(0);
+    bench.watch(0.3);
     faults.reappear(0);
     bench.until_driving();
-
-    bench.is_stopped(WATCHDOG_S, |_| faults.power_off(0));
-    bench.stands_for(5.0);
-    faults.power_on(0);
-    bench.until_driving();
-    assert!(!bench.has(Fault::BusLost));
+    assert_eq!(bench.raised(Fault::DriveReturned), 0);
     bench.finish();
 }
 

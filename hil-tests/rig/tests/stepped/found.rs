@@ -56,6 +56,14 @@ fn a_robot_without_power_for_a_moment_backs_out_of_the_dock() {
     assert!(summary.passed(), "{summary:?}");
 }
 
+/// It may have rolled, so what it knew of the floor is void: the operator who resets it says that it is free.
+#[test]
+fn a_robot_that_was_without_power_in_the_dock_backs_out_when_an_operator_says_that_it_may() {
+    let cut = fault(70.185, 0.628, ScriptedKind::CutPower, "amr-2");
+    let summary = run("docking", 324, &[cut]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
 /// By its wheels it backs out farther than it does.
 #[test]
 fn a_robot_whose_wheels_slip_backs_out_of_the_dock() {

@@ -29,6 +29,7 @@ mod random;
 mod range_finder;
 mod robot;
 mod robot_state;
+mod room;
 mod scene;
 mod shared;
 mod simulation;

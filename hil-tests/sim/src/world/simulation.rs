@@ -32,7 +32,7 @@ pub struct World {
     scene: Scene,
     walks: Vec<Walk>,
     walkers_added: u64,
-    robots: Vec<RobotState>,
+    pub(super) robots: Vec<RobotState>,
     log: TruthLog,
     /// Time of the last whole step; `None` before the first call of `advance_to`.
     stepped_ns: Option<u64>,
@@ -377,7 +377,7 @@ impl World {
     }
 
     /// Clearance of a robot to everything else, or `limit_m` if nothing is closer.
-    fn clearance_below(&self, index: usize, limit_m: f64) -> f64 {
+    pub(super) fn clearance_below(&self, index: usize, limit_m: f64) -> f64 {
         let robot = &self.robots[index];
         let at_ns = self.stepped_ns.unwrap_or(self.now_ns);
         // Placed at most once, and only when something is near.

@@ -12,7 +12,7 @@ use super::network::{Inbox, OpenSession, Session};
 use super::settings::Settings;
 use super::state::{self, Snapshot};
 use crate::activities::news::News;
-use crate::activities::port::{Command, Port};
+use crate::activities::port::Port;
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::SECOND_NS;
 use crate::realtime::log::{Complaints, LogSender};
@@ -180,11 +180,8 @@ impl Activity for Communication {
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
-        while let Some(command) = self.port.next_command() {
-            if command == Command::Reset {
-                self.membership.reset();
-            }
-        }
+        // Nothing is asked of it.
+        while self.port.next_command().is_some() {}
     }
 
     fn configure(&mut self, now_ns: u64) {

@@ -100,13 +100,6 @@ impl Membership {
         inner.sense = sense(&whereabouts.value, fresh, speed_m_s);
     }
 
-    /// An operator has reset the robot.
-    pub(super) fn reset(&mut self) {
-        if let Some(inner) = &mut self.inner {
-            inner.member.reset();
-        }
-    }
-
     /// One step of the protocols.
     pub(super) fn step(&mut self, now_ns: u64) {
         if let Some(inner) = &mut self.inner {

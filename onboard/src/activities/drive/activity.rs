@@ -11,7 +11,9 @@ use drivers::kelo::{self, Feedback, Inputs, Setpoint, SetpointLimits};
 use super::bring_ups::BringUpLimit;
 use super::health::Health;
 use super::ramp::WheelRamp;
-use super::settings::{BRING_UP, OpenLink, RETRY_NS, SHUT_DOWN_NS, Settings, encoders};
+use super::settings::{
+    BRING_UP, GONE_NS, OpenLink, RETRY_NS, SHUT_DOWN_NS, SWITCHED_ON_NS, Settings, encoders,
+};
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{Clock, MILLISECOND_NS, SECOND_NS};
@@ -41,6 +43,8 @@ pub struct Drive {
     /// How often the drive was found to have lost power.
     encoder_epoch: u64,
     answered_ns: u64,
+    /// Since when there has been no drive to bring up for the first time.
+    sought_ns: Option<u64>,
     lost_since_ns: u64,
     limits: SetpointLimits,
     counted: BusCounters,
@@ -82,6 +86,7 @@ impl Drive {
             status: DriveStatus::default(),
             encoder_epoch: 0,
             answered_ns: 0,
+            sought_ns: None,
             lost_since_ns: 0,
             limits,
             counted: BusCounters::default(),
@@ -113,6 +118,7 @@ impl Drive {
         match result {
             Ok(bus) => {
                 let identity = bus.identity();
+                self.judge_return(identity.had_address);
                 self.log.info(format!(
                     "bus is up on {}: {}, serial {}",
                     identity.link, identity.name, identity.serial
@@ -130,12 +136,28 @@ impl Drive {
                 self.port.step(LifeCycleEvent::Configured);
             }
             Err(complaint) => {
+                self.sought_ns.get_or_insert(now_ns);
                 self.complaints
                     .say(&self.log, "bus cannot be brought up", complaint);
                 self.port.raise(Fault::BusLost, 0.0);
             }
         }
         self.retry_ns = self.clock.now_ns() + RETRY_NS;
+    }
+
+    /// A drive that was without power, or gone for long, does not go on by itself: somebody may have released an emergency
+    /// stop. One that is switched on together with this computer may take a while.
+    fn judge_return(&mut self, kept_power: bool) {
+        let now_ns = self.clock.now_ns();
+        let (gone_since_ns, may_take_ns) = if self.status.bring_ups == 0 {
+            (self.sought_ns.unwrap_or(now_ns), SWITCHED_ON_NS)
+        } else {
+            (self.answered_ns, if kept_power { GONE_NS } else { 0 })
+        };
+        let gone_ns = now_ns.saturating_sub(gone_since_ns);
+        if gone_ns > may_take_ns {
+            self.latch(Fault::DriveReturned, gone_ns as f64 * 1e-9);
+        }
     }
 
     /// Whether an operator is needed before another bring-up.
@@ -156,9 +178,18 @@ impl Drive {
     fn reset(&mut self) {
         if self.bus.is_none() || self.health.is_good() {
             self.latched = false;
-            for fault in [Fault::BusVoltage, Fault::DriveFault, Fault::MotorsOff] {
+            for fault in [
+                Fault::BusVoltage,
+                Fault::DriveFault,
+                Fault::MotorsOff,
+                Fault::DriveReturned,
+            ] {
                 self.port.clear(fault);
             }
+        }
+        if self.bus.is_none() {
+            // A drive that comes at once is the one that the operator expects.
+            self.answered_ns = self.clock.now_ns();
         }
         self.port.clear(Fault::BringUpLimit);
         self.bring_ups.forget();

@@ -6,7 +6,7 @@ use description::wheels::{EncoderAngles, WheelSpeeds};
 use drivers::ethercat::{BringUpOptions, Expectation, Link};
 use drivers::kelo::{Feedback, VoltageLimits};
 
-use crate::realtime::clock::MILLISECOND_NS;
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::symbols::values::Encoders;
 
 /// How the bus is brought up.
@@ -19,6 +19,11 @@ pub(super) const BRING_UP: BringUpOptions = BringUpOptions {
 
 /// Pause between two attempts to bring the bus up.
 pub(super) const RETRY_NS: u64 = 500 * MILLISECOND_NS;
+
+/// A drive that was gone for longer, from its last answer until it is up again, waits for an operator,
+pub(super) const GONE_NS: u64 = SECOND_NS;
+/// and so does one that was not there when the program started and takes longer to come.
+pub(super) const SWITCHED_ON_NS: u64 = 30 * SECOND_NS;
 
 /// How long a drive may take to leave OP when the program ends.
 pub(super) const SHUT_DOWN_NS: u64 = 100 * MILLISECOND_NS;

@@ -10,7 +10,7 @@ use super::membership::Membership;
 use super::part::Part;
 use crate::activities::exchange::Exchange;
 use crate::activities::fleet_link::{NavigationEnd, NavigationEvent};
-use crate::activities::port::{Command, Port, Report};
+use crate::activities::port::{Command, Placed, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::activities::scans::ScanIntake;
 use crate::fleet::{Directive, Start};
@@ -133,14 +133,20 @@ impl Navigation {
         self.pose_ns = self.odometry.stamp_ns;
     }
 
-    /// The operator who resets a lost robot has put it at its start.
-    fn return_to_start_if_lost(&mut self) {
-        if self.output.is_some_and(|output| output.pose_uncertain) {
-            let Part {
-                navigator, start, ..
-            } = &mut *self.part;
-            navigator.relocate(start.pose, start.std_m, start.std_rad);
-            navigator.restart_in(start.state);
+    /// Takes an operator's word for where the robot stands.
+    fn place(&mut self, placed: Placed) {
+        let Part {
+            navigator, start, ..
+        } = &mut *self.part;
+        let (pose, state) = match placed {
+            Placed::AtStart => (start.pose, start.state),
+            Placed::At { pose, state } => {
+                (pose, state.unwrap_or_else(|| navigator.machine().state()))
+            }
+        };
+        // People put it anywhere as well as at its start.
+        if navigator.relocate(pose, start.std_m, start.std_rad) && navigator.restart_in(state) {
+            self.membership.relocated();
         }
     }
 
@@ -271,13 +277,13 @@ impl Activity for Navigation {
                     self.speed_share = f64::from(thousandths.min(1000)) / 1000.0
                 }
                 Command::Reset => {
-                    self.return_to_start_if_lost();
                     if let Some(event) = self.part.names.reset {
                         self.part.navigator.post(event);
                     }
                 }
                 Command::Instruct(instruction) => self.instruct(Asked::ByOperator, instruction),
-                Command::StopNow | Command::LifeCycle(_) => {}
+                Command::Place(placed) => self.place(placed),
+                Command::StopNow | Command::LifeCycle(_) | Command::FreeBehind(_) => {}
             }
         }
         self.obey();

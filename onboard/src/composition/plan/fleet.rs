@@ -42,7 +42,6 @@ impl Plan {
             max_speed_m_s: drive.limits.max_speed_m_s,
             request_ahead_m: self.robot.fleet.request_ahead_m,
             silent_after_ns: SILENT_AFTER_NS,
-            start: self.start(machine.state()),
         })
     }
 
@@ -149,7 +148,6 @@ mod tests {
         let halt = &setup.states[state("halt-1")];
         assert!(halt.next.is_empty(), "only an operator leads on");
         assert!(halt.accepts("reset").is_some());
-        assert_eq!(setup.start.state.index(), state("drive-1"));
     }
 
     #[test]

@@ -86,12 +86,6 @@ pub(super) fn setup() -> Setup {
         max_speed_m_s: 0.4,
         request_ahead_m: 0.5,
         silent_after_ns: 1000 * MS,
-        start: Start {
-            pose: Pose2::new(2.0, -0.5, 0.0),
-            std_m: 0.0,
-            std_rad: 0.0,
-            state: StateId(0),
-        },
     }
 }
 

@@ -1,6 +1,6 @@
 //! `onboard ctl`: requests to a running robot over its control socket.
 //!
-//! One connection carries one line there, the request's name (after `send` the event as JSON), and text back: what was
+//! One connection carries one line there, the request's name (with its parameters as JSON, if it has any), and text back: what was
 //! done, or `refused: WHY`.
 
 mod pending;
@@ -11,5 +11,5 @@ mod socket;
 pub use pending::Pending;
 pub(crate) use reply::quoted;
 pub use reply::{Done, Refusal, Reply};
-pub use request::{Event, Request};
+pub use request::{Event, FreeBehind, Place, Request, Spot};
 pub use socket::{Server, send};

@@ -18,6 +18,10 @@ pub enum Done {
     Stopped,
     /// Faults are forgotten.
     Reset,
+    /// It takes the operator's word for where it stands.
+    Placed,
+    /// It takes the operator's word for the floor behind it, so many metres.
+    FreeBehind(f64),
     /// The files were read again.
     Reloaded,
     /// The machine took an event.
@@ -40,6 +44,12 @@ impl fmt::Display for Done {
             Self::Running => f.write_str("running"),
             Self::Stopped => f.write_str("stopped; `onboard ctl reset` goes on"),
             Self::Reset => f.write_str("reset"),
+            Self::Placed => {
+                f.write_str("placed; see in `onboard inspect pose` whether the walls agree")
+            }
+            Self::FreeBehind(way_m) => {
+                write!(f, "the floor behind it counts as free for {way_m} m")
+            }
             Self::Reloaded => f.write_str("reloaded"),
             Self::Sent {
                 event,
@@ -70,6 +80,16 @@ pub enum Refusal {
     /// `resume` of a robot that a fault has stopped.
     #[error("it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`")]
     StoppedByFault,
+    /// The robot is neither stopped nor paused, or still moves.
+    #[error("the robot drives, or may: run `onboard ctl stop` first, and wait until it stands")]
+    MayMove,
+    /// The machine of this role has no such state.
+    #[error("role `{role}` has no state `{state}`; it has {known}")]
+    UnknownState {
+        role: String,
+        state: String,
+        known: String,
+    },
     /// An event was sent before, and navigation has not answered.
     #[error("another event still waits for navigation's answer")]
     AnotherEvent,

@@ -18,11 +18,47 @@ pub enum Request {
     Stop,
     /// Forget faults whose causes are dealt with, and go on
     Reset,
+    /// Say where the robot stands, while it is stopped or paused
+    Place(Place),
+    /// Say how far the floor straight behind the robot is free, while it is stopped or paused
+    FreeBehind(FreeBehind),
     /// Read gains, limits, tubes and map from the files again
     Reload,
     /// Give the robot's state machine one of its external events
     Send(Event),
 }
+
+/// Where somebody has put the robot, or sees it stand. What it remembered of the floor is forgotten.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+pub struct Place {
+    /// `start`, or the pose of base_link in `map`: metres, metres, radians
+    #[arg(value_name = "start|X,Y,THETA", value_parser = spot, allow_hyphen_values = true)]
+    pub at: Spot,
+    /// The state that its machine goes on in; if not given, its first one at the start, else the present one
+    #[arg(long)]
+    pub state: Option<String>,
+}
+
+/// A place that an operator names.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spot {
+    /// Where the files say that the robot starts.
+    Start,
+    /// `base_link` in `map`.
+    Pose(Pose2),
+}
+
+/// How far the floor straight behind the robot is free, as wide as the robot and a little more, as somebody sees who looks.
+#[derive(Clone, Copy, Debug, PartialEq, Args, Serialize, Deserialize)]
+pub struct FreeBehind {
+    /// Metres behind the robot's rear, at most 2.5
+    #[arg(value_name = "METRES", value_parser = way)]
+    pub way_m: f64,
+}
+
+/// Farther than this nobody says that floor is free.
+const FARTHEST_BEHIND_M: f64 = 2.5;
 
 /// An external event of the robot's machine, with what holds in the state that it enters until that state is left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -104,8 +140,42 @@ fn pose(text: &str) -> Result<Pose2, String> {
     }
 }
 
-/// What stands before an event on the socket.
-const SEND: &str = "send ";
+fn spot(text: &str) -> Result<Spot, String> {
+    if text == "start" {
+        Ok(Spot::Start)
+    } else {
+        pose(text)
+            .map(Spot::Pose)
+            .map_err(|error| format!("neither `start` nor a pose: {error}"))
+    }
+}
+
+fn way(text: &str) -> Result<f64, String> {
+    let way_m = number(text)?;
+    FreeBehind { way_m }.check()
+}
+
+impl FreeBehind {
+    fn check(self) -> Result<f64, String> {
+        let Self { way_m } = self;
+        if way_m > 0.0 && way_m <= FARTHEST_BEHIND_M {
+            Ok(way_m)
+        } else {
+            Err(format!(
+                "{way_m} m; expected more than 0 and at most {FARTHEST_BEHIND_M} m"
+            ))
+        }
+    }
+}
+
+/// What stands before the JSON of a request's parameters on the socket.
+fn parameters<'a>(line: &'a str, name: &str) -> Option<&'a str> {
+    line.strip_prefix(name)?.strip_prefix(' ')
+}
+
+fn read<'a, T: Deserialize<'a>>(json: &'a str) -> Result<T, Refusal> {
+    serde_json::from_str(json).map_err(|error| Refusal::Unreadable(error.to_string()))
+}
 
 impl Request {
     /// Its name.
@@ -116,6 +186,8 @@ impl Request {
             Self::Resume => "resume",
             Self::Stop => "stop",
             Self::Reset => "reset",
+            Self::Place(_) => "place",
+            Self::FreeBehind(_) => "free-behind",
             Self::Reload => "reload",
             Self::Send(_) => "send",
         }
@@ -123,13 +195,14 @@ impl Request {
 
     /// The line on the socket.
     pub(super) fn line(&self) -> String {
-        match self {
-            // Its numbers are finite and its keys are strings: it always serializes.
-            Self::Send(event) => {
-                format!("{SEND}{}", serde_json::to_string(event).unwrap_or_default())
-            }
-            other => other.name().to_owned(),
-        }
+        // Numbers are finite and keys are strings: they always serialize.
+        let parameters = match self {
+            Self::Send(event) => serde_json::to_string(event),
+            Self::Place(place) => serde_json::to_string(place),
+            Self::FreeBehind(behind) => serde_json::to_string(behind),
+            plain => return plain.name().to_owned(),
+        };
+        format!("{} {}", self.name(), parameters.unwrap_or_default())
     }
 
     pub(super) fn from_line(line: &str) -> Result<Self, Refusal> {
@@ -140,10 +213,16 @@ impl Request {
             Self::Reset,
             Self::Reload,
         ];
-        if let Some(event) = line.strip_prefix(SEND) {
-            return serde_json::from_str(event)
-                .map(Self::Send)
-                .map_err(|error| Refusal::Unreadable(error.to_string()));
+        if let Some(event) = parameters(line, "send") {
+            return read(event).map(Self::Send);
+        }
+        if let Some(place) = parameters(line, "place") {
+            return read(place).map(Self::Place);
+        }
+        if let Some(behind) = parameters(line, "free-behind") {
+            let behind: FreeBehind = read(behind)?;
+            behind.check().map_err(Refusal::Unreadable)?;
+            return Ok(Self::FreeBehind(behind));
         }
         plain
             .into_iter()
@@ -157,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_event_goes_over_the_socket_with_its_parameters() {
+    fn a_request_goes_over_the_socket_with_its_parameters() {
         let event = Instruction {
             event: "stop \"here\"".to_owned(),
             speed_limit_m_s: Some(0.25),
@@ -167,10 +246,33 @@ mod tests {
             Request::Send(Event(event)),
             Request::Send(Event(Instruction::plain("go".to_owned()))),
             Request::Reload,
+            Request::Place(Place {
+                at: Spot::Start,
+                state: None,
+            }),
+            Request::Place(Place {
+                at: Spot::Pose(Pose2::new(1.0, -2.5, 0.1)),
+                state: Some("drive-1".to_owned()),
+            }),
+            Request::FreeBehind(FreeBehind { way_m: 1.5 }),
         ] {
             assert_eq!(Request::from_line(&request.line()), Ok(request));
         }
-        for bad in ["send", "send ", "send {}", "send go", "reload now", ""] {
+        let bad = [
+            "send",
+            "send ",
+            "send {}",
+            "send go",
+            "reload now",
+            "",
+            "place",
+            "place start",
+            "place {\"at\":\"home\"}",
+            "free-behind 1.0",
+            "free-behind {\"way_m\":9.0}",
+            "free-behind {\"way_m\":null}",
+        ];
+        for bad in bad {
             assert!(Request::from_line(bad).is_err(), "{bad:?}");
         }
     }
@@ -184,6 +286,13 @@ mod tests {
         assert_eq!(speed("0"), Ok(0.0));
         for bad in ["-0.1", "inf", "fast"] {
             assert!(speed(bad).is_err(), "{bad:?}");
+        }
+        assert_eq!(spot("start"), Ok(Spot::Start));
+        assert_eq!(spot("1,2,-3"), Ok(Spot::Pose(Pose2::new(1.0, 2.0, -3.0))));
+        assert!(spot("home").is_err() && spot("1,2").is_err());
+        assert_eq!(way("0.5"), Ok(0.5));
+        for bad in ["0", "-1", "2.6", "nan"] {
+            assert!(way(bad).is_err(), "{bad:?}");
         }
     }
 }

@@ -9,9 +9,11 @@ use skills::navigator::Instructed;
 use super::handles::{Handle, Handles};
 use super::keeper::Keeper;
 use super::sent::{Sent, answer};
-use crate::activities::port::{Command, Report};
+use crate::activities::port::{Command, Placed, Report};
 use crate::process::checkpoints::Left;
-use crate::process::ctl::{Done, Event, Pending, Refusal, Request, quoted};
+use crate::process::ctl::{
+    Done, Event, FreeBehind, Pending, Place, Refusal, Reply, Request, Spot, quoted,
+};
 use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
 use crate::realtime::clock::MILLISECOND_NS;
@@ -246,6 +248,17 @@ impl Supervisor {
                 self.limit_speed(1000);
                 Ok(Done::Reset)
             }
+            Request::Place(_) | Request::FreeBehind(_)
+                if self.mode() == Mode::Running || !self.standing(now_ns) =>
+            {
+                Err(Refusal::MayMove)
+            }
+            Request::Place(place) => self.place(place),
+            Request::FreeBehind(FreeBehind { way_m }) => {
+                self.handles
+                    .tell(ActivityKind::MotionTube, Command::FreeBehind(*way_m));
+                Ok(Done::FreeBehind(*way_m))
+            }
             Request::Reload => {
                 self.reload.begin(pending, now_ns);
                 return;
@@ -263,6 +276,34 @@ impl Supervisor {
             },
         };
         answer(pending, &reply);
+    }
+
+    /// Takes an operator's word for where the robot stands.
+    fn place(&mut self, place: &Place) -> Reply {
+        let state = match &place.state {
+            None => None,
+            Some(name) => Some(self.machine.state_id(name).ok_or_else(|| {
+                let plan = self.reload.plan();
+                Refusal::UnknownState {
+                    role: plan.role.clone(),
+                    state: name.clone(),
+                    known: quoted(plan.fsm.states.iter().map(|state| &state.name)),
+                }
+            })?),
+        };
+        let placed = match (place.at, state) {
+            (Spot::Start, None) => Placed::AtStart,
+            (Spot::Start, state) => Placed::At {
+                pose: self.reload.plan().start.start,
+                state,
+            },
+            (Spot::Pose(pose), state) => Placed::At { pose, state },
+        };
+        // The tubes forget the floor before navigation wants to drive over it.
+        for kind in [ActivityKind::MotionTube, ActivityKind::Navigation] {
+            self.handles.tell(kind, Command::Place(placed));
+        }
+        Ok(Done::Placed)
     }
 
     /// Gives an external event to navigation; the answer comes as a report.

@@ -153,6 +153,11 @@ impl MotionTubes {
         known
     }
 
+    /// Somebody sees that the floor straight behind the robot is free, so many metres from its rear. Real time.
+    pub fn trust_behind(&mut self, way_m: f64) {
+        self.floor.trust_behind(way_m);
+    }
+
     /// Forgets scans and memory, as when the odometry frame jumps; counters stay. It begins stopped.
     pub fn reset(&mut self) {
         self.memory.clear();

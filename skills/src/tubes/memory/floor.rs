@@ -32,6 +32,9 @@ struct Cell {
 
 const ASSUMED: u32 = 1;
 
+/// How much wider than the robot the floor is, at each side, that somebody says is free: what a tube straight back asks about.
+const ASIDE_M: f64 = 0.2;
+
 /// Floor that was seen free.
 #[derive(Clone, Debug)]
 pub struct Floor {
@@ -49,6 +52,8 @@ pub struct Floor {
     kept_mm: u32,
     driven_m: f64,
     pose: Option<Pose2>,
+    /// Somebody sees that it is free so far behind the robot; taken in with the next scan.
+    trusted_m: f64,
 }
 
 impl Floor {
@@ -86,7 +91,19 @@ impl Floor {
             kept_mm: (kept_m.max(0.0) * 1e3) as u32,
             driven_m: 0.0,
             pose: None,
+            trusted_m: 0.0,
         }
+    }
+
+    /// Somebody who looks sees that the floor beside the robot and straight behind it is free, so many metres from its rear
+    /// and [`ASIDE_M`] farther than it is wide at each side. It counts as seen, as far as the memory reaches, from the next
+    /// scan on, but where that scan sees something.
+    pub fn trust_behind(&mut self, way_m: f64) {
+        self.trusted_m = if way_m.is_finite() {
+            way_m.max(0.0)
+        } else {
+            0.0
+        };
     }
 
     /// Bits of the near grid about the robot at the newest scan: the floor there is not known to be free.
@@ -107,6 +124,7 @@ impl Floor {
         self.unknown.fill(u64::MAX);
         self.unassumed.fill(u64::MAX);
         self.pose = None;
+        self.trusted_m = 0.0;
     }
 
     /// Writes down what is known around the robot; `false`: nothing is.
@@ -188,6 +206,10 @@ impl Floor {
         if begins {
             self.assume(pose);
         }
+        let trusted_m = std::mem::take(&mut self.trusted_m);
+        if trusted_m > 0.0 {
+            self.trust(pose, trusted_m);
+        }
         self.look(pose);
         self.ask(pose);
     }
@@ -211,6 +233,26 @@ impl Floor {
                 let at = Point2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_m;
                 if pose.inverse_transform(at).x_m <= self.footprint.front_m {
                     self.cells[place(column, row)] = Cell::new(column, row, at_mm);
+                }
+            }
+        }
+    }
+
+    /// Marks the cells that somebody says are free.
+    fn trust(&mut self, pose: Pose2, way_m: f64) {
+        let now_mm = self.now_mm();
+        let cell_m = self.grid.cell_m();
+        let (outline, first) = (self.footprint, self.window(pose));
+        let side = SIDE as i64;
+        for row in (first[1]..).take(side as usize) {
+            for column in (first[0]..).take(side as usize) {
+                let at = Point2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_m;
+                let at = pose.inverse_transform(at);
+                let along = at.x_m <= outline.front_m && at.x_m >= -(outline.rear_m + way_m);
+                let beside =
+                    at.y_m <= outline.left_m + ASIDE_M && at.y_m >= -(outline.right_m + ASIDE_M);
+                if along && beside {
+                    self.cells[place(column, row)] = Cell::new(column, row, now_mm);
                 }
             }
         }

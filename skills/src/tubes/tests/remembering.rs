@@ -169,6 +169,45 @@ fn the_floor_of_another_kind_of_robot_is_not_used() {
     assert!(tubes.resume(&left));
 }
 
+/// Tubes that know nothing, beside these things; whether it may back out, before and after somebody has said so.
+fn backs_out(things: &[Thing], way_m: f64) -> [bool; 2] {
+    let back = MotionCommand::new(-0.1, 0.0);
+    let mut stand = Stand::new(without_detours());
+    let mut may = |trusted_m: f64| {
+        stand.tubes.trust_behind(trusted_m);
+        let last = *stand.look(things, back, 3.0).last().unwrap();
+        last.verdict != Verdict::Stopped
+    };
+    [may(0.0), may(way_m)]
+}
+
+#[test]
+fn the_floor_behind_is_free_when_somebody_says_so() {
+    assert_eq!(backs_out(&corridor(), 1.0), [false, true]);
+    for way_m in [0.0, -1.0, 0.05, f64::NAN] {
+        assert_eq!(backs_out(&corridor(), way_m), [false, false], "{way_m}");
+    }
+}
+
+#[test]
+fn what_somebody_said_is_void_when_the_robot_is_put_elsewhere_or_has_driven_on() {
+    let back = MotionCommand::new(-0.1, 0.0);
+    let mut stand = Stand::ready();
+    stand.tubes.trust_behind(1.0);
+    stand.tubes.reset();
+    let last = *stand.look(&corridor(), back, 3.0).last().unwrap();
+    assert_eq!(last.verdict, Verdict::Stopped);
+    stand.tubes.trust_behind(0.5);
+    stand.look(&corridor(), back, 3.0);
+    stand.twist = Twist2::new(-0.1, 0.0);
+    let backed = stand.look(&corridor(), back, 10.0);
+    let free = backed
+        .iter()
+        .take_while(|one| one.verdict != Verdict::Stopped);
+    let way_m = free.count() as f64 * 0.1 * 0.1;
+    assert!(way_m > 0.1 && way_m < 0.5, "{way_m} m");
+}
+
 #[test]
 fn other_tubes_know_the_floor_behind_as_far_as_the_first_did() {
     let back = MotionCommand::new(-0.1, 0.0);

@@ -13,7 +13,7 @@ use crate::late::once_more_if_late;
 const WATCHDOG: Duration = Duration::from_millis(100);
 
 #[test]
-fn lost_frames_a_drive_that_leaves_op_and_a_pulled_cable_stop_it_until_they_are_over() {
+fn lost_frames_and_a_drive_that_leaves_op_stop_it_for_a_moment_and_a_pulled_cable_until_a_reset() {
     once_more_if_late(|| {
         let mut bench = Bench::driving();
         let faults = bench.devices.bus_faults.clone();
@@ -29,9 +29,15 @@ fn lost_frames_a_drive_that_leaves_op_and_a_pulled_cable_stop_it_until_they_are_
         bench.is_stopped(WATCHDOG, |_| faults.disappear(0));
         bench.until_published("bus-lost", Duration::from_secs(1));
         bench.stands_for(Duration::from_millis(500));
+        // Gone for over a second.
+        std::thread::sleep(Duration::from_millis(500));
         faults.reappear(0);
-        bench.until_driving();
+        bench.until_published("drive-returned", Duration::from_secs(5));
         assert!(!bench.publishes("bus-lost"));
+        bench.stands_for(Duration::from_millis(500));
+        bench.ask("reset");
+        bench.until_driving();
+        assert!(!bench.publishes("drive-returned"));
         bench.finish();
     });
 }
