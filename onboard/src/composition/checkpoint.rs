@@ -2,7 +2,7 @@
 //! floor around it. The next process goes on from there, as long as the drive has counted the wheels' turns meanwhile.
 //!
 //! It is of one program, robot file and site file: another one starts afresh. Whether people had stopped the robot is heeded
-//! whatever else has changed.
+//! whatever else has changed; if that cannot be told, it counts as stopped.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 

@@ -107,8 +107,13 @@ impl Left {
         let checkpoint = match Checkpoint::from_bytes(&bytes) {
             Ok(checkpoint) => checkpoint,
             Err(why) => {
-                unused(&why);
-                return Ok(Self::default());
+                unused(&format_args!(
+                    "{why}; nobody knows whether the robot was stopped, so it stays stopped until `onboard ctl reset`"
+                ));
+                return Ok(Self {
+                    stopped: true,
+                    ..Self::default()
+                });
             }
         };
         let (stopped, paused) = (checkpoint.was_stopped(), checkpoint.was_paused());
@@ -215,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_damaged_or_from_before_the_machine_started_is_none() {
+    fn what_is_damaged_keeps_it_stopped_and_what_is_from_before_the_machine_started_is_none() {
         let (_folder, mut file) = file();
         let plan = plan(&[]);
         let good = checkpoint(&plan, Mode::Stopped).to_bytes().to_vec();
@@ -224,14 +229,15 @@ mod tests {
             bad[place] ^= 1;
             file.save(&bad).expect("kept");
             let left = left(&mut file, &plan, 101);
-            assert!(left.place.is_none() && !left.stopped, "byte {place}");
+            assert!(left.place.is_none() && left.stopped, "byte {place}");
         }
         file.save(&good[..good.len() - 8]).expect("kept");
-        assert!(left(&mut file, &plan, 101).place.is_none());
+        assert!(left(&mut file, &plan, 101).stopped);
         file.boot_id = "another start of the machine".into();
         file.save(&good).expect("kept");
         file.boot_id = "this one".into();
-        assert!(left(&mut file, &plan, 101).place.is_none());
+        let none = left(&mut file, &plan, 101);
+        assert!(none.place.is_none() && !none.stopped);
     }
 
     #[test]
