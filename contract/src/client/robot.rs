@@ -45,7 +45,7 @@ impl Client {
                 self.forget();
                 true
             }
-            Received::Stale => {
+            Received::Stale | Received::Other => {
                 self.counters.stale += 1;
                 return received;
             }
@@ -114,6 +114,7 @@ impl Client {
         let mut news = self.situation.stands_in != situation.stands_in
             || self.situation.located != situation.located
             || self.situation.fsm_state != situation.fsm_state;
+        news |= self.session.listen(now_ns, silent_after_ns);
         self.situation = situation;
         if !self.session.is_registered() {
             return news;
@@ -241,6 +242,12 @@ impl Client {
     #[must_use]
     pub fn refusal(&self) -> &str {
         &self.session.refusal
+    }
+
+    /// Another mediator than the one that the robot follows speaks to it; it is ignored.
+    #[must_use]
+    pub fn has_second_mediator(&self, now_ns: u64) -> bool {
+        self.session.has_second_mediator(now_ns)
     }
 
     /// It is that another process speaks for this robot's identity: as after a quick restart, until the process before has been

@@ -1,5 +1,6 @@
 //! The robot's session: its identity, its registration with a start of the mediator, and which messages are stale.
 
+use crate::timing::{DOUBLED_AFTER_NS, SILENT_AFTER_NS};
 use crate::wire::{MediatorReport, RobotReport, TakeUp};
 use crate::{VERSION, Version};
 
@@ -14,8 +15,18 @@ pub enum Received {
     Stale,
     /// The mediator does not want this robot; [`refusal`](super::Client::refusal) says why.
     Refused,
+    /// Of another mediator than the one that the robot follows.
+    Other,
     /// The mediator speaks another version.
     Version,
+}
+
+/// Another mediator that speaks to this robot.
+#[derive(Clone, Copy, Debug)]
+struct Other {
+    instance: u64,
+    since_ns: u64,
+    heard_ns: u64,
 }
 
 /// The robot's identity and its registration with a mediator.
@@ -26,6 +37,13 @@ pub(super) struct Session {
     boot_epoch: u64,
     /// Of the last report.
     sequence: u64,
+    /// The mediator's process that the robot follows; 0 for none, and for one that does not say.
+    instance: u64,
+    /// It grants nothing, since others follow another one.
+    stands_by: bool,
+    /// It was heard at the last step.
+    hears: bool,
+    other: Option<Other>,
     /// Of the newest start of the mediator that was heard.
     pub(super) mediator_epoch: u64,
     /// Of its newest message.
@@ -49,6 +67,10 @@ impl Session {
             site: site.to_owned(),
             boot_epoch,
             sequence: 0,
+            instance: 0,
+            stands_by: false,
+            hears: false,
+            other: None,
             mediator_epoch: 0,
             mediator_sequence: 0,
             number: 0,
@@ -64,15 +86,40 @@ impl Session {
     /// Takes in the head of a message. Its levels count only for [`Received::News`] and [`Received::Registered`].
     pub(super) fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
         let newest = (self.mediator_epoch, self.mediator_sequence);
+        let other = self.instance != 0 && message.instance != self.instance;
         if message.robot_id != self.robot_id
             || message.boot_epoch != self.boot_epoch
-            || (message.mediator_epoch, message.sequence) <= newest
+            || !other && (message.mediator_epoch, message.sequence) <= newest
         {
             return Received::Stale;
         }
         if VERSION.accept(Version::from(message.version)).is_err() {
             return Received::Version;
         }
+        if message.stands_by && message.session == 0 {
+            // Not to be followed, so its epoch means nothing.
+            if other {
+                self.note_other(message.instance, now_ns);
+            }
+            if self.is_registered() {
+                return Received::Other;
+            }
+            self.refusal.clone_from(&message.refusal);
+            return Received::Refused;
+        }
+        if other {
+            if !self.may_follow(message, now_ns) {
+                self.note_other(message.instance, now_ns);
+                return Received::Other;
+            }
+            // One that stands by has let the robot go: the other one need not know what it was told.
+            if std::mem::take(&mut self.stands_by) {
+                self.number = 0;
+            }
+            self.other = None;
+        }
+        self.instance = message.instance;
+        self.stands_by = message.stands_by;
         self.mediator_epoch = message.mediator_epoch;
         self.mediator_sequence = message.sequence;
         self.refusal.clone_from(&message.refusal);
@@ -83,6 +130,7 @@ impl Session {
             return Received::Refused;
         }
         self.heard_ns = now_ns;
+        self.hears = true;
         self.role.clone_from(&message.role);
         if self.number == message.session {
             return Received::News;
@@ -90,6 +138,38 @@ impl Session {
         self.number = message.session;
         self.take_up.clone_from(&message.take_up);
         Received::Registered
+    }
+
+    /// Another mediator is followed when the present one is silent, and the other has started later with what that one knew;
+    /// or when the present one stands by.
+    fn may_follow(&self, message: &MediatorReport, now_ns: u64) -> bool {
+        let later = message.mediator_epoch > self.mediator_epoch;
+        let silent = self.is_mediator_silent(now_ns, SILENT_AFTER_NS);
+        let as_late = message.mediator_epoch >= self.mediator_epoch;
+        !message.stands_by && (self.stands_by && as_late || silent && later)
+    }
+
+    fn note_other(&mut self, instance: u64, now_ns: u64) {
+        let known = { self.other }.filter(|own| own.instance == instance && own.is_heard(now_ns));
+        self.other = Some(Other {
+            instance,
+            since_ns: known.map_or(now_ns, |own| own.since_ns),
+            heard_ns: now_ns,
+        });
+    }
+
+    /// Another mediator speaks to this robot for longer than a restart takes.
+    pub(super) fn has_second_mediator(&self, now_ns: u64) -> bool {
+        self.other.is_some_and(|other| {
+            other.is_heard(now_ns)
+                && other.heard_ns > other.since_ns.saturating_add(DOUBLED_AFTER_NS)
+        })
+    }
+
+    /// Notes whether the mediator is heard. Returns whether that has changed.
+    pub(super) fn listen(&mut self, now_ns: u64, silent_after_ns: u64) -> bool {
+        let hears = !self.is_mediator_silent(now_ns, silent_after_ns);
+        std::mem::replace(&mut self.hears, hears) != hears
     }
 
     pub(super) fn is_registered(&self) -> bool {
@@ -111,8 +191,16 @@ impl Session {
             site: self.site.clone(),
             mediator_epoch: self.mediator_epoch,
             mediator_sequence: self.mediator_sequence,
+            mediator_instance: self.instance,
+            mediator_heard: self.hears && !self.stands_by,
             session: self.number,
             ..RobotReport::default()
         }
+    }
+}
+
+impl Other {
+    fn is_heard(&self, now_ns: u64) -> bool {
+        now_ns <= self.heard_ns.saturating_add(SILENT_AFTER_NS)
     }
 }

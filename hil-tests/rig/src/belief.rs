@@ -114,5 +114,6 @@ fn stops(fault: Fault) -> bool {
             | Fault::MediatorSilent
             | Fault::MediatorRefused
             | Fault::IdentityDoubled
+            | Fault::SecondMediator
     )
 }

@@ -1,5 +1,7 @@
 //! `mediator run`.
 
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher, Hasher};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -68,8 +70,11 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
             tracing::warn!("coordination {}, net {}: {warning}", plan.id, plan.net);
         }
     }
+    // Hashers are seeded at random, differently in every process.
+    let instance = RandomState::new().build_hasher().finish() | 1;
     let manager = Manager::with_plans(&setup, plans, &stored, 0)
-        .map_err(|error| Failure::Refused(error.to_string()))?;
+        .map_err(|error| Failure::Refused(error.to_string()))?
+        .speaks_as(instance);
     tracing::info!(
         "site {}, {} areas, {} robots; journal {}, start {}",
         site.name,

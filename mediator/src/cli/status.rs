@@ -35,6 +35,9 @@ pub(super) fn order(which: &Which, question: &Question) -> Result<(), Failure> {
 
 fn describe(status: &Status) -> String {
     let mut text = format!("start {} of this mediator\n", status.epoch);
+    if status.stands_by {
+        text += "robots follow another mediator: this one stands by and grants nothing; end the wrong one\n";
+    }
     if !status.awaited.is_empty() {
         text += &format!(
             "nothing is granted until these have reported or their areas are cleared: {}\n",

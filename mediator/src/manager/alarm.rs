@@ -18,6 +18,12 @@ pub enum Alarm {
         "two processes report as robot `{robot}`: the first goes on, the second is refused; end the wrong one (clear its areas if it was the first), then restart the other, and give each robot an identity.id of its own"
     )]
     Doubled { robot: String },
+    /// Robots follow another mediator.
+    #[error(
+        "robots of this site follow another mediator; this one, {instance:016x}, {}: end the wrong one",
+        if *stands_by { "stands by and grants nothing" } else { "goes on, since more follow it" }
+    )]
+    SecondMediator { instance: u64, stands_by: bool },
     /// A report of another version of the contract.
     #[error("robot `{robot}`: {mismatch}")]
     Version {

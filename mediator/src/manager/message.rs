@@ -28,6 +28,8 @@ impl View<'_> {
             revocations: self.areas.revocations_of(robot),
             control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),
+            instance: self.peers.instance,
+            stands_by: self.peers.stands_by,
             identity_doubled: self.sessions.is_doubled(robot, self.now_ns),
             ..MediatorReport::default()
         }

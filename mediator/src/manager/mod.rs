@@ -3,7 +3,8 @@
 //! * `sessions`: who speaks for a robot, and whether it is heard;
 //! * `areas`: who may be where;
 //! * `coordinations`: which nets run, and what they keep for whom;
-//! * [`Manager`] hands every report to these three, in this order, and then serves the areas that have changed.
+//! * `peers`: whether robots follow another mediator, and this one stands by;
+//! * [`Manager`] hands every report to these, in this order, and then serves the areas that have changed.
 //!
 //! After a restart nothing is granted until every robot that the journal knows to be somewhere has reported, or its areas were
 //! cleared.
@@ -18,6 +19,7 @@ mod effects;
 mod error;
 mod message;
 mod names;
+mod peers;
 mod routing;
 mod sessions;
 mod status;

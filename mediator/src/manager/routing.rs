@@ -11,6 +11,7 @@ use super::coordinations::{Coordinations, Surroundings};
 use super::effects::{Counters, Effects};
 use super::error::{ClearError, RestoreError, UnknownRobot};
 use super::names::Names;
+use super::peers::Peers;
 use super::sessions::Sessions;
 use super::status::Status;
 use super::view::View;
@@ -22,6 +23,7 @@ use crate::setup::Setup;
 #[derive(Debug)]
 pub struct Manager {
     names: Arc<Names>,
+    peers: Peers,
     sessions: Sessions,
     areas: Areas,
     coordinations: Coordinations,
@@ -66,13 +68,29 @@ impl Manager {
         sessions.wait_for(known.collect());
         let coordinations =
             Coordinations::restore(plans, areas.len(), &names, stored, now_ns, &mut effects);
+        // Every start of a journal's mediator has another number; `speaks_as` gives it one that no other journal's has.
+        let peers = Peers::new(epoch, epoch, names.robots().len(), silent_after_ns);
         Ok(Self {
+            peers,
             names,
             sessions,
             areas,
             coordinations,
             effects,
         })
+    }
+
+    /// The number of this process, drawn at random at its start, by which robots tell it from others.
+    #[must_use]
+    pub fn speaks_as(mut self, instance: u64) -> Self {
+        self.peers.instance = instance;
+        self
+    }
+
+    /// Another mediator goes on; this one grants nothing.
+    #[must_use]
+    pub fn stands_by(&self) -> bool {
+        self.peers.stands_by
     }
 
     /// How often the mediator has started, this time included.
@@ -114,6 +132,7 @@ impl Manager {
     fn view(&self, now_ns: u64) -> View<'_> {
         View {
             names: &self.names,
+            peers: &self.peers,
             sessions: &self.sessions,
             areas: &self.areas,
             coordinations: &self.coordinations,
@@ -130,7 +149,13 @@ impl Manager {
         let Some(robot) = self.sessions.identify(report, effects) else {
             return;
         };
-        let recognised = self.sessions.recognise(robot, report, now_ns, effects);
+        self.peers.hear(robot, report, now_ns);
+        self.judge_peers(now_ns);
+        let (effects, ours) = (&mut self.effects, self.peers.is_ours(report));
+        if self.peers.stands_by && report.mediator_instance != self.peers.instance {
+            return self.sessions.stand_by(report);
+        }
+        let recognised = (self.sessions).recognise(robot, report, ours, now_ns, effects);
         if recognised.promoted {
             self.areas.forget_place(robot);
         }
@@ -157,9 +182,29 @@ impl Manager {
         }
         self.coordinate(now_ns, |coordinations, around| {
             coordinations.take_in(robot, report, heard.first, around);
-            coordinations.go_on(around);
         });
-        self.serve();
+        self.go_on(now_ns);
+    }
+
+    /// Orders and grants what can be; nothing while another mediator goes on.
+    fn go_on(&mut self, now_ns: u64) {
+        if !self.peers.stands_by {
+            self.coordinate(now_ns, Coordinations::go_on);
+            self.serve();
+        }
+    }
+
+    fn judge_peers(&mut self, now_ns: u64) {
+        let stood_by = self.peers.stands_by;
+        if self.peers.decide(now_ns) {
+            self.effects.alarms.push(Alarm::SecondMediator {
+                instance: self.peers.instance,
+                stands_by: self.peers.stands_by,
+            });
+        }
+        if stood_by && !self.peers.stands_by {
+            self.areas.touch_all();
+        }
     }
 
     fn store_robot(&mut self, robot: usize) {
@@ -198,6 +243,7 @@ impl Manager {
 
     /// Lets time pass: finds silent robots, and repeats levels. Call it some times a second.
     pub fn tick(&mut self, now_ns: u64) {
+        self.judge_peers(now_ns);
         for robot in 0..self.names.robots().len() {
             if self.sessions.falls_silent(robot, now_ns) {
                 let areas = self.names.area_list(self.areas.occupied_by(robot));
@@ -214,11 +260,10 @@ impl Manager {
             }
             self.sessions.keep_up(robot, now_ns, &mut self.effects);
         }
-        self.coordinate(now_ns, |coordinations, around| {
-            coordinations.watch(around);
-            coordinations.go_on(around);
-        });
-        self.serve();
+        if !self.peers.stands_by {
+            self.coordinate(now_ns, Coordinations::watch);
+        }
+        self.go_on(now_ns);
     }
 
     /// An operator says that no silent robot is in the area. Returns whose hold was ended.
@@ -255,8 +300,7 @@ impl Manager {
             }
         }
         self.areas.touch(area);
-        self.coordinate(now_ns, Coordinations::go_on);
-        self.serve();
+        self.go_on(now_ns);
         let names = occupants.iter().map(|&robot| self.names.robot_id(robot));
         Ok(names.collect())
     }
@@ -266,7 +310,11 @@ impl Manager {
     /// The next message to send, to the robot that it names; nothing when all have heard the news.
     pub fn next_message(&mut self, now_ns: u64) -> Option<MediatorReport> {
         if let Some(refusal) = self.sessions.next_refusal() {
-            return Some(refusal);
+            let instance = self.peers.instance;
+            return Some(MediatorReport {
+                instance,
+                ..refusal
+            });
         }
         let (robot, boot_epoch, session) =
             self.sessions.next_listener(now_ns, &mut self.effects)?;

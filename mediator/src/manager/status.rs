@@ -61,6 +61,9 @@ pub struct RobotStatus {
 pub struct Status {
     /// How often the mediator has started.
     pub epoch: u64,
+    /// Robots follow another mediator, and this one grants nothing.
+    #[serde(default)]
+    pub stands_by: bool,
     /// Robots that must report before anything is granted.
     pub awaited: Vec<String>,
     /// Areas, in the order of the site file.
@@ -78,6 +81,7 @@ impl View<'_> {
             .map(|instance| CoordinationStatus::of(instance, self.names, self.now_ns));
         Status {
             epoch: self.sessions.epoch,
+            stands_by: self.peers.stands_by,
             awaited: { self.sessions.awaited().iter() }
                 .map(|&robot| self.names.robot_id(robot))
                 .collect(),

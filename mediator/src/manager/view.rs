@@ -6,12 +6,14 @@ use super::areas::{Areas, Reservations};
 use super::coordinations::Coordinations;
 use super::error::UnknownRobot;
 use super::names::Names;
+use super::peers::Peers;
 use super::sessions::Sessions;
 use crate::nets::Kind;
 
 /// All parts of the manager, to look at.
 pub(crate) struct View<'a> {
     pub(crate) names: &'a Names,
+    pub(crate) peers: &'a Peers,
     pub(crate) sessions: &'a Sessions,
     pub(crate) areas: &'a Areas,
     pub(crate) coordinations: &'a Coordinations,
@@ -63,6 +65,9 @@ impl View<'_> {
             .map_or(self.now_ns, |claim| claim.asked_ns);
         let since_s = self.now_ns.saturating_sub(asked_ns) as f64 * 1e-9;
         let text = format!("for {since_s:.1} s: ");
+        if self.peers.stands_by {
+            return text + "this mediator stands by, since robots follow another one";
+        }
         if !self.sessions.awaited().is_empty() {
             let awaited = self
                 .names

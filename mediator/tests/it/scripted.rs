@@ -201,6 +201,8 @@ fn a_robot_that_was_let_go_before_a_power_loss_is_not_waited_for() {
         });
     }
     assert!(clients.iter().all(|own| !own.0.is_acquired()));
+    // The mediator before is silent by then.
+    let later_ns = later_ns + 2 * SECOND_NS;
     let mut manager = Manager::with_plans(&setup, plans, &stored, later_ns).expect("its own");
     talk(&mut manager, &mut clients, later_ns);
     let alarms: Vec<Alarm> = manager.alarms().collect();

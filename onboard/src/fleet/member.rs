@@ -84,7 +84,7 @@ impl Member {
         let known = (self.client.mediator_epoch(), self.client.session());
         let received = self.client.receive(message, now_ns);
         match received {
-            Received::Stale => return,
+            Received::Stale | Received::Other => return,
             Received::Version => {
                 let theirs = contract::Version::from(message.version);
                 let refused = contract::VERSION.accept(theirs);
@@ -308,6 +308,7 @@ impl Member {
             silent: had_time && !refused && self.client.is_mediator_silent(now_ns, silent_after_ns),
             refused: refused && !restarts,
             doubled: self.client.is_identity_doubled(),
+            second_mediator: self.client.has_second_mediator(now_ns),
             lost: self.origin == Origin::Lost,
         }
     }

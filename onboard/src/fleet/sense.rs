@@ -29,6 +29,8 @@ pub struct Troubles {
     pub refused: bool,
     /// Another process reports as this robot, and is refused.
     pub doubled: bool,
+    /// Another mediator speaks than the one that is followed.
+    pub second_mediator: bool,
     /// The mediator knows that the robot was somewhere before it restarted, but not where.
     pub lost: bool,
 }

@@ -102,6 +102,8 @@ faults! {
         "another process reports with this robot's identity, and the mediator refuses it: end it, and give each robot an identity.id of its own; this robot goes on";
     DriveReturned = 24, "drive-returned", Operator,
         "the drive is back after it lost its power or was gone for over a second, as when an emergency stop takes its supply; look that the robot may drive, and if it has to back out, say how far the floor behind it is free with `onboard ctl free-behind`; then run `onboard ctl reset`";
+    SecondMediator = 25, "second-mediator", ByItself,
+        "a mediator speaks that is not the one this robot follows, and is ignored: end the one that is wrong, and restart robots that follow it";
 }
 
 /// Number of kinds.

@@ -178,6 +178,7 @@ mod tests {
         };
         Status {
             epoch,
+            stands_by: false,
             awaited: Vec::new(),
             areas: Vec::new(),
             robots: Vec::new(),

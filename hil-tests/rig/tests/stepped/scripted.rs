@@ -1,11 +1,10 @@
 //! Faults that are scripted and never drawn.
 //!
-//! Each test says what happens, and that it does not happen without the fault. Where that is unsafe still, the judge sees it: fault
-//! and judge do their work. To be turned round when the fleet comes through.
+//! Each test says what happens, and that it does not happen without the fault. Nothing that is unsafe does; where a fleet does not
+//! come through, the test is to be turned round when it does.
 
 use rig::scenario::{Scenario, ScriptedFault};
 use rig::summary::Summary;
-use rig::violation::ViolationKind;
 
 use crate::{ended, plans};
 
@@ -18,14 +17,6 @@ fn with_and_without(mut scenario: Scenario, fault: &str, seed: u64) -> [Summary;
     [ended(&scenario, &plans, seed).1, without]
 }
 
-fn found(summary: &Summary, kind: ViolationKind, robot: &str) -> bool {
-    { summary.violations.iter() }.any(|own| own.kind == kind && own.robot == robot)
-}
-
-fn two_owners(summary: &Summary) -> bool {
-    { summary.violations.iter() }.any(|own| own.kind == ViolationKind::TwoOwners)
-}
-
 /// Three robots that meet, for a while.
 fn junction() -> Scenario {
     let mut scenario = crate::scenario("t-junction");
@@ -34,21 +25,27 @@ fn junction() -> Scenario {
 }
 
 #[test]
-fn a_mediator_without_its_journal_grants_areas_that_robots_have() {
+fn robots_do_not_follow_a_mediator_without_its_journal() {
     let fault = "at_s = 10.0; for_s = 6.0; what = \"lose-journal\"";
     let [with, without] = with_and_without(junction(), fault, 1);
     assert_eq!(without.violations, []);
-    assert!(two_owners(&with), "{with:?}");
-    let together = found(&with, ViolationKind::OverCapacity, "amr-1");
-    assert!(together, "{with:?}");
+    // Safe, and of no use: they stand, and say why.
+    assert!(!with.is_done() && with.violations.is_empty(), "{with:?}");
+    let faults = ["mediator-silent", "second-mediator"].map(|fault| raised(&with, fault));
+    assert_eq!(faults, [1, 1], "{with:?}");
 }
 
 #[test]
-fn a_second_mediator_grants_areas_that_robots_have() {
+fn robots_stay_with_their_mediator_beside_a_second_one_and_say_so() {
     let fault = "at_s = 10.0; for_s = 6.0; what = \"second-mediator\"";
     let [with, without] = with_and_without(junction(), fault, 1);
     assert_eq!(without.violations, []);
-    assert!(two_owners(&with), "{with:?}");
+    assert_eq!(with.violations, [], "{with:?}");
+    assert_eq!(raised(&with, "second-mediator"), 1, "{with:?}");
+    assert_eq!(raised(&with, "mediator-silent"), 0, "{with:?}");
+    let grants =
+        |summary: &Summary| -> usize { summary.areas.iter().map(|area| area.owners.len()).sum() };
+    assert!(grants(&with) >= grants(&without), "they go on: {with:?}");
 }
 
 #[test]

@@ -142,11 +142,12 @@ impl Sessions {
     }
 
     /// Judges the head of a report: whether it is of the process that speaks for the robot, in its order, and meant for this
-    /// start of the mediator.
+    /// start of the mediator. `ours`: the robot follows no other one.
     pub(crate) fn recognise(
         &mut self,
         robot: usize,
         report: &RobotReport,
+        ours: bool,
         now_ns: u64,
         effects: &mut Effects,
     ) -> Recognised {
@@ -169,7 +170,7 @@ impl Sessions {
         let candidate = { session.candidate }
             .filter(|candidate| candidate.boot_epoch == report.boot_epoch && !present);
         if let Some(candidate) = candidate {
-            if report.session != candidate.session || report.mediator_epoch != epoch {
+            if !ours || report.session != candidate.session || report.mediator_epoch != epoch {
                 effects.tell(robot);
                 return recognised;
             }
@@ -188,13 +189,23 @@ impl Sessions {
         session.sequence = report.sequence;
         let until_ns = now_ns.saturating_add(self.silent_after_ns);
         session.lives(until_ns, echo(report, epoch));
-        if report.session != session.number || report.mediator_epoch != epoch {
+        if !ours || report.session != session.number || report.mediator_epoch != epoch {
             // It has not heard of this session yet: what it says may be from before.
             effects.tell(robot);
             return recognised;
         }
         recognised.counts = true;
         recognised
+    }
+
+    /// Tells a robot that follows another mediator, or none, that this one is not to be followed.
+    pub(crate) fn stand_by(&mut self, report: &RobotReport) {
+        let why = "this mediator stands by, since robots follow another one: see that this robot hears that one";
+        let refusal = MediatorReport {
+            stands_by: true,
+            ..self.refusal(report, why.to_owned())
+        };
+        self.send_refusal(refusal);
     }
 
     /// Tells a process that another one speaks for its robot. Returns whether the journal must know.

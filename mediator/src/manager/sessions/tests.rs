@@ -50,8 +50,8 @@ fn report(boot_epoch: u64, session: u64, sequence: u64) -> RobotReport {
 /// Process 7 speaks for the robot, in session 1.
 fn registered() -> (Sessions, Effects) {
     let (mut sessions, mut effects) = sessions();
-    sessions.recognise(0, &report(7, 0, 1), 0, &mut effects);
-    let recognised = sessions.recognise(0, &report(7, 1, 2), 0, &mut effects);
+    sessions.recognise(0, &report(7, 0, 1), true, 0, &mut effects);
+    let recognised = sessions.recognise(0, &report(7, 1, 2), true, 0, &mut effects);
     assert!(recognised.promoted && recognised.counts);
     assert!(sessions.hear(0, 0, &mut effects).first);
     (sessions, effects)
@@ -61,29 +61,29 @@ fn registered() -> (Sessions, Effects) {
 fn a_restarted_process_speaks_when_the_one_before_is_silent() {
     let (mut sessions, mut effects) = registered();
     for now_ns in [0, SILENT_NS] {
-        let early = sessions.recognise(0, &report(8, 0, 1 + now_ns), now_ns, &mut effects);
+        let early = sessions.recognise(0, &report(8, 0, 1 + now_ns), true, now_ns, &mut effects);
         assert_eq!(early, Recognised::default());
         let refusal = sessions.next_refusal().expect("it is told");
         assert!(refusal.identity_taken && refusal.session == 0 && refusal.boot_epoch == 8);
     }
     let mut offer = |boot_epoch| {
         let asks = report(boot_epoch, 0, LATER_NS);
-        sessions.recognise(0, &asks, LATER_NS, &mut effects)
+        sessions.recognise(0, &asks, true, LATER_NS, &mut effects)
     };
     assert!(offer(8).changed && !offer(8).promoted && !offer(8).counts);
     // It says something again: then nobody takes its place.
-    let lives = sessions.recognise(0, &report(7, 1, 3), LATER_NS, &mut effects);
+    let lives = sessions.recognise(0, &report(7, 1, 3), true, LATER_NS, &mut effects);
     assert!(lives.counts);
     let answer = report(8, 2, 2 * LATER_NS);
-    let early = sessions.recognise(0, &answer, LATER_NS, &mut effects);
+    let early = sessions.recognise(0, &answer, true, LATER_NS, &mut effects);
     assert_eq!(early, Recognised::default());
     let (now_ns, repeats) = (2 * LATER_NS, report(8, 2, 2 * LATER_NS + 1));
-    let other = sessions.recognise(0, &repeats, now_ns, &mut effects);
+    let other = sessions.recognise(0, &repeats, true, now_ns, &mut effects);
     assert!(other.promoted && other.counts);
     assert!(effects.alarms.is_empty(), "{:?}", effects.alarms);
     // Its predecessor never comes back, and hears why.
     while sessions.next_refusal().is_some() {}
-    let past = sessions.recognise(0, &report(7, 1, 4), now_ns, &mut effects);
+    let past = sessions.recognise(0, &report(7, 1, 4), true, now_ns, &mut effects);
     assert_eq!(past, Recognised::default());
     assert_eq!(effects.counters.stale, 1);
     assert!(
@@ -108,9 +108,9 @@ fn both_report(
             mediator_sequence: heard,
             ..report(boot_epoch, session, 10 + now_ns)
         };
-        let present = sessions.recognise(0, &says(7, 1), now_ns, effects);
+        let present = sessions.recognise(0, &says(7, 1), true, now_ns, effects);
         assert!(present.counts);
-        let other = sessions.recognise(0, &says(8, 0), now_ns, effects);
+        let other = sessions.recognise(0, &says(8, 0), true, now_ns, effects);
         assert!(!other.promoted && !other.counts);
         changes += u64::from(other.changed);
     }
@@ -133,12 +133,12 @@ fn a_second_process_is_told_of_once_and_not_taken_in_afterwards() {
     // The first one falls silent, but where its body is, nobody knows.
     let now_ns = until_ns + LATER_NS;
     for sequence in now_ns..now_ns + 3 {
-        let asks = sessions.recognise(0, &report(8, 0, sequence), now_ns, &mut effects);
+        let asks = sessions.recognise(0, &report(8, 0, sequence), true, now_ns, &mut effects);
         assert_eq!(asks, Recognised::default());
     }
     assert!(sessions.robot(0).candidate.is_none());
     // A process that an operator has started since is another matter.
-    let restarted = sessions.recognise(0, &report(9, 0, 1), now_ns, &mut effects);
+    let restarted = sessions.recognise(0, &report(9, 0, 1), true, now_ns, &mut effects);
     assert!(restarted.changed);
     assert!(!sessions.is_doubled(0, now_ns + LATER_NS), "it is gone");
 }
@@ -147,9 +147,9 @@ fn a_second_process_is_told_of_once_and_not_taken_in_afterwards() {
 fn late_reports_of_another_process_are_no_second_one() {
     let (mut sessions, mut effects) = registered();
     for now_ns in (0..3 * DOUBLED_AFTER_NS).step_by(200_000_000) {
-        sessions.recognise(0, &report(7, 1, 10 + now_ns), now_ns, &mut effects);
+        sessions.recognise(0, &report(7, 1, 10 + now_ns), true, now_ns, &mut effects);
         // It has heard nothing of late.
-        sessions.recognise(0, &report(8, 0, 5 + now_ns), now_ns, &mut effects);
+        sessions.recognise(0, &report(8, 0, 5 + now_ns), true, now_ns, &mut effects);
     }
     assert!(effects.alarms.is_empty(), "{:?}", effects.alarms);
 }
@@ -161,15 +161,19 @@ fn nothing_counts_before_the_epoch_is_repeated_or_twice() {
         mediator_epoch: EPOCH - 1,
         ..report(7, 1, 3)
     };
-    assert!(!sessions.recognise(0, &other_epoch, 0, &mut effects).counts);
+    assert!(
+        !sessions
+            .recognise(0, &other_epoch, true, 0, &mut effects)
+            .counts
+    );
     assert!(
         sessions
-            .recognise(0, &report(7, 1, 4), 0, &mut effects)
+            .recognise(0, &report(7, 1, 4), true, 0, &mut effects)
             .counts
     );
     assert!(
         !sessions
-            .recognise(0, &report(7, 1, 4), 0, &mut effects)
+            .recognise(0, &report(7, 1, 4), true, 0, &mut effects)
             .counts
     );
 }
@@ -177,7 +181,7 @@ fn nothing_counts_before_the_epoch_is_repeated_or_twice() {
 #[test]
 fn a_candidate_that_does_not_come_back_is_given_up() {
     let (mut sessions, mut effects) = registered();
-    sessions.recognise(0, &report(8, 0, 1), LATER_NS, &mut effects);
+    sessions.recognise(0, &report(8, 0, 1), true, LATER_NS, &mut effects);
     sessions.keep_up(0, LATER_NS + CANDIDATE_TIMEOUT_NS - 1, &mut effects);
     assert!(sessions.robot(0).candidate.is_some());
     sessions.keep_up(0, LATER_NS + CANDIDATE_TIMEOUT_NS, &mut effects);
@@ -192,7 +196,7 @@ fn another_site_or_version_or_robot_is_refused_once() {
         ..report(7, 0, 1)
     };
     for _ in 0..2 {
-        let refused = sessions.recognise(0, &site, 0, &mut effects);
+        let refused = sessions.recognise(0, &site, true, 0, &mut effects);
         assert_eq!(refused, Recognised::default());
     }
     assert!(sessions.robot(0).refusal(7).contains("yard"));
@@ -205,7 +209,7 @@ fn another_site_or_version_or_robot_is_refused_once() {
     let refusal = sessions.next_refusal().expect("it is told");
     assert!(refusal.refusal.contains("amr-9") && refusal.session == 0);
     // With the right site it is welcome.
-    sessions.recognise(0, &report(7, 0, 2), 0, &mut effects);
+    sessions.recognise(0, &report(7, 0, 2), true, 0, &mut effects);
     assert_eq!(sessions.robot(0).refusal(7), "");
 }
 
@@ -231,7 +235,7 @@ fn the_last_awaited_robot_completes_the_fleet() {
 #[test]
 fn the_candidate_is_told_before_the_process_that_speaks() {
     let (mut sessions, mut effects) = registered();
-    sessions.recognise(0, &report(8, 0, 1), LATER_NS, &mut effects);
+    sessions.recognise(0, &report(8, 0, 1), true, LATER_NS, &mut effects);
     let now_ns = LATER_NS + LEVEL_PERIOD_NS;
     sessions.keep_up(0, now_ns, &mut effects);
     let mut next = || sessions.next_listener(now_ns, &mut effects);

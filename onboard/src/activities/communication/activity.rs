@@ -154,6 +154,8 @@ impl Communication {
         self.port.set(Fault::MediatorSilent, troubles.silent, 0.0);
         self.port.set(Fault::MediatorRefused, troubles.refused, 0.0);
         self.port.set(Fault::IdentityDoubled, troubles.doubled, 0.0);
+        self.port
+            .set(Fault::SecondMediator, troubles.second_mediator, 0.0);
         self.port.set(Fault::PlaceUnknown, troubles.lost, 0.0);
     }
 }

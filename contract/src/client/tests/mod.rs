@@ -1,5 +1,7 @@
 //! One robot against scripted messages.
 
+mod mediators;
+
 use super::*;
 use crate::VERSION;
 use crate::wire::{

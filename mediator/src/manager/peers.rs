@@ -1,0 +1,159 @@
+//! Whether robots follow another mediator than this one, and which of the two goes on.
+//!
+//! All is learnt from what robots report, so both mediators judge alike: the one that more robots follow goes on, then the one
+//! that has started more often, then the one with the smaller number. Any other stands by: it grants and orders nothing, and takes
+//! in no robot.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
+use contract::timing::DOUBLED_AFTER_NS;
+use contract::wire::RobotReport;
+
+/// Whom a robot follows.
+#[derive(Clone, Copy, Debug, Default)]
+struct Follower {
+    boot_epoch: u64,
+    sequence: u64,
+    heard_ns: u64,
+    /// Instance and epoch; none while it hears nobody.
+    follows: Option<(u64, u64)>,
+}
+
+/// What this mediator knows of others.
+#[derive(Debug)]
+pub(crate) struct Peers {
+    /// Of this process.
+    pub(crate) instance: u64,
+    epoch: u64,
+    silent_after_ns: u64,
+    followers: Vec<Follower>,
+    /// Another one goes on.
+    pub(crate) stands_by: bool,
+    /// Since when robots follow another one.
+    since_ns: Option<u64>,
+    told: bool,
+}
+
+impl Peers {
+    pub(crate) fn new(instance: u64, epoch: u64, robots: usize, silent_after_ns: u64) -> Self {
+        Self {
+            instance,
+            epoch,
+            silent_after_ns,
+            followers: vec![Follower::default(); robots],
+            stands_by: false,
+            since_ns: None,
+            told: false,
+        }
+    }
+
+    /// The robot follows this mediator, or does not say whom.
+    pub(crate) fn is_ours(&self, report: &RobotReport) -> bool {
+        report.mediator_instance == self.instance || report.mediator_instance == 0
+    }
+
+    pub(crate) fn hear(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
+        let own = &mut self.followers[robot];
+        if own.boot_epoch == report.boot_epoch && report.sequence <= own.sequence {
+            return;
+        }
+        let follows = report.mediator_heard && report.mediator_instance != 0;
+        *own = Follower {
+            boot_epoch: report.boot_epoch,
+            sequence: report.sequence,
+            heard_ns: now_ns,
+            follows: follows.then_some((report.mediator_instance, report.mediator_epoch)),
+        };
+    }
+
+    /// Decides anew who goes on. Returns whether people are to hear now that there is another one.
+    pub(crate) fn decide(&mut self, now_ns: u64) -> bool {
+        let mut counts: BTreeMap<(u64, u64), usize> = BTreeMap::new();
+        for own in &self.followers {
+            if let Some(follows) = own.follows
+                && now_ns <= own.heard_ns.saturating_add(self.silent_after_ns)
+            {
+                *counts.entry(follows).or_default() += 1;
+            }
+        }
+        let own = (self.instance, self.epoch);
+        let rank = |(instance, epoch), count: usize| (count, epoch, Reverse(instance));
+        let ours = rank(own, counts.remove(&own).unwrap_or(0));
+        self.stands_by = { counts.iter() }.any(|(&other, &count)| rank(other, count) > ours);
+        if counts.is_empty() {
+            (self.since_ns, self.told) = (None, false);
+            return false;
+        }
+        let since_ns = *self.since_ns.get_or_insert(now_ns);
+        let lasts = now_ns > since_ns.saturating_add(DOUBLED_AFTER_NS);
+        lasts && !std::mem::replace(&mut self.told, true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SILENT_NS: u64 = 1_000_000_000;
+
+    fn report(instance: u64, mediator_epoch: u64, sequence: u64) -> RobotReport {
+        RobotReport {
+            mediator_instance: instance,
+            mediator_epoch,
+            mediator_heard: true,
+            boot_epoch: 5,
+            sequence,
+            ..RobotReport::default()
+        }
+    }
+
+    /// Two mediators hear the same robots; whether each stands by.
+    fn judged(follow: &[(u64, u64)], own: [(u64, u64); 2]) -> [bool; 2] {
+        own.map(|(instance, epoch)| {
+            let mut peers = Peers::new(instance, epoch, follow.len(), SILENT_NS);
+            for (robot, &(instance, epoch)) in follow.iter().enumerate() {
+                peers.hear(robot, &report(instance, epoch, 1), 0);
+            }
+            peers.decide(0);
+            peers.stands_by
+        })
+    }
+
+    #[test]
+    fn one_of_two_stands_by_whomever_robots_follow() {
+        let (one, two, later) = ((7, 1), (8, 1), (9, 2));
+        assert_eq!(judged(&[one, one], [one, two]), [false, true]);
+        assert_eq!(judged(&[two, two, one], [one, two]), [true, false]);
+        assert_eq!(judged(&[one, two], [one, two]), [false, true]);
+        assert_eq!(judged(&[one, later], [one, later]), [true, false]);
+        assert_eq!(judged(&[], [one, two]), [false, false]);
+    }
+
+    #[test]
+    fn it_goes_on_when_robots_hear_the_other_no_more_and_tells_once() {
+        let mut peers = Peers::new(8, 2, 1, SILENT_NS);
+        let mut told = 0;
+        for sequence in 1..=20 {
+            let now_ns = sequence * SILENT_NS / 5;
+            peers.hear(0, &report(7, 1, sequence), now_ns);
+            told += u64::from(peers.decide(now_ns));
+            assert!(peers.stands_by);
+            assert_eq!(told, u64::from(sequence > 16));
+        }
+        let now_ns = 4 * SILENT_NS;
+        let lost = RobotReport {
+            mediator_heard: false,
+            ..report(7, 1, 21)
+        };
+        peers.hear(0, &lost, now_ns);
+        // Late.
+        peers.hear(0, &report(7, 1, 20), now_ns);
+        assert!(!peers.decide(now_ns) && !peers.stands_by && !peers.is_ours(&lost));
+        peers.hear(0, &report(7, 1, 22), now_ns);
+        peers.decide(now_ns);
+        assert!(peers.stands_by);
+        peers.decide(now_ns + SILENT_NS + 1);
+        assert!(!peers.stands_by, "the robot itself is silent");
+    }
+}
