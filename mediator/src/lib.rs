@@ -53,6 +53,7 @@
 //! ```
 
 pub mod cli;
+mod draw;
 mod jam;
 pub mod journal;
 pub mod manager;

@@ -21,10 +21,9 @@ pub enum Received {
     Version,
 }
 
-/// Another mediator that speaks to this robot.
+/// Other mediators that speak to this robot.
 #[derive(Clone, Copy, Debug)]
 struct Other {
-    instance: u64,
     since_ns: u64,
     heard_ns: u64,
 }
@@ -39,6 +38,8 @@ pub(super) struct Session {
     sequence: u64,
     /// The mediator's process that the robot follows; 0 for none, and for one that does not say.
     instance: u64,
+    /// Its journal; 0 for one that does not say.
+    journal: u64,
     /// It grants nothing, since others follow another one.
     stands_by: bool,
     /// It was heard at the last step.
@@ -50,6 +51,7 @@ pub(super) struct Session {
     mediator_sequence: u64,
     /// The registration; 0 without one.
     pub(super) number: u64,
+    /// When the mediator that is followed, or has refused the robot, was heard last.
     heard_ns: u64,
     pub(super) refusal: String,
     /// It is that another process speaks for this identity.
@@ -68,6 +70,7 @@ impl Session {
             boot_epoch,
             sequence: 0,
             instance: 0,
+            journal: 0,
             stands_by: false,
             hears: false,
             other: None,
@@ -87,6 +90,7 @@ impl Session {
     pub(super) fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
         let newest = (self.mediator_epoch, self.mediator_sequence);
         let other = self.instance != 0 && message.instance != self.instance;
+        let was_registered = self.is_registered();
         if message.robot_id != self.robot_id
             || message.boot_epoch != self.boot_epoch
             || !other && (message.mediator_epoch, message.sequence) <= newest
@@ -99,7 +103,7 @@ impl Session {
         if message.stands_by && message.session == 0 {
             // Not to be followed, so its epoch means nothing.
             if other {
-                self.note_other(message.instance, now_ns);
+                self.note_other(now_ns);
             }
             if self.is_registered() {
                 return Received::Other;
@@ -109,16 +113,14 @@ impl Session {
         }
         if other {
             if !self.may_follow(message, now_ns) {
-                self.note_other(message.instance, now_ns);
+                self.note_other(now_ns);
                 return Received::Other;
-            }
-            // One that stands by has let the robot go: the other one need not know what it was told.
-            if std::mem::take(&mut self.stands_by) {
-                self.number = 0;
             }
             self.other = None;
         }
         self.instance = message.instance;
+        self.journal = message.journal;
+        self.heard_ns = now_ns;
         self.stands_by = message.stands_by;
         self.mediator_epoch = message.mediator_epoch;
         self.mediator_sequence = message.sequence;
@@ -129,36 +131,46 @@ impl Session {
             self.number = 0;
             return Received::Refused;
         }
-        self.heard_ns = now_ns;
         self.hears = true;
         self.role.clone_from(&message.role);
         if self.number == message.session {
             return Received::News;
         }
         self.number = message.session;
+        if other && was_registered {
+            // It need not know what the one before has granted: the robot keeps that, and tells it.
+            return Received::News;
+        }
         self.take_up.clone_from(&message.take_up);
         Received::Registered
     }
 
-    /// Another mediator is followed when the present one is silent, and the other has started later with what that one knew;
-    /// or when the present one stands by.
+    /// Whether another mediator is followed. A robot without a registration takes the first that offers one. Else it must have
+    /// started later than the present one, which must be gone: it is silent, or the other has its journal. One that stands by
+    /// lets its robots go.
     fn may_follow(&self, message: &MediatorReport, now_ns: u64) -> bool {
-        let later = message.mediator_epoch > self.mediator_epoch;
-        let silent = self.is_mediator_silent(now_ns, SILENT_AFTER_NS);
+        if message.stands_by {
+            return false;
+        }
+        let silent = now_ns > self.heard_ns.saturating_add(SILENT_AFTER_NS);
+        if !self.is_registered() {
+            return message.session != 0 || silent;
+        }
         let as_late = message.mediator_epoch >= self.mediator_epoch;
-        !message.stands_by && (self.stands_by && as_late || silent && later)
+        let later = message.mediator_epoch > self.mediator_epoch;
+        let same_journal = message.journal != 0 && message.journal == self.journal;
+        self.stands_by && as_late || later && (silent || same_journal)
     }
 
-    fn note_other(&mut self, instance: u64, now_ns: u64) {
-        let known = { self.other }.filter(|own| own.instance == instance && own.is_heard(now_ns));
+    fn note_other(&mut self, now_ns: u64) {
+        let known = { self.other }.filter(|own| own.is_heard(now_ns));
         self.other = Some(Other {
-            instance,
             since_ns: known.map_or(now_ns, |own| own.since_ns),
             heard_ns: now_ns,
         });
     }
 
-    /// Another mediator speaks to this robot for longer than a restart takes.
+    /// Others speak to this robot for longer than a restart takes.
     pub(super) fn has_second_mediator(&self, now_ns: u64) -> bool {
         self.other.is_some_and(|other| {
             other.is_heard(now_ns)
@@ -192,6 +204,7 @@ impl Session {
             mediator_epoch: self.mediator_epoch,
             mediator_sequence: self.mediator_sequence,
             mediator_instance: self.instance,
+            mediator_journal: self.journal,
             mediator_heard: self.hears && !self.stands_by,
             session: self.number,
             ..RobotReport::default()

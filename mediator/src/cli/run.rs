@@ -1,7 +1,5 @@
 //! `mediator run`.
 
-use std::collections::hash_map::RandomState;
-use std::hash::{BuildHasher, Hasher};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,6 +11,7 @@ use signal_hook::iterator::Signals;
 
 use super::failure::Failure;
 use super::files::{load_site, plans};
+use crate::draw::draw;
 use crate::journal::Store;
 use crate::manager::Manager;
 use crate::runtime::{Folder, Runtime, Settings};
@@ -70,11 +69,9 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
             tracing::warn!("coordination {}, net {}: {warning}", plan.id, plan.net);
         }
     }
-    // Hashers are seeded at random, differently in every process.
-    let instance = RandomState::new().build_hasher().finish() | 1;
     let manager = Manager::with_plans(&setup, plans, &stored, 0)
         .map_err(|error| Failure::Refused(error.to_string()))?
-        .speaks_as(instance);
+        .speaks_as(draw());
     tracing::info!(
         "site {}, {} areas, {} robots; journal {}, start {}",
         site.name,

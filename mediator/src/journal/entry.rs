@@ -88,6 +88,8 @@ pub struct RevocationRecord {
 /// All that a journal holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stored {
+    /// Drawn when its file began; 0: it does not say. No two processes have one with the same number open.
+    pub journal: u64,
     /// How often the mediator has started.
     pub epoch: u64,
     /// By id.

@@ -1,12 +1,12 @@
 //! Keys and values of the journal's table.
 //!
-//! Keys are `format`, `site`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `revocation/ROBOT/AREA`, `number`,
+//! Keys are `format`, `site`, `file`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `revocation/ROBOT/AREA`, `number`,
 //! `coordination/NUMBER`; values are JSON.
 
 use std::path::Path;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use super::entry::{Entry, Stored};
 use super::error::StoreError;
@@ -19,6 +19,25 @@ pub(super) fn head(site: &str) -> [(&'static str, String); 2] {
     [("format", FORMAT.to_string()), ("site", json(&site))]
 }
 
+/// The key of the file that the journal is in.
+pub(super) const FILE: &str = "file";
+
+/// The file that a journal is in. A copy of it is another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FileRecord {
+    /// Drawn when it began.
+    pub(super) journal: u64,
+    pub(super) device: u64,
+    pub(super) inode: u64,
+}
+
+impl FileRecord {
+    pub(super) fn value(self) -> String {
+        json(&self)
+    }
+}
+
 /// Reads one row into what the journal holds.
 pub(super) fn read(
     path: &Path,
@@ -26,12 +45,14 @@ pub(super) fn read(
     key: &str,
     value: &str,
     stored: &mut Stored,
+    file: &mut Option<FileRecord>,
 ) -> Result<(), StoreError> {
     let row = Row { path, key, value };
     let parts: Vec<&str> = key.split('/').collect();
     match parts[..] {
         ["format"] => row.expect("format", &FORMAT.to_string())?,
         ["site"] => row.expect("site", &json(&site))?,
+        [FILE] => *file = Some(row.parse("a file")?),
         ["epoch"] => stored.epoch = row.parse("a number")?,
         ["robot", robot] => {
             stored

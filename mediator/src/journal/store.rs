@@ -1,12 +1,15 @@
 //! The journal in an embedded store (redb): one file, one transaction for each write, on the disk when it returns.
 
+use std::fs::File;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use redb::{Database, ReadableDatabase, ReadableTable, StorageBackend, TableDefinition};
 
 use super::entry::{Entry, Stored};
 use super::error::StoreError;
-use super::row;
+use super::row::{self, FileRecord};
+use crate::draw::draw;
 
 /// Keys and values as in `row`.
 const TABLE: TableDefinition<&str, &str> = TableDefinition::new("journal");
@@ -28,8 +31,13 @@ impl Store {
             path: path.to_owned(),
             error: Box::new(error),
         };
-        let database = Database::create(path).map_err(|error| failed(error.into()))?;
-        Self::begin(path, database, site)
+        let mut options = File::options();
+        options.read(true).write(true).create(true).truncate(false);
+        let file = { options.open(path) }.map_err(|error| failed(error.into()))?;
+        let metadata = file.metadata().map_err(|error| failed(error.into()))?;
+        let database =
+            { Database::builder().create_file(file) }.map_err(|error| failed(error.into()))?;
+        Self::begin(path, database, site, [metadata.dev(), metadata.ino()])
     }
 
     /// The same in memory, or on what a test makes of a disk.
@@ -43,10 +51,15 @@ impl Store {
             path: path.to_owned(),
             error: Box::new(error.into()),
         })?;
-        Self::begin(path, database, site)
+        Self::begin(path, database, site, [0; 2])
     }
 
-    fn begin(path: &Path, database: Database, site: &str) -> Result<(Self, Stored), StoreError> {
+    fn begin(
+        path: &Path,
+        database: Database,
+        site: &str,
+        [device, inode]: [u64; 2],
+    ) -> Result<(Self, Stored), StoreError> {
         let failed = |error: redb::Error| StoreError::Store {
             path: path.to_owned(),
             error: Box::new(error),
@@ -58,7 +71,23 @@ impl Store {
         store
             .write_strings(row::head(site).map(|(key, value)| (key, Some(value))), true)
             .map_err(failed)?;
-        let stored = store.read(site)?;
+        let (mut stored, file) = store.read(site)?;
+        // A file that is locked for one process: only that one has this number. A copy's file is another one.
+        let same = file.filter(|file| (file.device, file.inode) == (device, inode));
+        stored.journal = match same {
+            Some(file) => file.journal,
+            None => {
+                let file = FileRecord {
+                    journal: draw(),
+                    device,
+                    inode,
+                };
+                store
+                    .write_strings([(row::FILE, Some(file.value()))], false)
+                    .map_err(failed)?;
+                file.journal
+            }
+        };
         Ok((store, stored))
     }
 
@@ -106,7 +135,7 @@ impl Store {
         Ok(())
     }
 
-    fn read(&self, site: &str) -> Result<Stored, StoreError> {
+    fn read(&self, site: &str) -> Result<(Stored, Option<FileRecord>), StoreError> {
         let failed = |error: redb::Error| StoreError::Store {
             path: self.path.clone(),
             error: Box::new(error),
@@ -118,11 +147,12 @@ impl Store {
         let table = transaction
             .open_table(TABLE)
             .map_err(|error| failed(error.into()))?;
-        let mut stored = Stored::default();
+        let (mut stored, mut file) = (Stored::default(), None);
         for row in table.iter().map_err(|error| failed(error.into()))? {
             let (key, value) = row.map_err(|error| failed(error.into()))?;
-            row::read(&self.path, site, key.value(), value.value(), &mut stored)?;
+            let (key, value) = (key.value(), value.value());
+            row::read(&self.path, site, key, value, &mut stored, &mut file)?;
         }
-        Ok(stored)
+        Ok((stored, file))
     }
 }

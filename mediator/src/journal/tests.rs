@@ -83,12 +83,17 @@ fn what_was_written_is_there_after_opening_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("journal.redb");
     let (store, stored) = Store::open(&path, "corridor").expect("opens");
-    assert_eq!(stored, Stored::default());
+    let journal = stored.journal;
+    let nothing = Stored {
+        journal,
+        ..Stored::default()
+    };
+    assert_eq!(stored, nothing);
     store.write(&entries()).expect("writes");
     store.write(&[Entry::Epoch(3)]).expect("writes");
     drop(store);
     let (_, stored) = Store::open(&path, "corridor").expect("opens again");
-    let mut expected = Stored::default();
+    let mut expected = nothing;
     entries()
         .into_iter()
         .for_each(|entry| expected.apply(entry));
@@ -116,6 +121,23 @@ fn two_mediators_cannot_have_one_journal() {
     let _open = Store::open(&path, "corridor").expect("opens");
     let error = Store::open(&path, "corridor").expect_err("refused");
     assert!(error.to_string().contains("another mediator"), "{error}");
+}
+
+#[test]
+fn a_copy_is_another_journal() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, copy, moved] = ["first", "copy", "moved"].map(|name| folder.path().join(name));
+    let journal = |path: &std::path::Path| {
+        let (_, stored) = Store::open(path, "corridor").expect("opens");
+        assert_ne!(stored.journal, 0);
+        stored.journal
+    };
+    let first = journal(&path);
+    assert_eq!(journal(&path), first);
+    std::fs::copy(&path, &copy).expect("a copy");
+    assert_ne!(journal(&copy), first);
+    std::fs::rename(&path, &moved).expect("moved");
+    assert_eq!(journal(&moved), first);
 }
 
 #[test]

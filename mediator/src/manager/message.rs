@@ -29,6 +29,7 @@ impl View<'_> {
             control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),
             instance: self.peers.instance,
+            journal: self.peers.journal,
             stands_by: self.peers.stands_by,
             identity_doubled: self.sessions.is_doubled(robot, self.now_ns),
             ..MediatorReport::default()

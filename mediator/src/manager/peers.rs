@@ -2,7 +2,7 @@
 //!
 //! All is learnt from what robots report, so both mediators judge alike: the one that more robots follow goes on, then the one
 //! that has started more often, then the one with the smaller number. Any other stands by: it grants and orders nothing, and takes
-//! in no robot.
+//! in no robot. An earlier process with the same journal is none: this one could not have the journal if it were not gone.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -25,6 +25,8 @@ struct Follower {
 pub(crate) struct Peers {
     /// Of this process.
     pub(crate) instance: u64,
+    /// 0: it has none that others know.
+    pub(crate) journal: u64,
     epoch: u64,
     silent_after_ns: u64,
     followers: Vec<Follower>,
@@ -36,9 +38,16 @@ pub(crate) struct Peers {
 }
 
 impl Peers {
-    pub(crate) fn new(instance: u64, epoch: u64, robots: usize, silent_after_ns: u64) -> Self {
+    pub(crate) fn new(
+        instance: u64,
+        journal: u64,
+        epoch: u64,
+        robots: usize,
+        silent_after_ns: u64,
+    ) -> Self {
         Self {
             instance,
+            journal,
             epoch,
             silent_after_ns,
             followers: vec![Follower::default(); robots],
@@ -53,12 +62,19 @@ impl Peers {
         report.mediator_instance == self.instance || report.mediator_instance == 0
     }
 
+    /// The robot follows this mediator's process before, which is gone.
+    fn is_of_before(&self, report: &RobotReport) -> bool {
+        let same_journal = self.journal != 0 && report.mediator_journal == self.journal;
+        same_journal && report.mediator_epoch < self.epoch
+    }
+
     pub(crate) fn hear(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
+        let before = self.is_of_before(report);
         let own = &mut self.followers[robot];
         if own.boot_epoch == report.boot_epoch && report.sequence <= own.sequence {
             return;
         }
-        let follows = report.mediator_heard && report.mediator_instance != 0;
+        let follows = report.mediator_heard && report.mediator_instance != 0 && !before;
         *own = Follower {
             boot_epoch: report.boot_epoch,
             sequence: report.sequence,
@@ -69,18 +85,20 @@ impl Peers {
 
     /// Decides anew who goes on. Returns whether people are to hear now that there is another one.
     pub(crate) fn decide(&mut self, now_ns: u64) -> bool {
-        let mut counts: BTreeMap<(u64, u64), usize> = BTreeMap::new();
+        // By instance: how many, and its epoch.
+        let mut counts: BTreeMap<u64, (usize, u64)> = BTreeMap::new();
         for own in &self.followers {
-            if let Some(follows) = own.follows
+            if let Some((instance, epoch)) = own.follows
                 && now_ns <= own.heard_ns.saturating_add(self.silent_after_ns)
             {
-                *counts.entry(follows).or_default() += 1;
+                let (count, newest) = counts.entry(instance).or_default();
+                (*count, *newest) = (*count + 1, epoch.max(*newest));
             }
         }
-        let own = (self.instance, self.epoch);
-        let rank = |(instance, epoch), count: usize| (count, epoch, Reverse(instance));
-        let ours = rank(own, counts.remove(&own).unwrap_or(0));
-        self.stands_by = { counts.iter() }.any(|(&other, &count)| rank(other, count) > ours);
+        let own = counts.remove(&self.instance).map_or(0, |own| own.0);
+        let rank = |(count, epoch), instance| (count, epoch, Reverse(instance));
+        let own = rank((own, self.epoch), self.instance);
+        self.stands_by = { counts.iter() }.any(|(&other, &rest)| rank(rest, other) > own);
         if counts.is_empty() {
             (self.since_ns, self.told) = (None, false);
             return false;
@@ -111,7 +129,7 @@ mod tests {
     /// Two mediators hear the same robots; whether each stands by.
     fn judged(follow: &[(u64, u64)], own: [(u64, u64); 2]) -> [bool; 2] {
         own.map(|(instance, epoch)| {
-            let mut peers = Peers::new(instance, epoch, follow.len(), SILENT_NS);
+            let mut peers = Peers::new(instance, 0, epoch, follow.len(), SILENT_NS);
             for (robot, &(instance, epoch)) in follow.iter().enumerate() {
                 peers.hear(robot, &report(instance, epoch, 1), 0);
             }
@@ -131,8 +149,23 @@ mod tests {
     }
 
     #[test]
+    fn the_process_before_is_gone_but_not_that_of_a_copied_journal() {
+        for (journal, epoch, stands_by) in [(6, 1, false), (9, 1, true), (0, 1, true), (6, 2, true)]
+        {
+            let mut peers = Peers::new(8, 6, 2, 1, SILENT_NS);
+            let follows = RobotReport {
+                mediator_journal: journal,
+                ..report(7, epoch, 1)
+            };
+            peers.hear(0, &follows, 0);
+            peers.decide(0);
+            assert_eq!(peers.stands_by, stands_by, "{journal} {epoch}");
+        }
+    }
+
+    #[test]
     fn it_goes_on_when_robots_hear_the_other_no_more_and_tells_once() {
-        let mut peers = Peers::new(8, 2, 1, SILENT_NS);
+        let mut peers = Peers::new(8, 0, 2, 1, SILENT_NS);
         let mut told = 0;
         for sequence in 1..=20 {
             let now_ns = sequence * SILENT_NS / 5;

@@ -69,7 +69,13 @@ impl Manager {
         let coordinations =
             Coordinations::restore(plans, areas.len(), &names, stored, now_ns, &mut effects);
         // Every start of a journal's mediator has another number; `speaks_as` gives it one that no other journal's has.
-        let peers = Peers::new(epoch, epoch, names.robots().len(), silent_after_ns);
+        let peers = Peers::new(
+            epoch,
+            stored.journal,
+            epoch,
+            names.robots().len(),
+            silent_after_ns,
+        );
         Ok(Self {
             peers,
             names,
@@ -310,9 +316,10 @@ impl Manager {
     /// The next message to send, to the robot that it names; nothing when all have heard the news.
     pub fn next_message(&mut self, now_ns: u64) -> Option<MediatorReport> {
         if let Some(refusal) = self.sessions.next_refusal() {
-            let instance = self.peers.instance;
+            let (instance, journal) = (self.peers.instance, self.peers.journal);
             return Some(MediatorReport {
                 instance,
+                journal,
                 ..refusal
             });
         }

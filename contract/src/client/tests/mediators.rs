@@ -63,7 +63,8 @@ fn a_mediator_that_stands_by_is_not_followed_and_lets_its_robots_go() {
     assert_eq!(client.receive(&standing_by, 0), Received::Refused);
     assert_eq!(client.receive(&other(70, 2, 1), 0), Received::Registered);
     assert_eq!(client.receive(&standing_by, 0), Received::Other);
-    let mut told = other(70, 2, 2);
+    let mut client = owner();
+    let mut told = other(70, 2, 3);
     told.stands_by = true;
     assert_eq!(client.receive(&told, 0), Received::News);
     assert!(!client.report().mediator_heard);
@@ -73,6 +74,79 @@ fn a_mediator_that_stands_by_is_not_followed_and_lets_its_robots_go() {
         Received::Other,
         "it knew less"
     );
-    assert_eq!(client.receive(&other(60, 2, 1), 0), Received::Registered);
-    assert_eq!(client.report().mediator_instance, 60);
+    // It need not know this robot, which tells it what it has.
+    let knows_little = MediatorReport {
+        session: 5,
+        ..other(60, 2, 1)
+    };
+    assert_eq!(client.receive(&knows_little, 0), Received::News);
+    let report = client.report();
+    assert_eq!((report.mediator_instance, report.session), (60, 5));
+    assert!(client.holds("1") && report.access[0].fence == 3);
+}
+
+/// A client that has area 1 from mediator 70, epoch 2, journal 6.
+fn owner() -> Client {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    let with = |sequence: u64, access: Vec<AccessGrant>| MediatorReport {
+        journal: 6,
+        access,
+        ..other(70, 2, sequence)
+    };
+    client.receive(&with(1, Vec::new()), 0);
+    client.step(situation(&[], &["1"], &[]), 0, SECOND_NS);
+    client.receive(&with(2, vec![grant("1", 2, 3)]), 0);
+    assert!(client.holds("1") && client.report().mediator_journal == 6);
+    client
+}
+
+#[test]
+fn a_mediator_that_has_restarted_with_its_journal_is_followed_at_once() {
+    let of = |journal: u64, mediator_epoch: u64| MediatorReport {
+        journal,
+        ..other(80, mediator_epoch, 1)
+    };
+    for (message, received) in [
+        (of(6, 3), Received::News),
+        (of(6, 2), Received::Other),
+        (of(9, 3), Received::Other),
+        (of(0, 3), Received::Other),
+    ] {
+        let mut client = owner();
+        assert_eq!(client.receive(&message, 1), received, "{message:?}");
+        assert!(client.holds("1"));
+    }
+}
+
+#[test]
+fn a_robot_that_was_refused_takes_whichever_mediator_registers_it_and_is_not_torn_between_refusals()
+{
+    let refusal = |instance: u64, sequence: u64| MediatorReport {
+        session: 0,
+        refusal: "another site".into(),
+        ..other(instance, 9, sequence)
+    };
+    let mut client = Client::new("amr-1", "corridor", 7);
+    assert_eq!(client.receive(&refusal(80, 1), 0), Received::Refused);
+    assert_eq!(client.receive(&refusal(90, 1), 1), Received::Other);
+    assert_eq!(client.receive(&refusal(80, 2), 2), Received::Refused);
+    let silent_ns = 2 * SECOND_NS;
+    let refused = client.receive(&refusal(90, 2), silent_ns);
+    assert_eq!(refused, Received::Refused);
+    // Started less often than those.
+    let registered = client.receive(&other(70, 2, 1), silent_ns);
+    assert_eq!(registered, Received::Registered);
+    assert_eq!(client.report().mediator_instance, 70);
+    let refused = client.receive(&refusal(90, 3), silent_ns);
+    assert_eq!(refused, Received::Other);
+}
+
+#[test]
+fn several_other_mediators_that_take_turns_are_noticed_too() {
+    let mut client = owner();
+    for step in 0..20 {
+        let now_ns = step * SECOND_NS / 5;
+        client.receive(&other(80 + step % 2, 1, step), now_ns);
+    }
+    assert!(client.has_second_mediator(19 * SECOND_NS / 5));
 }

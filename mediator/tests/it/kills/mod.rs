@@ -70,8 +70,7 @@ fn the_mediator_may_be_killed_at_any_moment() {
     let (mut during_start, mut worked) = (0, 0);
     for _ in 0..kills() {
         let before = fleet.moves();
-        // Robots follow a restarted mediator when the one before has been silent for a second.
-        fleet.run(Duration::from_millis(random.below(3000)));
+        fleet.run(Duration::from_millis(random.below(1000)));
         if fleet.moves() > before {
             worked += 1;
         }

@@ -455,8 +455,6 @@ impl Fleet {
             match alarm {
                 Alarm::Silent { .. } | Alarm::Back { .. } | Alarm::Still { .. } => {}
                 Alarm::Doubled { .. } if self.tally.seconds > 0 => self.tally.doubled += 1,
-                // Some robots hear late of one restart, and others of the next.
-                Alarm::SecondMediator { .. } if faults.network => {}
                 Alarm::Preempted { .. } => self.tally.preempted += 1,
                 Alarm::Forgotten { .. } if self.tally.power_losses > 0 => self.tally.forgotten += 1,
                 Alarm::Bypassed { .. } if self.tally.power_losses > 0 => self.tally.bypassed += 1,

@@ -8,10 +8,20 @@ use mediator::journal::{Entry, Stored};
 /// A power loss takes at most this many writes.
 const LAST: usize = 3;
 
-#[derive(Default)]
 pub struct Journal {
     safe: Stored,
     last: VecDeque<Vec<Entry>>,
+}
+
+impl Default for Journal {
+    fn default() -> Self {
+        let safe = Stored {
+            journal: 1,
+            ..Stored::default()
+        };
+        let last = VecDeque::new();
+        Self { safe, last }
+    }
 }
 
 impl Journal {
@@ -64,6 +74,7 @@ impl Journal {
         let epoch = if keep_epoch { self.safe.epoch } else { 0 };
         self.safe = Stored {
             epoch,
+            journal: self.safe.journal + u64::from(!keep_epoch),
             ..Stored::default()
         };
     }
