@@ -178,6 +178,20 @@ const COMMANDS: &[(&str, Run)] = &[
         },
     ),
     (
+        "target/release/onboard ctl place start",
+        ByTest {
+            file: OPERATOR,
+            naming: "\"place start\"",
+        },
+    ),
+    (
+        "target/release/onboard ctl free-behind 1.5",
+        ByTest {
+            file: OPERATOR,
+            naming: "ask(\"free-behind 1.5\")",
+        },
+    ),
+    (
         "target/release/onboard ctl send stop --stop 5.0,0.5,3.14159",
         ByTest {
             file: ORDERS,

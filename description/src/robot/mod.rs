@@ -6,6 +6,7 @@ mod fleet;
 mod lidar;
 mod navigation;
 mod tubes;
+mod watchdog;
 
 pub use drive::{Control, Drive, DriveLimits, TricycleGeometry};
 pub use fieldbus::{Ethercat, Link};
@@ -15,6 +16,7 @@ pub use lidar::{
 };
 pub use navigation::Navigation;
 pub use tubes::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, Tubes};
+pub use watchdog::Watchdog;
 
 use crate::geometry::Footprint;
 use crate::keys::{Count, Id, Map, Need, Quantity, Table, TableOrDefaults, Text};
@@ -52,6 +54,8 @@ section! {
         pub tubes: Tubes as Table("a section [tubes]"),
         /// How it meets the rest of the fleet.
         pub fleet: Fleet as TableOrDefaults,
+        /// Who restarts its computer when the program hangs.
+        pub watchdog: Watchdog as TableOrDefaults,
     }
 }
 

@@ -65,9 +65,14 @@ impl Control {
     }
 
     fn step(&mut self, now_ns: u64, stop: StopKind) {
-        let elapsed_ns = now_ns.saturating_sub(self.stepped_ns).min(LONGEST_STEP_NS);
+        let passed_ns = now_ns.saturating_sub(self.stepped_ns);
+        let elapsed_ns = passed_ns.min(LONGEST_STEP_NS);
         self.stepped_ns = now_ns;
         let speeds = self.speeds();
+        if passed_ns > LONGEST_STEP_NS {
+            // The drive has begun a stop by itself: what was sent before is not what the wheels do.
+            self.controller.reset(speeds);
+        }
         if !self.drive_follows {
             // The wheels roll to a stand, or a fault stops them. When the drive follows again, that stop is carried
             // on from the speed they have then, before anything is driven.

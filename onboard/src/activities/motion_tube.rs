@@ -9,10 +9,13 @@ use super::scans::ScanIntake;
 use crate::activities::exchange::Exchange;
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
-use crate::realtime::clock::now_ns;
+use crate::realtime::clock::{SECOND_NS, now_ns};
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{SafeCommand, TubeState, WantedMotion};
 use crate::symbols::wiring::MotionTubeSymbols;
+
+/// A robot whose supervisor was not heard for longer stops: nobody could tell it to.
+const SUPERVISOR_SILENT_NS: u64 = SECOND_NS;
 
 /// The activity.
 pub struct MotionTube {
@@ -25,6 +28,8 @@ pub struct MotionTube {
     wanted: Stamped<WantedMotion>,
     odometry: Stamped<Odometry>,
     stopped_by_operator: bool,
+    /// When the supervisor was heard.
+    supervised_ns: u64,
     safe: SafeCommand,
     state: TubeState,
     floor: Box<FloorCheckpoint>,
@@ -52,6 +57,7 @@ impl MotionTube {
             wanted: Stamped::default(),
             odometry: Stamped::default(),
             stopped_by_operator: false,
+            supervised_ns: 0,
             safe: SafeCommand::default(),
             state: TubeState::default(),
             floor: Box::default(),
@@ -98,7 +104,14 @@ impl MotionTube {
         self.report(&adapted);
         let old = |stamp_ns: u64| now_ns.saturating_sub(stamp_ns) > self.command_timeout_ns;
         let stale = old(self.wanted.stamp_ns) || old(self.odometry.stamp_ns);
-        let halt = stale || self.stopped_by_operator;
+        let silent_ns = now_ns.saturating_sub(self.supervised_ns);
+        let unsupervised = silent_ns > SUPERVISOR_SILENT_NS;
+        self.port.set(
+            Fault::SupervisorSilent,
+            unsupervised,
+            silent_ns as f64 / 1e6,
+        );
+        let halt = stale || unsupervised || self.stopped_by_operator;
         self.safe = if halt || must_stop_hard(&adapted) {
             SafeCommand::stop(adapted.command.curvature_1_m)
         } else {
@@ -149,6 +162,7 @@ impl Activity for MotionTube {
     fn communicate_in(&mut self, _now_ns: u64) {
         self.wanted = self.symbols.wanted.read();
         self.odometry = self.symbols.odometry.read();
+        self.supervised_ns = self.symbols.mode.read().stamp_ns;
         self.forget_after_break();
         if let Some(sequence) = self.scans.as_ref().and_then(|scans| scans.broken()) {
             self.port.note(Fault::ScanBroken, sequence as f64);

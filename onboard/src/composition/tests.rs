@@ -17,7 +17,9 @@ use super::replacement::ReloadHands;
 use crate::activities::port::{COMMANDS, Port, REPORTS};
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::realtime::log;
-use crate::symbols::values::{Encoders, PoseEstimate, RangeScan, SafeCommand, TubeState};
+use crate::symbols::values::{
+    Encoders, PoseEstimate, RangeScan, RobotMode, SafeCommand, TubeState,
+};
 use crate::symbols::wiring::{ACTIVITIES, Wiring};
 
 const BEGIN_NS: u64 = SECOND_NS;
@@ -87,6 +89,7 @@ fn drive(set: &[&str]) -> Vec<Outcome> {
     let beginning = Beginning::of(&plan, None, &log).expect("a navigator");
     let (_hands, ends) = ReloadHands::pair();
     let (mut bus, mut lidar) = (wiring.symbols.drive, wiring.symbols.lidar);
+    let mut supervisor = wiring.symbols.supervisor;
     let chain = wiring.symbols.chain;
     let chain = compose_chain(&plan, beginning, chain, &mut ports, ends, None).expect("a chain");
     let mut threads = by_thread(&plan, chain, wiring.scans).expect("threads");
@@ -110,6 +113,7 @@ fn drive(set: &[&str]) -> Vec<Outcome> {
             ..Encoders::default()
         };
         bus.encoders.write(now_ns, &encoders);
+        supervisor.mode.write(now_ns, &RobotMode::default());
         let scanned = step > 0 && now_ns.is_multiple_of(SCAN_NS);
         if scanned {
             let stamp_ns = now_ns - SCAN_NS;

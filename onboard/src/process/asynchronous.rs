@@ -85,6 +85,7 @@ async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &Ne
             (None, None) => continue,
         };
         timing.woken(begin_ns.saturating_sub(late_ns), late_ns);
+        timing.runs(activities.running(), &mut setup.report, begin_ns);
         activities.step(now_ns);
         timing.executed(begin_ns..now_ns(), 0, true);
         timing.publish(&mut setup.report, now_ns());

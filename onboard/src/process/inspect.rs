@@ -178,12 +178,13 @@ fn table(robot: &str, seen: &[Seen]) -> String {
         );
     }
     text += &format!(
-        "\n{:<14} {:<9} {:<8} {:>9} {:>9} {:>26} {:>26}\n",
+        "\n{:<14} {:<9} {:<8} {:>9} {:>9} {:>9} {:>26} {:>26}\n",
         "thread",
         "policy",
         "cores",
         "cycles",
         "overruns",
+        "missed",
         "wake-up µs p50/p99/max",
         "execution µs p50/p99/max"
     );
@@ -200,7 +201,7 @@ fn table(robot: &str, seen: &[Seen]) -> String {
             }
         };
         text += &format!(
-            "{:<14} {:<9} {:<8} {:>9} {:>9} {:>26} {:>26}\n",
+            "{:<14} {:<9} {:<8} {:>9} {:>9} {:>9} {:>26} {:>26}\n",
             seen.info.model,
             format!(
                 "{} {}",
@@ -210,6 +211,7 @@ fn table(robot: &str, seen: &[Seen]) -> String {
             value["granted"]["cores"].as_str().unwrap_or("?"),
             value["cycles"],
             value["overruns"],
+            value["missed"],
             times("wakeup"),
             times("exec")
         );

@@ -1,4 +1,4 @@
-//! Watches the real-time threads' overruns, second by second.
+//! Watches the threads, second by second: which miss their periods, and which have stopped running.
 
 use coordination::symbols::Reader;
 use description::threads::ThreadConfig;
@@ -7,14 +7,14 @@ use crate::composition::plan::wanted_scheduling;
 use crate::realtime::clock::SECOND_NS;
 use crate::symbols::values::ThreadReport;
 
-/// Share of cycles in a second from which the robot slows down.
+/// Share of a second's periods that were missed from which the robot slows down.
 const DEGRADED_SHARE: f64 = 0.10;
-/// Share of cycles in a second that counts towards a stop.
+/// Share of a second's periods that counts towards a stop.
 const OVERLOADED_SHARE: f64 = 0.30;
 /// Seconds in a row over that share that stop the robot.
 const OVERLOADED_SECONDS: u32 = 3;
-/// Fewer overruns in a second than this are never judged: a thread with few cycles has coarse shares.
-const LEAST_OVERRUNS: u64 = 3;
+/// Fewer missed periods in a second than this are never judged: a thread with few cycles has coarse shares.
+const LEAST_MISSED: u64 = 3;
 
 /// How well a thread keeps its deadlines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,19 +25,23 @@ pub enum Load {
     Degraded,
     /// It misses so often that the robot stops.
     Overloaded,
+    /// It has not run for a second: the robot stops.
+    Hung,
 }
 
 #[derive(Debug)]
 struct Thread {
     name: String,
     report: Reader<ThreadReport>,
+    /// Its deadlines are real-time ones.
+    real_time: bool,
     cycles: u64,
-    overruns: u64,
+    missed: u64,
     seconds_over: u32,
     load: Load,
 }
 
-/// Watches the reports of all real-time threads.
+/// Watches the reports of all threads.
 #[derive(Debug)]
 pub struct OverrunWatch {
     threads: Vec<Thread>,
@@ -46,34 +50,15 @@ pub struct OverrunWatch {
 }
 
 impl OverrunWatch {
-    /// Watches those of these threads that ask for a real-time priority, by their reports.
+    /// Watches these threads, by their reports; deadlines are for those that ask for a real-time priority.
     #[must_use]
     pub fn of(threads: &[ThreadConfig], reports: Vec<Reader<ThreadReport>>) -> Self {
-        let real_time = { threads.iter().zip(reports) }
-            .filter(|(thread, _)| wanted_scheduling(thread).fifo_priority.is_some());
-        Self::new(
-            real_time
-                .map(|(thread, report)| (thread.name.clone(), report))
-                .collect(),
-        )
-    }
-
-    /// Watches these threads.
-    #[must_use]
-    pub fn new(threads: Vec<(String, Reader<ThreadReport>)>) -> Self {
-        let threads = threads
-            .into_iter()
-            .map(|(name, report)| Thread {
-                name,
-                report,
-                cycles: 0,
-                overruns: 0,
-                seconds_over: 0,
-                load: Load::Fine,
-            })
-            .collect();
+        let threads = threads.iter().zip(reports).map(|(thread, report)| {
+            let real_time = wanted_scheduling(thread).fifo_priority.is_some();
+            Thread::new(thread.name.clone(), report, real_time)
+        });
         Self {
-            threads,
+            threads: threads.collect(),
             judged_ns: 0,
             worst: Load::Fine,
         }
@@ -87,16 +72,23 @@ impl OverrunWatch {
         self.judged_ns = now_ns;
         for thread in &mut self.threads {
             let report = thread.report.read().value;
-            let (cycles, overruns) = (
-                report.cycles - thread.cycles,
-                report.overruns - thread.overruns,
-            );
-            (thread.cycles, thread.overruns) = (report.cycles, report.overruns);
-            thread.load = thread.load_after(cycles, overruns);
+            let (cycles, missed) = (report.cycles - thread.cycles, report.missed - thread.missed);
+            (thread.cycles, thread.missed) = (report.cycles, report.missed);
+            thread.load = if cycles == 0 && report.running != 0 {
+                Load::Hung
+            } else {
+                thread.load_after(cycles, missed)
+            };
         }
         let worst = self.threads.iter().max_by_key(|thread| thread.load as u8)?;
         let news = std::mem::replace(&mut self.worst, worst.load) != worst.load;
         news.then(|| (worst.name.clone(), worst.load))
+    }
+
+    /// Whether a thread has not run for a second, as last judged.
+    #[must_use]
+    pub fn hangs(&self) -> bool {
+        self.threads.iter().any(|thread| thread.load == Load::Hung)
     }
 
     /// Judges anew from here on.
@@ -109,11 +101,23 @@ impl OverrunWatch {
 }
 
 impl Thread {
-    fn load_after(&mut self, cycles: u64, overruns: u64) -> Load {
-        let share = if overruns < LEAST_OVERRUNS {
+    fn new(name: String, report: Reader<ThreadReport>, real_time: bool) -> Self {
+        Self {
+            name,
+            report,
+            real_time,
+            cycles: 0,
+            missed: 0,
+            seconds_over: 0,
+            load: Load::Fine,
+        }
+    }
+
+    fn load_after(&mut self, cycles: u64, missed: u64) -> Load {
+        let share = if missed < LEAST_MISSED || !self.real_time {
             0.0
         } else {
-            overruns as f64 / cycles.max(1) as f64
+            missed as f64 / (cycles + missed) as f64
         };
         self.seconds_over = if share > OVERLOADED_SHARE {
             self.seconds_over + 1
@@ -137,30 +141,53 @@ mod tests {
     use super::*;
     use crate::process::bench::Bench;
 
-    #[test]
-    fn repeated_overruns_degrade_then_overload_and_a_reset_forgives() {
+    /// What is said after each second of these cycles and missed periods.
+    fn judged(running: bool, real_time: bool, seconds: &[[u64; 2]]) -> Vec<Option<Load>> {
         let (bench, mut writer) = Bench::new();
-        let mut watch = OverrunWatch::new(vec![("motion".to_owned(), bench.report)]);
+        let mut watch = OverrunWatch {
+            threads: vec![Thread::new("motion".to_owned(), bench.report, real_time)],
+            judged_ns: 0,
+            worst: Load::Fine,
+        };
         let mut report = ThreadReport::zeroed();
-        // Overruns in each second of 200 cycles, and what is to be said of it.
+        report.running = u64::from(running);
+        let mut now_ns = 0;
+        let mut judge = |[cycles, missed]: &[u64; 2]| {
+            now_ns += SECOND_NS;
+            report.cycles += cycles;
+            report.missed += missed;
+            writer.write(now_ns, &report);
+            let judged = watch.judge(now_ns);
+            assert_eq!(watch.judge(now_ns + 1), None, "once a second");
+            judged.map(|(_, load)| load)
+        };
+        seconds.iter().map(&mut judge).collect()
+    }
+
+    #[test]
+    fn repeated_overruns_degrade_then_overload_and_are_over_when_they_are() {
         let seconds = [
-            (0, None),
-            (2, None),
-            (30, Some(Load::Degraded)),
-            (100, None),
-            (100, None),
-            (100, Some(Load::Overloaded)),
-            (0, Some(Load::Fine)),
+            ([200, 0], None),
+            ([198, 2], None),
+            ([170, 30], Some(Load::Degraded)),
+            ([100, 100], None),
+            ([100, 100], None),
+            // One that was very late.
+            ([20, 180], Some(Load::Overloaded)),
+            ([200, 0], Some(Load::Fine)),
         ];
-        for (second, (overruns, expected)) in seconds.into_iter().enumerate() {
-            report.cycles += 200;
-            report.overruns += overruns;
-            writer.write(1, &report);
-            let judged = watch
-                .judge((second as u64 + 1) * SECOND_NS)
-                .map(|(_, load)| load);
-            assert_eq!(judged, expected, "second {second}");
-        }
-        assert_eq!(watch.judge(7 * SECOND_NS + 1), None, "once a second");
+        let (happens, expected): (Vec<_>, Vec<_>) = seconds.into_iter().unzip();
+        assert_eq!(judged(true, true, &happens), expected);
+        assert_eq!(judged(true, false, &happens), [None; 7], "no deadlines");
+    }
+
+    #[test]
+    fn a_thread_that_does_not_run_is_hung_unless_it_has_nothing_to_run() {
+        let happens = [[200, 0], [0, 0], [0, 0], [1, 399]];
+        let found = [None, Some(Load::Hung), None, Some(Load::Degraded)];
+        assert_eq!(judged(true, true, &happens), found);
+        // A bring-up takes its time.
+        assert_eq!(judged(false, true, &happens)[..3], [None; 3]);
+        assert_eq!(judged(true, false, &happens)[1], Some(Load::Hung));
     }
 }

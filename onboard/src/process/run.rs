@@ -1,6 +1,5 @@
 //! `onboard run`: composes the robot and runs it until it is told to end.
 
-use std::io::IsTerminal;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,14 +13,16 @@ use crate::composition::failure::Failure;
 use crate::composition::files::Files;
 use crate::composition::plan::{Plan, thread_names, wanted_scheduling};
 use crate::process::asynchronous::spawn_asynchronous;
-use crate::process::checkpoints::{CheckpointFile, Left};
+use crate::process::checkpoints::{Background, CheckpointFile, Left};
 use crate::process::ctl::Server;
+use crate::process::logging::Logging;
 use crate::process::overruns::OverrunWatch;
 use crate::process::reload::Reload;
 use crate::process::runner::{ThreadSetup, Trigger};
 use crate::process::runtime::Runtime;
 use crate::process::signals::termination_flag;
 use crate::process::supervisor::{Ending, Keeper, Supervisor, ports};
+use crate::process::watchdogs::Watchdogs;
 use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory};
@@ -37,7 +38,7 @@ const JOIN_NS: u64 = 5 * SECOND_NS;
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a part of it failed while running.
 pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
-    start_logging();
+    let logging = Logging::start();
     let plan = Plan::load(files)?;
     check_cores(&plan)?;
     crate::realtime::panic::install_hook();
@@ -51,6 +52,7 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     let server = Server::open(runtime, &plan.robot.identity.id)?;
     let guarded = guard::arm_from_environment();
     let (log, log_drain) = log::queue();
+    let log_drain = log_drain.counting(logging.unwritten());
     if let MemoryLock::NotLocked(why) = lock_memory() {
         log.warn(why);
     }
@@ -71,16 +73,20 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     ));
     let mut store = CheckpointFile::of(runtime, &plan.robot.identity.id);
     let left = Left::take(&mut store, &plan, &log, now_ns())?;
+    let store = Background::of(store).map_err(Failure::refused)?;
     let keeper = Keeper::new(Box::new(store), &plan, &left);
+    let watchdogs = Watchdogs::start(&plan.robot.watchdog).map_err(Failure::refused)?;
     let mut robot = Robot::start(files, plan, wiring, (left, keeper), (&log, log_drain))?;
     // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
     let ending = catch_unwind(AssertUnwindSafe(|| {
-        robot.supervisor.run(&asked_to_end, &server)
+        let pulse = watchdogs.pulse();
+        robot.supervisor.run(&asked_to_end, &server, pulse)
     }));
     if ending.is_err() {
         sleep_until(now_ns() + 2 * SECOND_NS);
     }
     robot.end();
+    drop(watchdogs);
     drop(server);
     if matches!(ending, Ok(Ending::Asked)) {
         robot.supervisor.forget();
@@ -224,20 +230,6 @@ fn draw_epoch() -> u64 {
         .unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
         ^ u64::from(std::process::id()).rotate_left(48)
-}
-
-fn start_logging() {
-    let filter = tracing_subscriber::EnvFilter::try_from_env("ONBOARD_LOG")
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info,zenoh=error,ethercrab=warn"));
-    // A test that runs two robots in one process has one already.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_target(false)
-        // A closed pipe must not stop a robot.
-        .log_internal_errors(false)
-        .try_init();
 }
 
 const _: () = assert!(ACTIVITIES.len() == ActivityKind::ALL.len());

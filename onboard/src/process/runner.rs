@@ -145,6 +145,7 @@ impl EventLoop {
         self.timing.wait(&self.trigger, clock);
         let running = self.activities.running();
         let begin_ns = clock.now_ns();
+        self.timing.runs(running, &mut self.report, begin_ns);
         if running {
             guard::real_time(|| self.activities.step(|| clock.now_ns()));
         } else {
@@ -225,6 +226,14 @@ impl Timing {
         }
     }
 
+    /// Whether the cycle that begins drives the robot. Who watches knows before it can hang.
+    pub fn runs(&mut self, running: bool, writer: &mut Writer<ThreadReport>, now_ns: u64) {
+        if self.report.running != u64::from(running) {
+            self.report.running = u64::from(running);
+            self.publish_now(writer, now_ns);
+        }
+    }
+
     /// A wake-up that was planned for `planned_ns` and came `late_ns` later.
     pub fn woken(&mut self, planned_ns: u64, late_ns: u64) {
         (self.planned_ns, self.wakeup_ns) = (planned_ns, late_ns);
@@ -243,6 +252,7 @@ impl Timing {
         self.report.cycles += 1;
         if measured {
             self.report.overruns += u64::from(late_cycles > 0);
+            self.report.missed += late_cycles;
             self.report
                 .exec
                 .record((end_ns - begin_ns).saturating_sub(waited_ns));

@@ -94,9 +94,10 @@ impl Drop for Restore {
     }
 }
 
-/// Lifts the rules on this thread for good: a panic is being reported, and the report allocates.
-pub fn lift_for_panic() {
-    FORBIDDEN.with(|forbidden| forbidden.set(false));
+/// Lifts the rules on this thread for good: a panic is being reported, and the report allocates. Returns whether they held.
+#[must_use]
+pub fn lift_for_panic() -> bool {
+    FORBIDDEN.with(|forbidden| forbidden.replace(false))
 }
 
 #[cfg(test)]

@@ -7,6 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
+use tracing_appender::non_blocking::ErrorCounter;
+
 /// Lines that may wait for the supervisor.
 const CAPACITY: usize = 256;
 
@@ -33,6 +35,9 @@ pub struct LogSender {
 pub struct LogDrain {
     lines: Receiver<(Level, String)>,
     dropped: Arc<AtomicU64>,
+    /// Counts lines that were taken out and not written.
+    unwritten: Option<ErrorCounter>,
+    told: usize,
 }
 
 /// A queue of log lines.
@@ -48,6 +53,8 @@ pub fn queue() -> (LogSender, LogDrain) {
         LogDrain {
             lines: receiver,
             dropped,
+            unwritten: None,
+            told: 0,
         },
     )
 }
@@ -103,8 +110,17 @@ impl Complaints {
 }
 
 impl LogDrain {
+    /// Tells of lines that were not written, too.
+    #[must_use]
+    pub fn counting(self, unwritten: ErrorCounter) -> Self {
+        Self {
+            unwritten: Some(unwritten),
+            ..self
+        }
+    }
+
     /// Writes out every waiting line.
-    pub fn drain(&self) {
+    pub fn drain(&mut self) {
         while let Ok((level, line)) = self.lines.try_recv() {
             match level {
                 Level::Info => tracing::info!("{line}"),
@@ -115,6 +131,12 @@ impl LogDrain {
         let dropped = self.dropped.swap(0, Ordering::Relaxed);
         if dropped > 0 {
             tracing::warn!("{dropped} log lines were dropped: the queue was full");
+        }
+        let unwritten = { self.unwritten.as_ref() }.map_or(0, ErrorCounter::dropped_lines);
+        let new = unwritten - std::mem::replace(&mut self.told, unwritten);
+        if new > 0 {
+            // Lost as well while nothing is taken; the number is in the next such line then.
+            tracing::warn!("{new} log lines were lost: standard error took none");
         }
     }
 }

@@ -1,18 +1,30 @@
 //! A panic anywhere stops the robot: the hook raises a flag that the drive activity obeys.
 
+use std::backtrace::{Backtrace, BacktraceStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::realtime::guard;
 
 static PANICKED: AtomicBool = AtomicBool::new(false);
 
-/// Installs the hook, before the one that prints the message.
+/// Installs the hook. What it has to say goes to the log: printing it here could hold up the thread that has to stop the robot.
 pub fn install_hook() {
-    let print = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |info| {
+    std::panic::set_hook(Box::new(|info| {
         PANICKED.store(true, Ordering::SeqCst);
-        guard::lift_for_panic();
-        print(info);
+        let real_time = guard::lift_for_panic();
+        let thread = std::thread::current();
+        let name = thread.name().unwrap_or("?");
+        // A trace takes longer than a real-time thread has.
+        let trace = if real_time {
+            Backtrace::disabled()
+        } else {
+            Backtrace::capture()
+        };
+        if trace.status() == BacktraceStatus::Captured {
+            tracing::error!("thread '{name}' {info}\n{trace}");
+        } else {
+            tracing::error!("thread '{name}' {info}");
+        }
     }));
 }
 

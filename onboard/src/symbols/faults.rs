@@ -104,6 +104,10 @@ faults! {
         "the drive is back after it lost its power or was gone for over a second, as when an emergency stop takes its supply; look that the robot may drive, and if it has to back out, say how far the floor behind it is free with `onboard ctl free-behind`; then run `onboard ctl reset`";
     SecondMediator = 25, "second-mediator", ByItself,
         "a mediator speaks that is not the one this robot follows, and is ignored: end the one that is wrong, and restart robots that follow it";
+    ThreadHung = 26, "thread-hung", Operator,
+        "a thread of the program has not run for a second and the robot stops: see which in the log, free the processor or restart the program, then run `onboard ctl reset`";
+    SupervisorSilent = 27, "supervisor-silent", ByItself,
+        "the supervisor was not heard for a second, and the robot stopped: the process was starved or held up; see what else runs on this computer";
 }
 
 /// Number of kinds.

@@ -165,6 +165,8 @@ users! {
         odometry: Reader<Odometry> => "odom",
         /// What navigation wants.
         wanted: Reader<WantedMotion> => "wanted",
+        /// To know that the supervisor lives.
+        mode: Reader<RobotMode> => "robot",
         /// What is safe.
         safe: Writer<SafeCommand> => "safe",
         /// What the tubes made of the wanted motion, and why.

@@ -44,6 +44,9 @@ use crate::belief::{Belief, Insight};
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
 
+/// What hangs the supervisor.
+const SUPERVISOR: &str = "supervisor";
+
 /// What has a thread of its own in the robot file.
 enum Running {
     /// A thread, as it is, and its name.
@@ -66,6 +69,8 @@ pub struct SteppedRobot {
     leave: Option<Leave>,
     /// How its threads are late.
     late: Vec<Lateness>,
+    /// Threads that hang.
+    hung: Vec<String>,
     random: Random,
     /// How fast its clock gets ahead of the world's,
     drift: f64,
@@ -211,6 +216,7 @@ impl SteppedRobot {
             refused: Arc::default(),
             leave,
             late: Vec::new(),
+            hung: Vec::new(),
             random,
             drift: 0.0,
             ahead_ns,
@@ -226,6 +232,11 @@ impl SteppedRobot {
     /// From now on its threads are late in these ways.
     pub(super) fn be_late(&mut self, lateness: Vec<Lateness>) {
         self.late = lateness;
+    }
+
+    /// From now on these of its threads do not run; `supervisor` is the main one.
+    pub fn hang(&mut self, threads: &[&str]) {
+        self.hung = threads.iter().map(|&name| name.to_owned()).collect();
     }
 
     /// From now on its clock runs faster than the world's by this share.
@@ -254,13 +265,15 @@ impl SteppedRobot {
         }
         for thread in &mut self.threads {
             match thread {
+                Running::Thread(name, _) if self.hung.contains(name) => {}
                 Running::Thread(name, thread) => {
                     thread.go_on(step, || late_ns(&self.late, name, &mut self.random));
                 }
                 Running::Asynchronous(asynchronous) => asynchronous.go_on(now_ns),
             }
         }
-        if now_ns >= self.supervisor_next_ns {
+        let supervised = !self.hung.iter().any(|name| name == SUPERVISOR);
+        if supervised && now_ns >= self.supervisor_next_ns {
             self.supervisor_next_ns = now_ns + PERIOD_NS;
             let (requests, refused) = (&mut self.requests, &self.refused);
             // One at a time, as an operator who waits for the answer.

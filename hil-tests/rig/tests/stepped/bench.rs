@@ -115,6 +115,11 @@ impl Bench {
         self.robot.ask(request);
     }
 
+    /// From now on these of its threads do not run.
+    pub fn hang(&mut self, threads: &[&str]) {
+        self.robot.hang(threads);
+    }
+
     /// What operators were refused.
     pub fn refused(&self) -> Vec<String> {
         self.robot.refused()

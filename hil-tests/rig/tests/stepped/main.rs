@@ -1,7 +1,7 @@
 //! Tests on the simulated clock: figures are judged here, where no load of the machine spoils them.
 //!
 //! - [`bench`] is one robot on its devices, whose faults a test injects: [`bus`], [`drive`], [`lidar`], [`obstacle`], and
-//!   [`straying`] from the lane; [`placing`] is an operator's word for where it stands;
+//!   [`straying`] from the lane; [`hung`] are threads of its own that hang; [`placing`] is an operator's word for where it stands;
 //! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
 //!   [`found`] what campaigns have found, [`scripted`] what no fleet comes through yet.
 
@@ -11,6 +11,7 @@ mod drive;
 mod faults;
 mod fleets;
 mod found;
+mod hung;
 mod lidar;
 mod obstacle;
 mod placing;

@@ -7,6 +7,7 @@ use coordination::activity::LifeCycleEvent;
 use super::supervision::{PERIOD_NS, Supervisor};
 use crate::activities::port::Command;
 use crate::process::ctl::Server;
+use crate::process::watchdogs::Pulse;
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
 use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::Fault;
@@ -32,13 +33,17 @@ pub enum Ending {
 
 impl Supervisor {
     /// Supervises until the robot has been asked to end and stands.
-    pub fn run(&mut self, asked_to_end: &AtomicBool, server: &Server) -> Ending {
+    pub fn run(&mut self, asked_to_end: &AtomicBool, server: &Server, pulse: &Pulse) -> Ending {
         self.begin();
         let mut next_ns = now_ns();
         loop {
             next_ns = (next_ns + PERIOD_NS).max(now_ns());
             sleep_until(next_ns);
             let now_ns = now_ns();
+            if !self.watch.hangs() {
+                pulse.beat(now_ns);
+            }
+            pulse.show(self.mode_value.mode, &self.table);
             if !asked_to_end.load(Ordering::Relaxed) && !has_panicked() {
                 self.cycle(now_ns, || server.next());
                 continue;

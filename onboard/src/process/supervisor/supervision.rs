@@ -25,15 +25,18 @@ use crate::symbols::wiring::SupervisorSymbols;
 /// Period of the supervisor.
 pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
 
+/// Faults that the supervisor finds itself, and by which it stops the robot until a reset.
+const STOPS: [Fault; 3] = [Fault::OperatorStop, Fault::Overruns, Fault::ThreadHung];
+
 /// The supervisor.
 pub struct Supervisor {
     pub(super) handles: Handles,
     pub(super) symbols: SupervisorSymbols,
-    table: FaultTable,
+    pub(super) table: FaultTable,
     pub(super) mode_value: RobotMode,
     operator_paused: bool,
     pub(super) ending_since_ns: u64,
-    watch: OverrunWatch,
+    pub(super) watch: OverrunWatch,
     /// For its names; navigation steps it.
     machine: Machine,
     log: LogDrain,
@@ -164,10 +167,8 @@ impl Supervisor {
                 handle.tell(Command::LifeCycle(LifeCycleEvent::Run));
             }
         }
-        if [Fault::OperatorStop, Fault::Overruns, Fault::WheelSlip]
-            .iter()
-            .any(|&fault| self.table.state(fault).active != 0)
-        {
+        let stops = STOPS.iter().chain([&Fault::WheelSlip]);
+        if { stops }.any(|&fault| self.table.state(fault).active != 0) {
             self.stop_now();
         }
         if all_configured {
@@ -201,9 +202,14 @@ impl Supervisor {
                 tracing::warn!("thread {thread} overruns: driving at half speed");
                 self.limit_speed(500);
             }
-            Some((thread, Load::Overloaded)) => {
-                tracing::error!("thread {thread} overruns repeatedly: stopping");
-                self.raise("supervisor", Fault::Overruns, 0.0, now_ns);
+            Some((thread, load @ (Load::Overloaded | Load::Hung))) => {
+                let (does, fault) = if load == Load::Hung {
+                    ("does not run any more", Fault::ThreadHung)
+                } else {
+                    ("overruns repeatedly", Fault::Overruns)
+                };
+                tracing::error!("thread {thread} {does}: stopping");
+                self.raise("supervisor", fault, 0.0, now_ns);
                 self.stop_now();
             }
         }
@@ -240,7 +246,7 @@ impl Supervisor {
                 Ok(Done::Stopped)
             }
             Request::Reset => {
-                for fault in [Fault::OperatorStop, Fault::Overruns] {
+                for fault in STOPS {
                     self.clear("operator", fault, now_ns);
                 }
                 self.watch.forget();

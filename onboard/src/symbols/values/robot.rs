@@ -67,8 +67,12 @@ value! {
         period_ns: u64,
         /// How often its loop ran.
         cycles: u64,
+        /// 1 while it drives the robot, and must not wait for anything but its trigger.
+        running: u64,
         /// Cycles that ended after the next should have begun.
         overruns: u64,
+        /// Periods that were skipped for that.
+        missed: u64,
         /// What the kernel granted.
         granted: Granted,
         /// Lateness of wake-ups while running, in µs when described.

@@ -96,7 +96,7 @@ impl Floor {
     }
 
     /// Somebody who looks sees that the floor beside the robot and straight behind it is free, so many metres from its rear
-    /// and [`ASIDE_M`] farther than it is wide at each side. It counts as seen, as far as the memory reaches, from the next
+    /// and half a metre farther than it is wide at each side. It counts as seen, as far as the memory reaches, from the next
     /// scan on, but where that scan sees something.
     pub fn trust_behind(&mut self, way_m: f64) {
         self.trusted_m = if way_m.is_finite() {

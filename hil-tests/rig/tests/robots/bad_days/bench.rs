@@ -183,20 +183,31 @@ impl Bench {
 
     /// Runs the robot's program with this robot file until it ends, where the bench's robot runs.
     pub fn run(&self, robot_file: &Path) -> Output {
+        self.command(robot_file).output().expect("it starts")
+    }
+
+    /// The same, not started yet.
+    pub fn command(&self, robot_file: &Path) -> Command {
         let text = |path: &Path| path.display().to_string();
         let (robot, site) = (text(robot_file), text(&self.site_file()));
         let (runtime, set) = (text(&self.runtime_folder()), self.set());
         let mut arguments = vec!["run", "--robot", &robot, "--site", &site];
         arguments.extend(["--runtime", &runtime]);
         arguments.extend(set.iter().flat_map(|value| ["--set", value.as_str()]));
-        onboard(&arguments)
+        let mut command = Command::new(RIG);
+        command.arg(SUBCOMMAND).args(arguments).stdin(Stdio::null());
+        command
     }
 
-    /// `onboard ctl REQUEST`.
+    /// `onboard ctl REQUEST`, with the words that belong to it.
     pub fn ctl(&self, request: &str) -> Output {
         let runtime = self.runtime_folder();
         let runtime = runtime.to_str().expect("a plain path");
-        onboard(&["ctl", request, "--robot", ROBOT, "--runtime", runtime])
+        let words = ["ctl"].into_iter().chain(request.split_whitespace());
+        let arguments: Vec<&str> = words
+            .chain(["--robot", ROBOT, "--runtime", runtime])
+            .collect();
+        onboard(&arguments)
     }
 
     /// `onboard ctl REQUEST`, which is to succeed.

@@ -1,14 +1,18 @@
 //! The robot's program is killed, or told to end.
 
+use std::os::unix::net::UnixDatagram;
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use rustix::process::Signal;
+use rustix::process::{Pid, Signal, kill_process};
 use sim::rt::monotonic_ns;
 
 use crate::bad_days::bench::Bench;
 use crate::bad_days::watch::SURELY_STANDS;
 use crate::late::once_more_if_late;
 
+/// A pipe with less than a long line free is full.
+const FREE_BYTES: u64 = 4096;
 /// The drive's own watchdog; then the wheels roll out by friction.
 const WATCHDOG: Duration = Duration::from_millis(100);
 
@@ -72,6 +76,103 @@ fn kill(bench: &mut Bench) {
     );
     bench.stands_for(Duration::from_millis(500));
     assert_eq!(bench.truth().collisions, 0);
+}
+
+/// Killed when the test is over.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A terminal that was stopped, a pipe that nobody reads, a disk that hangs: all are a standard error that takes nothing.
+#[test]
+fn a_log_that_nobody_takes_holds_up_nothing() {
+    once_more_if_late(|| {
+        let mut bench = Bench::new();
+        let mut command = bench.command(&bench.robot_file());
+        command.env("ONBOARD_LOG", "trace").stderr(Stdio::piped());
+        let mut robot = Running(command.spawn().expect("it starts"));
+        let log = robot.0.stderr.take().expect("piped");
+        bench.until_driving();
+        bench.until("the pipe is full", Duration::from_secs(30), |bench| {
+            // Something to say, if there is nothing else.
+            bench.ask("resume");
+            let waiting = rustix::io::ioctl_fionread(&log).expect("a pipe");
+            waiting + FREE_BYTES >= rustix::pipe::fcntl_getpipe_size(&log).expect("a pipe") as u64
+        });
+        bench.is_stopped(Duration::from_millis(250), |bench| bench.ask("stop"));
+        bench.ask("reset");
+        bench.until_driving();
+        let pid = Pid::from_child(&robot.0);
+        bench.is_stopped(Duration::from_millis(250), |_| {
+            kill_process(pid, Signal::TERM).expect("it runs");
+        });
+        bench.until("it has ended", Duration::from_secs(10), |_| {
+            robot.0.try_wait().expect("a child").is_some()
+        });
+        assert!(robot.0.wait().expect("ended").success());
+        assert_eq!(bench.truth().collisions, 0);
+    });
+}
+
+/// What a service manager's socket takes in, one line each, until the socket is empty.
+fn heard(socket: &UnixDatagram) -> Vec<String> {
+    let mut bytes = [0; 1024];
+    std::iter::from_fn(|| {
+        let count = socket.recv(&mut bytes).ok()?;
+        Some(String::from_utf8_lossy(&bytes[..count]).trim().to_owned())
+    })
+    .collect()
+}
+
+#[test]
+fn a_service_manager_hears_that_it_is_ready_lives_stands_and_ends() {
+    once_more_if_late(|| {
+        let mut bench = Bench::new();
+        let place = bench.path("notify");
+        let socket = UnixDatagram::bind(&place).expect("a socket");
+        socket.set_nonblocking(true).expect("a socket");
+        let mut command = bench.command(&bench.robot_file());
+        command
+            .env("NOTIFY_SOCKET", &place)
+            .env("WATCHDOG_USEC", "3000000")
+            .stderr(Stdio::null());
+        let mut robot = Running(command.spawn().expect("it starts"));
+        let mut said = Vec::new();
+        let hears = |wanted: &str, said: &mut Vec<String>| {
+            said.extend(heard(&socket));
+            said.iter().any(|line| line == wanted)
+        };
+        for wanted in ["READY=1", "STATUS=running", "WATCHDOG=1"] {
+            bench.until(wanted, Duration::from_secs(20), |_| {
+                hears(wanted, &mut said)
+            });
+        }
+        bench.ask("stop");
+        let status = "STATUS=stopped: operator-stop";
+        bench.until(status, Duration::from_secs(5), |_| hears(status, &mut said));
+        // A program that is held up does not live.
+        let pid = Pid::from_child(&robot.0);
+        kill_process(pid, Signal::STOP).expect("it runs");
+        said.clear();
+        hears("", &mut said);
+        std::thread::sleep(Duration::from_secs(1));
+        said.clear();
+        assert!(!hears("WATCHDOG=1", &mut said), "{said:?}");
+        kill_process(pid, Signal::CONT).expect("it runs");
+        bench.until("a sign of life", Duration::from_secs(5), |_| {
+            hears("WATCHDOG=1", &mut said)
+        });
+        kill_process(pid, Signal::TERM).expect("it runs");
+        bench.until("STOPPING=1", Duration::from_secs(10), |_| {
+            hears("STOPPING=1", &mut said)
+        });
+        assert!(robot.0.wait().expect("ended").success());
+    });
 }
 
 #[test]

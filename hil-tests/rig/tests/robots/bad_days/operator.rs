@@ -37,6 +37,37 @@ fn pause_resume_stop_and_reset_do_what_they_say() {
     });
 }
 
+#[test]
+fn an_operator_says_where_the_robot_stands_and_what_is_behind_it() {
+    once_more_if_late(|| {
+        let mut bench = Bench::driving();
+        for request in ["place start", "free-behind 1.5"] {
+            bench.is_refused(request, "stop");
+        }
+        bench.ask("stop");
+        bench.until_standing(Duration::from_secs(3));
+        for (wrong, expected) in [("free-behind 20", "2.5"), ("place 1.0,2.0", "X,Y,THETA")] {
+            let output = bench.ctl(wrong);
+            let text = said(&output);
+            assert!(
+                output.status.code() == Some(2) && text.contains(expected),
+                "{text}"
+            );
+        }
+        bench.ask("free-behind 1.5");
+        let truth = bench.truth().pose;
+        let said = format!("{:.3},{:.3},{:.4}", truth.x_m, truth.y_m, truth.theta_rad);
+        bench.ask(&format!("place {said}"));
+        bench.ask("reset");
+        bench.until_driving();
+        let (truth, says) = (bench.truth().pose, bench.published().pose.expect("a pose"));
+        let apart_m = (truth.x_m - says.x_m).hypot(truth.y_m - says.y_m);
+        // It says where it was a tenth of a second ago.
+        assert!(apart_m < 0.2, "{truth:?} {says:?}");
+        bench.finish();
+    });
+}
+
 fn inspect(bench: &Bench) {
     let runtime = bench.runtime_folder();
     let runtime = runtime.to_str().expect("a plain path");

@@ -1,5 +1,7 @@
 //! Where checkpoints are kept: a file beside the robot's control socket, in memory on most machines.
 
+mod background;
+
 use std::fmt::Display;
 use std::fs;
 use std::io;
@@ -10,6 +12,8 @@ use crate::composition::failure::Failure;
 use crate::composition::plan::Plan;
 use crate::process::runtime::Runtime;
 use crate::realtime::log::LogSender;
+
+pub use background::Background;
 
 /// Tells the starts of a machine apart.
 const BOOT_ID: &str = "/proc/sys/kernel/random/boot_id";

@@ -1,0 +1,186 @@
+//! Checkpoints kept on a thread of their own: a disk that stalls holds up nobody else.
+
+use std::io;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+use super::CheckpointStore;
+
+/// How long the last one may take to be kept when the program ends.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// A store that is used from a thread of its own. Only the newest checkpoint waits for it.
+pub struct Background<S> {
+    shared: Arc<Shared>,
+    /// Gives the store back when it ends.
+    thread: Option<JoinHandle<S>>,
+}
+
+#[derive(Default)]
+struct Shared {
+    slot: Mutex<Slot>,
+    news: Condvar,
+}
+
+#[derive(Default)]
+struct Slot {
+    waiting: Option<Vec<u8>>,
+    /// Of the last one that was tried.
+    failed: Option<io::Error>,
+    ends: bool,
+}
+
+impl Shared {
+    /// Locked for no longer than it takes to exchange what is in it.
+    fn lock(&self) -> MutexGuard<'_, Slot> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<S: CheckpointStore + 'static> Background<S> {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// The operating system's, when it has no thread to give.
+    pub fn of(mut store: S) -> io::Result<Self> {
+        let shared = Arc::<Shared>::default();
+        let own = Arc::clone(&shared);
+        let keep = move || {
+            loop {
+                let mut slot = own.lock();
+                let bytes = loop {
+                    if let Some(bytes) = slot.waiting.take() {
+                        break bytes;
+                    }
+                    if slot.ends {
+                        return store;
+                    }
+                    let woken = own.news.wait(slot);
+                    slot = woken.unwrap_or_else(PoisonError::into_inner);
+                };
+                drop(slot);
+                let result = store.save(&bytes);
+                own.lock().failed = result.err();
+            }
+        };
+        let thread = Builder::new().name("checkpoint".to_owned()).spawn(keep)?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+        })
+    }
+
+    /// The store, once what waits is kept.
+    fn end(&mut self) -> io::Result<S> {
+        self.shared.lock().ends = true;
+        self.shared.news.notify_one();
+        let until = Instant::now() + PATIENCE;
+        let slow = || io::Error::new(io::ErrorKind::TimedOut, "the disk takes too long");
+        while let Some(thread) = &self.thread {
+            if thread.is_finished() {
+                break;
+            }
+            if Instant::now() > until {
+                return Err(slow());
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let ended = self.thread.take().map(JoinHandle::join);
+        ended.and_then(Result::ok).ok_or_else(slow)
+    }
+}
+
+impl<S: CheckpointStore + 'static> CheckpointStore for Background<S> {
+    /// Never waits. An error is that of the one before.
+    fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let mut slot = self.shared.lock();
+        slot.waiting = Some(bytes.to_vec());
+        self.shared.news.notify_one();
+        slot.failed.take().map_or(Ok(()), Err)
+    }
+
+    fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
+        self.end()?.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    use super::*;
+
+    /// Takes as long as a test wants, and fails when told to.
+    struct Slow {
+        turns: Receiver<bool>,
+        begun: Sender<Vec<u8>>,
+        kept: Option<Vec<u8>>,
+    }
+
+    impl CheckpointStore for Slow {
+        fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
+            let _ = self.begun.send(bytes.to_vec());
+            if self.turns.recv() == Ok(true) {
+                self.kept = Some(bytes.to_vec());
+                return Ok(());
+            }
+            Err(io::Error::other("full"))
+        }
+
+        fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
+            Ok(self.kept.take())
+        }
+    }
+
+    fn slow() -> (Background<Slow>, Sender<bool>, Receiver<Vec<u8>>) {
+        let ((turn, turns), (begun, begins)) = (channel(), channel());
+        let store = Slow {
+            turns,
+            begun,
+            kept: None,
+        };
+        let background = Background::of(store).expect("a thread");
+        (background, turn, begins)
+    }
+
+    #[test]
+    fn nobody_waits_for_a_slow_disk_and_the_newest_is_kept() {
+        let (mut store, turn, begins) = slow();
+        store.save(b"1").expect("no error yet");
+        assert_eq!(begins.recv().expect("begun"), b"1");
+        for number in 2..=9 {
+            store.save(&[b'0' + number]).expect("no error yet");
+        }
+        turn.send(true).expect("waits");
+        assert_eq!(begins.recv().expect("begun"), b"9");
+        turn.send(true).expect("waits");
+        assert_eq!(store.take().expect("ended"), Some(b"9".to_vec()));
+    }
+
+    #[test]
+    fn that_it_fails_is_said_with_the_next_one() {
+        let (mut store, turn, begins) = slow();
+        store.save(b"1").expect("no error yet");
+        begins.recv().expect("begun");
+        turn.send(false).expect("waits");
+        let told = (0..1000).any(|_| {
+            std::thread::sleep(Duration::from_millis(1));
+            let failed = store.shared.lock().failed.is_some();
+            failed && store.save(b"2").is_err()
+        });
+        assert!(told);
+        drop(turn);
+        assert_eq!(store.take().expect("ended"), None);
+    }
+
+    #[test]
+    fn a_disk_that_hangs_does_not_keep_the_program_from_ending() {
+        let (mut store, turn, begins) = slow();
+        store.save(b"1").expect("no error yet");
+        begins.recv().expect("begun");
+        let error = store.take().expect_err("it hangs");
+        assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+        drop(turn);
+    }
+}
