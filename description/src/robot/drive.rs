@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use super::{ACCELERATION, GAIN, LENGTH, TIMEOUT_MS};
 use crate::geometry::Twist2;
-use crate::keys::{ANGLE, Count, Flat, KeyError, Quantity, SPEED, Section};
+use crate::keys::{ANGLE, Count, Flat, KeyError, Quantity, SPEED, Section, Truth};
 use crate::section;
 
 const CURRENT: Quantity = Quantity::new("a current", "A").above(0.0).at_most(100.0);
@@ -71,6 +71,11 @@ section! {
         pub hold_ms: u32 as TIMEOUT_MS => 20,
         /// Automatic bring-ups within a minute; one more needs an operator.
         pub bringups_per_minute: u32 as Count::new("a count", 0, 60) => 3,
+        /// How far a wheel's rim may move within a second beyond what the wheel was told, before the robot stops until an
+        /// operator has looked.
+        pub following_error_m: f64 as Quantity::new("a length", "m").above(0.0).at_most(0.5) => 0.02,
+        /// Whether the drive's emergency bits are set when a wheel does not obey: it then stops by itself, in its own way.
+        pub emergency_bits: bool as Truth => false,
     }
 }
 

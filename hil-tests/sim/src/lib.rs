@@ -39,7 +39,7 @@
 //! | KELO drive, all four modes | partial | electrical values are plausible, not measured |
 //! | SCIP 2.0 and 1.1 of the URG-04LX | supported | bit rates are kept; other bit rates give noise |
 //! | ranges: noise, lost readings, motion during a turn | supported | one plane |
-//! | robots with one steered drive unit | partial | wheels do not slip |
+//! | robots with one steered drive unit | partial | slip, slope, load, brakes and jams by [`world::Mechanics`]; the fixed axle never slips |
 //!
 //! # Examples
 //! A segment answers a frame that reads the AL status of every SubDevice (BRD of register 0x0130):

@@ -3,7 +3,7 @@
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
 use description::wheels::WheelSpeeds;
-use skills::drive::{StopKind, WheelController};
+use skills::drive::{STANDING_RAD_S, StopKind, WheelController};
 
 use crate::activities::exchange::Exchange;
 use crate::activities::port::Port;
@@ -15,9 +15,6 @@ use crate::symbols::wiring::ControlSymbols;
 
 /// Longest time that one step of the controller stands for.
 const LONGEST_STEP_NS: u64 = 50 * MILLISECOND_NS;
-
-/// Wheels slower than this stand.
-const STANDING_RAD_S: f64 = 0.2;
 
 /// The activity.
 pub struct Control {

@@ -7,6 +7,7 @@ use coordination::event::{Receiver, Sender};
 use coordination::fsm::StateId;
 use coordination::symbols::Writer;
 use description::geometry::Pose2;
+use skills::drive::Disobedience;
 use skills::navigator::{Instructed, Instruction};
 
 use crate::symbols::faults::{FAULTS, Fault};
@@ -63,6 +64,8 @@ pub enum Report {
     },
     /// What became of a [`Command::Instruct`].
     Instructed(Instructed),
+    /// A wheel does not do what it was told.
+    Disobeyed(Disobedience),
 }
 
 /// Capacity of a queue of commands.

@@ -108,6 +108,8 @@ faults! {
         "a thread of the program has not run for a second and the robot stops: see which in the log, free the processor or restart the program, then run `onboard ctl reset`";
     SupervisorSilent = 27, "supervisor-silent", ByItself,
         "the supervisor was not heard for a second, and the robot stopped: the process was starved or held up; see what else runs on this computer";
+    WheelsDisobey = 28, "wheels-disobey", Operator,
+        "a wheel does not do what it was told, the log says which and how far: look whether something blocks or pulls it, and at its motor and brakes; then run `onboard ctl reset`";
 }
 
 /// Number of kinds.

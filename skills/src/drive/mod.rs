@@ -5,13 +5,22 @@
 //! as the cosine of the pivot error allows, not at all while the error is large: it never drives off in a wrong
 //! direction. Speed follows acceleration limits, and no wheel is commanded beyond its limit.
 //!
+//! [`Obedience`] watches whether the wheels then do what they were told.
+//!
 //! Real time: [`WheelController::step`] does not allocate, lock or panic; it stops on input that is not finite.
+
+mod obedience;
+mod window;
+
+pub use obedience::{Disobedience, Obedience, Part};
 
 use description::geometry::{MotionCommand, wrap_angle};
 use description::keys::{KeyError, Section};
 use description::robot::{Control, DriveLimits, TricycleGeometry};
 use description::wheels::WheelSpeeds;
 
+/// Wheels slower than this stand.
+pub const STANDING_RAD_S: f64 = 0.2;
 /// How far the ramp may run ahead of the measured speed before it waits, m/s.
 const RAMP_AHEAD_M_S: f64 = 0.2;
 /// Below this the unit counts as standing, m/s.
@@ -39,6 +48,8 @@ pub struct WheelController {
     gains: Control,
     /// Ramped speed of the unit along its heading.
     unit_m_s: f64,
+    /// A stop for a fault is under way.
+    stops_hard: bool,
 }
 
 impl WheelController {
@@ -59,6 +70,7 @@ impl WheelController {
             limits,
             gains,
             unit_m_s: 0.0,
+            stops_hard: false,
         })
     }
 
@@ -124,6 +136,10 @@ impl WheelController {
             StopKind::Hard => self.limits.stop_deceleration_m_s2,
             StopKind::None | StopKind::Gentle => self.limits.deceleration_m_s2,
         };
+        if stop == StopKind::Hard && !self.stops_hard {
+            self.begin_where_it_is(measured);
+        }
+        self.stops_hard = stop == StopKind::Hard;
         self.ramp(target_m_s, slowing_m_s2, measured, dt_s);
         let standing = target_m_s == 0.0 && self.unit_m_s.abs() < STANDING_M_S;
         if standing && pivot_rate_rad_s == 0.0 {
@@ -157,6 +173,15 @@ impl WheelController {
         };
         let unit_m_s = speed_m_s * slope.hypot(1.0) * share;
         (unit_m_s, rate_rad_s)
+    }
+
+    /// A stop for a fault begins at the speed that the unit has, if that is slower than what it was told.
+    fn begin_where_it_is(&mut self, measured: WheelSpeeds) {
+        let measured_m_s = self.unit_speed_of(measured);
+        if measured_m_s.is_finite() {
+            let reach_m_s = measured_m_s.abs();
+            self.unit_m_s = self.unit_m_s.clamp(-reach_m_s, reach_m_s);
+        }
     }
 
     fn ramp(&mut self, target_m_s: f64, slowing_m_s2: f64, measured: WheelSpeeds, dt_s: f64) {

@@ -3,7 +3,7 @@
 use onboard::cli::Failure;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::FaultTable;
-use sim::world::{Obstacle, Pose, Shape};
+use sim::world::{Mechanics, Obstacle, Pose, Shape};
 
 use super::disk::Disk;
 use super::faults::Change;
@@ -115,7 +115,13 @@ impl Stepped<'_> {
             ScriptedKind::CutPower if lasts => devices.bus.faults.power_off(0),
             ScriptedKind::CutPower => devices.bus.faults.power_on(0),
             ScriptedKind::CutMotors => devices.bus.drive.set_emergency_stop(lasts),
-            ScriptedKind::Slip => self.world.lock().slip(number, [share, share / 2.0]),
+            ScriptedKind::Slip => self.world.lock().wear(
+                number,
+                Mechanics {
+                    slip: [share, share / 2.0],
+                    ..Mechanics::default()
+                },
+            ),
             ScriptedKind::BreakScans => devices.lidar.break_scans(share),
             ScriptedKind::DelayScans => devices.lidar.delay(by_ns),
             ScriptedKind::Unplug if lasts => devices.lidar.unplug(),

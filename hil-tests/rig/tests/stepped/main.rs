@@ -18,6 +18,7 @@ mod placing;
 mod scripted;
 mod straying;
 mod trials;
+mod wheels;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -37,6 +37,7 @@ mod simulation;
 mod tests;
 mod truth;
 mod walker;
+mod wheel;
 
 pub use crate::range_source::{RANGE_STEPS, STEPS_PER_TURN};
 pub use collision::{Cause, Collision, STANDING_M_S};
@@ -51,3 +52,4 @@ pub use shared::{RobotHandle, SharedWorld, WorldRangeSource};
 pub use simulation::{COMMAND_TIMEOUT, STEP, World};
 pub use truth::{Truth, TruthLog, TruthRecord};
 pub use walker::{BEHIND_RAD, Body, Route, Walker};
+pub use wheel::Mechanics;

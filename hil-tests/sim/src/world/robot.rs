@@ -7,6 +7,7 @@
 use super::error::WorldError;
 use super::geometry::{Footprint, Pose, Twist};
 use super::random::Random;
+use super::wheel::{Asked, Mechanics, Motor, Wheel};
 use crate::plant::{DriveCommand, DriveFeedback};
 
 /// What a robot is made of. [`RobotModel::new`] gives a complete one; change what differs.
@@ -115,23 +116,21 @@ impl RobotModel {
         Ok(())
     }
 
+    fn motor(&self) -> Motor {
+        Motor {
+            tau_s: self.wheel_tau_s,
+            max_speed_rad_s: self.max_wheel_speed_rad_s,
+            acceleration_rad_s2_a: self.acceleration_rad_s2_a,
+            friction_m_s2: self.friction_m_s2,
+        }
+    }
+
     fn error(&self, reason: String) -> WorldError {
         WorldError::Robot {
             id: self.id.clone(),
             reason,
         }
     }
-}
-
-/// One driven wheel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Wheel {
-    radius_m: f64,
-    angle_rad: f64,
-    speed_rad_s: f64,
-    acceleration_rad_s2: f64,
-    /// Share of its turning that moves nothing.
-    slip: f64,
 }
 
 /// What changes when a robot moves.
@@ -143,19 +142,14 @@ pub(super) struct Motion {
     pub(super) pivot_rad_s: f64,
     left: Wheel,
     right: Wheel,
+    pub(super) mechanics: Mechanics,
 }
 
 impl Motion {
     pub(super) fn new(model: &RobotModel, random: &mut Random) -> Motion {
-        let mut wheel = || Wheel {
-            radius_m: 0.5
-                * model.wheel_diameter_m
-                * (1.0 + random.symmetric(model.wheel_scale_error)),
-            angle_rad: 0.0,
-            speed_rad_s: 0.0,
-            acceleration_rad_s2: 0.0,
-            slip: 0.0,
-        };
+        let nominal_m = 0.5 * model.wheel_diameter_m;
+        let mut wheel =
+            || Wheel::new(nominal_m * (1.0 + random.symmetric(model.wheel_scale_error)));
         Motion {
             pose: model.start,
             twist: Twist::default(),
@@ -163,26 +157,39 @@ impl Motion {
             pivot_rad_s: 0.0,
             left: wheel(),
             right: wheel(),
+            mechanics: Mechanics::default(),
         }
     }
 
     /// The state `dt_s` later.
     pub(super) fn stepped(&self, model: &RobotModel, command: &DriveCommand, dt_s: f64) -> Motion {
         let mut next = *self;
-        next.left.step(
-            model,
-            command.left_enabled,
-            command.left_rad_s,
-            command.left_current_limit_a,
-            dt_s,
-        );
-        next.right.step(
-            model,
-            command.right_enabled,
-            command.right_rad_s,
-            command.right_current_limit_a,
-            dt_s,
-        );
+        let mechanics = &self.mechanics;
+        let pull_m_s2 = match mechanics.slope_m_s2 {
+            [0.0, 0.0] => 0.0,
+            [along_x, along_y] => {
+                let (sin, cos) = (self.pose.theta_rad + self.pivot_rad).sin_cos();
+                along_x * cos + along_y * sin
+            }
+        };
+        let turned = |reversed: bool, wanted: f64| if reversed { -wanted } else { wanted };
+        let [left, right] = mechanics.reversed;
+        let left = Asked {
+            enabled: command.left_enabled,
+            wanted_rad_s: turned(left, command.left_rad_s),
+            limit_a: command.left_current_limit_a,
+        };
+        let right = Asked {
+            enabled: command.right_enabled,
+            wanted_rad_s: turned(right, command.right_rad_s),
+            limit_a: command.right_current_limit_a,
+        };
+        let motor = model.motor();
+        next.left.step(&motor, mechanics, left, pull_m_s2, dt_s);
+        next.right.step(&motor, mechanics, right, pull_m_s2, dt_s);
+        if mechanics.pivot_jammed {
+            next.jam(model);
+        }
         // Midpoint rule: speeds and angles of the middle of the step carry the pose over the whole step.
         let left_m_s = 0.5 * (self.left.rim_m_s() + next.left.rim_m_s());
         let right_m_s = 0.5 * (self.right.rim_m_s() + next.right.rim_m_s());
@@ -251,46 +258,25 @@ impl Motion {
         }
     }
 
-    /// From now on these shares of the left and right wheel's turning move nothing.
-    pub(super) fn slip(&mut self, shares: [f64; 2]) {
-        [self.left.slip, self.right.slip] = shares.map(|share| share.clamp(0.0, 1.0));
+    /// From now on its wheels are like this.
+    pub(super) fn wear(&mut self, mechanics: Mechanics) {
+        [self.left.slip, self.right.slip] = mechanics.slip.map(|share| share.clamp(0.0, 1.0));
+        self.mechanics = mechanics;
+    }
+
+    /// Has the wheels turn only as a unit does that cannot turn under the platform: δ' = 0, so Ω = ω.
+    fn jam(&mut self, model: &RobotModel) {
+        let (sin, cos) = self.pivot_rad.sin_cos();
+        let unit_m_s = 0.5 * (self.left.rim_m_s() + self.right.rim_m_s());
+        let omega_rad_s = unit_m_s * sin / (model.wheelbase_m - model.caster_offset_m * cos);
+        let spread_m_s = 0.5 * omega_rad_s * model.wheel_separation_m;
+        self.left.roll_at(unit_m_s - spread_m_s);
+        self.right.roll_at(unit_m_s + spread_m_s);
     }
 
     /// True radii of the left and right wheel.
     pub(super) fn wheel_radii_m(&self) -> [f64; 2] {
         [self.left.radius_m, self.right.radius_m]
-    }
-}
-
-impl Wheel {
-    fn rim_m_s(&self) -> f64 {
-        self.speed_rad_s * self.radius_m * (1.0 - self.slip)
-    }
-
-    fn step(
-        &mut self,
-        model: &RobotModel,
-        enabled: bool,
-        wanted_rad_s: f64,
-        limit_a: f64,
-        dt_s: f64,
-    ) {
-        let (acceleration, powered) = if enabled {
-            let bound = model.max_wheel_speed_rad_s;
-            let wanted = wanted_rad_s.clamp(-bound, bound);
-            // A first-order lag, exact over the step; a value that is not finite counts as 0.
-            let wanted = if wanted.is_finite() { wanted } else { 0.0 };
-            let share = 1.0 - (-dt_s / model.wheel_tau_s).exp();
-            let limit = limit_a.max(0.0) * model.acceleration_rad_s2_a;
-            let free = (wanted - self.speed_rad_s) * share / dt_s;
-            (free.clamp(-limit, limit), true)
-        } else {
-            let friction = model.friction_m_s2 / self.radius_m;
-            ((-self.speed_rad_s / dt_s).clamp(-friction, friction), false)
-        };
-        self.angle_rad += dt_s * (self.speed_rad_s + 0.5 * dt_s * acceleration);
-        self.speed_rad_s += dt_s * acceleration;
-        self.acceleration_rad_s2 = if powered { acceleration } else { 0.0 };
     }
 }
 

@@ -13,6 +13,7 @@ use super::robot_state::RobotState;
 use super::scene::{Obstacle, ObstacleId, Scene, Shape, Target};
 use super::truth::{Truth, TruthLog};
 use super::walker::{Walk, Walker};
+use super::wheel::Mechanics;
 use crate::plant::{DriveCommand, DriveFeedback};
 
 /// Length of a step.
@@ -143,10 +144,10 @@ impl World {
         robot.motion.feedback(&robot.model, ahead_s)
     }
 
-    /// From now on these shares of the turning of a robot's left and right wheel move nothing.
-    pub fn slip(&mut self, robot: usize, shares: [f64; 2]) {
+    /// From now on a robot's wheels are like this.
+    pub fn wear(&mut self, robot: usize, mechanics: Mechanics) {
         if let Some(robot) = self.robots.get_mut(robot) {
-            robot.motion.slip(shares);
+            robot.motion.wear(mechanics);
         }
     }
 

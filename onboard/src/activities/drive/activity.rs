@@ -7,21 +7,21 @@ use coordination::symbols::Stamped;
 use description::wheels::WheelSpeeds;
 use drivers::ethercat::{Bus, BusCounters, ExchangeError};
 use drivers::kelo::{self, Feedback, Inputs, Setpoint, SetpointLimits};
+use skills::drive::Obedience;
 
 use super::bring_ups::BringUpLimit;
 use super::health::Health;
+use super::holding::Holding;
 use super::ramp::WheelRamp;
-use super::settings::{
-    BRING_UP, GONE_NS, OpenLink, RETRY_NS, SHUT_DOWN_NS, SWITCHED_ON_NS, Settings, encoders,
-};
-use crate::activities::port::{Command, Port};
+use super::settings::{OpenLink, SHUT_DOWN_NS, Settings, encoders};
+use crate::activities::port::{Command, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{Clock, MILLISECOND_NS, SECOND_NS};
 use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
 use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::Fault;
-use crate::symbols::values::{DriveStatus, WheelSetpoints};
+use crate::symbols::values::{DriveStatus, Encoders, WheelSetpoints};
 use crate::symbols::wiring::DriveSymbols;
 
 /// How long a robot may take to stop after its fieldbus thread has panicked.
@@ -29,31 +29,36 @@ const AFTER_PANIC_NS: u64 = 2 * SECOND_NS;
 
 /// The activity.
 pub struct Drive {
-    port: Port,
-    settings: Settings,
-    symbols: DriveSymbols,
-    open_link: OpenLink,
-    clock: Arc<dyn Clock>,
-    log: LogSender,
-    bus: Option<Bus>,
-    ramp: WheelRamp,
-    wanted: Stamped<WheelSetpoints>,
-    inputs: Inputs,
-    status: DriveStatus,
+    pub(super) port: Port,
+    pub(super) settings: Settings,
+    pub(super) symbols: DriveSymbols,
+    pub(super) open_link: OpenLink,
+    pub(super) clock: Arc<dyn Clock>,
+    pub(super) log: LogSender,
+    pub(super) bus: Option<Bus>,
+    pub(super) ramp: WheelRamp,
+    pub(super) wanted: Stamped<WheelSetpoints>,
+    pub(super) inputs: Inputs,
+    pub(super) encoders: Encoders,
+    pub(super) status: DriveStatus,
     /// How often the drive was found to have lost power.
-    encoder_epoch: u64,
-    answered_ns: u64,
+    pub(super) encoder_epoch: u64,
+    pub(super) answered_ns: u64,
     /// Since when there has been no drive to bring up for the first time.
-    sought_ns: Option<u64>,
-    lost_since_ns: u64,
-    limits: SetpointLimits,
-    counted: BusCounters,
-    health: Health,
-    latched: bool,
-    bring_ups: BringUpLimit,
-    retry_ns: u64,
-    complaints: Complaints,
-    panicked_ns: u64,
+    pub(super) sought_ns: Option<u64>,
+    pub(super) lost_since_ns: u64,
+    pub(super) limits: SetpointLimits,
+    pub(super) counted: BusCounters,
+    pub(super) health: Health,
+    pub(super) obedience: Obedience,
+    pub(super) holding: Holding,
+    /// Wheels do not obey.
+    pub(super) disobeys: bool,
+    pub(super) latched: bool,
+    pub(super) bring_ups: BringUpLimit,
+    pub(super) retry_ns: u64,
+    pub(super) complaints: Complaints,
+    pub(super) panicked_ns: u64,
 }
 
 impl Drive {
@@ -72,6 +77,7 @@ impl Drive {
             max_current_a: settings.drive_current_a.max(settings.stop_current_a),
         };
         let bring_ups = BringUpLimit::new(settings.bring_ups_per_minute);
+        let obedience_rad = settings.obedience_rad;
         Self {
             port,
             settings,
@@ -83,6 +89,7 @@ impl Drive {
             ramp,
             wanted: Stamped::default(),
             inputs: Inputs::default(),
+            encoders: Encoders::default(),
             status: DriveStatus::default(),
             encoder_epoch: 0,
             answered_ns: 0,
@@ -91,109 +98,15 @@ impl Drive {
             limits,
             counted: BusCounters::default(),
             health: Health::default(),
+            obedience: Obedience::new(obedience_rad),
+            holding: Holding::default(),
+            disobeys: false,
             latched: false,
             bring_ups,
             retry_ns: 0,
             complaints: Complaints::default(),
             panicked_ns: 0,
         }
-    }
-
-    /// Brings the bus up. The real-time rules are suspended: the activity is in state *configuring*.
-    fn bring_up(&mut self, now_ns: u64) {
-        if now_ns < self.retry_ns {
-            return;
-        }
-        // The old socket goes first, and what was counted on it is kept.
-        if let Some(bus) = self.bus.take() {
-            self.counted = self.total(bus.counters());
-        }
-        if self.too_many_bring_ups(now_ns) {
-            return;
-        }
-        let result = (self.open_link)().and_then(|link| {
-            Bus::bring_up(link, &self.settings.expectation, BRING_UP)
-                .map_err(|error| error.to_string())
-        });
-        match result {
-            Ok(bus) => {
-                let identity = bus.identity();
-                self.judge_return(identity.had_address);
-                self.log.info(format!(
-                    "bus is up on {}: {}, serial {}",
-                    identity.link, identity.name, identity.serial
-                ));
-                // Without power its encoders forgot how far they had counted.
-                self.encoder_epoch += u64::from(!identity.had_address);
-                self.bus = Some(bus);
-                self.ramp.reset();
-                self.answered_ns = self.clock.now_ns();
-                self.lost_since_ns = 0;
-                self.health = Health::default();
-                self.status.bring_ups += 1;
-                self.complaints.forget();
-                self.port.clear(Fault::BusLost);
-                self.port.step(LifeCycleEvent::Configured);
-            }
-            Err(complaint) => {
-                self.sought_ns.get_or_insert(now_ns);
-                self.complaints
-                    .say(&self.log, "bus cannot be brought up", complaint);
-                self.port.raise(Fault::BusLost, 0.0);
-            }
-        }
-        self.retry_ns = self.clock.now_ns() + RETRY_NS;
-    }
-
-    /// A drive that was without power, or gone for long, does not go on by itself: somebody may have released an emergency
-    /// stop. One that is switched on together with this computer may take a while.
-    fn judge_return(&mut self, kept_power: bool) {
-        let now_ns = self.clock.now_ns();
-        let (gone_since_ns, may_take_ns) = if self.status.bring_ups == 0 {
-            (self.sought_ns.unwrap_or(now_ns), SWITCHED_ON_NS)
-        } else {
-            (self.answered_ns, if kept_power { GONE_NS } else { 0 })
-        };
-        let gone_ns = now_ns.saturating_sub(gone_since_ns);
-        if gone_ns > may_take_ns {
-            self.latch(Fault::DriveReturned, gone_ns as f64 * 1e-9);
-        }
-    }
-
-    /// Whether an operator is needed before another bring-up.
-    fn too_many_bring_ups(&mut self, now_ns: u64) -> bool {
-        if self.status.bring_ups == 0 || !self.complaints.is_empty() {
-            return false; // the first one, and further attempts at the same one, do not count
-        }
-        let too_many = !self.bring_ups.note(now_ns);
-        if too_many {
-            self.port
-                .raise(Fault::BringUpLimit, self.bring_ups.per_minute() as f64);
-            self.retry_ns = u64::MAX;
-        }
-        too_many
-    }
-
-    /// The operator has seen to the faults. One whose cause is still there stays.
-    fn reset(&mut self) {
-        if self.bus.is_none() || self.health.is_good() {
-            self.latched = false;
-            for fault in [
-                Fault::BusVoltage,
-                Fault::DriveFault,
-                Fault::MotorsOff,
-                Fault::DriveReturned,
-            ] {
-                self.port.clear(fault);
-            }
-        }
-        if self.bus.is_none() {
-            // A drive that comes at once is the one that the operator expects.
-            self.answered_ns = self.clock.now_ns();
-        }
-        self.port.clear(Fault::BringUpLimit);
-        self.bring_ups.forget();
-        self.retry_ns = 0;
     }
 
     /// The wheel speeds to send in this cycle.
@@ -207,7 +120,7 @@ impl Drive {
             age_ns as f64 / MILLISECOND_NS as f64,
         );
         if !running || stale || self.latched || has_panicked() {
-            self.ramp.step(now_ns)
+            self.ramp.stop(now_ns, self.encoders.speeds)
         } else {
             let limit = self.settings.max_wheel_speed_rad_s;
             self.ramp.follow(now_ns, self.wanted.value.speeds, limit)
@@ -223,15 +136,18 @@ impl Drive {
             self.port.state(),
             LifeCycleState::Running | LifeCycleState::Paused
         );
-        let current_a = if speeds == WheelSpeeds::STANDING {
+        let (found, angles) = (self.encoders.speeds, self.encoders.angles);
+        let current_a = if self.holding.relaxes(speeds, found, angles, now_ns) {
             self.settings.stop_current_a
         } else {
             self.settings.drive_current_a
         };
-        let setpoint = if enabled {
-            Setpoint::Speeds { speeds, current_a }
-        } else {
-            Setpoint::Off
+        let setpoint = match () {
+            () if !enabled => Setpoint::Off,
+            () if self.disobeys && self.settings.emergency_bits => {
+                Setpoint::Emergency { current_a }
+            }
+            () => Setpoint::Speeds { speeds, current_a },
         };
         let outputs = setpoint.to_outputs(&self.limits).to_bytes();
         let mut bytes = [0; kelo::INPUTS_BYTES];
@@ -244,7 +160,7 @@ impl Drive {
     }
 
     /// Raises a fault after which the robot stands until an operator resets it.
-    fn latch(&mut self, fault: Fault, figure: f64) {
+    pub(super) fn latch(&mut self, fault: Fault, figure: f64) {
         self.latched = true;
         self.port.raise(fault, figure);
     }
@@ -278,16 +194,29 @@ impl Drive {
         if let Some((fault, figure)) = found {
             self.latch(fault, figure);
         }
-        let encoders = encoders(
-            &Feedback::from(&self.inputs),
-            self.settings.pivot_zero_rad,
-            self.encoder_epoch,
-        );
-        self.symbols.encoders.write(now_ns, &encoders);
+        let feedback = Feedback::from(&self.inputs);
+        self.encoders = encoders(&feedback, self.settings.pivot_zero_rad, self.encoder_epoch);
+        self.symbols.encoders.write(now_ns, &self.encoders);
+        self.judge_obedience(feedback.enabled, now_ns);
+    }
+
+    /// Whether the wheels do what they are told, as long as their motors have power.
+    fn judge_obedience(&mut self, powered: bool, now_ns: u64) {
+        if !self.health.told_to_power || !powered || self.disobeys {
+            self.obedience.forget();
+            return;
+        }
+        let told = WheelSpeeds::new(self.status.sent_left_rad_s, self.status.sent_right_rad_s);
+        let (found, angles) = (self.encoders.speeds, self.encoders.angles);
+        if let Some(what) = self.obedience.judge(told, found, angles, now_ns) {
+            self.disobeys = true;
+            self.port.report(Report::Disobeyed(what));
+            self.latch(Fault::WheelsDisobey, what.beyond_rad);
+        }
     }
 
     /// Counters of this bus and those before it.
-    fn total(&self, counters: BusCounters) -> BusCounters {
+    pub(super) fn total(&self, counters: BusCounters) -> BusCounters {
         BusCounters {
             cycles: self.counted.cycles + counters.cycles,
             lost_frames: self.counted.lost_frames + counters.lost_frames,
@@ -378,7 +307,7 @@ impl RobotActivity for Drive {
         if self.panicked_ns == 0 {
             self.panicked_ns = now_ns;
         }
-        let setpoint = self.ramp.step(now_ns);
+        let setpoint = self.ramp.stop(now_ns, self.encoders.speeds);
         // A lost frame is tried again in the next step; the time limit ends it.
         let _ = self.exchange(now_ns, setpoint);
         let standing = setpoint == WheelSpeeds::STANDING;

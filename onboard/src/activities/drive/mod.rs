@@ -6,7 +6,9 @@
 mod activity;
 mod bring_ups;
 mod health;
+mod holding;
 mod ramp;
+mod returning;
 mod settings;
 
 pub use activity::Drive;

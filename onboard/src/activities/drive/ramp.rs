@@ -11,6 +11,7 @@ pub struct WheelRamp {
     last: WheelSpeeds,
     sent_ns: u64,
     moved_ns: u64,
+    stops: bool,
 }
 
 impl WheelRamp {
@@ -22,6 +23,7 @@ impl WheelRamp {
             last: WheelSpeeds::STANDING,
             sent_ns: 0,
             moved_ns: 0,
+            stops: false,
         }
     }
 
@@ -35,11 +37,23 @@ impl WheelRamp {
         if !wanted.is_finite() {
             return self.step(now_ns);
         }
+        self.stops = false;
         self.sent(now_ns, wanted.limited(limit_rad_s))
     }
 
+    /// One step towards standing, of wheels that turn at `found`: a stop begins where they are, if that is slower than what they
+    /// were told.
+    pub fn stop(&mut self, now_ns: u64, found: WheelSpeeds) -> WheelSpeeds {
+        let (told_rad_s, found_rad_s) = (self.last.fastest_rad_s(), found.fastest_rad_s());
+        if !self.stops && found_rad_s < told_rad_s {
+            self.last = self.last.scaled(found_rad_s / told_rad_s);
+        }
+        self.stops = true;
+        self.step(now_ns)
+    }
+
     /// One step towards standing.
-    pub fn step(&mut self, now_ns: u64) -> WheelSpeeds {
+    fn step(&mut self, now_ns: u64) -> WheelSpeeds {
         let elapsed_s =
             now_ns.saturating_sub(self.sent_ns).min(SECOND_NS / 10) as f64 / SECOND_NS as f64;
         let fastest_rad_s = self.last.fastest_rad_s();
@@ -80,7 +94,7 @@ mod tests {
         let mut last = WheelSpeeds::new(8.0, 4.0);
         assert_eq!(ramp.follow(MS, last, 35.0), last);
         for cycle in 2..=201 {
-            let now = ramp.step(cycle * MS);
+            let now = ramp.stop(cycle * MS, WheelSpeeds::new(8.0, 4.0));
             assert!(
                 (now.left_rad_s - (last.left_rad_s - 0.04)).abs() < 1e-9
                     && (now.left_rad_s - 2.0 * now.right_rad_s).abs() < 1e-9,
@@ -88,7 +102,18 @@ mod tests {
             );
             last = now;
         }
-        assert_eq!(ramp.step(202 * MS), WheelSpeeds::STANDING);
+        assert_eq!(ramp.stop(202 * MS, last), WheelSpeeds::STANDING);
+    }
+
+    #[test]
+    fn a_stop_begins_where_the_wheels_are() {
+        let mut ramp = WheelRamp::new(40.0);
+        ramp.follow(MS, WheelSpeeds::new(8.0, 4.0), 35.0);
+        let first = ramp.stop(2 * MS, WheelSpeeds::new(2.0, 1.0));
+        assert!((first.left_rad_s - 1.96).abs() < 1e-9, "{first:?}");
+        // From there it is the ramp, whatever the wheels do.
+        let second = ramp.stop(3 * MS, WheelSpeeds::STANDING);
+        assert!((second.left_rad_s - 1.92).abs() < 1e-9, "{second:?}");
     }
 
     #[test]
@@ -108,7 +133,7 @@ mod tests {
             for (cycle, (left, right, stop)) in setpoints.into_iter().enumerate() {
                 let now_ns = cycle as u64 * MS;
                 let wanted = WheelSpeeds::new(left, right);
-                let sent = if stop { ramp.step(now_ns) } else { ramp.follow(now_ns, wanted, 35.0) };
+                let sent = if stop { ramp.stop(now_ns, wanted) } else { ramp.follow(now_ns, wanted, 35.0) };
                 prop_assert!(sent.fastest_rad_s() <= 35.0 + 1e-9);
             }
         }

@@ -49,6 +49,10 @@ pub struct Settings {
     pub drive_current_a: f32,
     /// Current limit while standing.
     pub stop_current_a: f32,
+    /// How far a wheel may turn beyond what it was told.
+    pub obedience_rad: f64,
+    /// Whether the drive is to stop by itself when its wheels do not obey.
+    pub emergency_bits: bool,
     /// Within these the bus voltage is good.
     pub voltage: VoltageLimits,
     /// Pivot encoder when the unit points forward.

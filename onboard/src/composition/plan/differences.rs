@@ -64,6 +64,8 @@ fn fixed_in_drive(ours: &Drive, theirs: &Drive) -> Option<String> {
         setpoint_timeout_ms,
         hold_ms,
         bringups_per_minute,
+        following_error_m,
+        emergency_bits,
     );
     match key {
         Some((key, _)) => Some(format!("drive.{key}")),

@@ -142,6 +142,8 @@ impl Plan {
                 / drive.geometry.wheel_radius_m(),
             drive_current_a: drive.drive_current_a as f32,
             stop_current_a: drive.stop_current_a as f32,
+            obedience_rad: drive.following_error_m / drive.geometry.wheel_radius_m(),
+            emergency_bits: drive.emergency_bits,
             voltage: VoltageLimits {
                 min_v: drive.min_bus_voltage_v as f32,
                 max_v: drive.max_bus_voltage_v as f32,

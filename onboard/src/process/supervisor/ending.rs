@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use coordination::activity::LifeCycleEvent;
+use skills::drive::STANDING_RAD_S;
 
 use super::supervision::{PERIOD_NS, Supervisor};
 use crate::activities::port::Command;
@@ -17,8 +18,6 @@ use crate::symbols::values::Mode;
 const STANDSTILL_NS: u64 = 3 * SECOND_NS;
 /// How long activities may take to stop once the robot stands.
 const STOPPING_NS: u64 = SECOND_NS;
-/// Wheel speed below which the robot stands.
-const STANDING_RAD_S: f64 = 0.2;
 /// An older encoder reading does not count.
 const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 

@@ -128,6 +128,7 @@ impl Supervisor {
                 );
             }
             Report::Instructed(what) => self.answer_sent(what),
+            Report::Disobeyed(what) => tracing::error!("{what}"),
         }
     }
 

@@ -1,0 +1,153 @@
+//! Wheels that do not do what they are told, or are pulled elsewhere.
+
+use onboard::process::ctl::Request;
+use onboard::symbols::faults::Fault;
+use sim::world::Mechanics;
+
+use crate::bench::Bench;
+
+/// So far a wheel may move beyond what it was told, by the robot file's default, and then the robot brakes.
+const NOTICED_M: f64 = 0.02;
+
+fn wear(bench: &Bench, mechanics: Mechanics) {
+    bench.world.lock().wear(0, mechanics);
+}
+
+/// The robot goes on, once an operator has agreed.
+fn goes_on_after_a_reset(mut bench: Bench) {
+    bench.stands_for(3.0);
+    assert!(bench.has(Fault::WheelsDisobey));
+    wear(&bench, Mechanics::default());
+    // That the wheels are all right is not enough.
+    bench.stands_for(3.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    assert!(!bench.has(Fault::WheelsDisobey));
+    bench.finish();
+}
+
+#[test]
+fn a_wheel_that_turns_the_wrong_way_stops_the_robot_before_it_gets_far() {
+    for reversed in [[true, false], [false, true], [true, true]] {
+        let mut bench = Bench::driving();
+        bench.ask(Request::Pause);
+        bench.until_standing(2.0);
+        wear(
+            &bench,
+            Mechanics {
+                reversed,
+                ..Mechanics::default()
+            },
+        );
+        let before = bench.truth();
+        bench.ask(Request::Resume);
+        bench.until_raised(Fault::WheelsDisobey, 3.0);
+        bench.until_standing(1.0);
+        let way_m = bench.truth().distance_m - before.distance_m;
+        assert!(way_m < 0.05, "{reversed:?}: {way_m}");
+        goes_on_after_a_reset(bench);
+    }
+}
+
+#[test]
+fn a_pivot_that_is_jammed_stops_the_robot_when_it_steers() {
+    let mut bench = Bench::driving();
+    wear(
+        &bench,
+        Mechanics {
+            pivot_jammed: true,
+            ..Mechanics::default()
+        },
+    );
+    // Straight ahead it need not turn.
+    bench.until_raised(Fault::WheelsDisobey, 60.0);
+    bench.until_standing(1.0);
+    goes_on_after_a_reset(bench);
+}
+
+#[test]
+fn brakes_that_are_weaker_than_the_robot_file_says_are_noticed_at_the_first_stop() {
+    let mut bench = Bench::driving();
+    bench.drives_for(2.0);
+    let configured_m_s2 = bench.plan.robot.drive.limits.stop_deceleration_m_s2;
+    wear(
+        &bench,
+        Mechanics {
+            braking_m_s2: 0.4 * configured_m_s2,
+            ..Mechanics::default()
+        },
+    );
+    let before = bench.truth();
+    bench.ask(Request::Stop);
+    bench.until_raised(Fault::WheelsDisobey, 1.0);
+    bench.until_standing(1.0);
+    // As fast as it can.
+    let speed_m_s = before.twist.v_m_s;
+    let stop_m = speed_m_s * (0.1 + 0.05) + speed_m_s.powi(2) / (0.8 * configured_m_s2);
+    let way_m = bench.truth().distance_m - before.distance_m;
+    assert!(way_m < stop_m * 1.1, "{way_m} {stop_m}");
+    goes_on_after_a_reset(bench);
+}
+
+#[test]
+fn a_heavy_robot_holds_on_a_slope() {
+    let mut bench = Bench::driving();
+    // A ramp of one in ten, with three times the mass: what is left while standing does not hold it.
+    let slope = Mechanics {
+        slope_m_s2: [1.0, 0.0],
+        load: 3.0,
+        ..Mechanics::default()
+    };
+    wear(&bench, slope);
+    bench.drives_for(1.0);
+    bench.ask(Request::Stop);
+    bench.until_standing(1.0);
+    let rolled_m = {
+        let before = bench.truth().distance_m;
+        bench.watch(20.0);
+        bench.truth().distance_m - before
+    };
+    assert!(rolled_m < 0.002, "{rolled_m}");
+    assert_eq!(bench.raised(Fault::WheelsDisobey), 0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}
+
+#[test]
+fn a_robot_that_cannot_be_held_says_so() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_standing(1.0);
+    bench.stands_for(1.0);
+    // So steep and so heavy that no current holds it.
+    let slope = Mechanics {
+        slope_m_s2: [4.0, 0.0],
+        load: 20.0,
+        ..Mechanics::default()
+    };
+    wear(&bench, slope);
+    let before = bench.truth().distance_m;
+    bench.until_raised(Fault::WheelsDisobey, 2.0);
+    let rolled_m = bench.truth().distance_m - before;
+    assert!(rolled_m < NOTICED_M + 0.02, "{rolled_m}");
+}
+
+#[test]
+fn a_robot_that_obeys_is_believed() {
+    // Uphill, downhill, and with the mass of two.
+    for slope in [-0.5, 0.5] {
+        let mut bench = Bench::driving();
+        wear(
+            &bench,
+            Mechanics {
+                slope_m_s2: [slope, 0.0],
+                load: 2.0,
+                ..Mechanics::default()
+            },
+        );
+        bench.watch(60.0);
+        assert_eq!(bench.raised(Fault::WheelsDisobey), 0);
+        bench.finish();
+    }
+}
