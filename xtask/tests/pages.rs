@@ -33,8 +33,7 @@ const LAPS: &str = "hil-tests/rig/tests/robots/bad_days/laps.rs";
 const OPERATOR: &str = "hil-tests/rig/tests/robots/bad_days/operator.rs";
 const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
 const HARDWARE: &str = "the robot's own hardware, and an administrator";
-const SERVE: &str =
-    "target/debug/mediator run --site config/sites/overtaking.toml --listen tcp/0.0.0.0:7447";
+const SERVE: &str = "target/debug/mediator run --site config/sites/overtaking.toml --listen tcp/0.0.0.0:7447 --first-start";
 
 /// All commands of all pages, each once.
 const COMMANDS: &[(&str, Run)] = &[
@@ -151,6 +150,7 @@ const COMMANDS: &[(&str, Run)] = &[
     ("target/debug/mediator status", BesideMediator),
     ("target/debug/mediator why amr-1", BesideMediator),
     ("target/debug/mediator clear 3", BesideMediator),
+    ("target/debug/mediator absent amr-2", BesideMediator),
     (
         "cargo build --release --bin onboard",
         HereWithout(" --release"),

@@ -66,6 +66,13 @@ enum Command {
         #[command(flatten)]
         which: Which,
     },
+    /// Tell the mediator that a silent robot is nowhere on the floor: it loses all areas, and nobody waits for it
+    Absent {
+        /// Id of the robot
+        robot: String,
+        #[command(flatten)]
+        which: Which,
+    },
 }
 
 /// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
@@ -81,6 +88,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Status { which, json } => status::status(&which, json),
         Command::Why { robot, which } => status::order(&which, &Question::Why { robot }),
         Command::Clear { area, which } => status::order(&which, &Question::Clear { area }),
+        Command::Absent { robot, which } => status::order(&which, &Question::Absent { robot }),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

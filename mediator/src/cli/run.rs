@@ -25,6 +25,9 @@ pub(super) struct Arguments {
     /// Where grants are recorded [default: $XDG_STATE_HOME/mediator/SITE.redb]
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
+    /// Begin a journal if there is none: this site had no mediator before, or its journal is lost
+    #[arg(long)]
+    first_start: bool,
     /// First part of every key on the fleet's network
     #[arg(long, value_name = "PREFIX", default_value = "fleet")]
     key_prefix: String,
@@ -63,6 +66,13 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let (store, stored) =
         Store::open(&journal, &site.name).map_err(|error| Failure::Refused(error.to_string()))?;
+    if stored.epoch == 0 && !arguments.first_start {
+        return Err(Failure::Refused(format!(
+            "journal {} is empty. If this site had a mediator before, its journal is elsewhere: name it with --journal. If it had \
+             none, or its journal is lost, add --first-start",
+            journal.display()
+        )));
+    }
     let plans = plans(&arguments.site, &site, &setup)?;
     for plan in &plans {
         for warning in plan.warnings() {
@@ -80,6 +90,13 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
         journal.display(),
         manager.epoch()
     );
+    let awaited = manager.status(0).awaited;
+    if !awaited.is_empty() {
+        tracing::info!(
+            "nothing is granted until these robots have reported where they stand, or are said to be absent (`mediator absent ROBOT`): {}",
+            awaited.join(", ")
+        );
+    }
     let settings = Settings {
         key_prefix: arguments.key_prefix,
         network: NetworkSettings {

@@ -40,7 +40,7 @@ fn describe(status: &Status) -> String {
     }
     if !status.awaited.is_empty() {
         text += &format!(
-            "nothing is granted until these have reported or their areas are cleared: {}\n",
+            "nothing is granted until these have reported where they stand, or an operator says `mediator absent`: {}\n",
             status.awaited.join(", ")
         );
     }
@@ -109,6 +109,9 @@ fn describe_area(area: &AreaStatus) -> String {
 
 fn describe_robot(robot: &RobotStatus) -> String {
     let heard = match (robot.session, robot.heard) {
+        _ if robot.reports && !robot.heard => {
+            "reports, and does not follow this mediator yet".to_owned()
+        }
         (0, _) => "never heard of".to_owned(),
         (_, true) => format!("heard {} ms ago", robot.age_ms),
         (_, false) => "silent".to_owned(),

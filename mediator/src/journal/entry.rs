@@ -11,7 +11,7 @@ use super::record::{CoordinationRecord, level_record};
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the names say what each field is")]
 pub enum Entry {
-    /// The mediator has started; how often until now.
+    /// The mediator has started, or has taken a larger number than that of another one.
     Epoch(u64),
     /// A robot has another session, or stands elsewhere.
     Robot { robot: String, record: RobotRecord },
@@ -59,6 +59,12 @@ pub struct RobotRecord {
     pub stands_in: Vec<String>,
     /// State of its machine then.
     pub fsm_state: String,
+    /// Another mediator may have granted it what this journal does not know: what it says next is taken over.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unaccounted: bool,
+    /// An operator has said that it is nowhere, and it was not heard since: nobody waits for it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub absent: bool,
 }
 
 /// A run of protocol 1 as the journal knows it.
@@ -90,7 +96,7 @@ pub struct RevocationRecord {
 pub struct Stored {
     /// Drawn when its file began; 0: it does not say. No two processes have one with the same number open.
     pub journal: u64,
-    /// How often the mediator has started.
+    /// Of the last start of the mediator; 0: this journal is new.
     pub epoch: u64,
     /// By id.
     pub robots: BTreeMap<String, RobotRecord>,

@@ -21,6 +21,8 @@ fn entries() -> Vec<Entry> {
                 retired: vec![1, 2],
                 stands_in: vec!["1".into(), "2".into()],
                 fsm_state: "drive-1".into(),
+                unaccounted: true,
+                absent: true,
             },
         },
         Entry::Access {
@@ -83,9 +85,8 @@ fn what_was_written_is_there_after_opening_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("journal.redb");
     let (store, stored) = Store::open(&path, "corridor").expect("opens");
-    let journal = stored.journal;
     let nothing = Stored {
-        journal,
+        journal: stored.journal,
         ..Stored::default()
     };
     assert_eq!(stored, nothing);

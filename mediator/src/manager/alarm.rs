@@ -24,6 +24,20 @@ pub enum Alarm {
         if *stands_by { "stands by and grants nothing" } else { "goes on, since more follow it" }
     )]
     SecondMediator { instance: u64, stands_by: bool },
+    /// A robot knows of a start of the mediator that the journal does not.
+    #[error(
+        "robot `{robot}` has followed start {found} of a mediator, of which this journal knows nothing: it is new, old or another one's; this is start {epoch} from now on, and nothing is granted until every robot of the site has reported where it stands, or is said to be absent"
+    )]
+    OlderJournal {
+        robot: String,
+        found: u64,
+        epoch: u64,
+    },
+    /// This mediator has stood by, and does no more.
+    #[error(
+        "robots follow another mediator no more, and this one goes on as start {epoch}: nothing is granted until every robot of the site has reported where it stands, or is said to be absent"
+    )]
+    GoesOn { epoch: u64 },
     /// A report of another version of the contract.
     #[error("robot `{robot}`: {mismatch}")]
     Version {

@@ -45,6 +45,19 @@ pub enum ClearError {
     Heard { area: String, robot: String },
 }
 
+/// Why a robot does not count as absent.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AbsentError {
+    /// No such robot.
+    #[error(transparent)]
+    Unknown(#[from] UnknownRobot),
+    /// It reports.
+    #[error(
+        "robot `{0}` is heard, so it is somewhere: switch it off, or see that it follows this mediator"
+    )]
+    Heard(String),
+}
+
 /// No such robot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no robot `{found}`; this site has {known}")]

@@ -11,6 +11,8 @@ impl View<'_> {
         let own = self.sessions.robot(robot);
         let refusal = own.refusal(boot_epoch);
         let refused = !refusal.is_empty();
+        // Another mediator may have granted and taken back since: its robot knows better, and says so first.
+        let withheld = refused || own.unaccounted;
         MediatorReport {
             version: Some(VERSION.into()),
             mediator_epoch: self.sessions.epoch,
@@ -20,12 +22,16 @@ impl View<'_> {
             session: if refused { 0 } else { session },
             refusal: refusal.to_owned(),
             role: self.names.robots()[robot].role.clone(),
-            access: if refused {
+            access: if withheld {
                 Vec::new()
             } else {
                 self.access(robot)
             },
-            revocations: self.areas.revocations_of(robot),
+            revocations: if withheld {
+                Vec::new()
+            } else {
+                self.areas.revocations_of(robot)
+            },
             control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),
             instance: self.peers.instance,

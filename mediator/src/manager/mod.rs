@@ -6,8 +6,8 @@
 //! * `peers`: whether robots follow another mediator, and this one stands by;
 //! * [`Manager`] hands every report to these, in this order, and then serves the areas that have changed.
 //!
-//! After a restart nothing is granted until every robot that the journal knows to be somewhere has reported, or its areas were
-//! cleared.
+//! After a start nothing is granted until every robot of the site has said where it stands, or an operator that it is absent; what
+//! robots may have been granted by other mediators is theirs to say (`takeover`).
 //!
 //! The manager is pure: the same reports at the same times give the same entries and messages. After every call, write
 //! [`Manager::entries`] to the journal, then send what [`Manager::next_message`] gives.
@@ -23,11 +23,12 @@ mod peers;
 mod routing;
 mod sessions;
 mod status;
+mod takeover;
 mod view;
 
 pub use alarm::{Alarm, BadReport};
 pub use coordinations::CoordinationStatus;
 pub use effects::Counters;
-pub use error::{ClearError, RestoreError, UnknownRobot};
+pub use error::{AbsentError, ClearError, RestoreError, UnknownRobot};
 pub use routing::Manager;
 pub use status::{AreaStatus, RobotStatus, Status};

@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 use contract::timing::DOUBLED_AFTER_NS;
 use contract::wire::RobotReport;
 
+/// Nobody has started so often; a larger number is no epoch.
+const MOST_STARTS: u64 = 1 << 32;
+
 /// Whom a robot follows.
 #[derive(Clone, Copy, Debug, Default)]
 struct Follower {
@@ -27,7 +30,7 @@ pub(crate) struct Peers {
     pub(crate) instance: u64,
     /// 0: it has none that others know.
     pub(crate) journal: u64,
-    epoch: u64,
+    pub(crate) epoch: u64,
     silent_after_ns: u64,
     followers: Vec<Follower>,
     /// Another one goes on.
@@ -68,11 +71,34 @@ impl Peers {
         same_journal && report.mediator_epoch < self.epoch
     }
 
-    pub(crate) fn hear(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
+    /// The robot follows a mediator that this one knows nothing of, or did.
+    pub(crate) fn is_foreign(&self, report: &RobotReport) -> bool {
+        // One that does not say whom is told by its epoch.
+        let says = report.mediator_instance != 0 || report.mediator_epoch > self.epoch;
+        says && report.mediator_instance != self.instance && !self.is_of_before(report)
+    }
+
+    /// The epoch that this mediator must have, so that a robot follows it whose mediator is gone.
+    pub(crate) fn larger_epoch(&self, report: &RobotReport) -> Option<u64> {
+        // One of an older version does not say whether its mediator is gone.
+        let says = report.mediator_instance != 0 && !report.mediator_heard;
+        let gone = says && self.is_foreign(report) && !self.stands_by;
+        let epoch = report.mediator_epoch;
+        (gone && (self.epoch..MOST_STARTS).contains(&epoch)).then(|| epoch + 1)
+    }
+
+    /// The robot has reported of late, whomever it follows.
+    pub(crate) fn is_heard(&self, robot: usize, now_ns: u64) -> bool {
+        let own = &self.followers[robot];
+        own.sequence > 0 && now_ns <= own.heard_ns.saturating_add(self.silent_after_ns)
+    }
+
+    /// Returns whether the report is newer than the last one of its process.
+    pub(crate) fn hear(&mut self, robot: usize, report: &RobotReport, now_ns: u64) -> bool {
         let before = self.is_of_before(report);
         let own = &mut self.followers[robot];
         if own.boot_epoch == report.boot_epoch && report.sequence <= own.sequence {
-            return;
+            return false;
         }
         let follows = report.mediator_heard && report.mediator_instance != 0 && !before;
         *own = Follower {
@@ -81,6 +107,7 @@ impl Peers {
             heard_ns: now_ns,
             follows: follows.then_some((report.mediator_instance, report.mediator_epoch)),
         };
+        true
     }
 
     /// Decides anew who goes on. Returns whether people are to hear now that there is another one.

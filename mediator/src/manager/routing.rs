@@ -9,10 +9,10 @@ use super::alarm::Alarm;
 use super::areas::Areas;
 use super::coordinations::{Coordinations, Surroundings};
 use super::effects::{Counters, Effects};
-use super::error::{ClearError, RestoreError, UnknownRobot};
+use super::error::{RestoreError, UnknownRobot};
 use super::names::Names;
 use super::peers::Peers;
-use super::sessions::Sessions;
+use super::sessions::{Heard, Sessions};
 use super::status::Status;
 use super::view::View;
 use crate::journal::{Entry, RobotRecord, Stored};
@@ -22,16 +22,16 @@ use crate::setup::Setup;
 /// The manager of one site.
 #[derive(Debug)]
 pub struct Manager {
-    names: Arc<Names>,
-    peers: Peers,
-    sessions: Sessions,
-    areas: Areas,
-    coordinations: Coordinations,
-    effects: Effects,
+    pub(super) names: Arc<Names>,
+    pub(super) peers: Peers,
+    pub(super) sessions: Sessions,
+    pub(super) areas: Areas,
+    pub(super) coordinations: Coordinations,
+    pub(super) effects: Effects,
 }
 
 impl Manager {
-    /// Takes up where the journal ends; an empty one is a first start. Coordinates nobody.
+    /// Takes up where the journal ends. Coordinates nobody.
     ///
     /// # Errors
     /// As [`Manager::with_plans`].
@@ -39,7 +39,8 @@ impl Manager {
         Self::with_plans(setup, Vec::new(), stored, now_ns)
     }
 
-    /// Takes up where the journal ends; an empty one is a first start. `plans` are made for this setup.
+    /// Takes up where the journal ends. Nothing is granted until every robot has said where it stands, or an operator that it is
+    /// [absent](Self::absent). `plans` are made for this setup.
     ///
     /// # Errors
     /// [`RestoreError`] when the setup makes no sense, or the journal is of another one.
@@ -63,9 +64,13 @@ impl Manager {
                 sessions.robot_mut(robot).restore(record, now_ns);
             }
         }
-        let known = (0..names.robots().len())
-            .filter(|&robot| sessions.robot(robot).number > 0 && areas.robot(robot).is_somewhere());
-        sessions.wait_for(known.collect());
+        // The journal may have lost its last entries, or be older: any robot may be anywhere.
+        let listed = 0..names.robots().len();
+        sessions.wait_for(
+            listed
+                .filter(|&robot| !sessions.robot(robot).absent)
+                .collect(),
+        );
         let coordinations =
             Coordinations::restore(plans, areas.len(), &names, stored, now_ns, &mut effects);
         // Every start of a journal's mediator has another number; `speaks_as` gives it one that no other journal's has.
@@ -99,7 +104,7 @@ impl Manager {
         self.peers.stands_by
     }
 
-    /// How often the mediator has started, this time included.
+    /// Number of this start of the mediator, larger than that of all before; it may grow.
     #[must_use]
     pub fn epoch(&self) -> u64 {
         self.sessions.epoch
@@ -155,8 +160,7 @@ impl Manager {
         let Some(robot) = self.sessions.identify(report, effects) else {
             return;
         };
-        self.peers.hear(robot, report, now_ns);
-        self.judge_peers(now_ns);
+        let news = self.hear_whom_it_follows(robot, report, now_ns);
         let (effects, ours) = (&mut self.effects, self.peers.is_ours(report));
         if self.peers.stands_by && report.mediator_instance != self.peers.instance {
             return self.sessions.stand_by(report);
@@ -169,21 +173,25 @@ impl Manager {
             self.store_robot(robot);
         }
         if !recognised.counts {
+            if news && self.may_stand_elsewhere(robot, report) && self.areas.suspect(robot, report)
+            {
+                self.store_robot(robot);
+            }
             return;
         }
-        let heard = self.sessions.hear(robot, now_ns, &mut self.effects);
+        let heard = self
+            .sessions
+            .hear(robot, report.located, now_ns, &mut self.effects);
         if heard.completes {
             self.areas.touch_all();
         }
         if heard.again {
             self.areas.touch_what_waits(robot);
         }
-        let (effects, reservations) = (&mut self.effects, &mut self.coordinations);
-        let areas = &mut self.areas;
-        if areas.take_in(robot, report, heard.first, now_ns, reservations, effects) {
+        if self.take_in_areas(robot, report, heard, now_ns) {
             self.sessions.drop_candidate(robot);
         }
-        if areas.place(robot, report, effects) {
+        if self.areas.place(robot, report, &mut self.effects) || heard.accounted || heard.returns {
             self.store_robot(robot);
         }
         self.coordinate(now_ns, |coordinations, around| {
@@ -192,28 +200,48 @@ impl Manager {
         self.go_on(now_ns);
     }
 
+    /// Takes in what a report says of areas. Returns whether a level has changed.
+    fn take_in_areas(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        heard: Heard,
+        now_ns: u64,
+    ) -> bool {
+        let (areas, effects) = (&mut self.areas, &mut self.effects);
+        if heard.accounted {
+            if areas.take_over(robot, report, now_ns, effects) {
+                self.coordinate(now_ns, |coordinations, around| {
+                    coordinations.surprised_by(robot, around);
+                });
+            }
+            return true;
+        }
+        if self.sessions.robot(robot).unaccounted {
+            // It does not know where it is: what it has is taken over when it does.
+            return false;
+        }
+        let reservations = &mut self.coordinations;
+        areas.take_in(robot, report, heard.first, now_ns, reservations, effects)
+    }
+
+    /// The report is of a process that does not speak for the robot yet, while none that does is heard. Where one that speaks
+    /// for it is, the journal knows.
+    fn may_stand_elsewhere(&self, robot: usize, report: &RobotReport) -> bool {
+        let session = self.sessions.robot(robot);
+        let admitted = session.refusal(report.boot_epoch).is_empty();
+        admitted && !session.is_heard() && !session.is_of(report.boot_epoch)
+    }
+
     /// Orders and grants what can be; nothing while another mediator goes on.
-    fn go_on(&mut self, now_ns: u64) {
+    pub(super) fn go_on(&mut self, now_ns: u64) {
         if !self.peers.stands_by {
             self.coordinate(now_ns, Coordinations::go_on);
             self.serve();
         }
     }
 
-    fn judge_peers(&mut self, now_ns: u64) {
-        let stood_by = self.peers.stands_by;
-        if self.peers.decide(now_ns) {
-            self.effects.alarms.push(Alarm::SecondMediator {
-                instance: self.peers.instance,
-                stands_by: self.peers.stands_by,
-            });
-        }
-        if stood_by && !self.peers.stands_by {
-            self.areas.touch_all();
-        }
-    }
-
-    fn store_robot(&mut self, robot: usize) {
+    pub(super) fn store_robot(&mut self, robot: usize) {
         let occupant = self.areas.robot(robot);
         let areas = occupant.stands_in.iter();
         self.effects.entries.push(Entry::Robot {
@@ -226,7 +254,7 @@ impl Manager {
         });
     }
 
-    fn coordinate(
+    pub(super) fn coordinate(
         &mut self,
         now_ns: u64,
         act: impl FnOnce(&mut Coordinations, &mut Surroundings<'_>),
@@ -245,7 +273,7 @@ impl Manager {
             .serve(&self.sessions, &mut self.coordinations, &mut self.effects);
     }
 
-    // ---------------------------------------------------------------- time and operators
+    // ---------------------------------------------------------------- time
 
     /// Lets time pass: finds silent robots, and repeats levels. Call it some times a second.
     pub fn tick(&mut self, now_ns: u64) {
@@ -270,45 +298,6 @@ impl Manager {
             self.coordinate(now_ns, Coordinations::watch);
         }
         self.go_on(now_ns);
-    }
-
-    /// An operator says that no silent robot is in the area. Returns whose hold was ended.
-    ///
-    /// # Errors
-    /// [`ClearError`] when there is no such area, or a robot that is heard is in it.
-    pub fn clear(&mut self, area_id: &str, now_ns: u64) -> Result<Vec<String>, ClearError> {
-        let area = self
-            .names
-            .area(area_id)
-            .ok_or_else(|| ClearError::UnknownArea {
-                found: area_id.to_owned(),
-                known: self.names.all_areas(),
-            })?;
-        let occupants: Vec<usize> = self.areas.occupants(area).collect();
-        if let Some(&robot) = { occupants.iter() }.find(|&&robot| self.sessions.is_heard(robot)) {
-            return Err(ClearError::Heard {
-                area: area_id.to_owned(),
-                robot: self.names.robot_id(robot),
-            });
-        }
-        for &robot in &occupants {
-            self.effects.counters.cleared += 1;
-            self.areas.leave(robot, area);
-            self.store_robot(robot);
-            self.areas.end_hold(robot, area, &mut self.effects);
-            self.coordinate(now_ns, |coordinations, around| {
-                coordinations.cleared_of(robot, around);
-            });
-            self.effects.tell(robot);
-            if !self.areas.robot(robot).is_somewhere() {
-                self.sessions.give_up(robot);
-                self.areas.touch_all();
-            }
-        }
-        self.areas.touch(area);
-        self.go_on(now_ns);
-        let names = occupants.iter().map(|&robot| self.names.robot_id(robot));
-        Ok(names.collect())
     }
 
     // ---------------------------------------------------------------- messages out

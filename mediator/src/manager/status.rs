@@ -40,6 +40,9 @@ pub struct RobotStatus {
     pub session: u64,
     /// It is heard.
     pub heard: bool,
+    /// It reports, whomever it follows.
+    #[serde(default)]
+    pub reports: bool,
     /// It knows where it is.
     pub located: bool,
     /// Milliseconds since it was heard.
@@ -59,12 +62,12 @@ pub struct RobotStatus {
 /// Everything.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Status {
-    /// How often the mediator has started.
+    /// Number of this start of the mediator.
     pub epoch: u64,
     /// Robots follow another mediator, and this one grants nothing.
     #[serde(default)]
     pub stands_by: bool,
-    /// Robots that must report before anything is granted.
+    /// Robots that must say where they stand before anything is granted.
     pub awaited: Vec<String>,
     /// Areas, in the order of the site file.
     pub areas: Vec<AreaStatus>,
@@ -128,6 +131,7 @@ impl View<'_> {
             role: name.role.clone(),
             session: session.number,
             heard: session.is_heard(),
+            reports: self.peers.is_heard(robot, self.now_ns),
             located: occupant.located,
             age_ms: self.now_ns.saturating_sub(session.heard_ns) / 1_000_000,
             holds: (0..self.areas.len())

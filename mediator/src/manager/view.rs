@@ -74,7 +74,7 @@ impl View<'_> {
                 .robot_list(self.sessions.awaited().iter().copied());
             return text
                 + &format!(
-                    "nothing is granted until {awaited} has reported or its areas are cleared"
+                    "nothing is granted until {awaited} has reported where it stands, or is said to be absent"
                 );
         }
         if !self.sessions.is_heard(robot) {

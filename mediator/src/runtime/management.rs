@@ -117,6 +117,20 @@ impl Management {
                 }
                 Err(error) => Answer::Refused(error.to_string()),
             },
+            Question::Absent { robot } => match manager.absent(&robot, now_ns) {
+                Ok(areas) => {
+                    let areas = if areas.is_empty() {
+                        "nothing".to_owned()
+                    } else {
+                        areas.join(", ")
+                    };
+                    tracing::warn!(
+                        "an operator said that robot `{robot}` is absent; it had {areas}"
+                    );
+                    Answer::Done(format!("robot `{robot}` is absent; it had {areas}"))
+                }
+                Err(error) => Answer::Refused(error.to_string()),
+            },
         }
     }
 }

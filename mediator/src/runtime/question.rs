@@ -28,6 +28,11 @@ pub enum Question {
         /// Its id.
         area: String,
     },
+    /// This silent robot is nowhere on the floor.
+    Absent {
+        /// Its id.
+        robot: String,
+    },
 }
 
 /// The answer.

@@ -8,3 +8,4 @@ mod random;
 mod scripted;
 mod shipped;
 mod sites;
+mod takeover;

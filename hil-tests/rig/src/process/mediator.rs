@@ -78,7 +78,9 @@ impl MediatorProcess {
             return Ok(());
         }
         let setup = &self.setup;
-        let mut arguments: Vec<OsString> = vec![SUBCOMMAND.into(), "run".into()];
+        let mut arguments: Vec<OsString> = [SUBCOMMAND, "run", "--first-start"]
+            .map(OsString::from)
+            .to_vec();
         let mut add = |key: &str, value: OsString| arguments.extend([OsString::from(key), value]);
         add("--site", setup.site_file.clone().into());
         add("--journal", setup.journal.clone().into());

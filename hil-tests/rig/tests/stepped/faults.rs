@@ -171,7 +171,7 @@ fn a_fleet_that_stays_stuck_after_the_last_fault_is_found() {
     assert_eq!(kinds, both);
     // The fault, the operator's time, and then nobody moves.
     assert!((26.0..26.2).contains(&duration_s), "{duration_s} s");
-    // No fleet comes through this by itself.
+    // A fault that is never drawn sets no bounds.
     scenario.faults[0].what = ScriptedKind::LoseJournal;
     assert_eq!(stuck(&scenario).0, []);
     scenario.faults.clear();

@@ -3,7 +3,7 @@
 //! - [`bench`] is one robot on its devices, whose faults a test injects: [`bus`], [`drive`], [`lidar`], [`obstacle`], and
 //!   [`straying`] from the lane; [`hung`] are threads of its own that hang; [`placing`] is an operator's word for where it stands;
 //! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
-//!   [`found`] what campaigns have found, [`scripted`] what no fleet comes through yet.
+//!   [`found`] what campaigns have found, [`scripted`] what is never drawn.
 
 mod bench;
 mod bus;

@@ -25,14 +25,15 @@ fn junction() -> Scenario {
 }
 
 #[test]
-fn robots_do_not_follow_a_mediator_without_its_journal() {
+fn a_fleet_goes_on_with_a_mediator_that_has_lost_its_journal() {
     let fault = "at_s = 10.0; for_s = 6.0; what = \"lose-journal\"";
-    let [with, without] = with_and_without(junction(), fault, 1);
-    assert_eq!(without.violations, []);
-    // Safe, and of no use: they stand, and say why.
-    assert!(!with.is_done() && with.violations.is_empty(), "{with:?}");
+    let mut scenario = junction();
+    scenario.patience_s = 600.0;
+    let [with, without] = with_and_without(scenario, fault, 1);
+    assert!(with.passed() && without.passed(), "{with:?}");
+    assert_eq!(with.mediator.as_ref().expect("a mediator").starts, 2);
     let faults = ["mediator-silent", "second-mediator"].map(|fault| raised(&with, fault));
-    assert_eq!(faults, [1, 1], "{with:?}");
+    assert_eq!(faults, [1, 0], "{with:?}");
 }
 
 #[test]

@@ -20,6 +20,7 @@ mod restore;
 mod revocation;
 mod revoking;
 mod table;
+mod takeover;
 
 pub(crate) use reservations::{Reservations, Reserved};
 pub(crate) use table::Areas;

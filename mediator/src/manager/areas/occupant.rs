@@ -68,11 +68,6 @@ impl Occupant {
         self.holds(area) || self.stands_in(area)
     }
 
-    /// It may be in some area.
-    pub(crate) fn is_somewhere(&self) -> bool {
-        !self.stands_in.is_empty() || self.claims.iter().any(|(_, claim)| claim.is_held())
-    }
-
     /// It reaches into the area and was not granted it; one that was found there is no intruder until it has left. Before it
     /// has said where it stands, nothing is known of that.
     pub(crate) fn intrudes(&self, area: usize) -> bool {

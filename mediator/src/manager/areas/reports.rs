@@ -136,7 +136,13 @@ impl Areas {
     }
 
     /// Raises the alarm, once for each level that makes no sense.
-    fn complain(&mut self, robot: usize, access: &Access, what: BadReport, effects: &mut Effects) {
+    pub(super) fn complain(
+        &mut self,
+        robot: usize,
+        access: &Access,
+        what: BadReport,
+        effects: &mut Effects,
+    ) {
         effects.counters.bad += 1;
         if let Some(area) = self.names.area(&access.area)
             && let Some(claim) = self.robots[robot].claims.get_mut(area)

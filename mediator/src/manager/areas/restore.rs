@@ -25,6 +25,10 @@ impl Areas {
             areas.areas[area].fence = fence;
         }
         for (id, record) in &stored.robots {
+            if record.session == 0 && names.robot(id).is_none() {
+                // It was awaited, and never came.
+                continue;
+            }
             let robot = known_robot(names, id)?;
             let mut stands_in = Vec::with_capacity(record.stands_in.len());
             for id in &record.stands_in {

@@ -53,7 +53,7 @@ impl Areas {
         effects.tell(robot);
     }
 
-    fn store_revocation(&self, robot: usize, area: usize, effects: &mut Effects) {
+    pub(super) fn store_revocation(&self, robot: usize, area: usize, effects: &mut Effects) {
         if let Some(revocation) = self.robots[robot].revocations.get(&area) {
             effects.entries.push(Entry::Revocation {
                 robot: self.names.robot_id(robot),

@@ -166,7 +166,7 @@ fn nothing_is_granted_before_everybody_awaited_has_reported() {
     bench.ask(0);
     bench.serve();
     assert_eq!(bench.holder(), None);
-    bench.sessions.hear(2, 0, &mut bench.effects);
+    bench.sessions.hear(2, true, 0, &mut bench.effects);
     bench.areas.touch_all();
     bench.serve();
     assert_eq!(bench.holder(), Some(0));

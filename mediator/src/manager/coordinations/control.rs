@@ -61,6 +61,15 @@ impl Coordinations {
         }
     }
 
+    /// A robot has other areas than was known: the nets that go by its areas would draw wrong conclusions.
+    pub(crate) fn surprised_by(&mut self, robot: usize, around: &mut Surroundings<'_>) {
+        for plan in self.plans_that_run() {
+            if { self.get(plan) }.is_some_and(|own| own.robots().contains(&robot)) {
+                self.forgotten(plan, robot, around);
+            }
+        }
+    }
+
     /// The journal lacks what a robot was told in a coordination.
     fn forgotten(&mut self, plan: usize, robot: usize, around: &mut Surroundings<'_>) {
         around.effects.alarms.push(Alarm::Forgotten {

@@ -8,9 +8,11 @@
 //!   another start of the mediator.
 //! * **Silence.** A robot that was not heard for a while is silent: it is granted nothing, and keeps what it has.
 
+mod awaited;
 mod session;
 mod table;
 
+pub(crate) use awaited::Heard;
 pub(crate) use table::Sessions;
 
 #[cfg(test)]

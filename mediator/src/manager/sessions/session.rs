@@ -50,6 +50,14 @@ pub(crate) struct Session {
     alive_until_ns: u64,
     /// The last message of this mediator that it has heard.
     echo: u64,
+    /// Another mediator may have granted it anything: what it says next is all that it has.
+    pub(crate) unaccounted: bool,
+    /// An operator has said that it is nowhere, and it was not heard since.
+    pub(crate) absent: bool,
+    /// That was said since this start, and nobody has heard it since, whichever mediator it follows.
+    pub(crate) surely_absent: bool,
+    /// It has reported since the start. Before that nothing is sent to it: its first report says whom it has followed so far.
+    pub(crate) reports: bool,
     /// It has repeated its session to this mediator, so that both mean the same levels.
     pub(crate) registered: bool,
     /// Of the last report of this boot.
@@ -67,6 +75,8 @@ impl Session {
     /// The process of the journal may still be there: it reports at least that often.
     pub(crate) fn restore(&mut self, record: &RobotRecord, now_ns: u64) {
         self.alive_until_ns = now_ns + 2 * LEVEL_PERIOD_NS;
+        self.unaccounted = record.unaccounted;
+        self.absent = record.absent;
         self.number = record.session;
         self.boot_epoch = record.boot_epoch;
         self.issued = record.issued;
@@ -80,6 +90,8 @@ impl Session {
             boot_epoch: self.boot_epoch,
             issued: self.issued,
             retired: self.retired.clone(),
+            unaccounted: self.unaccounted,
+            absent: self.absent,
             ..RobotRecord::default()
         }
     }

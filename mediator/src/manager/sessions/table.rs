@@ -25,27 +25,17 @@ pub(crate) struct Recognised {
     pub(crate) counts: bool,
 }
 
-/// What is new about a robot that was heard.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Heard {
-    /// Its first report that counts, of this process and to this mediator.
-    pub(crate) first: bool,
-    /// It was not heard before, or was silent.
-    pub(crate) again: bool,
-    /// It was the last one that was awaited.
-    pub(crate) completes: bool,
-}
-
 /// Who speaks for each robot.
 #[derive(Debug)]
 pub(crate) struct Sessions {
-    names: Arc<Names>,
-    /// How often the mediator has started, this time included.
+    pub(super) names: Arc<Names>,
+    /// Number of this start of the mediator.
     pub(crate) epoch: u64,
     silent_after_ns: u64,
-    robots: Vec<Session>,
-    /// Robots known to be somewhere that have not reported since the start. Before all have, nothing is granted.
-    awaited: Vec<usize>,
+    pub(super) robots: Vec<Session>,
+    /// Robots that have not said since the start where they stand, or are not accounted for. As long as there are some, nothing
+    /// is granted.
+    pub(super) awaited: Vec<usize>,
     /// For robots that the site does not list, and processes that do not speak for theirs.
     refusals: Vec<MediatorReport>,
 }
@@ -72,24 +62,6 @@ impl Sessions {
 
     pub(crate) fn is_heard(&self, robot: usize) -> bool {
         self.robots[robot].is_heard()
-    }
-
-    pub(crate) fn awaited(&self) -> &[usize] {
-        &self.awaited
-    }
-
-    /// Nothing is granted before these robots have reported.
-    pub(crate) fn wait_for(&mut self, robots: Vec<usize>) {
-        for &robot in &robots {
-            // Silent until it is heard; one second of grace would change nothing, since nothing is granted before.
-            self.robots[robot].silent = true;
-        }
-        self.awaited = robots;
-    }
-
-    /// An operator says that this robot is nowhere. Returns whether it was awaited.
-    pub(crate) fn give_up(&mut self, robot: usize) {
-        self.awaited.retain(|&awaited| awaited != robot);
     }
 
     /// A candidate was told of levels that have changed since; it must register again and hear the present ones.
@@ -157,6 +129,7 @@ impl Sessions {
             self.turn_away(robot, report, now_ns, effects);
             return recognised;
         }
+        self.robots[robot].reports = true;
         if !self.admit(robot, report, now_ns, effects) {
             return recognised;
         }
@@ -287,29 +260,6 @@ impl Sessions {
         false
     }
 
-    /// A report that counts has come.
-    pub(crate) fn hear(&mut self, robot: usize, now_ns: u64, effects: &mut Effects) -> Heard {
-        let session = &mut self.robots[robot];
-        let heard = session.is_heard();
-        let first = !session.registered;
-        session.heard_ns = now_ns;
-        session.registered = true;
-        if std::mem::take(&mut session.silent) && !first {
-            effects.alarms.push(Alarm::Back {
-                robot: self.names.robot_id(robot),
-            });
-        }
-        let awaited = self.awaited.iter().position(|&awaited| awaited == robot);
-        if let Some(place) = awaited {
-            self.awaited.swap_remove(place);
-        }
-        Heard {
-            first,
-            again: !heard,
-            completes: awaited.is_some() && self.awaited.is_empty(),
-        }
-    }
-
     // ---------------------------------------------------------------- time
 
     /// Whether a robot has fallen silent now.
@@ -340,7 +290,13 @@ impl Sessions {
         now_ns: u64,
         effects: &mut Effects,
     ) -> Option<(usize, u64, u64)> {
-        let robot = effects.next_to_tell()?;
+        let robot = loop {
+            let robot = effects.next_to_tell()?;
+            if self.robots[robot].reports {
+                break robot;
+            }
+            effects.told();
+        };
         let session = &mut self.robots[robot];
         session.sent += 1;
         if let Some(candidate) = session.candidate

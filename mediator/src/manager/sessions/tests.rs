@@ -53,7 +53,7 @@ fn registered() -> (Sessions, Effects) {
     sessions.recognise(0, &report(7, 0, 1), true, 0, &mut effects);
     let recognised = sessions.recognise(0, &report(7, 1, 2), true, 0, &mut effects);
     assert!(recognised.promoted && recognised.counts);
-    assert!(sessions.hear(0, 0, &mut effects).first);
+    assert!(sessions.hear(0, true, 0, &mut effects).first);
     (sessions, effects)
 }
 
@@ -219,7 +219,7 @@ fn silence_is_noticed_once_and_ends_with_a_report() {
     assert!(!sessions.falls_silent(0, SILENT_NS));
     assert!(sessions.falls_silent(0, SILENT_NS + 1));
     assert!(!sessions.falls_silent(0, SILENT_NS + 2) && !sessions.is_heard(0));
-    let heard = sessions.hear(0, SILENT_NS + 3, &mut effects);
+    let heard = sessions.hear(0, true, SILENT_NS + 3, &mut effects);
     assert!(heard.again && !heard.first && sessions.is_heard(0));
     assert!(matches!(&effects.alarms[..], [Alarm::Back { .. }]));
 }
@@ -228,8 +228,8 @@ fn silence_is_noticed_once_and_ends_with_a_report() {
 fn the_last_awaited_robot_completes_the_fleet() {
     let (mut sessions, mut effects) = sessions();
     sessions.wait_for(vec![0]);
-    assert!(sessions.hear(0, 0, &mut effects).completes);
-    assert!(!sessions.hear(0, 0, &mut effects).completes);
+    assert!(sessions.hear(0, true, 0, &mut effects).completes);
+    assert!(!sessions.hear(0, true, 0, &mut effects).completes);
 }
 
 #[test]

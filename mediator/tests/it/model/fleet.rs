@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::floor::{Floor, SILENT_NS};
-use super::journal::Journal;
+use super::journal::{Journal, Left};
 use super::robot::{Process, Robot};
 use super::second::Second;
 use super::tally::Tally;
@@ -27,6 +27,8 @@ pub struct Faults {
     pub crashes: bool,
     /// The journal may lose its last writes with a crash.
     pub power: bool,
+    /// With a crash it may be gone, or replaced by an older one.
+    pub journal: bool,
     /// How many of a thousand orders are never carried out.
     pub stuck_per_mille: u64,
     /// Robots have second processes.
@@ -41,6 +43,7 @@ impl Faults {
         replays: false,
         crashes: false,
         power: false,
+        journal: false,
         stuck_per_mille: 0,
         seconds: false,
         every: u64::MAX,
@@ -50,6 +53,7 @@ impl Faults {
         replays: true,
         crashes: true,
         power: true,
+        journal: false,
         stuck_per_mille: 150,
         seconds: false,
         every: 250,
@@ -85,6 +89,8 @@ impl Point {
 pub enum Broken {
     /// A restarted mediator knows its epoch and nothing else.
     ForgetsJournal,
+    /// Nor does it wait for robots.
+    AwaitsNobody,
     /// A restarted mediator does not know that it has restarted.
     ForgetsEpoch,
     /// A mediator that stops has sent what it had not written.
@@ -274,9 +280,14 @@ impl Fleet {
             self.tally.power_losses += 1;
         }
         match self.broken {
-            Some(Broken::ForgetsJournal) => self.journal.forget(true),
-            Some(Broken::ForgetsEpoch) => self.journal.forget(false),
+            Some(Broken::ForgetsJournal) => self.journal.forget(Left::Epoch),
+            Some(Broken::ForgetsEpoch) => self.journal.forget(Left::Nothing),
+            Some(Broken::AwaitsNobody) => self.journal.forget(Left::Absence),
             _ => {}
+        }
+        if faults.journal && random.chance(50) {
+            self.journal.lose(random);
+            self.tally.journals_lost += 1;
         }
     }
 
@@ -293,7 +304,12 @@ impl Fleet {
             let plans = self.floor.plans.clone();
             let now_ns = self.now_ms * 1_000_000;
             let manager = Manager::with_plans(&self.floor.setup, plans, stored, now_ns);
-            let mut manager = manager.expect("its own journal");
+            let mut manager = manager.expect("its own journal").speaks_as(self.now_ms | 1);
+            for listed in &self.floor.setup.robots {
+                if !self.robots.iter().any(|robot| robot.id == listed.id) {
+                    manager.absent(&listed.id, now_ns).expect("nobody hears it");
+                }
+            }
             // Nothing is told before the new epoch is on the disk.
             self.journal.write(manager.entries().collect());
             self.journal.keep();
@@ -401,7 +417,7 @@ impl Fleet {
                         let old = stale(&mut process.client, &self.past, random);
                         self.tally.stale_levels += u64::from(old.is_some());
                         reports.extend(old);
-                    } else if self.tally.power_losses == 0
+                    } else if self.tally.power_losses + self.tally.journals_lost == 0
                         && let Some(late) = late_release(&mut process.client, fences)
                     {
                         // Where the journal has lost entries, the mediator believes a robot's first report.
@@ -451,14 +467,21 @@ impl Fleet {
             None => manager.tick(now_ns),
         }
         let entries: Vec<_> = manager.entries().collect();
+        let asked = self.tally.journals_lost > 0;
+        let lost = asked || self.tally.power_losses > 0;
         for alarm in manager.alarms() {
             match alarm {
                 Alarm::Silent { .. } | Alarm::Back { .. } | Alarm::Still { .. } => {}
                 Alarm::Doubled { .. } if self.tally.seconds > 0 => self.tally.doubled += 1,
                 Alarm::Preempted { .. } => self.tally.preempted += 1,
-                Alarm::Forgotten { .. } if self.tally.power_losses > 0 => self.tally.forgotten += 1,
-                Alarm::Bypassed { .. } if self.tally.power_losses > 0 => self.tally.bypassed += 1,
-                Alarm::Adopted { .. } if self.tally.power_losses > 0 => self.tally.adopted += 1,
+                Alarm::Forgotten { .. } if lost => self.tally.forgotten += 1,
+                Alarm::Bypassed { .. } if lost => self.tally.bypassed += 1,
+                Alarm::Adopted { .. } if lost => self.tally.adopted += 1,
+                // Reports of long ago tell of mediators that are gone.
+                Alarm::SecondMediator { .. } if asked => {}
+                Alarm::OlderJournal { .. } | Alarm::GoesOn { .. } if asked => {
+                    self.tally.asked += 1;
+                }
                 alarm => self
                     .accusations
                     .push(format!("{} ms: {alarm}", self.now_ms)),

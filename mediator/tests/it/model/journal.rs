@@ -1,6 +1,6 @@
 //! A journal that a power loss robs of its last writes.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use crate::random::Random;
 use mediator::journal::{Entry, Stored};
@@ -11,7 +11,22 @@ const LAST: usize = 3;
 pub struct Journal {
     safe: Stored,
     last: VecDeque<Vec<Entry>>,
+    /// As it was some time ago.
+    copy: Stored,
+    writes: u64,
 }
+
+/// What a journal that is broken on purpose still holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Left {
+    Nothing,
+    Epoch,
+    /// And that no robot is on the floor.
+    Absence,
+}
+
+/// A copy is made each time that this many writes were made.
+const COPIED_AFTER: u64 = 50;
 
 impl Default for Journal {
     fn default() -> Self {
@@ -19,8 +34,12 @@ impl Default for Journal {
             journal: 1,
             ..Stored::default()
         };
-        let last = VecDeque::new();
-        Self { safe, last }
+        Self {
+            copy: safe.clone(),
+            last: VecDeque::new(),
+            writes: 0,
+            safe,
+        }
     }
 }
 
@@ -29,18 +48,10 @@ impl Journal {
         if entries.is_empty() {
             return;
         }
-        let registers = |entry: &Entry| match entry {
-            Entry::Robot { robot, record } => {
-                let known = self.safe.robots.get(robot);
-                record.session > 0 && known.is_none_or(|known| known.session == 0)
-            }
-            _ => false,
-        };
-        // A robot of which the journal knows nothing is not waited for: the first time that it registers is not lost.
-        let barrier = entries.iter().any(registers);
         self.last.push_back(entries);
-        if barrier {
-            self.keep();
+        self.writes += 1;
+        if self.writes.is_multiple_of(COPIED_AFTER) {
+            self.copy = self.safe.clone();
         }
         if self.last.len() > LAST {
             self.keep_first();
@@ -68,15 +79,45 @@ impl Journal {
         (before - self.last.len()) as u64
     }
 
-    /// Loses everything, as no disk does; the epoch is kept if `keep_epoch` says so.
-    pub fn forget(&mut self, keep_epoch: bool) {
+    /// Loses everything but this, as no disk does.
+    pub fn forget(&mut self, left: Left) {
         self.keep();
-        let epoch = if keep_epoch { self.safe.epoch } else { 0 };
+        let mut robots = std::mem::take(&mut self.safe.robots);
+        robots.values_mut().for_each(|robot| {
+            robot.stands_in.clear();
+            robot.absent = true;
+        });
         self.safe = Stored {
-            epoch,
-            journal: self.safe.journal + u64::from(!keep_epoch),
+            epoch: if left == Left::Nothing {
+                0
+            } else {
+                self.safe.epoch
+            },
+            journal: self.safe.journal + u64::from(left == Left::Nothing),
+            robots: if left == Left::Absence {
+                robots
+            } else {
+                BTreeMap::new()
+            },
             ..Stored::default()
         };
+    }
+
+    /// Somebody deletes the file, or puts a copy in its place: into the same file, or as another one.
+    pub fn lose(&mut self, random: &mut Random) {
+        self.keep();
+        let journal = self.safe.journal;
+        self.safe = match random.below(3) {
+            0 => Stored {
+                journal: journal + 1,
+                ..Stored::default()
+            },
+            another_file => Stored {
+                journal: journal + another_file - 1,
+                ..self.copy.clone()
+            },
+        };
+        self.copy = self.safe.clone();
     }
 
     /// What the next start reads.

@@ -195,6 +195,36 @@ fn a_mediator_may_stop_in_every_step() {
     }
 }
 
+/// Also without its journal, or with an older one, a mediator lets nobody in where another robot is, and robots follow it.
+#[test]
+fn journals_that_are_gone_or_older_do_no_harm() {
+    let faults = Faults {
+        journal: true,
+        ..Faults::ALL
+    };
+    let floors: [(&str, Place, u64); 3] = [
+        ("ring", Floor::ring, 6_000),
+        ("corridor", Floor::corridor, 25_000),
+        ("docking", Floor::docking, 8_000),
+    ];
+    for (name, floor, settle_ms) in floors {
+        let mut tally = Tally::default();
+        let seeds = seeds(100);
+        for &seed in &seeds {
+            let mut random = Random::new(seed);
+            let mut fleet = Fleet::new(floor(&mut random), seed);
+            survive_one(&mut fleet, seed, faults, settle_ms, &mut random);
+            tally += fleet.tally();
+        }
+        let runs = seeds.len() as u64;
+        eprintln!("{name}, {runs} runs: {tally:?}");
+        assert!(
+            tally.journals_lost >= runs / 2 && tally.asked >= runs / 4 && tally.adopted >= runs / 4,
+            "{name}: {tally:?}"
+        );
+    }
+}
+
 /// Whether what is broken is noticed in a run, and how.
 fn is_noticed(broken: Broken, seed: u64, faults: Faults) -> Option<String> {
     let run = || {
@@ -230,7 +260,7 @@ fn what_is_broken_is_noticed() {
     };
     for (broken, faults, how, at_least) in [
         (Broken::Reckless, Faults::NONE, "are in it", RUNS / 2),
-        (Broken::ForgetsJournal, power, "are in it", 1),
+        (Broken::AwaitsNobody, power, "are in it", 1),
         (Broken::ForgetsJournal, crashes, "journal", RUNS / 2),
         (Broken::ForgetsEpoch, power, "", RUNS / 2),
         (Broken::NoFences, old, "without a grant", RUNS / 2),

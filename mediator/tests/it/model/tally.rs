@@ -36,6 +36,10 @@ tally! {
     power_losses,
     /// Writes of the journal that were lost with the power.
     writes_lost,
+    /// Journals that were gone or older at the next start,
+    journals_lost,
+    /// and how often all robots were asked what they have, since another mediator was followed.
+    asked,
     /// Second processes of robots,
     seconds,
     /// of which the mediator has told.

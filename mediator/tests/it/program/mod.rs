@@ -66,7 +66,7 @@ impl Program {
             .expect("a log");
         let mut command = Command::new(env!("CARGO_BIN_EXE_mediator"));
         command
-            .arg("run")
+            .args(["run", "--first-start"])
             .arg("--site")
             .arg(path(&format!("sites/{}.toml", self.site)))
             .arg("--journal")

@@ -1,0 +1,138 @@
+//! Robots that have what is not known here, or may have.
+
+use std::collections::BTreeSet;
+
+use contract::wire::{Access, RobotReport};
+
+use super::claim::Claim;
+use super::revocation::Revocation;
+use super::table::Areas;
+use crate::journal::AccessRecord;
+use crate::manager::alarm::{Alarm, BadReport};
+use crate::manager::effects::Effects;
+
+impl Areas {
+    /// A robot accounts for itself: what its report says is all that it has, whatever was known of it. Runs may have smaller
+    /// numbers than here, where it has restarted with another mediator in between. Returns whether it has other areas than was
+    /// known.
+    pub(crate) fn take_over(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> bool {
+        let mut surprises = false;
+        let claims = std::mem::take(&mut self.robots[robot].claims);
+        // A grant that it stands in by may not have reached it: it is found there.
+        self.robots[robot].placed = false;
+        let mut changed: BTreeSet<usize> = claims.iter().map(|(area, _)| area).collect();
+        for &area in &changed {
+            self.dequeue(area, robot);
+            let none = Claim::new(&self.access);
+            self.robots[robot].claims.set(area, none);
+        }
+        for access in &report.access {
+            match self.take_over_claim(robot, access, now_ns) {
+                Ok(area) => drop(changed.insert(area)),
+                Err(what) => self.complain(robot, access, what, effects),
+            }
+        }
+        for area in changed {
+            let has = |claim: Option<&Claim>| {
+                let claim = claim.filter(|claim| claim.is_held());
+                claim.map(|claim| (claim.fence, claim.is_entered()))
+            };
+            let (had, has) = (has(claims.get(area)), has(self.robots[robot].claim(area)));
+            // To enter what it was granted is no surprise.
+            let known =
+                had == has || { had.zip(has) }.is_some_and(|(had, has)| had.0 == has.0 && has.1);
+            surprises |= !known;
+            if !known && has.is_some() {
+                effects.counters.adopted += 1;
+                effects.alarms.push(Alarm::Adopted {
+                    robot: self.names.robot_id(robot),
+                    area: self.names.area_id(area),
+                });
+            }
+            if let Some((fence, _)) = has
+                && fence > self.areas[area].fence
+            {
+                self.areas[area].fence = fence;
+                self.store_fence(area, effects);
+            }
+            self.concern(area, robot);
+            self.unconcern(area, robot);
+            self.touch(area);
+            self.store_claim(robot, area, effects);
+        }
+        self.take_over_revocations(robot, report, effects);
+        effects.tell(robot);
+        surprises
+    }
+
+    fn take_over_claim(
+        &mut self,
+        robot: usize,
+        access: &Access,
+        now_ns: u64,
+    ) -> Result<usize, BadReport> {
+        let (level, area) = self.level_and_area(access)?;
+        let record = AccessRecord {
+            level,
+            fence: access.fence,
+            ticket: 0,
+        };
+        let mut claim = Claim::resume(&self.access, record)?;
+        self.dequeue(area, robot);
+        let asks = claim.is_requested();
+        if asks {
+            Self::draw_ticket(&mut self.ticket, &mut claim, now_ns);
+        } else if !claim.is_held() {
+            claim.fence = 0;
+        }
+        self.robots[robot].claims.set(area, claim);
+        if asks {
+            self.enqueue(area, robot);
+        }
+        Ok(area)
+    }
+
+    fn take_over_revocations(&mut self, robot: usize, report: &RobotReport, effects: &mut Effects) {
+        let known: Vec<usize> = self.robots[robot].revocations.keys().copied().collect();
+        for area in known {
+            let none = Revocation::new(&self.revocation);
+            self.robots[robot].revocations.insert(area, none);
+            self.store_revocation(robot, area, effects);
+        }
+        for access in &report.revocations {
+            if let Err(what) = self.merge_revocation(robot, access, true, effects) {
+                self.complain(robot, access, what, effects);
+            }
+        }
+    }
+
+    /// A process that does not speak for the robot yet says where it stands: it may be there, and also where it was. Returns
+    /// whether that is new.
+    pub(crate) fn suspect(&mut self, robot: usize, report: &RobotReport) -> bool {
+        if !report.located {
+            return false;
+        }
+        let mut news = false;
+        let areas = { report.stands_in.iter() }.filter_map(|id| self.names.area(id));
+        for area in areas.collect::<Vec<usize>>() {
+            let occupant = &mut self.robots[robot];
+            if occupant.stands_in(area) {
+                continue;
+            }
+            occupant.stands_in.push(area);
+            occupant.stands_in.sort_unstable();
+            // It has not said so as the one that speaks for the robot, so nobody is accused.
+            occupant.placed = false;
+            self.concern(area, robot);
+            self.touch(area);
+            news = true;
+        }
+        news
+    }
+}

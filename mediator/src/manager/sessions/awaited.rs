@@ -1,0 +1,94 @@
+//! Which robots must be heard before anything is granted.
+
+use super::table::Sessions;
+use crate::manager::alarm::Alarm;
+use crate::manager::effects::Effects;
+
+/// What is new about a robot that was heard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Heard {
+    /// Its first report that counts, of this process and to this mediator.
+    pub(crate) first: bool,
+    /// It was not heard before, or was silent.
+    pub(crate) again: bool,
+    /// It was the last one that was awaited.
+    pub(crate) completes: bool,
+    /// It was not accounted for, and is now: all that it has is what this report says.
+    pub(crate) accounted: bool,
+    /// It was said to be absent.
+    pub(crate) returns: bool,
+}
+
+impl Sessions {
+    pub(crate) fn awaited(&self) -> &[usize] {
+        &self.awaited
+    }
+
+    /// Nothing is granted before these robots have said where they stand.
+    pub(crate) fn wait_for(&mut self, robots: Vec<usize>) {
+        for &robot in &robots {
+            // Silent until it is heard; one second of grace would change nothing, since nothing is granted before.
+            self.robots[robot].silent = true;
+        }
+        self.awaited = robots;
+    }
+
+    /// Another mediator may have granted a robot anything: it is awaited, and what it says then is taken over. Only what was said
+    /// of it since this start still holds.
+    pub(crate) fn unaccount(&mut self, robot: usize) {
+        let session = &mut self.robots[robot];
+        if session.surely_absent {
+            return;
+        }
+        session.unaccounted = true;
+        session.absent = false;
+        session.registered = false;
+        session.silent = true;
+        if !self.awaited.contains(&robot) {
+            self.awaited.push(robot);
+        }
+    }
+
+    /// An operator says that this robot is nowhere: nobody waits for it until it is heard.
+    pub(crate) fn give_up(&mut self, robot: usize) {
+        let session = &mut self.robots[robot];
+        (session.unaccounted, session.absent) = (false, true);
+        session.surely_absent = true;
+        self.awaited.retain(|&awaited| awaited != robot);
+    }
+
+    /// A report that counts has come. Also one that does not know where it is was heard, but goes on being awaited.
+    pub(crate) fn hear(
+        &mut self,
+        robot: usize,
+        located: bool,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> Heard {
+        let session = &mut self.robots[robot];
+        let heard = session.is_heard();
+        let first = !session.registered;
+        session.heard_ns = now_ns;
+        session.registered = true;
+        let accounted = session.unaccounted && located;
+        session.unaccounted &= !located;
+        let returns = std::mem::take(&mut session.absent);
+        if std::mem::take(&mut session.silent) && !first {
+            effects.alarms.push(Alarm::Back {
+                robot: self.names.robot_id(robot),
+            });
+        }
+        let mut awaited = self.awaited.iter();
+        let awaited = awaited.position(|&awaited| awaited == robot && located);
+        if let Some(place) = awaited {
+            self.awaited.swap_remove(place);
+        }
+        Heard {
+            first,
+            again: !heard,
+            completes: awaited.is_some() && self.awaited.is_empty(),
+            accounted,
+            returns,
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! What robots may have that this mediator does not know of, and what an operator says of them.
+//!
+//! At every start all robots of the site are *awaited*: nothing is granted until each has said where it stands, or an operator that
+//! it is absent. So a journal that has lost its last entries, or is older, lets nobody in where another robot is.
+//!
+//! Another mediator may have granted anything to anybody: it has another journal, which this one replaces or comes back after, or
+//! this mediator has stood by. Then no robot is *accounted for* until it has followed this mediator and said what it has, which
+//! counts whatever was known of it here. From then on this mediator has a larger epoch: larger than that of the mediator that is
+//! gone, since robots follow another one only then, and larger than its own before. So whoever repeats it has taken in all that
+//! was on its way to it.
+
+use contract::wire::RobotReport;
+
+use super::alarm::Alarm;
+use super::error::{AbsentError, ClearError, UnknownRobot};
+use super::routing::Manager;
+use crate::journal::Entry;
+
+impl Manager {
+    /// No robot is accounted for, and this mediator has a larger epoch.
+    fn ask_all(&mut self, epoch: u64) {
+        (self.peers.epoch, self.sessions.epoch) = (epoch, epoch);
+        self.effects.entries.push(Entry::Epoch(epoch));
+        for robot in 0..self.names.robots().len() {
+            self.sessions.unaccount(robot);
+            self.store_robot(robot);
+            self.effects.tell(robot);
+        }
+    }
+
+    /// Takes in which mediator a robot follows. Returns whether the report is news of a process that may speak for the robot.
+    pub(super) fn hear_whom_it_follows(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        now_ns: u64,
+    ) -> bool {
+        let retired = self.sessions.robot(robot).is_retired(report.boot_epoch);
+        if retired || report.site != self.names.site || !self.peers.hear(robot, report, now_ns) {
+            return false;
+        }
+        self.sessions.robot_mut(robot).surely_absent = false;
+        self.judge_peers(now_ns);
+        if self.peers.stands_by {
+            return true;
+        }
+        let larger = self.peers.larger_epoch(report);
+        // Once for each time that it is lost: until it has followed this mediator it is not accounted for.
+        let lost = self.peers.is_foreign(report) && !self.sessions.robot(robot).unaccounted;
+        if larger.is_some() || lost {
+            let epoch = larger.unwrap_or(self.peers.epoch + 1);
+            self.effects.alarms.push(Alarm::OlderJournal {
+                robot: self.names.robot_id(robot),
+                found: report.mediator_epoch,
+                epoch,
+            });
+            self.ask_all(epoch);
+        }
+        true
+    }
+
+    /// Decides anew whether to stand by.
+    pub(super) fn judge_peers(&mut self, now_ns: u64) {
+        let stood_by = self.peers.stands_by;
+        if self.peers.decide(now_ns) {
+            self.effects.alarms.push(Alarm::SecondMediator {
+                instance: self.peers.instance,
+                stands_by: self.peers.stands_by,
+            });
+        }
+        if stood_by && !self.peers.stands_by {
+            // The other one may have granted anything to anybody.
+            let epoch = self.peers.epoch + 1;
+            self.effects.alarms.push(Alarm::GoesOn { epoch });
+            self.ask_all(epoch);
+        }
+    }
+
+    // ---------------------------------------------------------------- operators
+
+    /// An operator says that no silent robot is in the area. Returns whose hold was ended.
+    ///
+    /// # Errors
+    /// [`ClearError`] when there is no such area, or a robot that is heard is in it, whichever mediator it follows.
+    pub fn clear(&mut self, area_id: &str, now_ns: u64) -> Result<Vec<String>, ClearError> {
+        let area = self
+            .names
+            .area(area_id)
+            .ok_or_else(|| ClearError::UnknownArea {
+                found: area_id.to_owned(),
+                known: self.names.all_areas(),
+            })?;
+        let occupants: Vec<usize> = self.areas.occupants(area).collect();
+        if let Some(&robot) = { occupants.iter() }.find(|&&robot| self.is_heard(robot, now_ns)) {
+            return Err(ClearError::Heard {
+                area: area_id.to_owned(),
+                robot: self.names.robot_id(robot),
+            });
+        }
+        for &robot in &occupants {
+            // It may be elsewhere, so whether it is awaited is another matter.
+            self.take_out(robot, area, now_ns);
+        }
+        self.go_on(now_ns);
+        let names = occupants.iter().map(|&robot| self.names.robot_id(robot));
+        Ok(names.collect())
+    }
+
+    /// An operator says that a robot is nowhere on the floor: it has no area any more, and is not awaited until it is heard
+    /// again, also after later starts. Returns the areas that it has lost.
+    ///
+    /// # Errors
+    /// [`AbsentError`] when there is no such robot, or it is heard.
+    pub fn absent(&mut self, robot_id: &str, now_ns: u64) -> Result<Vec<String>, AbsentError> {
+        let robot = self.names.robot(robot_id).ok_or_else(|| UnknownRobot {
+            found: robot_id.to_owned(),
+            known: self.names.all_robots(),
+        })?;
+        if self.is_heard(robot, now_ns) {
+            return Err(AbsentError::Heard(robot_id.to_owned()));
+        }
+        let areas: Vec<usize> = self.areas.occupied_by(robot).collect();
+        for &area in &areas {
+            self.take_out(robot, area, now_ns);
+        }
+        self.sessions.give_up(robot);
+        self.store_robot(robot);
+        self.areas.touch_all();
+        self.go_on(now_ns);
+        Ok(areas.iter().map(|&area| self.names.area_id(area)).collect())
+    }
+
+    /// It reports, whether it follows this mediator or not.
+    fn is_heard(&self, robot: usize, now_ns: u64) -> bool {
+        self.sessions.is_heard(robot) || self.peers.is_heard(robot, now_ns)
+    }
+
+    fn take_out(&mut self, robot: usize, area: usize, now_ns: u64) {
+        self.effects.counters.cleared += 1;
+        self.areas.leave(robot, area);
+        self.store_robot(robot);
+        self.areas.end_hold(robot, area, &mut self.effects);
+        self.coordinate(now_ns, |coordinations, around| {
+            coordinations.cleared_of(robot, around);
+        });
+        self.effects.tell(robot);
+        self.areas.touch(area);
+    }
+}

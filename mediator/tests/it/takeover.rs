@@ -1,0 +1,318 @@
+//! A mediator that does not know what robots have been granted.
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use contract::client::{Client, Situation};
+use contract::timing::SILENT_AFTER_NS;
+use mediator::journal::Stored;
+use mediator::manager::{AbsentError, Alarm, ClearError, Manager, Status};
+use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+const AREA: &str = "gate";
+
+/// An area for one, and three robots that start beside it.
+fn setup() -> Setup {
+    let robot = |id: &str| RobotSetup {
+        id: id.to_owned(),
+        role: "normal".to_owned(),
+        priority: 0,
+        starts_in: Vec::new(),
+    };
+    let areas = [AREA, "yard"].map(|id| AreaSetup {
+        id: id.to_owned(),
+        capacity: 1,
+    });
+    Setup {
+        site: "hall".to_owned(),
+        areas: areas.to_vec(),
+        robots: ["amr-1", "amr-2", "amr-3"].map(robot).to_vec(),
+        silent_after: Duration::from_nanos(SILENT_AFTER_NS),
+    }
+}
+
+/// A journal that is new.
+fn begun(journal: u64) -> Stored {
+    Stored {
+        journal,
+        ..Stored::default()
+    }
+}
+
+fn start(stored: &Stored, instance: u64, now_ns: u64) -> Manager {
+    let manager = Manager::new(&setup(), stored, now_ns).expect("valid");
+    manager.speaks_as(instance)
+}
+
+fn keep(manager: &mut Manager, stored: &mut Stored) {
+    manager.entries().for_each(|entry| stored.apply(entry));
+}
+
+fn robot(id: &str, wanted: &[&str]) -> (Client, Situation) {
+    // Not its first boot, for any journal that knows it.
+    let client = Client::new(id, "hall", 7);
+    let situation = Situation {
+        located: true,
+        wanted: wanted.iter().map(|&area| area.to_owned()).collect(),
+        ..Situation::default()
+    };
+    (client, situation)
+}
+
+/// All robots and the mediator talk for some rounds.
+fn talk(manager: &mut Manager, robots: &mut [(Client, Situation)], now_ns: u64) -> Status {
+    for _ in 0..4 {
+        for (client, situation) in robots.iter_mut() {
+            client.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+            manager.report(&client.report(), now_ns);
+        }
+        manager.tick(now_ns);
+        while let Some(message) = manager.next_message(now_ns) {
+            for (client, _) in robots.iter_mut() {
+                client.receive(&message, now_ns);
+            }
+        }
+    }
+    manager.status(now_ns)
+}
+
+#[test]
+fn after_a_first_start_every_robot_is_awaited_or_said_to_be_absent() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[AREA])];
+    assert_eq!(talk(&mut manager, &mut robots, 0).awaited.len(), 2);
+    assert!(!robots[0].0.holds(AREA));
+    keep(&mut manager, &mut stored);
+
+    // A restart changes nothing of that.
+    let mut manager = start(&stored, 51, 0);
+    robots.push(robot("amr-2", &[]));
+    assert_eq!(talk(&mut manager, &mut robots, 0).awaited, ["amr-3"]);
+    assert!(!robots[0].0.holds(AREA));
+    let heard = AbsentError::Heard("amr-1".to_owned());
+    assert_eq!(manager.absent("amr-1", 0), Err(heard));
+    assert!(matches!(
+        manager.absent("amr-9", 0),
+        Err(AbsentError::Unknown(_))
+    ));
+    assert_eq!(manager.absent("amr-3", 0), Ok(Vec::new()));
+    assert!(talk(&mut manager, &mut robots, 0).awaited.is_empty());
+    assert!(robots[0].0.holds(AREA));
+    keep(&mut manager, &mut stored);
+
+    // Once said, it holds until that robot is heard.
+    let mut manager = start(&stored, 52, 0);
+    assert_eq!(manager.status(0).awaited, ["amr-1", "amr-2"]);
+    robots.push(robot("amr-3", &[]));
+    assert!(talk(&mut manager, &mut robots, 0).awaited.is_empty());
+    keep(&mut manager, &mut stored);
+    assert_eq!(start(&stored, 53, 0).status(0).awaited.len(), 3);
+}
+
+/// One robot has the gate, and one has been there; journal 1, at its third start. All sessions but the first robot's are other
+/// ones than a new journal would give.
+fn running() -> Vec<(Client, Situation)> {
+    let mut stored = begun(1);
+    stored.epoch = 2;
+    stored.robots.entry("amr-2".to_owned()).or_default().issued = 4;
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[AREA])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, 0);
+    assert!(robots[1].0.holds(AREA) && robots[1].0.session() == 5);
+    robots
+}
+
+#[test]
+fn robots_follow_a_mediator_without_their_journal_and_keep_what_they_have() {
+    let mut robots = running();
+    let mut stored = begun(2);
+    let mut manager = start(&stored, 60, 0);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    // For a second it may be that the other one lives.
+    let status = talk(&mut manager, &mut robots, SILENT_AFTER_NS / 2);
+    assert!(status.stands_by && status.epoch == 1);
+    let now_ns = 2 * SILENT_AFTER_NS;
+    let absent = robots.pop().expect("the third one");
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert_eq!((status.epoch, status.stands_by), (4, false));
+    let followed = robots
+        .iter()
+        .all(|(client, _)| client.mediator_epoch() == 4);
+    assert!(followed && status.awaited == ["amr-3"], "{status:?}");
+    assert_eq!(status.areas[0].holders[0].0, "amr-2");
+    let warned = manager
+        .alarms()
+        .any(|own| matches!(own, Alarm::OlderJournal { found: 3, .. }));
+    assert!(warned);
+    // It stays with whom it has, also when nobody is awaited any more.
+    robots.push(absent);
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(
+        status.awaited.is_empty() && !robots[0].0.holds(AREA),
+        "{status:?}"
+    );
+    robots[1].1.wanted.clear();
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA) && !robots[1].0.holds(AREA));
+    // The larger number is in the journal.
+    keep(&mut manager, &mut stored);
+    assert_eq!(start(&stored, 61, 0).epoch(), 5);
+}
+
+#[test]
+fn a_mediator_that_has_stood_by_asks_everybody_before_it_goes_on() {
+    let mut robots = running();
+    // The first mediator's own journal, of long ago.
+    let mut stored = Stored {
+        journal: 3,
+        epoch: 20,
+        ..Stored::default()
+    };
+    let mut manager = start(&stored, 60, 0);
+    assert!(talk(&mut manager, &mut robots, 0).stands_by);
+    let now_ns = 2 * SILENT_AFTER_NS;
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    let second = robots.remove(1);
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(
+        !status.stands_by && status.awaited == ["amr-2"],
+        "{status:?}"
+    );
+    assert!(!robots[0].0.holds(AREA));
+    keep(&mut manager, &mut stored);
+    assert!(stored.robots["amr-2"].unaccounted);
+    robots.push(second);
+    assert!(talk(&mut manager, &mut robots, now_ns).awaited.is_empty());
+    assert!(!robots[0].0.holds(AREA) && robots[2].0.holds(AREA));
+}
+
+#[test]
+fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[AREA])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, 0);
+    assert!(robots[1].0.holds(AREA));
+    // It is carried away, so the next run with it begins after one that was given up.
+    let mut now_ns = 2 * SILENT_AFTER_NS;
+    manager.tick(now_ns);
+    assert_eq!(manager.clear(AREA, now_ns), Ok(vec!["amr-2".to_owned()]));
+    keep(&mut manager, &mut stored);
+
+    // All have restarted since, and count their runs from 0.
+    for (client, _) in &mut robots {
+        *client = Client::new(&client.report().robot_id, "hall", 8);
+    }
+    talk(&mut start(&begun(2), 60, 0), &mut robots, now_ns);
+    assert!(robots[1].0.holds(AREA));
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    let mut manager = start(&stored, 51, now_ns);
+    now_ns += 2 * SILENT_AFTER_NS;
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(status.awaited.is_empty(), "{status:?}");
+    assert_eq!(status.areas[0].holders[0].0, "amr-2");
+    assert!(robots[1].0.holds(AREA) && !robots[0].0.holds(AREA));
+    assert!(robots.iter().all(|(client, _)| client.mediator_epoch() > 2));
+    // What it gives back counts too.
+    robots[1].1.wanted.clear();
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
+}
+
+#[test]
+fn a_robot_that_does_not_know_where_it_is_has_not_said_where_it_stands() {
+    let mut manager = start(&begun(1), 50, 0);
+    let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[AREA]));
+    robots[0].1.located = false;
+    assert_eq!(talk(&mut manager, &mut robots, 0).awaited, ["amr-1"]);
+    robots[0].1.located = true;
+    assert!(talk(&mut manager, &mut robots, 0).awaited.is_empty());
+}
+
+#[test]
+fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    assert_eq!(manager.absent("amr-3", 0), Ok(Vec::new()));
+    talk(&mut manager, &mut robots, 0);
+    keep(&mut manager, &mut stored);
+    let mut manager = start(&stored, 51, 0);
+    let (mut client, mut situation) = robot("amr-3", &[]);
+    situation.stands_in = vec![AREA.to_owned()];
+    client.step(situation, 0, SILENT_AFTER_NS);
+    manager.report(&client.report(), 0);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    let status = talk(&mut manager, &mut robots, 0);
+    assert!(status.awaited.is_empty() && !robots[0].0.holds(AREA));
+    assert_eq!(status.areas[0].standing, ["amr-3"]);
+    let heard = ClearError::Heard {
+        area: AREA.to_owned(),
+        robot: "amr-3".to_owned(),
+    };
+    assert_eq!(manager.clear(AREA, 0), Err(heard));
+    assert_eq!(
+        manager
+            .clear(AREA, 2 * SILENT_AFTER_NS)
+            .map(|own| own.len()),
+        Ok(1)
+    );
+}
+
+#[test]
+fn a_number_that_no_mediator_can_have_reached_is_no_epoch() {
+    let mut manager = start(&begun(2), 60, 0);
+    let (mut client, situation) = robot("amr-1", &[]);
+    client.step(situation, 0, SILENT_AFTER_NS);
+    let mut report = client.report();
+    (report.mediator_instance, report.mediator_epoch) = (9, u64::MAX);
+    for sequence in 1..9 {
+        report.sequence = sequence;
+        manager.report(&report, 0);
+    }
+    // It has another mediator, and is asked once.
+    assert_eq!(manager.epoch(), 2);
+}
+
+#[test]
+fn clearing_an_area_says_nothing_of_a_robot_that_may_be_anywhere() {
+    let mut setup = setup();
+    setup.robots[2].starts_in = vec!["yard".to_owned()];
+    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    assert_eq!(manager.clear("yard", 0), Ok(vec!["amr-3".to_owned()]));
+    assert!(manager.status(0).awaited.contains(&"amr-3".to_owned()));
+}
+
+#[test]
+fn an_empty_journal_is_refused_unless_it_is_a_first_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let site = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../config/sites/overtaking.toml"
+    );
+    // A journal that was refused is no less empty.
+    for _ in 0..2 {
+        let started = Command::new(env!("CARGO_BIN_EXE_mediator"))
+            .args(["run", "--listen", "tcp/127.0.0.1:0", "--site", site])
+            .arg("--journal")
+            .arg(folder.path().join("journal.redb"))
+            .arg("--runtime")
+            .arg(folder.path().join("run"))
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut child = started.expect("the program starts");
+        let until = Instant::now() + Duration::from_secs(20);
+        while child.try_wait().expect("our child").is_none() && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        // If it has ended, there is nobody to kill.
+        let _ = child.kill();
+        let output = child.wait_with_output().expect("our child");
+        let said = String::from_utf8_lossy(&output.stderr);
+        let refused = output.status.code() == Some(i32::from(mediator::cli::EXIT_REFUSED));
+        assert!(refused && said.contains("--first-start"), "{said}");
+    }
+}
