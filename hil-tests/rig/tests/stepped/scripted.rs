@@ -37,6 +37,24 @@ fn a_fleet_goes_on_with_a_mediator_that_has_lost_its_journal() {
 }
 
 #[test]
+fn a_mediator_without_its_journal_lets_nobody_in_before_it_has_heard_where_everybody_stands() {
+    let mut scenario = crate::scenario("overtaking");
+    scenario.patience_s = 600.0;
+    let lost = "at_s = 24.0; for_s = 4.0; what = \"lose-journal\"";
+    // It stands in the middle of the corridor, and says so only long after the mediator has started again.
+    let killed = "at_s = 23.0; for_s = 30.0; what = \"kill-robot\"; robot = \"amr-1\"";
+    let done_s = [&[lost][..], &[lost, killed]].map(|faults| {
+        let faults = { faults.iter() }.map(|text| toml::from_str(&text.replace("; ", "\n")));
+        scenario.faults = faults.map(|fault| fault.expect("a fault")).collect();
+        let summary = ended(&scenario, &plans(&scenario), 3).1;
+        assert!(summary.passed(), "{summary:?}");
+        assert_eq!(summary.mediator.as_ref().expect("a mediator").starts, 2);
+        summary.robots[1].done_s.expect("it is done")
+    });
+    assert!(done_s[1] > done_s[0] + 20.0, "{done_s:?}");
+}
+
+#[test]
 fn robots_stay_with_their_mediator_beside_a_second_one_and_say_so() {
     let fault = "at_s = 10.0; for_s = 6.0; what = \"second-mediator\"";
     let [with, _] = with_and_without(junction(), fault, 1);
