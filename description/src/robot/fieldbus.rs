@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 
-use super::TIMEOUT_MS;
+use super::{DURATION, TIMEOUT_MS};
 use crate::keys::{Count, Fault, Flat, KeyError, Need, Page, Section, Source};
 use crate::section;
 
@@ -19,8 +19,10 @@ section! {
         pub product_codes: Vec<u32> as CODE,
         /// A cycle's answer later than this counts as lost.
         pub deadline_us: u32 as Count::new("a time in µs", 50, 100_000) => 500,
-        /// The SubDevice's process-data watchdog, as it must report it.
+        /// The SubDevice's process-data watchdog: set at bring-up, and verified.
         pub watchdog_ms: u32 as TIMEOUT_MS => 100,
+        /// Longest time that one attempt to bring the bus up may take.
+        pub bring_up_s: f64 as DURATION => 3.0,
     }
 }
 

@@ -120,7 +120,7 @@ pub enum BringUpError {
     },
     /// The SubDevice would go on with old outputs when the MainDevice falls silent.
     #[error(
-        "SubDevice {address:#06x}: the watchdog of output SyncManager {sync_manager} is not armed (control byte \
+        "SubDevice {address:#06x}: the watchdog of output SyncManager {sync_manager} does not let itself be armed (control byte \
          {control:#04x}, expected bit 0x40 set): it would keep driving without a MainDevice"
     )]
     WatchdogDisarmed {

@@ -21,7 +21,11 @@ const CONTROL_OUTPUTS: u8 = 0b0000_0100;
 const CONTROL_WATCHDOG: u8 = 0x40;
 const ACTIVATED: u8 = 0x01;
 
-/// Sets the time and checks that the watchdog is armed. The SyncManagers must be configured.
+/// Offsets of a SyncManager's control byte and of the one that activates it.
+const CONTROL: u16 = 4;
+const ACTIVATE: u16 = 6;
+
+/// Sets the time and arms the watchdog, where the SubDevice's EEPROM has it off. The SyncManagers must be configured.
 pub(super) async fn arm(
     main_device: &MainDevice<'_>,
     address: u16,
@@ -51,10 +55,11 @@ pub(super) async fn arm(
             found_us,
         }));
     }
-    check_armed(main_device, address, outputs_bytes).await
+    arm_sync_manager(main_device, address, outputs_bytes).await
 }
 
-async fn check_armed(
+/// Has the SyncManager of the outputs feed the watchdog, and reads that back.
+async fn arm_sync_manager(
     main_device: &MainDevice<'_>,
     address: u16,
     outputs_bytes: usize,
@@ -65,10 +70,12 @@ async fn check_armed(
     let sync_managers = found.min(MAX_SYNC_MANAGERS);
     for sync_manager in 0..sync_managers {
         let register = SYNC_MANAGERS + SYNC_MANAGER_SIZE * u16::from(sync_manager);
-        let [_, _, length_low, length_high, control, _, activate, _] =
+        let read = async || {
             Command::fprd(address, register)
                 .receive::<[u8; 8]>(main_device)
-                .await?;
+                .await
+        };
+        let [_, _, length_low, length_high, control, _, activate, _] = read().await?;
         let length = usize::from(u16::from_le_bytes([length_low, length_high]));
         let carries_outputs = control & CONTROL_OUTPUTS_MASK == CONTROL_OUTPUTS
             && activate & ACTIVATED != 0
@@ -76,13 +83,29 @@ async fn check_armed(
         if !carries_outputs {
             continue;
         }
-        return Ok(match control & CONTROL_WATCHDOG {
-            0 => Err(BringUpError::WatchdogDisarmed {
+        if control & CONTROL_WATCHDOG != 0 {
+            return Ok(Ok(()));
+        }
+        // A SyncManager takes no settings while it is active.
+        for (offset, value) in [
+            (ACTIVATE, activate & !ACTIVATED),
+            (CONTROL, control | CONTROL_WATCHDOG),
+            (ACTIVATE, activate),
+        ] {
+            Command::fpwr(address, register + offset)
+                .send(main_device, value)
+                .await?;
+        }
+        let [_, _, _, _, control, _, activate, _] = read().await?;
+        let armed = control & CONTROL_WATCHDOG != 0 && activate & ACTIVATED != 0;
+        return Ok(if armed {
+            Ok(())
+        } else {
+            Err(BringUpError::WatchdogDisarmed {
                 address,
                 sync_manager,
                 control,
-            }),
-            _ => Ok(()),
+            })
         });
     }
     Ok(Err(BringUpError::OutputSyncManager {

@@ -144,12 +144,34 @@ fn another_process_data_layout_is_refused() {
     );
 }
 
-#[test]
-fn a_watchdog_that_is_not_armed_is_refused() {
-    let link = SegmentLink::of([Mirror {
+/// A SubDevice whose EEPROM has the watchdog of its outputs off.
+fn unwatched() -> SegmentLink {
+    SegmentLink::of([Mirror {
         outputs_control: 0x24,
         ..Mirror::default()
-    }]);
+    }])
+}
+
+#[test]
+fn a_watchdog_that_is_off_is_armed() {
+    let link = unwatched();
+    let mut bus = Bus::bring_up(link.boxed(), &expectation(), impatient()).unwrap();
+    bus.exchange(&[0; 36], &mut [0; 172], in_us(5_000)).unwrap();
+    let silent_since = std::time::Instant::now();
+    while link.statistics.snapshot().watchdog_trips == 0 {
+        assert!(
+            silent_since.elapsed() < Duration::from_secs(5),
+            "the watchdog never tripped"
+        );
+        std::thread::sleep(Duration::from_millis(1));
+        link.cycle();
+    }
+}
+
+#[test]
+fn a_watchdog_that_cannot_be_armed_is_refused() {
+    let link = unwatched();
+    link.faults.have_no_watchdog(0);
     let error = refused(&link);
     let BringUpError::WatchdogDisarmed {
         address: 0x1000,

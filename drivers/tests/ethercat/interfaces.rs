@@ -43,7 +43,19 @@ fn enter() -> Result<(), String> {
 }
 
 pub fn ip(arguments: &[&str]) -> Result<(), String> {
-    let output = Command::new("ip")
+    run("ip", arguments)
+}
+
+/// Has the interface refuse every frame (`ENOBUFS`), or take them again. Of the same package as `ip`.
+pub fn refuse_frames(refuse: bool) -> Result<(), String> {
+    let verb = if refuse { "add" } else { "del" };
+    let mut arguments = vec!["qdisc", verb, "dev", MAIN_DEVICE, "root"];
+    arguments.extend(refuse.then_some(["pfifo", "limit", "0"]).iter().flatten());
+    run("tc", &arguments)
+}
+
+fn run(program: &str, arguments: &[&str]) -> Result<(), String> {
+    let output = Command::new(program)
         .args(arguments)
         .output()
         .map_err(|error| error.to_string())?;

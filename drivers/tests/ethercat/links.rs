@@ -1,6 +1,6 @@
 //! Both links, end to end: bring-up, a thousand exchanges a second, losses, and what they say when they cannot.
 
-use crate::interfaces::{MAIN_DEVICE, SEGMENT, ip, with_own_network};
+use crate::interfaces::{MAIN_DEVICE, SEGMENT, ip, refuse_frames, with_own_network};
 use crate::support::{Mirror, expectation, impatient, in_us, segment, served_over_udp};
 use crate::timing::{PERIOD, measure};
 use drivers::ethercat::{
@@ -114,6 +114,28 @@ fn an_interface_that_goes_down_and_comes_back() {
         ip(&["link", "set", MAIN_DEVICE, "up"]).unwrap();
         let link = bus.release();
         Bus::bring_up(link, &expectation(), BringUpOptions::default()).unwrap();
+        assert!(server.stop());
+    });
+}
+
+#[test]
+fn frames_that_the_interface_refuses_are_lost_and_no_more() {
+    with_own_network(|| {
+        let segment = segment([Mirror::default()]);
+        let server = serve_raw(SEGMENT, segment, ServeOptions::default()).unwrap();
+        let link = Box::new(RawLink::open(MAIN_DEVICE).unwrap());
+        let mut bus = Bus::bring_up(link, &expectation(), BringUpOptions::default()).unwrap();
+        if let Err(reason) = refuse_frames(true) {
+            eprintln!("SKIPPED: needs `tc` with pfifo: {reason}");
+            return;
+        }
+        for _ in 0..20 {
+            let exchanged = bus.exchange(&[1; 36], &mut [0; 172], in_us(300));
+            assert_eq!(exchanged, Err(ExchangeError::Lost));
+        }
+        refuse_frames(false).unwrap();
+        let exchanged = bus.exchange(&[1; 36], &mut [0; 172], in_us(200_000));
+        assert!(exchanged.is_ok(), "{exchanged:?}");
         assert!(server.stop());
     });
 }

@@ -10,13 +10,19 @@ use std::os::fd::{AsFd, OwnedFd};
 /// A non-blocking datagram socket with receive deadlines.
 pub struct Socket(pub OwnedFd);
 
+/// The system has no room for a frame now, as when the interface's queue is full: that frame is lost, and the next one may not
+/// be.
+const NO_ROOM: [Errno; 3] = [Errno::NOBUFS, Errno::NOMEM, Errno::WOULDBLOCK];
+
 impl Socket {
+    /// Sends the frame, or loses it.
     pub fn send(&self, data: &[u8]) -> io::Result<()> {
         loop {
             match rustix::net::send(&self.0, data, SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
                 Ok(sent) if sent == data.len() => return Ok(()),
                 Ok(_) => return Err(io::ErrorKind::WriteZero.into()),
                 Err(Errno::INTR) => {}
+                Err(error) if NO_ROOM.contains(&error) => return Ok(()),
                 Err(error) => return Err(error.into()),
             }
         }
@@ -41,5 +47,29 @@ impl Socket {
                 Err(error) => return Err(error.into()),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::net::UnixDatagram;
+
+    #[test]
+    fn a_frame_that_the_system_has_no_room_for_is_lost_and_no_error() {
+        let (ours, theirs) = UnixDatagram::pair().expect("two sockets");
+        let socket = Socket(ours.into());
+        let sent = 10_000;
+        for _ in 0..sent {
+            socket.send(&[7; 64]).expect("sent or lost");
+        }
+        theirs.set_nonblocking(true).expect("a socket");
+        let mut received = 0;
+        while theirs.recv(&mut [0; 64]).is_ok() {
+            received += 1;
+        }
+        assert!((1..sent).contains(&received), "{received}");
+        socket.send(&[7; 64]).expect("sent");
+        assert_eq!(theirs.recv(&mut [0; 64]).expect("there is room again"), 64);
     }
 }

@@ -63,6 +63,7 @@ pub(super) enum Action {
     Connected(usize, bool),
     Powered(usize, bool),
     ClockStopped(usize, bool),
+    WatchdogMissing(usize),
 }
 
 /// What happens to one frame.
@@ -127,6 +128,11 @@ impl FaultHandle {
             AlState::SafeOp,
             AlCode::SYNCHRONISATION_ERROR,
         ));
+    }
+
+    /// The SubDevice turns out to be built without a process-data watchdog: its SyncManagers do not take that bit.
+    pub fn have_no_watchdog(&self, position: usize) {
+        self.act(Action::WatchdogMissing(position));
     }
 
     /// The SubDevice's controller restarts: INIT, registers at their defaults.

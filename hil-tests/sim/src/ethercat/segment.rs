@@ -268,7 +268,8 @@ impl Segment {
             Action::Fall(position, ..) | Action::Reset(position) => position,
             Action::Connected(position, _)
             | Action::Powered(position, _)
-            | Action::ClockStopped(position, _) => position,
+            | Action::ClockStopped(position, _)
+            | Action::WatchdogMissing(position) => position,
         };
         let Some(subdevice) = self.subdevices.get_mut(position) else {
             return;
@@ -279,6 +280,7 @@ impl Segment {
             Action::Connected(_, connected) => self.connected[position] = connected,
             Action::Powered(_, powered) => subdevice.set_powered(powered, now_ns),
             Action::ClockStopped(_, stopped) => subdevice.esc().set_clock_stopped(stopped, now_ns),
+            Action::WatchdogMissing(_) => subdevice.esc().have_no_watchdog(),
         }
         self.update_links();
     }

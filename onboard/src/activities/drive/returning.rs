@@ -6,7 +6,7 @@ use drivers::ethercat::Bus;
 use super::activity::Drive;
 use super::health::Health;
 use super::holding::Holding;
-use super::settings::{BRING_UP, GONE_NS, RETRY_NS, SWITCHED_ON_NS};
+use super::settings::{GONE_NS, RETRY_NS, SWITCHED_ON_NS};
 use crate::symbols::faults::Fault;
 
 impl Drive {
@@ -23,7 +23,7 @@ impl Drive {
             return;
         }
         let result = (self.open_link)().and_then(|link| {
-            Bus::bring_up(link, &self.settings.expectation, BRING_UP)
+            Bus::bring_up(link, &self.settings.expectation, self.settings.bring_up)
                 .map_err(|error| error.to_string())
         });
         match result {

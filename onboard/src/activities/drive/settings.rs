@@ -1,21 +1,11 @@
 //! What the drive activity needs to know of the bus and the drive on it.
 
-use std::time::Duration;
-
 use description::wheels::{EncoderAngles, WheelSpeeds};
 use drivers::ethercat::{BringUpOptions, Expectation, Link};
 use drivers::kelo::{Feedback, VoltageLimits};
 
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::symbols::values::Encoders;
-
-/// How the bus is brought up.
-pub(super) const BRING_UP: BringUpOptions = BringUpOptions {
-    timeout: Duration::from_secs(3),
-    frame_timeout: Duration::from_millis(20),
-    frame_attempts: 10,
-    cycle: Duration::from_millis(1),
-};
 
 /// Pause between two attempts to bring the bus up.
 pub(super) const RETRY_NS: u64 = 500 * MILLISECOND_NS;
@@ -33,6 +23,8 @@ pub(super) const SHUT_DOWN_NS: u64 = 100 * MILLISECOND_NS;
 pub struct Settings {
     /// What the bus must look like.
     pub expectation: Expectation,
+    /// How the bus is brought up.
+    pub bring_up: BringUpOptions,
     /// Time that an answer may take, from the cycle's start.
     pub deadline_ns: u64,
     /// Age at which a setpoint is stale.

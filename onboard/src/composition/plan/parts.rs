@@ -1,9 +1,11 @@
 //! The parts that activities run, made of what the files say.
 
+use std::time::Duration;
+
 use contract::network::NetworkSettings;
 use description::keys::KeyError;
 use description::robot::DriveLimits;
-use drivers::ethercat::Expectation;
+use drivers::ethercat::{BringUpOptions, Expectation};
 use drivers::hokuyo::{self, ScanFormat};
 use drivers::kelo::{self, VoltageLimits};
 use skills::drive::WheelController;
@@ -132,6 +134,12 @@ impl Plan {
                 outputs_bytes: kelo::OUTPUTS_BYTES,
                 inputs_bytes: kelo::INPUTS_BYTES,
                 watchdog_ms: ethercat.watchdog_ms,
+            },
+            bring_up: BringUpOptions {
+                timeout: Duration::from_secs_f64(ethercat.bring_up_s),
+                frame_timeout: Duration::from_millis(20),
+                frame_attempts: 10,
+                cycle: Duration::from_millis(1),
             },
             deadline_ns: u64::from(ethercat.deadline_us) * 1000,
             setpoint_timeout_ns: ns_from_ms(drive.setpoint_timeout_ms),

@@ -3,7 +3,7 @@
 use super::esc::{Esc, array};
 use super::fmmu::Fmmu;
 use super::registers as reg;
-use super::sync_manager::SyncManager;
+use super::sync_manager::{SyncManager, WATCHDOG};
 
 impl Esc {
     /// What happens beside the memory when registers were written.
@@ -78,6 +78,15 @@ impl Esc {
 
     fn sync_managers_written(&mut self) {
         for i in 0..reg::SYNC_MANAGER_COUNT {
+            let old = self.sync_managers[i];
+            let first = reg::SYNC_MANAGER + 8 * i as u16;
+            if old.active {
+                // It takes no settings then.
+                self.set(first, &old.settings());
+            }
+            if self.watchdog_missing {
+                self.memory[usize::from(first) + 4] &= !WATCHDOG;
+            }
             let new = SyncManager::decode(&array(&self.memory, reg::SYNC_MANAGER as usize + 8 * i));
             if new != self.sync_managers[i] {
                 self.sync_managers[i] = new;

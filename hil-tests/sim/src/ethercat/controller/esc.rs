@@ -34,6 +34,8 @@ pub struct Esc {
     pub(super) sent: Vec<u8>,
     /// Logical datagrams pass by untouched.
     pub(super) process_data_withheld: bool,
+    /// It is built without a process-data watchdog.
+    pub(super) watchdog_missing: bool,
 }
 
 impl Esc {
@@ -56,6 +58,7 @@ impl Esc {
             returns_ns: 0,
             sent: Vec::new(),
             process_data_withheld: false,
+            watchdog_missing: false,
         };
         esc.power_on(0);
         esc
@@ -180,6 +183,11 @@ impl Esc {
     /// Looks at the process data watchdog; true once, when it expires.
     pub fn check_watchdog(&mut self, now_ns: u64) -> bool {
         self.watchdog.check(now_ns, self.watchdog_timeout_ns())
+    }
+
+    /// From now on SyncManagers take no watchdog bit.
+    pub fn have_no_watchdog(&mut self) {
+        self.watchdog_missing = true;
     }
 
     /// Stops the clock or lets it go on.

@@ -5,7 +5,7 @@ const DIRECTION_WRITE: u8 = 0x04;
 /// Control byte: bits of direction and buffer mode.
 const KIND: u8 = 0x0F;
 /// Control byte: a complete write feeds the process data watchdog.
-const WATCHDOG: u8 = 0x40;
+pub(super) const WATCHDOG: u8 = 0x40;
 /// Control byte: mode bits; 0 is three buffers.
 const MODE: u8 = 0x03;
 
@@ -32,6 +32,13 @@ impl SyncManager {
             control: registers[4],
             active: registers[6] & 1 != 0,
         }
+    }
+
+    /// Its first bytes: where, how long, and control.
+    #[must_use]
+    pub fn settings(&self) -> [u8; 5] {
+        let ([s0, s1], [l0, l1]) = (self.start.to_le_bytes(), self.length_bytes.to_le_bytes());
+        [s0, s1, l0, l1, self.control]
     }
 
     /// The MainDevice writes and the SubDevice reads.

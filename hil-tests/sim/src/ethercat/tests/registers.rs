@@ -132,9 +132,28 @@ fn wrong_syncmanagers_are_refused_with_their_code() {
         let mut bench = Bench::new(1);
         bench.request(2);
         bench.configure(0x64);
+        // It takes no settings while it is active.
+        let active = offset / 8 * 8 + 6;
+        if offset != active {
+            bench.write(offset, &[byte]);
+            bench.write(active, &[0]);
+        }
         bench.write(offset, &[byte]);
+        if offset != active {
+            bench.write(active, &[1]);
+        }
         assert_eq!(bench.request(4), (0x12, code), "{offset:#06x}");
     }
+}
+
+#[test]
+fn an_active_syncmanager_takes_no_settings() {
+    let mut bench = Bench::new(1);
+    bench.request(2);
+    bench.configure(0x64);
+    bench.write(0x0812, &[35]);
+    bench.write(0x0814, &[0x60]);
+    assert_eq!(bench.request(4), (4, 0));
 }
 
 #[test]
