@@ -14,6 +14,7 @@ use skills::tubes::FloorCheckpoint;
 use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
 use crate::realtime::clock::now_ns;
+use crate::realtime::memory::page_faults_of;
 use crate::symbols::faults::FaultTable;
 use crate::symbols::values::{
     ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, NavigationState, OdometryTrace,
@@ -134,11 +135,23 @@ fn read<T: Datatype + Serialize>(
 ) -> Result<Seen, SymbolError> {
     let read = inspector.reader::<T>(&info.model)?.read();
     let age_ms = read.age_ns(now_ns()).map(|age_ns| age_ns as f64 / 1e6);
+    let mut value = serde_json::to_value(read.value).unwrap_or_default();
+    if T::NAME == ThreadReport::NAME {
+        value["page_faults"] = json!(page_faults_while_running(&value));
+    }
     Ok(Seen {
         info,
         age_ms,
-        value: serde_json::to_value(read.value).unwrap_or_default(),
+        value,
     })
+}
+
+/// Page faults of a thread since it drives the robot; the kernel counts them, so that the thread need not ask it.
+fn page_faults_while_running(report: &Json) -> Option<u64> {
+    let number = |key: &str| report[key].as_u64();
+    number("running").filter(|&running| running != 0)?;
+    let faults = page_faults_of(number("thread")?)?;
+    Some(faults.saturating_sub(number("faults_before")?))
 }
 
 fn as_json_object(robot: &str, seen: &[Seen]) -> Json {
@@ -178,13 +191,14 @@ fn table(robot: &str, seen: &[Seen]) -> String {
         );
     }
     text += &format!(
-        "\n{:<14} {:<9} {:<8} {:>9} {:>9} {:>9} {:>26} {:>26}\n",
+        "\n{:<14} {:<9} {:<8} {:>9} {:>9} {:>9} {:>11} {:>26} {:>26}\n",
         "thread",
         "policy",
         "cores",
         "cycles",
         "overruns",
         "missed",
+        "page faults",
         "wake-up µs p50/p99/max",
         "execution µs p50/p99/max"
     );
@@ -201,7 +215,7 @@ fn table(robot: &str, seen: &[Seen]) -> String {
             }
         };
         text += &format!(
-            "{:<14} {:<9} {:<8} {:>9} {:>9} {:>9} {:>26} {:>26}\n",
+            "{:<14} {:<9} {:<8} {:>9} {:>9} {:>9} {:>11} {:>26} {:>26}\n",
             seen.info.model,
             format!(
                 "{} {}",
@@ -212,6 +226,7 @@ fn table(robot: &str, seen: &[Seen]) -> String {
             value["cycles"],
             value["overruns"],
             value["missed"],
+            plain(&value["page_faults"]),
             times("wakeup"),
             times("exec")
         );

@@ -25,7 +25,7 @@ use crate::process::supervisor::{Ending, Keeper, Supervisor, ports};
 use crate::process::watchdogs::Watchdogs;
 use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
 use crate::realtime::log::{self, LogSender};
-use crate::realtime::memory::{MemoryLock, lock_memory};
+use crate::realtime::memory::{MemoryLock, lock_memory, populate_memory};
 use crate::realtime::{guard, scheduling};
 use crate::symbols::values::{Name, RobotMode};
 use crate::symbols::wiring::{ACTIVITIES, Wiring};
@@ -53,9 +53,13 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     let guarded = guard::arm_from_environment();
     let (log, log_drain) = log::queue();
     let log_drain = log_drain.counting(logging.unwritten());
-    if let MemoryLock::NotLocked(why) = lock_memory() {
-        log.warn(why);
-    }
+    let locked = match lock_memory() {
+        MemoryLock::Locked => true,
+        MemoryLock::NotLocked(why) => {
+            log.warn(why);
+            false
+        }
+    };
     log.info(format!(
         "robot {} in site {}{}; {}",
         plan.robot.identity.id,
@@ -76,7 +80,14 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     let store = Background::of(store).map_err(Failure::refused)?;
     let keeper = Keeper::new(Box::new(store), &plan, &left);
     let watchdogs = Watchdogs::start(&plan.robot.watchdog).map_err(Failure::refused)?;
-    let mut robot = Robot::start(files, plan, wiring, (left, keeper), (&log, log_drain))?;
+    let mut robot = Robot::start(
+        files,
+        plan,
+        wiring,
+        (left, keeper),
+        (&log, log_drain),
+        locked,
+    )?;
     // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
     let ending = catch_unwind(AssertUnwindSafe(|| {
         let pulse = watchdogs.pulse();
@@ -135,6 +146,7 @@ impl Robot {
         mut wiring: Wiring,
         (left, keeper): (Left, Keeper),
         (log, log_drain): (&LogSender, log::LogDrain),
+        locked: bool,
     ) -> Result<Self, Failure> {
         let boot_epoch = draw_epoch();
         let (ports, handles) = ports(std::mem::take(&mut wiring.states));
@@ -150,6 +162,9 @@ impl Robot {
             log,
         )
         .map_err(Failure::refused)?;
+        if locked && let Err(why) = populate_memory() {
+            log.warn(why);
+        }
         let mode = RobotMode {
             mode: 0,
             boot_epoch,

@@ -18,7 +18,7 @@ use crate::activities::robot_activity::ThreadActivities;
 use crate::realtime::clock::{Clock, MILLISECOND_NS, Monotonic, now_ns, sleep_until};
 use crate::realtime::guard;
 use crate::realtime::log::LogSender;
-use crate::realtime::memory::prefault_stack;
+use crate::realtime::memory::{page_faults, prefault_stack};
 use crate::realtime::scheduling::{Wanted, granted, promote};
 use crate::realtime::wake::Wake;
 use crate::symbols::values::ThreadReport;
@@ -192,6 +192,7 @@ impl Timing {
     pub fn new(trigger: &Trigger, now_ns: u64) -> Self {
         let mut report = ThreadReport::zeroed();
         report.granted = granted();
+        report.thread = rustix::thread::gettid().as_raw_nonzero().get() as u64;
         report.period_ns = trigger.period_ns();
         Self {
             report,
@@ -230,6 +231,7 @@ impl Timing {
     pub fn runs(&mut self, running: bool, writer: &mut Writer<ThreadReport>, now_ns: u64) {
         if self.report.running != u64::from(running) {
             self.report.running = u64::from(running);
+            self.report.faults_before = page_faults();
             self.publish_now(writer, now_ns);
         }
     }

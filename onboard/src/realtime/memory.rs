@@ -1,4 +1,6 @@
-//! Memory of a real-time process: locked on fault, stacks prefaulted.
+//! Memory of a real-time process: locked, populated, stacks prefaulted, page faults counted.
+
+use std::fs;
 
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
@@ -39,6 +41,48 @@ pub fn lock_memory() -> MemoryLock {
     }
 }
 
+/// Populates all pages that the process has by now, those too that only a fault would touch: call it when everything is composed,
+/// before real-time threads begin. What is mapped later is locked when it is touched, as by [`lock_memory`].
+///
+/// # Errors
+/// In words: those pages are not there before they are needed.
+pub fn populate_memory() -> Result<(), String> {
+    // Without `ONFAULT` present mappings are populated; the second call concerns those to come only.
+    mlockall(MlockAllFlags::CURRENT)
+        .and_then(|()| mlockall(MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT))
+        .map_err(|error| {
+            format!("memory is not populated ({error}); grant CAP_IPC_LOCK or raise `ulimit -l`")
+        })
+}
+
+/// Page faults of the calling thread since it began, those that waited for a disk and those that did not.
+#[must_use]
+pub fn page_faults() -> u64 {
+    // SAFETY: a structure of numbers, for which zero is valid.
+    let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
+    // SAFETY: `usage` outlives the call, which fills it.
+    let result = unsafe { libc::getrusage(libc::RUSAGE_THREAD, &raw mut usage) };
+    if result == 0 {
+        (usage.ru_minflt + usage.ru_majflt) as u64
+    } else {
+        0
+    }
+}
+
+/// The same of any thread of this machine; `None` when it has ended.
+#[must_use]
+pub fn page_faults_of(thread: u64) -> Option<u64> {
+    /// Fields of `/proc/PID/task/TID/stat` behind the name, which may hold anything: the 10th and 12th of all (proc(5)).
+    const FAULTS: [usize; 2] = [7, 9];
+    let stat = fs::read_to_string(format!("/proc/{thread}/task/{thread}/stat")).ok()?;
+    let (_, fields) = stat.rsplit_once(") ")?;
+    let fields: Vec<&str> = fields.split(' ').collect();
+    FAULTS
+        .iter()
+        .map(|&field| fields.get(field)?.parse::<u64>().ok())
+        .sum()
+}
+
 /// Touches the stack that a real-time loop will use, so that it faults now and not there.
 #[inline(never)]
 pub fn prefault_stack() {
@@ -47,4 +91,42 @@ pub fn prefault_stack() {
         page[0] = 1;
     }
     std::hint::black_box(&stack);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn page_faults_are_counted_where_they_happen() {
+        let thread = rustix::thread::gettid().as_raw_nonzero().get() as u64;
+        let before = page_faults();
+        let bytes = 64 * 4096;
+        let touched = std::hint::black_box(vec![1_u8; bytes]);
+        assert_eq!(touched.len(), bytes);
+        let (own, of_thread) = (page_faults(), page_faults_of(thread).expect("it runs"));
+        assert!(
+            own >= before && of_thread >= own,
+            "{before} {own} {of_thread}"
+        );
+        assert_eq!(page_faults_of(u64::from(u32::MAX)), None);
+    }
+    #[test]
+    fn pages_that_nobody_has_touched_are_there_once_memory_is_populated() {
+        const PAGES: usize = 1024;
+        // So much comes from the kernel, untouched.
+        let mut bytes: Vec<u8> = Vec::with_capacity(PAGES * 4096);
+        if populate_memory().is_err() {
+            eprintln!("SKIPPED: needs CAP_IPC_LOCK or a higher `ulimit -l`");
+            return;
+        }
+        let before = page_faults();
+        bytes.resize(PAGES * 4096, 1);
+        let faults = page_faults() - before;
+        rustix::mm::munlockall().expect("unlocked");
+        assert!(
+            std::hint::black_box(bytes)[4096] == 1 && faults < 16,
+            "{faults}"
+        );
+    }
 }

@@ -73,6 +73,10 @@ value! {
         overruns: u64,
         /// Periods that were skipped for that.
         missed: u64,
+        /// The kernel's number of the thread.
+        thread: u64,
+        /// Page faults that it had before it began to drive the robot.
+        faults_before: u64,
         /// What the kernel granted.
         granted: Granted,
         /// Lateness of wake-ups while running, in µs when described.

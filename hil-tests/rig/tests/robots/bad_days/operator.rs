@@ -93,6 +93,11 @@ fn inspect(bench: &Bench) {
         let value = &thread["value"];
         assert!(value["cycles"].as_u64() > Some(0), "{thread}");
         assert!(value["granted"]["policy"].is_string(), "{thread}");
+        // A robot that may lock its memory has all pages that it needs before it drives.
+        let locked = !bench.log().contains("memory is not");
+        let faults = value["page_faults"].as_u64().expect("it runs");
+        let real_time = value["granted"]["policy"] == "fifo";
+        assert!(!(locked && real_time) || faults < 10, "{thread}");
         assert!(
             value["wakeup"]["p50"].is_number() && value["exec"]["max"].is_number(),
             "{thread}"
