@@ -27,6 +27,8 @@ const RATE_CHANGE: Duration = Duration::from_millis(20);
 const ATTEMPTS: usize = 3;
 /// Readings of the device's clock.
 const CLOCK_READINGS: usize = 10;
+/// The offset between the clocks must be known to this. At 19200 bit/s a reading takes 10 ms, which leaves 5 ms to either side.
+const MOST_UNCERTAIN_NS: u64 = 10_000_000;
 
 /// A connection whose stream has been accepted.
 pub struct Connected {
@@ -221,7 +223,8 @@ impl Session {
         Err(self.no_reply(command.as_bytes()))
     }
 
-    /// Reads the device's clock several times. A refusal is no error: the mapping works without.
+    /// Reads the device's clock several times. A refusal is no error: the mapping works without. Replies that take too long
+    /// are one: how old scans are would not be known, and a delay would pass for the time of measuring.
     fn read_clock(&mut self) -> Result<ClockBounds, ConnectError> {
         let mut bounds = ClockBounds::default();
         if self.command(b"TM0")?.status == Status::OK {
@@ -239,7 +242,15 @@ impl Session {
             }
         }
         self.command(b"TM2")?;
-        Ok(bounds)
+        match bounds.offset_ns() {
+            Some((_, found_ns)) if found_ns > MOST_UNCERTAIN_NS => {
+                Err(ConnectError::ClockUncertain {
+                    found_ms: found_ns / 1_000_000,
+                    expected_ms: MOST_UNCERTAIN_NS / 1_000_000,
+                })
+            }
+            _ => Ok(bounds),
+        }
     }
 
     fn laser_on(&mut self) -> Result<(), ConnectError> {

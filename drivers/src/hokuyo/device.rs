@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::clock::{ClockBounds, DeviceClock};
+use super::clock::{ClockBounds, DeviceClock, TOLERANCE_NS, Untrusted};
 use super::connect::{Connected, connect};
 use super::error::{ConnectError, ReadError};
 use super::identity::{DeviceState, Parameters, SensorIdentity};
@@ -23,12 +23,15 @@ const FAREWELL: Duration = Duration::from_millis(20);
 /// How often it looks meanwhile whether everything has left.
 const GLANCE: Duration = Duration::from_millis(1);
 
+const MS_NS: i64 = 1_000_000;
+
 /// A connected device that streams.
 #[derive(Debug)]
 pub struct Hokuyo {
     line: Box<dyn SerialLine>,
     clock: Arc<dyn Clock>,
     gone: bool,
+    untrusted: Option<ReadError>,
     identity: SensorIdentity,
     parameters: Parameters,
     state: DeviceState,
@@ -85,6 +88,7 @@ impl Hokuyo {
             clock: line.clock(),
             line,
             gone: false,
+            untrusted: None,
             identity,
             state,
             to_first_beam_ns: parameters.step_time(format.first_step).as_nanos() as u64,
@@ -110,9 +114,13 @@ impl Hokuyo {
     /// that has arrived.
     ///
     /// # Errors
-    /// Each dropped scan is reported once; the next call goes on behind it. `scan` changes only on success.
+    /// Each dropped scan is reported once; the next call goes on behind it. `scan` changes only on success. After
+    /// [`ReadError::Disconnected`] and [`ReadError::Untrusted`] only a new connection helps.
     pub fn read_scan(&mut self, scan: &mut Scan, deadline_ns: u64) -> Result<Received, ReadError> {
         let mut late_reads = 0;
+        if let Some(error) = self.untrusted {
+            return Err(error);
+        }
         loop {
             while self.start < self.end {
                 let byte = self.chunk[self.start];
@@ -163,7 +171,7 @@ impl Hokuyo {
                 dropped.map(|fault| Err(self.count(fault)))
             }
             Event::Dropped(fault) => Some(Err(self.count(fault))),
-            Event::Complete { device_ms } => Some(Ok(self.deliver(device_ms, scan))),
+            Event::Complete { device_ms } => Some(self.deliver(device_ms, scan)),
         }
     }
 
@@ -181,8 +189,9 @@ impl Hokuyo {
         error
     }
 
-    fn deliver(&mut self, device_ms: u32, scan: &mut Scan) -> Received {
+    fn deliver(&mut self, device_ms: u32, scan: &mut Scan) -> Result<Received, ReadError> {
         let mapped = self.device_clock.map(device_ms, self.arrival_ns);
+        let mapped = mapped.map_err(|untrusted| self.distrust(untrusted))?;
         let ranges_mm = self.parser.ranges_mm();
         scan.ranges_mm[..ranges_mm.len()].copy_from_slice(ranges_mm);
         scan.count = ranges_mm.len();
@@ -196,11 +205,20 @@ impl Hokuyo {
         self.counters.scans += 1;
         self.counters.missed += u64::from(missed);
         self.counters.clock_jumps += u64::from(mapped.jumped);
-        Received {
+        Ok(Received {
             arrival_ns: self.arrival_ns,
             complete_ns: self.chunk_ns,
             missed,
-        }
+        })
+    }
+
+    fn distrust(&mut self, Untrusted { off_ns }: Untrusted) -> ReadError {
+        let error = ReadError::Untrusted {
+            found_ms: off_ns / MS_NS,
+            expected_ms: TOLERANCE_NS / MS_NS,
+        };
+        self.counters.untrusted += u64::from(self.untrusted.is_none());
+        *self.untrusted.insert(error)
     }
 
     /// Vendor, product, firmware and serial number.

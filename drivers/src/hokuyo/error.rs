@@ -22,6 +22,18 @@ pub enum ReadError {
     /// The port is gone; only a new connection helps.
     #[error("the serial device is gone")]
     Disconnected,
+    /// The delay of scans has changed, and with it the time that they are from is not known; only a new connection, which
+    /// compares the clocks anew, helps.
+    #[error(
+        "the delay of its scans has changed by {found_ms} ms beside the drift of its clock; expected at most \
+         {expected_ms} ms, beyond which the age of a scan is not known"
+    )]
+    Untrusted {
+        /// Negative when they come earlier than they did.
+        found_ms: i64,
+        /// Either way.
+        expected_ms: i64,
+    },
     /// The device reports an error instead of a scan.
     #[error("the device reports status {0} instead of a scan")]
     DeviceError(Status),
@@ -94,6 +106,11 @@ pub enum ConnectError {
         /// What came; empty when it is missing.
         found: String,
     },
+    /// Its clock could not be compared with the host's, because replies take too long.
+    #[error(
+        "the device's clock is known to {found_ms} ms only, because its replies are late; expected {expected_ms} ms"
+    )]
+    ClockUncertain { found_ms: u64, expected_ms: u64 },
     /// The time for connecting ran out.
     #[error("time for connecting ran out while {during}")]
     OutOfTime { during: &'static str },

@@ -110,6 +110,8 @@ pub struct LidarCounters {
     pub missed: u64,
     /// Times the device's clock jumped (a restart) and its mapping started again.
     pub clock_jumps: u64,
+    /// 1 once the delay of scans has changed by more than drift explains: the connection is of no use any more.
+    pub untrusted: u64,
     /// Bytes read.
     pub bytes: u64,
 }

@@ -2,7 +2,7 @@
 
 use coordination::symbols::{Inspector, Namespace, Reader};
 use onboard::symbols::faults::{Fault, FaultTable};
-use onboard::symbols::values::{NavigationState, PoseEstimate, TubeState};
+use onboard::symbols::values::{LidarStatus, NavigationState, PoseEstimate, RangeScan, TubeState};
 use sim::world::Pose;
 use skills::schedule::Hold;
 
@@ -12,6 +12,8 @@ pub struct Insight {
     navigation: Reader<NavigationState>,
     tubes: Reader<TubeState>,
     faults: Reader<FaultTable>,
+    scan: Reader<RangeScan>,
+    lidar: Reader<LidarStatus>,
 }
 
 /// What the robot believes at one time.
@@ -61,6 +63,8 @@ impl Insight {
             navigation: inspector.reader("robot").map_err(text)?,
             tubes: inspector.reader("adaptive").map_err(text)?,
             faults: inspector.reader("robot").map_err(text)?,
+            scan: inspector.reader("hokuyo").map_err(text)?,
+            lidar: inspector.reader("hokuyo").map_err(text)?,
         })
     }
 
@@ -94,6 +98,16 @@ impl Insight {
         };
         belief.kept |= belief.is_held();
         belief
+    }
+
+    /// When the first beam of its newest scan was measured, by its own clock; 0 before the first.
+    pub fn scan_stamp_ns(&mut self) -> u64 {
+        self.scan.read().stamp_ns
+    }
+
+    /// What it says of its lidar.
+    pub fn lidar(&mut self) -> LidarStatus {
+        self.lidar.read().value
     }
 
     /// The faults that it has had, and has.

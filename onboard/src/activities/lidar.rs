@@ -60,6 +60,8 @@ pub struct Lidar {
     retry_ns: u64,
     noted_ns: u64,
     complaints: Complaints,
+    /// Why the last read brought no scan, until it is logged.
+    trouble: Option<ReadError>,
 }
 
 impl Lidar {
@@ -92,11 +94,15 @@ impl Lidar {
             retry_ns: 0,
             noted_ns: 0,
             complaints: Complaints::default(),
+            trouble: None,
         }
     }
 
     fn connect(&mut self) {
         self.device = None;
+        if let Some(trouble) = self.trouble.take() {
+            self.log.warn(format!("lidar is lost: {trouble}"));
+        }
         let Settings {
             device, options, ..
         } = &self.settings;
@@ -157,12 +163,18 @@ impl Lidar {
         let result = device.read_scan(&mut self.scan, now_ns + WAIT_NS);
         let after_ns = self.clock.now_ns();
         self.waited_ns = after_ns - now_ns;
+        // That nothing came says less than what came before.
+        let trouble = result.err();
+        self.trouble = trouble
+            .filter(|error| *error != ReadError::Timeout)
+            .or(self.trouble);
         match result {
             Ok(_) => {
                 self.fresh = true;
                 self.heard_ns = after_ns;
+                self.trouble = None;
             }
-            Err(ReadError::Disconnected) => self.lose(after_ns),
+            Err(ReadError::Disconnected | ReadError::Untrusted { .. }) => self.lose(after_ns),
             Err(_) if after_ns - self.heard_ns > self.settings.silent_ns => self.lose(after_ns),
             Err(ReadError::Timeout) => {}
             Err(_) if after_ns >= self.noted_ns + NOTE_NS => {
@@ -216,7 +228,9 @@ impl Activity for Lidar {
         if let Some(device) = &self.device {
             let counters = device.counters();
             self.status.scans = self.before.scans + counters.scans;
-            self.status.dropped = self.before.dropped + counters.checksum + counters.truncated;
+            let dropped = counters.checksum + counters.truncated + counters.device_errors;
+            self.status.dropped = self.before.dropped + dropped;
+            self.status.untrusted = self.before.untrusted + counters.untrusted;
         }
         self.status.streaming = u64::from(self.port.running());
         self.symbols.status.write(now_ns, &self.status);

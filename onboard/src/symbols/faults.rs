@@ -63,7 +63,7 @@ faults! {
     DriveFault = 4, "drive-fault", Operator,
         "the drive reports a motor fault; see its status in `onboard inspect`, then run `onboard ctl reset`";
     LidarLost = 5, "lidar-lost", ByItself,
-        "the lidar is gone and is being reconnected; check its cable";
+        "the lidar is gone, reports an error, or sends its scans later and later, and is being reconnected; the log says which: check its cable, and what else runs on this computer";
     ScanSilent = 6, "scan-silent", ByItself,
         "no valid scan arrives: the robot stops, and drives on once scans have been good for a while; if it recurs, check the lidar";
     ScanBroken = 7, "scan-broken", ByItself,

@@ -78,6 +78,8 @@ pub enum ScriptedKind {
     BreakScans,
     /// What the robot's lidar sends arrives late, by `by_s`.
     DelayScans,
+    /// What the robot's lidar sends arrives later and later, by this share of the time that passes.
+    AgeScans,
     /// The robot's lidar is unplugged, and plugged in again at the end.
     Unplug,
     /// Somebody steps into the robot's way, and leaves it at the end.
@@ -154,7 +156,7 @@ impl ScriptedKind {
             | Self::Box
             | Self::Pause
             | Self::Stop => keys(Some(true), false, false),
-            Self::LoseFrames | Self::BreakScans | Self::Slip | Self::Drift => {
+            Self::LoseFrames | Self::BreakScans | Self::AgeScans | Self::Slip | Self::Drift => {
                 keys(Some(true), true, false)
             }
             Self::LateThreads => keys(Some(true), true, true),

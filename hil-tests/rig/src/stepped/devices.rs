@@ -82,6 +82,17 @@ impl Devices {
         self.lidar.disturb(disturbance, now_ns);
     }
 
+    /// From now on what the lidar sends arrives later and later, by this share of the time that passes; 0 ends that.
+    pub fn delay_lidar_more_and_more(&self, share: f64, now_ns: u64) {
+        self.lidar.delay_more_and_more(share, now_ns);
+    }
+
+    /// When the lidar's present turn truly began.
+    #[must_use]
+    pub fn lidar_turn_start_ns(&self) -> u64 {
+        self.lidar.turn_start_ns()
+    }
+
     /// Somebody pulls the lidar's cable.
     pub fn unplug_lidar(&self) {
         self.lidar.unplug();

@@ -55,7 +55,7 @@ impl Execution for Stepped<'_> {
 
     fn belief(&mut self, robot: usize) -> Option<Belief> {
         let robot = self.robots.get_mut(robot)?.robot.as_mut()?;
-        Some(robot.belief())
+        Some(robot.insight().look())
     }
 
     fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R {

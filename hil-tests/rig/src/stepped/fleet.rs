@@ -334,12 +334,12 @@ impl<'a> Stepped<'a> {
             let Some(robot) = &mut member.robot else {
                 continue;
             };
-            let faults = robot.faults();
+            let faults = robot.insight().faults();
             let trace = &mut self.trace;
             if let Some(trace) = trace.as_mut().filter(|_| number == 0)
                 && let Some(truth) = world.truth(number)
             {
-                let belief = robot.belief();
+                let belief = robot.insight().look();
                 trace.note(now_ns, &belief, &member.faults, &faults);
                 trace.add(&truth, &belief);
                 trace.add_others(now_ns, world.obstacles().map(|(_, shape)| shape));

@@ -124,6 +124,7 @@ impl Stepped<'_> {
             ),
             ScriptedKind::BreakScans => devices.lidar.break_scans(share),
             ScriptedKind::DelayScans => devices.lidar.delay(by_ns),
+            ScriptedKind::AgeScans => devices.lidar.delay_more_and_more(share, now_ns),
             ScriptedKind::Unplug if lasts => devices.lidar.unplug(),
             ScriptedKind::Unplug => devices.lidar.plug_in(now_ns),
             _ => {}

@@ -31,6 +31,8 @@ struct Wire {
     plugged: bool,
     /// What it sends arrives this much later,
     delay_ns: u64,
+    /// and later and later since this time, by this share of the time that passes,
+    growth: Option<(u64, f64)>,
     /// and is on its way until then.
     delayed: VecDeque<(u64, Vec<u8>)>,
     /// Share of scans that break.
@@ -60,6 +62,7 @@ impl Lidar {
             sensor: Sensor::new(Box::new(source), options, seed, since_ns),
             plugged: true,
             delay_ns: 0,
+            growth: None,
             delayed: VecDeque::new(),
             broken_share: 0.0,
             random,
@@ -90,6 +93,16 @@ impl Lidar {
     /// From now on what it sends arrives this much later.
     pub(super) fn delay(&self, by_ns: u64) {
         lock(&self.wire).delay_ns = by_ns;
+    }
+
+    /// From now on what it sends arrives later and later, by this share of the time that passes; 0 ends that.
+    pub(super) fn delay_more_and_more(&self, share: f64, now_ns: u64) {
+        lock(&self.wire).growth = (share > 0.0).then_some((now_ns, share));
+    }
+
+    /// When the turn began that it measures now, or waits to end.
+    pub(super) fn turn_start_ns(&self) -> u64 {
+        lock(&self.wire).sensor.turn_start_ns()
     }
 
     /// Disturbs it, once.
@@ -164,7 +177,11 @@ impl Wire {
     /// Hands the host what has arrived by now.
     fn speak(&mut self, now_ns: u64) {
         let (host, sensor) = (&mut self.host, &mut self.sensor);
-        let (delay_ns, delayed) = (self.delay_ns, &mut self.delayed);
+        let grown_ns = self.growth.map_or(0.0, |(since_ns, share)| {
+            now_ns.saturating_sub(since_ns) as f64 * share
+        });
+        let delay_ns = self.delay_ns + grown_ns as u64;
+        let delayed = &mut self.delayed;
         let bit_rate = host.as_ref().map_or(0, |host| host.bit_rate);
         let spoken = sensor.speak(now_ns, bit_rate, |bytes| {
             // What nobody listens to is lost.

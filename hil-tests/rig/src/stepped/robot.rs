@@ -27,7 +27,6 @@ use onboard::process::runtime::Runtime;
 use onboard::process::supervisor::{Keeper, PERIOD_NS, Supervisor, ports};
 use onboard::realtime::log;
 use onboard::realtime::wake::Wake;
-use onboard::symbols::faults::FaultTable;
 use onboard::symbols::values::{Name, RobotMode};
 use onboard::symbols::wiring::Wiring;
 use serde_json::Value as Json;
@@ -39,7 +38,7 @@ use super::faults::Lateness;
 use super::leave::Leave;
 use super::start::{Fleet, Start};
 use super::thread::{Step, Thread, ThreadClock};
-use crate::belief::{Belief, Insight};
+use crate::belief::Insight;
 
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
@@ -291,14 +290,9 @@ impl SteppedRobot {
         }
     }
 
-    /// What it believes.
-    pub fn belief(&mut self) -> Belief {
-        self.insight.look()
-    }
-
-    /// The faults that it has had, and has.
-    pub fn faults(&mut self) -> FaultTable {
-        self.insight.faults()
+    /// What it believes, and says of its faults and devices.
+    pub fn insight(&mut self) -> &mut Insight {
+        &mut self.insight
     }
 
     /// What its symbols say, as `onboard inspect --json` prints it.

@@ -4,6 +4,7 @@ use onboard::cli::Files;
 use onboard::composition::plan::Plan;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::{Fault, FaultTable};
+use onboard::symbols::values::LidarStatus;
 use rig::belief::Belief;
 use rig::folder::Folder;
 use rig::stepped::{Checkpoints, Devices, Fleet, Start, SteppedRobot};
@@ -103,7 +104,7 @@ impl Bench {
     pub fn run(&mut self, seconds: u64, mut done: impl FnMut(&Belief, &World) -> bool) -> bool {
         for step in 0..1000 * seconds {
             self.step();
-            if step % 100 == 0 && done(&self.robot.belief(), &self.world.lock()) {
+            if step % 100 == 0 && done(&self.robot.insight().look(), &self.world.lock()) {
                 return true;
             }
         }
@@ -127,12 +128,22 @@ impl Bench {
 
     /// What the robot believes.
     pub fn belief(&mut self) -> Belief {
-        self.robot.belief()
+        self.robot.insight().look()
     }
 
     /// What the robot says of its faults.
     pub fn faults(&mut self) -> FaultTable {
-        self.robot.faults()
+        self.robot.insight().faults()
+    }
+
+    /// When the robot says that its newest scan's first beam was measured.
+    pub fn scan_stamp_ns(&mut self) -> u64 {
+        self.robot.insight().scan_stamp_ns()
+    }
+
+    /// What the robot says of its lidar.
+    pub fn lidar(&mut self) -> LidarStatus {
+        self.robot.insight().lidar()
     }
 
     /// Whether this fault is present.

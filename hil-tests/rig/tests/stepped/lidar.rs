@@ -60,6 +60,40 @@ fn broken_scans_are_dropped_and_it_goes_on() {
     bench.finish();
 }
 
+#[test]
+fn a_delay_that_grows_is_not_taken_for_drift() {
+    /// From the start of a turn to step 44, the first that is measured.
+    const TO_FIRST_BEAM_MS: f64 = 44.0 / 1024.0 * TURN_MS;
+    const TURN_MS: f64 = 100.0;
+    /// A robot at full speed drives this long for 4 mm.
+    const MOST_OFF_MS: f64 = 10.0;
+    let mut bench = Bench::driving();
+    let connections = bench.lidar().connections;
+    bench.devices.delay_lidar_more_and_more(0.001, bench.now_ns);
+    // In 200 s it grows to 200 ms.
+    for _ in 0..2000 {
+        bench.watch(0.1);
+        let stamp_ns = bench.scan_stamp_ns() as f64;
+        let turn_ms =
+            (stamp_ns - bench.devices.lidar_turn_start_ns() as f64) / 1e6 - TO_FIRST_BEAM_MS;
+        let off_ms = turn_ms - (turn_ms / TURN_MS).round() * TURN_MS;
+        assert!(
+            off_ms.abs() < MOST_OFF_MS,
+            "scans are older by {off_ms} ms than it says"
+        );
+    }
+    let lidar = bench.lidar();
+    assert!(lidar.untrusted > 0, "{lidar:?}");
+    // Its clock cannot be compared any more: people are told.
+    assert!(bench.has(Fault::LidarLost) && bench.has(Fault::ScanSilent));
+    bench.stands_for(5.0);
+    bench.devices.delay_lidar_more_and_more(0.0, bench.now_ns);
+    bench.until_driving();
+    assert!(!bench.has(Fault::LidarLost));
+    assert!(bench.lidar().connections > connections);
+    bench.finish();
+}
+
 fn disturb(bench: &Bench, disturbance: Disturbance) {
     bench.devices.disturb_lidar(disturbance, bench.now_ns);
 }

@@ -119,6 +119,12 @@ impl Sensor {
         self.line.is_idle()
     }
 
+    /// When the present turn began.
+    #[must_use]
+    pub fn turn_start_ns(&self) -> u64 {
+        self.turn_start_ns
+    }
+
     /// When the last step of the present turn has been measured.
     #[must_use]
     pub fn measured_ns(&self) -> u64 {

@@ -80,10 +80,12 @@ value! {
         streaming: u64,
         /// Good scans.
         scans: u64,
-        /// Scans dropped as broken.
+        /// Scans dropped as broken, or replaced by an error of the device.
         dropped: u64,
         /// How often it was connected.
         connections: u64,
+        /// Connections given up because the delay of their scans changed by more than clocks drift.
+        untrusted: u64,
     }
 }
 
