@@ -110,6 +110,8 @@ faults! {
         "the supervisor was not heard for a second, and the robot stopped: the process was starved or held up; see what else runs on this computer";
     WheelsDisobey = 28, "wheels-disobey", Operator,
         "a wheel does not do what it was told, the log says which and how far: look whether something blocks or pulls it, and at its motor and brakes; then run `onboard ctl reset`";
+    LidarBlind = 29, "lidar-blind", ByItself,
+        "the lidar sees nothing where the map has walls, so its scans do not count and the robot stops: uncover and clean its window; if the robot stands in the open, say where with `onboard ctl place`";
 }
 
 /// Number of kinds.

@@ -94,6 +94,7 @@ impl Navigator {
             in_state_s: 0.0,
             last_step_ns: 0,
             last_scan_ns: 0,
+            blind: false,
             counters: NavigationCounters::default(),
         };
         navigator.activate(None);

@@ -74,6 +74,8 @@ pub struct NavigationCounters {
     pub scans: u64,
     /// Scans that were older than the one before, or came from somewhere else than odometry knows.
     pub scans_refused: u64,
+    /// Scans that showed nothing where the map has walls.
+    pub scans_blind: u64,
     /// Events that found a list full.
     pub events_lost: u64,
     /// Times that the search for the corridor was restarted.
@@ -121,6 +123,8 @@ pub struct NavigationOutput {
     pub manoeuvre_done: bool,
     /// The pose is not good enough to drive by: the command is to stand.
     pub pose_uncertain: bool,
+    /// The newest scan shows nothing where the map has walls: it is no view of the floor.
+    pub blind: bool,
     /// Farther from the path than the area allows.
     pub deviation_exceeded: bool,
     /// Why the command is to stand although the skill wants to move, or cannot do what it should.

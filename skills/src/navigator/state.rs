@@ -56,6 +56,8 @@ pub struct Navigator {
     pub(super) in_state_s: f64,
     pub(super) last_step_ns: u64,
     pub(super) last_scan_ns: u64,
+    /// The newest scan showed nothing where the map has walls.
+    pub(super) blind: bool,
     pub(super) counters: NavigationCounters,
 }
 

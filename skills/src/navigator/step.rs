@@ -136,6 +136,15 @@ impl Navigator {
             return;
         }
         self.last_scan_ns = reference_ns;
+        self.blind = self.matcher.is_blind(scan, since, self.pose.pose());
+        if self.blind {
+            self.counters.scans_blind += 1;
+            let tracks = self.schedule_now().tracks;
+            if tracks.walls || tracks.corridor || tracks.lane_end {
+                self.pose.scan_done(ScanVerdict::Blind);
+            }
+            return;
+        }
         self.counters.scans += 1;
         let room = self.points.capacity();
         self.points.clear();
@@ -246,6 +255,7 @@ impl Navigator {
             schedule_changed: false,
             manoeuvre_done: control.done,
             pose_uncertain: self.pose.is_uncertain(),
+            blind: self.blind,
             deviation_exceeded: error.lateral_m.abs() > schedule.deviation_limit_m,
             hold: commanded.hold,
             waiting_for: commanded.border.area.filter(|_| commanded.at_border),

@@ -19,6 +19,7 @@ impl Navigator {
         self.parameters = other.parameters;
         self.counters = other.counters;
         (self.last_step_ns, self.last_scan_ns) = (other.last_step_ns, other.last_scan_ns);
+        self.blind = other.blind;
         self.last_curvature_1_m = other.last_curvature_1_m;
         self.take_events(other);
         self.activate(None);

@@ -75,6 +75,7 @@ pub struct AlignedScan {
     directions: Box<[(f64, f64)]>,
     points: Box<[ScanPoint]>,
     ranges_m: Box<[f32]>,
+    echoes: usize,
     stamp_ns: u64,
     reference_ns: u64,
     odom_pose: Pose2,
@@ -103,6 +104,7 @@ impl AlignedScan {
             directions,
             points: vec![ScanPoint::default(); geometry.beams].into_boxed_slice(),
             ranges_m: vec![UNKNOWN_RANGE_M; geometry.beams].into_boxed_slice(),
+            echoes: 0,
             stamp_ns: 0,
             reference_ns: 0,
             odom_pose: Pose2::IDENTITY,
@@ -202,6 +204,7 @@ impl AlignedScan {
         let nearest_mm = (self.geometry.range_min_m * 1e3).round() as u16;
         let nearest_mm = nearest_mm.max(FIRST_LENGTH_MM);
         let knots_per_beam = KNOTS as f64 / (self.geometry.beams - 1) as f64;
+        self.echoes = raw_mm.iter().filter(|&&raw| raw >= nearest_mm).count();
         let beams = self.points.iter_mut().zip(&*self.directions).zip(raw_mm);
         for (beam, ((place, &(cos, sin)), &raw)) in beams.enumerate() {
             let (state, range_m) = match raw {
@@ -303,6 +306,12 @@ impl AlignedScan {
             .iter()
             .filter(|beam| beam.state == BeamState::Hit)
             .map(|beam| beam.point)
+    }
+
+    /// Beams that measured a length, beyond the largest range too; the others had no echo, or one that is not trusted.
+    #[must_use]
+    pub fn echoes(&self) -> usize {
+        self.echoes
     }
 
     /// Free range per beam of the geometry, from the sensor's place at the reference time; [`UNKNOWN_RANGE_M`]

@@ -80,6 +80,8 @@ pub enum ScriptedKind {
     DelayScans,
     /// What the robot's lidar sends arrives later and later, by this share of the time that passes.
     AgeScans,
+    /// Somebody covers the window of the robot's lidar, so that no beam has an echo, and uncovers it at the end.
+    CoverLidar,
     /// The robot's lidar is unplugged, and plugged in again at the end.
     Unplug,
     /// Somebody steps into the robot's way, and leaves it at the end.
@@ -151,6 +153,7 @@ impl ScriptedKind {
             | Self::LeaveOp
             | Self::CutPower
             | Self::CutMotors
+            | Self::CoverLidar
             | Self::Unplug
             | Self::Person
             | Self::Box

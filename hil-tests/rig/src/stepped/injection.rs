@@ -3,6 +3,7 @@
 use onboard::cli::Failure;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::FaultTable;
+use sim::lidar::Disturbance;
 use sim::world::{Mechanics, Obstacle, Pose, Shape};
 
 use super::disk::Disk;
@@ -125,6 +126,10 @@ impl Stepped<'_> {
             ScriptedKind::BreakScans => devices.lidar.break_scans(share),
             ScriptedKind::DelayScans => devices.lidar.delay(by_ns),
             ScriptedKind::AgeScans => devices.lidar.delay_more_and_more(share, now_ns),
+            ScriptedKind::CoverLidar => {
+                let cover = Disturbance::Cover { covered: lasts };
+                devices.lidar.disturb(cover, now_ns);
+            }
             ScriptedKind::Unplug if lasts => devices.lidar.unplug(),
             ScriptedKind::Unplug => devices.lidar.plug_in(now_ns),
             _ => {}

@@ -2,6 +2,7 @@
 
 use onboard::symbols::faults::Fault;
 use sim::lidar::Disturbance;
+use sim::world::Shape;
 
 use crate::bench::Bench;
 
@@ -91,6 +92,29 @@ fn a_delay_that_grows_is_not_taken_for_drift() {
     bench.until_driving();
     assert!(!bench.has(Fault::LidarLost));
     assert!(bench.lidar().connections > connections);
+    bench.finish();
+}
+
+#[test]
+fn a_covered_lidar_shows_no_free_floor_and_stops_it() {
+    let mut bench = Bench::driving();
+    // Nobody would see this.
+    let wall = bench.add(Shape::Box {
+        pose: bench.ahead(0.32 + 1.2),
+        length_m: 0.1,
+        width_m: 3.0,
+    });
+    bench.is_stopped(NOTICED_S, |bench| {
+        disturb(bench, Disturbance::Cover { covered: true });
+    });
+    assert!(bench.has(Fault::LidarBlind) && bench.has(Fault::ScanSilent));
+    bench.stands_for(20.0);
+    assert!(bench.world.lock().remove_obstacle(wall));
+    disturb(&bench, Disturbance::Cover { covered: false });
+    bench.stands_for(1.9);
+    bench.until_driving();
+    assert!(!bench.has(Fault::LidarBlind) && !bench.has(Fault::ScanSilent));
+    assert!(!bench.has(Fault::PoseUncertain));
     bench.finish();
 }
 

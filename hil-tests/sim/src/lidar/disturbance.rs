@@ -25,6 +25,11 @@ pub enum Disturbance {
         /// Which of the two.
         frozen: bool,
     },
+    /// Something covers its window, or is taken away: no beam has an echo.
+    Cover {
+        /// Which of the two.
+        covered: bool,
+    },
     /// Nothing that it sends arrives.
     Silence {
         /// For this long.

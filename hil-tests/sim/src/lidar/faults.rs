@@ -111,6 +111,16 @@ impl FaultHandle {
         self.disturb(Disturbance::Freeze { frozen: false });
     }
 
+    /// Covers its window: no beam has an echo.
+    pub fn cover(&self) {
+        self.disturb(Disturbance::Cover { covered: true });
+    }
+
+    /// Ends [`cover`](Self::cover).
+    pub fn uncover(&self) {
+        self.disturb(Disturbance::Cover { covered: false });
+    }
+
     /// Interrupts the wire to the host for a time: the device receives and works, but nothing arrives.
     pub fn silence(&self, duration: Duration) {
         self.disturb(Disturbance::Silence { duration });

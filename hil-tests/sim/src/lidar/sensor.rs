@@ -29,6 +29,7 @@ pub struct Sensor {
     truncate_scans: u32,
     corrupt_scans: u32,
     frozen: bool,
+    covered: bool,
     silent_until_ns: u64,
     counters: Counters,
     /// Of the devices before the last power-up.
@@ -58,6 +59,7 @@ impl Sensor {
             truncate_scans: 0,
             corrupt_scans: 0,
             frozen: false,
+            covered: false,
             silent_until_ns: 0,
             counters: Counters::default(),
             earlier_dropped_scans: 0,
@@ -100,6 +102,7 @@ impl Sensor {
             Disturbance::TruncateScans { scans } => self.truncate_scans = scans,
             Disturbance::CorruptScans { scans } => self.corrupt_scans = scans,
             Disturbance::Freeze { frozen } => self.frozen = frozen,
+            Disturbance::Cover { covered } => self.covered = covered,
             Disturbance::Silence { duration } => {
                 let duration_ns = u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
                 self.silent_until_ns = now_ns.saturating_add(duration_ns);
@@ -160,6 +163,9 @@ impl Sensor {
         if self.device.is_measuring() && !self.frozen {
             let (start_ns, readings_mm) = (self.turn_start_ns, &mut *self.readings_mm);
             self.source.measure(start_ns, turn_ns, readings_mm);
+            if self.covered {
+                readings_mm.fill(0);
+            }
             self.counters.measured_turns += 1;
             let busy = self.line.is_busy();
             self.device

@@ -125,6 +125,11 @@ impl Navigation {
             output.position_std_m,
         );
         self.port.set(
+            Fault::LidarBlind,
+            output.blind,
+            output.counters.scans_blind as f64,
+        );
+        self.port.set(
             Fault::OffLane,
             output.deviation_exceeded,
             output.lateral_error_m,
@@ -240,6 +245,7 @@ impl Navigation {
             schedule_changes: self.schedule_changes,
             laps: self.laps,
             ignored_events: self.part.navigator.machine().ignored(),
+            blind_scans: output.counters.scans_blind,
         };
         let mut command = self.membership.limited(output.command);
         command.speed_m_s *= self.speed_share;
@@ -251,6 +257,7 @@ impl Navigation {
             &WantedMotion {
                 command,
                 room: output.room,
+                blind: u64::from(output.blind),
             },
         );
     }

@@ -65,6 +65,8 @@ value! {
         /// Where the robot is relative to its path, and how far from it it may be.
         #[serde(flatten)]
         room: Room,
+        /// 1: the newest scan shows nothing where the map has walls, and is not to be believed.
+        blind: u64,
     }
 }
 

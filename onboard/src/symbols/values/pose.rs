@@ -80,5 +80,7 @@ value! {
         laps: u64,
         /// Events that the machine's state ignored.
         ignored_events: u64,
+        /// Scans that showed nothing where the map has walls.
+        blind_scans: u64,
     }
 }

@@ -97,10 +97,10 @@ impl Direction {
 /// Matches scans with the walls of one map; holds the memory that this needs.
 #[derive(Clone, Debug)]
 pub struct WallMatcher {
-    walls: Box<[Segment]>,
+    pub(super) walls: Box<[Segment]>,
     directions: Box<[Direction]>,
     tallies: Box<[Tally]>,
-    view: View,
+    pub(super) view: View,
     beams: Vec<Beam>,
     fitter: LineFitter,
     gains: Navigation,

@@ -14,6 +14,7 @@
 //! directions they span, plus beams times [`PAIRS`](super::line); it is bounded for a map and a sensor.
 
 mod beyond;
+mod blind;
 mod matcher;
 mod view;
 

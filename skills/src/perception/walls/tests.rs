@@ -207,3 +207,27 @@ fn the_view_tells_the_nearest_wall_all_around() {
     let around: Vec<usize> = view.expected(ray, 0.15).walls().collect();
     assert!(around.contains(&0) && around.contains(&1));
 }
+
+#[test]
+fn a_scan_of_nothing_is_blind_where_walls_are_and_nowhere_else() {
+    let side = |y_m| segment(-10.0, y_m, 10.0, y_m);
+    let corridor = [side(1.5), side(-1.5)];
+    let far = [side(3.5), side(-3.5)];
+    let door = [segment(1.0, -0.5, 1.0, 0.5)];
+    let judge = |mapped: &[Segment], standing: &[Segment]| {
+        let scan = scan(standing, Pose2::IDENTITY);
+        let gains = Navigation::default();
+        let mut matcher = WallMatcher::new(&map(mapped), scan.geometry().beams, gains);
+        matcher.is_blind(&scan, Pose2::IDENTITY, Pose2::IDENTITY)
+    };
+    assert!(judge(&corridor, &[]));
+    // A covered window may still reflect here and there.
+    assert!(judge(&corridor, &[segment(0.3, -0.01, 0.3, 0.01)]));
+    // One of both walls is black or of glass, or somebody stands there: it sees.
+    assert!(!judge(&corridor, &corridor[..1]));
+    assert!(!judge(&corridor, &[segment(0.5, -0.2, 0.5, 0.2)]));
+    // The walls are too far off to be sure, or a door of glass is all that the map has here.
+    assert!(!judge(&far, &[]));
+    assert!(!judge(&door, &[]));
+    assert!(!judge(&[], &[]));
+}
