@@ -65,6 +65,11 @@ pub fn connect(
     let format = options.format(&parameters)?;
     let identity = session.fields("VV")?.identity()?;
     let state = session.fields("II")?.state();
+    if !state.is_well() {
+        return Err(ConnectError::Unwell {
+            found: state.status,
+        });
+    }
     // Another host may have slowed the motor down. A model that cannot change its speed may refuse this.
     session.command(b"CR00")?;
     let clock = session.read_clock()?;

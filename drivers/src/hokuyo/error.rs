@@ -106,6 +106,21 @@ pub enum ConnectError {
         /// What came; empty when it is missing.
         found: String,
     },
+    /// The device says that something is wrong with it.
+    #[error(
+        "the device says of its state (II, STAT) {found:?}, expected \"Sensor works well\": switch it off and on, and replace it \
+         if it still says so"
+    )]
+    Unwell { found: String },
+    /// The device is another one.
+    #[error(
+        "the device {model:?} gives scans of {beams} readings, of which at most {most} can be taken: only the URG-04LX is supported"
+    )]
+    TooManyBeams {
+        model: String,
+        beams: usize,
+        most: usize,
+    },
     /// Its clock could not be compared with the host's, because replies take too long.
     #[error(
         "the device's clock is known to {found_ms} ms only, because its replies are late; expected {expected_ms} ms"

@@ -56,6 +56,14 @@ pub struct DeviceState {
     pub status: String,
 }
 
+impl DeviceState {
+    /// Whether it says that it works well; so does a firmware that says nothing.
+    #[must_use]
+    pub fn is_well(&self) -> bool {
+        self.status.is_empty() || self.status.to_ascii_lowercase().contains("works well")
+    }
+}
+
 impl Parameters {
     /// The parameters of the URG-04LX.
     #[must_use]
@@ -70,6 +78,30 @@ impl Parameters {
             afrt: 384,
             scan_rpm: 600,
         }
+    }
+
+    /// What is different from the URG-04LX for whoever uses its scans, for people: steps, turns.
+    ///
+    /// # Errors
+    /// A sentence.
+    pub fn check_urg_04lx(&self) -> Result<(), String> {
+        let steps = |own: &Self| (own.amin, own.amax, own.ares, own.afrt, own.scan_rpm);
+        let told = |own: &Self| {
+            let (first, last, turn, front, rpm) = steps(own);
+            format!(
+                "steps {first} to {last} of {turn} in a turn, step {front} to the front, {rpm} turns in a minute"
+            )
+        };
+        let supported = Self::urg_04lx();
+        if steps(self) == steps(&supported) {
+            return Ok(());
+        }
+        Err(format!(
+            "the device {:?} is not supported: found {}; expected those of the URG-04LX, {}",
+            self.model,
+            told(self),
+            told(&supported)
+        ))
     }
 
     /// The angle of a step in the sensor's frame: 0 to the front, positive to the left.
@@ -194,6 +226,30 @@ impl Fields {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_the_urg_04lx_is_one() {
+        let own = Parameters::urg_04lx();
+        assert_eq!(own.check_urg_04lx(), Ok(()));
+        // A turn of finer steps, of which it measures as many.
+        let ares = 1440;
+        let told = Parameters { ares, ..own }.check_urg_04lx().unwrap_err();
+        assert!(
+            told.contains("of 1440 in a turn") && told.contains("URG-04LX"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn works_well_only_when_it_says_so() {
+        let says = |status: &str| {
+            let fields = vec![("STAT".to_owned(), status.to_owned())];
+            let command = "II";
+            Fields { command, fields }.state().is_well()
+        };
+        assert!(says("Sensor works well.") && says(""));
+        assert!(!says("Sensor malfunction") && !says("Motor error"));
+    }
 
     fn pp(replace: &str, value: &str) -> Fields {
         let fields = [

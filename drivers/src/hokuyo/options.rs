@@ -116,6 +116,13 @@ impl Options {
             skip: self.skip,
             encoding: self.encoding,
         };
+        if format.beams() > MAX_BEAMS && self.last_step.is_none() {
+            return Err(ConnectError::TooManyBeams {
+                model: device.model.clone(),
+                beams: format.beams(),
+                most: MAX_BEAMS,
+            });
+        }
         if format.beams() > MAX_BEAMS {
             let expected = format!("a number of beams up to {MAX_BEAMS}");
             return Err(wrong("last_step", expected, last_step));
@@ -290,6 +297,23 @@ mod tests {
             let error = options.check().unwrap_err().to_string();
             assert!(error.contains(name), "{error}");
         }
+    }
+
+    #[test]
+    fn a_device_of_more_steps_is_named_and_no_option_that_nobody_wrote() {
+        let device = Parameters {
+            model: "UTM-30LX".into(),
+            ares: 1440,
+            amin: 0,
+            amax: 1080,
+            ..Parameters::urg_04lx()
+        };
+        let error = Options::default().format(&device).unwrap_err().to_string();
+        assert!(
+            error.contains("UTM-30LX") && error.contains("1081"),
+            "{error}"
+        );
+        assert!(!error.contains("last_step"), "{error}");
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub struct Setup {
     pub refuse: Vec<(&'static str, &'static str)>,
     /// Answers to these, as often as given, with a wrong checksum in the fields.
     pub garble: Vec<&'static str>,
+    /// What it says of its state.
+    pub says: &'static str,
 }
 
 impl Default for Setup {
@@ -42,6 +44,7 @@ impl Default for Setup {
             rpm: 3000,
             refuse: Vec::new(),
             garble: Vec::new(),
+            says: "STAT:Sensor works well.",
         }
     }
 }
@@ -260,10 +263,7 @@ impl Device {
                     ],
                 );
             }
-            "II" => self.fields(
-                command,
-                &["LASR:OFF", "SCSP:Initial", "STAT:Sensor works well."],
-            ),
+            "II" => self.fields(command, &["LASR:OFF", "SCSP:Initial", self.setup.says]),
             "QT" => {
                 self.stream = None;
                 self.reply(command, "00", &[]);

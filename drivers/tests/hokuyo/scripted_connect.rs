@@ -161,6 +161,17 @@ fn takes_over_a_device_in_clock_adjust_mode() {
 }
 
 #[test]
+fn a_device_that_is_not_well_is_refused_in_its_words() {
+    let peer = Peer::start(Setup {
+        says: "STAT:Sensor malfunction (laser).",
+        ..Setup::default()
+    });
+    let error = Hokuyo::connect(peer.path(), &options()).unwrap_err();
+    assert!(matches!(error, ConnectError::Unwell { .. }), "{error}");
+    assert!(error.to_string().contains("malfunction (laser)"), "{error}");
+}
+
+#[test]
 fn works_without_the_clock_of_the_device() {
     let setup = Setup {
         refuse: vec![("TM0", "0D")],

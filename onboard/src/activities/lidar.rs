@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
-use drivers::hokuyo::{ConnectError, Hokuyo, Options, ReadError, Scan, ScanFormat, SerialLine};
+use drivers::hokuyo::{ConnectError, Hokuyo, Options, ReadError, Scan, SerialLine};
 
 use crate::activities::port::Port;
 use crate::activities::robot_activity::RobotActivity;
@@ -30,8 +30,6 @@ pub struct Settings {
     pub device: PathBuf,
     /// How to connect.
     pub options: Options,
-    /// The scan that the tubes and the perception were prepared for.
-    pub format: ScanFormat,
     /// A device that sends no scan for longer than this counts as lost.
     pub silent_ns: u64,
 }
@@ -109,7 +107,8 @@ impl Lidar {
         let result = (self.open_line)()
             .and_then(|line| Hokuyo::connect_over(line, device, options))
             .map_err(|error| error.to_string())
-            .and_then(|device| self.check(device));
+            // Everything else was prepared for its scans.
+            .and_then(|device| device.parameters().check_urg_04lx().map(|()| device));
         match result {
             Ok(device) => {
                 let identity = device.identity();
@@ -131,19 +130,6 @@ impl Lidar {
                 self.port.raise(Fault::LidarLost, 0.0);
                 self.retry_ns = self.clock.now_ns() + RETRY_NS;
             }
-        }
-    }
-
-    /// Refuses a device whose scans are not the ones everything was prepared for.
-    fn check(&self, device: Hokuyo) -> Result<Hokuyo, String> {
-        if device.format() == &self.settings.format {
-            Ok(device)
-        } else {
-            Err(format!(
-                "the device gives other scans than configured: found {:?}, expected {:?}",
-                device.format(),
-                self.settings.format
-            ))
         }
     }
 

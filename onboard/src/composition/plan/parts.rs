@@ -165,10 +165,11 @@ impl Plan {
     /// # Errors
     /// As [`Plan::scan_format`].
     pub fn lidar_settings(&self) -> Result<lidar::Settings, PlanError> {
+        // What does not fit through the line is said before the first connection.
+        self.scan_format()?;
         Ok(lidar::Settings {
             device: self.robot.lidar.device.clone(),
             options: self.lidar_options(),
-            format: self.scan_format()?,
             silent_ns: 4 * ns_from_ms(self.robot.lidar.scan_timeout_ms),
         })
     }
