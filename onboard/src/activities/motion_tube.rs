@@ -9,13 +9,16 @@ use super::scans::ScanIntake;
 use crate::activities::exchange::Exchange;
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
-use crate::realtime::clock::{SECOND_NS, now_ns};
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns};
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{SafeCommand, TubeState, WantedMotion};
 use crate::symbols::wiring::MotionTubeSymbols;
 
 /// A robot whose supervisor was not heard for longer stops: nobody could tell it to.
 const SUPERVISOR_SILENT_NS: u64 = SECOND_NS;
+
+/// Scans that came this recently without odometry are why there is none to judge: three turns of the lidar.
+const UNPLACED_NS: u64 = 300 * MILLISECOND_NS;
 
 /// The activity.
 pub struct MotionTube {
@@ -30,6 +33,10 @@ pub struct MotionTube {
     stopped_by_operator: bool,
     /// When the supervisor was heard.
     supervised_ns: u64,
+    /// When a scan came last that could not be placed for want of odometry; 0 for never.
+    unplaced_ns: u64,
+    /// It stopped for want of odometry, and not of scans.
+    unplaced: bool,
     safe: SafeCommand,
     state: TubeState,
     floor: Box<FloorCheckpoint>,
@@ -58,6 +65,8 @@ impl MotionTube {
             odometry: Stamped::default(),
             stopped_by_operator: false,
             supervised_ns: 0,
+            unplaced_ns: 0,
+            unplaced: false,
             safe: SafeCommand::default(),
             state: TubeState::default(),
             floor: Box::default(),
@@ -106,7 +115,7 @@ impl MotionTube {
         let adapted =
             self.tubes
                 .adapt(self.wanted.value.command, self.odometry.value.twist, now_ns);
-        self.report(&adapted);
+        self.report(&adapted, now_ns);
         let old = |stamp_ns: u64| now_ns.saturating_sub(stamp_ns) > self.command_timeout_ns;
         let stale = old(self.wanted.stamp_ns) || old(self.odometry.stamp_ns);
         let silent_ns = now_ns.saturating_sub(self.supervised_ns);
@@ -124,7 +133,7 @@ impl MotionTube {
         };
     }
 
-    fn report(&mut self, adapted: &Adapted) {
+    fn report(&mut self, adapted: &Adapted, now_ns: u64) {
         let blind = matches!(adapted.reason, Reason::NoScan | Reason::AwaitingScans);
         // Letting something pass or backing out does not mean that the way is blocked.
         let waits = matches!(
@@ -138,7 +147,13 @@ impl MotionTube {
         } else {
             adapted.scan_age_ns as f64 / 1e6
         };
-        self.port.set(Fault::ScanSilent, blind, age_ms);
+        // The lidar is not to blame for scans that odometry does not place. After that it waits for good scans, for the same reason.
+        let comes = self.unplaced_ns != 0 && now_ns - self.unplaced_ns < UNPLACED_NS;
+        let waits_after = self.unplaced && adapted.reason == Reason::AwaitingScans;
+        self.unplaced = blind && (comes || waits_after);
+        self.port.set(Fault::OdometrySilent, self.unplaced, age_ms);
+        self.port
+            .set(Fault::ScanSilent, blind && !self.unplaced, age_ms);
         self.port
             .set(Fault::NoFreeTube, blocked, adapted.clearance_m);
         self.state.verdict = adapted.verdict as u64;
@@ -164,11 +179,14 @@ impl Activity for MotionTube {
         self.port.life_cycle()
     }
 
-    fn communicate_in(&mut self, _now_ns: u64) {
+    fn communicate_in(&mut self, now_ns: u64) {
         self.wanted = self.symbols.wanted.read();
         self.odometry = self.symbols.odometry.read();
         self.supervised_ns = self.symbols.mode.read().stamp_ns;
         self.forget_after_break();
+        if self.scans.as_ref().is_some_and(|scans| scans.is_unplaced()) {
+            self.unplaced_ns = now_ns;
+        }
         if let Some(sequence) = self.scans.as_ref().and_then(|scans| scans.broken()) {
             self.port.note(Fault::ScanBroken, sequence as f64);
         }

@@ -77,6 +77,12 @@ impl ScanIntake {
         matches!(self.found, Some(Ok(()))).then_some(&self.aligned)
     }
 
+    /// Whether the last look brought a scan that cannot be placed, because odometry of its time is missing.
+    #[must_use]
+    pub fn is_unplaced(&self) -> bool {
+        matches!(self.found, Some(Err(AlignError::NoOdometry { .. })))
+    }
+
     /// The sequence number of the scan that the last look brought, if it was broken.
     #[must_use]
     pub fn broken(&self) -> Option<u64> {

@@ -112,6 +112,8 @@ faults! {
         "a wheel does not do what it was told, the log says which and how far: look whether something blocks or pulls it, and at its motor and brakes; then run `onboard ctl reset`";
     LidarBlind = 29, "lidar-blind", ByItself,
         "the lidar sees nothing where the map has walls, so its scans do not count and the robot stops: uncover and clean its window; if the robot stands in the open, say where with `onboard ctl place`";
+    OdometrySilent = 30, "odometry-silent", ByItself,
+        "scans arrive, but nothing says how the robot moved meanwhile, so it stops: see what else is said of the bus, the drive and the motion thread; it drives on once scans have been good for a while";
 }
 
 /// Number of kinds.

@@ -22,9 +22,11 @@ fn short_losses_are_borne_and_a_long_one_survived() {
         }
     }
     assert_eq!(bench.raised(Fault::BusLost), 0);
+    let silent = bench.raised(Fault::ScanSilent);
     faults.lose_frames_for(Duration::from_millis(200));
     stops_and_drives_on(&mut bench);
     assert!(bench.raised(Fault::BusLost) > 0);
+    assert_eq!(bench.raised(Fault::ScanSilent), silent);
     assert!(!bench.has(Fault::BusLost));
     bench.finish();
 }
@@ -64,6 +66,10 @@ fn a_drive_that_was_gone_or_without_power_waits_for_an_operator_when_it_is_back(
         });
         bench.until_raised(Fault::BusLost, 1.0);
         bench.stands_for(gone_s);
+        if gone_s > 1.0 {
+            // The lidar streams all the time.
+            assert!(bench.has(Fault::OdometrySilent) && !bench.has(Fault::ScanSilent));
+        }
         faults.power_on(0);
         faults.reappear(0);
         bench.until_raised(Fault::DriveReturned, 5.0);
@@ -73,7 +79,7 @@ fn a_drive_that_was_gone_or_without_power_waits_for_an_operator_when_it_is_back(
         bench.stands_for(5.0);
         bench.ask(Request::Reset);
         bench.until_driving();
-        assert!(!bench.has(Fault::DriveReturned));
+        assert!(!bench.has(Fault::DriveReturned) && !bench.has(Fault::OdometrySilent));
         bench.finish();
     }
 }
