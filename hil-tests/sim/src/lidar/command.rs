@@ -5,6 +5,7 @@ pub(super) type Status = [u8; 2];
 
 pub(super) const OK: Status = *b"00";
 pub(super) const TOO_FEW_PARAMETERS: Status = *b"0C";
+pub(super) const TOO_MANY_CHARACTERS: Status = *b"0D";
 pub(super) const UNDEFINED: Status = *b"0E";
 pub(super) const STRING_TOO_LONG: Status = *b"0G";
 pub(super) const STRING_INVALID: Status = *b"0H";
@@ -27,6 +28,8 @@ pub(super) enum ScipCommand {
     Version,
     Parameters,
     State,
+    /// `%ST`: what it is doing, in three digits.
+    Activity,
     LaserOn,
     Quit,
     Reset,
@@ -47,6 +50,9 @@ pub(super) enum ScipCommand {
 
 /// Reads a SCIP 2.0 command; the terminator is already gone.
 pub(super) fn parse(line: &[u8]) -> Result<ScipCommand, Status> {
+    if let Some(rest) = line.strip_prefix(b"%ST") {
+        return check_string(rest).map(|()| ScipCommand::Activity);
+    }
     let symbol = line.get(..2).ok_or(UNDEFINED)?;
     let length = match symbol {
         b"VV" | b"PP" | b"II" | b"BM" | b"QT" | b"RS" => 0,
@@ -101,9 +107,13 @@ pub(super) fn section(parameters: &[u8], characters: u32) -> Result<Section, Sta
     })
 }
 
-/// The user's string after the parameters, set off by a semicolon or not.
-fn check_string(string: &[u8]) -> Result<(), Status> {
-    let string = string.strip_prefix(b";").unwrap_or(string);
+/// The user's string after the parameters, set off by a semicolon.
+fn check_string(rest: &[u8]) -> Result<(), Status> {
+    let string = match rest {
+        [] => return Ok(()),
+        [b';', string @ ..] => string,
+        _ => return Err(TOO_MANY_CHARACTERS),
+    };
     if string.len() > MAX_STRING {
         return Err(STRING_TOO_LONG);
     }
@@ -133,7 +143,10 @@ mod tests {
             (b"SCIP2.0", b"0E"),
             (b"MD0044", b"0C"),
             (b"TM", b"0C"),
-            (b"VV12345678901234567", b"0G"),
+            (b"VVabc", b"0D"),
+            (b"QTx", b"0D"),
+            (b"MD0044072501000x", b"0D"),
+            (b"VV;12345678901234567", b"0G"),
             (b"VV;ab\x01", b"0H"),
             (b"MDx044072501000", b"01"),
             (b"MD0044x72501000", b"02"),

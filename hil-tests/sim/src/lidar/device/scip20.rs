@@ -26,7 +26,8 @@ impl Device {
     }
 
     fn execute(&mut self, command: ScipCommand, line: &[u8], now_ns: u64) -> Option<Emission> {
-        if self.adjusting_time && !matches!(command, ScipCommand::Time(_)) {
+        let allowed = matches!(command, ScipCommand::Time(_) | ScipCommand::Activity);
+        if self.adjusting_time && !allowed {
             return Some(refusal(line, UNDEFINED));
         }
         let mut rate_after = None;
@@ -42,6 +43,10 @@ impl Device {
             }
             ScipCommand::State => {
                 reports::state(&self.state(now_ns), &mut report);
+                OK
+            }
+            ScipCommand::Activity => {
+                summed_line(self.activity(), &mut report);
                 OK
             }
             ScipCommand::LaserOn if self.laser => *b"02",
@@ -159,6 +164,16 @@ impl Device {
         }
         self.speed_level = level;
         OK
+    }
+
+    /// Standing by, adjusting its time, measuring on request, or streaming.
+    fn activity(&self) -> &'static [u8; 3] {
+        match (self.adjusting_time, self.laser, &self.stream) {
+            (true, ..) => b"002",
+            (_, _, Some(_)) => b"004",
+            (_, true, None) => b"003",
+            (_, false, None) => b"000",
+        }
     }
 
     fn state(&self, now_ns: u64) -> reports::State {

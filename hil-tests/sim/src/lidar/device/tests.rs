@@ -118,8 +118,8 @@ fn one_scan_on_request() {
         "GD0044004501\n00P\n001TU\n0CB1DhB\n\n"
     );
     assert_eq!(
-        say(&mut device, "GS0044004501tag\n"),
-        "GS0044004501tag\n00P\n001TU\nCBooS\n\n"
+        say(&mut device, "GS0044004501;tag\n"),
+        "GS0044004501;tag\n00P\n001TU\nCBooS\n\n"
     );
     say(&mut device, "QT\n");
     assert_eq!(say(&mut device, "GD0044004501\n"), "GD0044004501\n10Q\n\n");
@@ -133,15 +133,15 @@ fn sum(text: &str) -> String {
 fn a_stream_counts_down_and_turns_the_laser_off() {
     let mut device = scip20();
     assert_eq!(
-        say(&mut device, "MD0044004501002ab\n"),
-        "MD0044004501002ab\n00P\n\n"
+        say(&mut device, "MD0044004501002;ab\n"),
+        "MD0044004501002;ab\n00P\n\n"
     );
     assert!(device.is_measuring() && device.is_streaming());
     assert_eq!(
         turn(&mut device, 100 * MS),
-        "MD0044004501001ab\n99b\n001TU\n0CB1DhB\n\n"
+        "MD0044004501001;ab\n99b\n001TU\n0CB1DhB\n\n"
     );
-    assert!(turn(&mut device, 200 * MS).starts_with("MD0044004501000ab\n99b\n"));
+    assert!(turn(&mut device, 200 * MS).starts_with("MD0044004501000;ab\n99b\n"));
     assert!(!device.is_measuring());
     assert_eq!(turn(&mut device, 300 * MS), "");
 }
@@ -196,6 +196,23 @@ fn a_busy_line_drops_whole_scans_and_counts_them() {
     device.turn_measured(0, &readings(), true, &mut out);
     assert_eq!((out.len(), device.dropped_scans()), (0, 1));
     assert!(turn(&mut device, 100 * MS).starts_with("MD0044072501004\n"));
+}
+
+#[test]
+fn tells_what_it_is_doing() {
+    let mut device = scip20();
+    for (before, activity) in [
+        ("QT", "000"),
+        ("BM", "003"),
+        ("MD0044072501000", "004"),
+        ("TM0", "002"),
+    ] {
+        say(&mut device, &format!("{before}\n"));
+        assert_eq!(
+            say(&mut device, "%ST\n"),
+            format!("%ST\n00P\n{activity}{}\n\n", sum(activity))
+        );
+    }
 }
 
 #[test]

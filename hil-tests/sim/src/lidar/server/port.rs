@@ -9,7 +9,8 @@ use crate::lidar::sensor::Sensor;
 
 /// The kernel keeps 4095 bytes for a reader; what does not fit waits in the line, where its bit rate is known.
 const MAX_UNREAD: u64 = 4000;
-/// Unread bytes are discarded after this time without a reader, as they would be lost on a real wire.
+/// When no more fit, what is unread is discarded after this time without a reader, as it would be lost on a real wire. Replies
+/// that fit wait for their reader.
 const UNHEARD_NS: u64 = 500_000_000;
 const HOUSEKEEPING_NS: u64 = 100_000_000;
 
@@ -62,8 +63,8 @@ impl Port {
             self.pty.release_exclusive();
         }
         let unread = self.pty.unread();
-        // Fewer unread bytes than before, or none, show that somebody reads.
-        if unread == 0 || unread < self.last_unread || self.heard_ns == 0 {
+        // Fewer unread bytes than before show that somebody reads.
+        if unread < MAX_UNREAD || unread < self.last_unread || self.heard_ns == 0 {
             self.heard_ns = now_ns;
         }
         self.last_unread = unread;

@@ -211,6 +211,17 @@ fn nobody_reads_and_nothing_grows_or_blocks() {
 }
 
 #[test]
+fn a_reply_waits_for_its_reader() {
+    let mut options = options(750_000);
+    options.device.protocol = Protocol::Scip20;
+    let server = serve(options);
+    let host = Host::open(&server.path().unwrap(), 750_000);
+    host.write("QT\n");
+    std::thread::sleep(Duration::from_millis(900));
+    assert_eq!(host.listen(Duration::from_millis(100)), b"QT\n00P\n\n");
+}
+
+#[test]
 fn unplugged_and_back_under_the_same_name() {
     let link = scratch("replug");
     let mut options = options(115_200);
