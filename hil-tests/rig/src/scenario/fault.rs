@@ -109,7 +109,7 @@ pub struct Keys {
 
 impl ScriptedKind {
     /// Those that are drawn at random: what a fleet is expected to come through.
-    pub const DRAWN: [Self; 22] = [
+    pub const DRAWN: [Self; 24] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -127,6 +127,8 @@ impl ScriptedKind {
         Self::Slip,
         Self::BreakScans,
         Self::DelayScans,
+        Self::AgeScans,
+        Self::CoverLidar,
         Self::Unplug,
         Self::Person,
         Self::Box,
@@ -196,6 +198,8 @@ impl ScriptedKind {
             // Clocks of computers are off by less.
             Self::Drift => 0.0005,
             Self::Slip => 0.3,
+            // By the end of the longest one scans are as late as they may be.
+            Self::AgeScans => 0.02,
             _ => 1.0,
         }
     }

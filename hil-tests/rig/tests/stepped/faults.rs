@@ -62,13 +62,15 @@ const PROCESSES: [ScriptedKind; 4] = [
     ScriptedKind::LateThreads,
     ScriptedKind::Drift,
 ];
-const DEVICES: [ScriptedKind; 7] = [
+const DEVICES: [ScriptedKind; 9] = [
     ScriptedKind::LoseFrames,
     ScriptedKind::LeaveOp,
     ScriptedKind::CutPower,
     ScriptedKind::CutMotors,
     ScriptedKind::BreakScans,
     ScriptedKind::DelayScans,
+    ScriptedKind::AgeScans,
+    ScriptedKind::CoverLidar,
     ScriptedKind::Unplug,
 ];
 
@@ -85,6 +87,7 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
             ScriptedKind::LeaveOp | ScriptedKind::CutPower => Some("bus-lost"),
             ScriptedKind::CutMotors => Some("motors-off"),
             ScriptedKind::BreakScans => Some("scan-broken"),
+            ScriptedKind::CoverLidar => Some("lidar-blind"),
             ScriptedKind::Unplug => Some("lidar-lost"),
             _ => None,
         };
