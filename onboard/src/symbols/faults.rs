@@ -114,6 +114,8 @@ faults! {
         "the lidar sees nothing where the map has walls, so its scans do not count and the robot stops: uncover and clean its window; if the robot stands in the open, say where with `onboard ctl place`";
     OdometrySilent = 30, "odometry-silent", ByItself,
         "scans arrive, but nothing says how the robot moved meanwhile, so it stops: see what else is said of the bus, the drive and the motion thread; it drives on once scans have been good for a while";
+    EncoderBroken = 31, "encoder-broken", Operator,
+        "a wheel's encoder moves otherwise than the speed that the drive reports for it: check the drive, then run `onboard ctl reset`";
 }
 
 /// Number of kinds.

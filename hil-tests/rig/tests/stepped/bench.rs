@@ -57,10 +57,15 @@ impl Bench {
         Self::with(&files, |_| start, things)
     }
 
+    /// It stands where the site has it start, and was just switched on.
+    pub fn standing() -> Self {
+        let start = |plan: &Plan| start_pose(&plan.site, ROBOT).expect("the site knows it");
+        Self::with(&files(Vec::new()), start, &[])
+    }
+
     /// It drives, from where the site has it start.
     pub fn driving() -> Self {
-        let start = |plan: &Plan| start_pose(&plan.site, ROBOT).expect("the site knows it");
-        let mut bench = Self::with(&files(Vec::new()), start, &[]);
+        let mut bench = Self::standing();
         bench.until_driving();
         bench
     }

@@ -151,3 +151,48 @@ fn a_robot_that_obeys_is_believed() {
         bench.finish();
     }
 }
+
+#[test]
+fn an_encoder_that_sticks_stops_the_robot() {
+    let mut bench = Bench::driving();
+    bench.devices.drive_faults().stick_left_encoder(true);
+    bench.until_raised(Fault::EncoderBroken, 2.0);
+    bench.until_standing(1.0);
+    bench.devices.drive_faults().stick_left_encoder(false);
+    bench.stands_for(3.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}
+
+/// Encoders are 32-bit floats: after a day their steps are 3 mm.
+#[test]
+fn a_drive_that_has_been_on_for_days_is_driven_as_well_as_a_new_one() {
+    const DAY_S: f64 = 86_400.0;
+    let mut off_m = [0.0, 0.0];
+    for (days, off_m) in [0.0, 3.0].into_iter().zip(&mut off_m) {
+        let mut bench = Bench::standing();
+        let handle = bench.devices.drive_faults();
+        handle.set_encoders_ahead(7.6 * DAY_S * days);
+        bench.until_driving();
+        bench.run(120, |belief, world| {
+            let truth = world.truth(0).expect("a robot").pose;
+            if belief.stamp_ns > 0 {
+                let apart_m = (belief.pose.x_m - truth.x_m).hypot(belief.pose.y_m - truth.y_m);
+                *off_m = f64::max(*off_m, apart_m);
+            }
+            false
+        });
+        for fault in [
+            Fault::EncoderImplausible,
+            Fault::WheelSlip,
+            Fault::WheelsDisobey,
+            Fault::EncoderBroken,
+        ] {
+            assert_eq!(bench.raised(fault), 0, "{}", fault.name());
+        }
+        bench.finish();
+    }
+    let [new_m, old_m] = off_m;
+    assert!(old_m < new_m + 0.01, "{new_m} {old_m}");
+}

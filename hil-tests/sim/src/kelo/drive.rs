@@ -120,6 +120,8 @@ pub struct Kelo {
     /// Wheel angles (left, right) that the encoders call 0.
     zero_rad: Option<(f64, f64)>,
     frozen: Option<(u64, DriveFeedback)>,
+    /// Where the left wheel's encoder got stuck.
+    stuck_rad: Option<f64>,
 }
 
 impl Kelo {
@@ -135,6 +137,7 @@ impl Kelo {
             setpoint_ts_ns: 0,
             zero_rad: Some((0.0, 0.0)),
             frozen: None,
+            stuck_rad: None,
         }
     }
 
@@ -216,6 +219,18 @@ impl Application for Kelo {
         let zero = *self
             .zero_rad
             .get_or_insert((feedback.left_rad, feedback.right_rad));
+        let ahead_rad = injected.encoders_ahead_rad;
+        let zero = (zero.0 - ahead_rad, zero.1 - ahead_rad);
+        let left_rad = *self.stuck_rad.get_or_insert(feedback.left_rad);
+        let feedback = if injected.left_encoder_stuck {
+            DriveFeedback {
+                left_rad,
+                ..feedback
+            }
+        } else {
+            self.stuck_rad = None;
+            feedback
+        };
         let mut inputs = sensors::inputs(&feedback, &command, zero);
         inputs.status1 = (inputs.status1 | injected.status1_set) & !injected.status1_cleared;
         inputs.status2 = injected.status2.unwrap_or(inputs.status2);

@@ -106,6 +106,16 @@ impl DriveHandle {
         self.with(|shared| shared.injected.sensors_frozen = frozen);
     }
 
+    /// The wheels' encoders have counted this much farther, as after days. To be said before the drive is first asked.
+    pub fn set_encoders_ahead(&self, ahead_rad: f64) {
+        self.with(|shared| shared.injected.encoders_ahead_rad = ahead_rad);
+    }
+
+    /// The left wheel's encoder stands still, or counts on from where the wheel is then.
+    pub fn stick_left_encoder(&self, stuck: bool) {
+        self.with(|shared| shared.injected.left_encoder_stuck = stuck);
+    }
+
     /// Ends every injected fault.
     pub fn clear_faults(&self) {
         self.with(|shared| shared.injected = Injected::default());

@@ -9,4 +9,6 @@ pub(super) struct Injected {
     pub status2: Option<u16>,
     pub emergency_stop: bool,
     pub sensors_frozen: bool,
+    pub encoders_ahead_rad: f64,
+    pub left_encoder_stuck: bool,
 }

@@ -13,7 +13,8 @@ use super::bring_ups::BringUpLimit;
 use super::health::Health;
 use super::holding::Holding;
 use super::ramp::WheelRamp;
-use super::settings::{OpenLink, SHUT_DOWN_NS, Settings, encoders};
+use super::settings::{OpenLink, SHUT_DOWN_NS, Settings};
+use super::wheels::Wheels;
 use crate::activities::port::{Command, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{Clock, MILLISECOND_NS, SECOND_NS};
@@ -39,6 +40,7 @@ pub struct Drive {
     pub(super) ramp: WheelRamp,
     pub(super) wanted: Stamped<WheelSetpoints>,
     pub(super) inputs: Inputs,
+    pub(super) wheels: Wheels,
     pub(super) encoders: Encoders,
     pub(super) status: DriveStatus,
     /// How often the drive was found to have lost power.
@@ -89,6 +91,7 @@ impl Drive {
             ramp,
             wanted: Stamped::default(),
             inputs: Inputs::default(),
+            wheels: Wheels::default(),
             encoders: Encoders::default(),
             status: DriveStatus::default(),
             encoder_epoch: 0,
@@ -195,7 +198,11 @@ impl Drive {
             self.latch(fault, figure);
         }
         let feedback = Feedback::from(&self.inputs);
-        self.encoders = encoders(&feedback, self.settings.pivot_zero_rad, self.encoder_epoch);
+        let (zero_rad, epoch) = (self.settings.pivot_zero_rad, self.encoder_epoch);
+        self.encoders = self.wheels.read(&feedback, zero_rad, epoch, now_ns);
+        if let Some(apart_rad) = self.wheels.contradict() {
+            self.latch(Fault::EncoderBroken, apart_rad);
+        }
         self.symbols.encoders.write(now_ns, &self.encoders);
         self.judge_obedience(feedback.enabled, now_ns);
     }

@@ -10,6 +10,7 @@ mod holding;
 mod ramp;
 mod returning;
 mod settings;
+mod wheels;
 
 pub use activity::Drive;
 pub use settings::{OpenLink, Settings};

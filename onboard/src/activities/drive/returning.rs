@@ -7,6 +7,7 @@ use super::activity::Drive;
 use super::health::Health;
 use super::holding::Holding;
 use super::settings::{GONE_NS, RETRY_NS, SWITCHED_ON_NS};
+use super::wheels::Wheels;
 use crate::symbols::faults::Fault;
 
 impl Drive {
@@ -36,6 +37,7 @@ impl Drive {
                 ));
                 // Without power its encoders forgot how far they had counted.
                 self.encoder_epoch += u64::from(!identity.had_address);
+                self.wheels = Wheels::default();
                 self.bus = Some(bus);
                 self.ramp.reset();
                 self.answered_ns = self.clock.now_ns();
@@ -97,6 +99,7 @@ impl Drive {
                 Fault::MotorsOff,
                 Fault::DriveReturned,
                 Fault::WheelsDisobey,
+                Fault::EncoderBroken,
             ] {
                 self.port.clear(fault);
             }

@@ -1,11 +1,9 @@
 //! What the drive activity needs to know of the bus and the drive on it.
 
-use description::wheels::{EncoderAngles, WheelSpeeds};
 use drivers::ethercat::{BringUpOptions, Expectation, Link};
-use drivers::kelo::{Feedback, VoltageLimits};
+use drivers::kelo::VoltageLimits;
 
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
-use crate::symbols::values::Encoders;
 
 /// Pause between two attempts to bring the bus up.
 pub(super) const RETRY_NS: u64 = 500 * MILLISECOND_NS;
@@ -53,20 +51,3 @@ pub struct Settings {
 
 /// Opens the link to the bus; called again after each loss.
 pub type OpenLink = Box<dyn Fn() -> Result<Box<dyn Link>, String> + Send>;
-
-/// What the encoders say, in the robot's terms; `epoch` says since when they count.
-pub(super) fn encoders(feedback: &Feedback, pivot_zero_rad: f64, epoch: u64) -> Encoders {
-    Encoders {
-        angles: EncoderAngles {
-            left_rad: f64::from(feedback.left_rad),
-            right_rad: f64::from(feedback.right_rad),
-            pivot_rad: f64::from(feedback.pivot_rad) - pivot_zero_rad,
-        },
-        speeds: WheelSpeeds::new(
-            f64::from(feedback.left_rad_s),
-            f64::from(feedback.right_rad_s),
-        ),
-        pivot_rad_s: f64::from(feedback.pivot_rad_s),
-        epoch,
-    }
-}
