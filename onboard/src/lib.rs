@@ -45,6 +45,7 @@ pub mod composition;
 pub mod fleet;
 pub mod process;
 pub mod realtime;
+pub mod say;
 pub mod symbols;
 
 pub use cli::main_from;

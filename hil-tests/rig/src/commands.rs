@@ -278,13 +278,13 @@ fn shrink(
     if !keep.is_empty() {
         again.push(format!("--faults --keep {}", numbers.join(",")));
     }
-    println!(
+    onboard::say!(
         "seed {seed}, {} of {all} faults: rig scenario {}",
         keep.len(),
         again.join(" ")
     );
     for fault in &scenario.faults {
-        println!("    {fault},");
+        onboard::say!("    {fault},");
     }
     let stepped = Stepped::new(&scenario, plans, seed, true, false)?;
     let mut run = Run::new(scenario, stepped, seed);
@@ -322,7 +322,7 @@ fn stepped_once(
     write(out, "trace.csv", &trace.table)?;
     write(out, "others.csv", &trace.others)?;
     let notes = write(out, "notes.txt", &(trace.notes.join("\n") + "\n"))?;
-    println!("wrote trace.csv, others.csv and {}", notes.display());
+    onboard::say!("wrote trace.csv, others.csv and {}", notes.display());
     run.scenario.name.push_str(" (stepped)");
     finish(run, out, &ending)
 }

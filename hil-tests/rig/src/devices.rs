@@ -53,17 +53,17 @@ pub fn devices(setup: &Setup) -> Result<(), Failure> {
     let devices = Devices::start(&world, &robot, &place, setup.lidar.clone(), setup.seed)?;
     match (&place, devices.bus.local_addr()) {
         (BusPlace::Interface(name), _) => {
-            println!("EtherCAT: raw frames on the other end of interface {name}")
+            onboard::say!("EtherCAT: raw frames on the other end of interface {name}")
         }
         (_, Some(address)) => {
-            println!("EtherCAT: UDP to {address} (--set 'ethercat.udp=\"{address}\"')")
+            onboard::say!("EtherCAT: UDP to {address} (--set 'ethercat.udp=\"{address}\"')")
         }
-        (_, None) => println!("EtherCAT: served"),
+        (_, None) => onboard::say!("EtherCAT: served"),
     }
     if let Some(path) = devices.lidar.path() {
-        println!("lidar: {0} (--set 'lidar.device=\"{0}\"')", path.display());
+        onboard::say!("lidar: {0} (--set 'lidar.device=\"{0}\"')", path.display());
     }
-    println!("Ctrl-C ends it");
+    onboard::say!("Ctrl-C ends it");
     let truth = world.robot(&robot.identity.id).map_err(Failure::refused)?;
     let mut said = 0_u64;
     while !asked_to_end.load(Ordering::Relaxed) {
@@ -72,9 +72,13 @@ pub fn devices(setup: &Setup) -> Result<(), Failure> {
         let setpoints = devices.drive.statistics().setpoints;
         if now.time_ns / 1_000_000_000 != said && setpoints > 0 {
             said = now.time_ns / 1_000_000_000;
-            println!(
+            onboard::say!(
                 "x {:6.3} m  y {:6.3} m  heading {:6.3} rad  speed {:6.3} m/s  pivot {:6.3} rad  setpoints {setpoints}",
-                now.pose.x_m, now.pose.y_m, now.pose.theta_rad, now.twist.v_m_s, now.pivot_rad
+                now.pose.x_m,
+                now.pose.y_m,
+                now.pose.theta_rad,
+                now.twist.v_m_s,
+                now.pivot_rad
             );
         }
     }

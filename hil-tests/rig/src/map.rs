@@ -22,7 +22,7 @@ pub fn map(site: &Path, out: Option<PathBuf>) -> Result<(), Failure> {
         .map_err(|error| Failure::Refused(miette::Report::new(error)))?;
     let out = out.unwrap_or_else(|| Path::new(OUT).join(format!("{}.svg", site.name)));
     write_file(&out, &site_svg(&site))?;
-    println!("wrote {}", out.display());
+    onboard::say!("wrote {}", out.display());
     Ok(())
 }
 

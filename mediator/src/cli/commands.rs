@@ -1,6 +1,7 @@
 //! The commands and their arguments.
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -93,11 +94,11 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Refused(text)) => {
-            eprintln!("{text}");
+            let _ = writeln!(std::io::stderr(), "{text}");
             ExitCode::from(EXIT_REFUSED)
         }
         Err(Failure::Failed(text)) => {
-            eprintln!("mediator: {text}");
+            let _ = writeln!(std::io::stderr(), "mediator: {text}");
             ExitCode::from(EXIT_FAILED)
         }
     }

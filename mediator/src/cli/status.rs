@@ -25,7 +25,8 @@ pub(super) fn status(which: &Which, json: bool) -> Result<(), Failure> {
 pub(super) fn order(which: &Which, question: &Question) -> Result<(), Failure> {
     match ask(&which.socket()?, question).map_err(Failure::Failed)? {
         Answer::Done(text) => {
-            println!("{text}");
+            // A reader that closes the pipe early is no failure.
+            let _ = writeln!(std::io::stdout(), "{text}");
             Ok(())
         }
         Answer::Refused(why) => Err(Failure::Refused(format!("refused: {why}"))),

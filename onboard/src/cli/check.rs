@@ -20,8 +20,8 @@ pub fn check(files: &Files) -> Result<(), Failure> {
     print_threads(&plan.robot);
     print_symbols(&plan.robot)?;
     print_machine(&plan);
-    println!("\n{}", plan.tube_report);
-    println!("\nok: nothing was started");
+    crate::say!("\n{}", plan.tube_report);
+    crate::say!("\nok: nothing was started");
     Ok(())
 }
 
@@ -30,15 +30,17 @@ fn print_robot(robot: &RobotConfig, site: &SiteConfig) {
         .robots
         .get(&robot.identity.id)
         .map_or("?", |robot| robot.role.as_str());
-    println!(
+    crate::say!(
         "robot {} ({}), role {role}, site {}",
-        robot.identity.id, robot.identity.model, site.name
+        robot.identity.id,
+        robot.identity.model,
+        site.name
     );
     match &robot.ethercat.link {
-        Link::Interface(name) => println!("EtherCAT on interface {name}, raw frames"),
-        Link::Udp(address) => println!("EtherCAT over UDP to {address}"),
+        Link::Interface(name) => crate::say!("EtherCAT on interface {name}, raw frames"),
+        Link::Udp(address) => crate::say!("EtherCAT over UDP to {address}"),
     }
-    println!(
+    crate::say!(
         "lidar on {} at {} bit/s",
         robot.lidar.device.display(),
         robot.lidar.bit_rate
@@ -46,9 +48,12 @@ fn print_robot(robot: &RobotConfig, site: &SiteConfig) {
 }
 
 fn print_threads(robot: &RobotConfig) {
-    println!(
+    crate::say!(
         "\n{:<15} {:<16} {:<10} {:<8} activities",
-        "thread", "runs", "policy", "core"
+        "thread",
+        "runs",
+        "policy",
+        "core"
     );
     for thread in &robot.threads {
         let runs = match thread.trigger {
@@ -72,7 +77,7 @@ fn print_threads(robot: &RobotConfig) {
             .iter()
             .map(|activity| activity.name())
             .collect();
-        println!(
+        crate::say!(
             "{:<15} {runs:<16} {policy:<10} {core:<8} {}",
             thread.name,
             activities.join(", ")
@@ -97,13 +102,14 @@ fn print_symbols(robot: &RobotConfig) -> Result<(), Failure> {
     // Empty by now; what is left of it is no reason to fail.
     let _ = std::fs::remove_dir_all(&folder);
     let symbols = listed.map_err(Failure::refused)?;
-    println!(
+    crate::say!(
         "\n{:<34} {:<22} readers",
-        "symbol (datatype/model)", "owner"
+        "symbol (datatype/model)",
+        "owner"
     );
     for symbol in symbols {
         let id = format!("{}/{}", symbol.datatype, symbol.model);
-        println!(
+        crate::say!(
             "{id:<34} {:<22} {}",
             symbol.owner,
             symbol.readers.join(", ")
@@ -113,13 +119,17 @@ fn print_symbols(robot: &RobotConfig) -> Result<(), Failure> {
 }
 
 fn print_machine(plan: &Plan) {
-    println!(
+    crate::say!(
         "\nstate machine of role {} (initial {})",
-        plan.role, plan.fsm.initial
+        plan.role,
+        plan.fsm.initial
     );
-    println!(
+    crate::say!(
         "{:<16} {:<24} {:<12} {:<16} transitions",
-        "state", "areas", "lane", "skill"
+        "state",
+        "areas",
+        "lane",
+        "skill"
     );
     for state in &plan.fsm.states {
         let transitions: Vec<String> = plan
@@ -143,7 +153,7 @@ fn print_machine(plan: &Plan) {
             .site
             .area(&state.area)
             .and_then(|area| area.lane.as_deref()));
-        println!(
+        crate::say!(
             "{:<16} {:<24} {:<12} {:<16} {}",
             state.name,
             areas.join(" "),
@@ -152,12 +162,14 @@ fn print_machine(plan: &Plan) {
             transitions.join(", ")
         );
     }
-    println!(
+    crate::say!(
         "\n{:<16} {:<14} {:<12} monitors",
-        "skill", "controller", "perception"
+        "skill",
+        "controller",
+        "perception"
     );
     for skill in &plan.site.skills {
-        println!(
+        crate::say!(
             "{:<16} {:<14} {:<12} {}",
             skill.id,
             skill.controller.name(),

@@ -1,5 +1,6 @@
 //! Why the program ends with an error, and its exit codes.
 
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Exit code for a mistake in files, arguments or names: nothing was started.
@@ -34,7 +35,7 @@ impl Failure {
             Self::Refused(report) => (EXIT_REFUSED, report),
             Self::Failed(report) => (EXIT_FAILED, report),
         };
-        eprintln!("{report:?}");
+        let _ = writeln!(std::io::stderr(), "{report:?}");
         ExitCode::from(code)
     }
 }

@@ -58,7 +58,7 @@ struct Report<'a> {
 /// [`Failure::Refused`] when there is no such folder or a run cannot be built, [`Failure::Failed`] when they do not agree.
 pub fn agreement(scenario: &Scenario, plans: &Plans, real: &Path) -> Result<(), Failure> {
     let summaries = summaries(scenario, real)?;
-    println!("  seed   real s  stepped s  lateral off m  compared  differences");
+    onboard::say!("  seed   real s  stepped s  lateral off m  compared  differences");
     let mut pairs = Vec::new();
     for summary in &summaries {
         let stepped = stepped::summary(scenario, plans, summary.seed, true)?;
@@ -75,8 +75,8 @@ pub fn agreement(scenario: &Scenario, plans: &Plans, real: &Path) -> Result<(), 
         pairs: &pairs,
     };
     let file = write_json(real, "agreement.json", &report)?;
-    println!("{agreeing} of {} seeds agree", pairs.len());
-    println!("wrote {}", file.display());
+    onboard::say!("{agreeing} of {} seeds agree", pairs.len());
+    onboard::say!("wrote {}", file.display());
     if agreeing == pairs.len() {
         return Ok(());
     }
@@ -184,7 +184,7 @@ impl Pair {
         let lateral_m = { self.lateral_error_m.iter() }
             .map(|(_, [real_m, stepped_m])| (real_m - stepped_m).abs())
             .fold(0.0, f64::max);
-        println!(
+        onboard::say!(
             "{:>6}  {:>7.1}  {:>9.1}  {lateral_m:>12.3}  {:>8}  {}",
             self.seed,
             self.duration_s[0],

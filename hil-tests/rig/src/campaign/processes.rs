@@ -93,7 +93,7 @@ pub fn campaign(
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
     let program = std::env::current_exe().map_err(Failure::refused)?;
-    println!(
+    onboard::say!(
         "campaign: {} times {}, seeds {} to {}, {} at once; in {}",
         setup.runs,
         scenario.name,
@@ -266,9 +266,16 @@ fn together<'a>(latencies: impl Iterator<Item = &'a Latency> + Clone) -> Latency
 }
 
 fn print_head() {
-    println!(
+    onboard::say!(
         "{:>6}  {:<9} {:>8}  {:>9} {:>9}  {:>9} {:>9}  {:>9}  outcome",
-        "seed", "", "time s", "grant p50", "p99 ms", "cmd p50", "p99 ms", "clear m"
+        "seed",
+        "",
+        "time s",
+        "grant p50",
+        "p99 ms",
+        "cmd p50",
+        "p99 ms",
+        "clear m"
     );
 }
 
@@ -279,7 +286,7 @@ fn print_line(run: &Outcome) {
     } else {
         format!("; VIOLATIONS {}", run.violations.join(", "))
     };
-    println!(
+    onboard::say!(
         "{:>6}  {:<9} {:>8.1}  {:>9} {:>9}  {:>9} {:>9}  {:>9.3}  {}{violations}",
         run.seed,
         if run.succeeded { "succeeded" } else { "FAILED" },
@@ -295,7 +302,7 @@ fn print_line(run: &Outcome) {
 
 fn print_sum(campaign: &Campaign, file: &Path) {
     let ms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
-    println!(
+    onboard::say!(
         "{} of {} succeeded, {} violations, {} collisions; {:.1} to {:.1} s, median {:.1} s",
         campaign.succeeded,
         campaign.runs.len(),
@@ -309,7 +316,7 @@ fn print_sum(campaign: &Campaign, file: &Path) {
         ("grants", &campaign.grants),
         ("commands", &campaign.commands),
     ] {
-        println!(
+        onboard::say!(
             "{what}: {} measured, p50 {} ms, worst p99 of a run {} ms, max {} ms",
             own.count,
             ms(own.p50_ms),
@@ -317,7 +324,7 @@ fn print_sum(campaign: &Campaign, file: &Path) {
             ms(own.max_ms)
         );
     }
-    println!("wrote {}", file.display());
+    onboard::say!("wrote {}", file.display());
 }
 
 #[cfg(test)]

@@ -112,7 +112,7 @@ impl Statistics {
     /// Prints them, failing seeds first.
     pub fn print(&self) {
         for failure in self.failures.iter().take(MOST_PRINTED) {
-            println!("FAILED seed {}: {}", failure.seed, failure.reason);
+            onboard::say!("FAILED seed {}: {}", failure.seed, failure.reason);
         }
         if let Some(first) = self.failures.first() {
             if let Some(more) = self
@@ -121,16 +121,21 @@ impl Statistics {
                 .checked_sub(MOST_PRINTED)
                 .filter(|&more| more > 0)
             {
-                println!("... and {more} more");
+                onboard::say!("... and {more} more");
             }
-            println!(
+            onboard::say!(
                 "see one again: rig {} --stepped --seed {}",
-                self.scenario, first.seed
+                self.scenario,
+                first.seed
             );
         }
-        println!(
+        onboard::say!(
             "{}: {} of {} runs passed; {} did it, {} had nothing wrong",
-            self.scenario, self.passed, self.runs, self.done, self.clean
+            self.scenario,
+            self.passed,
+            self.runs,
+            self.done,
+            self.clean
         );
         let listed = |list: &[(String, usize)]| {
             let parts: Vec<String> = list
@@ -143,10 +148,10 @@ impl Statistics {
                 parts.join(", ")
             }
         };
-        println!("violations (runs): {}", listed(&self.violations));
-        println!("faults (runs): {}", listed(&self.faults));
+        onboard::say!("violations (runs): {}", listed(&self.violations));
+        onboard::say!("faults (runs): {}", listed(&self.faults));
         for quantity in &self.quantities {
-            println!(
+            onboard::say!(
                 "{:<44} min {:>9.4}  p50 {:>9.4}  p99 {:>9.4}  max {:>9.4}  (n = {})",
                 quantity.name,
                 quantity.min,
@@ -156,7 +161,7 @@ impl Statistics {
                 quantity.count
             );
         }
-        println!(
+        onboard::say!(
             "{:.0} s simulated in {:.1} s: {:.0} times real time",
             self.simulated_s,
             self.elapsed_s,

@@ -75,11 +75,11 @@ pub fn campaign(
     let seeds: Vec<u64> = seeds.collect();
     let runs = before.len() + seeds.len();
     if let Some(why) = ledger.starts_over() {
-        println!("starts over: {why}");
+        onboard::say!("starts over: {why}");
     }
     if !before.is_empty() {
         let made = before.len();
-        println!("resumed: {made} of {runs} runs were made before");
+        onboard::say!("resumed: {made} of {runs} runs were made before");
     }
     let failed = AtomicUsize::new(before.iter().filter(|passed| !**passed).count());
     let terminal = std::io::stdout().is_terminal();
@@ -97,14 +97,18 @@ pub fn campaign(
         if terminal {
             let (name, done) = (&scenario.name, before.len() + made);
             let failed = failed.load(Ordering::Relaxed);
-            print!("\r\x1b[K{name}: {done} of {runs} runs, {failed} failed");
             // A closed terminal is no reason to stop.
-            let _ = std::io::stdout().flush();
+            let mut out = std::io::stdout().lock();
+            let _ = write!(
+                out,
+                "\r\x1b[K{name}: {done} of {runs} runs, {failed} failed"
+            );
+            let _ = out.flush();
         }
     };
     let made = run_all(seeds.len(), setup.jobs, asked_to_end, one, show);
     if terminal {
-        print!("\r\x1b[K");
+        let _ = write!(std::io::stdout(), "\r\x1b[K");
     }
     made?;
     let (summaries, elapsed_s) = ledger.runs(&setup.seeds)?;
@@ -119,7 +123,7 @@ pub fn campaign(
         statistics: &statistics,
     };
     let file = write_json(setup.out, "campaign.json", &report)?;
-    println!("wrote {}", file.display());
+    onboard::say!("wrote {}", file.display());
     Ok(statistics)
 }
 

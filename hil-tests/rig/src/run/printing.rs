@@ -8,14 +8,17 @@ use crate::summary::{Latency, RobotSummary, Summary};
 
 /// Prints what a summary says.
 pub(super) fn print(summary: &Summary, out: &Path) {
-    println!(
+    onboard::say!(
         "outcome: {} after {:.1} s",
-        summary.outcome, summary.duration_s
+        summary.outcome,
+        summary.duration_s
     );
     if let Some(stalls) = summary.stalls.filter(|stalls| stalls.count > 0) {
-        println!(
+        onboard::say!(
             "the machine stalled {} times, {:.0} ms at most; the host took {:.0} ms",
-            stalls.count, stalls.longest_ms, stalls.steal_ms
+            stalls.count,
+            stalls.longest_ms,
+            stalls.steal_ms
         );
     }
     for robot in &summary.robots {
@@ -28,7 +31,7 @@ pub(super) fn print(summary: &Summary, out: &Path) {
         }
     }
     if let Some(mediator) = &summary.mediator {
-        println!(
+        onboard::say!(
             "mediator: started {} times{}",
             mediator.starts,
             usage(mediator.rss_mib, mediator.cpu_percent)
@@ -39,7 +42,7 @@ pub(super) fn print(summary: &Summary, out: &Path) {
             || "not over".to_owned(),
             |duration_s| format!("{duration_s:.1} s"),
         );
-        println!(
+        onboard::say!(
             "coordination {} {} ({}): {length}, {} firings",
             coordination.id,
             coordination.number,
@@ -49,7 +52,7 @@ pub(super) fn print(summary: &Summary, out: &Path) {
     }
     let latency = |what: &str, own: &Latency| {
         let ms = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
-        println!(
+        onboard::say!(
             "{what}: {} measured, p50 {} ms, p99 {} ms, max {} ms",
             own.count,
             ms(own.p50_ms),
@@ -62,25 +65,30 @@ pub(super) fn print(summary: &Summary, out: &Path) {
         latency("robot's flag to mediator's command", &summary.commands);
     }
     for rule in &summary.during {
-        println!(
+        onboard::say!(
             "{}: checked for {:.1} s, broken for {:.1} s",
-            rule.rule, rule.checked_s, rule.broken_s
+            rule.rule,
+            rule.checked_s,
+            rule.broken_s
         );
     }
     for violation in &summary.violations {
-        println!(
+        onboard::say!(
             "VIOLATION {} of {} at {:.1} s: {}",
-            violation.kind, violation.robot, violation.at_s, violation.detail
+            violation.kind,
+            violation.robot,
+            violation.at_s,
+            violation.detail
         );
     }
-    println!(
+    onboard::say!(
         "wrote {} and report.html",
         out.join("summary.json").display()
     );
 }
 
 fn print_robot(robot: &RobotSummary) {
-    println!(
+    onboard::say!(
         "{} ({}): {} of {} rounds, {:.2} m, {} collisions, clearance at least {:.3} m, lateral error at most {:.3} m{}, \
          {} lost frames, {} scans dropped",
         robot.id,
@@ -96,7 +104,7 @@ fn print_robot(robot: &RobotSummary) {
         robot.lidar.dropped
     );
     if robot.resets > 0 {
-        println!("  reset {} times", robot.resets);
+        onboard::say!("  reset {} times", robot.resets);
     }
 }
 
@@ -109,7 +117,7 @@ fn usage(rss_mib: Option<f64>, cpu_percent: Option<f64>) -> String {
 
 /// Devices and threads of a robot that is alone.
 fn print_details(robot: &RobotSummary, machine: &Machine) {
-    println!(
+    onboard::say!(
         "  EtherCAT: {} cycles, {} lost, {} wrong counters; lidar: {} scans, {} dropped; on {}, {} cores",
         robot.ethercat.cycles,
         robot.ethercat.lost_frames,
@@ -121,7 +129,7 @@ fn print_details(robot: &RobotSummary, machine: &Machine) {
     );
     for (name, thread) in robot.threads.as_object().into_iter().flatten() {
         let of = |what: &str, part: &str| thread[what][part].as_f64().unwrap_or(0.0);
-        println!(
+        onboard::say!(
             "  {name:<14} wake-up p50 {:>6.0} p99 {:>6.0} max {:>7.0} µs; execution p50 {:>5.0} p99 {:>6.0} max {:>7.0} µs; {} overruns of {}",
             of("wakeup_us", "p50"),
             of("wakeup_us", "p99"),
@@ -145,7 +153,7 @@ fn print_figures(figures: &Figures) {
             errors.join(", ")
         }
     };
-    println!(
+    onboard::say!(
         "  pose error in view at most {:.3} m, {:.2}°; docking {} m; stops at a pose {} m, before an area {} m",
         figures.max_pose_error_m,
         figures.max_heading_error_rad.to_degrees(),
@@ -154,7 +162,7 @@ fn print_figures(figures: &Figures) {
         list(&figures.border_stop_errors_m)
     );
     let skills: Vec<&str> = figures.skills.iter().map(String::as_str).collect();
-    println!(
+    onboard::say!(
         "  {} skills ran: {}; run into {} times while standing; held {:.1} s",
         skills.len(),
         skills.join(", "),

@@ -34,7 +34,7 @@ impl Run<Stage> {
         let names: Vec<&str> = { scenario.robots.iter() }
             .map(|own| own.id.as_str())
             .collect();
-        println!(
+        onboard::say!(
             "{}: {} in {}, seed {}{}{}; logs in {}",
             scenario.name,
             names.join(", "),

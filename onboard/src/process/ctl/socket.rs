@@ -32,7 +32,7 @@ pub fn send(runtime: &Runtime, robot: Option<&str>, request: &Request) -> Result
     })?;
     match answer.strip_prefix(REFUSED) {
         None => {
-            println!("{robot}: {answer}");
+            crate::say!("{robot}: {answer}");
             Ok(())
         }
         Some(why) => Err(Failure::failed(format_args!(

@@ -2,8 +2,11 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
-use crate::bad_days::bench::{Bench, said};
+use rig::process::robot::SUBCOMMAND;
+
+use crate::bad_days::bench::{Bench, RIG, said, shipped};
 
 #[test]
 fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
@@ -68,4 +71,19 @@ fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
         !bench.devices.lidar.counters().streaming,
         "nor to the lidar"
     );
+}
+
+/// As with `onboard check ... | head -1`.
+#[test]
+fn who_closes_the_pipe_early_has_read_enough() {
+    let [robot, site] = ["robots/amr-1.toml", "sites/corridor.toml"].map(shipped);
+    let mut command = Command::new(RIG);
+    command.arg(SUBCOMMAND).args(["check", "--robot"]).arg(robot);
+    command.arg("--site").arg(site);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("it starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("our child");
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(output.stderr.is_empty(), "{}", said(&output));
 }
