@@ -78,7 +78,10 @@ fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
 fn who_closes_the_pipe_early_has_read_enough() {
     let [robot, site] = ["robots/amr-1.toml", "sites/corridor.toml"].map(shipped);
     let mut command = Command::new(RIG);
-    command.arg(SUBCOMMAND).args(["check", "--robot"]).arg(robot);
+    command
+        .arg(SUBCOMMAND)
+        .args(["check", "--robot"])
+        .arg(robot);
     command.arg("--site").arg(site);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().expect("it starts");
