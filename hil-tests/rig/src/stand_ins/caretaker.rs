@@ -81,7 +81,9 @@ pub fn words(faults: &FaultTable, world: &World, robot: usize) -> Vec<Request> {
         0.0
     };
     let behind = (way_m > 0.0).then_some(Request::FreeBehind(FreeBehind { way_m }));
-    let words = [place, behind, Some(Request::Reset)];
+    // A robot that knows where it is drives on: whoever has more to say stops it before.
+    let stop = place.as_ref().map(|_| Request::Stop);
+    let words = [stop, place, behind, Some(Request::Reset)];
     words.into_iter().flatten().collect()
 }
 
