@@ -46,7 +46,8 @@ struct Thread {
 pub struct OverrunWatch {
     threads: Vec<Thread>,
     judged_ns: u64,
-    worst: Load,
+    /// Which thread had the worst load, and that load.
+    worst: (usize, Load),
 }
 
 impl OverrunWatch {
@@ -60,11 +61,11 @@ impl OverrunWatch {
         Self {
             threads: threads.collect(),
             judged_ns: 0,
-            worst: Load::Fine,
+            worst: (0, Load::Fine),
         }
     }
 
-    /// Once a second: the thread with the worst load, when that load has changed.
+    /// Once a second: the thread with the worst load, when that load has changed; if all are fine again, the one that had it.
     pub fn judge(&mut self, now_ns: u64) -> Option<(String, Load)> {
         if now_ns < self.judged_ns + SECOND_NS {
             return None;
@@ -80,9 +81,12 @@ impl OverrunWatch {
                 thread.load_after(cycles, missed)
             };
         }
-        let worst = self.threads.iter().max_by_key(|thread| thread.load as u8)?;
-        let news = std::mem::replace(&mut self.worst, worst.load) != worst.load;
-        news.then(|| (worst.name.clone(), worst.load))
+        let loads = self.threads.iter().map(|thread| thread.load).enumerate();
+        let worst = loads.max_by_key(|(_, load)| *load as u8)?;
+        let before = std::mem::replace(&mut self.worst, worst);
+        let late = if worst.1 == Load::Fine { before } else { worst };
+        let name = &self.threads.get(late.0)?.name;
+        (worst.1 != before.1).then(|| (name.clone(), worst.1))
     }
 
     /// Whether a thread has not run for a second, as last judged.
@@ -93,7 +97,7 @@ impl OverrunWatch {
 
     /// Judges anew from here on.
     pub fn forget(&mut self) {
-        self.worst = Load::Fine;
+        self.worst = (0, Load::Fine);
         for thread in &mut self.threads {
             (thread.seconds_over, thread.load) = (0, Load::Fine);
         }
@@ -147,7 +151,7 @@ mod tests {
         let mut watch = OverrunWatch {
             threads: vec![Thread::new("motion".to_owned(), bench.report, real_time)],
             judged_ns: 0,
-            worst: Load::Fine,
+            worst: (0, Load::Fine),
         };
         let mut report = ThreadReport::zeroed();
         report.running = u64::from(running);
@@ -189,5 +193,40 @@ mod tests {
         // A bring-up takes its time.
         assert_eq!(judged(false, true, &happens)[..3], [None; 3]);
         assert_eq!(judged(true, false, &happens)[1], Some(Load::Hung));
+    }
+    #[test]
+    fn the_thread_that_was_late_keeps_its_time_again() {
+        let names = ["fieldbus", "motion", "navigation"];
+        let (mut writers, mut threads) = (Vec::new(), Vec::new());
+        for name in names {
+            let (bench, writer) = Bench::new();
+            writers.push(writer);
+            threads.push(Thread::new(name.to_owned(), bench.report, true));
+        }
+        let mut watch = OverrunWatch {
+            threads,
+            judged_ns: 0,
+            worst: (0, Load::Fine),
+        };
+        let mut report = ThreadReport::zeroed();
+        report.running = 1;
+        let mut judge = |second: u64, late: &str| {
+            report.cycles += 100;
+            for (writer, name) in writers.iter_mut().zip(names) {
+                let mut report = report;
+                report.missed = 50 * u64::from(name == late);
+                writer.write(second * SECOND_NS, &report);
+            }
+            watch.judge(second * SECOND_NS)
+        };
+        assert_eq!(judge(1, ""), None);
+        assert_eq!(
+            judge(2, "fieldbus"),
+            Some(("fieldbus".to_owned(), Load::Degraded))
+        );
+        assert_eq!(
+            judge(3, "fieldbus"),
+            Some(("fieldbus".to_owned(), Load::Fine))
+        );
     }
 }

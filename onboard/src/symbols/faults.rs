@@ -116,6 +116,8 @@ faults! {
         "scans arrive, but nothing says how the robot moved meanwhile, so it stops: see what else is said of the bus, the drive and the motion thread; it drives on once scans have been good for a while";
     EncoderBroken = 31, "encoder-broken", Operator,
         "a wheel's encoder moves otherwise than the speed that the drive reports for it: check the drive, then run `onboard ctl reset`";
+    DriveStalled = 32, "drive-stalled", Operator,
+        "the drive answers, but its sensors have stood still for 200 ms: switch it off and on, then run `onboard ctl reset`";
 }
 
 /// Number of kinds.
@@ -134,10 +136,17 @@ pub struct FaultState {
 }
 
 /// State of every kind, indexed by its number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct FaultTable {
     states: [FaultState; FAULTS],
+}
+
+impl Default for FaultTable {
+    /// No fault, ever.
+    fn default() -> Self {
+        Self::zeroed()
+    }
 }
 
 coordination::datatype!(FaultTable, "fault_table");

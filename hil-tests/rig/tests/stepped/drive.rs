@@ -36,3 +36,21 @@ fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agr
         bench.finish();
     }
 }
+
+/// A drive whose firmware hangs answers with a healthy status.
+#[test]
+fn a_drive_whose_sensors_stand_still_is_not_taken_for_one_with_a_motor_fault() {
+    let mut bench = Bench::driving();
+    bench.devices.drive_faults().freeze_sensors(true);
+    bench.until_raised(Fault::DriveStalled, 0.5);
+    bench.until_standing(1.0);
+    assert_eq!(bench.raised(Fault::DriveFault), 0);
+    // A reset is of no use while it lasts.
+    bench.ask(Request::Reset);
+    bench.stands_for(3.0);
+    assert!(bench.has(Fault::DriveStalled));
+    bench.devices.drive_faults().freeze_sensors(false);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}

@@ -40,6 +40,8 @@ pub struct Drive {
     pub(super) ramp: WheelRamp,
     pub(super) wanted: Stamped<WheelSetpoints>,
     pub(super) inputs: Inputs,
+    /// When the drive sampled its sensors last, by its own clock.
+    pub(super) sensed_ns: u64,
     pub(super) wheels: Wheels,
     pub(super) encoders: Encoders,
     pub(super) status: DriveStatus,
@@ -91,6 +93,7 @@ impl Drive {
             ramp,
             wanted: Stamped::default(),
             inputs: Inputs::default(),
+            sensed_ns: 0,
             wheels: Wheels::default(),
             encoders: Encoders::default(),
             status: DriveStatus::default(),
@@ -197,13 +200,22 @@ impl Drive {
         if let Some((fault, figure)) = found {
             self.latch(fault, figure);
         }
+        let stamp_ns = std::mem::replace(&mut self.sensed_ns, self.inputs.sensor_stamp_ns);
+        // A sample that was seen before says nothing of the wheels.
+        if stamp_ns != self.sensed_ns {
+            self.sense(now_ns);
+        }
+        self.symbols.encoders.write(now_ns, &self.encoders);
+    }
+
+    /// Takes in a new sample of the drive's sensors.
+    fn sense(&mut self, now_ns: u64) {
         let feedback = Feedback::from(&self.inputs);
         let (zero_rad, epoch) = (self.settings.pivot_zero_rad, self.encoder_epoch);
         self.encoders = self.wheels.read(&feedback, zero_rad, epoch, now_ns);
         if let Some(apart_rad) = self.wheels.contradict() {
             self.latch(Fault::EncoderBroken, apart_rad);
         }
-        self.symbols.encoders.write(now_ns, &self.encoders);
         self.judge_obedience(feedback.enabled, now_ns);
     }
 

@@ -59,9 +59,15 @@ impl Health {
         if now_ns - self.bad_since_ns < FAULT_NS {
             return None;
         }
-        // The voltage has a fault of its own, since what to do about it differs.
+        // What to do about them differs.
         let good_v = voltage.min_v..=voltage.max_v;
-        Some(if good_v.contains(&inputs.bus_voltage_v) {
+        Some(if faults.is_empty() {
+            let stalled_ns = self.stamps.stalled_ns(inputs.sensor_stamp_ns, now_ns);
+            (
+                Fault::DriveStalled,
+                stalled_ns as f64 / MILLISECOND_NS as f64,
+            )
+        } else if good_v.contains(&inputs.bus_voltage_v) {
             (Fault::DriveFault, f64::from(faults.bits()))
         } else {
             (Fault::BusVoltage, f64::from(inputs.bus_voltage_v))

@@ -96,6 +96,7 @@ impl Drive {
             for fault in [
                 Fault::BusVoltage,
                 Fault::DriveFault,
+                Fault::DriveStalled,
                 Fault::MotorsOff,
                 Fault::DriveReturned,
                 Fault::WheelsDisobey,
