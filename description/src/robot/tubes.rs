@@ -69,8 +69,8 @@ section! {
         pub hysteresis_1_m: f64 as BAND => 0.2,
         /// Free scans in a row that make a tube free; one blocked scan blocks it.
         pub free_scans: u32 as Count::new("a number of scans", 1, 50) => 3,
-        /// From the evaluation of a scan until the wheels brake, whichever part of the robot hangs meanwhile.
-        pub reaction_s: f64 as Quantity::new("a duration", "s").at_least(0.0).at_most(1.0) => 0.2,
+        /// From a command to the beginning of its deceleration.
+        pub reaction_s: f64 as Quantity::new("a duration", "s").at_least(0.0).at_most(1.0) => 0.1,
         /// After a stop for want of a free tube, the way must be free for this long.
         pub resume_after_s: f64 as DURATION => 2.0,
         /// The way around things that stand.

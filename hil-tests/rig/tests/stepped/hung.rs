@@ -1,6 +1,5 @@
 //! A thread of the robot's own program hangs, or the supervisor does.
 
-use onboard::composition::plan::Budget;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::Fault;
 
@@ -61,33 +60,4 @@ fn a_supervisor_that_is_held_up_for_a_moment_stops_nobody() {
     }
     assert_eq!(bench.raised(Fault::SupervisorSilent), 0);
     bench.finish();
-}
-
-/// What `onboard check` prints as the budget of lateness holds, whoever hangs, at any moment.
-#[test]
-fn whoever_hangs_the_robot_stands_within_the_budget() {
-    for (thread, who) in [
-        ("navigation", "motion tubes hang"),
-        ("motion", "control hangs"),
-        ("fieldbus", "the drive or its bus hangs"),
-    ] {
-        for moment_ms in [0, 13, 26, 39] {
-            let mut bench = Bench::driving();
-            bench.watch(3.0 + f64::from(moment_ms) * 1e-3);
-            let budget = Budget::of(&bench.plan);
-            let case = { budget.cases.iter() }.find(|case| case.who == who);
-            let before = bench.truth();
-            bench.hang(&[thread]);
-            bench.watch(2.0);
-            let truth = bench.truth();
-            let way_m = truth.distance_m - before.distance_m;
-            let most_m = case.expect("it is there").way_m(before.twist.v_m_s);
-            assert!(
-                truth.twist.v_m_s.abs() < 0.01 && way_m < most_m,
-                "{who}: {way_m} m, expected at most {most_m}"
-            );
-            // And it uses it: the budget is no guess.
-            assert!(way_m > 0.5 * most_m, "{who}: {way_m} m of {most_m}");
-        }
-    }
 }
