@@ -25,9 +25,12 @@ fn is_held(run: &Run) -> bool {
 /// The normal robot gets out of the way, as it was told to. Had it not heard that yet, it would go on beyond the lay-by while
 /// nobody tells it anything.
 fn gets_out_of_the_way(run: &Run) -> bool {
-    let observations = run.stage.listener.observations();
-    let said = observations.said("amr-1");
-    is_held(run) && said.is_some_and(|said| said.state.fsm_state == "pull-over")
+    let pulls_over = {
+        let observations = run.stage.listener.observations();
+        let said = observations.said("amr-1");
+        said.is_some_and(|said| said.state.fsm_state == "pull-over")
+    };
+    pulls_over && is_held(run)
 }
 
 #[test]
