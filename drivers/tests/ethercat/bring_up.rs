@@ -144,6 +144,20 @@ fn another_process_data_layout_is_refused() {
     );
 }
 
+/// Says nothing more until the watchdog trips; returns how long that took.
+fn until_watchdog_trips(link: &SegmentLink) -> Duration {
+    let silent_since = std::time::Instant::now();
+    while link.statistics.snapshot().watchdog_trips == 0 {
+        assert!(
+            silent_since.elapsed() < Duration::from_secs(5),
+            "the watchdog never tripped"
+        );
+        std::thread::sleep(Duration::from_millis(1));
+        link.cycle();
+    }
+    silent_since.elapsed()
+}
+
 /// A SubDevice whose EEPROM has the watchdog of its outputs off.
 fn unwatched() -> SegmentLink {
     SegmentLink::of([Mirror {
@@ -157,15 +171,7 @@ fn a_watchdog_that_is_off_is_armed() {
     let link = unwatched();
     let mut bus = Bus::bring_up(link.boxed(), &expectation(), impatient()).unwrap();
     bus.exchange(&[0; 36], &mut [0; 172], in_us(5_000)).unwrap();
-    let silent_since = std::time::Instant::now();
-    while link.statistics.snapshot().watchdog_trips == 0 {
-        assert!(
-            silent_since.elapsed() < Duration::from_secs(5),
-            "the watchdog never tripped"
-        );
-        std::thread::sleep(Duration::from_millis(1));
-        link.cycle();
-    }
+    until_watchdog_trips(&link);
 }
 
 #[test]
@@ -197,20 +203,8 @@ fn the_watchdog_gets_the_configured_time() {
     };
     let mut bus = Bus::bring_up(link.boxed(), &expected, BringUpOptions::default()).unwrap();
     bus.exchange(&[0; 36], &mut [0; 172], in_us(5_000)).unwrap();
-    let silent_since = std::time::Instant::now();
-    while link.statistics.snapshot().watchdog_trips == 0 {
-        assert!(
-            silent_since.elapsed() < Duration::from_secs(5),
-            "the watchdog never tripped"
-        );
-        std::thread::sleep(Duration::from_millis(1));
-        link.cycle();
-    }
-    assert!(
-        silent_since.elapsed() >= Duration::from_millis(199),
-        "{:?}",
-        silent_since.elapsed()
-    );
+    let silent = until_watchdog_trips(&link);
+    assert!(silent >= Duration::from_millis(199), "{silent:?}");
     for watchdog_ms in [0, 7000] {
         let expected = drivers::ethercat::Expectation {
             watchdog_ms,

@@ -90,20 +90,14 @@ impl Areas {
         Ok(changed)
     }
 
-    /// After a power loss the journal may lack the last grants. Until every robot has reported nothing is granted, so what a
-    /// robot has on its first report since the start was given to it before.
-    fn adopt(
+    /// The claim that a robot says it has replaces the one that is known; it queues up again if it asks. Returns the area.
+    pub(super) fn resume_claim(
         &mut self,
         robot: usize,
         access: &Access,
         now_ns: u64,
-        effects: &mut Effects,
-    ) -> Result<bool, BadReport> {
+    ) -> Result<usize, BadReport> {
         let (level, area) = self.level_and_area(access)?;
-        let claim = self.robots[robot].claim(area);
-        if !claim.is_none_or(|claim| claim.is_behind(level)) {
-            return Ok(false);
-        }
         let record = AccessRecord {
             level,
             fence: access.fence,
@@ -119,6 +113,24 @@ impl Areas {
         if asks {
             self.enqueue(area, robot);
         }
+        Ok(area)
+    }
+
+    /// After a power loss the journal may lack the last grants. Until every robot has reported nothing is granted, so what a
+    /// robot has on its first report since the start was given to it before.
+    fn adopt(
+        &mut self,
+        robot: usize,
+        access: &Access,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> Result<bool, BadReport> {
+        let (level, area) = self.level_and_area(access)?;
+        let claim = self.robots[robot].claim(area);
+        if !claim.is_none_or(|claim| claim.is_behind(level)) {
+            return Ok(false);
+        }
+        self.resume_claim(robot, access, now_ns)?;
         effects.counters.adopted += 1;
         effects.alarms.push(Alarm::Adopted {
             robot: self.names.robot_id(robot),

@@ -7,7 +7,6 @@ use contract::wire::{Access, RobotReport};
 use super::claim::Claim;
 use super::revocation::Revocation;
 use super::table::Areas;
-use crate::journal::AccessRecord;
 use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
 
@@ -77,23 +76,10 @@ impl Areas {
         access: &Access,
         now_ns: u64,
     ) -> Result<usize, BadReport> {
-        let (level, area) = self.level_and_area(access)?;
-        let record = AccessRecord {
-            level,
-            fence: access.fence,
-            ticket: 0,
-        };
-        let mut claim = Claim::resume(&self.access, record)?;
-        self.dequeue(area, robot);
-        let asks = claim.is_requested();
-        if asks {
-            Self::draw_ticket(&mut self.ticket, &mut claim, now_ns);
-        } else if !claim.is_held() {
+        let area = self.resume_claim(robot, access, now_ns)?;
+        let claim = self.robots[robot].claims.get_mut(area);
+        if let Some(claim) = claim.filter(|claim| !claim.is_requested() && !claim.is_held()) {
             claim.fence = 0;
-        }
-        self.robots[robot].claims.set(area, claim);
-        if asks {
-            self.enqueue(area, robot);
         }
         Ok(area)
     }

@@ -148,12 +148,12 @@ impl Drive {
         } else {
             self.settings.drive_current_a
         };
-        let setpoint = match () {
-            () if !enabled => Setpoint::Off,
-            () if self.disobeys && self.settings.emergency_bits => {
-                Setpoint::Emergency { current_a }
-            }
-            () => Setpoint::Speeds { speeds, current_a },
+        let setpoint = if !enabled {
+            Setpoint::Off
+        } else if self.disobeys && self.settings.emergency_bits {
+            Setpoint::Emergency { current_a }
+        } else {
+            Setpoint::Speeds { speeds, current_a }
         };
         let outputs = setpoint.to_outputs(&self.limits).to_bytes();
         let mut bytes = [0; kelo::INPUTS_BYTES];
