@@ -30,7 +30,8 @@ pub struct MotionTube {
     command_timeout_ns: u64,
     wanted: Stamped<WantedMotion>,
     odometry: Stamped<Odometry>,
-    stopped_by_operator: bool,
+    /// The supervisor says that the robot is to stand.
+    halted: bool,
     /// When the supervisor was heard.
     supervised_ns: u64,
     /// When a scan came last that could not be placed for want of odometry; 0 for never.
@@ -63,7 +64,7 @@ impl MotionTube {
             command_timeout_ns,
             wanted: Stamped::default(),
             odometry: Stamped::default(),
-            stopped_by_operator: false,
+            halted: false,
             supervised_ns: 0,
             unplaced_ns: 0,
             unplaced: false,
@@ -125,7 +126,7 @@ impl MotionTube {
             unsupervised,
             silent_ns as f64 / 1e6,
         );
-        let halt = stale || unsupervised || self.stopped_by_operator;
+        let halt = stale || unsupervised || self.halted;
         self.safe = if halt || must_stop_hard(&adapted) {
             SafeCommand::stop(adapted.command.curvature_1_m)
         } else {
@@ -182,7 +183,8 @@ impl Activity for MotionTube {
     fn communicate_in(&mut self, now_ns: u64) {
         self.wanted = self.symbols.wanted.read();
         self.odometry = self.symbols.odometry.read();
-        self.supervised_ns = self.symbols.mode.read().stamp_ns;
+        let mode = self.symbols.mode.read();
+        (self.supervised_ns, self.halted) = (mode.stamp_ns, mode.value.halt != 0);
         self.forget_after_break();
         if self.scans.as_ref().is_some_and(|scans| scans.is_unplaced()) {
             self.unplaced_ns = now_ns;
@@ -195,12 +197,13 @@ impl Activity for MotionTube {
     fn coordinate(&mut self, _now_ns: u64) {
         while let Some(command) = self.port.next_command() {
             match command {
-                Command::StopNow => self.stopped_by_operator = true,
-                Command::Reset => self.stopped_by_operator = false,
                 // Whoever says where it stands may have carried it there.
                 Command::Place(_) => self.tubes.reset(),
                 Command::FreeBehind(way_m) => self.tubes.trust_behind(way_m),
-                Command::LimitSpeed(_) | Command::LifeCycle(_) | Command::Instruct(_) => {}
+                Command::Reset
+                | Command::LimitSpeed(_)
+                | Command::LifeCycle(_)
+                | Command::Instruct(_) => {}
             }
         }
     }

@@ -20,8 +20,6 @@ pub enum Command {
     LifeCycle(LifeCycleEvent),
     /// The operator has seen to the faults: forget those that waited for it.
     Reset,
-    /// Stop with the stop deceleration until the next [`Command::Reset`].
-    StopNow,
     /// Drive at most this share of every speed, in thousandths.
     LimitSpeed(u16),
     /// An external event for the robot's machine, with what holds in the state that it enters.

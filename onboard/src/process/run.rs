@@ -167,6 +167,7 @@ impl Robot {
         }
         let mode = RobotMode {
             mode: 0,
+            halt: 0,
             boot_epoch,
             pid: u64::from(std::process::id()),
             robot: Name::new(&plan.robot.identity.id),

@@ -191,6 +191,7 @@ impl SteppedRobot {
             .collect();
         let mode = RobotMode {
             mode: 0,
+            halt: 0,
             boot_epoch,
             pid: 0,
             robot: Name::new(id),

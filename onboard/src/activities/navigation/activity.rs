@@ -290,7 +290,7 @@ impl Activity for Navigation {
                 }
                 Command::Instruct(instruction) => self.instruct(Asked::ByOperator, instruction),
                 Command::Place(placed) => self.place(placed),
-                Command::StopNow | Command::LifeCycle(_) | Command::FreeBehind(_) => {}
+                Command::LifeCycle(_) | Command::FreeBehind(_) => {}
             }
         }
         self.obey();

@@ -72,7 +72,6 @@ impl Supervisor {
                 self.raise("supervisor", Fault::Panic, 0.0, now_ns);
             }
         }
-        self.stop_now();
         self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
     }
 

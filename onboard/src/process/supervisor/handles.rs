@@ -23,6 +23,13 @@ pub struct Handle {
 }
 
 impl Handle {
+    /// Says again what still holds, unless what was said before has not been heard yet: there must be room for what is said once.
+    pub(super) fn repeat(&mut self, command: Command) {
+        if self.commands.free() > COMMANDS / 2 {
+            self.tell(command);
+        }
+    }
+
     /// Sends a command; a full queue is an error for the log.
     pub(super) fn tell(&mut self, command: Command) {
         if self.commands.send(command).is_err() {

@@ -163,14 +163,10 @@ impl Supervisor {
             let wakes =
                 handle.state == LifeCycleState::Ready || handle.state == LifeCycleState::Paused;
             if held && handle.state == LifeCycleState::Running {
-                handle.tell(Command::LifeCycle(LifeCycleEvent::Pause));
+                handle.repeat(Command::LifeCycle(LifeCycleEvent::Pause));
             } else if all_configured && wakes && !held {
-                handle.tell(Command::LifeCycle(LifeCycleEvent::Run));
+                handle.repeat(Command::LifeCycle(LifeCycleEvent::Run));
             }
-        }
-        let stops = STOPS.iter().chain([&Fault::WheelSlip]);
-        if { stops }.any(|&fault| self.table.state(fault).active != 0) {
-            self.stop_now();
         }
         if all_configured {
             self.mode_value.mode = self.mode() as u64;
@@ -211,14 +207,14 @@ impl Supervisor {
                 };
                 tracing::error!("thread {thread} {does}: stopping");
                 self.raise("supervisor", fault, 0.0, now_ns);
-                self.stop_now();
             }
         }
     }
 
-    pub(super) fn stop_now(&mut self) {
-        self.handles
-            .tell(ActivityKind::MotionTube, Command::StopNow);
+    /// Whether the robot is to stand, whatever navigation wants: a level, which nobody can miss who runs again.
+    fn is_halted(&self) -> bool {
+        let mut stops = STOPS.iter().chain([&Fault::WheelSlip]);
+        self.ending_since_ns != 0 || stops.any(|&fault| self.table.state(fault).active != 0)
     }
 
     fn limit_speed(&mut self, thousandths: u16) {
@@ -243,7 +239,6 @@ impl Supervisor {
             }
             Request::Stop => {
                 self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
-                self.stop_now();
                 Ok(Done::Stopped)
             }
             Request::Reset => {
@@ -385,6 +380,7 @@ impl Supervisor {
     }
 
     pub(super) fn publish(&mut self, now_ns: u64) {
+        self.mode_value.halt = u64::from(self.is_halted());
         self.symbols.faults.write(now_ns, &self.table);
         self.symbols.mode.write(now_ns, &self.mode_value);
     }

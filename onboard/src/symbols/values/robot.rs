@@ -39,6 +39,8 @@ value! {
     RobotMode, "robot_mode" {
         /// 0 configuring, 1 running, 2 paused, 3 stopped, 4 ending.
         mode: u64,
+        /// 1: it is to stand, with the deceleration of stops, whatever navigation wants.
+        halt: u64,
         /// Tells this start of the process from others.
         boot_epoch: u64,
         /// Process id.
