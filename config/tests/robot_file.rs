@@ -576,7 +576,7 @@ fn devices_and_network() {
         },
         Mistake {
             name: "tubes that leave objects unseen",
-            from: "augment_m = 0.06",
+            from: "augment_m = 0.1 ",
             to: "augment_m = 0.02",
             kind: Inconsistent,
             key: "tubes.augment_m",

@@ -57,6 +57,11 @@ section! {
         pub pivot_zero_rad: f64 as ANGLE => 0.0,
         /// Limits of motion.
         pub limits: DriveLimits as Flat,
+        /// Least deceleration of the robot while its motors have no power, as when its drive hears nothing more: it coasts, or
+        /// brakes where the drive shorts its motors. To be measured.
+        pub unpowered_deceleration_m_s2: f64 as ACCELERATION,
+        /// From a setpoint until the wheels turn as told.
+        pub lag_ms: u32 as TIMEOUT_MS => 20,
         /// Motor current limit while driving.
         pub drive_current_a: f64 as CURRENT,
         /// Motor current limit while standing.

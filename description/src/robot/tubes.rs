@@ -45,8 +45,9 @@ section! {
         pub omega_steps: u32 as Count::new("an odd count", 3, MOST_OMEGA_STEPS) => 41,
         /// Spacing of the samples on a tube's border: no larger object slips between them.
         pub sample_step_m: f64 as STEP => 0.05,
-        /// How far outside the border the samples lie: at least half of `sample_step_m` plus the sensor's error.
-        pub augment_m: f64 as STEP => 0.06,
+        /// How far outside the border the samples lie: what the robot keeps from everything, and at least half of `sample_step_m` plus
+        /// the sensor's error.
+        pub augment_m: f64 as STEP => 0.1,
         /// How long points beside the robot are remembered, in seconds of driving at the highest speed: slower driving
         /// forgets no more over the same distance.
         pub memory_s: f64 as Quantity::new("a duration", "s").above(0.0).at_most(10.0) => 2.0,
@@ -69,8 +70,8 @@ section! {
         pub hysteresis_1_m: f64 as BAND => 0.2,
         /// Free scans in a row that make a tube free; one blocked scan blocks it.
         pub free_scans: u32 as Count::new("a number of scans", 1, 50) => 3,
-        /// From a command to the beginning of its deceleration.
-        pub reaction_s: f64 as Quantity::new("a duration", "s").at_least(0.0).at_most(1.0) => 0.1,
+        /// From the evaluation of a scan until the wheels brake, whichever part of the robot hangs meanwhile.
+        pub reaction_s: f64 as Quantity::new("a duration", "s").at_least(0.0).at_most(1.0) => 0.2,
         /// After a stop for want of a free tube, the way must be free for this long.
         pub resume_after_s: f64 as DURATION => 2.0,
         /// The way around things that stand.

@@ -7,7 +7,7 @@ use description::threads::{ActivityKind, Core, Scheduling, Trigger};
 
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
-use crate::composition::plan::{Plan, thread_names};
+use crate::composition::plan::{Budget, Plan, thread_names};
 use crate::symbols::wiring::Wiring;
 
 /// Validates and prints.
@@ -21,6 +21,7 @@ pub fn check(files: &Files) -> Result<(), Failure> {
     print_symbols(&plan.robot)?;
     print_machine(&plan);
     crate::say!("\n{}", plan.tube_report);
+    crate::say!("\n{}", Budget::of(&plan));
     crate::say!("\nok: nothing was started");
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! A thread of the robot's own program hangs, or the supervisor does.
 
+use onboard::composition::plan::Budget;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::Fault;
 
@@ -60,4 +61,55 @@ fn a_supervisor_that_is_held_up_for_a_moment_stops_nobody() {
     }
     assert_eq!(bench.raised(Fault::SupervisorSilent), 0);
     bench.finish();
+}
+
+/// What `onboard check` prints as the budget of lateness holds, whoever hangs, at any moment.
+#[test]
+fn whoever_hangs_the_robot_stands_within_the_budget() {
+    for (thread, who) in [
+        ("navigation", "motion tubes hang"),
+        ("motion", "control hangs"),
+        ("fieldbus", "the drive or its bus hangs"),
+    ] {
+        for moment_ms in [0, 13, 26, 39] {
+            let mut bench = Bench::driving();
+            bench.watch(3.0 + f64::from(moment_ms) * 1e-3);
+            let budget = Budget::of(&bench.plan);
+            let case = { budget.cases.iter() }.find(|case| case.who == who);
+            let before = bench.truth();
+            bench.hang(&[thread]);
+            bench.watch(2.0);
+            let truth = bench.truth();
+            let way_m = truth.distance_m - before.distance_m;
+            let most_m = case.expect("it is there").way_m(before.twist.v_m_s);
+            assert!(
+                truth.twist.v_m_s.abs() < 0.01 && way_m < most_m,
+                "{who}: {way_m} m, expected at most {most_m}"
+            );
+            // And it uses it: the budget is no guess.
+            assert!(way_m > 0.5 * most_m, "{who}: {way_m} m of {most_m}");
+        }
+    }
+}
+
+/// While a thread hangs, what is said to it piles up; a reset at that time is no less a reset.
+#[test]
+fn a_reset_while_a_thread_still_hangs_is_heard_when_it_runs_again() {
+    for hung_s in [4.0, 6.0, 15.0] {
+        let mut bench = Bench::driving();
+        bench.hang(&["navigation"]);
+        bench.until_raised(Fault::ThreadHung, FOUND_S);
+        bench.watch(hung_s);
+        bench.ask(Request::Reset);
+        bench.watch(0.2);
+        bench.hang(&[]);
+        bench.until("it drives", 20.0, |bench| {
+            // It may have been found to hang once more.
+            if bench.has(Fault::ThreadHung) {
+                bench.ask(Request::Reset);
+            }
+            bench.truth().twist.v_m_s > 0.1
+        });
+        bench.finish();
+    }
 }

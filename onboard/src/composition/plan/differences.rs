@@ -57,6 +57,8 @@ fn fixed_in_drive(ours: &Drive, theirs: &Drive) -> Option<String> {
         pivot_zero_rad,
         limits.max_wheel_speed_rad_s,
         limits.stop_deceleration_m_s2,
+        unpowered_deceleration_m_s2,
+        lag_ms,
         drive_current_a,
         stop_current_a,
         min_bus_voltage_v,

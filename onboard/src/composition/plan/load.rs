@@ -4,6 +4,7 @@ use config::{ConfigError, RobotConfig, SiteConfig, check_together, load_robot, l
 use skills::schedule::{self, RobotReach};
 use skills::tubes::{TubeReport, TubeSet};
 
+use super::budget::Budget;
 use super::contents::Plan;
 use super::error::PlanError;
 use crate::composition::failure::Failure;
@@ -64,6 +65,7 @@ impl Plan {
             self.wheel_controller().err().map(PlanError::from),
             self.dead_reckoning().err().map(PlanError::from),
             self.keep_tubes(tubes).err(),
+            Budget::check(self).err().map(PlanError::from),
         ];
         errors.into_iter().flatten().collect()
     }

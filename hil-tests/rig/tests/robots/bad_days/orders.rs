@@ -199,7 +199,7 @@ fn a_reload_goes_through_pause_and_reconfigure_and_takes_limits() {
         // What the drive itself enforces takes a restart, and is named.
         let harder = slower.replace(
             "stop_deceleration_m_s2 = 2.0",
-            "stop_deceleration_m_s2 = 2.5",
+            "stop_deceleration_m_s2 = 1.8",
         );
         assert_ne!(harder, slower);
         fs::write(bench.robot_file(), harder).expect("written");

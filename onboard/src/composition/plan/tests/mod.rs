@@ -9,6 +9,7 @@ use super::*;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
 
+mod budget;
 /// Broken files and what must be said about them, as for the loader's own tests.
 #[path = "../../../../../config/tests/common/mod.rs"]
 mod common;
@@ -126,14 +127,14 @@ fn a_reload_exchanges_limits_and_not_hardware() {
     for (fixed, key) in [
         ("drive.wheelbase_m=0.26", "drive.wheelbase_m"),
         (
-            "drive.stop_deceleration_m_s2=2.5",
+            "drive.stop_deceleration_m_s2=1.8",
             "drive.stop_deceleration_m_s2",
         ),
         (
-            "control.command_timeout_ms=200",
+            "control.command_timeout_ms=140",
             "control.command_timeout_ms",
         ),
-        ("lidar.skip=1", "lidar"),
+        ("lidar.good_scans_s=1.0", "lidar"),
         ("identity.model=other", "identity"),
     ] {
         assert_eq!(with(fixed).as_deref(), Some(key));

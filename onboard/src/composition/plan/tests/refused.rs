@@ -11,12 +11,12 @@ use super::{FILES, Plan};
 const DOCKING: &str = include_str!("../../../../../config/sites/docking.toml");
 const COURSE: &str = include_str!("../../../../../config/sites/course.toml");
 
-fn robot(file: &str, set: &[&str]) -> RobotConfig {
+pub(super) fn robot(file: &str, set: &[&str]) -> RobotConfig {
     load_robot(format!("{FILES}/robots/{file}.toml"), &sets(set))
         .unwrap_or_else(|error| panic!("{}", lines(&error)))
 }
 
-fn planned(robot: &RobotConfig, file: &str, text: &str) -> Result<Plan, ConfigError> {
+pub(super) fn planned(robot: &RobotConfig, file: &str, text: &str) -> Result<Plan, ConfigError> {
     Plan::new(robot.clone(), parse_site(file, text, &[])?)
 }
 

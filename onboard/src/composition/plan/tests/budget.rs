@@ -1,0 +1,62 @@
+//! The budget of lateness.
+
+use super::common::SITE;
+use super::refused::{planned, robot};
+
+/// Why a robot with these settings cannot drive the corridor.
+fn fails_with(set: &[&str]) -> Vec<(String, String)> {
+    let error = planned(&robot("amr-1", set), "some.toml", SITE).expect_err("refused");
+    let problems = error.problems().iter();
+    problems
+        .map(|problem| (problem.key.clone(), problem.expected.clone()))
+        .collect()
+}
+
+#[test]
+fn more_lateness_than_the_tubes_plan_for() {
+    let cases = [
+        ("tubes.reaction_s=0.1", "at least 0.189 s"),
+        ("control.command_timeout_ms=200", "when motion tubes hang"),
+        ("drive.setpoint_timeout_ms=150", "when control hangs"),
+        (
+            "ethercat.watchdog_ms=150",
+            "when the drive or its bus hangs",
+        ),
+        (
+            "drive.unpowered_deceleration_m_s2=0.5",
+            "drive.unpowered_deceleration_m_s2 0.5",
+        ),
+        (
+            "threads.navigation.at_least_ms=75",
+            "when the drive or its bus hangs: threads.navigation.at_least_ms 75 ms",
+        ),
+    ];
+    for (set, expected) in cases {
+        let problems = fails_with(&[set]);
+        let [(key, found)] = &problems[..] else {
+            panic!("{set}: {problems:?}");
+        };
+        assert!(
+            key == "tubes.reaction_s" && found.contains(expected),
+            "{set}: {found}"
+        );
+    }
+}
+
+#[test]
+fn timeouts_that_a_healthy_robot_runs_into() {
+    for (set, key) in [
+        (
+            "control.command_timeout_ms=90",
+            "control.command_timeout_ms",
+        ),
+        ("drive.setpoint_timeout_ms=9", "drive.setpoint_timeout_ms"),
+        ("lidar.scan_timeout_ms=150", "lidar.scan_timeout_ms"),
+    ] {
+        let problems = fails_with(&[set]);
+        assert!(
+            problems.len() == 1 && problems[0].0 == key,
+            "{set}: {problems:?}"
+        );
+    }
+}
