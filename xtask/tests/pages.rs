@@ -118,6 +118,10 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo run --bin rig -- campaign overtaking --stepped --runs 200 --faults",
         ByCi,
     ),
+    (
+        "cargo run --bin rig -- campaign faults --stepped --runs 3",
+        ByCi,
+    ),
     ("cargo run --bin rig -- map config/sites/course.toml", Here),
     (
         "cargo run --bin rig -- scenario config/scenarios/overtaking.toml",

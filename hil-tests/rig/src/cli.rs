@@ -2,14 +2,21 @@
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use onboard::cli::Failure;
+
 use crate::commands::{self, Many, Request};
 use crate::scenario::Changes;
 use crate::{devices, map};
+
+/// The campaign of single faults,
+const FAULTS: &str = "faults";
+/// and the scenario in which they happen.
+const FAULTS_IN: &str = "overtaking";
 
 #[derive(Debug, Parser)]
 #[command(
@@ -116,10 +123,11 @@ struct RunArgs {
 /// Arguments of `rig campaign`.
 #[derive(Clone, Debug, Args)]
 struct CampaignArgs {
-    /// Scenario file, or the name of one in config/scenarios
+    /// Scenario file, or the name of one in config/scenarios; or `faults`: each kind of fault at a moment at which a robot of
+    /// the scenario `overtaking` drives, on the simulated clock
     #[arg(value_name = "SCENARIO")]
     scenario: PathBuf,
-    /// Runs, with this seed and the following ones
+    /// Runs, with this seed and the following ones; of `faults` for each kind
     #[arg(long, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..=100_000))]
     runs: usize,
     /// Run on a simulated clock, without threads and devices
@@ -128,6 +136,9 @@ struct CampaignArgs {
     /// Draw faults from the seed of each run (with --stepped)
     #[arg(long, requires = "stepped")]
     faults: bool,
+    /// Each pair of kinds of faults once, besides (of `faults`)
+    #[arg(long)]
+    pairs: bool,
     /// Make all runs, also those that an interrupted campaign has left in the folder (with --stepped)
     #[arg(long, requires = "stepped")]
     fresh: bool,
@@ -204,6 +215,22 @@ impl TrialArgs {
 }
 
 impl CampaignArgs {
+    fn run(self) -> Result<(), Failure> {
+        let pairs = self.pairs;
+        let of_faults = self.scenario == Path::new(FAULTS);
+        match (of_faults, pairs, self.faults) {
+            (false, true, _) => Err(Failure::refused("--pairs is for `rig campaign faults`")),
+            (true, _, true) => Err(Failure::refused(
+                "found --faults, expected none: `rig campaign faults` says itself what goes wrong",
+            )),
+            (true, _, false) => {
+                let scenario = FAULTS_IN.into();
+                commands::fault_campaign(&Self { scenario, ..self }.request(), pairs)
+            }
+            (false, false, _) => commands::campaign(&self.request()),
+        }
+    }
+
     fn request(self) -> Request {
         let run = RunArgs {
             seed: self.seed,
@@ -211,6 +238,7 @@ impl CampaignArgs {
                 stepped: self.stepped,
                 faults: self.faults,
                 keep: None,
+                fault: Vec::new(),
                 fresh: self.fresh,
                 runs: self.runs,
                 jobs: self.jobs,
@@ -248,6 +276,7 @@ impl AgreementArgs {
                 stepped: true,
                 faults: false,
                 keep: None,
+                fault: Vec::new(),
                 fresh: false,
                 runs: 1,
                 jobs: None,
@@ -280,7 +309,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Docking(own) => commands::scenario(&own.request("docking".into())),
         Command::TJunction(own) => commands::scenario(&own.request("t-junction".into())),
         Command::Scenario(own) => commands::scenario(&own.request()),
-        Command::Campaign(own) => commands::campaign(&own.request()),
+        Command::Campaign(own) => own.run(),
         Command::Agreement(own) => commands::agreement(&own.request()),
         Command::Lap(own) => commands::scenario(&own.request()),
         Command::Course(own) => commands::scenario(&own.request("course")),

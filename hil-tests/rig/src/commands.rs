@@ -8,7 +8,9 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use onboard::cli::Failure;
 
-use crate::campaign::{agreement, processes, stepped};
+use crate::campaign::faults::Times;
+use crate::campaign::stepped::Faults;
+use crate::campaign::{agreement, faults, processes, stepped};
 use crate::output::{end_flag, write};
 use crate::run::{Options, Run, finish, look_on, run};
 use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
@@ -57,6 +59,10 @@ pub struct Many {
     /// Of the faults, only those with these numbers, counted from 0
     #[arg(long, value_name = "N,N", value_delimiter = ',', requires = "faults")]
     pub keep: Option<Vec<usize>>,
+    /// Something that goes wrong, as in a scenario file: '{ at_s = 20.0, for_s = 3.0, what = "unplug", robot = "amr-1" }'
+    /// (with --stepped)
+    #[arg(long = "fault", value_name = "FAULT", requires = "stepped")]
+    pub fault: Vec<String>,
     /// Make all runs, also those that an interrupted campaign has left in the folder (with --stepped)
     #[arg(long, requires = "stepped")]
     pub fresh: bool,
@@ -145,6 +151,7 @@ fn loaded(request: &Request) -> Result<Scenario, Failure> {
             }
         }
     }
+    scenario.add_faults(&request.many.fault)?;
     Ok(match request.rounds {
         Some(rounds) => scenario.with_at_most(rounds),
         None => scenario,
@@ -193,6 +200,26 @@ fn processes(
     processes::campaign(scenario, &setup, asked_to_end)
 }
 
+/// Each kind of fault `runs` times while robots of the scenario drive, and each pair of kinds once where `pairs` are wanted.
+///
+/// # Errors
+/// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a run was unsafe or did not come to its goals.
+pub fn fault_campaign(request: &Request, pairs: bool) -> Result<(), Failure> {
+    let asked_to_end = end_flag()?;
+    let scenario = loaded(request)?;
+    let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join("campaign/faults"));
+    let setup = setup(request, &out);
+    let runs = request.many.runs;
+    let times = Times { runs, pairs };
+    faults::faults(
+        &scenario,
+        &plans(&scenario, request)?,
+        &setup,
+        times,
+        &asked_to_end,
+    )
+}
+
 /// Many runs on the simulated clock: none may have a violation, and the scenario's share must reach all goals.
 fn stepped_often(
     scenario: &Scenario,
@@ -200,19 +227,9 @@ fn stepped_often(
     out: &Path,
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
-    let cores = || std::thread::available_parallelism().ok();
     let many = &request.many;
     let (plans, runs) = (plans(scenario, request)?, many.runs);
-    let setup = stepped::Setup {
-        seeds: request.seed..request.seed + runs as u64,
-        faults: many.faults,
-        mediator: request.mediator,
-        nets: request.nets,
-        jobs: many.jobs.or_else(cores).map_or(1, NonZeroUsize::get),
-        arguments: arguments(request),
-        fresh: many.fresh,
-        out,
-    };
+    let setup = setup(request, out);
     let statistics = stepped::campaign(scenario, &plans, &setup, asked_to_end)?;
     if statistics.runs < runs {
         return Err(Failure::failed(format_args!(
@@ -234,6 +251,22 @@ fn stepped_often(
         "{} of {runs} runs failed",
         runs - statistics.passed
     )))
+}
+
+fn setup<'a>(request: &Request, out: &'a Path) -> stepped::Setup<'a> {
+    let cores = || std::thread::available_parallelism().ok();
+    let many = &request.many;
+    let drawn = many.faults;
+    stepped::Setup {
+        seeds: request.seed..request.seed + many.runs as u64,
+        faults: if drawn { Faults::Drawn } else { Faults::None },
+        mediator: request.mediator,
+        nets: request.nets,
+        jobs: many.jobs.or_else(cores).map_or(1, NonZeroUsize::get),
+        arguments: arguments(request),
+        fresh: many.fresh,
+        out,
+    }
 }
 
 fn plans(scenario: &Scenario, request: &Request) -> Result<Plans, Failure> {
@@ -274,6 +307,8 @@ fn shrink(
     let numbers: Vec<String> = keep.iter().map(ToString::to_string).collect();
     let mut again = vec![request.scenario.display().to_string()];
     again.extend(arguments(request));
+    let quoted = |fault: &String| format!("--fault '{fault}'");
+    again.extend(request.many.fault.iter().map(quoted));
     again.push(format!("--stepped --seed {seed}"));
     if !keep.is_empty() {
         again.push(format!("--faults --keep {}", numbers.join(",")));

@@ -39,6 +39,7 @@ kinds! {
     TwoOwners = "two-owners", "More robots had an area at once than it holds.";
     Border = "border", "The robot was in an area that the rig withheld leave for.";
     During = "during", "A rule that holds during something was broken.";
+    UnsafeSpeed = "unsafe-speed", "The robot did not brake as it must after a fault.";
     LateralError = "lateral-error", "The robot was too far off its lane.";
     Speed = "speed", "The robot was too fast for its area.";
     Docking = "docking", "The robot stopped too far from where it docks.";

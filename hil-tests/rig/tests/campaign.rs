@@ -160,3 +160,43 @@ fn runs_are_compared_seed_by_seed() {
     let differ = rig(&["agreement", "lap", "--real", real]);
     assert!(!differ.status.success() && said(&differ).contains("duration in seconds: real 1.000"));
 }
+
+#[test]
+fn what_is_to_go_wrong_is_refused_by_name() {
+    let refused = |arguments: &[&str]| {
+        let mut rig = Command::new(env!("CARGO_BIN_EXE_rig"));
+        rig.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+        let output = rig.args(arguments).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        // Without the line breaks of a narrow terminal.
+        let words = said(&output).replace('│', " ");
+        words.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let fault = |fault: &str| refused(&["scenario", "lap", "--stepped", "--fault", fault]);
+    for (written, expected) in [
+        ("{ at_s = 1.0 }", "missing field `for_s`"),
+        (
+            "{ at_s = 1.0, for_s = 1.0, what = \"unplug\" }",
+            "found no `robot`, expected one for this fault",
+        ),
+        (
+            "{ at_s = 1.0, for_s = 1.0, what = \"hang\", robot = \"amr-1\", thread = \"movement\" }",
+            "found thread `movement`, expected one of `fieldbus`",
+        ),
+    ] {
+        let said = fault(written);
+        assert!(said.contains(expected), "{said}");
+    }
+    let said = refused(&[
+        "campaign",
+        "overtaking",
+        "--stepped",
+        "--runs",
+        "1",
+        "--pairs",
+    ]);
+    assert!(
+        said.contains("--pairs is for `rig campaign faults`"),
+        "{said}"
+    );
+}

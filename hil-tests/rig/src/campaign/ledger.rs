@@ -28,8 +28,8 @@ pub struct Head {
     pub scenario: String,
     /// Fingerprint of all that the scenario's files and the changes to them say.
     pub files: String,
-    /// Faults are drawn from the seed.
-    pub faults: bool,
+    /// What goes wrong besides what the scenario says: `none`, `drawn` from the seed, or a case.
+    pub faults: String,
     /// A mediator runs where the site asks for one.
     pub mediator: bool,
     /// The site's coordinations are as they are.
@@ -211,7 +211,7 @@ mod tests {
         Head {
             scenario: "overtaking".to_owned(),
             files: "1".to_owned(),
-            faults: false,
+            faults: "none".into(),
             mediator: true,
             nets: true,
             program: "0".to_owned(),
@@ -307,7 +307,7 @@ mod tests {
         let folder = Folder::new().expect("a folder");
         add(&open(&folder, &head(), false), 1);
         let mut other = head();
-        (other.faults, other.program) = (true, "1".to_owned());
+        (other.faults, other.program) = ("drawn".to_owned(), "1".to_owned());
         let second = open(&folder, &other, false);
         assert_eq!(
             (known(&second), second.starts_over()),

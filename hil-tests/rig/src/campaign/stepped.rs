@@ -16,7 +16,7 @@ use super::statistics::Statistics;
 use crate::machine::Machine;
 use crate::output::write_json;
 use crate::run::{Run, look_on, record};
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ScriptedFault};
 use crate::stepped::faults::faulted;
 use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
@@ -26,8 +26,8 @@ use crate::summary::Summary;
 pub struct Setup<'a> {
     /// The seeds of its runs.
     pub seeds: Range<u64>,
-    /// Faults are drawn from each seed.
-    pub faults: bool,
+    /// What goes wrong besides what the scenario says.
+    pub faults: Faults<'a>,
     /// The plans are with a mediator where the site asks for one.
     pub mediator: bool,
     /// The plans are with the site's nets.
@@ -42,6 +42,51 @@ pub struct Setup<'a> {
     pub out: &'a Path,
 }
 
+/// What goes wrong in the runs of a campaign.
+#[derive(Clone, Copy)]
+pub enum Faults<'a> {
+    /// Nothing.
+    None,
+    /// Any kinds, drawn from each seed.
+    Drawn,
+    /// Those of a case with this name, which say what they are for each seed.
+    Of(&'a str, &'a DrawFaults<'a>),
+}
+
+/// Draws faults from a seed.
+pub type DrawFaults<'a> = dyn Fn(u64) -> Result<Vec<ScriptedFault>, Failure> + Sync + 'a;
+
+impl Faults<'_> {
+    /// The scenario with these faults beside its own.
+    fn add(&self, scenario: &Scenario, seed: u64) -> Result<Scenario, Failure> {
+        Ok(match self {
+            Self::None => scenario.clone(),
+            Self::Drawn => faulted(scenario, seed, None),
+            Self::Of(_, draw) => {
+                let mut scenario = scenario.clone();
+                scenario.faults.extend(draw(seed)?);
+                scenario
+            }
+        })
+    }
+}
+
+impl std::fmt::Display for Faults<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::None => f.pad("none"),
+            Self::Drawn => f.pad("drawn"),
+            Self::Of(case, _) => f.pad(case),
+        }
+    }
+}
+
+impl std::fmt::Debug for Faults<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{self}")
+    }
+}
+
 /// `campaign.json`.
 #[derive(Debug, Serialize)]
 struct Report<'a> {
@@ -51,23 +96,49 @@ struct Report<'a> {
     jobs: usize,
     /// First and last.
     seeds: [u64; 2],
-    /// Whether they were drawn from the seeds.
-    drawn_faults: bool,
+    /// What went wrong besides what the scenario says: `none`, or `drawn` from the seeds.
+    faults_of_seeds: String,
     #[serde(flatten)]
     statistics: &'a Statistics,
 }
 
-/// Runs a scenario many times; leaves `campaign.json`, also when it is asked to end. Runs that an earlier campaign of the
-/// same kind has left in the folder are not made again.
+/// Runs a scenario many times; leaves `campaign.json`, also when it is asked to end.
 ///
 /// # Errors
-/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when it cannot be written down.
+/// As [`runs`].
 pub fn campaign(
     scenario: &Scenario,
     plans: &Plans,
     setup: &Setup<'_>,
     asked_to_end: &AtomicBool,
 ) -> Result<Statistics, Failure> {
+    let (summaries, elapsed_s) = runs(scenario, plans, setup, asked_to_end)?;
+    let statistics = Statistics::of(scenario, &summaries, elapsed_s);
+    statistics.print();
+    let report = Report {
+        arguments: &setup.arguments,
+        machine: Machine::here(),
+        jobs: setup.jobs,
+        seeds: [setup.seeds.start, setup.seeds.end - 1],
+        faults_of_seeds: setup.faults.to_string(),
+        statistics: &statistics,
+    };
+    let file = write_json(setup.out, "campaign.json", &report)?;
+    onboard::say!("wrote {}", file.display());
+    Ok(statistics)
+}
+
+/// Runs a scenario many times, until it is asked to end; returns what came out of the runs, and how long they took. Runs that an
+/// earlier campaign of the same kind has left in the folder are not made again.
+///
+/// # Errors
+/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when it cannot be written down.
+pub fn runs(
+    scenario: &Scenario,
+    plans: &Plans,
+    setup: &Setup<'_>,
+    asked_to_end: &AtomicBool,
+) -> Result<(Vec<Summary>, f64), Failure> {
     let ledger = Ledger::open(setup.out, &head(scenario, setup), setup.fresh)?;
     let before = { setup.seeds.clone() }.filter_map(|seed| ledger.passed_before(seed));
     let before: Vec<bool> = before.collect();
@@ -85,11 +156,8 @@ pub fn campaign(
     let terminal = std::io::stdout().is_terminal();
     let one = |number: usize| {
         let seed = seeds[number];
-        let summary = if setup.faults {
-            summary(&faulted(scenario, seed, None), plans, seed, true)?
-        } else {
-            summary(scenario, plans, seed, true)?
-        };
+        let scenario = setup.faults.add(scenario, seed)?;
+        let summary = summary(&scenario, plans, seed, true)?;
         failed.fetch_add(usize::from(!summary.passed()), Ordering::Relaxed);
         ledger.add(summary)
     };
@@ -111,20 +179,7 @@ pub fn campaign(
         let _ = write!(std::io::stdout(), "\r\x1b[K");
     }
     made?;
-    let (summaries, elapsed_s) = ledger.runs(&setup.seeds)?;
-    let statistics = Statistics::of(scenario, &summaries, elapsed_s);
-    statistics.print();
-    let report = Report {
-        arguments: &setup.arguments,
-        machine: Machine::here(),
-        jobs: setup.jobs,
-        seeds: [setup.seeds.start, setup.seeds.end - 1],
-        drawn_faults: setup.faults,
-        statistics: &statistics,
-    };
-    let file = write_json(setup.out, "campaign.json", &report)?;
-    onboard::say!("wrote {}", file.display());
-    Ok(statistics)
+    ledger.runs(&setup.seeds)
 }
 
 /// What decides the runs of a campaign, but for their seeds.
@@ -135,7 +190,7 @@ fn head(scenario: &Scenario, setup: &Setup<'_>) -> Head {
     Head {
         scenario: scenario.name.clone(),
         files: format!("{:016x}", hasher.finish()),
-        faults: setup.faults,
+        faults: setup.faults.to_string(),
         mediator: setup.mediator,
         nets: setup.nets,
         program: program(),

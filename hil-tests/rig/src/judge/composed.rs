@@ -3,6 +3,7 @@
 use sim::world::{Pose, STANDING_M_S, Truth};
 
 use super::areas::Areas;
+use super::braking::Braking;
 use super::conduct::Conduct;
 use super::during::Rule;
 use super::look::{Look, Robot};
@@ -21,6 +22,7 @@ pub struct Judge {
     areas: Areas,
     rules: Vec<Rule>,
     /// By number, of the robots.
+    braking: Vec<Braking>,
     recovering: Vec<Recovering>,
     start_ns: u64,
     violations: Violations,
@@ -41,6 +43,9 @@ impl Judge {
             areas: Areas::new(scenario, robots.len(), heard),
             robots,
             rules: Rule::all(scenario),
+            braking: { scenario.robots.iter() }
+                .map(|player| Braking::new(&scenario.faults, player))
+                .collect(),
             recovering: vec![Recovering::new(scenario.recovery()); scenario.robots.len()],
             start_ns,
             violations: Violations::new(start_ns),
@@ -54,6 +59,13 @@ impl Judge {
         };
         let found = &mut self.violations;
         let before = robot.observe(look, found);
+        let at_s = look.truth.time_ns.saturating_sub(self.start_ns) as f64 / 1e9;
+        let speed_m_s = look.truth.twist.v_m_s.abs();
+        let braking = self.braking.get_mut(look.robot);
+        if let Some(why) = braking.and_then(|own| own.look(at_s, speed_m_s)) {
+            let name = &robot.robot.name;
+            found.report(ViolationKind::UnsafeSpeed, name, look.truth.time_ns, why);
+        }
         self.areas.judge(&self.robots, look, before, found);
         for rule in &mut self.rules {
             rule.judge(&self.robots, look, before, found);

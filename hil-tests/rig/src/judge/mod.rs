@@ -13,6 +13,7 @@
 
 mod areas;
 mod borders;
+mod braking;
 mod composed;
 mod conduct;
 mod contact;

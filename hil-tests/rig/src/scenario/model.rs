@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use config::{NetConfig, RobotConfig, SiteConfig};
 use description::site::{FsmConfig, SiteRobot};
+use onboard::cli::Failure;
 
 use super::clutter::Clutter;
 use super::fault::{ScriptedFault, ScriptedKind};
@@ -104,6 +105,28 @@ impl Scenario {
         self.robots.iter().position(|player| player.id == id)
     }
 
+    /// Lets more go wrong, each as in a scenario file.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] with what is wrong with the first bad one.
+    pub fn add_faults(&mut self, faults: &[String]) -> Result<(), Failure> {
+        #[derive(serde::Deserialize)]
+        struct File {
+            fault: ScriptedFault,
+        }
+        for written in faults {
+            let refused = |why: &str| Failure::refused(format_args!("--fault {written}: {why}"));
+            let read = toml::from_str(&format!("fault = {written}"));
+            let File { fault } = read.map_err(|error| refused(error.message()))?;
+            let known: Vec<_> = self.robots.iter().map(Player::threads).collect();
+            if let Some(why) = fault.complaints(&known).first() {
+                return Err(refused(why));
+            }
+            self.faults.push(fault);
+        }
+        Ok(())
+    }
+
     /// Second robots of one identity: the numbers of fault and robot. Their bodies are numbered after those of the robots, in
     /// this order.
     pub fn clones(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
@@ -136,6 +159,13 @@ impl Scenario {
 }
 
 impl Player {
+    /// Its identity, and the names of its threads.
+    #[must_use]
+    pub fn threads(&self) -> (&str, Vec<&str>) {
+        let names = self.config.threads.iter().map(|own| own.name.as_str());
+        (&self.id, names.collect())
+    }
+
     /// The state in which its machine starts.
     #[must_use]
     pub fn start_state(&self) -> &str {

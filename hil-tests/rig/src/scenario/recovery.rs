@@ -62,7 +62,7 @@ impl Scenario {
 
     /// All faults are of kinds that a fleet comes through, and no run of the scenario may end without its goals.
     fn comes_through(&self) -> bool {
-        let overcome = |fault: &ScriptedFault| ScriptedKind::DRAWN.contains(&fault.what);
+        let overcome = |fault: &ScriptedFault| !ScriptedKind::LASTING.contains(&fault.what);
         self.faults.iter().all(overcome) && self.least_done_share >= 1.0
     }
 }

@@ -1,6 +1,6 @@
 //! Faults of a run: drawn from the seed, or from the scenario's file, and what they do to the run at a time.
 
-use sim::world::Random;
+use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
 use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
@@ -69,17 +69,17 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
     }
 }
 
-fn below(random: &mut Random, count: usize) -> usize {
+pub(crate) fn below(random: &mut Random, count: usize) -> usize {
     ((random.unit() * count as f64) as usize).min(count - 1)
 }
 
 /// As likely between 0.1 and 1 as between 1 and 10.
-fn between([least, most]: [f64; 2], unit: f64) -> f64 {
+pub(crate) fn between([least, most]: [f64; 2], unit: f64) -> f64 {
     least * (most / least).powf(unit)
 }
 
 /// To thousandths (milliseconds are the clock's steps), without becoming nothing.
-fn rounded(value: f64) -> f64 {
+pub(crate) fn rounded(value: f64) -> f64 {
     (value * 1e3).round().max(1.0) / 1e3
 }
 
@@ -215,6 +215,41 @@ impl Schedule {
                 thread: own.fault.thread.clone(),
             })
             .collect()
+    }
+
+    /// Whether all threads of a robot hang,
+    pub(super) fn hangs(&self, robot: usize) -> bool {
+        self.hung(robot).any(|thread| thread.is_none())
+    }
+
+    /// or which of them.
+    pub(super) fn hung_threads(&self, robot: usize) -> Vec<&str> {
+        self.hung(robot).flatten().collect()
+    }
+
+    fn hung(&self, robot: usize) -> impl Iterator<Item = Option<&str>> {
+        { self.lasting() }
+            .filter(move |own| own.fault.what == ScriptedKind::Hang && own.robot == Some(robot))
+            .map(|own| own.fault.thread.as_deref())
+    }
+
+    /// What is wrong with a robot's wheels, whose motors brake with `braking_m_s2` where nothing is.
+    pub(super) fn mechanics(&self, robot: usize, braking_m_s2: f64) -> Mechanics {
+        let lasts = |what| self.lasts(what, Some(robot));
+        let slip = self.share(ScriptedKind::Slip, robot);
+        let weaker = self.share(ScriptedKind::WeakBrakes, robot);
+        let weak = lasts(ScriptedKind::WeakBrakes);
+        Mechanics {
+            slip: [slip, slip / 2.0],
+            braking_m_s2: if weak {
+                braking_m_s2 * (1.0 - weaker)
+            } else {
+                f64::INFINITY
+            },
+            reversed: [lasts(ScriptedKind::ReverseMotor), false],
+            pivot_jammed: lasts(ScriptedKind::JamPivot),
+            ..Mechanics::default()
+        }
     }
 
     /// What happens to messages from and to a robot.

@@ -221,6 +221,7 @@ impl<'a> Stepped<'a> {
         let mut robot = SteppedRobot::new(plan, files, folder, &member.devices, start)?;
         robot.allow(&member.allowed);
         robot.be_late(self.faults.lateness(number));
+        robot.hang(&self.faults.hung_threads(number));
         robot.drift(self.faults.share(ScriptedKind::Drift, number));
         member.robot = Some(robot);
         Ok(())
@@ -290,7 +291,7 @@ impl<'a> Stepped<'a> {
     }
 
     fn step_robot(&mut self, number: usize, now_ns: u64) {
-        let hangs = self.faults.lasts(ScriptedKind::Hang, Some(number));
+        let hangs = self.faults.hangs(number);
         let member = &mut self.robots[number];
         let running = member.robot.as_mut().filter(|_| !hangs);
         let step = || running.into_iter().for_each(|robot| robot.step(now_ns));

@@ -4,7 +4,7 @@ use onboard::cli::Failure;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::FaultTable;
 use sim::lidar::Disturbance;
-use sim::world::{Mechanics, Obstacle, Pose, Shape};
+use sim::world::{Obstacle, Pose, Shape};
 
 use super::disk::Disk;
 use super::faults::Change;
@@ -21,6 +21,11 @@ const APART_M: f64 = 1.0;
 const PERSON_M: f64 = 0.15;
 /// or this length and width.
 const BOX_M: [f64; 2] = [0.3, 0.4];
+
+/// Of the least voltage that the robot accepts.
+const LOW_VOLTAGE: f64 = 0.9;
+/// In the drive's `status1`: the left motor is too hot.
+const OVERTEMPERATURE_1: u16 = 0x0200;
 
 impl Stepped<'_> {
     /// What a fault does when it begins or ends.
@@ -102,8 +107,13 @@ impl Stepped<'_> {
         let lasts = self.faults.lasts(what, Some(number));
         let share = self.faults.share(what, number);
         let by_ns = self.faults.by_ns(what, Some(number));
+        let (_, plan) = &self.plans.robots[number];
         let Member { devices, robot, .. } = &mut self.robots[number];
         match what {
+            ScriptedKind::Hang => {
+                let hung = self.faults.hung_threads(number);
+                robot.iter_mut().for_each(|own| own.hang(&hung));
+            }
             ScriptedKind::LateThreads => {
                 let lateness = self.faults.lateness(number);
                 robot
@@ -116,13 +126,25 @@ impl Stepped<'_> {
             ScriptedKind::CutPower if lasts => devices.bus.faults.power_off(0),
             ScriptedKind::CutPower => devices.bus.faults.power_on(0),
             ScriptedKind::CutMotors => devices.bus.drive.set_emergency_stop(lasts),
-            ScriptedKind::Slip => self.world.lock().wear(
-                number,
-                Mechanics {
-                    slip: [share, share / 2.0],
-                    ..Mechanics::default()
-                },
-            ),
+            ScriptedKind::LowVoltage => {
+                // Still enough for the motors, which the stop needs.
+                let volts = LOW_VOLTAGE * plan.robot.drive.min_bus_voltage_v;
+                devices.bus.drive.set_bus_voltage(lasts.then_some(volts));
+            }
+            ScriptedKind::HotMotor => {
+                let bits = if lasts { OVERTEMPERATURE_1 } else { 0 };
+                devices.bus.drive.set_status1_bits(bits, 0);
+            }
+            ScriptedKind::FreezeSensors => devices.bus.drive.freeze_sensors(lasts),
+            ScriptedKind::StickEncoder => devices.bus.drive.stick_left_encoder(lasts),
+            ScriptedKind::Slip
+            | ScriptedKind::JamPivot
+            | ScriptedKind::ReverseMotor
+            | ScriptedKind::WeakBrakes => {
+                let braking_m_s2 = plan.robot.drive.limits.stop_deceleration_m_s2;
+                let mechanics = self.faults.mechanics(number, braking_m_s2);
+                self.world.lock().wear(number, mechanics);
+            }
             ScriptedKind::BreakScans => devices.lidar.break_scans(share),
             ScriptedKind::DelayScans => devices.lidar.delay(by_ns),
             ScriptedKind::AgeScans => devices.lidar.delay_more_and_more(share, now_ns),

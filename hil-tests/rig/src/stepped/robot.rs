@@ -39,19 +39,17 @@ use super::leave::Leave;
 use super::start::{Fleet, Start};
 use super::thread::{Step, Thread, ThreadClock};
 use crate::belief::Insight;
+use crate::scenario::SUPERVISOR;
 
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
-
-/// What hangs the supervisor.
-const SUPERVISOR: &str = "supervisor";
 
 /// What has a thread of its own in the robot file.
 enum Running {
     /// A thread, as it is, and its name.
     Thread(String, Thread),
-    /// The asynchronous one: tokio cannot run here.
-    Asynchronous(Asynchronous),
+    /// The asynchronous one, and its name: tokio cannot run here.
+    Asynchronous(String, Asynchronous),
 }
 
 /// One robot.
@@ -177,7 +175,7 @@ impl SteppedRobot {
                 if thread.trigger == ConfigTrigger::Async {
                     let begin_ns = clock.now_ns();
                     let own = Asynchronous::new(activities, &trigger, &alarm, begin_ns);
-                    return Running::Asynchronous(own);
+                    return Running::Asynchronous(thread.name.clone(), own);
                 }
                 let shared = Arc::clone(&clock);
                 let body = move || {
@@ -265,11 +263,12 @@ impl SteppedRobot {
         }
         for thread in &mut self.threads {
             match thread {
-                Running::Thread(name, _) if self.hung.contains(name) => {}
+                Running::Thread(name, _) | Running::Asynchronous(name, _)
+                    if self.hung.contains(name) => {}
                 Running::Thread(name, thread) => {
                     thread.go_on(step, || late_ns(&self.late, name, &mut self.random));
                 }
-                Running::Asynchronous(asynchronous) => asynchronous.go_on(now_ns),
+                Running::Asynchronous(_, asynchronous) => asynchronous.go_on(now_ns),
             }
         }
         let supervised = !self.hung.iter().any(|name| name == SUPERVISOR);

@@ -1,6 +1,6 @@
 //! Faults on the simulated clock: the fleet bears each kind, goes on by itself, and the same seed gives the same run.
 
-use rig::scenario::{Scenario, ScriptedFault, ScriptedKind};
+use rig::scenario::{Player, Scenario, ScriptedFault, ScriptedKind};
 use rig::stepped::Plans;
 use rig::stepped::faults::drawn;
 use rig::summary::Summary;
@@ -109,16 +109,14 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
 #[test]
 fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     let scenario = overtaking();
-    let ids: Vec<&str> = { scenario.robots.iter() }
-        .map(|player| player.id.as_str())
-        .collect();
+    let known: Vec<_> = scenario.robots.iter().map(Player::threads).collect();
     let mut seen = Vec::new();
     for seed in 0..200 {
         let faults = drawn(&scenario, seed);
         assert_eq!(faults, drawn(&scenario, seed));
         assert!(!faults.is_empty() && faults.len() <= 6);
         for fault in faults {
-            assert_eq!(fault.complaints(&ids), Vec::<String>::new(), "{fault}");
+            assert_eq!(fault.complaints(&known), Vec::<String>::new(), "{fault}");
             if !seen.contains(&fault.what) {
                 seen.push(fault.what);
             }

@@ -236,9 +236,9 @@ impl<'a> Reader<'a> {
                 self.complain(clutter.span(), what);
             }
         }
-        let ids: Vec<&str> = robots.iter().map(|player| player.id.as_str()).collect();
+        let robots_known: Vec<(&str, Vec<&str>)> = robots.iter().map(Player::threads).collect();
         for fault in &raw.faults {
-            for what in fault.get_ref().complaints(&ids) {
+            for what in fault.get_ref().complaints(&robots_known) {
                 self.complain(fault.span(), what);
             }
         }

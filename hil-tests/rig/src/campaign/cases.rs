@@ -1,0 +1,233 @@
+//! Faults one by one: each kind at a moment at which its robot drives, drawn from the seed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
+
+use onboard::cli::Failure;
+use sim::world::Random;
+
+use crate::run::{Run, look_on, record};
+use crate::scenario::{SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
+use crate::stepped::faults::{below, between, rounded};
+use crate::stepped::{Plans, Stepped};
+use crate::summary::Summary;
+
+/// Moments come from the seed, apart from everything else.
+const CASE_STREAM: u64 = 0x4341_5345;
+/// Faster than this a robot drives.
+const DRIVING_M_S: f64 = 0.15;
+/// They last between these times: a robot that must stop has time to.
+const LASTS_S: [f64; 2] = [0.3, 12.0];
+/// Delays are at least as long.
+const LEAST_BY_S: f64 = 0.02;
+
+/// A kind of fault, and the thread that it hits.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Case {
+    /// The kind.
+    pub what: ScriptedKind,
+    /// Of the robot's threads only this one.
+    pub thread: Option<String>,
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.thread {
+            Some(thread) => f.pad(&format!("{} {thread}", self.what.name())),
+            None => f.pad(&self.what.name()),
+        }
+    }
+}
+
+impl Case {
+    /// Every kind that the scenario can have; of threads that hang each one besides.
+    #[must_use]
+    pub fn all(scenario: &Scenario) -> Vec<Self> {
+        let managed = scenario.site.areas_managed && !scenario.withholds_areas;
+        let mut threads: Vec<&str> = { scenario.robots.iter() }
+            .flat_map(|player| &player.config.threads)
+            .map(|thread| thread.name.as_str())
+            .chain([SUPERVISOR])
+            .collect();
+        threads.sort_unstable();
+        threads.dedup();
+        let hung = threads.into_iter().map(|thread| Self {
+            what: ScriptedKind::Hang,
+            thread: Some(thread.to_owned()),
+        });
+        { ScriptedKind::all() }
+            .filter(|what| managed || !what.needs_mediator())
+            .map(|what| Self { what, thread: None })
+            .chain(hung)
+            .collect()
+    }
+
+    /// The fault of a seed, at one of the moments at which a robot drives, which is none for a scenario in which nobody does.
+    #[must_use]
+    pub fn draw(&self, scenario: &Scenario, seed: u64, moments: &Moments) -> Option<ScriptedFault> {
+        let mut random = Random::new(seed, CASE_STREAM ^ self.stream());
+        let robot = below(&mut random, scenario.robots.len());
+        let driving = moments.of(robot)?;
+        let at_s = driving[below(&mut random, driving.len())];
+        let [lasts, whole, share, by] = std::array::from_fn(|_| random.unit());
+        let keys = self.what.keys();
+        // As often all of them as a part.
+        let most = self.what.most_share();
+        let share = if whole < 0.5 { 1.0 } else { share };
+        Some(ScriptedFault {
+            at_s: rounded(at_s),
+            for_s: rounded(between(LASTS_S, lasts)),
+            what: self.what,
+            robot: { keys.robot }.map(|_| scenario.robots[robot].id.clone()),
+            share: keys.share.then(|| rounded(share * most * 10.0) / 10.0),
+            by_s: keys
+                .by_s
+                .then(|| rounded(between([LEAST_BY_S, self.what.most_by_s()], by))),
+            thread: self.thread.clone(),
+            pose: None,
+        })
+    }
+
+    /// Two cases of one seed: the second one begins while the first one lasts, for the same robot where it is a robot's.
+    #[must_use]
+    pub fn draw_pair(
+        [first, second]: [&Self; 2],
+        scenario: &Scenario,
+        seed: u64,
+        moments: &Moments,
+    ) -> Option<[ScriptedFault; 2]> {
+        let one = first.draw(scenario, seed, moments)?;
+        let mut other = second.draw(scenario, seed, moments)?;
+        let later = Random::new(seed, CASE_STREAM).unit();
+        other.at_s = rounded(one.at_s + later * one.for_s);
+        if one.robot.is_some() && other.robot.is_some() {
+            other.robot.clone_from(&one.robot);
+        }
+        Some([one, other])
+    }
+
+    /// Tells cases apart.
+    fn stream(&self) -> u64 {
+        // FNV-1a: the same for ever.
+        let text = self.to_string();
+        let step =
+            |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3);
+        text.bytes().fold(0xCBF2_9CE4_8422_2325, step)
+    }
+}
+
+/// What happens in a run without faults; until a fault begins, the run with it is the same.
+#[derive(Clone, Debug)]
+pub struct Moments {
+    /// When each robot drives.
+    driving_s: Vec<Vec<f64>>,
+    /// What each robot raises all the same, as while it starts, and how often.
+    raised: Vec<Vec<(String, u64)>>,
+}
+
+impl Moments {
+    /// Of a run that is made for it.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when it cannot be built.
+    pub fn find(scenario: &Scenario, plans: &Plans, seed: u64) -> Result<Self, Failure> {
+        let stepped = Stepped::new(scenario, plans, seed, true, false)?;
+        let mut run = Run::new(scenario.clone(), stepped, seed);
+        let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
+        run.stop();
+        let driving_s = run.tracks().iter().map(|track| {
+            { track.path.iter() }
+                .filter(|point| point.speed_m_s.abs() > DRIVING_M_S)
+                .map(|point| point.at_s)
+                .collect()
+        });
+        let driving_s = driving_s.collect();
+        let robots = record(&run, &ending).summary.robots.into_iter();
+        let raised = robots.map(|robot| robot.faults).collect();
+        Ok(Self { driving_s, raised })
+    }
+
+    /// Which faults of the robots' table were raised in a run of the same seed, and not without what went wrong in it.
+    #[must_use]
+    pub fn raised_besides<'a>(&self, run: &'a Summary) -> BTreeSet<&'a str> {
+        let before = |robot: usize, name: &str| {
+            let own = self.raised.get(robot).into_iter().flatten();
+            own.filter(|(own, _)| own == name)
+                .map(|(_, count)| *count)
+                .sum::<u64>()
+        };
+        { run.robots.iter().enumerate() }
+            .flat_map(|(robot, own)| {
+                own.faults
+                    .iter()
+                    .map(move |(name, count)| (robot, name, *count))
+            })
+            .filter(|(robot, name, count)| *count > before(*robot, name))
+            .map(|(_, name, _)| name.as_str())
+            .collect()
+    }
+
+    /// Those of a robot; none: it never drives.
+    fn of(&self, robot: usize) -> Option<&[f64]> {
+        let own = self.driving_s.get(robot).map(Vec::as_slice);
+        own.filter(|moments| !moments.is_empty())
+    }
+}
+
+/// The moments of seeds, each found once.
+#[derive(Debug, Default)]
+pub struct MomentsOfSeeds(Mutex<BTreeMap<u64, Moments>>);
+
+impl MomentsOfSeeds {
+    /// Those of a seed.
+    ///
+    /// # Errors
+    /// As [`Moments::find`].
+    pub fn of(&self, scenario: &Scenario, plans: &Plans, seed: u64) -> Result<Moments, Failure> {
+        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known().get(&seed).cloned() {
+            return Ok(found);
+        }
+        let found = Moments::find(scenario, plans, seed)?;
+        known().insert(seed, found.clone());
+        Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn every_case_is_drawn_while_its_robot_drives_and_fits_the_scenario() {
+        let scenario = testing::scenario("overtaking");
+        let moments = |driving_s| Moments {
+            driving_s,
+            raised: Vec::new(),
+        };
+        let nobody = moments(vec![vec![], vec![]]);
+        let moments = moments(vec![vec![10.0, 10.02], vec![20.0]]);
+        let known: Vec<_> = { scenario.robots.iter() }
+            .map(crate::scenario::Player::threads)
+            .collect();
+        let cases = Case::all(&scenario);
+        assert_eq!(cases.len(), ScriptedKind::all().count() + 6);
+        for case in &cases {
+            for seed in 0..20 {
+                let fault = case.draw(&scenario, seed, &moments).expect("they drive");
+                assert_eq!(fault.complaints(&known), Vec::<String>::new(), "{fault}");
+                let first = fault.robot.as_deref() == Some("amr-1");
+                let second = fault.robot.as_deref() == Some("amr-2");
+                assert!(fault.at_s < 10.03 && !second || fault.at_s == 20.0 && !first);
+                assert_eq!(Some(fault), case.draw(&scenario, seed, &moments));
+            }
+        }
+        let pair = Case::draw_pair([&cases[0], &cases[7]], &scenario, 3, &moments);
+        let [one, other] = pair.expect("they drive");
+        assert!((one.at_s..=one.until_s()).contains(&other.at_s));
+        assert_eq!(cases[0].draw(&scenario, 3, &nobody), None);
+    }
+}

@@ -1,0 +1,267 @@
+//! Each kind of fault many times while robots drive, and each pair of kinds once: `rig campaign faults`.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use onboard::cli::Failure;
+use onboard::symbols::faults::Fault;
+use serde::Serialize;
+
+use super::cases::{Case, Moments, MomentsOfSeeds};
+use super::stepped::{Faults, Setup, runs};
+use crate::machine::Machine;
+use crate::output::write_json;
+use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
+use crate::stepped::Plans;
+use crate::summary::Summary;
+
+/// Of the faults that a case raised this many are printed.
+const MOST_PRINTED: usize = 4;
+
+/// How often.
+#[derive(Clone, Copy, Debug)]
+pub struct Times {
+    /// Each kind.
+    pub runs: usize,
+    /// Each pair of kinds once, besides.
+    pub pairs: bool,
+}
+
+/// `faults.json`.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    scenario: &'a str,
+    machine: Machine,
+    rows: &'a [Row],
+    /// Faults of the robots' table that no run raised.
+    never_raised: Vec<&'static str>,
+}
+
+/// What came out of the runs of one case, or of all pairs.
+#[derive(Debug, Serialize)]
+struct Row {
+    case: String,
+    runs: usize,
+    /// Runs with a violation.
+    #[serde(rename = "unsafe")]
+    dangerous: usize,
+    /// Runs that did not come to their goals, where a fleet must.
+    hung: usize,
+    /// Faults of the robots' table, and in how many runs they were raised; most first.
+    raised: Vec<(String, usize)>,
+    elapsed_s: f64,
+    /// Runs that were unsafe or hung.
+    bad: Vec<BadRun>,
+}
+
+/// A run that was unsafe or hung.
+#[derive(Debug, Serialize)]
+struct BadRun {
+    reason: String,
+    /// Makes it again.
+    command: String,
+}
+
+/// Makes the runs of each case, and of pairs where they are wanted; leaves `faults.json`, and a folder for each case, with
+/// which an interrupted campaign goes on.
+///
+/// # Errors
+/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when one was unsafe or hung.
+pub fn faults(
+    scenario: &Scenario,
+    plans: &Plans,
+    setup: &Setup<'_>,
+    times: Times,
+    asked_to_end: &AtomicBool,
+) -> Result<(), Failure> {
+    let moments = MomentsOfSeeds::default();
+    let campaign = Campaign {
+        moments: &moments,
+        scenario,
+        plans,
+        setup,
+        asked_to_end,
+    };
+    let cases = Case::all(scenario);
+    onboard::say!(
+        "{:<24} {:>5} {:>7} {:>5}   raised, in how many runs",
+        "fault",
+        "runs",
+        "unsafe",
+        "hung"
+    );
+    let mut rows = Vec::new();
+    for case in &cases {
+        let draw = |seed: u64| {
+            let drawn = case.draw(scenario, seed, &campaign.moments(seed)?);
+            Ok(drawn.into_iter().collect())
+        };
+        rows.push(campaign.row(&case.to_string(), times.runs, &draw)?);
+        if campaign.is_interrupted() {
+            break;
+        }
+    }
+    let pairs: Vec<[&Case; 2]> = { cases.iter().enumerate() }
+        .flat_map(|(number, one)| cases[number + 1..].iter().map(move |other| [one, other]))
+        .collect();
+    if times.pairs && !campaign.is_interrupted() {
+        let draw = |seed: u64| {
+            let pair = pairs[(seed - setup.seeds.start) as usize];
+            let drawn = Case::draw_pair(pair, scenario, seed, &campaign.moments(seed)?);
+            Ok(drawn.into_iter().flatten().collect())
+        };
+        rows.push(campaign.row("pairs", pairs.len(), &draw)?);
+    }
+    campaign.report(&rows)?;
+    if campaign.is_interrupted() {
+        let why = "interrupted: the same command goes on from there";
+        return Err(Failure::failed(why));
+    }
+    let count = |of: fn(&Row) -> usize| rows.iter().map(of).sum::<usize>();
+    match (count(|row| row.dangerous), count(|row| row.hung)) {
+        (0, 0) => Ok(()),
+        (dangerous, hung) => Err(Failure::failed(format_args!(
+            "{dangerous} runs were unsafe, {hung} did not come to their goals"
+        ))),
+    }
+}
+
+struct Campaign<'a> {
+    moments: &'a MomentsOfSeeds,
+    scenario: &'a Scenario,
+    plans: &'a Plans,
+    setup: &'a Setup<'a>,
+    asked_to_end: &'a AtomicBool,
+}
+
+impl Campaign<'_> {
+    /// What happens in the run of a seed without faults.
+    fn moments(&self, seed: u64) -> Result<Moments, Failure> {
+        self.moments.of(self.scenario, self.plans, seed)
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.asked_to_end.load(Ordering::Relaxed)
+    }
+
+    /// Makes the runs of a case, each with the faults that are drawn from its seed.
+    fn row(
+        &self,
+        case: &str,
+        count: usize,
+        draw: &(dyn Fn(u64) -> Result<Vec<ScriptedFault>, Failure> + Sync),
+    ) -> Result<Row, Failure> {
+        let out = self.setup.out.join(case.replace(' ', "-"));
+        let first = self.setup.seeds.start;
+        let faults = |seed: u64| {
+            let faults = draw(seed)?;
+            if faults.is_empty() {
+                let why = format!("seed {seed}: no robot drives, so that no fault can meet one");
+                return Err(Failure::refused(why));
+            }
+            Ok(faults)
+        };
+        let setup = Setup {
+            seeds: first..first + count as u64,
+            faults: Faults::Of(case, &faults),
+            out: &out,
+            ..self.setup.clone()
+        };
+        let (summaries, elapsed_s) = runs(self.scenario, self.plans, &setup, self.asked_to_end)?;
+        let mut row = Row {
+            case: case.to_owned(),
+            runs: summaries.len(),
+            dangerous: 0,
+            hung: 0,
+            raised: self.raised(&summaries)?,
+            elapsed_s,
+            bad: Vec::new(),
+        };
+        for run in &summaries {
+            let is_unsafe = !run.violations.is_empty();
+            let of_seed = if is_unsafe || !run.is_done() {
+                faults(run.seed)?
+            } else {
+                continue;
+            };
+            let lasting = |fault: &ScriptedFault| ScriptedKind::LASTING.contains(&fault.what);
+            let hangs = !run.is_done() && !of_seed.iter().any(lasting);
+            row.dangerous += usize::from(is_unsafe);
+            row.hung += usize::from(hangs && !is_unsafe);
+            if is_unsafe || hangs {
+                row.bad.push(BadRun {
+                    reason: run.reason(),
+                    command: self.command(run.seed, &of_seed),
+                });
+            }
+        }
+        row.print();
+        Ok(row)
+    }
+
+    /// Makes a run again.
+    fn command(&self, seed: u64, faults: &[ScriptedFault]) -> String {
+        let mut words = vec![format!("rig scenario {}", self.scenario.name)];
+        words.extend(self.setup.arguments.iter().cloned());
+        words.push(format!("--stepped --seed {seed}"));
+        words.extend(faults.iter().map(|fault| format!("--fault '{fault}'")));
+        words.join(" ")
+    }
+
+    /// Faults that robots raised for what went wrong, and in how many runs, most first.
+    fn raised(&self, runs: &[Summary]) -> Result<Vec<(String, usize)>, Failure> {
+        let mut counts = BTreeMap::<&str, usize>::new();
+        for run in runs {
+            for name in self.moments(run.seed)?.raised_besides(run) {
+                *counts.entry(name).or_default() += 1;
+            }
+        }
+        let mut counts: Vec<(String, usize)> = { counts.into_iter() }
+            .map(|(name, count)| (name.to_owned(), count))
+            .collect();
+        counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        Ok(counts)
+    }
+
+    fn report(&self, rows: &[Row]) -> Result<(), Failure> {
+        let was = |fault: &Fault| {
+            let mut raised = rows.iter().flat_map(|row| &row.raised);
+            raised.any(|(name, _)| name == fault.name())
+        };
+        let never = Fault::ALL.into_iter().filter(|fault| !was(fault));
+        let report = Report {
+            scenario: &self.scenario.name,
+            machine: Machine::here(),
+            rows,
+            never_raised: never.map(Fault::name).collect(),
+        };
+        let runs: usize = rows.iter().map(|row| row.runs).sum();
+        let elapsed_s: f64 = rows.iter().map(|row| row.elapsed_s).sum();
+        onboard::say!(
+            "{runs} runs in {elapsed_s:.0} s; never raised: {}",
+            report.never_raised.join(", ")
+        );
+        let file = write_json(self.setup.out, "faults.json", &report)?;
+        onboard::say!("wrote {}", file.display());
+        Ok(())
+    }
+}
+
+impl Row {
+    fn print(&self) {
+        let raised: Vec<String> = { self.raised.iter().take(MOST_PRINTED) }
+            .map(|(fault, runs)| format!("{fault} {runs}"))
+            .collect();
+        onboard::say!(
+            "{:<24} {:>5} {:>7} {:>5}   {}",
+            self.case,
+            self.runs,
+            self.dangerous,
+            self.hung,
+            raised.join(", ")
+        );
+        for bad in &self.bad {
+            onboard::say!("    {}\n        {}", bad.reason, bad.command);
+        }
+    }
+}

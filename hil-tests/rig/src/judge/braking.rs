@@ -1,0 +1,187 @@
+//! Whether robots brake as they must after a fault.
+//!
+//! From when a robot's commands are invalid, at speed v0, it must be slower than v0 − a·(t − 50 ms), with a tenth of tolerance,
+//! until the fault is over; a is what its file promises: the deceleration of stops, or that without power where nothing can
+//! brake. Faults at the same time get into each other's way: then the latest of their stops counts, and the weakest brake.
+
+use crate::scenario::{Player, ScriptedFault, Stopping};
+
+/// From when commands are invalid until the robot brakes.
+const REACTION_S: f64 = 0.05;
+/// Share of tolerance.
+const TOLERANCE: f64 = 0.1;
+/// Slower than this it stands.
+const STANDING_M_S: f64 = 0.02;
+
+/// Watches how one robot brakes.
+#[derive(Clone, Debug)]
+pub(super) struct Braking {
+    stops: Vec<Stop>,
+    /// At the last look.
+    speed_m_s: f64,
+}
+
+/// A time in which the robot must brake and then stand.
+#[derive(Clone, Debug)]
+struct Stop {
+    fault: String,
+    from_s: f64,
+    until_s: f64,
+    deceleration_m_s2: f64,
+    /// How fast it was at its begin.
+    speed_m_s: Option<f64>,
+}
+
+impl Stop {
+    fn limit_m_s(&self, at_s: f64, from_m_s: f64) -> f64 {
+        let braked_s = (at_s - self.from_s - REACTION_S).max(0.0);
+        let deceleration_m_s2 = self.deceleration_m_s2 * (1.0 - TOLERANCE);
+        let limit_m_s = from_m_s * (1.0 + TOLERANCE) - deceleration_m_s2 * braked_s;
+        limit_m_s.max(STANDING_M_S)
+    }
+}
+
+impl Braking {
+    /// Of a robot, with the faults of its scenario.
+    pub(super) fn new(faults: &[ScriptedFault], player: &Player) -> Self {
+        let own: Vec<(&ScriptedFault, Stopping)> = { faults.iter() }
+            .filter(|fault| fault.robot.as_ref() == Some(&player.id))
+            .map(|fault| (fault, fault.stopping(&player.config)))
+            .collect();
+        let stop = |(fault, stopping): &(&ScriptedFault, Stopping)| {
+            let mut from_s = fault.at_s + stopping.after_s?;
+            let mut deceleration_m_s2 = stopping.deceleration_m_s2;
+            for (other, theirs) in &own {
+                let meets = other.at_s <= fault.until_s() && theirs.until_s >= fault.at_s;
+                if std::ptr::eq(*other, *fault) || !meets {
+                    continue;
+                }
+                deceleration_m_s2 = deceleration_m_s2.min(theirs.deceleration_m_s2);
+                if other.at_s <= from_s {
+                    if theirs.disables {
+                        from_s = from_s.max(theirs.until_s + stopping.after_s?);
+                    }
+                    from_s += theirs.delays_s;
+                }
+            }
+            (from_s < fault.until_s()).then(|| Stop {
+                fault: fault.what.name(),
+                from_s,
+                until_s: fault.until_s(),
+                deceleration_m_s2,
+                speed_m_s: None,
+            })
+        };
+        Self {
+            stops: own.iter().filter_map(stop).collect(),
+            speed_m_s: 0.0,
+        }
+    }
+
+    /// Takes in how fast the robot truly is. Returns what is wrong.
+    pub(super) fn look(&mut self, at_s: f64, speed_m_s: f64) -> Option<String> {
+        let before_m_s = std::mem::replace(&mut self.speed_m_s, speed_m_s);
+        let lasting = { self.stops.iter_mut() }
+            .filter(|stop| (stop.from_s..stop.until_s).contains(&at_s))
+            .map(|stop| {
+                let from_m_s = *stop.speed_m_s.get_or_insert(before_m_s.max(speed_m_s));
+                (stop.limit_m_s(at_s, from_m_s), &*stop)
+            });
+        let (limit_m_s, stop) = lasting.max_by(|one, other| one.0.total_cmp(&other.0))?;
+        (speed_m_s > limit_m_s).then(|| {
+            format!(
+                "{speed_m_s:.3} m/s, expected at most {limit_m_s:.3}: {:.3} s after it must brake for `{}`",
+                at_s - stop.from_s,
+                stop.fault
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    /// Limits of amr-1: it brakes with 2 m/s², and without power with 1.5.
+    fn braking(faults: &[&str]) -> Braking {
+        let faults: Vec<ScriptedFault> = { faults.iter() }
+            .map(|fault| toml::from_str(&fault.replace(", ", "\n")).expect("a fault"))
+            .collect();
+        Braking::new(&faults, &testing::scenario("lap").robots[0])
+    }
+
+    fn windows(braking: &Braking) -> Vec<(f64, f64, f64)> {
+        let ms = |time_s: f64| (time_s * 1e3).round() / 1e3;
+        { braking.stops.iter() }
+            .map(|own| (ms(own.from_s), ms(own.until_s), own.deceleration_m_s2))
+            .collect()
+    }
+
+    const UNPLUG: &str = "at_s = 10.0, for_s = 5.0, what = \"unplug\", robot = \"amr-1\"";
+
+    #[test]
+    fn a_robot_brakes_from_when_its_commands_are_invalid_until_the_fault_is_over() {
+        let mut own = braking(&[UNPLUG]);
+        assert_eq!(windows(&own), [(10.3, 15.0, 2.0)]);
+        // At first it may go on; then its speed falls by 1.8 m/s each second.
+        for (at_s, least_bad_m_s) in [
+            (10.0, None),
+            (10.29, None),
+            (10.31, Some(0.441)),
+            (10.45, Some(0.261)),
+            (10.55, Some(0.081)),
+            (10.65, Some(0.021)),
+            (14.99, Some(0.021)),
+            (15.0, None),
+        ] {
+            let good_m_s = least_bad_m_s.map_or(0.4, |bad_m_s: f64| (bad_m_s - 0.002).min(0.4));
+            assert_eq!(own.clone().look(at_s, good_m_s), None, "at {at_s} s");
+            if let Some(bad_m_s) = least_bad_m_s {
+                own.speed_m_s = 0.4;
+                let mut bad = own.clone();
+                // As fast as before at the begin of the stop.
+                bad.look(10.305, 0.4);
+                assert!(bad.look(at_s, bad_m_s).is_some(), "at {at_s} s");
+            }
+        }
+    }
+
+    #[test]
+    fn faults_get_into_each_others_way() {
+        let hang = "at_s = 10.2, for_s = 0.5, what = \"hang\", robot = \"amr-1\"";
+        let late = "at_s = 9.0, for_s = 3.0, what = \"late-threads\", robot = \"amr-1\", share = 0.5, by_s = 0.02";
+        let motors = "at_s = 12.0, for_s = 1.0, what = \"cut-motors\", robot = \"amr-1\"";
+        let reversed = "at_s = 9.0, for_s = 9.0, what = \"reverse-motor\", robot = \"amr-1\"";
+        let all = [
+            // Who hangs looks for scans afterwards.
+            ([UNPLUG, hang], vec![(11.0, 15.0, 1.5), (10.3, 10.7, 1.5)]),
+            ([UNPLUG, late], vec![(10.36, 15.0, 1.5)]),
+            // It stands by then, and goes on to.
+            ([UNPLUG, motors], vec![(10.3, 15.0, 1.5), (12.0, 13.0, 1.5)]),
+            ([UNPLUG, reversed], vec![(10.3, 15.0, 0.0)]),
+        ];
+        for (faults, expected) in all {
+            assert_eq!(windows(&braking(&faults)), expected, "{faults:?}");
+        }
+        let other = UNPLUG.replace("amr-1", "amr-2");
+        assert_eq!(windows(&braking(&[&other])), []);
+    }
+
+    #[test]
+    fn each_thread_has_the_time_of_whoever_notices() {
+        for (thread, expected) in [
+            ("fieldbus", vec![(10.1, 15.0, 1.5)]),
+            ("motion", vec![(10.05, 15.0, 2.0)]),
+            ("navigation", vec![(10.15, 15.0, 2.0)]),
+            ("lidar", vec![(10.3, 15.0, 2.0)]),
+            ("supervisor", vec![(11.05, 15.0, 2.0)]),
+            ("communication", vec![]),
+        ] {
+            let fault = format!(
+                "at_s = 10.0, for_s = 5.0, what = \"hang\", robot = \"amr-1\", thread = \"{thread}\""
+            );
+            assert_eq!(windows(&braking(&[&fault])), expected, "{thread}");
+        }
+    }
+}

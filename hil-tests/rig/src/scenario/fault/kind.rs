@@ -1,0 +1,250 @@
+//! What can go wrong.
+
+use serde::{Deserialize, Serialize};
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScriptedKind {
+    /// Messages from and to a robot, or all, get lost with a probability.
+    Lose,
+    /// They arrive twice with a probability.
+    Repeat,
+    /// They take longer, by up to `by_s`, so that later ones overtake them.
+    Delay,
+    /// No message from or to the robot arrives.
+    Partition,
+    /// The robot's process is killed, and started again at the end.
+    KillRobot,
+    /// A second robot with the same identity, plan and configuration is switched on at a pose, or where it is in nobody's way;
+    /// at the end it is switched off and carried away.
+    CloneRobot,
+    /// The mediator is killed, and started again with its journal at the end.
+    KillMediator,
+    /// The mediator's journal is copied; at the end the mediator is killed, and started again with that copy.
+    RestoreJournal,
+    /// The mediator is killed, and started again at the end without its journal.
+    LoseJournal,
+    /// Another mediator of the same site runs, with a journal of its own.
+    SecondMediator,
+    /// The disk below the mediator's journal takes `by_s` for each write.
+    SlowDisk,
+    /// All threads of the robot stand still, or only `thread`, or its supervisor.
+    Hang,
+    /// Each wake-up of the robot's threads is late with a probability, by up to `by_s`.
+    LateThreads,
+    /// The robot's clock runs faster than the others', by this share.
+    Drift,
+    /// Frames on the robot's bus get lost with a probability.
+    LoseFrames,
+    /// The robot's drive falls out of OP, once.
+    LeaveOp,
+    /// The robot's drive loses its power, and has it again at the end.
+    CutPower,
+    /// An emergency stop cuts the power of the robot's motors, and is released at the end.
+    CutMotors,
+    /// The robot's battery is nearly empty.
+    LowVoltage,
+    /// The robot's left motor is too hot, says the drive, and takes its power.
+    HotMotor,
+    /// The firmware of the robot's drive hangs: it answers with what its sensors said last.
+    FreezeSensors,
+    /// The encoder of the robot's left wheel stands still.
+    StickEncoder,
+    /// The robot's wheels turn further than it moves: the left one by this share, the right one by half of it.
+    Slip,
+    /// The robot's drive unit does not turn under its platform.
+    JamPivot,
+    /// The robot's left motor turns the wrong way.
+    ReverseMotor,
+    /// The robot's motors brake less hard than its file says, by this share.
+    WeakBrakes,
+    /// Scans of the robot's lidar arrive broken with a probability.
+    BreakScans,
+    /// What the robot's lidar sends arrives late, by `by_s`.
+    DelayScans,
+    /// What the robot's lidar sends arrives later and later, by this share of the time that passes.
+    AgeScans,
+    /// Somebody covers the window of the robot's lidar, so that no beam has an echo, and uncovers it at the end.
+    CoverLidar,
+    /// The robot's lidar is unplugged, and plugged in again at the end.
+    Unplug,
+    /// Somebody steps into the robot's way, and leaves it at the end.
+    Person,
+    /// A box is put into the robot's way, and taken away at the end.
+    Box,
+    /// An operator pauses the robot, and lets it go on at the end.
+    Pause,
+    /// An operator stops the robot, and resets it at the end.
+    Stop,
+}
+
+/// Which keys a kind has beside when and how long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keys {
+    /// `robot`: needed, or possible.
+    pub robot: Option<bool>,
+    /// `share`.
+    pub share: bool,
+    /// `by_s`.
+    pub by_s: bool,
+    /// `thread`, possible.
+    pub thread: bool,
+    /// `pose`, possible.
+    pub pose: bool,
+}
+
+/// As a `thread` that hangs: the robot's supervisor.
+pub const SUPERVISOR: &str = "supervisor";
+
+impl ScriptedKind {
+    /// Those that are drawn at random: a fleet is expected to come through any of them.
+    pub const DRAWN: [Self; 24] = [
+        Self::Lose,
+        Self::Repeat,
+        Self::Delay,
+        Self::Partition,
+        Self::KillRobot,
+        Self::KillMediator,
+        Self::SlowDisk,
+        Self::Hang,
+        Self::LateThreads,
+        Self::Drift,
+        Self::LoseFrames,
+        Self::LeaveOp,
+        Self::CutPower,
+        Self::CutMotors,
+        Self::Slip,
+        Self::BreakScans,
+        Self::DelayScans,
+        Self::AgeScans,
+        Self::CoverLidar,
+        Self::Unplug,
+        Self::Person,
+        Self::Box,
+        Self::Pause,
+        Self::Stop,
+    ];
+
+    /// Those that a fleet comes through besides: on each of them the robot stops and needs its operator.
+    pub const BORNE: [Self; 7] = [
+        Self::LowVoltage,
+        Self::HotMotor,
+        Self::FreezeSensors,
+        Self::StickEncoder,
+        Self::JamPivot,
+        Self::ReverseMotor,
+        Self::WeakBrakes,
+    ];
+
+    /// Those after which robots are safe, but may need more than resets to go on.
+    pub const LASTING: [Self; 4] = [
+        Self::CloneRobot,
+        Self::RestoreJournal,
+        Self::LoseJournal,
+        Self::SecondMediator,
+    ];
+
+    /// Every kind.
+    pub fn all() -> impl Iterator<Item = Self> {
+        { Self::DRAWN.into_iter() }
+            .chain(Self::BORNE)
+            .chain(Self::LASTING)
+    }
+
+    /// Its name in a file.
+    #[must_use]
+    pub fn name(self) -> String {
+        // Every kind is a word.
+        let quoted = serde_json::to_string(&self).unwrap_or_default();
+        quoted.trim_matches('"').to_owned()
+    }
+
+    /// Which keys it has.
+    #[must_use]
+    pub fn keys(self) -> Keys {
+        let keys = |robot, share, by_s| Keys {
+            robot,
+            share,
+            by_s,
+            thread: matches!(self, Self::Hang | Self::LateThreads),
+            pose: self == Self::CloneRobot,
+        };
+        match self {
+            Self::Lose | Self::Repeat => keys(Some(false), true, false),
+            Self::Delay => keys(Some(false), false, true),
+            Self::Partition
+            | Self::KillRobot
+            | Self::CloneRobot
+            | Self::Hang
+            | Self::LeaveOp
+            | Self::CutPower
+            | Self::CutMotors
+            | Self::LowVoltage
+            | Self::HotMotor
+            | Self::FreezeSensors
+            | Self::StickEncoder
+            | Self::JamPivot
+            | Self::ReverseMotor
+            | Self::CoverLidar
+            | Self::Unplug
+            | Self::Person
+            | Self::Box
+            | Self::Pause
+            | Self::Stop => keys(Some(true), false, false),
+            Self::LoseFrames
+            | Self::BreakScans
+            | Self::AgeScans
+            | Self::Slip
+            | Self::WeakBrakes
+            | Self::Drift => keys(Some(true), true, false),
+            Self::LateThreads => keys(Some(true), true, true),
+            Self::DelayScans => keys(Some(true), false, true),
+            Self::KillMediator
+            | Self::RestoreJournal
+            | Self::LoseJournal
+            | Self::SecondMediator => keys(None, false, false),
+            Self::SlowDisk => keys(None, false, true),
+        }
+    }
+
+    /// Whether it concerns a mediator or what is said with it.
+    #[must_use]
+    pub fn needs_mediator(self) -> bool {
+        matches!(
+            self,
+            Self::Lose
+                | Self::Repeat
+                | Self::Delay
+                | Self::Partition
+                | Self::KillMediator
+                | Self::RestoreJournal
+                | Self::LoseJournal
+                | Self::SecondMediator
+                | Self::SlowDisk
+        )
+    }
+
+    /// The largest share that is drawn at random.
+    #[must_use]
+    pub fn most_share(self) -> f64 {
+        match self {
+            // Clocks of computers are off by less.
+            Self::Drift => 0.0005,
+            Self::Slip => 0.3,
+            Self::WeakBrakes => 0.6,
+            // By the end of the longest one scans are as late as they may be.
+            Self::AgeScans => 0.02,
+            _ => 1.0,
+        }
+    }
+
+    /// The longest `by_s` that is drawn at random.
+    #[must_use]
+    pub fn most_by_s(self) -> f64 {
+        match self {
+            Self::LateThreads | Self::DelayScans => 0.1,
+            _ => 1.0,
+        }
+    }
+}

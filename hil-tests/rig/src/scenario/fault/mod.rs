@@ -1,0 +1,142 @@
+//! What goes wrong in a run on the simulated clock: what, when, for how long and for whom.
+
+mod kind;
+mod stopping;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+pub use kind::{SUPERVISOR, ScriptedKind};
+pub use stopping::Stopping;
+
+/// Something that goes wrong. Times are seconds since the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScriptedFault {
+    /// When it begins.
+    pub at_s: f64,
+    /// How long it lasts.
+    pub for_s: f64,
+    /// What it is.
+    pub what: ScriptedKind,
+    /// For this robot; left out where it concerns all, or the mediator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
+    /// How often, or how much, from 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// By how much, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_s: Option<f64>,
+    /// Of the robot's threads only this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thread: Option<String>,
+    /// Where in `map`: x and y in metres, heading in degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose: Option<[f64; 3]>,
+}
+
+impl ScriptedFault {
+    /// When it is over.
+    #[must_use]
+    pub fn until_s(&self) -> f64 {
+        self.at_s + self.for_s
+    }
+
+    /// What is wrong with it, for a scenario with these robots, and the names of their threads.
+    #[must_use]
+    pub fn complaints(&self, robots: &[(&str, Vec<&str>)]) -> Vec<String> {
+        const LONGEST_S: f64 = 3600.0;
+        let mut complaints = Vec::new();
+        let keys = self.what.keys();
+        for (key, value, most) in [
+            ("at_s", Some(self.at_s), LONGEST_S),
+            ("for_s", Some(self.for_s), LONGEST_S),
+            ("share", self.share, 1.0),
+            ("by_s", self.by_s, 60.0),
+        ] {
+            if let Some(value) = value.filter(|value| !(0.0..=most).contains(value)) {
+                complaints.push(format!("found {key} = {value}, expected 0 to {most}"));
+            }
+        }
+        let mut key = |name: &str, is: bool, may: bool, must: bool| {
+            if is && !may {
+                complaints.push(format!("found `{name}`, expected none for this fault"));
+            } else if must && !is {
+                complaints.push(format!("found no `{name}`, expected one for this fault"));
+            }
+        };
+        key(
+            "robot",
+            self.robot.is_some(),
+            keys.robot.is_some(),
+            keys.robot == Some(true),
+        );
+        key("share", self.share.is_some(), keys.share, keys.share);
+        key("by_s", self.by_s.is_some(), keys.by_s, keys.by_s);
+        key("thread", self.thread.is_some(), keys.thread, false);
+        key("pose", self.pose.is_some(), keys.pose, false);
+        const FARTHEST: f64 = 1000.0;
+        let near = |value: &f64| value.abs() <= FARTHEST;
+        if let Some(pose) = self.pose.filter(|pose| !pose.iter().all(near)) {
+            complaints.push(format!(
+                "found pose = {pose:?}, expected metres, metres and degrees, each from -{FARTHEST} to {FARTHEST}"
+            ));
+        }
+        if let Some(robot) = &self.robot {
+            let own = robots.iter().find(|(id, _)| id == robot);
+            let ids = || robots.iter().map(|(id, _)| *id);
+            complaints.extend(unknown("robot", robot, own.is_some(), ids()));
+            if let (Some(thread), Some((_, threads))) = (&self.thread, own) {
+                let supervisor = (self.what == ScriptedKind::Hang).then_some(SUPERVISOR);
+                let mut known = threads.iter().copied().chain(supervisor);
+                let is = known.clone().any(|name| name == thread);
+                complaints.extend(unknown("thread", thread, is, &mut known));
+            }
+        }
+        complaints
+    }
+}
+
+/// What is wrong with a name that should be one of those known.
+fn unknown<'a>(
+    key: &str,
+    found: &str,
+    is_known: bool,
+    known: impl Iterator<Item = &'a str>,
+) -> Option<String> {
+    (!is_known).then(|| {
+        let known = known.collect::<Vec<_>>().join("`, `");
+        format!("found {key} `{found}`, expected one of `{known}`")
+    })
+}
+
+impl fmt::Display for ScriptedFault {
+    /// As it stands in a scenario file.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            at_s, for_s, what, ..
+        } = self;
+        let what = what.name();
+        write!(f, "{{ at_s = {at_s:?}, for_s = {for_s:?}, what = {what:?}")?;
+        if let Some(robot) = &self.robot {
+            write!(f, ", robot = {robot:?}")?;
+        }
+        if let Some(share) = self.share {
+            write!(f, ", share = {share:?}")?;
+        }
+        if let Some(by_s) = self.by_s {
+            write!(f, ", by_s = {by_s:?}")?;
+        }
+        if let Some(thread) = &self.thread {
+            write!(f, ", thread = {thread:?}")?;
+        }
+        if let Some(pose) = self.pose {
+            write!(f, ", pose = {pose:?}")?;
+        }
+        f.write_str(" }")
+    }
+}

@@ -1,0 +1,172 @@
+//! What faults mean for how a robot stops, by the robot's own files.
+
+use config::RobotConfig;
+use description::threads::{ActivityKind, ThreadConfig, Trigger};
+
+use super::{SUPERVISOR, ScriptedFault, ScriptedKind};
+
+/// A supervisor that is silent for this long stops the robot.
+const SUPERVISOR_SILENT_S: f64 = 1.0;
+/// Requests of operators wait for up to this.
+const SERVED_WITHIN_S: f64 = 0.1;
+/// What the drive says of itself is believed after this time,
+const BELIEVED_S: f64 = 0.05;
+/// and that its sensors stand still after this.
+const STALLED_S: f64 = 0.2;
+/// At least this share of frames or scans is all of them.
+const ALL: f64 = 1.0;
+/// A command goes through so many threads that may each be late.
+const THREADS: f64 = 3.0;
+
+/// What a fault means for how its robot stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stopping {
+    /// So long after it began the robot's commands are invalid, and it must brake; none: it need not stop.
+    pub after_s: Option<f64>,
+    /// A stop for something else begins later by up to this.
+    pub delays_s: f64,
+    /// The hardest that the robot can brake meanwhile, m/s².
+    pub deceleration_m_s2: f64,
+    /// Whoever would stop the robot for something else is not there, and notices it afterwards.
+    pub disables: bool,
+    /// When what it does to the robot is over.
+    pub until_s: f64,
+}
+
+impl ScriptedFault {
+    /// What it means for this robot.
+    #[must_use]
+    pub fn stopping(&self, robot: &RobotConfig) -> Stopping {
+        let seconds = |ms: u32| f64::from(ms) / 1e3;
+        let limits = &robot.drive.limits;
+        let goes_on = Stopping {
+            after_s: None,
+            delays_s: 0.0,
+            deceleration_m_s2: limits.stop_deceleration_m_s2,
+            disables: false,
+            until_s: self.until_s(),
+        };
+        let brakes = |after_s| Stopping {
+            after_s: Some(after_s),
+            ..goes_on
+        };
+        let unpowered_m_s2 = robot.drive.unpowered_deceleration_m_s2;
+        let coasting = Stopping {
+            deceleration_m_s2: unpowered_m_s2.min(limits.stop_deceleration_m_s2),
+            ..goes_on
+        };
+        let coasts = |after_s| Stopping {
+            after_s: Some(after_s),
+            ..coasting
+        };
+        let by_tubes = |after_s| brakes(after_s + tubes_period_s(robot));
+        let watchdog_s = seconds(robot.ethercat.watchdog_ms);
+        let unseen_s = seconds(robot.lidar.scan_timeout_ms);
+        let share = self.share.unwrap_or(0.0);
+        let by_s = self.by_s.unwrap_or(0.0);
+        let alone = Stopping {
+            disables: true,
+            ..coasts(watchdog_s)
+        };
+        match self.what {
+            ScriptedKind::KillRobot => alone,
+            ScriptedKind::Hang => match self.hung(robot) {
+                Hung::All | Hung::Activity(ActivityKind::Drive) => alone,
+                Hung::Activity(ActivityKind::Control) => Stopping {
+                    disables: true,
+                    ..brakes(seconds(robot.drive.setpoint_timeout_ms))
+                },
+                Hung::Activity(ActivityKind::MotionTube) => Stopping {
+                    disables: true,
+                    ..brakes(seconds(robot.control.command_timeout_ms))
+                },
+                Hung::Activity(ActivityKind::Lidar) => by_tubes(unseen_s),
+                Hung::Activity(_) => goes_on,
+                Hung::Supervisor => Stopping {
+                    disables: true,
+                    ..by_tubes(SUPERVISOR_SILENT_S)
+                },
+            },
+            ScriptedKind::LateThreads => {
+                let threads = if self.thread.is_some() { 1.0 } else { THREADS };
+                Stopping {
+                    delays_s: threads * by_s,
+                    ..coasting
+                }
+            }
+            ScriptedKind::CutPower | ScriptedKind::CutMotors => coasts(0.0),
+            ScriptedKind::HotMotor => coasts(BELIEVED_S),
+            ScriptedKind::LowVoltage => brakes(BELIEVED_S),
+            ScriptedKind::FreezeSensors => brakes(STALLED_S),
+            ScriptedKind::LoseFrames if share >= ALL => alone,
+            ScriptedKind::LoseFrames => Stopping {
+                delays_s: watchdog_s,
+                ..coasting
+            },
+            // Its wheels coast until the bus is up again.
+            ScriptedKind::LeaveOp => Stopping {
+                until_s: self.at_s + robot.ethercat.bring_up_s,
+                ..coasting
+            },
+            ScriptedKind::BreakScans if share >= ALL => by_tubes(unseen_s),
+            ScriptedKind::DelayScans if by_s > unseen_s => by_tubes(unseen_s),
+            ScriptedKind::CoverLidar | ScriptedKind::Unplug => by_tubes(unseen_s),
+            ScriptedKind::Stop => by_tubes(SERVED_WITHIN_S),
+            ScriptedKind::Pause => Stopping {
+                deceleration_m_s2: limits.deceleration_m_s2,
+                ..by_tubes(SERVED_WITHIN_S)
+            },
+            ScriptedKind::Slip | ScriptedKind::WeakBrakes => Stopping {
+                deceleration_m_s2: limits.stop_deceleration_m_s2 * (1.0 - share),
+                ..goes_on
+            },
+            // It pulls where it should brake.
+            ScriptedKind::ReverseMotor => Stopping {
+                deceleration_m_s2: 0.0,
+                ..goes_on
+            },
+            _ => goes_on,
+        }
+    }
+
+    /// What hangs of this robot.
+    fn hung(&self, robot: &RobotConfig) -> Hung {
+        let Some(name) = &self.thread else {
+            return Hung::All;
+        };
+        if name == SUPERVISOR {
+            return Hung::Supervisor;
+        }
+        let threads = robot.threads.iter().filter(|thread| thread.name == *name);
+        let activities = threads.flat_map(|thread| &thread.activities);
+        // What is nearest to the wheels counts.
+        let chain = [
+            ActivityKind::Drive,
+            ActivityKind::Control,
+            ActivityKind::MotionTube,
+            ActivityKind::Lidar,
+        ];
+        let activities: Vec<ActivityKind> = activities.copied().collect();
+        let first = { chain.into_iter() }.find(|kind| activities.contains(kind));
+        Hung::Activity(first.unwrap_or(ActivityKind::Communication))
+    }
+}
+
+/// How long it may take until the motion tubes look again.
+fn tubes_period_s(robot: &RobotConfig) -> f64 {
+    let has_tubes = |thread: &&ThreadConfig| thread.activities.contains(&ActivityKind::MotionTube);
+    let thread = robot.threads.iter().find(has_tubes);
+    thread.map_or(0.0, |thread| match thread.trigger {
+        Trigger::Period { period } => period.as_secs_f64(),
+        Trigger::Scan { at_least } => at_least.as_secs_f64(),
+        Trigger::Lidar | Trigger::Async => 0.0,
+    })
+}
+
+/// What hangs.
+enum Hung {
+    All,
+    /// A thread with this activity.
+    Activity(ActivityKind),
+    Supervisor,
+}
