@@ -247,7 +247,12 @@ impl Pose2 {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "pod",
-    derive(bytemuck::Pod, bytemuck::Zeroable, serde::Serialize)
+    derive(
+        bytemuck::Pod,
+        bytemuck::Zeroable,
+        serde::Serialize,
+        serde::Deserialize
+    )
 )]
 #[repr(C)]
 pub struct Twist2 {

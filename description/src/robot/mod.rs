@@ -5,6 +5,7 @@ mod fieldbus;
 mod fleet;
 mod lidar;
 mod navigation;
+mod teleop;
 mod tubes;
 mod watchdog;
 
@@ -15,6 +16,7 @@ pub use lidar::{
     BIT_RATES, BitRate, Lidar, URG_04LX_HZ, URG_04LX_STEPS, check_mount, scan_bit_s, scan_bytes,
 };
 pub use navigation::Navigation;
+pub use teleop::Teleop;
 pub use tubes::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, Tubes};
 pub use watchdog::Watchdog;
 
@@ -52,6 +54,8 @@ section! {
         pub navigation: Navigation as TableOrDefaults,
         /// The motion tubes.
         pub tubes: Tubes as Table("a section [tubes]"),
+        /// How a person drives it by hand.
+        pub teleop: Teleop as TableOrDefaults,
         /// How it meets the rest of the fleet.
         pub fleet: Fleet as TableOrDefaults,
         /// Who restarts its computer when the program hangs.

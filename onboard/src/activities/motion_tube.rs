@@ -113,6 +113,7 @@ impl MotionTube {
 
     fn adapt(&mut self, now_ns: u64) {
         self.tubes.keep_within(Some(self.wanted.value.room));
+        self.tubes.drive_by_hand(self.wanted.value.by_hand != 0);
         let adapted =
             self.tubes
                 .adapt(self.wanted.value.command, self.odometry.value.twist, now_ns);

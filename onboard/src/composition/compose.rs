@@ -18,7 +18,7 @@ use crate::activities::drive::{Drive, OpenLink};
 use crate::activities::fleet_link::{self, NavigationEnd};
 use crate::activities::lidar::{self, Lidar, OpenLine};
 use crate::activities::motion_tube::MotionTube;
-use crate::activities::navigation::Navigation;
+use crate::activities::navigation::{Navigation, Part};
 use crate::activities::news::Alarm;
 use crate::activities::port::Port;
 use crate::activities::proprioception::Proprioception;
@@ -33,7 +33,7 @@ use crate::realtime::log::LogSender;
 use crate::realtime::wake::Wake;
 use crate::symbols::wiring::{
     ChainSymbols, CommunicationFleetSymbols, CommunicationSymbols, DriveSymbols, LidarSymbols,
-    ScanSymbols, SupervisorSymbols, Wiring,
+    ScanSymbols, SupervisorSymbols, TeleopSymbols, Wiring,
 };
 
 /// Activities with their names in the thread table.
@@ -45,6 +45,8 @@ pub struct Composed {
     pub threads: Vec<ThreadActivities>,
     /// The supervisor's symbols.
     pub supervisor: SupervisorSymbols,
+    /// Those of the teleoperator's desk.
+    pub teleop: TeleopSymbols,
     /// The robot's machine, for its names.
     pub machine: Machine,
     /// Wakes the thread of communication.
@@ -105,6 +107,7 @@ pub fn compose(
     Ok(Composed {
         threads: by_thread(plan, activities, wiring.scans)?,
         supervisor: symbols.supervisor,
+        teleop: symbols.teleop,
         machine,
         alarm,
         scan_wake,
@@ -205,9 +208,8 @@ pub fn compose_chain(
     let mut navigation = Navigation::new(
         port(ActivityKind::Navigation),
         symbols.navigation,
-        navigator,
+        Box::new(Part::new(navigator, start, plan.robot.teleop)),
         reload.navigator,
-        start,
     );
     if let Some(link) = leave {
         navigation = navigation.managed(symbols.navigation_fleet, link);

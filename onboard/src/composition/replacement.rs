@@ -30,7 +30,7 @@ impl Replacement {
         })?;
         if let Some(key) = present.first_fixed_difference(&plan) {
             return Err(format!(
-                "`{key}` has changed, which takes a restart; [navigation], [tubes], gains in [control], limits of \
+                "`{key}` has changed, which takes a restart; [navigation], [tubes], [teleop], gains in [control], limits of \
                  speed, steering and acceleration in [drive], and the site can be reloaded"
             ));
         }
@@ -46,7 +46,11 @@ impl Replacement {
         let start = plan.start(navigator.machine().state());
         let machine = navigator.machine().clone();
         Ok(Self {
-            navigator: Box::new(navigation::Part::new(Box::new(navigator), start)),
+            navigator: Box::new(navigation::Part::new(
+                Box::new(navigator),
+                start,
+                plan.robot.teleop,
+            )),
             tubes: Box::new(plan.motion_tubes().map_err(text)?),
             controller: Box::new({ plan.wheel_controller() }.map_err(|error| error.to_string())?),
             machine,

@@ -18,8 +18,8 @@ use crate::realtime::memory::page_faults_of;
 use crate::symbols::faults::FaultTable;
 use crate::symbols::values::{
     ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, NavigationState, OdometryTrace,
-    PoseEstimate, RangeScan, RobotMode, SafeCommand, ThreadReport, TubeState, WantedMotion,
-    WheelSetpoints, Whereabouts,
+    PoseEstimate, RangeScan, RobotMode, SafeCommand, TeleopWish, ThreadReport, TubeState,
+    WantedMotion, WheelSetpoints, Whereabouts,
 };
 
 const WATCH_PERIOD: Duration = Duration::from_secs(1);
@@ -121,6 +121,7 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
         RangeScan,
         RobotMode,
         SafeCommand,
+        TeleopWish,
         ThreadReport,
         TubeState,
         WantedMotion,

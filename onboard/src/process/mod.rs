@@ -12,6 +12,7 @@ pub mod reload;
 pub mod run;
 pub mod runner;
 pub mod runtime;
-mod signals;
+pub mod signals;
 pub mod supervisor;
+pub mod teleop;
 mod watchdogs;

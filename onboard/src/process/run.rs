@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 
 use config::ProblemKind;
@@ -14,7 +15,7 @@ use crate::composition::files::Files;
 use crate::composition::plan::{Plan, thread_names, wanted_scheduling};
 use crate::process::asynchronous::spawn_asynchronous;
 use crate::process::checkpoints::{Background, CheckpointFile, Left};
-use crate::process::ctl::Server;
+use crate::process::ctl::{Guest, Server};
 use crate::process::logging::Logging;
 use crate::process::overruns::OverrunWatch;
 use crate::process::reload::Reload;
@@ -22,6 +23,7 @@ use crate::process::runner::{ThreadSetup, Trigger};
 use crate::process::runtime::Runtime;
 use crate::process::signals::termination_flag;
 use crate::process::supervisor::{Ending, Keeper, Supervisor, ports};
+use crate::process::teleop::{self, Desk};
 use crate::process::watchdogs::Watchdogs;
 use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
 use crate::realtime::log::{self, LogSender};
@@ -49,7 +51,8 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
         &thread_names(&plan.robot),
     )
     .map_err(Failure::refused)?;
-    let server = Server::open(runtime, &plan.robot.identity.id)?;
+    let (seats, guests) = channel();
+    let server = Server::open(runtime, &plan.robot.identity.id)?.seating(seats);
     let guarded = guard::arm_from_environment();
     let (log, log_drain) = log::queue();
     let log_drain = log_drain.counting(logging.unwritten());
@@ -86,7 +89,7 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
         wiring,
         (left, keeper),
         (&log, log_drain),
-        locked,
+        (locked, guests),
     )?;
     // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
     let ending = catch_unwind(AssertUnwindSafe(|| {
@@ -99,6 +102,7 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     robot.end();
     drop(watchdogs);
     drop(server);
+    robot.clear_desk();
     if matches!(ending, Ok(Ending::Asked)) {
         robot.supervisor.forget();
     }
@@ -135,6 +139,7 @@ struct Robot {
     supervisor: Supervisor,
     threads: Vec<JoinHandle<()>>,
     stop: Arc<AtomicBool>,
+    desk: JoinHandle<()>,
     // Kept until all threads have ended: it holds the shared memory.
     _table: coordination::symbols::SymbolTable,
 }
@@ -146,7 +151,7 @@ impl Robot {
         mut wiring: Wiring,
         (left, keeper): (Left, Keeper),
         (log, log_drain): (&LogSender, log::LogDrain),
-        locked: bool,
+        (locked, guests): (bool, Receiver<Guest>),
     ) -> Result<Self, Failure> {
         let boot_epoch = draw_epoch();
         let (ports, handles) = ports(std::mem::take(&mut wiring.states));
@@ -168,6 +173,7 @@ impl Robot {
         let mode = RobotMode {
             mode: 0,
             halt: 0,
+            teleop: 0,
             boot_epoch,
             pid: u64::from(std::process::id()),
             robot: Name::new(&plan.robot.identity.id),
@@ -182,8 +188,10 @@ impl Robot {
             (reload, keeper),
         );
         supervisor.heed(&left, now_ns());
+        let desk = teleop::spawn(Desk::new(composed.teleop), guests).map_err(Failure::failed)?;
         let mut robot = Self {
             supervisor,
+            desk,
             threads: Vec::new(),
             stop: Arc::default(),
             _table: composed.table,
@@ -215,6 +223,14 @@ impl Robot {
             }
         }
         Ok(robot)
+    }
+
+    /// The desk of a robot that has ended is left, for want of guests.
+    fn clear_desk(&self) {
+        let deadline_ns = now_ns() + SECOND_NS;
+        while now_ns() < deadline_ns && !self.desk.is_finished() {
+            sleep_until(now_ns() + SECOND_NS / 100);
+        }
     }
 
     /// Ends all threads; one that hangs is left behind and logged.

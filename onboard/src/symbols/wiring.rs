@@ -13,11 +13,12 @@ use skills::tubes::FloorCheckpoint;
 use super::faults::FaultTable;
 use super::values::{
     ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, NavigationState, OdometryTrace,
-    PoseEstimate, RangeScan, RobotMode, SafeCommand, ThreadReport, TubeState, WantedMotion,
-    WheelSetpoints, Whereabouts,
+    PoseEstimate, RangeScan, RobotMode, SafeCommand, TeleopWish, ThreadReport, TubeState,
+    WantedMotion, WheelSetpoints, Whereabouts,
 };
 
 const SUPERVISOR: &str = "supervisor";
+const TELEOP: &str = "teleop";
 
 /// Activities, in the order in which data flows.
 pub const ACTIVITIES: [ActivityKind; 7] = [
@@ -119,6 +120,10 @@ users! {
     NavigationSymbols, ActivityKind::Navigation.name(), {
         /// Dead reckoning.
         odometry: Reader<Odometry> => "odom",
+        /// Whether somebody drives by hand.
+        mode: Reader<RobotMode> => "robot",
+        /// What a teleoperator wants.
+        wish: Reader<TeleopWish> => "teleop",
         /// Pose in `map`.
         pose: Writer<PoseEstimate> => "map",
         /// State, area, skill.
@@ -187,12 +192,36 @@ users! {
         setpoints: Writer<WheelSetpoints> => "kelo",
     }
 
+    /// Symbols of the desk at which a teleoperator sits.
+    TeleopSymbols, TELEOP, {
+        /// What is wanted.
+        wish: Writer<TeleopWish> => "teleop",
+        /// Whether the robot is in the teleoperator's hands. The rest is for people:
+        mode: Reader<RobotMode> => "robot",
+        /// faults,
+        faults: Reader<FaultTable> => "robot",
+        /// pose,
+        pose: Reader<PoseEstimate> => "map",
+        /// borders,
+        navigation: Reader<NavigationState> => "robot",
+        /// what navigation lets through of the wish,
+        wanted: Reader<WantedMotion> => "wanted",
+        /// what the tubes let through of that,
+        safe: Reader<SafeCommand> => "safe",
+        /// and why not more,
+        tube: Reader<TubeState> => "adaptive",
+        /// and how the robot moves.
+        odometry: Reader<Odometry> => "odom",
+    }
+
     /// Symbols of the supervisor.
     SupervisorSymbols, SUPERVISOR, {
         /// Faults of the whole robot.
         faults: Writer<FaultTable> => "robot",
         /// What the robot is doing.
         mode: Writer<RobotMode> => "robot",
+        /// To know whether a teleoperator is connected.
+        wish: Reader<TeleopWish> => "teleop",
         /// To know when it stands.
         encoders: Reader<Encoders> => "kelo",
         /// To know whether there is a bus to stop it with.
@@ -264,6 +293,8 @@ joined! {
         communication: CommunicationSymbols,
         /// Of the same, on a managed site.
         communication_fleet: CommunicationFleetSymbols,
+        /// Of the teleoperator's desk.
+        teleop: TeleopSymbols,
         /// Of the supervisor.
         supervisor: SupervisorSymbols,
     }

@@ -221,7 +221,7 @@ impl BorderGuard {
             let Some(area) = area else {
                 return stop(false);
             };
-            if self.bare_gap_m(region, pose) < 0.0 {
+            if self.bare_region_gap_m(region, pose) < 0.0 {
                 return stop(true);
             }
             watched.insert(area);
@@ -280,8 +280,14 @@ impl BorderGuard {
         gap_m(&self.footprint, &self.gains, region, covariance, pose)
     }
 
-    /// The same of the footprint as it is.
-    fn bare_gap_m(&self, region: &Rect, pose: Pose2) -> f64 {
+    /// From the footprint as it is to an area; less than 0 by how deep it lies in it. Infinite for an area that is none.
+    #[must_use]
+    pub fn bare_gap_m(&self, area: AreaIndex, pose: Pose2) -> f64 {
+        let region = self.regions.get(area.place());
+        region.map_or(f64::INFINITY, |region| self.bare_region_gap_m(region, pose))
+    }
+
+    fn bare_region_gap_m(&self, region: &Rect, pose: Pose2) -> f64 {
         let bare = BorderGains {
             sigmas: 0.0,
             margin_m: 0.0,

@@ -92,6 +92,7 @@ impl Navigator {
             inbox: Inbox::default(),
             parameters: Parameters::default(),
             in_state_s: 0.0,
+            by_hand: false,
             last_step_ns: 0,
             last_scan_ns: 0,
             blind: false,

@@ -41,10 +41,16 @@ impl Navigator {
         dt_s: f64,
     ) -> Commanded {
         let speed_m_s = self.speed_m_s(input);
-        self.plan_ahead(control, speed_m_s);
+        if self.by_hand {
+            self.plan_by_hand(control);
+        } else {
+            self.plan_ahead(control, speed_m_s);
+        }
         let border = self.look_ahead(input, speed_m_s);
         let border_m_s = border.speed_limit_m_s(self.gains.deceleration_m_s2, REACTION_S);
-        let stand = if self.pose.is_uncertain() {
+        let stand = if self.by_hand {
+            self.stands_by_hand(input)
+        } else if self.pose.is_uncertain() {
             Some(Hold::PoseUncertain)
         } else if !input.motion_allowed {
             Some(Hold::Forbidden)
@@ -121,11 +127,18 @@ impl Navigator {
             + LOOK_M;
         let poses = (reach_m / self.path_step_m).ceil() as usize;
         let ahead = &self.path[..poses.min(self.path.len())];
-        let mut allowed = input.allowed;
+        let mut allowed = if self.by_hand {
+            self.allowed_by_hand(input)
+        } else {
+            input.allowed
+        };
         let mut verdict = self.judge(&allowed, ahead);
         for _ in 0..LEAVING {
             match verdict.area {
-                Some(area) if self.is_leaving(&verdict, area, ahead) => {
+                Some(area)
+                    if self.is_leaving(&verdict, area, ahead)
+                        || self.is_driven_out(&verdict, area, ahead) =>
+                {
                     allowed.insert(area);
                     verdict = self.judge(&allowed, ahead);
                 }

@@ -82,7 +82,7 @@ impl Navigator {
     }
 
     /// The robot was sent on from where it stood, possibly off its path.
-    fn let_return(&mut self) {
+    pub(super) fn let_return(&mut self) {
         let state = self.machine.state().index();
         for monitor in &mut self.schedules[state].monitors {
             monitor.reset_for_return();

@@ -7,12 +7,13 @@
 //!
 //! Without a scan it goes on by odometry, and the covariance grows until the pose is uncertain. Then, when motion is not
 //! allowed, and before an area that is not allowed, the command keeps its curve with speed 0. It goes on by itself when
-//! the reason is over.
+//! the reason is over. What somebody wants who drives by hand ([`ByHand`]) stands in place of what the controller wants.
 //!
 //! Real time: [`Navigator::step`], [`Navigator::post`] and [`Navigator::instruct`] do not allocate, lock or panic;
 //! [`Navigator::new`] does allocate.
 
 mod build;
+mod by_hand;
 mod checkpoint;
 mod command;
 mod control;
@@ -25,6 +26,7 @@ mod step;
 mod take_over;
 
 pub use crate::schedule::Hold;
+pub use by_hand::ByHand;
 pub use checkpoint::NavigatorCheckpoint;
 pub use instruction::{Instructed, Instruction, InstructionError, Parameters};
 pub use output::{EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput};

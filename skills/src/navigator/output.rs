@@ -1,5 +1,6 @@
 //! What goes into a navigation step and what comes out of it.
 
+use super::by_hand::ByHand;
 use crate::borders::AreaSet;
 use crate::localisation::PoseCounters;
 use crate::odometry::Odometry;
@@ -27,6 +28,8 @@ pub struct NavigationInput<'a> {
     pub odometry: &'a Odometry,
     /// `false`: everything goes on, but the command is to stand.
     pub motion_allowed: bool,
+    /// Somebody drives the robot by hand, and wants this.
+    pub by_hand: Option<ByHand>,
     /// Areas that the robot may be in; [`AreaSet::ALL`] where areas are not managed.
     pub allowed: AreaSet,
 }

@@ -54,6 +54,8 @@ pub struct Navigator {
     pub(super) inbox: Inbox,
     pub(super) parameters: Parameters,
     pub(super) in_state_s: f64,
+    /// Somebody drives it by hand, or has, and nobody has sent it on since.
+    pub(super) by_hand: bool,
     pub(super) last_step_ns: u64,
     pub(super) last_scan_ns: u64,
     /// The newest scan showed nothing where the map has walls.

@@ -82,15 +82,18 @@ impl Navigator {
         let dt_s = self.predict(input);
         self.look(input);
         let before = self.machine.state();
-        let mut control = self.control(input, dt_s);
+        let by_hand = self.is_by_hand(input);
+        let mut control = self.wanted(input, by_hand, dt_s);
         let (mut events, mut outputs) = (EventList::default(), EventList::default());
-        self.watch(&control, &mut events);
+        if !by_hand {
+            self.watch(&control, &mut events);
+        }
         self.coordinate(&events, &mut outputs);
         let state = self.machine.state();
         if state != before {
             // The manoeuvre that is done is the one before; its successor already commands.
             let done = control.done;
-            control = self.control(input, dt_s);
+            control = self.wanted(input, by_hand, dt_s);
             control.done = done;
         }
         let commanded = self.command(input, &control, dt_s);
@@ -99,6 +102,14 @@ impl Navigator {
         output.outputs = outputs;
         output.schedule_changed = state != before;
         output
+    }
+
+    fn wanted(&mut self, input: &NavigationInput, by_hand: bool, dt_s: f64) -> Control {
+        if by_hand {
+            self.control_by_hand(input)
+        } else {
+            self.control(input, dt_s)
+        }
     }
 
     /// Moves everything with odometry; the time since the step before.

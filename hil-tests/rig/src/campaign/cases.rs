@@ -20,6 +20,9 @@ const CASE_STREAM: u64 = 0x4341_5345;
 const DRIVING_M_S: f64 = 0.15;
 /// They last between these times: a robot that must stop has time to.
 const LASTS_S: [f64; 2] = [0.3, 12.0];
+/// Who drives by hand wants at most this.
+const FASTEST_M_S: f64 = 0.4;
+const FASTEST_RAD_S: f64 = 1.0;
 /// Delays are at least as long.
 const LEAST_BY_S: f64 = 0.02;
 
@@ -87,6 +90,11 @@ impl Case {
                 .then(|| rounded(between([LEAST_BY_S, self.what.most_by_s()], by))),
             thread: self.thread.clone(),
             pose: None,
+            motion: keys.motion.then(|| {
+                [FASTEST_M_S, FASTEST_RAD_S].map(|most| {
+                    rounded(most * random.unit()) * if random.unit() < 0.5 { -1.0 } else { 1.0 }
+                })
+            }),
         })
     }
 

@@ -66,6 +66,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
             .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
         thread: None,
         pose: None,
+        motion: None,
     }
 }
 
@@ -128,6 +129,12 @@ struct Planned {
 }
 
 impl Schedule {
+    /// What who drives by hand wants, by a fault's number: forward, metres per second, and turning, radians per second.
+    pub(super) fn motion(&self, fault: usize) -> [f64; 2] {
+        let motion = { self.faults.get(fault) }.and_then(|planned| planned.fault.motion);
+        motion.unwrap_or_default()
+    }
+
     pub(super) fn new(scenario: &Scenario) -> Self {
         let ns = |seconds: f64| START_NS + (seconds * 1e9) as u64;
         let planned = |fault: &ScriptedFault| Planned {

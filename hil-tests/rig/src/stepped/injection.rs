@@ -1,7 +1,7 @@
 //! What faults do to a stepped fleet, and the operator who helps it afterwards.
 
 use onboard::cli::Failure;
-use onboard::process::ctl::Request;
+use onboard::process::ctl::{Request, Teleop};
 use onboard::symbols::faults::FaultTable;
 use sim::lidar::Disturbance;
 use sim::world::{Obstacle, Pose, Shape};
@@ -94,6 +94,18 @@ impl Stepped<'_> {
             (ScriptedKind::Stop, Some(number)) => {
                 let end = again.then_some(Request::Reset);
                 self.ask(number, if begins { Some(Request::Stop) } else { end });
+            }
+            (ScriptedKind::Teleop, Some(number)) if begins => {
+                let teleop = Request::Teleop(Teleop::default());
+                self.ask(number, Some(teleop));
+                let [forward_m_s, turn_rad_s] = self.faults.motion(fault);
+                if let Some(robot) = &mut self.robots[number].robot {
+                    robot.desk().want(forward_m_s, turn_rad_s);
+                }
+            }
+            (ScriptedKind::Teleop, Some(number)) => {
+                let ends = { self.robots[number].robot.iter_mut() }.filter(|_| again);
+                ends.for_each(|robot| robot.send_on());
             }
             (_, Some(number)) => self.disturb_devices(change, number, now_ns),
             _ => {}

@@ -17,6 +17,7 @@ mod bus;
 mod checkpoints;
 mod clock;
 mod clones;
+mod desk;
 mod devices;
 mod disk;
 mod execution;
@@ -34,6 +35,7 @@ mod thread;
 mod trace;
 
 pub use checkpoints::Checkpoints;
+pub use desk::SteppedDesk;
 pub use devices::Devices;
 pub use fleet::Stepped;
 pub use plans::Plans;

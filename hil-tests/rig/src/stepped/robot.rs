@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use coordination::fsm::Machine;
@@ -18,7 +19,7 @@ use onboard::composition::compose::{
 };
 use onboard::composition::plan::{Plan, thread_names};
 use onboard::process::checkpoints::Left;
-use onboard::process::ctl::{Pending, Request};
+use onboard::process::ctl::{Done, Pending, Request};
 use onboard::process::inspect::snapshot;
 use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
@@ -33,6 +34,7 @@ use serde_json::Value as Json;
 use sim::world::Random;
 
 use super::clock::STEP_NS;
+use super::desk::SteppedDesk;
 use super::devices::Devices;
 use super::faults::Lateness;
 use super::leave::Leave;
@@ -43,6 +45,9 @@ use crate::scenario::SUPERVISOR;
 
 /// Phases of the threads come from the seed.
 const PHASE_STREAM: u64 = 0x5048_4153;
+
+/// What hangs the desk of who drives by hand.
+const DESK: &str = "teleop";
 
 /// What has a thread of its own in the robot file.
 enum Running {
@@ -60,6 +65,7 @@ pub struct SteppedRobot {
     machine: Machine,
     requests: VecDeque<Request>,
     refused: Arc<Mutex<Vec<String>>>,
+    desk: SteppedDesk,
     insight: Insight,
     id: String,
     runtime: Runtime,
@@ -190,6 +196,7 @@ impl SteppedRobot {
         let mode = RobotMode {
             mode: 0,
             halt: 0,
+            teleop: 0,
             boot_epoch,
             pid: 0,
             robot: Name::new(id),
@@ -212,6 +219,7 @@ impl SteppedRobot {
             machine,
             requests: VecDeque::new(),
             refused: Arc::default(),
+            desk: SteppedDesk::new(symbols.teleop),
             leave,
             late: Vec::new(),
             hung: Vec::new(),
@@ -261,6 +269,9 @@ impl SteppedRobot {
         if let Some(leave) = &mut self.leave {
             leave.cycle(now_ns);
         }
+        if !self.hung.iter().any(|name| name == DESK) {
+            self.desk.step(now_ns);
+        }
         for thread in &mut self.threads {
             match thread {
                 Running::Thread(name, _) | Running::Asynchronous(name, _)
@@ -275,12 +286,17 @@ impl SteppedRobot {
         if supervised && now_ns >= self.supervisor_next_ns {
             self.supervisor_next_ns = now_ns + PERIOD_NS;
             let (requests, refused) = (&mut self.requests, &self.refused);
+            let lent = self.desk.lent();
             // One at a time, as an operator who waits for the answer.
             let mut next = requests.pop_front();
             self.supervisor.cycle(now_ns, || {
                 let request = next.take()?;
                 let (name, refused) = (request.name(), Arc::clone(refused));
+                let lent = Arc::clone(&lent);
                 Some(Pending::new(request, move |reply| {
+                    if let Ok(Done::Lent(session)) = reply {
+                        lent.store(*session, Ordering::Relaxed);
+                    }
                     if let Err(why) = reply {
                         let mut all = refused.lock().unwrap_or_else(PoisonError::into_inner);
                         all.push(format!("{name}: {why}"));
@@ -322,6 +338,19 @@ impl SteppedRobot {
     /// A request of an operator, which the supervisor serves when it looks next.
     pub fn ask(&mut self, request: Request) {
         self.requests.push_back(request);
+    }
+
+    /// The desk of who drives it by hand, and who sits there.
+    pub fn desk(&mut self) -> &mut SteppedDesk {
+        &mut self.desk
+    }
+
+    /// Who drives it by hand leaves, and an operator sends it on.
+    pub fn send_on(&mut self) {
+        let now_ns = self.stepped_ns + self.ahead_ns as u64;
+        self.desk.leave(now_ns);
+        // The supervisor hears of it first: it serves requests after it has looked at the desk.
+        self.ask(Request::Resume);
     }
 
     /// What operators were refused.

@@ -7,7 +7,7 @@ use onboard::symbols::faults::{Fault, FaultTable};
 use onboard::symbols::values::LidarStatus;
 use rig::belief::Belief;
 use rig::folder::Folder;
-use rig::stepped::{Checkpoints, Devices, Fleet, Start, SteppedRobot};
+use rig::stepped::{Checkpoints, Devices, Fleet, Start, SteppedDesk, SteppedRobot};
 use rig::testbed::{start_pose, world};
 use sim::world::{Obstacle, ObstacleId, Pose, Shape, SharedWorld, Truth, World};
 
@@ -54,13 +54,36 @@ impl Bench {
         );
         let set = std::iter::once(place.as_str()).chain(set.iter().copied());
         let files = files(set.map(str::to_owned).collect());
-        Self::with(&files, |_| start, things)
+        Self::with(&files, Fleet::Alone, |_| start, things)
+    }
+
+    /// It stands at `start` in `map`, and may be only in the first of the areas, so many of them.
+    pub fn allowed(start: Pose, areas: usize) -> Self {
+        let Pose {
+            x_m,
+            y_m,
+            theta_rad,
+        } = start;
+        let place = format!(
+            "robots.amr-1.start={{ x_m = {x_m:?}, y_m = {y_m:?}, theta_rad = {theta_rad:?} }}"
+        );
+        let mut bench = Self::with(&files(vec![place]), Fleet::Rig, |_| start, &[]);
+        bench.allow(areas);
+        bench
+    }
+
+    /// From now on it may be in the first areas, so many of them.
+    pub fn allow(&mut self, areas: usize) {
+        let granted: Vec<bool> = (0..self.plan.site.areas.len())
+            .map(|area| area < areas)
+            .collect();
+        self.robot.allow(&granted);
     }
 
     /// It stands where the site has it start, and was just switched on.
     pub fn standing() -> Self {
         let start = |plan: &Plan| start_pose(&plan.site, ROBOT).expect("the site knows it");
-        Self::with(&files(Vec::new()), start, &[])
+        Self::with(&files(Vec::new()), Fleet::Alone, start, &[])
     }
 
     /// It drives, from where the site has it start.
@@ -70,7 +93,12 @@ impl Bench {
         bench
     }
 
-    fn with(files: &Files, start: impl FnOnce(&Plan) -> Pose, things: &[Shape]) -> Self {
+    fn with(
+        files: &Files,
+        fleet: Fleet,
+        start: impl FnOnce(&Plan) -> Pose,
+        things: &[Shape],
+    ) -> Self {
         let plan = Plan::load(files).unwrap_or_else(|failure| panic!("{failure:?}"));
         let world = world(&plan.site, &[(&plan.robot, start(&plan))], 1).expect("a world");
         for &thing in things {
@@ -81,7 +109,7 @@ impl Bench {
         let devices = Devices::new(&world, &plan, now_ns).expect("devices");
         let folder = Folder::new().expect("a folder");
         let start = Start {
-            fleet: Fleet::Alone,
+            fleet,
             boot_epoch: 1,
             at_ns: now_ns,
             ahead_ns: 0.0,
@@ -119,6 +147,11 @@ impl Bench {
     /// What an operator asks of it.
     pub fn ask(&mut self, request: Request) {
         self.robot.ask(request);
+    }
+
+    /// Who drives it by hand.
+    pub fn desk(&mut self) -> &mut SteppedDesk {
+        self.robot.desk()
     }
 
     /// From now on these of its threads do not run.

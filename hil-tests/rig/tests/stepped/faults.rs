@@ -37,6 +37,7 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
         by_s: keys.by_s.then_some(0.5 * what.most_by_s()),
         thread: None,
         pose: None,
+        motion: None,
     }
 }
 

@@ -26,6 +26,7 @@ fn fault(at_s: f64, for_s: f64, what: ScriptedKind, robot: &str) -> ScriptedFaul
         by_s: None,
         thread: None,
         pose: None,
+        motion: None,
     }
 }
 

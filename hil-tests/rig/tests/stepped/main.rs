@@ -1,7 +1,8 @@
 //! Tests on the simulated clock: figures are judged here, where no load of the machine spoils them.
 //!
 //! - [`bench`] is one robot on its devices, whose faults a test injects: [`bus`], [`drive`], [`lidar`], [`obstacle`], and
-//!   [`straying`] from the lane; [`hung`] are threads of its own that hang; [`placing`] is an operator's word for where it stands;
+//!   [`straying`] from the lane; [`hung`] are threads of its own that hang; [`placing`] is an operator's word for where it stands,
+//!   [`teleop`] a person who drives it by hand;
 //! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
 //!   [`found`] what campaigns have found, [`scripted`] what is never drawn.
 
@@ -17,6 +18,7 @@ mod obstacle;
 mod placing;
 mod scripted;
 mod straying;
+mod teleop;
 mod trials;
 mod wheels;
 

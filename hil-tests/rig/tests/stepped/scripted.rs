@@ -123,3 +123,35 @@ fn a_clone_on_the_floor_gets_nothing_and_stands() {
     assert!(with.passed(), "{with:?}");
     assert_eq!(raised(&with, "identity-doubled"), 1, "{with:?}");
 }
+
+#[test]
+fn a_fleet_goes_on_after_one_of_its_robots_was_driven_by_hand() {
+    let by_hand = |(at_s, for_s): (f64, f64), motion: &str, patience_s: f64| {
+        let mut scenario = crate::scenario("overtaking");
+        scenario.patience_s = patience_s;
+        let fault = format!(
+            "at_s = {at_s:?}\nfor_s = {for_s:?}\nwhat = \"teleop\"\nrobot = \"amr-1\"\nmotion = {motion}"
+        );
+        scenario.faults = vec![toml::from_str(&fault).expect("a fault")];
+        ended(&scenario, &plans(&scenario), 3).1
+    };
+    // A little aside and back, by somebody who leaves it where it can go on.
+    for (at_s, motion) in [
+        (4.0, "[0.1, 0.05]"),
+        (15.0, "[0.1, -0.05]"),
+        (24.0, "[-0.1, 0.0]"),
+    ] {
+        let summary = by_hand((at_s, 3.0), motion, 600.0);
+        assert!(summary.passed(), "{motion} at {at_s} s: {summary:?}");
+    }
+    // By somebody who does not look: what it stands in stays granted, what it has no leave for is not entered, and nothing is
+    // hit. The judge looks at all of it.
+    for (at_s, motion) in [
+        (4.0, "[0.4, 0.2]"),
+        (15.0, "[0.4, -0.2]"),
+        (24.0, "[-0.4, 0.2]"),
+    ] {
+        let summary = by_hand((at_s, 20.0), motion, 30.0);
+        assert_eq!(summary.violations, [], "{motion} at {at_s} s: {summary:?}");
+    }
+}

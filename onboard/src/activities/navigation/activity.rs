@@ -3,9 +3,10 @@
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use coordination::symbols::Stamped;
 use description::areas::AreaIndex;
-use skills::navigator::{Instructed, Instruction, NavigationInput, NavigationOutput, Navigator};
+use skills::navigator::{Instructed, Instruction, NavigationInput, NavigationOutput};
 use skills::odometry::Odometry;
 
+use super::hands::Hands;
 use super::membership::Membership;
 use super::part::Part;
 use crate::activities::exchange::Exchange;
@@ -13,7 +14,7 @@ use crate::activities::fleet_link::{NavigationEnd, NavigationEvent};
 use crate::activities::port::{Command, Placed, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::activities::scans::ScanIntake;
-use crate::fleet::{Directive, Start};
+use crate::fleet::Directive;
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{Name, NavigationState, PoseEstimate, WantedMotion, Whereabouts};
 use crate::symbols::wiring::{NavigationFleetSymbols, NavigationSymbols};
@@ -35,6 +36,8 @@ pub struct Navigation {
     membership: Membership,
     /// Who waits to hear what the next step makes of the instruction given.
     asked: Option<Asked>,
+    /// Who drives by hand.
+    hands: Hands,
     odometry: Stamped<Odometry>,
     output: Option<NavigationOutput>,
     /// When its pose was the robot's.
@@ -50,18 +53,18 @@ impl Navigation {
     pub fn new(
         port: Port,
         symbols: NavigationSymbols,
-        navigator: Box<Navigator>,
+        part: Box<Part>,
         exchange: Exchange<Part>,
-        start: Start,
     ) -> Self {
         Self {
             port,
             symbols,
             scans: None,
             exchange,
-            part: Box::new(Part::new(navigator, start)),
+            part,
             membership: Membership::default(),
             asked: None,
+            hands: Hands::default(),
             odometry: Stamped::default(),
             output: None,
             pose_ns: 0,
@@ -91,6 +94,7 @@ impl Navigation {
             scan,
             odometry: &self.odometry.value,
             motion_allowed,
+            by_hand: self.hands.wish(&self.part.teleop, now_ns),
             allowed: self.membership.allowed(),
         };
         let output = self.part.navigator.step(&input);
@@ -258,6 +262,7 @@ impl Navigation {
                 command,
                 room: output.room,
                 blind: u64::from(output.blind),
+                by_hand: u64::from(self.hands.are_on()),
             },
         );
     }
@@ -275,6 +280,8 @@ impl Activity for Navigation {
     fn communicate_in(&mut self, now_ns: u64) {
         self.membership.read(now_ns);
         self.odometry = self.symbols.odometry.read();
+        let (mode, wish) = (self.symbols.mode.read(), self.symbols.wish.read());
+        self.hands.hear(&mode.value, &wish.value);
     }
 
     fn coordinate(&mut self, _now_ns: u64) {

@@ -1,6 +1,7 @@
 //! Navigation: pose, perception, the robot's machine, and the motion that its present skill wants.
 
 mod activity;
+mod hands;
 mod membership;
 mod names;
 mod part;

@@ -24,6 +24,8 @@ pub enum Done {
     FreeBehind(f64),
     /// The files were read again.
     Reloaded,
+    /// It is in the hands of who asked, by a session of this number.
+    Lent(u64),
     /// The machine took an event.
     Sent {
         /// The event.
@@ -51,6 +53,7 @@ impl fmt::Display for Done {
                 write!(f, "the floor behind it counts as free for {way_m} m")
             }
             Self::Reloaded => f.write_str("reloaded"),
+            Self::Lent(session) => write!(f, "in your hands, session {session}"),
             Self::Sent {
                 event,
                 from,
@@ -80,6 +83,14 @@ pub enum Refusal {
     /// `resume` of a robot that a fault has stopped.
     #[error("it is stopped by a fault; see `onboard inspect`, then `onboard ctl reset`")]
     StoppedByFault,
+    /// Somebody drives by hand, and another one wants to.
+    #[error(
+        "another teleoperator has it; wait until that one ends, or run `onboard ctl pause` to take it away"
+    )]
+    AnotherTeleoperator,
+    /// What is not for a robot that somebody drives by hand.
+    #[error("somebody drives it by hand; wait until that ends, or run `onboard ctl pause` first")]
+    ByHand,
     /// The robot is neither stopped nor paused, or still moves.
     #[error("the robot drives, or may: run `onboard ctl stop` first, and wait until it stands")]
     MayMove,

@@ -26,6 +26,16 @@ pub enum Request {
     Reload,
     /// Give the robot's state machine one of its external events
     Send(Event),
+    /// Take the robot into somebody's hands: the connection stays, and `onboard teleop` speaks on it
+    #[command(skip)]
+    Teleop(Teleop),
+}
+
+/// How somebody drives the robot by hand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Teleop {
+    /// Somebody sees to it that it enters no area that others use, while it does not know where it is.
+    pub without_borders: bool,
 }
 
 /// Where somebody has put the robot, or sees it stand. What it remembered of the floor is forgotten.
@@ -190,16 +200,18 @@ impl Request {
             Self::FreeBehind(_) => "free-behind",
             Self::Reload => "reload",
             Self::Send(_) => "send",
+            Self::Teleop(_) => "teleop",
         }
     }
 
     /// The line on the socket.
-    pub(super) fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         // Numbers are finite and keys are strings: they always serialize.
         let parameters = match self {
             Self::Send(event) => serde_json::to_string(event),
             Self::Place(place) => serde_json::to_string(place),
             Self::FreeBehind(behind) => serde_json::to_string(behind),
+            Self::Teleop(teleop) => serde_json::to_string(teleop),
             plain => return plain.name().to_owned(),
         };
         format!("{} {}", self.name(), parameters.unwrap_or_default())
@@ -223,6 +235,9 @@ impl Request {
             let behind: FreeBehind = read(behind)?;
             behind.check().map_err(Refusal::Unreadable)?;
             return Ok(Self::FreeBehind(behind));
+        }
+        if let Some(teleop) = parameters(line, "teleop") {
+            return read(teleop).map(Self::Teleop);
         }
         plain
             .into_iter()
@@ -255,6 +270,9 @@ mod tests {
                 state: Some("drive-1".to_owned()),
             }),
             Request::FreeBehind(FreeBehind { way_m: 1.5 }),
+            Request::Teleop(Teleop {
+                without_borders: true,
+            }),
         ] {
             assert_eq!(Request::from_line(&request.line()), Ok(request));
         }
@@ -271,6 +289,8 @@ mod tests {
             "free-behind 1.0",
             "free-behind {\"way_m\":9.0}",
             "free-behind {\"way_m\":null}",
+            "teleop",
+            "teleop now",
         ];
         for bad in bad {
             assert!(Request::from_line(bad).is_err(), "{bad:?}");

@@ -4,11 +4,12 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
+use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use super::pending::Pending;
-use super::reply::Reply;
-use super::request::Request;
+use super::reply::{Done, Reply};
+use super::request::{Request, Teleop};
 use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
 
@@ -21,24 +22,77 @@ const REFUSED: &str = "refused: ";
 /// The longest line that the server reads.
 const LONGEST_LINE: u64 = 1024;
 
+/// Somebody in whose hands the robot is: the connection goes on.
+#[derive(Debug)]
+pub struct Guest {
+    /// The session's number.
+    pub session: u64,
+    /// What was asked for.
+    pub teleop: Teleop,
+    /// Wishes come, and what the robot makes of them goes.
+    pub stream: UnixStream,
+}
+
+/// Takes a robot into somebody's hands: the connection, which goes on, from its second line.
+///
+/// # Errors
+/// As [`send`].
+pub fn begin(
+    runtime: &Runtime,
+    robot: &str,
+    teleop: Teleop,
+) -> Result<BufReader<UnixStream>, Failure> {
+    let connect = || {
+        let mut stream = UnixStream::connect(runtime.socket(robot))?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        writeln!(stream, "{}", Request::Teleop(teleop).line())?;
+        let (mut reader, mut answer) = (BufReader::new(stream), String::new());
+        reader.read_line(&mut answer)?;
+        Ok((reader, answer))
+    };
+    let (reader, answer) = connect().map_err(|error| no_answer(robot, &error))?;
+    match answer.trim_end() {
+        "" => Err(no_answer(robot, &io::ErrorKind::UnexpectedEof.into())),
+        answer => match answer.strip_prefix(REFUSED) {
+            None => Ok(reader),
+            Some(why) => Err(refuses(robot, "teleop", why)),
+        },
+    }
+}
+
+fn no_answer(robot: &str, error: &io::Error) -> Failure {
+    Failure::failed(format_args!("robot `{robot}` does not answer: {error}"))
+}
+
+fn refuses(robot: &str, request: &str, why: &str) -> Failure {
+    Failure::failed(format_args!("robot `{robot}` refuses to {request}: {why}"))
+}
+
 /// Sends one request and prints the answer.
 ///
 /// # Errors
 /// [`Failure::Refused`] when there is no such robot, [`Failure::Failed`] when it refuses or does not answer.
 pub fn send(runtime: &Runtime, robot: Option<&str>, request: &Request) -> Result<(), Failure> {
     let robot = runtime.choose(robot)?;
-    let answer = exchange(runtime, &robot, request).map_err(|error| {
-        Failure::failed(format_args!("robot `{robot}` does not answer: {error}"))
-    })?;
+    let answer = exchange(runtime, &robot, request).map_err(|error| no_answer(&robot, &error))?;
     match answer.strip_prefix(REFUSED) {
         None => {
             crate::say!("{robot}: {answer}");
             Ok(())
         }
-        Some(why) => Err(Failure::failed(format_args!(
-            "robot `{robot}` refuses to {}: {why}",
-            request.name()
-        ))),
+        Some(why) => Err(refuses(&robot, request.name(), why)),
+    }
+}
+
+/// Sends one request, and says what was answered.
+///
+/// # Errors
+/// Why it was refused, or not answered.
+pub fn ask(runtime: &Runtime, robot: &str, request: &Request) -> Result<String, String> {
+    let answer = exchange(runtime, robot, request).map_err(|error| error.to_string())?;
+    match answer.strip_prefix(REFUSED) {
+        None => Ok(answer),
+        Some(why) => Err(format!("refused to {}: {why}", request.name())),
     }
 }
 
@@ -61,6 +115,8 @@ fn exchange(runtime: &Runtime, robot: &str, request: &Request) -> io::Result<Str
 pub struct Server {
     listener: UnixListener,
     path: PathBuf,
+    /// Where those go in whose hands the robot is.
+    guests: Option<Sender<Guest>>,
 }
 
 impl Server {
@@ -83,7 +139,18 @@ impl Server {
         let listener = UnixListener::bind(&path).map_err(refused)?;
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).map_err(refused)?;
         listener.set_nonblocking(true).map_err(refused)?;
-        Ok(Self { listener, path })
+        Ok(Self {
+            listener,
+            path,
+            guests: None,
+        })
+    }
+
+    /// With a desk for those in whose hands the robot is.
+    #[must_use]
+    pub fn seating(mut self, guests: Sender<Guest>) -> Self {
+        self.guests = Some(guests);
+        self
     }
 
     /// The next request, if one waits. Bad ones are answered here, and clients that say nothing are left.
@@ -95,10 +162,26 @@ impl Server {
             };
             match Request::from_line(line.trim_end()) {
                 Ok(request) => {
-                    let reply = move |reply: &Reply| answer(stream, reply);
+                    let guests = self.guests.clone();
+                    let teleop = match request {
+                        Request::Teleop(teleop) => Some(teleop),
+                        _ => None,
+                    };
+                    let reply = move |reply: &Reply| {
+                        answer(&stream, reply);
+                        if let (Some(teleop), Ok(Done::Lent(session))) = (teleop, reply) {
+                            let guest = Guest {
+                                session: *session,
+                                teleop,
+                                stream,
+                            };
+                            // Without a desk, the supervisor misses the session and takes the robot back.
+                            let _ = guests.map(|guests| guests.send(guest));
+                        }
+                    };
                     return Some(Pending::new(request, reply));
                 }
-                Err(why) => answer(stream, &Err(why)),
+                Err(why) => answer(&stream, &Err(why)),
             }
         }
         None
@@ -127,7 +210,7 @@ impl Drop for Server {
 }
 
 /// A client that has left is not an error.
-fn answer(mut stream: UnixStream, reply: &Reply) {
+fn answer(mut stream: &UnixStream, reply: &Reply) {
     let _ = match reply {
         Ok(done) => writeln!(stream, "{done}"),
         Err(why) => writeln!(stream, "{REFUSED}{why}"),

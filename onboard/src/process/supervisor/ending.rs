@@ -66,7 +66,9 @@ impl Supervisor {
     pub(super) fn end(&mut self, now_ns: u64) -> bool {
         if self.ending_since_ns == 0 {
             self.ending_since_ns = now_ns;
+            self.take_back("the program ends");
             self.mode_value.mode = Mode::Ending as u64;
+            self.mode_value.teleop = 0;
             tracing::info!("stopping the robot, then the program");
             if has_panicked() {
                 self.raise("supervisor", Fault::Panic, 0.0, now_ns);

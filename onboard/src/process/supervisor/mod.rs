@@ -6,6 +6,8 @@
 mod ending;
 mod handles;
 mod keeper;
+mod lease;
+mod requests;
 mod sent;
 mod supervision;
 

@@ -2,18 +2,16 @@
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::fsm::Machine;
-use description::instruction::Instruction;
 use description::threads::ActivityKind;
 use skills::navigator::Instructed;
 
 use super::handles::{Handle, Handles};
 use super::keeper::Keeper;
+use super::lease::Lease;
 use super::sent::{Sent, answer};
-use crate::activities::port::{Command, Placed, Report};
+use crate::activities::port::{Command, Report};
 use crate::process::checkpoints::Left;
-use crate::process::ctl::{
-    Done, Event, FreeBehind, Pending, Place, Refusal, Reply, Request, Spot, quoted,
-};
+use crate::process::ctl::{Pending, Refusal};
 use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
 use crate::realtime::clock::MILLISECOND_NS;
@@ -26,7 +24,7 @@ use crate::symbols::wiring::SupervisorSymbols;
 pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
 
 /// Faults that the supervisor finds itself, and by which it stops the robot until a reset.
-const STOPS: [Fault; 3] = [Fault::OperatorStop, Fault::Overruns, Fault::ThreadHung];
+pub(super) const STOPS: [Fault; 3] = [Fault::OperatorStop, Fault::Overruns, Fault::ThreadHung];
 
 /// The supervisor.
 pub struct Supervisor {
@@ -34,15 +32,19 @@ pub struct Supervisor {
     pub(super) symbols: SupervisorSymbols,
     pub(super) table: FaultTable,
     pub(super) mode_value: RobotMode,
-    operator_paused: bool,
+    pub(super) operator_paused: bool,
+    /// Somebody drives by hand.
+    pub(super) lease: Option<Lease>,
+    /// How often somebody has.
+    pub(super) sessions: u64,
     pub(super) ending_since_ns: u64,
     pub(super) watch: OverrunWatch,
     /// For its names; navigation steps it.
-    machine: Machine,
+    pub(super) machine: Machine,
     log: LogDrain,
-    reload: Reload,
+    pub(super) reload: Reload,
     keeper: Keeper,
-    sent: Option<Sent>,
+    pub(super) sent: Option<Sent>,
 }
 
 impl Supervisor {
@@ -63,6 +65,8 @@ impl Supervisor {
             table: FaultTable::default(),
             mode_value,
             operator_paused: false,
+            lease: None,
+            sessions: 0,
             ending_since_ns: 0,
             watch,
             machine,
@@ -95,6 +99,7 @@ impl Supervisor {
     /// What is due every [`PERIOD_NS`] while nobody has asked the robot to end. `next_request` gives the requests that wait.
     pub fn cycle(&mut self, now_ns: u64, mut next_request: impl FnMut() -> Option<Pending>) {
         self.hear(now_ns);
+        self.watch_lease(now_ns);
         self.keep_running();
         self.judge_load(now_ns);
         while let Some(pending) = next_request() {
@@ -102,8 +107,9 @@ impl Supervisor {
         }
         self.go_on_reloading(now_ns);
         self.expire_sent(now_ns);
+        self.tell_mode();
         self.publish(now_ns);
-        let mode = self.mode_value.mode;
+        let mode = self.mode_to_keep();
         self.keeper.keep(&mut self.symbols, mode, now_ns);
     }
 
@@ -142,7 +148,7 @@ impl Supervisor {
         }
     }
 
-    fn clear(&mut self, who: &str, fault: Fault, now_ns: u64) {
+    pub(super) fn clear(&mut self, who: &str, fault: Fault, now_ns: u64) {
         let since_ns = self.table.state(fault).since_ns;
         if self.table.clear(fault) {
             let lasted_ms = now_ns.saturating_sub(since_ns) / MILLISECOND_NS;
@@ -158,7 +164,8 @@ impl Supervisor {
                 handle.state == LifeCycleState::Ready || handle.kind == ActivityKind::Communication
             });
         for handle in &mut self.handles.0 {
-            let paused = self.operator_paused && handle.kind == ActivityKind::Navigation;
+            let stands = self.operator_paused && self.lease.is_none();
+            let paused = stands && handle.kind == ActivityKind::Navigation;
             let held = paused || self.reload.holds(handle.kind);
             let wakes =
                 handle.state == LifeCycleState::Ready || handle.state == LifeCycleState::Paused;
@@ -173,7 +180,23 @@ impl Supervisor {
         }
     }
 
-    fn mode(&self) -> Mode {
+    pub(super) fn mode(&self) -> Mode {
+        if self.lease.is_some() {
+            Mode::Teleop
+        } else {
+            self.mode_of_itself()
+        }
+    }
+
+    /// The next process is in nobody's hands.
+    fn mode_to_keep(&self) -> u64 {
+        match self.lease {
+            Some(_) => self.mode_of_itself() as u64,
+            None => self.mode_value.mode,
+        }
+    }
+
+    fn mode_of_itself(&self) -> Mode {
         if self
             .table
             .active()
@@ -217,121 +240,9 @@ impl Supervisor {
         self.ending_since_ns != 0 || stops.any(|&fault| self.table.state(fault).active != 0)
     }
 
-    fn limit_speed(&mut self, thousandths: u16) {
+    pub(super) fn limit_speed(&mut self, thousandths: u16) {
         self.handles
             .tell(ActivityKind::Navigation, Command::LimitSpeed(thousandths));
-    }
-
-    fn serve(&mut self, pending: Pending, now_ns: u64) {
-        let reply = match &pending.request {
-            Request::Pause => {
-                self.operator_paused = true;
-                self.handles.tell(
-                    ActivityKind::Navigation,
-                    Command::LifeCycle(LifeCycleEvent::Pause),
-                );
-                Ok(Done::Paused)
-            }
-            Request::Resume if self.mode() == Mode::Stopped => Err(Refusal::StoppedByFault),
-            Request::Resume => {
-                self.operator_paused = false;
-                Ok(Done::Running)
-            }
-            Request::Stop => {
-                self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
-                Ok(Done::Stopped)
-            }
-            Request::Reset => {
-                for fault in STOPS {
-                    self.clear("operator", fault, now_ns);
-                }
-                self.watch.forget();
-                self.handles.tell_all(Command::Reset);
-                self.limit_speed(1000);
-                Ok(Done::Reset)
-            }
-            Request::Place(_) | Request::FreeBehind(_)
-                if self.mode() == Mode::Running || !self.standing(now_ns) =>
-            {
-                Err(Refusal::MayMove)
-            }
-            Request::Place(place) => self.place(place),
-            Request::FreeBehind(FreeBehind { way_m }) => {
-                self.handles
-                    .tell(ActivityKind::MotionTube, Command::FreeBehind(*way_m));
-                Ok(Done::FreeBehind(*way_m))
-            }
-            Request::Reload => {
-                self.reload.begin(pending, now_ns);
-                return;
-            }
-            Request::Send(Event(instruction)) => match self.send(instruction) {
-                Ok(()) => {
-                    self.sent = Some(Sent {
-                        event: instruction.event.clone(),
-                        pending,
-                        since_ns: now_ns,
-                    });
-                    return;
-                }
-                Err(why) => Err(why),
-            },
-        };
-        answer(pending, &reply);
-    }
-
-    /// Takes an operator's word for where the robot stands.
-    fn place(&mut self, place: &Place) -> Reply {
-        let state = match &place.state {
-            None => None,
-            Some(name) => Some(self.machine.state_id(name).ok_or_else(|| {
-                let plan = self.reload.plan();
-                Refusal::UnknownState {
-                    role: plan.role.clone(),
-                    state: name.clone(),
-                    known: quoted(plan.fsm.states.iter().map(|state| &state.name)),
-                }
-            })?),
-        };
-        let placed = match (place.at, state) {
-            (Spot::Start, None) => Placed::AtStart,
-            (Spot::Start, state) => Placed::At {
-                pose: self.reload.plan().start.start,
-                state,
-            },
-            (Spot::Pose(pose), state) => Placed::At { pose, state },
-        };
-        // The tubes forget the floor before navigation wants to drive over it.
-        for kind in [ActivityKind::MotionTube, ActivityKind::Navigation] {
-            self.handles.tell(kind, Command::Place(placed));
-        }
-        Ok(Done::Placed)
-    }
-
-    /// Gives an external event to navigation; the answer comes as a report.
-    fn send(&mut self, instruction: &Instruction<String>) -> Result<(), Refusal> {
-        if self.sent.is_some() {
-            return Err(Refusal::AnotherEvent);
-        }
-        if self.reload.in_progress() {
-            return Err(Refusal::AnotherReload);
-        }
-        let (plan, event) = (self.reload.plan(), &instruction.event);
-        let known = plan.fsm.external.contains(event);
-        let Some(id) = self.machine.input(event).filter(|_| known) else {
-            return Err(Refusal::UnknownEvent {
-                role: plan.role.clone(),
-                event: event.clone(),
-                known: quoted(plan.fsm.external.iter()),
-            });
-        };
-        let command = Command::Instruct(instruction.with_event(id));
-        let mut handles = self.handles.0.iter_mut();
-        let navigation = handles.find(|handle| handle.kind == ActivityKind::Navigation);
-        if navigation.is_none_or(|handle| handle.commands.send(command).is_err()) {
-            return Err(Refusal::QueueFull);
-        }
-        Ok(())
     }
 
     fn answer_sent(&mut self, what: Instructed) {
@@ -347,9 +258,13 @@ impl Supervisor {
         }
     }
 
+    pub(super) fn is_reloading(&self) -> bool {
+        self.reload.in_progress()
+    }
+
     /// Steps a reload: see [`crate::process::reload`].
     fn go_on_reloading(&mut self, now_ns: u64) {
-        if !self.reload.in_progress() {
+        if !self.is_reloading() {
             return;
         }
         let all = |states: &[LifeCycleState]| self.handles.are(&RECONFIGURED, states);

@@ -13,7 +13,7 @@ mod robot;
 mod text;
 
 pub use devices::{DriveStatus, Encoders, LidarStatus, MAX_STEPS, RangeScan, WheelSetpoints};
-pub use motion::{OdometryTrace, SafeCommand, TRACE_SAMPLES, TubeState, WantedMotion};
+pub use motion::{OdometryTrace, SafeCommand, TRACE_SAMPLES, TeleopWish, TubeState, WantedMotion};
 pub use pose::{NavigationState, PoseEstimate, Whereabouts};
 pub use robot::{ActivityState, FleetState, Mode, RobotMode, ThreadReport};
 pub use text::{Line, Name};

@@ -1,6 +1,6 @@
 //! The motion that was, is wanted, and is safe.
 
-use description::geometry::MotionCommand;
+use description::geometry::{MotionCommand, Twist2};
 use serde::{Serialize, Serializer};
 use skills::history::OdometrySample;
 use skills::tubes::Room;
@@ -67,6 +67,25 @@ value! {
         room: Room,
         /// 1: the newest scan shows nothing where the map has walls, and is not to be believed.
         blind: u64,
+        /// 1: somebody drives by hand, and nothing else is to be driven than what that is.
+        by_hand: u64,
+    }
+}
+
+value! {
+    /// What a teleoperator wants, while one is connected.
+    TeleopWish, "teleop_wish" {
+        /// Number of the session, 0 before the first.
+        session: u64,
+        /// 1 while the teleoperator is connected.
+        open: u64,
+        /// When the robot heard this wish; it is good for a short time only.
+        heard_ns: u64,
+        /// The motion.
+        #[serde(flatten)]
+        wish: Twist2,
+        /// 1: somebody sees to it that the robot enters no area that others use, while it does not know its place.
+        without_borders: u64,
     }
 }
 

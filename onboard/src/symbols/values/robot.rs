@@ -18,6 +18,8 @@ pub enum Mode {
     Stopped = 3,
     /// It stops, then the program ends.
     Ending = 4,
+    /// Somebody drives it by hand.
+    Teleop = 5,
 }
 
 impl Mode {
@@ -29,6 +31,7 @@ impl Mode {
             1 => "running",
             2 => "paused",
             3 => "stopped",
+            5 => "teleop",
             _ => "ending",
         }
     }
@@ -37,10 +40,12 @@ impl Mode {
 value! {
     /// The supervisor's view of the robot.
     RobotMode, "robot_mode" {
-        /// 0 configuring, 1 running, 2 paused, 3 stopped, 4 ending.
+        /// 0 configuring, 1 running, 2 paused, 3 stopped, 4 ending, 5 driven by hand.
         mode: u64,
         /// 1: it is to stand, with the deceleration of stops, whatever navigation wants.
         halt: u64,
+        /// Number of the session of who drives it by hand, 0 for none.
+        teleop: u64,
         /// Tells this start of the process from others.
         boot_epoch: u64,
         /// Process id.

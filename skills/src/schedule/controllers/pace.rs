@@ -23,6 +23,8 @@ pub enum Hold {
     StopPose,
     /// The wall to dock at is not seen.
     WallUnseen,
+    /// Somebody drives it by hand, and wants it to stand.
+    ByHand,
 }
 
 impl Hold {
@@ -37,6 +39,7 @@ impl Hold {
             Self::NoStopPose => "no stop pose was given",
             Self::StopPose => "stop pose cannot be reached",
             Self::WallUnseen => "wall to dock at is unseen",
+            Self::ByHand => "driven by hand",
         }
     }
 }

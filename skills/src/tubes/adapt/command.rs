@@ -33,7 +33,7 @@ impl MotionTubes {
         if let Some(adapted) = self.back_out(wanted, current, search, now_ns) {
             return adapted;
         }
-        let blocked_ns = self.settle_block(search, wanted.speed_m_s != 0.0, now_ns);
+        let blocked_ns = self.settle_block(search, wanted, now_ns);
         let selection = match (search, blocked_ns) {
             (Search::Found(selection), None) => selection,
             // A command to stand is not reported as a stop.
@@ -72,6 +72,9 @@ impl MotionTubes {
             known: &self.known,
         };
         let nominal = selector.search(wanted, self.driven);
+        if self.by_hand {
+            return nominal;
+        }
         self.detour.search(&selector, nominal, wanted, moment)
     }
 
@@ -84,7 +87,8 @@ impl MotionTubes {
         now_ns: u64,
     ) -> Option<Adapted> {
         let policy = self.policy.detour;
-        let goes = policy.curvature_1_m > 0.0 && wanted.speed_m_s > 0.0 && self.set.has_backward();
+        let wants = wanted.speed_m_s > 0.0 && !self.by_hand;
+        let goes = policy.curvature_1_m > 0.0 && wants && self.set.has_backward();
         let blocked = matches!(search, Search::Blocked);
         let moment = retreat::Moment {
             now_ns,
@@ -146,7 +150,13 @@ impl MotionTubes {
     }
 
     /// Follows the search into and out of a block; gives since when it has been blocked, while it is.
-    fn settle_block(&mut self, search: Search, wants_to_move: bool, now_ns: u64) -> Option<u64> {
+    fn settle_block(&mut self, search: Search, wanted: MotionCommand, now_ns: u64) -> Option<u64> {
+        let wants_to_move = wanted.speed_m_s != 0.0;
+        let backward = wanted.speed_m_s < 0.0;
+        // Who drives by hand and turns back has seen what stands in the way.
+        if self.by_hand && wants_to_move {
+            self.block = self.block.filter(|block| block.backward == backward);
+        }
         let found = matches!(search, Search::Found(_));
         let Some(block) = &mut self.block else {
             if found || !wants_to_move {
@@ -155,6 +165,7 @@ impl MotionTubes {
             self.counters.blocked_stops += 1;
             self.driven = None;
             self.block = Some(Block {
+                backward,
                 since_ns: now_ns,
                 free_since_ns: None,
             });

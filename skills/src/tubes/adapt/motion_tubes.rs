@@ -21,6 +21,8 @@ use description::robot::AdaptPolicy;
 /// A stop because no tube was free.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
+    /// It wanted to go backward.
+    pub(super) backward: bool,
     pub(super) since_ns: u64,
     pub(super) free_since_ns: Option<u64>,
 }
@@ -44,6 +46,8 @@ pub struct MotionTubes {
     pub(super) detour: Detour,
     pub(super) retreat: Retreat,
     pub(super) room: Option<Room>,
+    /// Somebody drives by hand: no way around, and none back, is looked for.
+    pub(super) by_hand: bool,
     pub(super) driven: Option<Selection>,
     /// The highest speed allowed until the next scan.
     pub(super) ceiling_m_s: f64,
@@ -91,6 +95,7 @@ impl MotionTubes {
             detour: Detour::default(),
             retreat: Retreat::default(),
             room: None,
+            by_hand: false,
             driven: None,
             ceiling_m_s: f64::INFINITY,
             last_curvature_1_m: 0.0,
@@ -102,6 +107,16 @@ impl MotionTubes {
     /// Detours from now on stay in this room; `None`: the path is not known, and detours are not limited by it.
     pub fn keep_within(&mut self, room: Option<Room>) {
         self.room = room;
+    }
+
+    /// Whether somebody drives by hand from now on: then nothing but the wanted motion is driven, or a shifted one within
+    /// the band. Ways around things and back from them are for who sees them.
+    pub fn drive_by_hand(&mut self, by_hand: bool) {
+        if by_hand != self.by_hand {
+            self.by_hand = by_hand;
+            self.detour.reset();
+            self.retreat.reset();
+        }
     }
 
     /// Whether a tube was free on the newest scan.

@@ -50,6 +50,43 @@ pub enum Reason {
     Reversing,
 }
 
+impl Reason {
+    /// All, in the order of their numbers.
+    pub const ALL: [Self; 12] = [
+        Self::None,
+        Self::Blocked,
+        Self::BeyondTubes,
+        Self::Resuming,
+        Self::NoScan,
+        Self::AwaitingScans,
+        Self::TooFast,
+        Self::Backwards,
+        Self::NotFinite,
+        Self::Moving,
+        Self::UnknownFloor,
+        Self::Reversing,
+    ];
+
+    /// In words, for people.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::None => "nothing is in the way",
+            Self::Blocked => "something is in the way",
+            Self::BeyondTubes => "no motion tube turns so tightly",
+            Self::Resuming => "the way is free again, and not yet for long enough",
+            Self::NoScan => "no valid scan arrives",
+            Self::AwaitingScans => "scans are good again, and not yet for long enough",
+            Self::TooFast => "the robot is too fast to stop in what is free",
+            Self::Backwards => "this robot has no motion tubes backward",
+            Self::NotFinite => "the motion is no number",
+            Self::Moving => "something moves nearby",
+            Self::UnknownFloor => "the floor there was not seen to be free",
+            Self::Reversing => "it must come to rest first",
+        }
+    }
+}
+
 /// The command to drive, and what led to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Adapted {
@@ -112,4 +149,16 @@ pub struct Counters {
     pub retreats: u64,
     /// Jumps of the odometry, or of the clock, after which everything remembered was forgotten.
     pub jumps: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reasons_are_in_the_order_of_their_numbers() {
+        for (number, reason) in Reason::ALL.into_iter().enumerate() {
+            assert_eq!(reason as usize, number);
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! All skills together drive a simulated tricycle through the corridor, lap after lap; judged by the simulation's truth.
 
+mod by_hand;
 mod docks;
 mod floor;
 mod hostile;

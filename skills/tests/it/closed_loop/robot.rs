@@ -13,7 +13,7 @@ use description::wheels::WheelSpeeds;
 use skills::borders::AreaSet;
 use skills::drive::{StopKind, WheelController};
 use skills::history::OdometryHistory;
-use skills::navigator::{NavigationInput, NavigationOutput, Navigator, NavigatorSetup};
+use skills::navigator::{ByHand, NavigationInput, NavigationOutput, Navigator, NavigatorSetup};
 use skills::odometry::{DeadReckoning, EncoderSample};
 use skills::scan::AlignedScan;
 
@@ -40,6 +40,7 @@ pub struct Robot {
     pub events: EventTable,
     pub trouble: Trouble,
     pub motion_allowed: bool,
+    pub by_hand: Option<ByHand>,
     pub allowed: AreaSet,
     pub dead_reckoning: DeadReckoning,
     pub output: Option<NavigationOutput>,
@@ -86,6 +87,7 @@ impl Robot {
             navigator,
             trouble: Trouble::default(),
             motion_allowed: true,
+            by_hand: None,
             allowed: AreaSet::ALL,
             dead_reckoning: DeadReckoning::new(geometry, 35.0).expect("sound geometry"),
             output: None,
@@ -154,6 +156,7 @@ impl Robot {
             scan: Some(&self.aligned),
             odometry: self.dead_reckoning.odometry(),
             motion_allowed: self.motion_allowed,
+            by_hand: self.by_hand,
             allowed: self.allowed,
         });
         self.allocations += counting::so_far() - before;

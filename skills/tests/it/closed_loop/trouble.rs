@@ -259,6 +259,7 @@ fn whatever_comes_in_the_command_is_a_sane_number() {
             scan: Some(&scan),
             odometry: &odometry,
             motion_allowed: true,
+            by_hand: None,
             allowed: AreaSet::ALL,
         });
         assert!(

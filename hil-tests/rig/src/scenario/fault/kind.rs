@@ -77,6 +77,8 @@ pub enum ScriptedKind {
     Pause,
     /// An operator stops the robot, and resets it at the end.
     Stop,
+    /// Somebody drives the robot by hand, and sends it on at the end.
+    Teleop,
 }
 
 /// Which keys a kind has beside when and how long.
@@ -92,6 +94,8 @@ pub struct Keys {
     pub thread: bool,
     /// `pose`, possible.
     pub pose: bool,
+    /// `motion`, needed.
+    pub motion: bool,
 }
 
 /// As a `thread` that hangs: the robot's supervisor.
@@ -138,7 +142,8 @@ impl ScriptedKind {
     ];
 
     /// Those after which robots are safe, but may need more than resets to go on.
-    pub const LASTING: [Self; 4] = [
+    pub const LASTING: [Self; 5] = [
+        Self::Teleop,
         Self::CloneRobot,
         Self::RestoreJournal,
         Self::LoseJournal,
@@ -169,6 +174,7 @@ impl ScriptedKind {
             by_s,
             thread: matches!(self, Self::Hang | Self::LateThreads),
             pose: self == Self::CloneRobot,
+            motion: self == Self::Teleop,
         };
         match self {
             Self::Lose | Self::Repeat => keys(Some(false), true, false),
@@ -191,7 +197,8 @@ impl ScriptedKind {
             | Self::Person
             | Self::Box
             | Self::Pause
-            | Self::Stop => keys(Some(true), false, false),
+            | Self::Stop
+            | Self::Teleop => keys(Some(true), false, false),
             Self::LoseFrames
             | Self::BreakScans
             | Self::AgeScans

@@ -37,6 +37,9 @@ pub struct ScriptedFault {
     /// Where in `map`: x and y in metres, heading in degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose: Option<[f64; 3]>,
+    /// What who drives by hand wants: forward, metres per second, and turning, radians per second.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<[f64; 2]>,
 }
 
 impl ScriptedFault {
@@ -79,11 +82,19 @@ impl ScriptedFault {
         key("by_s", self.by_s.is_some(), keys.by_s, keys.by_s);
         key("thread", self.thread.is_some(), keys.thread, false);
         key("pose", self.pose.is_some(), keys.pose, false);
+        key("motion", self.motion.is_some(), keys.motion, keys.motion);
         const FARTHEST: f64 = 1000.0;
         let near = |value: &f64| value.abs() <= FARTHEST;
         if let Some(pose) = self.pose.filter(|pose| !pose.iter().all(near)) {
             complaints.push(format!(
                 "found pose = {pose:?}, expected metres, metres and degrees, each from -{FARTHEST} to {FARTHEST}"
+            ));
+        }
+        const FASTEST: f64 = 3.0;
+        let slow = |value: &f64| value.abs() <= FASTEST;
+        if let Some(motion) = self.motion.filter(|motion| !motion.iter().all(slow)) {
+            complaints.push(format!(
+                "found motion = {motion:?}, expected metres and radians per second, each from -{FASTEST} to {FASTEST}"
             ));
         }
         if let Some(robot) = &self.robot {
@@ -136,6 +147,9 @@ impl fmt::Display for ScriptedFault {
         }
         if let Some(pose) = self.pose {
             write!(f, ", pose = {pose:?}")?;
+        }
+        if let Some(motion) = self.motion {
+            write!(f, ", motion = {motion:?}")?;
         }
         f.write_str(" }")
     }

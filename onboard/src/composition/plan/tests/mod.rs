@@ -162,6 +162,7 @@ impl Drive {
             scan: None,
             odometry: &self.odometry,
             motion_allowed: true,
+            by_hand: None,
             allowed: AreaSet::ALL,
         });
         let MotionCommand {

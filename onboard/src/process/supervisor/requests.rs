@@ -1,0 +1,132 @@
+//! What operators ask, and what is done about it.
+
+use coordination::activity::LifeCycleEvent;
+use description::instruction::Instruction;
+use description::threads::ActivityKind;
+
+use super::sent::{Sent, answer};
+use super::supervision::{STOPS, Supervisor};
+use crate::activities::port::{Command, Placed};
+use crate::process::ctl::{
+    Done, Event, FreeBehind, Pending, Place, Refusal, Reply, Request, Spot, quoted,
+};
+use crate::symbols::faults::Fault;
+use crate::symbols::values::Mode;
+
+impl Supervisor {
+    pub(super) fn serve(&mut self, pending: Pending, now_ns: u64) {
+        let reply = match &pending.request {
+            Request::Pause => {
+                self.take_back("an operator pauses the robot");
+                self.operator_paused = true;
+                self.handles.tell(
+                    ActivityKind::Navigation,
+                    Command::LifeCycle(LifeCycleEvent::Pause),
+                );
+                Ok(Done::Paused)
+            }
+            Request::Resume | Request::Reload if self.lease.is_some() => Err(Refusal::ByHand),
+            Request::Resume if self.mode() == Mode::Stopped => Err(Refusal::StoppedByFault),
+            Request::Resume => {
+                self.operator_paused = false;
+                Ok(Done::Running)
+            }
+            Request::Stop => {
+                self.take_back("an operator stops the robot");
+                self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
+                Ok(Done::Stopped)
+            }
+            Request::Reset => {
+                for fault in STOPS {
+                    self.clear("operator", fault, now_ns);
+                }
+                self.watch.forget();
+                self.handles.tell_all(Command::Reset);
+                self.limit_speed(1000);
+                Ok(Done::Reset)
+            }
+            Request::Place(_) | Request::FreeBehind(_)
+                if self.mode() == Mode::Running || !self.standing(now_ns) =>
+            {
+                Err(Refusal::MayMove)
+            }
+            Request::Place(place) => self.place(place),
+            Request::FreeBehind(FreeBehind { way_m }) => {
+                self.handles
+                    .tell(ActivityKind::MotionTube, Command::FreeBehind(*way_m));
+                Ok(Done::FreeBehind(*way_m))
+            }
+            Request::Teleop(_) => self.lend(now_ns),
+            Request::Reload => {
+                self.reload.begin(pending, now_ns);
+                return;
+            }
+            Request::Send(Event(instruction)) => match self.send(instruction) {
+                Ok(()) => {
+                    self.sent = Some(Sent {
+                        event: instruction.event.clone(),
+                        pending,
+                        since_ns: now_ns,
+                    });
+                    return;
+                }
+                Err(why) => Err(why),
+            },
+        };
+        answer(pending, &reply);
+    }
+
+    /// Takes an operator's word for where the robot stands.
+    fn place(&mut self, place: &Place) -> Reply {
+        let state = match &place.state {
+            None => None,
+            Some(name) => Some(self.machine.state_id(name).ok_or_else(|| {
+                let plan = self.reload.plan();
+                Refusal::UnknownState {
+                    role: plan.role.clone(),
+                    state: name.clone(),
+                    known: quoted(plan.fsm.states.iter().map(|state| &state.name)),
+                }
+            })?),
+        };
+        let placed = match (place.at, state) {
+            (Spot::Start, None) => Placed::AtStart,
+            (Spot::Start, state) => Placed::At {
+                pose: self.reload.plan().start.start,
+                state,
+            },
+            (Spot::Pose(pose), state) => Placed::At { pose, state },
+        };
+        // The tubes forget the floor before navigation wants to drive over it.
+        for kind in [ActivityKind::MotionTube, ActivityKind::Navigation] {
+            self.handles.tell(kind, Command::Place(placed));
+        }
+        Ok(Done::Placed)
+    }
+
+    /// Gives an external event to navigation; the answer comes as a report.
+    fn send(&mut self, instruction: &Instruction<String>) -> Result<(), Refusal> {
+        if self.sent.is_some() {
+            return Err(Refusal::AnotherEvent);
+        }
+        if self.reload.in_progress() {
+            return Err(Refusal::AnotherReload);
+        }
+        let (plan, event) = (self.reload.plan(), &instruction.event);
+        let known = plan.fsm.external.contains(event);
+        let Some(id) = self.machine.input(event).filter(|_| known) else {
+            return Err(Refusal::UnknownEvent {
+                role: plan.role.clone(),
+                event: event.clone(),
+                known: quoted(plan.fsm.external.iter()),
+            });
+        };
+        let command = Command::Instruct(instruction.with_event(id));
+        let mut handles = self.handles.0.iter_mut();
+        let navigation = handles.find(|handle| handle.kind == ActivityKind::Navigation);
+        if navigation.is_none_or(|handle| handle.commands.send(command).is_err()) {
+            return Err(Refusal::QueueFull);
+        }
+        Ok(())
+    }
+}
