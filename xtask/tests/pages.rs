@@ -32,6 +32,7 @@ const PROGRAM: &str = "hil-tests/rig/tests/robots/fleets/program.rs";
 const LAPS: &str = "hil-tests/rig/tests/robots/bad_days/laps.rs";
 const OPERATOR: &str = "hil-tests/rig/tests/robots/bad_days/operator.rs";
 const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
+const TELEOP: &str = "hil-tests/rig/tests/robots/bad_days/by_hand.rs";
 const HARDWARE: &str = "the robot's own hardware, and an administrator";
 const SERVE: &str = "target/debug/mediator run --site config/sites/overtaking.toml --listen tcp/0.0.0.0:7447 --first-start";
 
@@ -193,6 +194,13 @@ const COMMANDS: &[(&str, Run)] = &[
         ByTest {
             file: OPERATOR,
             naming: "ask(\"free-behind 1.5\")",
+        },
+    ),
+    (
+        "target/release/onboard teleop amr-1",
+        ByTest {
+            file: TELEOP,
+            naming: "[\"teleop\"",
         },
     ),
     (

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use super::check;
+use super::teleop::{TeleopArgs, teleop};
 use crate::composition::files::Files;
 use crate::process::ctl::Request;
 use crate::process::runtime::Runtime;
@@ -48,6 +49,8 @@ enum Command {
         #[command(flatten)]
         runtime: RuntimeArgs,
     },
+    /// Drive a running robot by hand, while a dead-man is held
+    Teleop(TeleopArgs),
     /// Talk to a running robot
     Ctl {
         /// What to ask of it
@@ -88,6 +91,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             runtime,
         } => Runtime::new(runtime.folder)
             .and_then(|runtime| inspect::inspect(&runtime, robot.as_deref(), watch, json)),
+        Command::Teleop(arguments) => teleop(arguments),
         Command::Ctl {
             request,
             robot,

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod teleop;
 
 pub use crate::composition::failure::{EXIT_FAILED, EXIT_REFUSED, Failure};
 pub use crate::composition::files::{Files, overrides};
