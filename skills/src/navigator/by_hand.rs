@@ -20,19 +20,6 @@ const SLOWEST_WISH_M_S: f64 = 0.01;
 /// A path leads deeper into an area when its overlap grows by more than this.
 const DEEPER_M: f64 = 1e-3;
 
-/// What a teleoperator wants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ByHand {
-    /// The motion. This robot turns only while it rolls: a turn without speed is a wish to stand.
-    pub wish: Twist2,
-    /// No faster than this,
-    pub limit_m_s: f64,
-    /// and than this where the robot does not know its place, so that borders are no help.
-    pub creep_m_s: f64,
-    /// Somebody sees to it that the robot enters no area that others use, while it does not know its place.
-    pub without_borders: bool,
-}
-
 impl Navigator {
     /// Whether the robot is, or has been and was not sent on since, driven by hand.
     pub(super) fn is_by_hand(&mut self, input: &NavigationInput) -> bool {

@@ -26,9 +26,10 @@ mod step;
 mod take_over;
 
 pub use crate::schedule::Hold;
-pub use by_hand::ByHand;
 pub use checkpoint::NavigatorCheckpoint;
 pub use instruction::{Instructed, Instruction, InstructionError, Parameters};
-pub use output::{EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput};
+pub use output::{
+    ByHand, EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput,
+};
 pub use setup::NavigatorSetup;
 pub use state::Navigator;

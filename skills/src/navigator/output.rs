@@ -1,6 +1,5 @@
 //! What goes into a navigation step and what comes out of it.
 
-use super::by_hand::ByHand;
 use crate::borders::AreaSet;
 use crate::localisation::PoseCounters;
 use crate::odometry::Odometry;
@@ -12,10 +11,23 @@ use crate::tubes::Room;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
 use description::areas::AreaIndex;
-use description::geometry::{MotionCommand, Pose2};
+use description::geometry::{MotionCommand, Pose2, Twist2};
 
 /// Events that one step can report.
 pub const MAX_EVENTS: usize = 16;
+
+/// What a teleoperator wants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByHand {
+    /// The motion. This robot turns only while it rolls: a turn without speed is a wish to stand.
+    pub wish: Twist2,
+    /// No faster than this,
+    pub limit_m_s: f64,
+    /// and than this where the robot does not know its place, so that borders are no help.
+    pub creep_m_s: f64,
+    /// Somebody sees to it that the robot enters no area that others use, while it does not know its place.
+    pub without_borders: bool,
+}
 
 /// What a step needs.
 #[derive(Clone, Copy, Debug)]

@@ -13,6 +13,7 @@
 //!
 //! The same seed gives the same run. [`faults`] come from the scenario or are drawn from the seed.
 
+mod asynchronous;
 mod bus;
 mod checkpoints;
 mod clock;

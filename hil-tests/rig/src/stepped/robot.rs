@@ -12,7 +12,6 @@ use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 use drivers::Clock as _;
 use onboard::activities::news::Alarm;
 use onboard::activities::port::Port;
-use onboard::activities::robot_activity::ThreadActivities;
 use onboard::cli::{Failure, Files};
 use onboard::composition::compose::{
     Beginning, by_thread, compose_chain, compose_communication, compose_devices, membership, port,
@@ -33,6 +32,7 @@ use onboard::symbols::wiring::Wiring;
 use serde_json::Value as Json;
 use sim::world::Random;
 
+use super::asynchronous::Asynchronous;
 use super::clock::STEP_NS;
 use super::desk::SteppedDesk;
 use super::devices::Devices;
@@ -360,41 +360,6 @@ impl SteppedRobot {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .clone()
-    }
-}
-
-/// The asynchronous thread: its loop runs on news, and with a period of its own.
-struct Asynchronous {
-    activities: ThreadActivities,
-    period_ns: u64,
-    next_ns: u64,
-    alarm: Alarm,
-    woken: u32,
-}
-
-impl Asynchronous {
-    fn new(activities: ThreadActivities, trigger: &Trigger, alarm: &Alarm, now_ns: u64) -> Self {
-        Self {
-            activities,
-            period_ns: trigger.period_ns(),
-            next_ns: now_ns,
-            alarm: alarm.clone(),
-            woken: alarm.wake.count(),
-        }
-    }
-
-    fn go_on(&mut self, now_ns: u64) {
-        let count = self.alarm.wake.count();
-        let woken = std::mem::replace(&mut self.woken, count) != count;
-        let told = self.alarm.news.take().is_some() || woken;
-        let ticked = now_ns >= self.next_ns;
-        if ticked {
-            // Periods that were missed are not made up for.
-            self.next_ns = (self.next_ns + self.period_ns).max(now_ns);
-        }
-        if told || ticked {
-            self.activities.step(|| now_ns);
-        }
     }
 }
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use description::geometry::Twist2;
 use evdev::{AbsInfo, AbsoluteAxisCode, Device, EventSummary, InputEvent, KeyCode};
 
-use super::Input;
+use super::input::Input;
 
 /// A hand that holds a stick moves it a little at least this often.
 const FELT: Duration = Duration::from_secs(2);

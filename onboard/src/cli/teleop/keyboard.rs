@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, poll, read};
 use description::geometry::Twist2;
 
-use super::Input;
+use super::input::Input;
 
 /// Keys that are held repeat at least this often.
 const REPEAT: Duration = Duration::from_millis(200);

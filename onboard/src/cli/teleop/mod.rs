@@ -5,6 +5,7 @@
 //! changes and every [`PERIOD`]; what is not said any more, the robot forgets by its own clock.
 
 mod gamepad;
+mod input;
 mod keyboard;
 mod lines;
 mod link;
@@ -23,6 +24,7 @@ use crate::composition::failure::Failure;
 use crate::process::ctl::{self, Request};
 use crate::process::runtime::Runtime;
 use crate::process::signals::termination_flag;
+use input::Input;
 use link::Link;
 use screen::View;
 
@@ -54,19 +56,6 @@ pub(super) struct TeleopArgs {
     /// Folder for the names of running robots [default: $XDG_RUNTIME_DIR/onboard, or /tmp/onboard-UID]
     #[arg(long = "runtime", value_name = "DIR", env = "ONBOARD_RUNTIME_DIR")]
     folder: Option<PathBuf>,
-}
-
-/// What somebody does at this end.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Input {
-    /// Wants this motion; to stand, when no dead-man is held.
-    Wants(Twist2),
-    /// Wants faults to be forgotten.
-    Reset,
-    /// Leaves.
-    Leaves,
-    /// Nothing new.
-    Nothing,
 }
 
 /// Drives a robot by hand.

@@ -7,6 +7,7 @@ mod ending;
 mod handles;
 mod keeper;
 mod lease;
+mod lending;
 mod requests;
 mod sent;
 mod supervision;
