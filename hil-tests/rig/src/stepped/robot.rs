@@ -18,7 +18,7 @@ use onboard::composition::compose::{
 };
 use onboard::composition::plan::{Plan, thread_names};
 use onboard::process::checkpoints::Left;
-use onboard::process::ctl::{Done, Pending, Request};
+use onboard::process::ctl::{Done, Pending, Refusal, Reply, Request};
 use onboard::process::inspect::snapshot;
 use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
@@ -64,8 +64,8 @@ pub struct SteppedRobot {
     supervisor_next_ns: u64,
     machine: Machine,
     requests: VecDeque<Request>,
-    refused: Arc<Mutex<Vec<String>>>,
     desk: SteppedDesk,
+    replies: Arc<Mutex<Vec<(&'static str, Reply)>>>,
     insight: Insight,
     id: String,
     runtime: Runtime,
@@ -218,8 +218,8 @@ impl SteppedRobot {
             supervisor_next_ns: now_ns,
             machine,
             requests: VecDeque::new(),
-            refused: Arc::default(),
             desk: SteppedDesk::new(symbols.teleop),
+            replies: Arc::default(),
             leave,
             late: Vec::new(),
             hung: Vec::new(),
@@ -285,22 +285,20 @@ impl SteppedRobot {
         let supervised = !self.hung.iter().any(|name| name == SUPERVISOR);
         if supervised && now_ns >= self.supervisor_next_ns {
             self.supervisor_next_ns = now_ns + PERIOD_NS;
-            let (requests, refused) = (&mut self.requests, &self.refused);
+            let (requests, replies) = (&mut self.requests, &self.replies);
             let lent = self.desk.lent();
-            // One at a time, as an operator who waits for the answer.
+            // One at a time, as people are not faster.
             let mut next = requests.pop_front();
             self.supervisor.cycle(now_ns, || {
                 let request = next.take()?;
-                let (name, refused) = (request.name(), Arc::clone(refused));
+                let (name, replies) = (request.name(), Arc::clone(replies));
                 let lent = Arc::clone(&lent);
                 Some(Pending::new(request, move |reply| {
                     if let Ok(Done::Lent(session)) = reply {
                         lent.store(*session, Ordering::Relaxed);
                     }
-                    if let Err(why) = reply {
-                        let mut all = refused.lock().unwrap_or_else(PoisonError::into_inner);
-                        all.push(format!("{name}: {why}"));
-                    }
+                    let mut all = replies.lock().unwrap_or_else(PoisonError::into_inner);
+                    all.push((name, reply.clone()));
                 }))
             });
         }
@@ -353,13 +351,21 @@ impl SteppedRobot {
         self.ask(Request::Resume);
     }
 
-    /// What operators were refused.
+    /// What operators were refused; not resets that left faults: those were carried out, and are asked for again.
     #[must_use]
     pub fn refused(&self) -> Vec<String> {
-        self.refused
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        let replies = self.replies().into_iter();
+        { replies.filter_map(|(name, reply)| Some((name, reply.err()?))) }
+            .filter(|(_, why)| !matches!(why, Refusal::Remaining(_)))
+            .map(|(name, why)| format!("{name}: {why}"))
+            .collect()
+    }
+
+    /// What operators were answered, in order: the name of the request, and the reply.
+    #[must_use]
+    pub fn replies(&self) -> Vec<(&'static str, Reply)> {
+        let all = self.replies.lock();
+        all.unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use onboard::cli::Files;
 use onboard::composition::plan::Plan;
-use onboard::process::ctl::Request;
+use onboard::process::ctl::{Reply, Request};
 use onboard::symbols::faults::{Fault, FaultTable};
 use onboard::symbols::values::LidarStatus;
 use rig::belief::Belief;
@@ -162,6 +162,24 @@ impl Bench {
     /// What operators were refused.
     pub fn refused(&self) -> Vec<String> {
         self.robot.refused()
+    }
+
+    /// What operators were answered, with the name of the request.
+    pub fn replies(&self) -> Vec<(&'static str, Reply)> {
+        self.robot.replies()
+    }
+
+    /// Asks, and waits for the answer; returns it, and after how many seconds it came.
+    pub fn answer_to(&mut self, request: Request) -> (Reply, f64) {
+        let (name, before) = (request.name(), self.replies().len());
+        let asked_ns = self.now_ns;
+        self.ask(request);
+        self.until("an answer", PATIENCE_S, |bench| {
+            bench.replies().len() > before
+        });
+        let (answered, reply) = self.replies().swap_remove(before);
+        assert_eq!(answered, name);
+        (reply, (self.now_ns - asked_ns) as f64 / 1e9)
     }
 
     /// What the robot believes.

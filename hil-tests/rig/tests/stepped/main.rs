@@ -2,7 +2,7 @@
 //!
 //! - [`bench`] is one robot on its devices, whose faults a test injects: [`bus`], [`drive`], [`lidar`], [`obstacle`], and
 //!   [`straying`] from the lane; [`hung`] are threads of its own that hang; [`placing`] is an operator's word for where it stands,
-//!   [`teleop`] a person who drives it by hand;
+//!   [`resets`] what is answered to a reset, [`teleop`] a person who drives it by hand;
 //! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
 //!   [`found`] what campaigns have found, [`scripted`] what is never drawn.
 
@@ -16,6 +16,7 @@ mod hung;
 mod lidar;
 mod obstacle;
 mod placing;
+mod resets;
 mod scripted;
 mod straying;
 mod teleop;

@@ -4,6 +4,8 @@ use std::fmt;
 
 use skills::navigator::{Hold, InstructionError};
 
+use crate::symbols::faults::Fault;
+
 /// What was done, or why nothing was.
 pub type Reply = Result<Done, Refusal>;
 
@@ -16,7 +18,7 @@ pub enum Done {
     Running,
     /// It stops hard.
     Stopped,
-    /// Faults are forgotten.
+    /// Faults are forgotten, and none has come back.
     Reset,
     /// It takes the operator's word for where it stands.
     Placed,
@@ -91,6 +93,9 @@ pub enum Refusal {
     /// What is not for a robot that somebody drives by hand.
     #[error("somebody drives it by hand; wait until that ends, or run `onboard ctl pause` first")]
     ByHand,
+    /// After a reset, faults that are still there or have come back.
+    #[error("the robot stays stopped by {}", sentences(.0))]
+    Remaining(Vec<Fault>),
     /// The robot is neither stopped nor paused, or still moves.
     #[error("the robot drives, or may: run `onboard ctl stop` first, and wait until it stands")]
     MayMove,
@@ -139,6 +144,13 @@ pub enum Refusal {
     /// A reload had its time; what it waited for.
     #[error("{0}")]
     ReloadTooSlow(&'static str),
+}
+
+/// Faults for people: what each is, and what to do.
+fn sentences(faults: &[Fault]) -> String {
+    let faults =
+        { faults.iter() }.map(|fault| format!("`{}` ({})", fault.name(), fault.sentence()));
+    faults.collect::<Vec<_>>().join(" and ")
 }
 
 /// Names for people: "`a`, `b`", or "none".

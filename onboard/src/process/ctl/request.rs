@@ -16,7 +16,7 @@ pub enum Request {
     Resume,
     /// Stop hard and stay stopped until `reset`
     Stop,
-    /// Forget faults whose causes are dealt with, and go on
+    /// Forget faults whose causes are dealt with, and go on; says which remain
     Reset,
     /// Say where the robot stands, while it is stopped or paused
     Place(Place),

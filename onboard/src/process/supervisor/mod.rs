@@ -9,6 +9,7 @@ mod keeper;
 mod lease;
 mod lending;
 mod requests;
+mod resets;
 mod sent;
 mod supervision;
 

@@ -43,7 +43,8 @@ impl Supervisor {
                 self.watch.forget();
                 self.handles.tell_all(Command::Reset);
                 self.limit_speed(1000);
-                Ok(Done::Reset)
+                self.resets.wait(pending, now_ns);
+                return;
             }
             Request::Place(_) | Request::FreeBehind(_)
                 if self.mode() == Mode::Running || !self.standing(now_ns) =>
@@ -128,5 +129,31 @@ impl Supervisor {
             return Err(Refusal::QueueFull);
         }
         Ok(())
+    }
+
+    pub(super) fn answer_sent(&mut self, what: Instructed) {
+        // One that took too long has been answered already.
+        if let Some(sent) = self.sent.take() {
+            sent.answer(what, &self.machine, &self.reload.plan().fsm);
+        }
+    }
+
+    pub(super) fn expire_sent(&mut self, now_ns: u64) {
+        if let Some(sent) = self.sent.take_if(|sent| sent.is_late(now_ns)) {
+            answer(sent.pending, &Err(Refusal::NoAnswer));
+        }
+    }
+
+    /// Tells those who have reset the robot what still stops it.
+    pub(super) fn answer_resets(&mut self, now_ns: u64) {
+        for pending in self.resets.due(now_ns) {
+            let remaining: Vec<_> = self.stopped_by().collect();
+            let reply = if remaining.is_empty() {
+                Ok(Done::Reset)
+            } else {
+                Err(Refusal::Remaining(remaining))
+            };
+            answer(pending, &reply);
+        }
     }
 }

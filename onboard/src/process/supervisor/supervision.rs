@@ -3,15 +3,15 @@
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::fsm::Machine;
 use description::threads::ActivityKind;
-use skills::navigator::Instructed;
 
 use super::handles::{Handle, Handles};
 use super::keeper::Keeper;
 use super::lease::Lease;
-use super::sent::{Sent, answer};
+use super::resets::Resets;
+use super::sent::Sent;
 use crate::activities::port::{Command, Report};
 use crate::process::checkpoints::Left;
-use crate::process::ctl::{Pending, Refusal};
+use crate::process::ctl::Pending;
 use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
 use crate::realtime::clock::MILLISECOND_NS;
@@ -45,6 +45,7 @@ pub struct Supervisor {
     pub(super) reload: Reload,
     keeper: Keeper,
     pub(super) sent: Option<Sent>,
+    pub(super) resets: Resets,
 }
 
 impl Supervisor {
@@ -74,6 +75,7 @@ impl Supervisor {
             reload,
             keeper,
             sent: None,
+            resets: Resets::default(),
         }
     }
 
@@ -107,6 +109,7 @@ impl Supervisor {
         }
         self.go_on_reloading(now_ns);
         self.expire_sent(now_ns);
+        self.answer_resets(now_ns);
         self.tell_mode();
         self.publish(now_ns);
         let mode = self.mode_to_keep();
@@ -180,6 +183,11 @@ impl Supervisor {
         }
     }
 
+    /// Faults that keep the robot stopped until an operator ends them.
+    pub(super) fn stopped_by(&self) -> impl Iterator<Item = Fault> + '_ {
+        { self.table.active() }.filter(|fault| fault.resumes() == Resumes::Operator)
+    }
+
     pub(super) fn mode(&self) -> Mode {
         if self.lease.is_some() {
             Mode::Teleop
@@ -197,11 +205,7 @@ impl Supervisor {
     }
 
     fn mode_of_itself(&self) -> Mode {
-        if self
-            .table
-            .active()
-            .any(|fault| fault.resumes() == Resumes::Operator)
-        {
+        if self.stopped_by().next().is_some() {
             Mode::Stopped
         } else if self.operator_paused {
             Mode::Paused
@@ -243,19 +247,6 @@ impl Supervisor {
     pub(super) fn limit_speed(&mut self, thousandths: u16) {
         self.handles
             .tell(ActivityKind::Navigation, Command::LimitSpeed(thousandths));
-    }
-
-    fn answer_sent(&mut self, what: Instructed) {
-        // One that took too long has been answered already.
-        if let Some(sent) = self.sent.take() {
-            sent.answer(what, &self.machine, &self.reload.plan().fsm);
-        }
-    }
-
-    fn expire_sent(&mut self, now_ns: u64) {
-        if let Some(sent) = self.sent.take_if(|sent| sent.is_late(now_ns)) {
-            answer(sent.pending, &Err(Refusal::NoAnswer));
-        }
     }
 
     pub(super) fn is_reloading(&self) -> bool {

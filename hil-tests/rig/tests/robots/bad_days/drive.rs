@@ -16,6 +16,9 @@ fn the_emergency_stop_holds_it_until_an_operator_agrees() {
             bench.devices.drive.set_emergency_stop(true)
         });
         bench.until_published("motors-off", Duration::from_secs(1));
+        // While it is pressed, a reset says so, and that it was of no use.
+        bench.is_refused("reset", "motors-off");
+        bench.is_refused("reset", "release that");
         // That the cause is gone is not enough.
         bench.devices.drive.clear_faults();
         bench.stands_for(Duration::from_millis(500));
