@@ -2,6 +2,9 @@
 //!
 //! It acts when the outputs have not been written for the time of register 0x0420, counted in ticks of
 //! (divider 0x0400 + 2) · 40 ns, and only if the control byte of the outputs' SyncManager enables it.
+//!
+//! All of this is set and read back at each bring-up, since registers outlive INIT. What somebody else writes to them while the
+//! SubDevice is in OP is not noticed before the next one.
 
 use super::error::BringUpError;
 use ethercrab::error::Error;

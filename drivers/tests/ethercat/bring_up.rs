@@ -146,8 +146,13 @@ fn another_process_data_layout_is_refused() {
 
 /// Says nothing more until the watchdog trips; returns how long that took.
 fn until_watchdog_trips(link: &SegmentLink) -> Duration {
+    until_watchdog_trips_after(link, 0)
+}
+
+/// The same for one that has tripped so often before.
+fn until_watchdog_trips_after(link: &SegmentLink, tripped: u64) -> Duration {
     let silent_since = std::time::Instant::now();
-    while link.statistics.snapshot().watchdog_trips == 0 {
+    while link.statistics.snapshot().watchdog_trips == tripped {
         assert!(
             silent_since.elapsed() < Duration::from_secs(5),
             "the watchdog never tripped"
@@ -217,6 +222,32 @@ fn the_watchdog_gets_the_configured_time() {
             matches!(error, BringUpError::WatchdogRange { .. }),
             "{error}"
         );
+    }
+}
+
+#[test]
+fn a_watchdog_that_somebody_else_has_set_is_set_right_at_the_next_bring_up() {
+    let expected = drivers::ethercat::Expectation {
+        watchdog_ms: 200,
+        ..expectation()
+    };
+    // Off; almost three minutes; ticks of 80 ns, which trip it at once.
+    for writes in [
+        &[(0x0420, 0)][..],
+        &[(0x0400, u16::MAX), (0x0420, u16::MAX)],
+        &[(0x0400, 0)],
+    ] {
+        let link = SegmentLink::of([Mirror::default()]);
+        let bus = Bus::bring_up(link.boxed(), &expected, BringUpOptions::default()).unwrap();
+        for &(register, value) in writes {
+            link.write_register(register, value);
+        }
+        drop(bus);
+        let mut bus = Bus::bring_up(link.boxed(), &expected, BringUpOptions::default()).unwrap();
+        let tripped = link.statistics.snapshot().watchdog_trips;
+        bus.exchange(&[0; 36], &mut [0; 172], in_us(5_000)).unwrap();
+        let silent = until_watchdog_trips_after(&link, tripped);
+        assert!(silent >= Duration::from_millis(199), "{silent:?}");
     }
 }
 

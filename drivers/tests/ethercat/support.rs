@@ -163,6 +163,22 @@ impl SegmentLink {
         self.inner.lock().unwrap().segment.cycle(monotonic_ns());
     }
 
+    /// Somebody else on the wire writes a register of the first SubDevice.
+    pub fn write_register(&self, register: u16, value: u16) {
+        const APWR: u8 = 2;
+        // EtherCAT header; then the datagram: command, index, position, register, length, interrupts, data, working counter.
+        let mut payload = vec![14, 0x10, APWR, 0, 0, 0];
+        payload.extend(register.to_le_bytes());
+        payload.extend([2, 0, 0, 0]);
+        payload.extend(value.to_le_bytes());
+        payload.extend([0, 0]);
+        let mut wire = self.inner.lock().unwrap();
+        let now_ns = monotonic_ns();
+        wire.segment.process_payload(&mut payload, now_ns);
+        assert_eq!(payload[14..], [1, 0], "written");
+        wire.segment.cycle(now_ns);
+    }
+
     pub fn frames_sent(&self) -> u64 {
         self.inner.lock().unwrap().sent
     }

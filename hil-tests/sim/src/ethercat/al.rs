@@ -29,6 +29,8 @@ impl AlCode {
     pub const INVALID_OUTPUTS: AlCode = AlCode(0x001D);
     /// The inputs' SyncManager is set up wrongly.
     pub const INVALID_INPUTS: AlCode = AlCode(0x001E);
+    /// The outputs' SyncManager feeds a watchdog whose time is 0.
+    pub const INVALID_WATCHDOG: AlCode = AlCode(0x001F);
 }
 
 /// A state; states are ordered.

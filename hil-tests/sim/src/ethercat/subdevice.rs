@@ -147,7 +147,10 @@ impl SubDevice {
         self.check_watchdog(now_ns);
         if let Some(control) = self.esc.take_al_request() {
             let before = self.al.state();
-            let verdict = |wanted| self.check_settings(wanted);
+            let verdict = |wanted| {
+                self.check_settings(wanted)?;
+                self.check_watchdog_time(wanted)
+            };
             let mut al = self.al;
             al.request(control, verdict);
             self.al = al;
@@ -220,6 +223,16 @@ impl SubDevice {
                     return Err(code);
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// On the way into SAFEOP, as the common slave stack does; afterwards nobody looks.
+    fn check_watchdog_time(&self, wanted: AlState) -> Result<(), AlCode> {
+        let feeds = { self.outputs.as_ref() }
+            .is_some_and(|image| self.esc.sync_manager(image.index).feeds_watchdog());
+        if wanted == AlState::SafeOp && feeds && self.esc.watchdog_timeout_ns().is_none() {
+            return Err(AlCode::INVALID_WATCHDOG);
         }
         Ok(())
     }

@@ -25,6 +25,11 @@ impl Esc {
             self.watchdog.clear_expirations();
             self.set(reg::WATCHDOG_COUNTER, &[0; 2]);
         }
+        let times_the_watchdog =
+            touches(reg::WATCHDOG_DIVIDER, 2) || touches(reg::WATCHDOG_TIME_PROCESS_DATA, 2);
+        if times_the_watchdog {
+            self.watchdog.set(self.watchdog_timeout_ns(), self.now_ns);
+        }
         if touches(reg::SII_DATA, 8) {
             self.eeprom
                 .set_data(array(&self.memory, reg::SII_DATA.into()));
@@ -54,7 +59,8 @@ impl Esc {
         if touches(reg::DC_SPEED_START, 2) {
             self.clock.reset_loop();
         }
-        if touches(reg::DC_SYSTEM_TIME, 8)
+        if times_the_watchdog
+            || touches(reg::DC_SYSTEM_TIME, 8)
             || touches(reg::DC_OFFSET, 12)
             || touches(reg::SII_CONTROL, 14)
         {

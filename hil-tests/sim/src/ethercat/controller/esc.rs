@@ -202,7 +202,8 @@ impl Esc {
     }
 
     /// Time of the process data watchdog as the registers say; `None` when it is off.
-    fn watchdog_timeout_ns(&self) -> Option<u64> {
+    #[must_use]
+    pub fn watchdog_timeout_ns(&self) -> Option<u64> {
         watchdog::timeout_ns(
             self.get_u16(reg::WATCHDOG_DIVIDER),
             self.get_u16(reg::WATCHDOG_TIME_PROCESS_DATA),

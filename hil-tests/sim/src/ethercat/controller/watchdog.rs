@@ -7,6 +7,8 @@ const TICK_NS: u64 = 40;
 #[derive(Debug, Clone, Default)]
 pub struct Watchdog {
     fed_ns: Option<u64>,
+    // Its time is 0.
+    off: bool,
     expired: bool,
     expirations: u8,
 }
@@ -29,6 +31,16 @@ impl Watchdog {
         self.fed_ns = None;
     }
 
+    /// Its time or divider was written. While it is off it has not expired, and when it is switched on the time begins.
+    pub fn set(&mut self, timeout_ns: Option<u64>, now_ns: u64) {
+        let was_off = std::mem::replace(&mut self.off, timeout_ns.is_none());
+        if self.off {
+            self.expired = false;
+        } else if was_off && let Some(fed_ns) = &mut self.fed_ns {
+            *fed_ns = now_ns;
+        }
+    }
+
     /// Looks at the clock; true once, when the watchdog expires.
     pub fn check(&mut self, now_ns: u64, timeout_ns: Option<u64>) -> bool {
         let (Some(fed_ns), Some(timeout_ns)) = (self.fed_ns, timeout_ns) else {
@@ -42,7 +54,7 @@ impl Watchdog {
         true
     }
 
-    /// Not expired, or never started.
+    /// Not expired, never started, or off.
     #[must_use]
     pub fn is_ok(&self) -> bool {
         !self.expired

@@ -158,8 +158,8 @@ fn its_time_can_be_set() {
 fn without_its_bit_or_its_time_it_never_trips() {
     for (control, time) in [(0x24, 1000u16), (0x64, 0)] {
         let mut bench = Bench::new(1);
-        bench.write(0x0420, &time.to_le_bytes());
         bench.reach_op(control);
+        bench.write(0x0420, &time.to_le_bytes());
         let turning = bench.drive_for_ms(100, 5.0);
         bench.wait_ms(5000);
         assert_eq!(bench.al(), (8, 0));
@@ -169,6 +169,67 @@ fn without_its_bit_or_its_time_it_never_trips() {
             "and the wheels go on"
         );
     }
+}
+
+#[test]
+fn what_is_written_to_it_in_op_counts_at_once() {
+    let mut bench = Bench::new(1);
+    bench.reach_op(0x64);
+    bench.write(0x0420, &[0, 0]);
+    bench.wait_ms(5000);
+    assert_eq!((bench.al(), bench.read_u16(0x0440)), ((8, 0), 1), "off");
+    // Switched on again, it waits from then on.
+    bench.write(0x0420, &1000u16.to_le_bytes());
+    bench.wait_ms(99);
+    assert_eq!(bench.al(), (8, 0));
+    bench.wait_ms(2);
+    assert_eq!((bench.al(), bench.read_u16(0x0440)), ((0x14, 0x1B), 0));
+    // Off, it has not expired.
+    bench.write(0x0420, &[0, 0]);
+    assert_eq!(bench.read_u16(0x0440), 1);
+
+    let mut bench = Bench::new(1);
+    bench.reach_op(0x64);
+    bench.drive_for_ms(10, 1.0);
+    // Ticks of 10 µs.
+    bench.write(0x0400, &248u16.to_le_bytes());
+    bench.wait_ms(9);
+    assert_eq!(bench.al(), (8, 0));
+    bench.wait_ms(2);
+    assert_eq!(bench.al(), (0x14, 0x1B));
+}
+
+#[test]
+fn its_registers_outlive_init_but_not_power() {
+    let mut bench = Bench::new(1);
+    bench.reach_op(0x64);
+    bench.write(0x0400, &[7, 7]);
+    bench.write(0x0420, &[0, 0]);
+    assert_eq!(bench.request(1), (1, 0));
+    assert_eq!(
+        (bench.read_u16(0x0400), bench.read_u16(0x0420)),
+        (0x0707, 0)
+    );
+    let faults = bench.segment.faults();
+    faults.power_off(0);
+    bench.wait_ms(1);
+    faults.power_on(0);
+    bench.wait_ms(1);
+    assert_eq!(
+        (bench.read_u16(0x0400), bench.read_u16(0x0420)),
+        (2498, 1000)
+    );
+}
+
+#[test]
+fn safeop_is_refused_while_the_outputs_feed_a_watchdog_that_is_off() {
+    let mut bench = Bench::new(1);
+    bench.write(0x0420, &[0, 0]);
+    assert_eq!(bench.request(2), (2, 0));
+    bench.configure(0x64);
+    assert_eq!(bench.request(4), (0x12, 0x1F));
+    bench.write(0x0420, &[1, 0]);
+    assert_eq!(bench.request(0x14), (4, 0));
 }
 
 #[test]

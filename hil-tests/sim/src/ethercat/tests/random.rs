@@ -65,6 +65,44 @@ proptest! {
         bench.wait_ms(200);
     }
 
+    /// None of it may last: who sets the registers has a watchdog, and so has who takes the power away for a moment.
+    #[test]
+    fn arbitrary_writes_leave_a_watchdog_that_does_what_its_registers_say(
+        writes in vec((0x03F8u16..0x0424, vec(prop_oneof![Just(0u8), 0u8..4, any::<u8>()], 1..42)), 0..12),
+    ) {
+        const LONGEST_MS: u64 = 2_000;
+        const TRIPPED: (u16, u16) = (0x14, 0x1B);
+        let mut bench = Bench::new(1);
+        bench.reach_op(0x64);
+        for (offset, data) in writes {
+            bench.send(cmd::APWR, address(0, offset), &data);
+            bench.drive_for_ms(3, 1.0);
+        }
+        let tick_ns = (u64::from(bench.read_u16(0x0400)) + 2) * 40;
+        let timeout_ms = tick_ns * u64::from(bench.read_u16(0x0420)) / MS;
+        let is_off = bench.read_u16(0x0420) == 0;
+        // It may have tripped between two exchanges, and does again if its time is that short.
+        bench.request(0x14);
+        bench.request(8);
+        if is_off || timeout_ms > 3 {
+            bench.drive_for_ms(3, 1.0);
+            prop_assert_eq!(bench.al(), (8, 0));
+            let silent_ms = if is_off { LONGEST_MS } else { LONGEST_MS.min(timeout_ms - 2) };
+            bench.wait_ms(silent_ms);
+            prop_assert_eq!(bench.al(), (8, 0));
+        }
+        if !is_off && timeout_ms <= LONGEST_MS {
+            bench.wait_ms(5);
+            prop_assert_eq!(bench.al(), TRIPPED);
+        }
+        bench.write(0x0400, &2498u16.to_le_bytes());
+        bench.write(0x0420, &1000u16.to_le_bytes());
+        bench.request(0x14);
+        prop_assert_eq!(bench.request(8), (8, 0));
+        bench.wait_ms(102);
+        prop_assert_eq!(bench.al(), TRIPPED);
+    }
+
     #[test]
     fn a_good_frame_with_changed_bytes(changes in vec((0usize..230, any::<u8>()), 1..4)) {
         let mut bench = Bench::new(1);
