@@ -354,8 +354,8 @@ fn stepped_once(
     let mut run = Run::new(scenario, stepped, request.seed);
     let ending = look_on(&mut run, request.headless, asked_to_end)?;
     let trace = run.stage.take_trace().unwrap_or_default();
-    write(out, "trace.csv", &trace.table)?;
-    write(out, "others.csv", &trace.others)?;
+    write(out, "trace.csv", &trace.table.text())?;
+    write(out, "others.csv", &trace.others.text())?;
     let notes = write(out, "notes.txt", &(trace.notes.join("\n") + "\n"))?;
     onboard::say!("wrote trace.csv, others.csv and {}", notes.display());
     run.scenario.name.push_str(" (stepped)");

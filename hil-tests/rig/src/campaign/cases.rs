@@ -146,7 +146,7 @@ impl Moments {
         let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
         run.stop();
         let driving_s = run.tracks().iter().map(|track| {
-            { track.path.iter() }
+            { track.path.points().iter() }
                 .filter(|point| point.speed_m_s.abs() > DRIVING_M_S)
                 .map(|point| point.at_s)
                 .collect()

@@ -146,6 +146,11 @@ impl Judge {
         { self.robots.get(robot) }.map_or(0.0, Conduct::max_lateral_error_m)
     }
 
+    /// The same since the last call.
+    pub fn take_lateral_error_m(&mut self, robot: usize) -> f64 {
+        { self.robots.get_mut(robot) }.map_or(0.0, Conduct::take_lateral_error_m)
+    }
+
     /// What had to be true while something else was.
     #[must_use]
     pub fn rules(&self) -> Vec<DuringSummary> {

@@ -65,6 +65,10 @@ impl Conduct {
         self.lane.max_lateral_error_m()
     }
 
+    pub(super) fn take_lateral_error_m(&mut self) -> f64 {
+        self.lane.take_lateral_error_m()
+    }
+
     /// The robot was told where to stop.
     pub(super) fn instructed(&mut self, pose: Pose) {
         self.instructed = Some(pose);

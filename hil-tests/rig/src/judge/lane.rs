@@ -19,12 +19,19 @@ pub(super) struct Lane {
     /// Index of the area that was entered last.
     area: Option<usize>,
     max_lateral_error_m: f64,
+    /// The same since it was last taken.
+    recent_lateral_error_m: f64,
 }
 
 impl Lane {
     /// Largest lateral error so far.
     pub(super) fn max_lateral_error_m(&self) -> f64 {
         self.max_lateral_error_m
+    }
+
+    /// Largest lateral error since the last call.
+    pub(super) fn take_lateral_error_m(&mut self) -> f64 {
+        std::mem::take(&mut self.recent_lateral_error_m)
     }
 
     pub(super) fn judge(
@@ -49,6 +56,7 @@ impl Lane {
         };
         let lateral_m = lane.line.lateral_m(at);
         self.max_lateral_error_m = self.max_lateral_error_m.max(lateral_m.abs());
+        self.recent_lateral_error_m = self.recent_lateral_error_m.max(lateral_m.abs());
         if let Some(most_m) = limits
             .lateral_error_m
             .filter(|most_m| lateral_m.abs() > *most_m)

@@ -4,7 +4,7 @@ mod child;
 pub mod janitor;
 pub mod mediator;
 pub mod robot;
-mod usage;
+pub mod usage;
 
 pub use child::{Process, log_tail};
 pub use usage::Usage;

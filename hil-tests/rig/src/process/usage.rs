@@ -66,6 +66,13 @@ impl Usage {
     }
 }
 
+/// Resident memory of a process now.
+#[must_use]
+pub fn resident_mib(pid: u32) -> Option<f64> {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    Some(resident_kib(&status)? as f64 / 1024.0)
+}
+
 fn resident_kib(status: &str) -> Option<u64> {
     let line = status
         .lines()
@@ -96,5 +103,6 @@ mod tests {
         let mut usage = Usage::of(std::process::id());
         usage.look();
         assert!(usage.largest_rss_mib() > 0.1);
+        assert!(resident_mib(std::process::id()).is_some_and(|now_mib| now_mib > 0.1));
     }
 }

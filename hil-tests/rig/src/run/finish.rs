@@ -7,6 +7,7 @@ use onboard::cli::Failure;
 
 use super::ending::Ending;
 use super::execution::Execution;
+use super::hours::Hours;
 use super::live::Live;
 use super::printing::print;
 use super::recording::record;
@@ -22,7 +23,7 @@ use crate::violation::ViolationKind;
 /// Lines of a log that are shown when a run fails.
 const LOG_LINES: usize = 12;
 
-/// Steps and shows the run until it ends or is interrupted.
+/// Steps and shows the run until it ends or is interrupted. A run of hours says how each was.
 ///
 /// # Errors
 /// [`Failure::Failed`] when a robot cannot be started.
@@ -31,10 +32,14 @@ pub fn look_on<E: Execution>(
     headless: bool,
     asked_to_end: &AtomicBool,
 ) -> Result<Ending, Failure> {
-    let mut live = Live::new(headless);
+    let (mut live, mut hours) = (Live::new(headless), Hours::default());
     let ending = loop {
         if let Some(ending) = run.step()? {
             break ending;
+        }
+        if let Some(hour) = hours.look(run) {
+            live.end();
+            onboard::say!("{hour}");
         }
         live.show(run);
         if asked_to_end.load(Ordering::Relaxed) {

@@ -136,7 +136,7 @@ fn robot<E>(run: &Run<E>, player: &Player, track: &Track, heard: &Heard) -> Robo
         model: player.config.identity.model.clone(),
         max_speed_m_s: player.config.drive.limits.max_speed_m_s,
         footprint: player.config.footprint,
-        path: track.path.clone(),
+        path: track.path.points().to_vec(),
         states,
     }
 }

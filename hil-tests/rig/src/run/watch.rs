@@ -4,6 +4,7 @@ use sim::world::{Pose, STANDING_M_S, Truth, TruthRecord};
 
 use super::ending::Ending;
 use super::execution::Execution;
+use super::path::Path;
 use crate::belief::Belief;
 use crate::goals::Progress;
 use crate::judge::{Judge, Look};
@@ -23,7 +24,7 @@ pub struct Track {
     /// How far it is with its goal.
     pub progress: Progress,
     /// Where it truly was.
-    pub path: Vec<PathPoint>,
+    pub path: Path,
     /// What is true of it; none before it was looked at.
     pub truth: Option<Truth>,
     /// Fastest true speed.
@@ -308,7 +309,7 @@ impl Track {
     fn new(scenario: &Scenario, player: &Player, leave: Option<LeaveKeeper>, seed: u64) -> Self {
         Self {
             progress: Progress::new(&scenario.site, player),
-            path: Vec::new(),
+            path: Path::default(),
             truth: None,
             fastest_m_s: 0.0,
             states: Vec::new(),

@@ -8,17 +8,70 @@ use sim::world::{Shape, Truth};
 use super::clock::START_NS;
 use crate::belief::Belief;
 
-/// Traces of one robot.
+/// Lines of an hour: more, and the oldest are forgotten.
+const MOST_LINES: usize = 180_000;
+
+/// Lines under a head, of which only the last are kept: at least half of [`MOST_LINES`].
 #[derive(Clone, Debug, Default)]
+pub struct Lines {
+    head: &'static str,
+    older: String,
+    newer: String,
+    /// Lines of `newer`.
+    count: usize,
+}
+
+impl Lines {
+    fn of(head: &'static str) -> Self {
+        Self {
+            head,
+            ..Self::default()
+        }
+    }
+
+    /// Begins the next line.
+    fn next(&mut self) -> &mut String {
+        if self.count >= MOST_LINES / 2 {
+            self.older = std::mem::take(&mut self.newer);
+            self.count = 0;
+        }
+        self.count += 1;
+        &mut self.newer
+    }
+
+    /// Head and lines.
+    #[must_use]
+    pub fn text(&self) -> String {
+        [self.head, &self.older, &self.newer].concat()
+    }
+}
+
+/// Traces of one robot; of a run that takes longer than an hour, its last part.
+#[derive(Clone, Debug)]
 pub struct Trace {
     /// One line for each look: time, truth, belief, command, as comma-separated values.
-    pub table: String,
+    pub table: Lines,
     /// One line for each look and each disc or box: time, number, place.
-    pub others: String,
+    pub others: Lines,
     /// What the robot reported.
     pub notes: Vec<String>,
     /// Of the robot's machine.
     state: String,
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Self {
+            table: Lines::of(
+                "t_s,x_m,y_m,theta_rad,v_m_s,omega_rad_s,clearance_m,\
+                 believed_x_m,believed_y_m,believed_theta_rad,std_x_m,std_y_m,std_theta_rad,\
+                 state,skill,verdict,reason\n",
+            ),
+            others: Lines::of("t_s,number,x_m,y_m\n"),
+            notes: Vec::new(),
+            state: String::new(),
+        }
+    }
 }
 
 impl Trace {
@@ -48,9 +101,6 @@ impl Trace {
     }
 
     pub(super) fn add_others(&mut self, now_ns: u64, shapes: impl Iterator<Item = Shape>) {
-        if self.others.is_empty() {
-            self.others.push_str("t_s,number,x_m,y_m\n");
-        }
         let at_s = (now_ns - START_NS) as f64 / 1e9;
         for (number, shape) in shapes.enumerate() {
             let [x_m, y_m] = match shape {
@@ -59,22 +109,15 @@ impl Trace {
                 Shape::Box { pose, .. } => [pose.x_m, pose.y_m],
             };
             // Writing to a string cannot fail.
-            let _ = writeln!(self.others, "{at_s:.2},{number},{x_m:.3},{y_m:.3}");
+            let _ = writeln!(self.others.next(), "{at_s:.2},{number},{x_m:.3},{y_m:.3}");
         }
     }
 
     pub(super) fn add(&mut self, truth: &Truth, belief: &Belief) {
-        if self.table.is_empty() {
-            self.table.push_str(
-                "t_s,x_m,y_m,theta_rad,v_m_s,omega_rad_s,clearance_m,\
-                 believed_x_m,believed_y_m,believed_theta_rad,std_x_m,std_y_m,std_theta_rad,\
-                 state,skill,verdict,reason\n",
-            );
-        }
         let (p, b) = (&truth.pose, &belief.pose);
         // Writing to a string cannot fail.
         let _ = writeln!(
-            self.table,
+            self.table.next(),
             "{:.3},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{},{},{},{}",
             (truth.time_ns - START_NS) as f64 / 1e9,
             p.x_m,
@@ -94,5 +137,25 @@ impl Trace {
             belief.verdict,
             belief.reason
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_lines_the_last_are_kept_under_their_head() {
+        let mut lines = Lines::of("number\n");
+        for number in 0..2 * MOST_LINES + 5 {
+            let _ = writeln!(lines.next(), "{number}");
+        }
+        let text = lines.text();
+        let mut kept = text.lines();
+        assert_eq!(kept.next(), Some("number"));
+        let kept: Vec<usize> = kept.map(|line| line.parse().expect("a number")).collect();
+        assert!(kept.len() >= MOST_LINES / 2 && kept.len() <= MOST_LINES);
+        assert_eq!(kept.last(), Some(&(2 * MOST_LINES + 4)));
+        assert!(kept.windows(2).all(|pair| pair[1] == pair[0] + 1));
     }
 }
