@@ -97,6 +97,10 @@ const COMMANDS: &[(&str, Run)] = &[
         },
     ),
     (
+        "cargo run --bin rig -- lap --stepped --laps 1800 --driven-h 24",
+        Needs("ten minutes; hours, bounds and encoders have tests of their own"),
+    ),
+    (
         "cargo run --bin rig -- course",
         ByTest {
             file: PROGRAM,

@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use onboard::cli::Failure;
 
 use crate::commands::{self, Many, Request};
-use crate::scenario::Changes;
+use crate::scenario::{Changes, LONGEST_DRIVEN_H};
 use crate::{devices, map};
 
 /// The campaign of single faults,
@@ -59,8 +59,11 @@ enum Command {
 #[derive(Clone, Debug, Args)]
 struct LapArgs {
     /// Laps to drive [default: 3]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     laps: Option<u32>,
+    /// The drive's encoders have counted as if it had driven for so many hours at its top speed
+    #[arg(long, value_name = "HOURS", value_parser = hours)]
+    driven_h: Option<f64>,
     #[command(flatten)]
     changes: Changes,
     #[command(flatten)]
@@ -158,6 +161,15 @@ struct CampaignArgs {
     out: Option<PathBuf>,
 }
 
+fn hours(text: &str) -> Result<f64, String> {
+    let hours = text.parse::<f64>().map_err(|error| error.to_string())?;
+    if (0.0..=LONGEST_DRIVEN_H).contains(&hours) {
+        Ok(hours)
+    } else {
+        Err(format!("found {hours}, expected 0 to {LONGEST_DRIVEN_H}"))
+    }
+}
+
 impl RunArgs {
     fn request(self, scenario: PathBuf) -> Request {
         Request {
@@ -165,6 +177,7 @@ impl RunArgs {
             changes: Changes::default(),
             rounds: None,
             laps: None,
+            driven_h: None,
             seed: self.seed,
             many: self.many,
             headless: self.headless,
@@ -180,6 +193,7 @@ impl LapArgs {
         Request {
             changes: self.changes,
             laps: self.laps,
+            driven_h: self.driven_h,
             ..self.run.request("lap".into())
         }
     }

@@ -33,6 +33,8 @@ pub struct Request {
     pub rounds: Option<u32>,
     /// A robot whose goal is laps drives this many.
     pub laps: Option<u32>,
+    /// The encoders of each drive have counted as if it had driven for so many hours.
+    pub driven_h: Option<f64>,
     /// Seed of the first run.
     pub seed: u64,
     /// How many runs, and by which clock.
@@ -143,6 +145,9 @@ fn loaded(request: &Request) -> Result<Scenario, Failure> {
         Some(name) => load_shipped(name, &request.changes),
         None => load(path, &request.changes),
     }?;
+    for player in &mut scenario.robots {
+        player.driven_h = request.driven_h.unwrap_or(player.driven_h);
+    }
     let goals = scenario.robots.iter_mut().map(|player| &mut player.goal);
     if let Some(wanted) = request.laps {
         for goal in goals {

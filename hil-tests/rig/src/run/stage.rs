@@ -148,6 +148,9 @@ impl Stage {
             let seed = options.seed.wrapping_add(1_000_003 * number as u64);
             let link = Some(lidar_link.clone());
             let devices = Devices::start(&world, &player.config, &any_port, link, seed)?;
+            devices
+                .drive
+                .set_encoders_ahead(player.encoders_ahead_rad());
             let mut set = scenario.set_of(player);
             let mut peers = vec![listener.endpoint()];
             if site.areas_managed {

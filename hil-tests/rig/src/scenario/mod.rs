@@ -22,7 +22,7 @@ pub use fault::{SUPERVISOR, ScriptedFault, ScriptedKind, Stopping};
 pub use goal::{Goal, Places, Stop};
 pub use limits::Limits;
 pub use load::{Changes, load, load_shipped};
-pub use model::{Coordination, During, Player, Scenario};
+pub use model::{Coordination, During, LONGEST_DRIVEN_H, Player, Scenario};
 pub use recovery::{HELPED_AFTER_S, Recovery};
 
 #[cfg(test)]

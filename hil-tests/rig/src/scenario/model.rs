@@ -12,6 +12,9 @@ use super::fault::{ScriptedFault, ScriptedKind};
 use super::goal::{Goal, Stop};
 use super::limits::Limits;
 
+/// Six weeks: no drive is on for longer.
+pub const LONGEST_DRIVEN_H: f64 = 1_000.0;
+
 /// Robots on a site, and what they are to do there.
 #[derive(Clone, Debug)]
 pub struct Scenario {
@@ -72,6 +75,8 @@ pub struct Player {
     pub goal: Goal,
     /// An operator gives it the events that nothing on the robot raises.
     pub operator: bool,
+    /// The encoders of its drive have counted as if it had driven for so many hours at its top speed.
+    pub driven_h: f64,
 }
 
 /// Something that must be true while something else is.
@@ -164,6 +169,14 @@ impl Player {
     pub fn threads(&self) -> (&str, Vec<&str>) {
         let names = self.config.threads.iter().map(|own| own.name.as_str());
         (&self.id, names.collect())
+    }
+
+    /// How far the encoders of its wheels have counted when it starts.
+    #[must_use]
+    pub fn encoders_ahead_rad(&self) -> f64 {
+        let drive = &self.config.drive;
+        let driven_m = self.driven_h * 3600.0 * drive.limits.max_speed_m_s;
+        driven_m / (drive.geometry.wheel_diameter_m / 2.0)
     }
 
     /// The state in which its machine starts.

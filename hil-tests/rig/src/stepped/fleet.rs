@@ -124,11 +124,15 @@ impl<'a> Stepped<'a> {
         let mediator = { plans.mediator.as_ref() }
             .map(|plan| SteppedMediator::start(plan, disk.clone(), START_NS))
             .transpose()?;
-        let robots = { plans.robots.iter().zip(start_delays_ns(scenario, seed)) }
-            .map(|((_, plan), delay_ns)| {
+        let robots = { scenario.robots.iter().zip(&plans.robots) }
+            .zip(start_delays_ns(scenario, seed))
+            .map(|((player, (_, plan)), delay_ns)| {
+                let devices = Devices::new(&world, plan, START_NS)?;
+                let drive = devices.drive_faults();
+                drive.set_encoders_ahead(player.encoders_ahead_rad());
                 Ok(Member {
                     id: plan.robot.identity.id.clone(),
-                    devices: Devices::new(&world, plan, START_NS)?,
+                    devices,
                     starts_ns: START_NS + delay_ns,
                     robot: None,
                     killed: false,

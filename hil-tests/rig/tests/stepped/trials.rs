@@ -41,6 +41,22 @@ fn a_robot_drives_the_whole_course_within_its_leave() {
     assert!(figures.min_clearance_m > 0.1 && figures.distance_m > 45.0);
 }
 
+/// Two weeks: by then encoders of 32 bits count in steps of a radian.
+#[test]
+fn a_robot_that_has_driven_for_two_weeks_drives_as_well_as_a_new_one() {
+    let [new, old] = [0.0, 14.0 * 24.0].map(|driven_h| {
+        let mut lap = scenario("lap", 150.0);
+        lap.robots[0].driven_h = driven_h;
+        lap.robots[0].goal = rig::scenario::Goal::Laps(1);
+        let outcome = trial(&lap, 5, true);
+        assert!(outcome.passed(), "{driven_h} h: {}", outcome.reason());
+        let robot = &outcome.robots[0];
+        (robot.max_lateral_error_m, robot.faults.clone())
+    });
+    assert!(old.0 < new.0 + 0.01, "{new:?}, {old:?}");
+    assert_eq!(new.1, old.1, "faults");
+}
+
 #[test]
 fn neither_late_threads_nor_lost_frames_turn_what_a_robot_believes() {
     let mut course = scenario("course", 600.0);

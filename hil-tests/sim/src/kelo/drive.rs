@@ -244,5 +244,6 @@ impl Application for Kelo {
         (self.waiting, self.applied, self.setpoint_ts_ns) = (None, None, 0);
         // Wheel encoders count from here; the pivot's is absolute.
         self.zero_rad = None;
+        self.handle.set_encoders_ahead(0.0);
     }
 }

@@ -106,7 +106,8 @@ impl DriveHandle {
         self.with(|shared| shared.injected.sensors_frozen = frozen);
     }
 
-    /// The wheels' encoders have counted this much farther, as after days. To be said before the drive is first asked.
+    /// The wheels' encoders have counted this much farther, as after days; until the drive loses its power. To be said before the
+    /// drive is first asked.
     pub fn set_encoders_ahead(&self, ahead_rad: f64) {
         self.with(|shared| shared.injected.encoders_ahead_rad = ahead_rad);
     }
@@ -118,7 +119,14 @@ impl DriveHandle {
 
     /// Ends every injected fault.
     pub fn clear_faults(&self) {
-        self.with(|shared| shared.injected = Injected::default());
+        self.with(|shared| {
+            // How far it has driven is no fault.
+            let encoders_ahead_rad = shared.injected.encoders_ahead_rad;
+            shared.injected = Injected {
+                encoders_ahead_rad,
+                ..Injected::default()
+            };
+        });
     }
 
     pub(super) fn injected(&self) -> Injected {

@@ -61,6 +61,7 @@ pub(super) struct Robot {
     pub(super) goal: Spanned<Way>,
     #[serde(default)]
     pub(super) operator: bool,
+    pub(super) driven_h: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

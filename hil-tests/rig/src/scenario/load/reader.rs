@@ -12,7 +12,7 @@ use toml::Spanned;
 use super::file::{Corners, File, Robot, Rule, Way, Waypoint};
 use crate::scenario::goal::{Goal, Places, Stop};
 use crate::scenario::limits::{CLEARANCE_M, Limits};
-use crate::scenario::model::{Coordination, During, Player, Scenario};
+use crate::scenario::model::{Coordination, During, LONGEST_DRIVEN_H, Player, Scenario};
 use crate::scenario::problem::Complaints;
 
 /// Bounds of a scenario: small floors, small computers.
@@ -107,6 +107,9 @@ impl<'a> Reader<'a> {
             fsm: plan.fsm,
             goal: self.goal(&robot.goal),
             operator: robot.operator,
+            driven_h: { robot.driven_h.as_ref() }.map_or(0.0, |driven_h| {
+                self.number("driven_h", driven_h, 0.0, LONGEST_DRIVEN_H)
+            }),
             config: plan.robot,
         }))
     }
