@@ -13,3 +13,4 @@ pub mod port;
 pub mod proprioception;
 pub mod robot_activity;
 pub mod scans;
+mod unknown_floor;

@@ -6,6 +6,7 @@ use skills::odometry::Odometry;
 use skills::tubes::{Adapted, FloorCheckpoint, MotionTubes, Reason, Verdict};
 
 use super::scans::ScanIntake;
+use super::unknown_floor::UnknownFloor;
 use crate::activities::exchange::Exchange;
 use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
@@ -32,6 +33,7 @@ pub struct MotionTube {
     odometry: Stamped<Odometry>,
     /// The supervisor says that the robot is to stand.
     halted: bool,
+    unknown_floor: UnknownFloor,
     /// When the supervisor was heard.
     supervised_ns: u64,
     /// When a scan came last that could not be placed for want of odometry; 0 for never.
@@ -65,6 +67,7 @@ impl MotionTube {
             wanted: Stamped::default(),
             odometry: Stamped::default(),
             halted: false,
+            unknown_floor: UnknownFloor::default(),
             supervised_ns: 0,
             unplaced_ns: 0,
             unplaced: false,
@@ -117,7 +120,9 @@ impl MotionTube {
         let adapted =
             self.tubes
                 .adapt(self.wanted.value.command, self.odometry.value.twist, now_ns);
-        self.report(&adapted, now_ns);
+        let waits_for_people = self.unknown_floor.judge(adapted.reason, now_ns);
+        self.port.set(Fault::FloorUnknown, waits_for_people, 0.0);
+        self.report(&adapted, waits_for_people, now_ns);
         let old = |stamp_ns: u64| now_ns.saturating_sub(stamp_ns) > self.command_timeout_ns;
         let stale = old(self.wanted.stamp_ns) || old(self.odometry.stamp_ns);
         let silent_ns = now_ns.saturating_sub(self.supervised_ns);
@@ -127,7 +132,7 @@ impl MotionTube {
             unsupervised,
             silent_ns as f64 / 1e6,
         );
-        let halt = stale || unsupervised || self.halted;
+        let halt = stale || unsupervised || self.halted || waits_for_people;
         self.safe = if halt || must_stop_hard(&adapted) {
             SafeCommand::stop(adapted.command.curvature_1_m)
         } else {
@@ -135,13 +140,14 @@ impl MotionTube {
         };
     }
 
-    fn report(&mut self, adapted: &Adapted, now_ns: u64) {
+    fn report(&mut self, adapted: &Adapted, waits_for_people: bool, now_ns: u64) {
         let blind = matches!(adapted.reason, Reason::NoScan | Reason::AwaitingScans);
-        // Letting something pass or backing out does not mean that the way is blocked.
-        let waits = matches!(
-            adapted.reason,
-            Reason::None | Reason::Moving | Reason::Reversing
-        );
+        // Letting something pass or backing out does not mean that the way is blocked. Floor that is not known is said by itself.
+        let waits = waits_for_people
+            || matches!(
+                adapted.reason,
+                Reason::None | Reason::Moving | Reason::Reversing | Reason::UnknownFloor
+            );
         let blocked = adapted.verdict == Verdict::Stopped && !blind && !waits;
         // Before the first scan there is no age.
         let age_ms = if adapted.scan_age_ns == u64::MAX {
@@ -198,13 +204,14 @@ impl Activity for MotionTube {
     fn coordinate(&mut self, _now_ns: u64) {
         while let Some(command) = self.port.next_command() {
             match command {
+                Command::Reset => self.unknown_floor.reset(),
                 // Whoever says where it stands may have carried it there.
                 Command::Place(_) => self.tubes.reset(),
-                Command::FreeBehind(way_m) => self.tubes.trust_behind(way_m),
-                Command::Reset
-                | Command::LimitSpeed(_)
-                | Command::LifeCycle(_)
-                | Command::Instruct(_) => {}
+                Command::FreeBehind(way_m) => {
+                    self.tubes.trust_behind(way_m);
+                    self.unknown_floor.told();
+                }
+                Command::LimitSpeed(_) | Command::LifeCycle(_) | Command::Instruct(_) => {}
             }
         }
     }

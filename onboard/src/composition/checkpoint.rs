@@ -1,7 +1,7 @@
 //! What a robot's process leaves in case it ends without being asked to: where the robot is, what it does there, and the
 //! floor around it. The next process goes on from there, as long as the drive has counted the wheels' turns meanwhile.
 //!
-//! It is of one program, robot file and site file: another one starts afresh. Whether people had stopped the robot is heeded
+//! It is of one program, robot file and site file: another one does not know where it is. Whether people had stopped the robot is heeded
 //! whatever else has changed; if that cannot be told, it counts as stopped.
 
 use std::hash::{DefaultHasher, Hash, Hasher};

@@ -69,7 +69,7 @@ faults! {
     ScanBroken = 7, "scan-broken", ByItself,
         "a broken scan was dropped; if it recurs, check the lidar's cable and bit rate";
     NoFreeTube = 8, "no-free-tube", ByItself,
-        "the way ahead is blocked: the robot waits until it has been free for a while; clear it if nothing moves";
+        "the way ahead is blocked: the robot waits until it has been free for a while; clear it if nothing moves, or say where the robot stands with `onboard ctl place` if it is elsewhere than `onboard inspect` says";
     PoseUncertain = 9, "pose-uncertain", Operator,
         "the pose is too uncertain to drive: the robot drives on when walls are in view again; if it does not, say where it stands with `onboard ctl place`";
     OffLane = 10, "off-lane", ByItself,
@@ -118,6 +118,8 @@ faults! {
         "a wheel's encoder moves otherwise than the speed that the drive reports for it: check the drive, then run `onboard ctl reset`";
     DriveStalled = 32, "drive-stalled", Operator,
         "the drive answers, but its sensors have stood still for 200 ms: switch it off and on, then run `onboard ctl reset`";
+    FloorUnknown = 33, "floor-unknown", Operator,
+        "the robot is to back out and knows nothing of the floor behind it, as after a restart, and it cannot see it: look behind it, say how far it is free with `onboard ctl free-behind`, then run `onboard ctl reset`";
 }
 
 /// Number of kinds.

@@ -23,6 +23,13 @@ const JUDGED_AFTER_NS: u64 = 100_000_000;
 const RESET_AFTER_NS: u64 = 3_000_000_000;
 /// How far behind a robot people look.
 const LOOK_BEHIND_M: f64 = 2.5;
+/// Faults after which a robot may know nothing of the floor behind it.
+const ASK_BEHIND: [Fault; 4] = [
+    Fault::DriveReturned,
+    Fault::BringUpLimit,
+    Fault::WheelSlip,
+    Fault::FloorUnknown,
+];
 /// To which part of a metre and of a radian they say where it stands.
 const PARTS: f64 = 100.0;
 /// A latch that may be reset, or end by itself, strands the robot after this time.
@@ -75,7 +82,7 @@ pub fn words(faults: &FaultTable, world: &World, robot: usize) -> Vec<Request> {
             state: None,
         })
     });
-    let way_m = if lost || is_any(&[Fault::DriveReturned, Fault::BringUpLimit, Fault::WheelSlip]) {
+    let way_m = if lost || is_any(&ASK_BEHIND) {
         world.free_behind_m(robot, LOOK_BEHIND_M)
     } else {
         0.0

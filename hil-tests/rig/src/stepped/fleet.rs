@@ -88,7 +88,7 @@ pub(super) struct Member {
     /// How far its computer's clock was ahead when its process was killed.
     pub(super) ahead_ns: f64,
     /// What its processes leave for the next.
-    checkpoints: Checkpoints,
+    pub(super) checkpoints: Checkpoints,
     /// The operator who resets it.
     pub(super) caretaker: Caretaker,
     pub(super) faults: FaultTable,

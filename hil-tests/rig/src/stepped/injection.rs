@@ -6,6 +6,7 @@ use onboard::symbols::faults::FaultTable;
 use sim::lidar::Disturbance;
 use sim::world::{Obstacle, Pose, Shape};
 
+use super::checkpoints::Checkpoints;
 use super::disk::Disk;
 use super::faults::Change;
 use super::fleet::{Member, Stepped};
@@ -38,9 +39,12 @@ impl Stepped<'_> {
         } = change;
         let again = !begins && !self.faults.lasts(what, robot);
         match (what, robot) {
-            (ScriptedKind::KillRobot, Some(number)) => {
+            (ScriptedKind::KillRobot | ScriptedKind::RebootRobot, Some(number)) => {
                 let member = &mut self.robots[number];
                 if begins {
+                    if what == ScriptedKind::RebootRobot {
+                        member.checkpoints = Checkpoints::default();
+                    }
                     member.devices.hang_up();
                     let killed = member.robot.take();
                     member.ahead_ns = killed.map_or(member.ahead_ns, |robot| robot.ahead_ns());

@@ -82,6 +82,8 @@ pub struct Left {
     pub stopped: bool,
     /// An operator had paused it.
     pub paused: bool,
+    /// It ended somewhere, and neither its checkpoint nor a mediator says where.
+    pub lost: bool,
 }
 
 impl Left {
@@ -108,6 +110,7 @@ impl Left {
         let unused = |why: &dyn Display| {
             log.warn(format!("{before}, and its checkpoint is not used: {why}"));
         };
+        let managed = plan.site.value.areas_managed;
         let checkpoint = match Checkpoint::from_bytes(&bytes) {
             Ok(checkpoint) => checkpoint,
             Err(why) => {
@@ -116,6 +119,7 @@ impl Left {
                 ));
                 return Ok(Self {
                     stopped: true,
+                    lost: !managed,
                     ..Self::default()
                 });
             }
@@ -139,6 +143,7 @@ impl Left {
             }
         };
         Ok(Self {
+            lost: place.is_none() && !managed,
             place,
             stopped,
             paused,
@@ -199,7 +204,7 @@ mod tests {
         }
         let first = left(&mut file, &plan, 101);
         assert_eq!(first.place.map(|one| one.navigator.pose.x_m), Some(7.0));
-        assert!(!first.stopped && !first.paused);
+        assert!(!first.stopped && !first.paused && !first.lost);
         assert!(left(&mut file, &plan, 101).place.is_none(), "it was taken");
         assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 0);
     }
@@ -217,6 +222,7 @@ mod tests {
                 .expect("kept");
             let left = left(&mut file, plan, now_s);
             assert_eq!((left.place.is_some(), left.stopped), (good, true));
+            assert_eq!(left.lost, !good, "nobody else knows where it is");
         }
         file.save(checkpoint(&own, Mode::Paused).to_bytes())
             .expect("kept");
@@ -241,7 +247,7 @@ mod tests {
         file.save(&good).expect("kept");
         file.boot_id = "this one".into();
         let none = left(&mut file, &plan, 101);
-        assert!(none.place.is_none() && !none.stopped);
+        assert!(none.place.is_none() && !none.stopped && !none.lost);
     }
 
     #[test]

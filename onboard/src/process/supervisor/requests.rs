@@ -3,6 +3,7 @@
 use coordination::activity::LifeCycleEvent;
 use description::instruction::Instruction;
 use description::threads::ActivityKind;
+use skills::navigator::Instructed;
 
 use super::sent::{Sent, answer};
 use super::supervision::{STOPS, Supervisor};
@@ -36,6 +37,8 @@ impl Supervisor {
                 self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
                 Ok(Done::Stopped)
             }
+            // The word that is missing comes first: a reset alone would have it drive from where it believes to start.
+            Request::Reset if self.lost => Err(Refusal::Remaining(self.stopped_by().collect())),
             Request::Reset => {
                 for fault in STOPS {
                     self.clear("operator", fault, now_ns);
@@ -51,7 +54,7 @@ impl Supervisor {
             {
                 Err(Refusal::MayMove)
             }
-            Request::Place(place) => self.place(place),
+            Request::Place(place) => self.place(place, now_ns),
             Request::FreeBehind(FreeBehind { way_m }) => {
                 self.handles
                     .tell(ActivityKind::MotionTube, Command::FreeBehind(*way_m));
@@ -78,7 +81,7 @@ impl Supervisor {
     }
 
     /// Takes an operator's word for where the robot stands.
-    fn place(&mut self, place: &Place) -> Reply {
+    fn place(&mut self, place: &Place, now_ns: u64) -> Reply {
         let state = match &place.state {
             None => None,
             Some(name) => Some(self.machine.state_id(name).ok_or_else(|| {
@@ -101,6 +104,9 @@ impl Supervisor {
         // The tubes forget the floor before navigation wants to drive over it.
         for kind in [ActivityKind::MotionTube, ActivityKind::Navigation] {
             self.handles.tell(kind, Command::Place(placed));
+        }
+        if std::mem::take(&mut self.lost) {
+            self.clear("operator", Fault::PlaceUnknown, now_ns);
         }
         Ok(Done::Placed)
     }

@@ -46,6 +46,8 @@ pub struct Supervisor {
     keeper: Keeper,
     pub(super) sent: Option<Sent>,
     pub(super) resets: Resets,
+    /// Nobody knows where the robot stands until an operator says so.
+    pub(super) lost: bool,
 }
 
 impl Supervisor {
@@ -76,13 +78,19 @@ impl Supervisor {
             keeper,
             sent: None,
             resets: Resets::default(),
+            lost: false,
         }
     }
 
-    /// The process before was stopped, or paused, by people, or by a fault that waits for them: so is this one.
+    /// The process before was stopped, or paused, by people, or by a fault that waits for them: so is this one. Where it ended nobody
+    /// knows: this one waits to be told.
     pub fn heed(&mut self, left: &Left, now_ns: u64) {
         self.operator_paused = left.paused;
-        if left.stopped {
+        self.lost = left.lost;
+        if left.lost {
+            self.raise("supervisor", Fault::PlaceUnknown, 0.0, now_ns);
+        }
+        if left.stopped || left.lost {
             self.raise("supervisor", Fault::OperatorStop, 0.0, now_ns);
         }
     }

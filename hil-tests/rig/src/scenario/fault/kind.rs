@@ -16,6 +16,8 @@ pub enum ScriptedKind {
     Partition,
     /// The robot's process is killed, and started again at the end.
     KillRobot,
+    /// The robot's computer is switched off, and on again at the end: its process ends, and nothing is left of what it knew.
+    RebootRobot,
     /// A second robot with the same identity, plan and configuration is switched on at a pose, or where it is in nobody's way;
     /// at the end it is switched off and carried away.
     CloneRobot,
@@ -131,7 +133,8 @@ impl ScriptedKind {
     ];
 
     /// Those that a fleet comes through besides: on each of them the robot stops and needs its operator.
-    pub const BORNE: [Self; 7] = [
+    pub const BORNE: [Self; 8] = [
+        Self::RebootRobot,
         Self::LowVoltage,
         Self::HotMotor,
         Self::FreezeSensors,
@@ -181,6 +184,7 @@ impl ScriptedKind {
             Self::Delay => keys(Some(false), false, true),
             Self::Partition
             | Self::KillRobot
+            | Self::RebootRobot
             | Self::CloneRobot
             | Self::Hang
             | Self::LeaveOp

@@ -69,7 +69,7 @@ impl ScriptedFault {
             ..coasts(watchdog_s)
         };
         match self.what {
-            ScriptedKind::KillRobot => alone,
+            ScriptedKind::KillRobot | ScriptedKind::RebootRobot => alone,
             ScriptedKind::Hang => match self.hung(robot) {
                 Hung::All | Hung::Activity(ActivityKind::Drive) => alone,
                 Hung::Activity(ActivityKind::Control) => Stopping {

@@ -1,0 +1,69 @@
+//! Robots that start again where nobody expects it, with nothing of what they knew.
+
+use rig::scenario::{Scenario, ScriptedFault};
+use rig::summary::{RobotSummary, Summary};
+
+use crate::{ended, plans};
+
+/// After entering the dock a robot stands before its wall by then.
+const STANDS_S: f64 = 12.0;
+
+fn fault(what: &str, robot: &str, at_s: f64, for_s: f64) -> ScriptedFault {
+    let text =
+        format!("at_s = {at_s:?}\nfor_s = {for_s:?}\nwhat = \"{what}\"\nrobot = \"{robot}\"");
+    toml::from_str(&text).expect("a fault")
+}
+
+fn run(mut scenario: Scenario, faults: &[ScriptedFault], seed: u64) -> Summary {
+    scenario.faults = faults.to_vec();
+    ended(&scenario, &plans(&scenario), seed).1
+}
+
+fn raised(robot: &RobotSummary, fault: &str) -> u64 {
+    let mut faults = robot.faults.iter();
+    faults.find(|own| own.0 == fault).map_or(0, |own| own.1)
+}
+
+/// The mediator knows where it is, and nobody knows what is behind it: it says what it needs, and drives on when it has it.
+#[test]
+fn a_robot_whose_computer_starts_again_in_the_dock_asks_what_is_behind_it() {
+    for seed in [1, 2, 3] {
+        let docking = crate::scenario("docking").with_at_most(1);
+        let before = run(docking.clone(), &[], seed);
+        assert!(before.passed(), "{}", before.reason());
+        let dock = { before.areas.iter() }.find(|area| area.id == "dock");
+        for (number, robot) in before.robots.iter().enumerate() {
+            let docks = dock.expect("an area").owners.iter();
+            let entered_s = { docks.filter(|own| own.robot == robot.id) }
+                .find_map(|own| own.entered_s)
+                .expect("it docked");
+            let at_s = entered_s + STANDS_S;
+            // With the drive, or without.
+            let mut faults = vec![fault("reboot-robot", &robot.id, at_s, 3.0)];
+            if seed % 2 == 0 {
+                faults.push(fault("cut-power", &robot.id, at_s, 2.0));
+            }
+            let summary = run(docking.clone(), &faults, seed);
+            let own = &summary.robots[number];
+            let what = format!("{} of seed {seed}: {:?}", robot.id, own.faults);
+            assert!(summary.passed(), "{what}: {}", summary.reason());
+            assert_eq!((raised(own, "floor-unknown"), own.resets), (1, 1), "{what}");
+        }
+    }
+}
+
+/// Its checkpoint is too old, and there is no mediator: it must not believe that it stands where it starts.
+#[test]
+fn a_robot_that_has_lost_its_place_waits_to_be_told() {
+    for seed in [1, 2, 3] {
+        let mut lap = crate::scenario("lap").with_at_most(1);
+        lap.standstill_s = 120.0;
+        let kill = fault("kill-robot", "amr-1", 8.0, 61.0);
+        let summary = run(lap, &[kill], seed);
+        assert!(summary.passed(), "seed {seed}: {}", summary.reason());
+        let own = &summary.robots[0];
+        assert_eq!(raised(own, "place-unknown"), 1, "{own:?}");
+        assert_eq!(raised(own, "pose-uncertain"), 0, "{own:?}");
+        assert_eq!(own.resets, 1, "{own:?}");
+    }
+}
