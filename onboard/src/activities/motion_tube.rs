@@ -116,10 +116,14 @@ impl MotionTube {
 
     fn adapt(&mut self, now_ns: u64) {
         self.tubes.keep_within(Some(self.wanted.value.room));
-        self.tubes.drive_by_hand(self.wanted.value.by_hand != 0);
+        let by_hand = self.wanted.value.by_hand != 0;
+        self.tubes.drive_by_hand(by_hand);
         let adapted =
             self.tubes
                 .adapt(self.wanted.value.command, self.odometry.value.twist, now_ns);
+        if by_hand {
+            self.unknown_floor.told();
+        }
         let waits_for_people = self.unknown_floor.judge(adapted.reason, now_ns);
         self.port.set(Fault::FloorUnknown, waits_for_people, 0.0);
         self.report(&adapted, waits_for_people, now_ns);

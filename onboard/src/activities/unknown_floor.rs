@@ -30,7 +30,8 @@ impl UnknownFloor {
         self.waits
     }
 
-    /// Somebody has said what is behind the robot: whether that is enough shows with the next scan.
+    /// Somebody has said what is behind the robot, and whether that is enough shows with the next scan; or drives by hand, and is
+    /// told why it stands.
     pub(super) fn told(&mut self) {
         self.since_ns = None;
     }
@@ -64,5 +65,10 @@ mod tests {
         floor.reset();
         assert!(!floor.judge(Reason::Resuming, at(8.4)));
         assert!(!floor.judge(Reason::None, at(20.0)));
+        for second in 30..40 {
+            floor.told();
+            let waits = floor.judge(Reason::UnknownFloor, at(f64::from(second)));
+            assert!(!waits, "who drives by hand is not called");
+        }
     }
 }
