@@ -194,6 +194,19 @@ impl Pose2 {
         self.position() + self.rotate(point)
     }
 
+    /// The same for many points, with one sine and cosine for all.
+    #[inline]
+    pub fn transformation(self) -> impl Fn(Point2) -> Point2 + Copy {
+        let (sin, cos) = self.theta_rad.sin_cos();
+        move |point| {
+            self.position()
+                + Point2::new(
+                    cos * point.x_m - sin * point.y_m,
+                    sin * point.x_m + cos * point.y_m,
+                )
+        }
+    }
+
     /// A point of the outer frame, in the inner one.
     #[must_use]
     #[inline]

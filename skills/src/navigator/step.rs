@@ -159,8 +159,8 @@ impl Navigator {
         self.counters.scans += 1;
         let room = self.points.capacity();
         self.points.clear();
-        self.points
-            .extend(scan.hits().take(room).map(|point| since.transform(point)));
+        let to_now = since.transformation();
+        self.points.extend(scan.hits().take(room).map(to_now));
         self.see(scan, since);
     }
 

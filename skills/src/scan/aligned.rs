@@ -255,6 +255,7 @@ impl AlignedScan {
             }
         };
         let (mount_sin, mount_cos) = geometry.mount.theta_rad.sin_cos();
+        let grid = geometry.beam_grid();
         let mut previous: Option<(i64, f32)> = None;
         for scan_point in &*self.points {
             if scan_point.state == BeamState::Unknown {
@@ -267,7 +268,7 @@ impl AlignedScan {
                 mount_cos * delta.y_m - mount_sin * delta.x_m,
             );
             let range_m = (in_laser.norm_m() as f32).min(geometry.range_max_m as f32);
-            let beam = geometry.beam_number(in_laser);
+            let beam = grid.beam_number(in_laser);
             take(&mut self.ranges_m, beam, range_m);
             if let Some((before, before_m)) = previous {
                 let (low, high) = (before.min(beam), before.max(beam));

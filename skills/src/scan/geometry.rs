@@ -147,47 +147,22 @@ impl ScanGeometry {
         (position >= 0.0 && position < self.beams as f64).then_some(position as usize)
     }
 
-    /// The number of the beam nearest to the direction of a point of `laser`, also where none looks.
-    #[must_use]
-    #[inline]
-    pub(crate) fn beam_number(&self, point: Point2) -> i64 {
-        self.clear_beam_number(point).unwrap_or_else(|| {
-            let position = self.beam_position(point.direction_rad());
-            position.round() as i64
-        })
-    }
-
     /// The beam nearest to the direction of a point of `laser`, if one looks there.
     #[must_use]
-    #[inline]
     pub fn beam_at(&self, point: Point2) -> Option<usize> {
-        match self.clear_beam_number(point) {
-            Some(number) => usize::try_from(number)
-                .ok()
-                .filter(|beam| *beam < self.beams),
-            None => self.nearest_beam(point.direction_rad()),
-        }
+        self.beam_grid().beam_at(point)
     }
 
-    /// The same without an arc tangent; `None` where a direction that is only nearly right does not decide it: between
-    /// two beams, opposite to the middle of the view, or at the sensor itself.
-    // Inlined, so that a loop over points divides once.
-    #[inline]
-    fn clear_beam_number(&self, point: Point2) -> Option<i64> {
+    /// For those who ask for the beams of many points.
+    #[must_use]
+    pub(crate) fn beam_grid(&self) -> BeamGrid<'_> {
         let half = (self.beams - 1) as f64 / 2.0;
-        let middle_rad = self.angle_first_rad + self.angle_step_rad * half;
-        let near_rad = f64::from(direction_rad(point.y_m as f32, point.x_m as f32));
-        let from_middle_rad = wrap_angle(near_rad - middle_rad);
-        let per_rad = 1.0 / self.angle_step_rad;
-        let place = from_middle_rad * per_rad + half + 0.5;
-        let beam = floor(place);
-        let beside = place - beam as f64;
-        let doubt = DIRECTION_DOUBT_RAD * per_rad;
-        let clear = beside > doubt
-            && beside < 1.0 - doubt
-            && from_middle_rad.abs() < PI - DIRECTION_DOUBT_RAD
-            && point.x_m.abs().max(point.y_m.abs()) > LEAST_M;
-        clear.then_some(beam)
+        BeamGrid {
+            geometry: self,
+            middle_rad: self.angle_first_rad + self.angle_step_rad * half,
+            middle_place: half + 0.5,
+            per_rad: 1.0 / self.angle_step_rad,
+        }
     }
 
     /// From the first beam of a scan to the last.
@@ -195,5 +170,57 @@ impl ScanGeometry {
     pub fn duration_ns(&self) -> u64 {
         let turns = self.angle_step_rad * (self.beams - 1) as f64 / TAU;
         (self.turn_s * turns * 1e9) as u64
+    }
+}
+
+/// The beams of a geometry with what every point is asked with, so that a loop over points divides nothing by it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BeamGrid<'a> {
+    geometry: &'a ScanGeometry,
+    middle_rad: f64,
+    /// Of the middle of the view, counted from the beginning of the first beam.
+    middle_place: f64,
+    /// Beams in a radian.
+    per_rad: f64,
+}
+
+impl BeamGrid<'_> {
+    /// The number of the beam nearest to the direction of a point of `laser`, also where none looks.
+    #[must_use]
+    #[inline]
+    pub(crate) fn beam_number(&self, point: Point2) -> i64 {
+        self.clear_beam_number(point).unwrap_or_else(|| {
+            let position = self.geometry.beam_position(point.direction_rad());
+            position.round() as i64
+        })
+    }
+
+    /// The beam nearest to the direction of a point of `laser`, if one looks there.
+    #[must_use]
+    #[inline]
+    pub(crate) fn beam_at(&self, point: Point2) -> Option<usize> {
+        match self.clear_beam_number(point) {
+            Some(number) => usize::try_from(number)
+                .ok()
+                .filter(|beam| *beam < self.geometry.beams),
+            None => self.geometry.nearest_beam(point.direction_rad()),
+        }
+    }
+
+    /// The same without an arc tangent; `None` where a direction that is only nearly right does not decide it: between
+    /// two beams, opposite to the middle of the view, or at the sensor itself.
+    #[inline]
+    fn clear_beam_number(&self, point: Point2) -> Option<i64> {
+        let near_rad = f64::from(direction_rad(point.y_m as f32, point.x_m as f32));
+        let from_middle_rad = wrap_angle(near_rad - self.middle_rad);
+        let place = from_middle_rad * self.per_rad + self.middle_place;
+        let beam = floor(place);
+        let beside = place - beam as f64;
+        let doubt = DIRECTION_DOUBT_RAD * self.per_rad;
+        let clear = beside > doubt
+            && beside < 1.0 - doubt
+            && from_middle_rad.abs() < PI - DIRECTION_DOUBT_RAD
+            && point.x_m.abs().max(point.y_m.abs()) > LEAST_M;
+        clear.then_some(beam)
     }
 }

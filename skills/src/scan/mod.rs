@@ -16,6 +16,7 @@ mod geometry;
 pub use aligned::{
     AlignError, AlignedScan, BeamState, FIRST_LENGTH_MM, ScanPoint, UNKNOWN_RANGE_M,
 };
+pub(crate) use geometry::BeamGrid;
 pub use geometry::{MAX_BEAMS, ScanGeometry, ScanGeometryError};
 
 #[cfg(test)]

@@ -58,7 +58,7 @@ fn the_beam_at_a_point_is_the_one_nearest_to_its_direction() {
                     geometry.nearest_beam(direction_rad)
                 );
                 let number = geometry.beam_position(direction_rad).round() as i64;
-                assert_eq!(geometry.beam_number(point), number);
+                assert_eq!(geometry.beam_grid().beam_number(point), number);
             }
         }
     }

@@ -177,6 +177,7 @@ impl WallMatcher {
         let eye_in_map = pose.transform(eye.position());
         let turn_std_rad = covariance[(2, 2)].max(0.0).sqrt();
         let shift_std_m = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt();
+        let (to_now, to_map) = (since.transformation(), pose.transformation());
         for (index, beam) in scan.points().iter().enumerate() {
             if self.beams.len() == self.beams.capacity() {
                 break;
@@ -192,8 +193,8 @@ impl WallMatcher {
                 }
                 continue;
             }
-            let end = since.transform(beam.point);
-            let in_map = pose.transform(end);
+            let end = to_now(beam.point);
+            let in_map = to_map(end);
             let ray = in_map - eye_in_map;
             let range_m = ray.norm_m();
             if !(range_m > 1e-3 && range_m.is_finite()) {

@@ -13,7 +13,7 @@
 //! All memory is taken at construction.
 
 use super::known::KnownRanges;
-use crate::scan::{AlignedScan, BeamState, ScanGeometry};
+use crate::scan::{AlignedScan, BeamGrid, BeamState, ScanGeometry};
 use description::geometry::{Footprint, Point2, Pose2};
 use description::robot::MovingPolicy;
 
@@ -187,7 +187,8 @@ fn nearest_m(
     footprint: &Footprint,
     spots: &mut [Spot; SPOTS],
 ) -> f64 {
-    let then = past.sensor.between(scan.odom_pose());
+    let to_past = past.sensor.between(scan.odom_pose()).transformation();
+    let grid = scan.geometry().beam_grid();
     let mut nearest_m = f64::INFINITY;
     let mut run = MovedBeams::default();
     for beam in scan.points() {
@@ -195,8 +196,7 @@ fn nearest_m(
             run.miss();
             continue;
         }
-        let is_new = is_beyond(scan.geometry(), past, then.transform(beam.point));
-        if !is_new {
+        if !is_beyond(&grid, past, to_past(beam.point)) {
             run.miss();
             continue;
         }
@@ -216,9 +216,9 @@ fn nearest_m(
 }
 
 /// The older scan looked clearly beyond a point of its `laser`.
-fn is_beyond(geometry: &ScanGeometry, past: &Past, point: Point2) -> bool {
+fn is_beyond(grid: &BeamGrid<'_>, past: &Past, point: Point2) -> bool {
     let range_m = point.norm_m();
-    let Some(beam) = geometry.beam_at(point) else {
+    let Some(beam) = grid.beam_at(point) else {
         return false;
     };
     if beam < BESIDE || beam + BESIDE >= past.ranges_m.len() {

@@ -11,7 +11,7 @@
 
 use super::checkpoint::FloorCheckpoint;
 use super::grid::NearGrid;
-use crate::scan::AlignedScan;
+use crate::scan::{AlignedScan, BeamGrid};
 use description::geometry::{Point2, Pose2};
 
 /// A robot that moved less between two scans counts as standing.
@@ -28,6 +28,13 @@ struct Remembered {
     point: Point2,
     /// On the clock that runs while the robot drives; `None` when looked through.
     driven_ns: Option<u64>,
+}
+
+impl Remembered {
+    fn is_kept(&self, now_ns: u64, keep_ns: u64) -> bool {
+        self.driven_ns
+            .is_some_and(|driven_ns| now_ns - driven_ns <= keep_ns)
+    }
 }
 
 /// Hits of the last moments, in the odometry frame.
@@ -117,7 +124,8 @@ impl Memory {
 
     /// Remembers a point of `odom`.
     fn push(&mut self, point: Point2) {
-        if self.len == self.ring.len() && self.is_kept(&self.ring[self.next]) {
+        let oldest = &self.ring[self.next];
+        if self.len == self.ring.len() && oldest.is_kept(self.driven_ns, self.keep_ns) {
             self.overwritten += 1;
         }
         self.ring[self.next] = Remembered {
@@ -135,26 +143,26 @@ impl Memory {
             .is_some_and(|cell| !is_set(&self.occupied, cell))
     }
 
-    fn is_kept(&self, remembered: &Remembered) -> bool {
-        remembered
-            .driven_ns
-            .is_some_and(|driven_ns| self.driven_ns - driven_ns <= self.keep_ns)
-    }
-
     fn project(&mut self, scan: &AlignedScan) {
         self.occupied.fill(0);
         let pose = scan.odom_pose();
         let (sin, cos) = pose.theta_rad.sin_cos();
-        let capacity = self.ring.len();
+        let beams = BeamsPast::of(scan);
+        // The corner of the grid, and a little more than rounding takes away.
+        let farthest_m2 = 2.001 * self.grid.half_m() * self.grid.half_m();
+        let (driven_ns, keep_ns) = (self.driven_ns, self.keep_ns);
         let mut kept = 0;
-        for age in 0..self.len {
-            let index = (self.next + capacity - 1 - age) % capacity;
-            let remembered = self.ring[index];
-            if !self.is_kept(&remembered) {
+        let (newest, before) = self.ring.split_at_mut(self.next);
+        let newest_first = newest.iter_mut().rev().chain(before.iter_mut().rev());
+        for (age, remembered) in newest_first.take(self.len).enumerate() {
+            if !remembered.is_kept(driven_ns, keep_ns) {
                 continue;
             }
             kept = age + 1;
             let delta = remembered.point - pose.position();
+            if delta.dot(delta) > farthest_m2 {
+                continue;
+            }
             let point = Point2::new(
                 cos * delta.x_m + sin * delta.y_m,
                 cos * delta.y_m - sin * delta.x_m,
@@ -162,8 +170,8 @@ impl Memory {
             let Some(cell) = self.grid.cell(point) else {
                 continue;
             };
-            if looks_through(scan, point) {
-                self.ring[index].driven_ns = None;
+            if beams.look_through(point) {
+                remembered.driven_ns = None;
             } else {
                 self.occupied[cell / 64] |= 1 << (cell % 64);
             }
@@ -227,14 +235,40 @@ fn is_set(words: &[u64], cell: usize) -> bool {
         .is_some_and(|word| word >> (cell % 64) & 1 != 0)
 }
 
-/// The beam at a point, and those that there are beside it, measure clearly farther.
-fn looks_through(scan: &AlignedScan, point: Point2) -> bool {
-    let in_laser = scan.geometry().mount.inverse_transform(point);
-    let range_m = in_laser.norm_m() as f32 + LOOKED_THROUGH_M;
-    let Some(beam) = scan.geometry().beam_at(in_laser) else {
-        return false;
-    };
-    let beams = scan.ranges_m();
-    let beside = beam.saturating_sub(1)..(beam + 2).min(beams.len());
-    beams[beside].iter().all(|&free_m| free_m > range_m)
+/// The beams of a scan, as points of `base_link` are compared with them.
+struct BeamsPast<'a> {
+    ranges_m: &'a [f32],
+    grid: BeamGrid<'a>,
+    sensor: Point2,
+    sin: f64,
+    cos: f64,
+}
+
+impl<'a> BeamsPast<'a> {
+    fn of(scan: &'a AlignedScan) -> Self {
+        let mount = scan.geometry().mount;
+        let (sin, cos) = mount.theta_rad.sin_cos();
+        Self {
+            ranges_m: scan.ranges_m(),
+            grid: scan.geometry().beam_grid(),
+            sensor: mount.position(),
+            sin,
+            cos,
+        }
+    }
+
+    /// The beam at a point, and those that there are beside it, measure clearly farther.
+    fn look_through(&self, point: Point2) -> bool {
+        let delta = point - self.sensor;
+        let in_laser = Point2::new(
+            self.cos * delta.x_m + self.sin * delta.y_m,
+            self.cos * delta.y_m - self.sin * delta.x_m,
+        );
+        let range_m = in_laser.norm_m() as f32 + LOOKED_THROUGH_M;
+        let Some(beam) = self.grid.beam_at(in_laser) else {
+            return false;
+        };
+        let beside = beam.saturating_sub(1)..(beam + 2).min(self.ranges_m.len());
+        self.ranges_m[beside].iter().all(|&free_m| free_m > range_m)
+    }
 }
