@@ -67,6 +67,10 @@ pub(super) fn seen_beyond(
     for beam in beams {
         let from_start = beam.end - segment.a;
         let beyond_m = -unit.cross(from_start) * eye_m.signum();
+        // Noise along the beam counts for no more than all of it: most beams end before the line, without a division.
+        if beyond_m < -(BEYOND_M + BEYOND_SIGMA * beam.range_std_m) {
+            continue;
+        }
         let depth_m = beyond_m + eye_m.abs();
         let range_m = beam.end.distance_m(eye);
         let noise_m = beam.range_std_m * depth_m / range_m.max(1e-3);

@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 /// Directions that are told apart: half a degree.
 const BINS: usize = 720;
 const BIN_RAD: f64 = TAU / BINS as f64;
+const BINS_PER_RAD: f64 = BINS as f64 / TAU;
 /// Directions to either side of a beam that are asked, at most: 15°.
 const MAX_SPREAD_BINS: usize = 30;
 
@@ -31,12 +32,12 @@ pub(super) struct Expected {
 }
 
 impl Expected {
-    /// The walls that the beam may have hit; one may come twice.
+    /// The walls that the beam may have hit, each once.
     pub(super) fn walls(&self) -> impl Iterator<Item = usize> + '_ {
-        self.candidates
-            .iter()
-            .filter(|bin| bin.wall != u32::MAX)
-            .map(|bin| bin.wall as usize)
+        let walls = self.candidates.map(|bin| bin.wall);
+        { walls.into_iter().enumerate() }
+            .filter(move |(index, wall)| *wall != u32::MAX && !walls[..*index].contains(wall))
+            .map(|(_, wall)| wall as usize)
     }
 }
 
@@ -101,9 +102,9 @@ impl View {
     /// What a beam along `ray` (of length one) should hit when its direction is known to `spread_rad`.
     pub(super) fn expected(&self, ray: Point2, spread_rad: f64) -> Expected {
         let direction_rad = f64::from(direction_rad(ray.y_m as f32, ray.x_m as f32));
-        let turned = (direction_rad + TAU) / BIN_RAD;
+        let turned = (direction_rad + TAU) * BINS_PER_RAD;
         let middle = turned as usize % BINS;
-        let spread = -floor(-spread_rad / BIN_RAD);
+        let spread = -floor(-spread_rad * BINS_PER_RAD);
         let spread = spread.clamp(1, MAX_SPREAD_BINS as i64) as usize;
         let at = |offset: usize| {
             let bin = middle + offset;
