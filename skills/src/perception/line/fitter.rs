@@ -9,6 +9,10 @@ use description::robot::Navigation;
 
 /// Pairs of points that are tried.
 const PAIRS: usize = 48;
+/// Fours of points after which a line that has fallen behind is given up.
+const FOURS: usize = 4;
+/// More than rounding makes of sums of shares, which are at most the number of pieces.
+const ROUNDING: f64 = 1e-9;
 /// Passes of the refinement; the last ones use only points as close as noise explains.
 const PASSES: usize = 6;
 const NARROW_PASSES: usize = 3;
@@ -120,6 +124,12 @@ impl LineFitter {
         self.fours.clear();
         self.fours
             .extend(self.near.as_chunks().0.iter().map(Four::of));
+        let rest = &self.near[4 * self.fours.len()..];
+        let mut left = rest.iter().map(|point| point.share).sum();
+        for four in self.fours.iter_mut().rev() {
+            four.left = left;
+            left += four.share.iter().sum::<f64>();
+        }
         let mut line = self.refine(self.start(min_span_m)?)?;
         if self.leave_out_of_sight(&line) {
             line = self.refine(line)?;
@@ -175,16 +185,17 @@ impl LineFitter {
                 offset_m: a.across_m,
                 slope,
             };
-            let support = self.support(&line);
-            if best.is_none_or(|(most, _)| support > most) {
+            let most = best.map_or(f64::NEG_INFINITY, |(most, _)| most);
+            if let Some(support) = self.support(&line, most) {
                 best = Some((support, line));
             }
         }
         best.map(|(_, line)| line)
     }
 
-    /// Pieces of wall that lie on the line, the closer the more they count, less those that are seen beyond it.
-    fn support(&self, line: &Line) -> f64 {
+    /// Pieces of wall that lie on the line, the closer the more they count, less those that are seen beyond it. `None` when
+    /// they are no more than `most`: that is found as soon as those that are left cannot make up for it.
+    fn support(&self, line: &Line, most: f64) -> Option<f64> {
         let beyond = if self.eye.y_m > 0.0 { -1.0 } else { 1.0 };
         let count = |along_m: f64, across_m: f64, per_reach_1_m: f64, share: f64| {
             let off = line.residual_m(along_m, across_m) * per_reach_1_m;
@@ -194,19 +205,26 @@ impl LineFitter {
         };
         // Four sums, which do not wait for each other: this is tried for many lines.
         let mut sums = [0.0; 4];
-        for four in &self.fours {
-            for (i, sum) in sums.iter_mut().enumerate() {
-                *sum += count(
-                    four.along_m[i],
-                    four.across_m[i],
-                    four.per_reach_1_m[i],
-                    four.share[i],
-                );
+        for fours in self.fours.chunks(FOURS) {
+            for four in fours {
+                for (i, sum) in sums.iter_mut().enumerate() {
+                    *sum += count(
+                        four.along_m[i],
+                        four.across_m[i],
+                        four.per_reach_1_m[i],
+                        four.share[i],
+                    );
+                }
+            }
+            let left = fours.last().map_or(0.0, |four| four.left);
+            if sums.iter().sum::<f64>() + left + ROUNDING < most {
+                return None;
             }
         }
         let rest = { self.near[4 * self.fours.len()..].iter() }
             .map(|own| count(own.along_m, own.across_m, own.per_reach_1_m, own.share));
-        sums.iter().sum::<f64>() + rest.sum::<f64>()
+        let support = sums.iter().sum::<f64>() + rest.sum::<f64>();
+        (support > most).then_some(support)
     }
 
     fn refine(&self, start: Line) -> Option<Line> {
@@ -352,7 +370,11 @@ mod tests {
                         false => 0.0,
                     }
                 });
-                assert!((fitter.support(&line) - all.sum::<f64>()).abs() < 1e-9);
+                let all = all.sum::<f64>();
+                let support = fitter.support(&line, f64::NEG_INFINITY).unwrap();
+                assert!((support - all).abs() < 1e-9);
+                assert_eq!(fitter.support(&line, all - 1e-6), Some(support));
+                assert_eq!(fitter.support(&line, all + 1e-6), None);
             }
         }
     }

@@ -41,6 +41,8 @@ pub(super) struct Four {
     pub(super) across_m: [f64; 4],
     pub(super) per_reach_1_m: [f64; 4],
     pub(super) share: [f64; 4],
+    /// The shares of all points behind these.
+    pub(super) left: f64,
 }
 
 impl Four {
@@ -50,6 +52,7 @@ impl Four {
             across_m: points.map(|point| point.across_m),
             per_reach_1_m: points.map(|point| point.per_reach_1_m),
             share: points.map(|point| point.share),
+            left: 0.0,
         }
     }
 }
