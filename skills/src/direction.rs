@@ -37,6 +37,32 @@ pub(crate) fn direction_rad(y: f32, x: f32) -> f32 {
     if y < 0.0 { -angle } else { angle }
 }
 
+/// An angle less than a turn away from (−π, π], brought into it.
+#[must_use]
+#[inline]
+pub(crate) fn wrapped(angle_rad: f32) -> f32 {
+    use std::f32::consts::{PI, TAU};
+    if angle_rad > PI {
+        angle_rad - TAU
+    } else if angle_rad <= -PI {
+        angle_rad + TAU
+    } else {
+        angle_rad
+    }
+}
+
+/// Cosine of a direction that is out of view for sure, where a sensor looks that far to the left and right; −2: there is none.
+#[must_use]
+pub(crate) fn behind_cos(view_rad: f32) -> f32 {
+    const BESIDE_RAD: f32 = 0.01;
+    let beside_rad = view_rad + BESIDE_RAD;
+    if beside_rad < std::f32::consts::PI {
+        beside_rad.cos()
+    } else {
+        -2.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -14,7 +14,7 @@
 use super::checkpoint::{FloorCheckpoint, MOST_AGE, SIDE};
 use super::grid::NearGrid;
 use super::known::KnownRanges;
-use crate::direction::{direction_rad, floor};
+use crate::direction::{behind_cos, direction_rad, floor, wrapped};
 use crate::scan::{AlignedScan, ScanGeometry};
 use description::geometry::{Footprint, Point2, Pose2};
 
@@ -32,6 +32,9 @@ struct Cell {
 
 const ASSUMED: u32 = 1;
 
+/// Cells of a row that a checkpoint skips at once where none of them is known.
+const STRETCH: usize = 8;
+
 /// How much wider than the robot the floor is, at each side, that somebody says is free: what a tube straight back asks about.
 const ASIDE_M: f64 = 0.2;
 
@@ -39,17 +42,21 @@ const ASIDE_M: f64 = 0.2;
 #[derive(Clone, Debug)]
 pub struct Floor {
     cells: Box<[Cell]>,
+    /// When the newest cell of each stretch of cells was marked, as in [`Cell`].
+    marked_mm: Box<[u32]>,
     grid: NearGrid,
     footprint: Footprint,
     geometry: ScanGeometry,
     /// The smallest free range of three neighbouring beams.
     narrowed_m: Box<[f32]>,
-    /// Cells of the near grid that some tube asks about.
-    asked: Box<[u32]>,
+    /// Cells of the near grid that some tube asks about, and their middles.
+    asked: Box<[(u32, Point2)]>,
     /// Words of the near grid; set where the floor is not known, and where it is not even assumed.
     unknown: Box<[u64]>,
     unassumed: Box<[u64]>,
     kept_mm: u32,
+    /// How a checkpoint writes ages down, for every millimetre that a cell is kept.
+    age_codes: Box<[u8]>,
     driven_m: f64,
     pose: Option<Pose2>,
     /// Somebody sees that it is free so far behind the robot; taken in with the next scan.
@@ -70,17 +77,22 @@ impl Floor {
             mask.get(cell / 64)
                 .is_some_and(|w| w >> (cell % 64) & 1 != 0)
         };
-        let asked: Box<[u32]> = (0..grid.cells())
+        let asked: Box<[(u32, Point2)]> = (0..grid.cells())
             .filter(is_set)
-            .map(|cell| cell as u32)
+            .map(|cell| (cell as u32, grid.centre(cell)))
             .collect();
         let (cells, beams) = if asked.is_empty() {
             (0, 0)
         } else {
             (SIDE * SIDE, geometry.beams)
         };
+        let kept_mm = (kept_m.max(0.0) * 1e3) as u32;
+        let unit_mm = age_unit_mm(kept_mm);
+        // No younger than it is.
+        let age_code = |age_mm: u32| 2 * (age_mm.div_ceil(unit_mm) as u8 + 1);
         Self {
             cells: vec![Cell::default(); cells].into_boxed_slice(),
+            marked_mm: vec![0; cells / STRETCH].into_boxed_slice(),
             grid,
             footprint,
             geometry,
@@ -88,7 +100,8 @@ impl Floor {
             asked,
             unknown: vec![u64::MAX; grid.words()].into_boxed_slice(),
             unassumed: vec![u64::MAX; grid.words()].into_boxed_slice(),
-            kept_mm: (kept_m.max(0.0) * 1e3) as u32,
+            kept_mm,
+            age_codes: (0..=kept_mm).map(age_code).collect(),
             driven_m: 0.0,
             pose: None,
             trusted_m: 0.0,
@@ -121,6 +134,7 @@ impl Floor {
     /// Forgets everything, as when the odometry frame jumps.
     pub fn clear(&mut self) {
         self.cells.fill(Cell::default());
+        self.marked_mm.fill(0);
         self.unknown.fill(u64::MAX);
         self.unassumed.fill(u64::MAX);
         self.pose = None;
@@ -133,18 +147,22 @@ impl Floor {
             return false;
         };
         let first = self.window(pose);
-        let (now_mm, unit_mm) = (self.now_mm(), self.age_unit_mm());
-        for (row, cells) in (first[1]..).zip(&mut into.free) {
-            for (column, known) in (first[0]..).zip(cells) {
-                let cell = &self.cells[place(column, row)];
-                let age_mm = now_mm.wrapping_sub(cell.at_mm & !ASSUMED);
-                *known =
-                    if cell.at_mm != 0 && cell.stands_for(column, row) && age_mm <= self.kept_mm {
-                        // No younger than it is.
-                        2 * (age_mm.div_ceil(unit_mm) as u8 + 1) + (cell.at_mm & ASSUMED) as u8
-                    } else {
-                        0
-                    };
+        let now_mm = self.now_mm();
+        into.free.as_flattened_mut().fill(0);
+        // The floor that is known is a trail: most stretches are empty.
+        let stretches = self.cells.chunks_exact(STRETCH).zip(&self.marked_mm);
+        for (cells, _) in stretches.filter(|&(_, at_mm)| now_mm - *at_mm <= self.kept_mm) {
+            for cell in cells {
+                let age_mm = now_mm - (cell.at_mm & !ASSUMED);
+                let Some(&code) = self.age_codes.get(age_mm as usize) else {
+                    continue;
+                };
+                let column = usize::from(cell.column.wrapping_sub(first[0] as i16) as u16);
+                let row = usize::from(cell.row.wrapping_sub(first[1] as i16) as u16);
+                let inside = column < SIDE && row < SIDE && cell.at_mm != 0;
+                if inside {
+                    into.free[row][column] = code + (cell.at_mm & ASSUMED) as u8;
+                }
             }
         }
         (into.pose, into.cell_m, into.first) = (pose, self.grid.cell_m(), first);
@@ -160,23 +178,18 @@ impl Floor {
         self.clear();
         // Nothing is older than the way driven.
         self.driven_m += 2e-3 * f64::from(self.kept_mm) + 1.0;
-        let (now_mm, unit_mm) = (self.now_mm(), self.age_unit_mm());
+        let (now_mm, unit_mm) = (self.now_mm(), age_unit_mm(self.kept_mm));
         for (row, cells) in (from.first[1]..).zip(&from.free) {
             for (column, &known) in (from.first[0]..).zip(cells) {
                 if known >= 2 {
                     let at_mm = now_mm - unit_mm * u32::from(known / 2 - 1);
                     let at_mm = (at_mm & !ASSUMED) | u32::from(known) & ASSUMED;
-                    self.cells[place(column, row)] = Cell::new(column, row, at_mm);
+                    self.mark(column, row, at_mm);
                 }
             }
         }
         self.pose = Some(from.pose);
         true
-    }
-
-    /// In which the age of a cell fits into seven bits.
-    fn age_unit_mm(&self) -> u32 {
-        self.kept_mm.div_ceil(MOST_AGE).max(1)
     }
 
     /// Column and row of the first of the cells around a pose.
@@ -225,14 +238,14 @@ impl Floor {
     /// Marks the cells beside and behind the robot as assumed.
     fn assume(&mut self, pose: Pose2) {
         let at_mm = self.now_mm() | ASSUMED;
-        let cell_m = self.grid.cell_m();
-        let count = (2.0 * self.grid.half_m() / cell_m) as i64 + 1;
-        let corner = |at_m: f64| ((at_m - self.grid.half_m()) / cell_m).floor() as i64;
+        let (cell_m, half_m) = (self.grid.cell_m(), self.grid.half_m());
+        let count = (2.0 * half_m / cell_m) as i64 + 1;
+        let corner = |at_m: f64| ((at_m - half_m) / cell_m).floor() as i64;
         for row in (corner(pose.y_m)..).take(count as usize) {
             for column in (corner(pose.x_m)..).take(count as usize) {
                 let at = Point2::new(column as f64 + 0.5, row as f64 + 0.5) * cell_m;
                 if pose.inverse_transform(at).x_m <= self.footprint.front_m {
-                    self.cells[place(column, row)] = Cell::new(column, row, at_mm);
+                    self.mark(column, row, at_mm);
                 }
             }
         }
@@ -252,7 +265,7 @@ impl Floor {
                 let beside =
                     at.y_m <= outline.left_m + ASIDE_M && at.y_m >= -(outline.right_m + ASIDE_M);
                 if along && beside {
-                    self.cells[place(column, row)] = Cell::new(column, row, now_mm);
+                    self.mark(column, row, now_mm);
                 }
             }
         }
@@ -260,10 +273,10 @@ impl Floor {
 
     /// Marks the cells about the robot that are seen free or stood upon, and unmarks those that are seen occupied.
     fn look(&mut self, pose: Pose2) {
-        let cell_m = self.grid.cell_m();
+        let (cell_m, half_m) = (self.grid.cell_m(), self.grid.half_m());
         let now_mm = self.now_mm();
-        let count = (2.0 * self.grid.half_m() / cell_m) as i64 + 1;
-        let corner = |at_m: f64| ((at_m - self.grid.half_m()) / cell_m).floor() as i64;
+        let count = (2.0 * half_m / cell_m) as i64 + 1;
+        let corner = |at_m: f64| ((at_m - half_m) / cell_m).floor() as i64;
         let (column_0, row_0) = (corner(pose.x_m), corner(pose.y_m));
         let (sin, cos) = pose.theta_rad.sin_cos();
         let (mount_sin, mount_cos) = self.geometry.mount.theta_rad.sin_cos();
@@ -274,44 +287,57 @@ impl Floor {
         let per_rad = 1.0 / self.geometry.angle_step_rad as f32;
         let last = self.geometry.beams as f32 - 2.0;
         let margin_m = cell_m as f32 / 2.0;
+        let view_rad = middle_rad.abs() + half * self.geometry.angle_step_rad as f32;
+        let behind = behind_cos(view_rad);
         for row in (row_0..).take(count as usize) {
             let y_m = (row as f64 + 0.5) * cell_m - pose.y_m;
             for column in (column_0..).take(count as usize) {
                 let x_m = (column as f64 + 0.5) * cell_m - pose.x_m;
                 let in_base = Point2::new(cos * x_m + sin * y_m, cos * y_m - sin * x_m);
-                let cell = &mut self.cells[place(column, row)];
                 if self.footprint.contains(in_base) {
-                    *cell = Cell::new(column, row, now_mm);
+                    self.mark(column, row, now_mm);
                     continue;
                 }
                 let off = in_base - mount;
                 let ahead_m = (mount_cos * off.x_m + mount_sin * off.y_m) as f32;
                 let aside_m = (mount_cos * off.y_m - mount_sin * off.x_m) as f32;
                 let range_m = (ahead_m * ahead_m + aside_m * aside_m).sqrt();
+                if ahead_m < behind * range_m {
+                    continue;
+                }
                 let beam = wrapped(direction_rad(aside_m, ahead_m) - middle_rad) * per_rad + half;
                 if !(beam >= 1.0 && beam < last) || f64::from(range_m) < self.geometry.range_min_m {
                     continue;
                 }
                 let free_m = self.narrowed_m[(beam + 0.5) as usize];
                 if free_m > range_m + margin_m {
-                    *cell = Cell::new(column, row, now_mm);
-                } else if free_m > range_m - 2.0 * margin_m && cell.stands_for(column, row) {
-                    cell.at_mm = 0;
+                    self.mark(column, row, now_mm);
+                } else if free_m > range_m - 2.0 * margin_m {
+                    let cell = &mut self.cells[place(column, row)];
+                    if cell.stands_for(column, row) {
+                        cell.at_mm = 0;
+                    }
                 }
             }
         }
     }
 
+    fn mark(&mut self, column: i64, row: i64, at_mm: u32) {
+        let place = place(column, row);
+        self.cells[place] = Cell::new(column, row, at_mm);
+        let marked_mm = &mut self.marked_mm[place / STRETCH];
+        *marked_mm = (at_mm & !ASSUMED).max(*marked_mm);
+    }
+
     /// Brings what is known to where the robot is.
     fn ask(&mut self, pose: Pose2) {
-        let cell_m = self.grid.cell_m();
+        let per_cell_1_m = 1.0 / self.grid.cell_m();
         let now_mm = self.now_mm();
         let (sin, cos) = pose.theta_rad.sin_cos();
-        for &asked in &self.asked {
-            let centre = self.grid.centre(asked as usize);
+        for &(asked, centre) in &self.asked {
             // Between the middles of four cells: all of them must be known.
-            let column = (pose.x_m + cos * centre.x_m - sin * centre.y_m) / cell_m - 0.5;
-            let row = (pose.y_m + sin * centre.x_m + cos * centre.y_m) / cell_m - 0.5;
+            let column = (pose.x_m + cos * centre.x_m - sin * centre.y_m) * per_cell_1_m - 0.5;
+            let row = (pose.y_m + sin * centre.x_m + cos * centre.y_m) * per_cell_1_m - 0.5;
             let (column, row) = (floor(column), floor(row));
             let around = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(right, up)| {
                 let (column, row) = (column + right, row + up);
@@ -342,6 +368,11 @@ impl Floor {
     }
 }
 
+/// In which the age of a cell fits into seven bits.
+fn age_unit_mm(kept_mm: u32) -> u32 {
+    kept_mm.div_ceil(MOST_AGE).max(1)
+}
+
 fn set(word: &mut u64, bit: u64, on: bool) {
     *word = if on { *word | bit } else { *word & !bit };
 }
@@ -364,15 +395,4 @@ impl Cell {
 fn place(column: i64, row: i64) -> usize {
     let side = SIDE as i64;
     (row.rem_euclid(side) * side + column.rem_euclid(side)) as usize
-}
-
-fn wrapped(angle_rad: f32) -> f32 {
-    use std::f32::consts::{PI, TAU};
-    if angle_rad > PI {
-        angle_rad - TAU
-    } else if angle_rad <= -PI {
-        angle_rad + TAU
-    } else {
-        angle_rad
-    }
 }
