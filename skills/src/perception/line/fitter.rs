@@ -1,7 +1,7 @@
 //! The fit: from points to the line that most of the wall's length agrees on.
 
 use super::judge::describe;
-use super::points::{Four, INLIER_SIGMA, Line, PIECES, WallPoint, piece};
+use super::points::{FLATNESS_M, Four, INLIER_SIGMA, Line, PIECES, WallPoint, piece};
 use crate::perception::RANGE_STD_SHARE;
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Segment};
@@ -16,6 +16,8 @@ const ROUNDING: f64 = 1e-9;
 /// Passes of the refinement; the last ones use only points as close as noise explains.
 const PASSES: usize = 6;
 const NARROW_PASSES: usize = 3;
+/// A point counts up to 1.5 times its reach.
+const TUKEY_SHARE: f64 = 1.0 / 1.5;
 /// The expected direction cannot be off by more than this slope.
 const MAX_SLOPE: f64 = 0.6;
 /// Left out at both ends of the expected segment, where the next wall begins; of a short one this share.
@@ -101,9 +103,10 @@ impl LineFitter {
         self.near.push(WallPoint {
             along_m: place.x_m,
             across_m: place.y_m,
-            std_m,
+            weight_1_m2: 1.0 / (std_m * std_m),
             reach_m,
             per_reach_1_m: 1.0 / reach_m,
+            per_noise_1_m: 1.0 / reach_m.min(FLATNESS_M.max(INLIER_SIGMA * std_m)),
             piece: piece(place.x_m),
             share: 0.0,
         });
@@ -234,14 +237,15 @@ impl LineFitter {
             let (mut sum, mut along, mut across) = (0.0, 0.0, 0.0);
             let (mut square, mut product, mut counted) = (0.0, 0.0, 0.0);
             for point in &self.near {
-                let reach_m = if narrow {
-                    point.noise_reach_m()
+                let per_reach_1_m = if narrow {
+                    point.per_noise_1_m
                 } else {
-                    point.reach_m
+                    point.per_reach_1_m
                 };
-                let tukey = tukey(line.residual_m(point.along_m, point.across_m) / (1.5 * reach_m));
+                let residual_m = line.residual_m(point.along_m, point.across_m);
+                let tukey = tukey(residual_m * per_reach_1_m * TUKEY_SHARE);
                 if tukey > 0.0 {
-                    let weight = tukey / (point.std_m * point.std_m);
+                    let weight = tukey * point.weight_1_m2;
                     let from_centre_m = point.along_m - line.centre_m;
                     counted += tukey;
                     sum += weight;

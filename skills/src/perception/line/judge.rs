@@ -39,7 +39,7 @@ pub(super) fn describe(
         if residual_m.abs() < point.reach_m {
             inliers += 1;
             covered |= 1 << point.piece;
-            let weight = 1.0 / (point.std_m * point.std_m);
+            let weight = point.weight_1_m2;
             squares += residual_m * residual_m;
             misfit += weight * residual_m * residual_m;
             weights += weight;

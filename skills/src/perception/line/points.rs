@@ -3,7 +3,7 @@
 use crate::direction::floor;
 
 /// Walls are not flat to better than this.
-const FLATNESS_M: f64 = 0.015;
+pub(super) const FLATNESS_M: f64 = 0.015;
 /// Coverage is counted in pieces of this length.
 pub(super) const PIECE_M: f64 = 0.1;
 pub(super) const PIECES: usize = 128;
@@ -15,23 +15,18 @@ pub(super) const INLIER_SIGMA: f64 = 2.5;
 pub(super) struct WallPoint {
     pub(super) along_m: f64,
     pub(super) across_m: f64,
-    /// Noise across the wall.
-    pub(super) std_m: f64,
+    /// One over the variance of the noise across the wall.
+    pub(super) weight_1_m2: f64,
     /// This near to the line it lies on it.
     pub(super) reach_m: f64,
     /// One over that: it is asked for by every line that is tried.
     pub(super) per_reach_1_m: f64,
+    /// One over how far from the line noise alone takes it.
+    pub(super) per_noise_1_m: f64,
     /// The piece of wall that it lies on.
     pub(super) piece: usize,
     /// One over the number of points on the same piece, so that near, dense pieces weigh as much as far ones.
     pub(super) share: f64,
-}
-
-impl WallPoint {
-    /// As far from the line as noise alone takes it.
-    pub(super) fn noise_reach_m(&self) -> f64 {
-        self.reach_m.min(FLATNESS_M.max(INLIER_SIGMA * self.std_m))
-    }
 }
 
 /// Four points, side by side for the processor.
