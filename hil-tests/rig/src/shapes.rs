@@ -14,6 +14,21 @@ pub fn region(rect: &Rect) -> Rectangle {
     }
 }
 
+/// Two floors touch or overlap. Bounding boxes that are apart rule that out at little cost: it is asked of all areas at each look.
+#[must_use]
+pub fn touch(one: &Rectangle, other: &Rectangle) -> bool {
+    let are_apart = (0..2).any(|axis| {
+        let [(least, most), (other_least, other_most)] = [one, other].map(|rectangle| {
+            let along_m = { rectangle.corners_m.iter() }.map(|corner_m| corner_m[axis]);
+            along_m.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at_m| {
+                (least.min(at_m), most.max(at_m))
+            })
+        });
+        most < other_least || other_most < least
+    });
+    !are_apart && one.distance_to_rectangle_m(other) <= 0.0
+}
+
 /// A wall.
 #[must_use]
 pub fn segment(wall: &Wall) -> Segment {
@@ -35,6 +50,30 @@ pub fn footprint(robot: &RobotConfig) -> Footprint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sim::world::Pose;
+    use std::f64::consts::FRAC_PI_4;
+
+    #[test]
+    fn only_what_touches_touches() {
+        let at =
+            |x_m, y_m, turned_rad| Rectangle::centred(&Pose::new(x_m, y_m, turned_rad), 1.0, 1.0);
+        let square = at(0.0, 0.0, 0.0);
+        for touching in [
+            at(0.9, 0.9, 0.0),
+            at(1.0, 0.3, 0.0),
+            at(0.0, 0.0, FRAC_PI_4),
+        ] {
+            assert!(touch(&square, &touching) && touch(&touching, &square));
+        }
+        // Of the second only the bounding box touches.
+        for apart in [
+            at(0.0, -1.1, 0.0),
+            at(1.0, 1.0, FRAC_PI_4),
+            at(3.0, 3.0, 1.0),
+        ] {
+            assert!(!touch(&square, &apart) && !touch(&apart, &square));
+        }
+    }
 
     #[test]
     fn regions_are_rectangles_with_an_inside() {

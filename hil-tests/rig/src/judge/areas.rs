@@ -7,6 +7,7 @@ use super::conduct::Conduct;
 use super::look::{Look, place};
 use super::violations::Violations;
 use crate::scenario::Scenario;
+use crate::shapes::touch;
 use crate::violation::ViolationKind;
 
 /// A footprint may reach this far over a border: about the error of a robot's pose.
@@ -85,7 +86,7 @@ impl Areas {
         for area in &mut self.areas {
             let had = |at_ns| { look.observations }.had(&robot.id, &area.id, at_ns, HEARING_NS);
             let presence = &mut area.presence[look.robot];
-            presence.inside = body.distance_to_rectangle_m(&area.inner) <= 0.0;
+            presence.inside = touch(&body, &area.inner);
             presence.excused &= presence.inside;
             presence.cleared &= presence.inside;
             presence.excused |= before.is_none() && presence.inside;
