@@ -5,7 +5,7 @@
 //! robots where they are then; it never meets its own robot. Readings are millimetres; under 20 they are the
 //! device's error codes: 0 nothing within reach, 1 too little light, 6 too near, 19 a step it does not measure.
 
-use super::geometry::{Footprint, Point, Pose, SeenSegment, add, ray_hit_disc_m};
+use super::geometry::{Footprint, Point, Pose, SeenSegment, add, norm, ray_hit_disc_m, sub};
 use super::random::Random;
 use super::scene::{Outline, Target};
 use super::simulation::World;
@@ -158,7 +158,14 @@ impl RangeFinder {
         });
         for (index, (model, other)) in world.models().zip(&mut self.others).enumerate() {
             other.0 = model.footprint;
-            if index == self.robot {
+            let apart_m = world.pose_at(index, turn_start_ns).map_or(0.0, |pose| {
+                norm(sub(
+                    [pose.x_m, pose.y_m],
+                    [self.origins[0].x_m, self.origins[0].y_m],
+                ))
+            });
+            // Both drive on during the turn.
+            if index == self.robot || apart_m > reach_m + TRAVEL_M + model.footprint.reach_m() {
                 other.1.clear();
             } else {
                 path(index, &mut other.1);
