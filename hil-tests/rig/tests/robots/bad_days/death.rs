@@ -158,6 +158,8 @@ fn a_service_manager_hears_that_it_is_ready_lives_stands_and_ends() {
         // A program that is held up does not live.
         let pid = Pid::from_child(&robot.0);
         kill_process(pid, Signal::STOP).expect("it runs");
+        // What it was saying when the signal came is said.
+        std::thread::sleep(Duration::from_millis(300));
         said.clear();
         hears("", &mut said);
         std::thread::sleep(Duration::from_secs(1));
