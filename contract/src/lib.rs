@@ -14,7 +14,7 @@
 //! ```
 //! use contract::VERSION;
 //! use contract::client::{Client, Received, Situation};
-//! use contract::timing::SILENT_AFTER_NS;
+//! use contract::timing::{LEASE_NS, SILENT_AFTER_NS};
 //! use contract::wire::{AccessGrant, Level, MediatorReport};
 //!
 //! let mut robot = Client::new("amr-1", "hall", 7);
@@ -31,9 +31,11 @@
 //!
 //! let wants = Situation { located: true, wanted: vec!["gate".into()], ..Situation::default() };
 //! assert!(robot.step(wants, 0, SILENT_AFTER_NS), "there is news: `request` is set");
-//! assert_eq!(robot.report().access[0].level.map(|level| level.progress), Some(1));
+//! let report = robot.report();
+//! assert_eq!(report.access[0].level.map(|level| level.progress), Some(1));
 //!
 //! answer.sequence = 2;
+//! answer.robot_sequence = report.sequence;
 //! answer.access = vec![AccessGrant {
 //!     area: "gate".into(),
 //!     level: Some(Level { progress: 2, ..Level::default() }),
@@ -41,7 +43,8 @@
 //!     ..AccessGrant::default()
 //! }];
 //! robot.receive(&answer, 0);
-//! assert!(robot.holds("gate"));
+//! assert!(robot.holds("gate") && robot.may_be_in("gate", LEASE_NS));
+//! assert!(!robot.may_be_in("gate", LEASE_NS + 1), "it has not entered, and heard nothing more");
 //! ```
 
 pub mod client;
@@ -57,7 +60,7 @@ mod version;
 /// The messages, generated from `proto/fleet.proto`.
 #[allow(missing_docs, clippy::all)]
 pub mod wire {
-    include!(concat!(env!("OUT_DIR"), "/kelo.fleet.v1.rs"));
+    include!(concat!(env!("OUT_DIR"), "/kelo.fleet.v2.rs"));
 }
 
 pub use prost::Message;

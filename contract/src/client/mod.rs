@@ -1,8 +1,8 @@
 //! The robot's side of its protocols, without network, clock or floor: what to ask for, what is granted, what is ordered.
 //!
 //! A robot tells a [`Client`] where it stands and where it wants to go ([`Client::step`]), hands it what the mediator says
-//! ([`Client::receive`]), sends what [`Client::report`] gives, and keeps out of every area that [`Client::holds`] does not
-//! name.
+//! ([`Client::receive`]), sends what [`Client::report`] gives, and keeps out of every area that it [may not be
+//! in](Client::may_be_in).
 //!
 //! While it [is acquired](Client::is_acquired), its state machine does nothing by itself: it gets the events of
 //! [orders](Client::next_order), and [what it outputs](Client::output) tells the mediator how far it is. The client then asks

@@ -189,7 +189,7 @@ impl Client {
         Some((control.coordination, &control.net, control.describe()))
     }
 
-    /// The next report to send: on news, and every [`LEVEL_PERIOD_NS`](crate::timing::LEVEL_PERIOD_NS).
+    /// The next report to send; it counts as sent at the last [step](Self::step). Due on news, and every [`LEVEL_PERIOD_NS`](crate::timing::LEVEL_PERIOD_NS).
     pub fn report(&mut self) -> RobotReport {
         RobotReport {
             stands_in: self.situation.stands_in.clone(),
@@ -203,7 +203,21 @@ impl Client {
         }
     }
 
-    /// Whether the robot may be in the area.
+    /// Whether the robot may be in the area: it was granted it, and stands in it or may enter it, by its lease.
+    #[must_use]
+    pub fn may_be_in(&self, area: &str, now_ns: u64) -> bool {
+        let stands = || { self.situation.stands_in.iter() }.any(|other| other == area);
+        self.holds(area) && (stands() || self.has_lease(now_ns))
+    }
+
+    /// Whether the robot may newly enter what it was granted: the mediator says that it has a report which was sent within
+    /// [`LEASE_NS`](crate::timing::LEASE_NS).
+    #[must_use]
+    pub fn has_lease(&self, now_ns: u64) -> bool {
+        self.session.has_lease(now_ns)
+    }
+
+    /// Whether the area was granted to the robot, and was neither given back nor taken away.
     #[must_use]
     pub fn holds(&self, area: &str) -> bool {
         self.claims.holds(area)

@@ -1,6 +1,8 @@
 //! The robot's session: its identity, its registration with a start of the mediator, and which messages are stale.
 
-use crate::timing::{DOUBLED_AFTER_NS, SILENT_AFTER_NS};
+use std::collections::VecDeque;
+
+use crate::timing::{DOUBLED_AFTER_NS, LEASE_NS, SILENT_AFTER_NS};
 use crate::wire::{MediatorReport, RobotReport, TakeUp};
 use crate::{VERSION, Version};
 
@@ -21,6 +23,9 @@ pub enum Received {
     Version,
 }
 
+/// Reports that may still give a lease. More are sent only when far more happens than on any floor; the oldest then gives none.
+const SENT: usize = 256;
+
 /// Other mediators that speak to this robot.
 #[derive(Clone, Copy, Debug)]
 struct Other {
@@ -36,6 +41,12 @@ pub(super) struct Session {
     boot_epoch: u64,
     /// Of the last report.
     sequence: u64,
+    /// Of the last step.
+    now_ns: u64,
+    /// Reports within the last [`LEASE_NS`]: sequence, and the step before them.
+    sent: VecDeque<(u64, u64)>,
+    /// When the newest report was sent that the mediator says it has.
+    heard_by_ns: Option<u64>,
     /// The mediator's process that the robot follows; 0 for none, and for one that does not say.
     instance: u64,
     /// Its journal; 0 for one that does not say.
@@ -69,6 +80,9 @@ impl Session {
             site: site.to_owned(),
             boot_epoch,
             sequence: 0,
+            now_ns: 0,
+            sent: VecDeque::new(),
+            heard_by_ns: None,
             instance: 0,
             journal: 0,
             stands_by: false,
@@ -117,6 +131,7 @@ impl Session {
                 return Received::Other;
             }
             self.other = None;
+            self.heard_by_ns = None;
         }
         self.instance = message.instance;
         self.journal = message.journal;
@@ -132,6 +147,7 @@ impl Session {
             return Received::Refused;
         }
         self.hears = true;
+        self.renew_lease(message.robot_sequence);
         self.role.clone_from(&message.role);
         if self.number == message.session {
             return Received::News;
@@ -143,6 +159,23 @@ impl Session {
         }
         self.take_up.clone_from(&message.take_up);
         Received::Registered
+    }
+
+    /// The mediator has this report, and perhaps none after it.
+    fn renew_lease(&mut self, echoed: u64) {
+        while let Some(&(sequence, sent_ns)) = self.sent.front()
+            && sequence <= echoed
+        {
+            self.sent.pop_front();
+            if sequence == echoed {
+                self.heard_by_ns = Some(sent_ns);
+            }
+        }
+    }
+
+    /// The mediator had a report that was sent within [`LEASE_NS`].
+    pub(super) fn has_lease(&self, now_ns: u64) -> bool {
+        { self.heard_by_ns }.is_some_and(|sent_ns| now_ns <= sent_ns.saturating_add(LEASE_NS))
     }
 
     /// Whether another mediator is followed. A robot without a registration takes the first that offers one. Else it must have
@@ -178,8 +211,9 @@ impl Session {
         })
     }
 
-    /// Notes whether the mediator is heard. Returns whether that has changed.
+    /// Notes the time, and whether the mediator is heard. Returns whether that has changed.
     pub(super) fn listen(&mut self, now_ns: u64, silent_after_ns: u64) -> bool {
+        self.now_ns = now_ns;
         let hears = !self.is_mediator_silent(now_ns, silent_after_ns);
         std::mem::replace(&mut self.hears, hears) != hears
     }
@@ -195,6 +229,13 @@ impl Session {
     /// The head of the next report.
     pub(super) fn next_report(&mut self) -> RobotReport {
         self.sequence += 1;
+        let too_old = |sent_ns: u64| self.now_ns > sent_ns.saturating_add(LEASE_NS);
+        while { self.sent.front() }.is_some_and(|&(_, sent_ns)| too_old(sent_ns))
+            || self.sent.len() >= SENT
+        {
+            self.sent.pop_front();
+        }
+        self.sent.push_back((self.sequence, self.now_ns));
         RobotReport {
             version: Some(VERSION.into()),
             robot_id: self.robot_id.clone(),

@@ -64,6 +64,9 @@ enum Command {
     Clear {
         /// Id of the area
         area: String,
+        /// The silent robot that stands in it, for all that is known, was taken away
+        #[arg(long)]
+        taken_away: bool,
         #[command(flatten)]
         which: Which,
     },
@@ -88,7 +91,11 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Run(arguments) => run::run(arguments),
         Command::Status { which, json } => status::status(&which, json),
         Command::Why { robot, which } => status::order(&which, &Question::Why { robot }),
-        Command::Clear { area, which } => status::order(&which, &Question::Clear { area }),
+        Command::Clear {
+            area,
+            taken_away,
+            which,
+        } => status::order(&which, &Question::Clear { area, taken_away }),
         Command::Absent { robot, which } => status::order(&which, &Question::Absent { robot }),
     };
     match result {

@@ -1,5 +1,7 @@
 //! Why a mediator cannot go on from its journal, and why an operator's request is refused.
 
+use std::time::Duration;
+
 use coordination::protocol::MergeError;
 
 use crate::setup::SetupError;
@@ -43,6 +45,21 @@ pub enum ClearError {
     /// Somebody is in it.
     #[error("area `{area}` is not cleared: robot `{robot}` is in it and is heard")]
     Heard { area: String, robot: String },
+    /// It was granted it, and may live behind a broken link.
+    #[error(
+        "area `{area}` is not cleared: robot `{robot}`, to which it was granted, may still enter it for {} s; wait, see whether it is there, and say it again",
+        seconds(*.wait)
+    )]
+    MayEnter {
+        area: String,
+        robot: String,
+        wait: Duration,
+    },
+    /// It stands there, for all that is known.
+    #[error(
+        "area `{area}` is not cleared: robot `{robot}` stands in it, for all that is known; look, and if it was taken away, say so: `mediator clear {area} --taken-away`"
+    )]
+    Inside { area: String, robot: String },
 }
 
 /// Why a robot does not count as absent.
@@ -56,6 +73,22 @@ pub enum AbsentError {
         "robot `{0}` is heard, so it is somewhere: switch it off, or see that it follows this mediator"
     )]
     Heard(String),
+    /// It was granted something, and may live behind a broken link.
+    #[error(
+        "robot `{robot}` may still enter for {} s what it was granted: wait, look where it is, and say it again",
+        seconds(*.wait)
+    )]
+    MayEnter {
+        /// Which one.
+        robot: String,
+        /// For how long.
+        wait: Duration,
+    },
+}
+
+/// To the next tenth, so that it is over when they are.
+fn seconds(wait: Duration) -> f64 {
+    (wait.as_secs_f64() * 10.0).ceil() / 10.0
 }
 
 /// No such robot.

@@ -37,6 +37,11 @@ impl View<'_> {
             instance: self.peers.instance,
             journal: self.peers.journal,
             stands_by: self.peers.stands_by,
+            robot_sequence: if own.is_of(boot_epoch) {
+                own.counted
+            } else {
+                0
+            },
             identity_doubled: self.sessions.is_doubled(robot, self.now_ns),
             ..MediatorReport::default()
         }

@@ -58,7 +58,7 @@ impl Manager {
         effects.entries.push(Entry::Epoch(epoch));
         let silent_after_ns = u64::try_from(setup.silent_after.as_nanos()).unwrap_or(u64::MAX);
         let areas = Areas::restore(setup, &names, stored, now_ns)?;
-        let mut sessions = Sessions::new(&names, epoch, silent_after_ns);
+        let mut sessions = Sessions::new(&names, epoch, silent_after_ns, now_ns);
         for (id, record) in &stored.robots {
             if let Some(robot) = names.robot(id) {
                 sessions.robot_mut(robot).restore(record, now_ns);
@@ -161,10 +161,16 @@ impl Manager {
             return;
         };
         let news = self.hear_whom_it_follows(robot, report, now_ns);
-        let (effects, ours) = (&mut self.effects, self.peers.is_ours(report));
+        let ours = self.peers.is_ours(report);
         if self.peers.stands_by && report.mediator_instance != self.peers.instance {
             return self.sessions.stand_by(report);
         }
+        if !self.sessions.robot(robot).is_of(report.boot_epoch) && self.areas.may_enter(robot) {
+            // Who speaks for it now may still enter what was granted to it.
+            let until_ns = self.enters_no_more_ns(robot);
+            self.sessions.robot_mut(robot).may_live(until_ns);
+        }
+        let effects = &mut self.effects;
         let recognised = (self.sessions).recognise(robot, report, ours, now_ns, effects);
         if recognised.promoted {
             self.areas.forget_place(robot);

@@ -8,7 +8,13 @@
 //! counts whatever was known of it here. From then on this mediator has a larger epoch: larger than that of the mediator that is
 //! gone, since robots follow another one only then, and larger than its own before. So whoever repeats it has taken in all that
 //! was on its way to it.
+//!
+//! A grant that was not entered is a lease: a robot enters nothing more once it has not been heard for
+//! [`ENTERS_NO_MORE_NS`]. Before that nobody takes such a grant from it: no operator, and no new process of it.
 
+use std::time::Duration;
+
+use contract::timing::ENTERS_NO_MORE_NS;
 use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
@@ -18,11 +24,11 @@ use crate::journal::Entry;
 
 impl Manager {
     /// No robot is accounted for, and this mediator has a larger epoch.
-    fn ask_all(&mut self, epoch: u64) {
+    fn ask_all(&mut self, epoch: u64, now_ns: u64) {
         (self.peers.epoch, self.sessions.epoch) = (epoch, epoch);
         self.effects.entries.push(Entry::Epoch(epoch));
         for robot in 0..self.names.robots().len() {
-            self.sessions.unaccount(robot);
+            self.sessions.unaccount(robot, now_ns);
             self.store_robot(robot);
             self.effects.tell(robot);
         }
@@ -54,7 +60,7 @@ impl Manager {
                 found: report.mediator_epoch,
                 epoch,
             });
-            self.ask_all(epoch);
+            self.ask_all(epoch, now_ns);
         }
         true
     }
@@ -72,17 +78,24 @@ impl Manager {
             // The other one may have granted anything to anybody.
             let epoch = self.peers.epoch + 1;
             self.effects.alarms.push(Alarm::GoesOn { epoch });
-            self.ask_all(epoch);
+            self.ask_all(epoch, now_ns);
         }
     }
 
     // ---------------------------------------------------------------- operators
 
-    /// An operator says that no silent robot is in the area. Returns whose hold was ended.
+    /// An operator says that no silent robot is in the area, or, where one stands there for all that is known, that it
+    /// was `taken_away`. Returns whose hold was ended.
     ///
     /// # Errors
-    /// [`ClearError`] when there is no such area, or a robot that is heard is in it, whichever mediator it follows.
-    pub fn clear(&mut self, area_id: &str, now_ns: u64) -> Result<Vec<String>, ClearError> {
+    /// [`ClearError`] when there is no such area; a robot that is heard is in it, whichever mediator it follows; one may still
+    /// enter it; or one was in it and nobody says that it was taken away.
+    pub fn clear(
+        &mut self,
+        area_id: &str,
+        taken_away: bool,
+        now_ns: u64,
+    ) -> Result<Vec<String>, ClearError> {
         let area = self
             .names
             .area(area_id)
@@ -98,6 +111,24 @@ impl Manager {
             });
         }
         for &robot in &occupants {
+            let (robot_id, occupant) = (self.names.robot_id(robot), self.areas.robot(robot));
+            if occupant.holds(area)
+                && let Some(wait) = self.may_enter_for(robot, now_ns)
+            {
+                return Err(ClearError::MayEnter {
+                    area: area_id.to_owned(),
+                    robot: robot_id,
+                    wait,
+                });
+            }
+            if occupant.stands_in(area) && !taken_away {
+                return Err(ClearError::Inside {
+                    area: area_id.to_owned(),
+                    robot: robot_id,
+                });
+            }
+        }
+        for &robot in &occupants {
             // It may be elsewhere, so whether it is awaited is another matter.
             self.take_out(robot, area, now_ns);
         }
@@ -110,7 +141,7 @@ impl Manager {
     /// again, also after later starts. Returns the areas that it has lost.
     ///
     /// # Errors
-    /// [`AbsentError`] when there is no such robot, or it is heard.
+    /// [`AbsentError`] when there is no such robot, it is heard, or it may still enter an area.
     pub fn absent(&mut self, robot_id: &str, now_ns: u64) -> Result<Vec<String>, AbsentError> {
         let robot = self.names.robot(robot_id).ok_or_else(|| UnknownRobot {
             found: robot_id.to_owned(),
@@ -118,6 +149,14 @@ impl Manager {
         })?;
         if self.is_heard(robot, now_ns) {
             return Err(AbsentError::Heard(robot_id.to_owned()));
+        }
+        if self.areas.may_enter(robot)
+            && let Some(wait) = self.may_enter_for(robot, now_ns)
+        {
+            return Err(AbsentError::MayEnter {
+                robot: robot_id.to_owned(),
+                wait,
+            });
         }
         let areas: Vec<usize> = self.areas.occupied_by(robot).collect();
         for &area in &areas {
@@ -133,6 +172,19 @@ impl Manager {
     /// It reports, whether it follows this mediator or not.
     fn is_heard(&self, robot: usize, now_ns: u64) -> bool {
         self.sessions.is_heard(robot) || self.peers.is_heard(robot, now_ns)
+    }
+
+    /// From then on the robot enters no area any more that it has not entered, if it is not heard before.
+    pub(super) fn enters_no_more_ns(&self, robot: usize) -> u64 {
+        let session = self.sessions.robot(robot);
+        let heard_ns = session.heard_ns.max(session.before_until_ns);
+        heard_ns.saturating_add(ENTERS_NO_MORE_NS)
+    }
+
+    /// For how long it may still enter one.
+    fn may_enter_for(&self, robot: usize, now_ns: u64) -> Option<Duration> {
+        let left_ns = self.enters_no_more_ns(robot).saturating_sub(now_ns);
+        (left_ns > 0).then(|| Duration::from_nanos(left_ns))
     }
 
     fn take_out(&mut self, robot: usize, area: usize, now_ns: u64) {

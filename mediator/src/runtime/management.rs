@@ -106,17 +106,19 @@ impl Management {
                 Ok(text) => Answer::Done(text),
                 Err(error) => Answer::Refused(error.to_string()),
             },
-            Question::Clear { area } => match manager.clear(&area, now_ns) {
-                Ok(robots) if robots.is_empty() => {
-                    Answer::Done(format!("area `{area}` was free already"))
+            Question::Clear { area, taken_away } => {
+                match manager.clear(&area, taken_away, now_ns) {
+                    Ok(robots) if robots.is_empty() => {
+                        Answer::Done(format!("area `{area}` was free already"))
+                    }
+                    Ok(robots) => {
+                        let robots = robots.join(", ");
+                        tracing::warn!("an operator cleared area `{area}` of {robots}");
+                        Answer::Done(format!("area `{area}` is free of {robots}"))
+                    }
+                    Err(error) => Answer::Refused(error.to_string()),
                 }
-                Ok(robots) => {
-                    let robots = robots.join(", ");
-                    tracing::warn!("an operator cleared area `{area}` of {robots}");
-                    Answer::Done(format!("area `{area}` is free of {robots}"))
-                }
-                Err(error) => Answer::Refused(error.to_string()),
-            },
+            }
             Question::Absent { robot } => match manager.absent(&robot, now_ns) {
                 Ok(areas) => {
                     let areas = if areas.is_empty() {

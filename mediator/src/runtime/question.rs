@@ -27,6 +27,8 @@ pub enum Question {
     Clear {
         /// Its id.
         area: String,
+        /// One that stands in it, for all that is known, was taken away.
+        taken_away: bool,
     },
     /// This silent robot is nowhere on the floor.
     Absent {

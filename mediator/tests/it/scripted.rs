@@ -189,13 +189,15 @@ fn a_robot_that_was_let_go_before_a_power_loss_is_not_waited_for() {
     { manager.entries() }.for_each(|entry| stored.apply(entry));
     // What ends the coordination is lost with the power, but the robots have heard it.
     manager
-        .clear("1", SECOND_NS)
+        .clear("1", false, SECOND_NS)
         .expect_err("somebody is in it");
     let later_ns = 10 * SECOND_NS;
     clients[1].0.step(clients[1].1.clone(), later_ns, SECOND_NS);
     manager.report(&clients[1].0.report(), later_ns);
     manager.tick(later_ns);
-    manager.clear("1", later_ns).expect("that robot is silent");
+    manager
+        .clear("1", true, later_ns)
+        .expect("that robot is silent");
     while let Some(message) = manager.next_message(later_ns) {
         clients.iter_mut().for_each(|own| {
             own.0.receive(&message, later_ns);

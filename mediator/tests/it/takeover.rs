@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use contract::client::{Client, Situation};
-use contract::timing::SILENT_AFTER_NS;
+use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use mediator::journal::Stored;
 use mediator::manager::{AbsentError, Alarm, ClearError, Manager, Status};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
@@ -197,9 +197,12 @@ fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
     talk(&mut manager, &mut robots, 0);
     assert!(robots[1].0.holds(AREA));
     // It is carried away, so the next run with it begins after one that was given up.
-    let mut now_ns = 2 * SILENT_AFTER_NS;
+    let mut now_ns = ENTERS_NO_MORE_NS;
     manager.tick(now_ns);
-    assert_eq!(manager.clear(AREA, now_ns), Ok(vec!["amr-2".to_owned()]));
+    assert_eq!(
+        manager.clear(AREA, false, now_ns),
+        Ok(vec!["amr-2".to_owned()])
+    );
     keep(&mut manager, &mut stored);
 
     // All have restarted since, and count their runs from 0.
@@ -253,10 +256,10 @@ fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands()
         area: AREA.to_owned(),
         robot: "amr-3".to_owned(),
     };
-    assert_eq!(manager.clear(AREA, 0), Err(heard));
+    assert_eq!(manager.clear(AREA, false, 0), Err(heard));
     assert_eq!(
         manager
-            .clear(AREA, 2 * SILENT_AFTER_NS)
+            .clear(AREA, true, 2 * SILENT_AFTER_NS)
             .map(|own| own.len()),
         Ok(1)
     );
@@ -282,7 +285,7 @@ fn clearing_an_area_says_nothing_of_a_robot_that_may_be_anywhere() {
     let mut setup = setup();
     setup.robots[2].starts_in = vec!["yard".to_owned()];
     let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
-    assert_eq!(manager.clear("yard", 0), Ok(vec!["amr-3".to_owned()]));
+    assert_eq!(manager.clear("yard", true, 0), Ok(vec!["amr-3".to_owned()]));
     assert!(manager.status(0).awaited.contains(&"amr-3".to_owned()));
 }
 

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use contract::client::{Client, Received, Situation};
-use contract::timing::{DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
+use contract::timing::{ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS};
 use contract::wire::{MediatorReport, RobotReport, TakeUp};
 use coordination::fsm::StateId;
 use description::areas::AreaIndex;
@@ -214,7 +214,7 @@ impl Member {
         let acquired = self.client.is_acquired();
         self.allowed = { self.setup.area_indices() }
             // A robot that does not know where it is may stand outside the areas that it holds.
-            .filter(|&area| self.origin == Origin::Known && self.holds(area))
+            .filter(|&area| self.origin == Origin::Known && self.may_be_in(area, now_ns))
             .filter(|&area| acquired || stands_in.contains(area) || !held_back.contains(area))
             .collect();
         self.give_orders(sense.state, now_ns);
@@ -243,6 +243,11 @@ impl Member {
         while let Some(complaint) = self.orders.next_complaint() {
             self.complain(complaint);
         }
+    }
+
+    fn may_be_in(&self, area: AreaIndex, now_ns: u64) -> bool {
+        let area = self.setup.areas.get(area.place());
+        area.is_some_and(|area| self.client.may_be_in(&area.id, now_ns))
     }
 
     fn holds(&self, area: AreaIndex) -> bool {
@@ -300,9 +305,9 @@ impl Member {
     pub fn troubles(&self, now_ns: u64) -> Troubles {
         let silent_after_ns = self.setup.silent_after_ns;
         let refused = !self.refusal().is_empty();
-        // After a quick restart, the process before speaks for the robot until it counts as silent.
+        // After a quick restart, the process before speaks for the robot until it surely enters nothing any more.
         let restarts = { self.taken_ns }
-            .is_some_and(|taken_ns| now_ns <= taken_ns.saturating_add(DOUBLED_AFTER_NS));
+            .is_some_and(|taken_ns| now_ns <= taken_ns.saturating_add(ENTERS_NO_MORE_NS));
         let had_time = now_ns > self.began_ns.saturating_add(silent_after_ns);
         Troubles {
             silent: had_time && !refused && self.client.is_mediator_silent(now_ns, silent_after_ns),

@@ -19,4 +19,4 @@ pub use floor::UncertainPose;
 pub use member::Member;
 pub use orders::Directive;
 pub use sense::{Sense, Troubles};
-pub use setup::{AreaPlace, Setup, Start, StatePlan};
+pub use setup::{AreaPlace, LEAVE_AGE_NS, Setup, Start, StatePlan};

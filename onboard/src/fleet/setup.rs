@@ -6,6 +6,9 @@ use description::areas::AreaIndex;
 use description::geometry::{Footprint, Pose2, Rect};
 use skills::borders::BorderGains;
 
+/// Leave to be in areas expires when communication has not repeated it to navigation for this long.
+pub const LEAVE_AGE_NS: u64 = 1_000_000_000;
+
 /// One robot on one site.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {

@@ -1,5 +1,6 @@
 //! One robot against scripted messages.
 
+mod lease;
 mod mediators;
 
 use super::*;

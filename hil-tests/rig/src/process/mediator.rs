@@ -138,13 +138,16 @@ impl MediatorProcess {
         Ok(folder.socket())
     }
 
-    /// What an operator does with `mediator clear AREA`. Returns what it answered.
+    /// What an operator does with `mediator clear AREA --taken-away`. Returns what it answered.
     ///
     /// # Errors
     /// Why it refused or did not answer.
     pub fn clear(&self, area: &str) -> Result<String, String> {
-        let area = area.to_owned();
-        match ask(&self.socket()?, &Question::Clear { area })? {
+        let question = Question::Clear {
+            area: area.to_owned(),
+            taken_away: true,
+        };
+        match ask(&self.socket()?, &question)? {
             Answer::Done(text) => Ok(text),
             Answer::Refused(why) => Err(why),
             Answer::Status(_) => Err("an unexpected answer".to_owned()),

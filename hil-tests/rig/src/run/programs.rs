@@ -82,7 +82,7 @@ impl Run<Stage> {
         Ok(())
     }
 
-    /// What an operator does with `mediator clear AREA`, having taken these robots away. Returns what the mediator says.
+    /// What an operator does with `mediator clear AREA --taken-away`, having taken these robots away. Returns what the mediator says.
     ///
     /// # Errors
     /// Why it refused or did not answer.

@@ -87,6 +87,12 @@ impl Areas {
         concerned.filter(move |&robot| self.robots[robot].occupies(area))
     }
 
+    /// It has the grant of an area in which it does not stand.
+    pub(crate) fn may_enter(&self, robot: usize) -> bool {
+        let occupant = &self.robots[robot];
+        { occupant.claims.iter() }.any(|(area, claim)| claim.is_held() && !occupant.stands_in(area))
+    }
+
     /// Areas in which a robot may be.
     pub(crate) fn occupied_by(&self, robot: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.areas.len()).filter(move |&area| self.robots[robot].occupies(area))

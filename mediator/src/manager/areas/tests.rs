@@ -67,7 +67,7 @@ impl Bench {
         };
         let names = Arc::new(Names::new(&setup).expect("valid"));
         let areas = Areas::restore(&setup, &names, &Stored::default(), 0).expect("valid");
-        let mut sessions = Sessions::new(&names, 1, u64::MAX);
+        let mut sessions = Sessions::new(&names, 1, u64::MAX, 0);
         for robot in 0..3 {
             sessions.robot_mut(robot).registered = true;
         }

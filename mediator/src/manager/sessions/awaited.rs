@@ -35,12 +35,13 @@ impl Sessions {
 
     /// Another mediator may have granted a robot anything: it is awaited, and what it says then is taken over. Only what was said
     /// of it since this start still holds.
-    pub(crate) fn unaccount(&mut self, robot: usize) {
+    pub(crate) fn unaccount(&mut self, robot: usize, now_ns: u64) {
         let session = &mut self.robots[robot];
         if session.surely_absent {
             return;
         }
         session.unaccounted = true;
+        session.before_until_ns = now_ns;
         session.absent = false;
         session.registered = false;
         session.silent = true;
@@ -69,6 +70,7 @@ impl Sessions {
         let heard = session.is_heard();
         let first = !session.registered;
         session.heard_ns = now_ns;
+        session.counted = session.sequence;
         session.registered = true;
         let accounted = session.unaccounted && located;
         session.unaccounted &= !located;

@@ -62,7 +62,11 @@ pub(crate) struct Session {
     pub(crate) registered: bool,
     /// Of the last report of this boot.
     pub(crate) sequence: u64,
+    /// Of the last one that counted: from that one on the robot's lease runs.
+    pub(crate) counted: u64,
     pub(crate) heard_ns: u64,
+    /// Until then another mediator, or this one before it was started, may have heard the robot.
+    pub(crate) before_until_ns: u64,
     pub(crate) silent: bool,
     /// A process that was refused, and why.
     pub(crate) refused: Option<(u64, String)>,
@@ -72,6 +76,14 @@ pub(crate) struct Session {
 }
 
 impl Session {
+    /// Nobody has spoken for it yet.
+    pub(crate) fn new(now_ns: u64) -> Self {
+        Self {
+            before_until_ns: now_ns,
+            ..Self::default()
+        }
+    }
+
     /// The process of the journal may still be there: it reports at least that often.
     pub(crate) fn restore(&mut self, record: &RobotRecord, now_ns: u64) {
         self.alive_until_ns = now_ns + 2 * LEVEL_PERIOD_NS;
@@ -138,6 +150,7 @@ impl Session {
         self.boot_epoch = candidate.boot_epoch;
         self.number = candidate.session;
         self.sequence = 0;
+        self.counted = 0;
         self.registered = false;
     }
 
@@ -155,6 +168,11 @@ impl Session {
     pub(crate) fn lives(&mut self, until_ns: u64, echo: u64) {
         self.alive_until_ns = until_ns;
         self.echo = echo;
+    }
+
+    /// The process that speaks for the robot lives until then at least, for all that is known.
+    pub(crate) fn may_live(&mut self, until_ns: u64) {
+        self.alive_until_ns = self.alive_until_ns.max(until_ns);
     }
 
     /// A process speaks for the robot, and is not silent: nobody else can.

@@ -41,11 +41,11 @@ pub(crate) struct Sessions {
 }
 
 impl Sessions {
-    pub(crate) fn new(names: &Arc<Names>, epoch: u64, silent_after_ns: u64) -> Self {
+    pub(crate) fn new(names: &Arc<Names>, epoch: u64, silent_after_ns: u64, now_ns: u64) -> Self {
         Self {
             epoch,
             silent_after_ns,
-            robots: vec![Session::default(); names.robots().len()],
+            robots: vec![Session::new(now_ns); names.robots().len()],
             awaited: Vec::new(),
             refusals: Vec::new(),
             names: Arc::clone(names),

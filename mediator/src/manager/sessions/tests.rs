@@ -31,7 +31,7 @@ fn sessions() -> (Sessions, Effects) {
         silent_after: Duration::from_nanos(SILENT_NS),
     };
     let names = Arc::new(Names::new(&setup).expect("valid"));
-    (Sessions::new(&names, EPOCH, SILENT_NS), Effects::new(1))
+    (Sessions::new(&names, EPOCH, SILENT_NS, 0), Effects::new(1))
 }
 
 fn report(boot_epoch: u64, session: u64, sequence: u64) -> RobotReport {

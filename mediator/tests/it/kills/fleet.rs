@@ -254,9 +254,10 @@ impl Fleet {
         let Some(next) = robot.wants.clone() else {
             return;
         };
+        let now_ns = self.begun.elapsed().as_nanos() as u64;
         if robot.client.is_registered()
-            && robot.client.holds(&robot.at)
-            && robot.client.holds(&next)
+            && robot.client.may_be_in(&robot.at, now_ns)
+            && robot.client.may_be_in(&next, now_ns)
         {
             robot.crossing = Some(next.clone());
             robot.until = now + Duration::from_millis(random.below(20));

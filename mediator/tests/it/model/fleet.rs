@@ -11,7 +11,7 @@ use crate::random::Random;
 use contract::client::Client;
 use contract::wire::{MediatorReport, RobotReport};
 use mediator::journal::Entry;
-use mediator::manager::{Alarm, CoordinationStatus, Manager};
+use mediator::manager::{Alarm, ClearError, CoordinationStatus, Manager};
 
 const STEP_MS: u64 = 20;
 const REPORT_MS: u64 = 200;
@@ -33,6 +33,8 @@ pub struct Faults {
     pub stuck_per_mille: u64,
     /// Robots have second processes.
     pub seconds: bool,
+    /// A robot is out of reach for seconds, and an operator clears areas that he sees empty.
+    pub cuts: bool,
     /// Everybody crashes once in this many steps, on average.
     pub every: u64,
 }
@@ -46,6 +48,7 @@ impl Faults {
         journal: false,
         stuck_per_mille: 0,
         seconds: false,
+        cuts: false,
         every: u64::MAX,
     };
     pub const ALL: Self = Self {
@@ -56,6 +59,7 @@ impl Faults {
         journal: false,
         stuck_per_mille: 150,
         seconds: false,
+        cuts: false,
         every: 250,
     };
 }
@@ -99,6 +103,8 @@ pub enum Broken {
     NoFences,
     /// Robots do not wait for grants.
     Reckless,
+    /// They enter what they were granted, whenever that was.
+    NoLease,
 }
 
 pub struct Fleet {
@@ -109,6 +115,8 @@ pub struct Fleet {
     manager_restart_ms: u64,
     journal: Journal,
     network: Vec<(u64, Message)>,
+    /// A robot that is out of reach, and until when.
+    cut: Option<(usize, u64)>,
     /// Messages of long ago.
     past: Vec<Message>,
     now_ms: u64,
@@ -132,6 +140,7 @@ impl Fleet {
             manager_restart_ms: 0,
             journal: Journal::default(),
             network: Vec::new(),
+            cut: None,
             past: Vec::new(),
             now_ms: 0,
             seed,
@@ -152,6 +161,7 @@ impl Fleet {
         self.broken = Some(broken);
         for robot in &mut self.robots {
             robot.reckless = broken == Broken::Reckless;
+            robot.no_lease = broken == Broken::NoLease;
         }
     }
 
@@ -168,6 +178,15 @@ impl Fleet {
                 self.crash_somebody(faults, random);
             }
             self.start_whoever_is_due(random);
+            for robot in &mut self.robots {
+                robot.is_hindered = faults.cuts;
+            }
+            if faults.cuts {
+                self.cut_somebody_off(random);
+                self.clear_what_is_empty(random);
+            } else {
+                self.cut = None;
+            }
             self.deliver(faults, random);
             self.drive(random);
             self.step_robots(faults, random);
@@ -269,6 +288,42 @@ impl Fleet {
         }
     }
 
+    fn cut_somebody_off(&mut self, random: &mut Random) {
+        self.cut.take_if(|(_, until_ms)| self.now_ms >= *until_ms);
+        if self.cut.is_none() && random.below(50) == 0 {
+            let robot = random.below(self.robots.len() as u64) as usize;
+            self.cut = Some((robot, self.now_ms + 5_000 + random.below(7_000)));
+            self.tally.cuts += 1;
+        }
+    }
+
+    fn is_cut_off(&self, message: &Message) -> bool {
+        let id = match message {
+            Message::ToMediator(report) => &report.robot_id,
+            Message::ToRobot(message) => &message.robot_id,
+        };
+        self.cut
+            .is_some_and(|(robot, _)| self.robots[robot].id == *id)
+    }
+
+    /// An operator sees no body in an area, and says so. He knows nothing of grants.
+    fn clear_what_is_empty(&mut self, random: &mut Random) {
+        if random.below(4) != 0 {
+            return;
+        }
+        let area = random.below(self.floor.limits.len() as u64) as usize;
+        let is_empty =
+            { self.robots.iter() }.all(|robot| !robot.stands_in(&self.floor).contains(&area));
+        if let Some(manager) = self.manager.as_mut().filter(|_| is_empty) {
+            let now_ns = self.now_ms * 1_000_000;
+            match manager.clear(self.floor.name(area), true, now_ns) {
+                Ok(of) => self.tally.cleared += u64::from(!of.is_empty()),
+                Err(ClearError::MayEnter { .. }) => self.tally.not_yet_cleared += 1,
+                Err(_) => {}
+            }
+        }
+    }
+
     fn crash_manager(&mut self, faults: Faults, random: &mut Random) {
         if let Some(manager) = self.manager.take() {
             self.tally.add_manager(&manager.counters());
@@ -323,7 +378,8 @@ impl Fleet {
             .into_iter()
             .partition(|(at_ms, _)| *at_ms <= now_ms);
         self.network = later;
-        let mut due: Vec<Message> = due.into_iter().map(|(_, message)| message).collect();
+        let due = due.into_iter().map(|(_, message)| message);
+        let mut due: Vec<Message> = due.filter(|message| !self.is_cut_off(message)).collect();
         if faults.replays && !self.past.is_empty() && random.chance(5) {
             due.push(self.past[random.below(self.past.len() as u64) as usize].clone());
             self.tally.replayed += 1;
@@ -349,6 +405,9 @@ impl Fleet {
     }
 
     fn send(&mut self, message: Message, faults: Faults, random: &mut Random) {
+        if self.is_cut_off(&message) {
+            return;
+        }
         if faults.replays && self.past.len() < 100 {
             self.past.push(message.clone());
         } else if faults.replays && random.chance(10) {

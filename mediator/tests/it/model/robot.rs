@@ -26,6 +26,11 @@ pub struct Robot {
     pub dreams: bool,
     /// It breaks the rules: it waits for no grant.
     pub reckless: bool,
+    /// Or for no lease.
+    pub no_lease: bool,
+    /// Now and then something stands before the border for seconds, and then leaves.
+    pub is_hindered: bool,
+    hindered_until_ms: u64,
     /// Such an area, until when, and whether it says that it could not stop before it.
     dream: Option<(usize, u64, bool)>,
     pub process: Option<Process>,
@@ -88,6 +93,10 @@ impl Process {
         }
     }
 
+    fn may_be_in(&self, area: &str, no_lease: bool, now_ms: u64) -> bool {
+        self.client.may_be_in(area, now_ms * 1_000_000) || no_lease && self.client.holds(area)
+    }
+
     fn event(&self) -> &str {
         let order = self.order.as_ref().filter(|_| !self.stuck);
         order
@@ -118,6 +127,9 @@ impl Robot {
             moves: 0,
             dreams: false,
             reckless: false,
+            no_lease: false,
+            is_hindered: false,
+            hindered_until_ms: 0,
             dream: None,
             process: None,
             restart_ms: random.below(500),
@@ -196,12 +208,18 @@ impl Robot {
         } else if let Some(next) = self.committed.take() {
             self.crossing = Some(next);
             self.until_ms = now_ms + 50 + random.below(200);
+        } else if now_ms < self.hindered_until_ms {
+            // It goes on wanting.
         } else if let Some(next) = self.target(floor)
             && let Some(process) = &self.process
             && process.client.is_registered()
             && (self.reckless || { floor.spots[next].iter() }
-                .all(|&area| process.client.holds(floor.name(area))))
+                .all(|&area| process.may_be_in(floor.name(area), self.no_lease, now_ms)))
         {
+            if self.is_hindered && random.chance(20) {
+                self.hindered_until_ms = now_ms + 5_000 + random.below(5_000);
+                return;
+            }
             self.committed = Some(next);
             self.until_ms = now_ms + random.below(100);
         }

@@ -34,6 +34,12 @@ tally! {
     /// and when all were.
     after_messages,
     power_losses,
+    /// Robots that were out of reach for a while,
+    cuts,
+    /// areas that an operator took from somebody,
+    cleared,
+    /// and those that he was not given, since a robot could still enter.
+    not_yet_cleared,
     /// Writes of the journal that were lost with the power.
     writes_lost,
     /// Journals that were gone or older at the next start,

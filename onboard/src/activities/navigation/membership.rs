@@ -6,13 +6,9 @@ use skills::borders::AreaSet;
 
 use crate::activities::fleet_link::{NavigationEnd, NavigationEvent};
 use crate::activities::port::Port;
-use crate::fleet::Directive;
-use crate::realtime::clock::SECOND_NS;
+use crate::fleet::{Directive, LEAVE_AGE_NS};
 use crate::symbols::faults::Fault;
 use crate::symbols::wiring::NavigationFleetSymbols;
-
-/// Leave expires when communication has not repeated it for this long.
-const LEAVE_AGE_NS: u64 = SECOND_NS;
 
 /// What navigation keeps of its fleet.
 pub(super) struct Membership {

@@ -52,21 +52,21 @@ fn people_hear_of_another_process_when_it_is_none_before_a_restart() {
         identity_taken: true,
         ..MediatorReport::default()
     };
-    for second in 1..=4 {
+    for second in 1..=6 {
         member.receive(&refused(second), second * 1000 * MS);
         assert!(member.allowed().is_empty());
     }
-    assert_eq!(member.troubles(4000 * MS), Troubles::default());
-    assert!(member.troubles(4001 * MS).refused);
+    assert_eq!(member.troubles(6000 * MS), Troubles::default());
+    assert!(member.troubles(6001 * MS).refused);
     let taken_in = MediatorReport {
         session: 1,
         refusal: String::new(),
         identity_taken: false,
         identity_doubled: true,
-        ..refused(5)
+        ..refused(7)
     };
-    member.receive(&taken_in, 4100 * MS);
-    let troubles = member.troubles(4100 * MS);
+    member.receive(&taken_in, 6100 * MS);
+    let troubles = member.troubles(6100 * MS);
     assert!(!troubles.refused && troubles.doubled);
 }
 

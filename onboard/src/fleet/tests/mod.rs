@@ -1,6 +1,7 @@
 //! A robot on a corridor's ring of areas against a mediator that grants what a test says.
 
 mod areas;
+mod lease;
 mod mediator;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -105,6 +106,8 @@ struct Mediator {
     runs: BTreeMap<String, (Replica, u64)>,
     free: BTreeSet<String>,
     sequence: u64,
+    /// Of the robot's newest report.
+    heard: u64,
     epoch: u64,
     session: u64,
     control: Option<wire::Control>,
@@ -121,6 +124,7 @@ impl Mediator {
             runs: BTreeMap::new(),
             free: free.iter().map(|&area| area.to_owned()).collect(),
             sequence: 0,
+            heard: 0,
             epoch: 1,
             session: 1,
             control: None,
@@ -132,6 +136,7 @@ impl Mediator {
         if (report.mediator_epoch, report.session) != (self.epoch, self.session) {
             return;
         }
+        self.heard = report.sequence;
         for access in &report.access {
             let new = || (protocols::begin(&self.flags, self.party), 0);
             let (replica, fence) = self.runs.entry(access.area.clone()).or_insert_with(new);
@@ -162,6 +167,7 @@ impl Mediator {
             robot_id: "amr-1".into(),
             boot_epoch: 7,
             session: self.session,
+            robot_sequence: self.heard,
             access: access.collect(),
             control: self.control.clone(),
             take_up: self.take_up.clone(),

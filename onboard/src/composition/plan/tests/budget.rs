@@ -44,6 +44,25 @@ fn more_lateness_than_the_tubes_plan_for() {
 }
 
 #[test]
+fn a_robot_that_would_enter_an_area_long_after_its_lease() {
+    let slow = robot("amr-1", &["navigation.deceleration_m_s2=0.1"]);
+    let managed = SITE.replace("\nmanaged = false\n", "\nmanaged = true\n");
+    let error = planned(&slow, "some.toml", &managed).expect_err("refused");
+    let [problem] = error.problems() else {
+        panic!("{error:?}");
+    };
+    assert_eq!(problem.key, "navigation.deceleration_m_s2");
+    assert!(
+        problem.expected.contains("at least 0.15")
+            && problem.expected.contains("within 3900 ms from 0.4 m/s"),
+        "{}",
+        problem.expected
+    );
+    // Without a mediator nobody else drives there.
+    assert!(planned(&slow, "some.toml", SITE).is_ok());
+}
+
+#[test]
 fn timeouts_that_a_healthy_robot_runs_into() {
     for (set, key) in [
         (
