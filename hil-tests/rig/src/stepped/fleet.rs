@@ -193,6 +193,7 @@ impl<'a> Stepped<'a> {
         self.fresh = true;
         self.hear();
         self.look_after(self.now_ns());
+        self.clear_what_is_empty();
         Ok(())
     }
 
@@ -280,6 +281,8 @@ impl<'a> Stepped<'a> {
         if let Some(status) = status {
             self.told.take(status, now_ns);
         }
+        // Before what follows from it is heard.
+        self.note_cleared(now_ns);
         for answer in answers {
             let robot = { self.robots.iter() }.position(|member| member.id == answer.robot_id);
             if let Some(robot) = robot {

@@ -47,6 +47,8 @@ pub(super) struct SteppedMediator {
     written_ns: Option<(u64, u64)>,
     asks_ns: u64,
     status: Arc<Mutex<Option<Status>>>,
+    /// Areas that an operator has cleared, not taken yet.
+    cleared: Arc<Mutex<Vec<String>>>,
     /// Reports and messages that found a full queue.
     dropped: u64,
 }
@@ -67,6 +69,7 @@ impl SteppedMediator {
             written_ns: None,
             asks_ns: now_ns,
             status: Arc::default(),
+            cleared: Arc::default(),
             dropped: 0,
         })
     }
@@ -143,6 +146,28 @@ impl SteppedMediator {
             }
         });
         self.put(Input::Question(Question::Status, reply));
+    }
+
+    /// What an operator does with `mediator clear AREA --taken-away`.
+    pub(super) fn clear(&mut self, area: &str) {
+        let cleared = Arc::clone(&self.cleared);
+        let name = area.to_owned();
+        let question = Question::Clear {
+            area: name.clone(),
+            taken_away: true,
+        };
+        let reply = Box::new(move |answer| {
+            if let Answer::Done(_) = answer {
+                let mut cleared = cleared.lock().unwrap_or_else(PoisonError::into_inner);
+                cleared.push(name);
+            }
+        });
+        self.put(Input::Question(question, reply));
+    }
+
+    /// Areas in which nobody is any more since an operator said so, each once.
+    pub(super) fn take_cleared(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.cleared.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// How everything stands, once for each time that it was asked.

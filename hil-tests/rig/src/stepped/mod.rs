@@ -16,6 +16,7 @@
 mod asynchronous;
 mod bus;
 mod checkpoints;
+mod clearing;
 mod clock;
 mod clones;
 mod desk;

@@ -155,3 +155,25 @@ fn a_fleet_goes_on_after_one_of_its_robots_was_driven_by_hand() {
         assert_eq!(summary.violations, [], "{motion} at {at_s} s: {summary:?}");
     }
 }
+
+#[test]
+fn what_an_operator_clears_no_robot_enters_behind_a_broken_link() {
+    let mut scenario = crate::scenario("overtaking");
+    scenario.patience_s = 600.0;
+    let fault = |text: String| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
+    let plans = plans(&scenario);
+    for seed in 1..=8 {
+        let at_s = 8.0 + 3.0 * seed as f64;
+        let robot = ["amr-1", "amr-2"][seed as usize % 2];
+        scenario.faults = vec![
+            fault(format!(
+                "at_s = {at_s:?}; for_s = 12.0; what = \"partition\"; robot = \"{robot}\""
+            )),
+            fault(format!(
+                "at_s = {at_s:?}; for_s = 12.0; what = \"clear-areas\""
+            )),
+        ];
+        let summary = ended(&scenario, &plans, seed).1;
+        assert_eq!(summary.violations, [], "seed {seed}: {summary:?}");
+    }
+}

@@ -29,6 +29,8 @@ pub enum ScriptedKind {
     LoseJournal,
     /// Another mediator of the same site runs, with a journal of its own.
     SecondMediator,
+    /// An operator at the mediator clears every area that he sees empty, again and again. He knows nothing of grants.
+    ClearAreas,
     /// The disk below the mediator's journal takes `by_s` for each write.
     SlowDisk,
     /// All threads of the robot stand still, or only `thread`, or its supervisor.
@@ -145,8 +147,9 @@ impl ScriptedKind {
     ];
 
     /// Those after which robots are safe, but may need more than resets to go on.
-    pub const LASTING: [Self; 5] = [
+    pub const LASTING: [Self; 6] = [
         Self::Teleop,
+        Self::ClearAreas,
         Self::CloneRobot,
         Self::RestoreJournal,
         Self::LoseJournal,
@@ -214,7 +217,8 @@ impl ScriptedKind {
             Self::KillMediator
             | Self::RestoreJournal
             | Self::LoseJournal
-            | Self::SecondMediator => keys(None, false, false),
+            | Self::SecondMediator
+            | Self::ClearAreas => keys(None, false, false),
             Self::SlowDisk => keys(None, false, true),
         }
     }
@@ -232,6 +236,7 @@ impl ScriptedKind {
                 | Self::RestoreJournal
                 | Self::LoseJournal
                 | Self::SecondMediator
+                | Self::ClearAreas
                 | Self::SlowDisk
         )
     }
