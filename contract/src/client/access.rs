@@ -13,7 +13,7 @@ use crate::wire::{Access, AccessGrant};
 #[derive(Clone, Debug)]
 struct Claim {
     replica: Replica,
-    /// Of the present grant, 0 without one.
+    /// Of the grant of this run, 0 before there is one.
     fence: u64,
     /// Why it waits, as the mediator says.
     waits_for: String,
@@ -162,10 +162,8 @@ impl Claims {
             } else {
                 None
             };
+            // Also what it gives back names the grant, until the mediator has emptied the array.
             news |= flag.is_some_and(|flag| claim.replica.set(flag).is_ok());
-            if !protocol.is_held(claim.replica.position()) {
-                claim.fence = 0;
-            }
         }
         news
     }

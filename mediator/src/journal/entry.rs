@@ -80,6 +80,18 @@ pub struct AccessRecord {
     pub ticket: u64,
 }
 
+impl AccessRecord {
+    /// Of a robot's own word, which knows nothing of the order of requests.
+    #[must_use]
+    pub fn said(level: Level, fence: u64) -> Self {
+        Self {
+            level,
+            fence,
+            ticket: 0,
+        }
+    }
+}
+
 /// A revocation as the journal knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -133,6 +133,34 @@ pub enum BadReport {
     /// Numbers that no level has.
     #[error(transparent)]
     Level(#[from] LevelError),
+    /// A level about another grant than the robot's present one, or about none.
+    #[error("its level names fence {found}, expected {expected}, that of its grant")]
+    Fence {
+        /// What the report says.
+        found: u64,
+        /// That of its grant.
+        expected: u64,
+    },
+    /// A grant that the robot says it has, though nobody can have given it.
+    #[error(
+        "it says that it has a grant with fence {found}, which nobody has given: expected one after {after}, that of the journal"
+    )]
+    NoGrant {
+        /// What the report says.
+        found: u64,
+        /// The last fence of that area in the journal.
+        after: u64,
+    },
+    /// A number that cannot be reached.
+    #[error("its {what} is {found}, expected less than {most}")]
+    TooLarge {
+        /// Run or fence.
+        what: &'static str,
+        /// What the report says.
+        found: u64,
+        /// Nobody has counted so far.
+        most: u64,
+    },
     /// A level that cannot follow ours.
     #[error("its level cannot follow ours: {0}")]
     Merge(#[from] MergeError),

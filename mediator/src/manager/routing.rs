@@ -228,7 +228,8 @@ impl Manager {
             return false;
         }
         let reservations = &mut self.coordinations;
-        areas.take_in(robot, report, heard.first, now_ns, reservations, effects)
+        let first = heard.first && heard.awaited;
+        areas.take_in(robot, report, first, now_ns, reservations, effects)
     }
 
     /// The report is of a process that does not speak for the robot yet, while none that does is heard. Where one that speaks

@@ -111,9 +111,12 @@ impl Claim {
         (level.run, level.progress) > (ours.run, ours.progress)
     }
 
-    /// A level about the present grant, or from before one. One with the fence of another grant is from the past.
-    pub(crate) fn fence_fits(&self, level: Level, fence: u64) -> bool {
-        level.run != self.replica.run() || self.fence == 0 || fence == 0 || fence == self.fence
+    /// A level that the robot can have only by the present grant, and whose fence is that of another one, or of none.
+    pub(crate) fn is_of_other_grant(&self, level: Level, fence: u64) -> bool {
+        /// Only `request` is set.
+        const REQUESTED: u16 = 1;
+        let ours = level.run == self.replica.run() && level.progress > REQUESTED;
+        ours && self.is_held() && fence != self.fence
     }
 
     /// Aborts the run: the robot loses what it held by it.

@@ -23,6 +23,12 @@ impl Areas {
             }
             let inside: Vec<usize> = self.occupants(area).collect();
             self.judge_capacity(area, &inside, sessions, effects);
+            if self.is_closed(area) {
+                // One that is on its way would meet whoever should not be there.
+                inside
+                    .iter()
+                    .for_each(|&robot| self.revoke(robot, area, effects));
+            }
             self.serve_area(area, inside, sessions, reservations, effects);
         }
         self.revoke_what_is_kept(reservations, effects);

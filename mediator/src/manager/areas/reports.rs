@@ -11,7 +11,7 @@ use crate::manager::effects::Effects;
 
 impl Areas {
     /// Takes in everything that a report says of protocol 1 and of revocations. `first`: it is the robot's first report that
-    /// counts. Returns whether a level has changed.
+    /// counts since the start, and nothing was granted meanwhile. Returns whether a level has changed.
     pub(crate) fn take_in(
         &mut self,
         robot: usize,
@@ -53,9 +53,10 @@ impl Areas {
         let protocol = &self.access;
         let claims = &mut self.robots[robot].claims;
         let claim = claims.get_or_insert_with(area, || Claim::new(protocol));
-        if !claim.fence_fits(level, access.fence) {
+        if claim.is_of_other_grant(level, access.fence) {
             effects.counters.other_fence += 1;
-            return Ok(false);
+            let (found, expected) = (access.fence, claim.fence);
+            return Err(BadReport::Fence { found, expected });
         }
         let news = claim.merge(level)?;
         claim.complained = false;
@@ -98,11 +99,7 @@ impl Areas {
         now_ns: u64,
     ) -> Result<usize, BadReport> {
         let (level, area) = self.level_and_area(access)?;
-        let record = AccessRecord {
-            level,
-            fence: access.fence,
-            ticket: 0,
-        };
+        let record = AccessRecord::said(level, access.fence);
         let mut claim = Claim::resume(&self.access, record)?;
         self.dequeue(area, robot);
         let asks = claim.is_requested();
@@ -129,6 +126,12 @@ impl Areas {
         let claim = self.robots[robot].claim(area);
         if !claim.is_none_or(|claim| claim.is_behind(level)) {
             return Ok(false);
+        }
+        let (found, after) = (access.fence, self.areas[area].stored_fence);
+        let held = Claim::resume(&self.access, AccessRecord::said(level, found))?.is_held();
+        if held && found <= after {
+            // The journal knows to whom that fence was given, if to anybody.
+            return Err(BadReport::NoGrant { found, after });
         }
         self.resume_claim(robot, access, now_ns)?;
         effects.counters.adopted += 1;

@@ -23,6 +23,7 @@ impl Areas {
         for (id, &fence) in &stored.fences {
             let area = known_area(names, id)?;
             areas.areas[area].fence = fence;
+            areas.areas[area].stored_fence = fence;
         }
         for (id, record) in &stored.robots {
             if record.session == 0 && names.robot(id).is_none() {

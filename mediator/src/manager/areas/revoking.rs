@@ -1,4 +1,4 @@
-//! Asking for grants back that were not used yet, where a coordination needs the area.
+//! Asking for grants back that were not used yet: where a coordination needs the area, or somebody is in it who should not be.
 
 use contract::level;
 use contract::wire::Access;
@@ -34,7 +34,7 @@ impl Areas {
     }
 
     /// Asks once for a grant back whose robot is not in the area yet.
-    fn revoke(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+    pub(super) fn revoke(&mut self, robot: usize, area: usize, effects: &mut Effects) {
         let occupant = &mut self.robots[robot];
         let stands = occupant.stands_in(area);
         let claim = { occupant.claims.get(area) }

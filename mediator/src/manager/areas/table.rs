@@ -16,12 +16,18 @@ use crate::manager::effects::Effects;
 use crate::manager::names::Names;
 use crate::setup::Setup;
 
+/// No array was run so often, no area was granted so often: what is taken over from a robot leaves room to count on.
+const MOST_RUNS: u64 = 1 << 31;
+const MOST_FENCE: u64 = 1 << 62;
+
 /// One area.
 #[derive(Clone, Debug)]
 pub(crate) struct Area {
     pub(crate) capacity: u32,
     /// Of the last grant.
     pub(crate) fence: u64,
+    /// Of the last grant that the journal knew of at the start.
+    pub(super) stored_fence: u64,
     /// Robots whose request waits, in the order in which they are served.
     pub(crate) queue: Vec<usize>,
     /// Robots that hold it, stand in it, or ask for it: nobody else needs to be looked at.
@@ -51,6 +57,7 @@ impl Areas {
         let areas = setup.areas.iter().map(|area| Area {
             capacity: area.capacity,
             fence: 0,
+            stored_fence: 0,
             queue: Vec::new(),
             concerned: Vec::new(),
             overfull: false,
@@ -109,6 +116,12 @@ impl Areas {
     /// What a report says of an area.
     pub(super) fn level_and_area(&self, access: &Access) -> Result<(Level, usize), BadReport> {
         let level = level::decode(access.level.as_ref())?;
+        let (run, fence) = (u64::from(level.run), access.fence);
+        for (what, found, most) in [("run", run, MOST_RUNS), ("fence", fence, MOST_FENCE)] {
+            if found >= most {
+                return Err(BadReport::TooLarge { what, found, most });
+            }
+        }
         let area = self.names.area(&access.area);
         Ok((level, area.ok_or(BadReport::UnknownArea)?))
     }

@@ -6,7 +6,7 @@ use contract::wire::{Access, Level, RobotReport};
 use super::reservations::{Reservations, Reserved};
 use super::table::Areas;
 use crate::journal::{Entry, Stored};
-use crate::manager::alarm::Alarm;
+use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
 use crate::manager::sessions::Sessions;
@@ -50,6 +50,11 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
+        Self::restored(0)
+    }
+
+    /// Its journal knows this last fence.
+    fn restored(fence: u64) -> Self {
         let robot = |(id, priority): (&str, u32)| RobotSetup {
             id: id.into(),
             role: "normal".into(),
@@ -66,7 +71,9 @@ impl Bench {
             silent_after: Duration::from_secs(1),
         };
         let names = Arc::new(Names::new(&setup).expect("valid"));
-        let areas = Areas::restore(&setup, &names, &Stored::default(), 0).expect("valid");
+        let mut stored = Stored::default();
+        stored.fences.insert("gate".into(), fence);
+        let areas = Areas::restore(&setup, &names, &stored, 0).expect("valid");
         let mut sessions = Sessions::new(&names, 1, u64::MAX, 0);
         for robot in 0..3 {
             sessions.robot_mut(robot).registered = true;
@@ -80,7 +87,17 @@ impl Bench {
     }
 
     /// The robot reports where it stands, and its level of the gate: `path`, `progress` and `fence`.
-    fn report(&mut self, robot: usize, stands: bool, (path, progress, fence): (u32, u32, u64)) {
+    fn report(&mut self, robot: usize, stands: bool, level: (u32, u32, u64)) {
+        self.take_in(robot, stands, level, false);
+    }
+
+    fn take_in(
+        &mut self,
+        robot: usize,
+        stands: bool,
+        (path, progress, fence): (u32, u32, u64),
+        first: bool,
+    ) {
         let level = Level {
             path,
             progress,
@@ -97,7 +114,7 @@ impl Bench {
             ..RobotReport::default()
         };
         let (nets, effects) = (&mut self.nets, &mut self.effects);
-        self.areas.take_in(robot, &report, false, 0, nets, effects);
+        self.areas.take_in(robot, &report, first, 0, nets, effects);
         self.areas.place(robot, &report, effects);
     }
 
@@ -237,4 +254,92 @@ fn a_fence_is_written_down_with_its_grant() {
         panic!("{entries:?}");
     };
     assert_eq!(record.fence, 1);
+}
+
+/// What the manager said of the last report's area.
+fn complaints(bench: &mut Bench) -> Vec<BadReport> {
+    let alarms = bench.effects.alarms.drain(..);
+    let bad = |alarm| match alarm {
+        Alarm::BadReport { what, .. } => Some(what),
+        _ => None,
+    };
+    alarms.filter_map(bad).collect()
+}
+
+#[test]
+fn what_gives_a_grant_back_names_it_or_is_refused_in_words() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    // Path 0 ends with `released`, path 1 with `returned`.
+    for (path, progress) in [(0, 3), (0, 4), (1, 3)] {
+        for found in [0, 2] {
+            bench.report(0, false, (path, progress, found));
+            assert_eq!(bench.holder(), Some(0), "{path} {progress} {found}");
+        }
+    }
+    // Once for all of them, and counted.
+    let expected = BadReport::Fence {
+        found: 0,
+        expected: 1,
+    };
+    assert_eq!(complaints(&mut bench), [expected]);
+    assert_eq!(bench.effects.counters.other_fence, 6);
+    // One that repeats its request knows nothing of the grant yet.
+    bench.ask(0);
+    assert_eq!(complaints(&mut bench), []);
+    bench.report(0, false, (1, 3, 1));
+    assert_eq!(bench.holder(), None);
+}
+
+#[test]
+fn a_robot_that_claims_what_nobody_gave_it_is_not_believed() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.report(0, true, (0, 3, 1));
+    // Nothing is frozen: the one that says so has restarted, or lies.
+    bench.report(1, true, (0, 3, 2));
+    assert_eq!((bench.holder(), bench.fence()), (Some(0), 1));
+    assert!(matches!(complaints(&mut bench)[..], [BadReport::Merge(_)]));
+    assert!(!bench.areas.robot(1).holds(0) && bench.areas.robot(1).stands_in(0));
+}
+
+#[test]
+fn after_a_start_a_robot_is_believed_what_is_newer_than_the_journal() {
+    let all = |fence: u64| {
+        let mut bench = Bench::restored(5);
+        bench.take_in(1, true, (0, 3, fence), true);
+        (bench.holder(), bench.fence(), complaints(&mut bench))
+    };
+    assert_eq!(all(6), (Some(1), 6, vec![]));
+    for found in [0, 5] {
+        let no_grant = BadReport::NoGrant { found, after: 5 };
+        assert_eq!(all(found), (None, 5, vec![no_grant]));
+    }
+    for found in [1 << 62, u64::MAX] {
+        let (holder, fence, complaints) = all(found);
+        assert_eq!((holder, fence), (None, 5));
+        assert!(matches!(
+            complaints[..],
+            [BadReport::TooLarge { what: "fence", .. }]
+        ));
+    }
+}
+
+#[test]
+fn an_intruder_takes_back_what_was_not_entered_yet() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.report(1, false, (0, 0, 0));
+    bench.report(1, true, (0, 0, 0));
+    (0..2).for_each(|_| bench.serve());
+    assert_eq!(bench.effects.counters.revocations, 1);
+    assert_eq!(bench.areas.revocations_of(0)[0].fence, 1);
+    // It gives it back, and waits until the intruder has left.
+    bench.report(0, false, (1, 3, 1));
+    bench.take_in(0, false, (0, 1, 0), false);
+    bench.serve();
+    assert_eq!(bench.holder(), None);
 }

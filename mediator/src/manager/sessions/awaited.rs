@@ -11,6 +11,8 @@ pub(crate) struct Heard {
     pub(crate) first: bool,
     /// It was not heard before, or was silent.
     pub(crate) again: bool,
+    /// It was awaited, so that nothing was granted to anybody since it was heard last.
+    pub(crate) awaited: bool,
     /// It was the last one that was awaited.
     pub(crate) completes: bool,
     /// It was not accounted for, and is now: all that it has is what this report says.
@@ -80,15 +82,16 @@ impl Sessions {
                 robot: self.names.robot_id(robot),
             });
         }
-        let mut awaited = self.awaited.iter();
-        let awaited = awaited.position(|&awaited| awaited == robot && located);
-        if let Some(place) = awaited {
+        let awaited = self.awaited.iter().position(|&awaited| awaited == robot);
+        let found = awaited.filter(|_| located);
+        if let Some(place) = found {
             self.awaited.swap_remove(place);
         }
         Heard {
             first,
             again: !heard,
-            completes: awaited.is_some() && self.awaited.is_empty(),
+            awaited: awaited.is_some(),
+            completes: found.is_some() && self.awaited.is_empty(),
             accounted,
             returns,
         }

@@ -11,7 +11,7 @@ use crate::random::Random;
 use contract::client::Client;
 use contract::wire::{MediatorReport, RobotReport};
 use mediator::journal::Entry;
-use mediator::manager::{Alarm, ClearError, CoordinationStatus, Manager};
+use mediator::manager::{Alarm, BadReport, ClearError, CoordinationStatus, Manager};
 
 const STEP_MS: u64 = 20;
 const REPORT_MS: u64 = 200;
@@ -99,7 +99,7 @@ pub enum Broken {
     ForgetsEpoch,
     /// A mediator that stops has sent what it had not written.
     TellsFirst,
-    /// Levels do not say which grant they are about.
+    /// What comes too late names the present grant.
     NoFences,
     /// Robots do not wait for grants.
     Reckless,
@@ -531,6 +531,11 @@ impl Fleet {
         for alarm in manager.alarms() {
             match alarm {
                 Alarm::Silent { .. } | Alarm::Back { .. } | Alarm::Still { .. } => {}
+                // Of reports with levels of long ago.
+                Alarm::BadReport {
+                    what: BadReport::Fence { .. },
+                    ..
+                } if faults.replays => self.tally.refused += 1,
                 Alarm::Doubled { .. } if self.tally.seconds > 0 => self.tally.doubled += 1,
                 Alarm::Preempted { .. } => self.tally.preempted += 1,
                 Alarm::Forgotten { .. } if lost => self.tally.forgotten += 1,
@@ -649,7 +654,7 @@ fn late_release(client: &mut Client, fences: bool) -> Option<RobotReport> {
         {
             // Path 0 ends with `released`.
             (level.path, level.progress) = (0, 4);
-            access.fence = if fences { access.fence - 1 } else { 0 };
+            access.fence -= u64::from(fences);
             found = true;
         }
     }

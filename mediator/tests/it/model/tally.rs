@@ -60,6 +60,8 @@ tally! {
     stale_reports,
     /// levels of another grant than the present one,
     other_fence,
+    /// of which it has told,
+    refused,
     /// messages that robots knew to be from the past.
     stale_messages,
     /// Taken over from robots, since the journal lacked it.
