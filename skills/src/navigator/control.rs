@@ -14,6 +14,9 @@ const LANE_END_STD_M: f64 = 0.15;
 /// Docking needs at most this standard deviation, in this many scans in a row.
 const DOCK_STD_M: f64 = 0.03;
 const DOCK_SCANS: u32 = 3;
+/// Slower than this is standing.
+const STANDING_M_S: f64 = 0.01;
+
 /// What a controller says.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Control {
@@ -58,6 +61,14 @@ impl Navigator {
         };
         let behaviour = schedule.controller.behaviour();
         let mut pace = behaviour.pace(&self.motion, &mut self.stopping, &now);
+        let stands = speed_m_s.abs() < STANDING_M_S && self.instructed.is_none();
+        if stands
+            && pace.hold == Some(Hold::StopPose)
+            && let Some(back) = behaviour.back_up(&now)
+        {
+            self.motion = back;
+            self.stopping = Stopping::default();
+        }
         if let Some(stop) = self.instructed {
             pace = pace.and(stop.pace(&self.motion, &mut self.halting, &now));
         }

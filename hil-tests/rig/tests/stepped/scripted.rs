@@ -177,3 +177,19 @@ fn what_an_operator_clears_no_robot_enters_behind_a_broken_link() {
         assert_eq!(summary.violations, [], "seed {seed}: {summary:?}");
     }
 }
+
+#[test]
+fn a_robot_that_has_driven_past_its_place_in_the_lay_by_comes_back() {
+    let plans = plans(&crate::scenario("overtaking"));
+    // Both were put where they stand within a shift, which then ends late.
+    for (seed, fault) in [
+        (98, "at_s = 29.14; for_s = 4.844; what = \"cover-lidar\""),
+        (15, "at_s = 30.98; for_s = 6.678; what = \"reboot-robot\""),
+    ] {
+        let mut scenario = crate::scenario("overtaking");
+        let fault = format!("{fault}; robot = \"amr-1\"").replace("; ", "\n");
+        scenario.faults = vec![toml::from_str(&fault).expect("a fault")];
+        let summary = ended(&scenario, &plans, seed).1;
+        assert!(summary.passed(), "{summary:?}");
+    }
+}

@@ -16,6 +16,11 @@ pub(crate) trait Behaviour {
         Pace::FREE
     }
 
+    /// How a robot that stands past its end comes back to it; none where it cannot help itself.
+    fn back_up(&self, _now: &Progress) -> Option<Motion> {
+        None
+    }
+
     /// The offset from the lane's centre that it keeps, positive to the left.
     fn offset_m(&self) -> f64 {
         0.0

@@ -42,11 +42,7 @@ impl Behaviour for CreepBy {
         let Motion::Creep(creep) = motion else {
             return Pace::standing(Hold::StopPose);
         };
-        let forward = Progress {
-            speed_m_s: now.speed_m_s.abs(),
-            ..*now
-        };
-        forward.stop(stopping, creep.left_m(now.pose))
+        now.backward().stop(stopping, creep.left_m(now.pose))
     }
 
     fn least_way_m(&self, _turn_rad: Option<f64>) -> f64 {

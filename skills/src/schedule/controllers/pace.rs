@@ -114,6 +114,14 @@ impl Pace {
 }
 
 impl Progress<'_> {
+    /// The same for a way that may lead backward.
+    pub(super) fn backward(&self) -> Self {
+        Self {
+            speed_m_s: self.speed_m_s.abs(),
+            ..*self
+        }
+    }
+
     pub(super) fn stop(&self, stopping: &mut Stopping, left_m: f64) -> Pace {
         let deceleration_m_s2 = self.gains.deceleration_m_s2;
         Pace {

@@ -1,10 +1,11 @@
-//! Keeps on the lane and stops at a place on it: before a border, at a pose, or where an instruction says.
+//! Keeps on the lane and stops at a place on it: before a border, at a pose, or where an instruction says. A robot that has driven
+//! past a place of its file, as after a stop for a fault, comes back to it.
 
 use super::behaviour::Behaviour;
 use super::case::{Case, Lanes};
 use super::motion::{Motion, Start, pose_error};
 use super::pace::{Hold, Pace, Progress};
-use crate::control::Stopping;
+use crate::control::{CREEP_SPEED_M_S, Creep, Stopping};
 use crate::map::LaneGeometry;
 use crate::schedule::room::border_ahead_m;
 use description::geometry::{Pose2, wrap_angle};
@@ -17,8 +18,10 @@ const PLANNED_BESIDE_M: f64 = 0.3;
 /// Largest angle and distance between a stop pose of an instruction and the robot's path.
 const INSTRUCTED_HEADING_RAD: f64 = 0.3;
 const INSTRUCTED_BESIDE_M: f64 = 0.5;
-/// A place counts as missed when it lies this far behind the robot.
+/// A place counts as missed when it lies this far behind the robot,
 const MISSED_M: f64 = 0.05;
+/// and up to this far the robot creeps back to it.
+const BACK_UP_M: f64 = 0.5;
 
 /// Along [`Schedule::lane`](crate::schedule::Schedule::lane) to a place on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +114,13 @@ impl Behaviour for StopAt {
     }
 
     fn pace(&self, motion: &Motion, stopping: &mut Stopping, now: &Progress) -> Pace {
+        if let Motion::Creep(back) = motion {
+            let pace = now.backward().stop(stopping, back.left_m(now.pose));
+            return Pace {
+                speed_m_s: pace.speed_m_s.min(CREEP_SPEED_M_S),
+                ..pace
+            };
+        }
         match *self {
             Self::Border { along_m, margin_m } => {
                 let bare_m = along_m - margin_m - now.front_along_m();
@@ -123,6 +133,20 @@ impl Behaviour for StopAt {
             Self::Instructed if now.instructed => Pace::FREE,
             Self::Instructed => Pace::standing(Hold::NoStopPose),
         }
+    }
+
+    fn back_up(&self, now: &Progress) -> Option<Motion> {
+        let lane = now.lane?;
+        let left_m = match *self {
+            Self::Border { along_m, margin_m } => {
+                along_m - margin_m - now.front_along_m() - now.margin_m
+            }
+            Self::Pose { along_m, .. } => along_m - lane.line.along_m(now.pose.position()),
+            Self::Instructed => return None,
+        };
+        (-BACK_UP_M..-MISSED_M)
+            .contains(&left_m)
+            .then(|| Motion::Creep(Creep::start(now.pose, lane.direction_rad, left_m)))
     }
 
     fn offset_m(&self) -> f64 {

@@ -82,11 +82,10 @@ fn with_side_walls_alone_the_uncertainty_along_the_lane_is_kept_as_margin() {
     }
 }
 
-#[test]
-fn it_stops_at_a_pose_of_the_site() {
-    let pose = Pose2::new(7.9, -0.4, 0.0);
+/// A stop at this pose.
+fn at(pose: Pose2) -> Floor {
     let place = StopPlace::Pose(pose);
-    let floor = corridor()
+    corridor()
         .monitor("stopped", MonitorKind::ManoeuvreDone)
         .state(
             "approach",
@@ -95,7 +94,13 @@ fn it_stops_at_a_pose_of_the_site() {
             &["stopped"],
         )
         .state("wait", "2", ControllerConfig::Stop, &[])
-        .go("approach", "stopped", "wait");
+        .go("approach", "stopped", "wait")
+}
+
+#[test]
+fn it_stops_at_a_pose_of_the_site() {
+    let pose = Pose2::new(7.9, -0.4, 0.0);
+    let floor = at(pose);
     for seed in 1..=12 {
         let mut robot = floor.robot(seed, FAR);
         robot.run_until("wait", 30.0);
@@ -110,6 +115,46 @@ fn it_stops_at_a_pose_of_the_site() {
         );
         assert!(truth.theta_rad.abs() < 0.04, "seed {seed}: {truth:?}");
     }
+}
+
+#[test]
+fn a_robot_that_has_driven_past_comes_back_slowly_but_not_from_anywhere() {
+    let to = Pose2::new(7.5, -0.5, 0.0);
+    let border = before("3", 0.03);
+    for past_m in [0.08, 0.3, 0.45] {
+        // The front is to stop that far before the border, and as much farther as the pose is uncertain.
+        let before_m = 8.5 - 0.32 - 0.03;
+        let floors = [(at(to), to.x_m, 0.04), (border.clone(), before_m, 0.4)];
+        for (floor, x_m, most_m) in floors {
+            for seed in 1..=4 {
+                let mut robot = floor.robot(seed, Pose2::new(x_m + past_m, -0.5, 0.0));
+                let mut fastest_m_s = 0.0_f64;
+                let mut looks = 0;
+                while robot.state() != "wait" {
+                    robot.run_for(0.1);
+                    let command = robot.output.map_or(0.0, |own| own.command.speed_m_s);
+                    assert!(command < 0.01, "forward at {command} m/s");
+                    fastest_m_s = fastest_m_s.max(-command);
+                    looks += 1;
+                    assert!(looks < 200, "past {past_m} m, seed {seed}: it stands");
+                }
+                assert!(fastest_m_s > 0.03 && fastest_m_s < 0.11, "{fastest_m_s}");
+                let left_m = x_m - robot.plant.pose.x_m;
+                assert!(
+                    (-0.04..most_m).contains(&left_m),
+                    "past {past_m} m, seed {seed}: {left_m}"
+                );
+                assert_eq!(robot.allocations, 0);
+            }
+        }
+    }
+    let mut robot = at(to).robot(1, Pose2::new(to.x_m + 0.6, -0.5, 0.0));
+    robot.run_for(10.0);
+    let output = robot.output.expect("a step");
+    assert_eq!(
+        (robot.state(), output.hold),
+        ("approach", Some(Hold::StopPose))
+    );
 }
 
 fn instructed() -> Floor {
