@@ -3,6 +3,7 @@
 //! The public contract is `proto/fleet.proto` with `PROTOCOL.md`; this crate is its Rust side:
 //!
 //! * [`wire`]: the messages; [`keys`]: the keys under which they go; [`level`]: levels in messages;
+//! * [`floor`]: the areas that both sides must know alike, and their hash;
 //! * [`protocols`]: the protocols as flag arrays, with their flags looked up; [`timing`]: periods and timeouts of both sides;
 //! * [`client`]: the robot's side of all protocols, pure;
 //! * `network` (a feature): the zenoh session.
@@ -14,6 +15,7 @@
 //! ```
 //! use contract::VERSION;
 //! use contract::client::{Client, Received, Situation};
+//! use contract::floor::Floor;
 //! use contract::timing::{LEASE_NS, SILENT_AFTER_NS};
 //! use contract::wire::{AccessGrant, Level, MediatorReport};
 //!
@@ -25,6 +27,7 @@
 //!     robot_id: "amr-1".into(),
 //!     boot_epoch: 7,
 //!     session: 1,
+//!     floor_hash: Floor::default().hash(),
 //!     ..MediatorReport::default()
 //! };
 //! assert_eq!(robot.receive(&answer, 0), Received::Registered);
@@ -48,6 +51,7 @@
 //! ```
 
 pub mod client;
+pub mod floor;
 mod instruction;
 pub mod keys;
 pub mod level;

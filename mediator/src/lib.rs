@@ -19,6 +19,7 @@
 //! use std::time::Duration;
 //!
 //! use contract::client::{Client, Situation};
+//! use contract::floor::Floor;
 //! use contract::timing::SILENT_AFTER_NS;
 //! use mediator::journal::{Entry, Stored};
 //! use mediator::manager::{Manager, RestoreError};
@@ -33,6 +34,7 @@
 //!         priority: 0,
 //!         starts_in: Vec::new(),
 //!     }],
+//!     floor: Floor::default(),
 //!     silent_after: Duration::from_nanos(SILENT_AFTER_NS),
 //! };
 //! let mut manager = Manager::new(&setup, &Stored::default(), 0)?;

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::time::Duration;
 
+use contract::floor::Floor;
+
 /// A piece of floor that is owned as a whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AreaSetup {
@@ -27,12 +29,14 @@ pub struct RobotSetup {
 }
 
 /// A site.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
     /// The site's name, as the robots' site files say it.
     pub site: String,
     /// All managed areas.
     pub areas: Vec<AreaSetup>,
+    /// The same with their places, as robots must know them.
+    pub floor: Floor,
     /// All robots of the site.
     pub robots: Vec<RobotSetup>,
     /// A robot that was not heard for longer is silent.

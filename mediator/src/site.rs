@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use config::SiteConfig;
+use contract::floor::Floor;
 use contract::timing::SILENT_AFTER_NS;
 
 use crate::setup::{AreaSetup, RobotSetup, Setup, SetupError};
@@ -35,6 +36,7 @@ impl Setup {
         let setup = Self {
             site: site.name.clone(),
             areas: areas.collect(),
+            floor: Floor::of(&site.areas),
             robots: robots.collect(),
             silent_after: Duration::from_nanos(SILENT_AFTER_NS),
         };

@@ -5,6 +5,7 @@ use super::control::{Control, Order};
 use super::revocation::Revocations;
 use super::session::{Received, Session};
 use super::situation::{ClientCounters, Situation};
+use crate::floor::Floor;
 use crate::wire::{self, MediatorReport, RobotReport, TakeUp};
 
 /// One robot's side of its protocols.
@@ -33,6 +34,13 @@ impl Client {
             situation: Situation::default(),
             counters: ClientCounters::default(),
         }
+    }
+
+    /// The same, on this floor; without one it has no areas.
+    #[must_use]
+    pub fn on(mut self, floor: Floor) -> Self {
+        self.session.floor = floor;
+        self
     }
 
     /// Takes in a message of the mediator, however late, repeated or out of order it is.

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use crate::floor::Floor;
 use crate::timing::{DOUBLED_AFTER_NS, LEASE_NS, SILENT_AFTER_NS};
 use crate::wire::{MediatorReport, RobotReport, TakeUp};
 use crate::{VERSION, Version};
@@ -38,6 +39,7 @@ struct Other {
 pub(super) struct Session {
     robot_id: String,
     site: String,
+    pub(super) floor: Floor,
     boot_epoch: u64,
     /// Of the last report.
     sequence: u64,
@@ -78,6 +80,7 @@ impl Session {
         Self {
             robot_id: robot_id.to_owned(),
             site: site.to_owned(),
+            floor: Floor::default(),
             boot_epoch,
             sequence: 0,
             now_ns: 0,
@@ -142,7 +145,14 @@ impl Session {
         self.refusal.clone_from(&message.refusal);
         self.identity_taken = message.identity_taken;
         self.identity_doubled = message.identity_doubled;
-        if message.session == 0 {
+        // A refusal says why; one that would take the robot in need not have noticed.
+        let differs = self.floor.differs(message.floor_hash, &message.floor);
+        if let Some(differs) = differs.as_ref().filter(|_| message.session != 0) {
+            self.refusal = format!(
+                "the mediator knows another floor: {differs}; give both the same site file"
+            );
+        }
+        if message.session == 0 || differs.is_some() {
             self.number = 0;
             return Received::Refused;
         }
@@ -242,6 +252,12 @@ impl Session {
             boot_epoch: self.boot_epoch,
             sequence: self.sequence,
             site: self.site.clone(),
+            floor_hash: self.floor.hash(),
+            floor: if self.is_registered() {
+                Vec::new()
+            } else {
+                self.floor.say()
+            },
             mediator_epoch: self.mediator_epoch,
             mediator_sequence: self.mediator_sequence,
             mediator_instance: self.instance,

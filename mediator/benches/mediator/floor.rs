@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use contract::client::{Client, Situation};
+use contract::floor::Floor;
 use contract::wire::Pose;
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
@@ -60,6 +61,7 @@ impl Size {
             site: SITE.into(),
             areas: areas.collect(),
             robots: robots.collect(),
+            floor: Floor::default(),
             silent_after: SILENT_AFTER,
         }
     }

@@ -53,6 +53,9 @@ pub enum Alarm {
         found: String,
         expected: String,
     },
+    /// A robot that knows other areas than this site has.
+    #[error("robot `{robot}` knows another floor: {difference}; give it this mediator's site file")]
+    Floor { robot: String, difference: String },
     /// A name or level that makes no sense; that part of the report was ignored.
     #[error("robot `{robot}`, area `{area}`: {what}; ignored")]
     BadReport {

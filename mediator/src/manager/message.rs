@@ -34,6 +34,12 @@ impl View<'_> {
             },
             control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),
+            floor_hash: self.names.floor.hash(),
+            floor: if own.knows_floor {
+                Vec::new()
+            } else {
+                self.names.floor.say()
+            },
             instance: self.peers.instance,
             journal: self.peers.journal,
             stands_by: self.peers.stands_by,

@@ -1,5 +1,7 @@
 //! Ids of the site's areas and robots. Everywhere else they are indices in the order of the site file.
 
+use contract::floor::Floor;
+
 use crate::setup::{Index, Setup, SetupError, index};
 
 /// A robot as the site file lists it.
@@ -15,6 +17,7 @@ pub(crate) struct RobotName {
 #[derive(Clone, Debug)]
 pub(crate) struct Names {
     pub(crate) site: String,
+    pub(crate) floor: Floor,
     areas: Vec<String>,
     robots: Vec<RobotName>,
     area_index: Index,
@@ -27,6 +30,7 @@ impl Names {
     pub(crate) fn new(setup: &Setup) -> Result<Self, SetupError> {
         Ok(Self {
             site: setup.site.clone(),
+            floor: setup.floor.clone(),
             area_index: index("area", setup.areas.iter().map(|area| &area.id))?,
             robot_index: index("robot", setup.robots.iter().map(|robot| &robot.id))?,
             areas: setup.areas.iter().map(|area| area.id.clone()).collect(),

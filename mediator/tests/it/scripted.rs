@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use crate::sites::{self, JUNCTION, net, uncoordinated};
 use contract::client::{Client, Situation};
+use contract::floor::Floor;
 use coordination::analysis::Limits;
 use mediator::journal::Stored;
 use mediator::manager::{Alarm, Manager};
@@ -27,6 +28,7 @@ fn setup(capacity: u32) -> Setup {
             capacity,
         }],
         robots: ["amr-1", "amr-2", "amr-3"].map(robot).into(),
+        floor: Floor::default(),
         silent_after: Duration::from_secs(1),
     }
 }
@@ -95,7 +97,8 @@ fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, Pair) {
     let mut clients = [
         driver("slow", "1", "driving", &[]),
         driver("fast", "7", "driving", &["1"]),
-    ];
+    ]
+    .map(|(client, now)| (client.on(setup.floor.clone()), now));
     talk(&mut manager, &mut clients, 0);
     assert!(clients.iter().all(|own| own.0.is_acquired()));
     let order = clients[0].0.next_order().expect("there is one");

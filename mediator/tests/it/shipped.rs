@@ -4,6 +4,7 @@ use crate::sites;
 use contract::client::{Client, Order, Situation};
 use mediator::journal::Stored;
 use mediator::manager::{Alarm, Manager};
+use mediator::setup::Setup;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -13,9 +14,9 @@ struct Robot {
 }
 
 impl Robot {
-    fn new(id: &str, site: &str) -> Self {
+    fn new(id: &str, setup: &Setup) -> Self {
         Self {
-            client: Client::new(id, site, 5),
+            client: Client::new(id, &setup.site, 5).on(setup.floor.clone()),
             now: Situation {
                 located: true,
                 ..Situation::default()
@@ -55,8 +56,8 @@ impl Scene {
         let (setup, plans) = sites::shipped("overtaking", "overtaking");
         Self {
             manager: Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid"),
-            normal: Robot::new("amr-1", "overtaking"),
-            emergency: Robot::new("amr-2", "overtaking"),
+            normal: Robot::new("amr-1", &setup),
+            emergency: Robot::new("amr-2", &setup),
             now_ns: 0,
         }
     }

@@ -3,8 +3,10 @@
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use contract::client::{Client, Situation};
+use contract::client::{Client, Received, Situation};
+use contract::floor::{Floor, FloorArea};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use contract::wire::MediatorReport;
 use mediator::journal::Stored;
 use mediator::manager::{AbsentError, Alarm, ClearError, Manager, Status};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
@@ -27,6 +29,7 @@ fn setup() -> Setup {
         site: "hall".to_owned(),
         areas: areas.to_vec(),
         robots: ["amr-1", "amr-2", "amr-3"].map(robot).to_vec(),
+        floor: Floor::default(),
         silent_after: Duration::from_nanos(SILENT_AFTER_NS),
     }
 }
@@ -318,4 +321,85 @@ fn an_empty_journal_is_refused_unless_it_is_a_first_start() {
         let refused = output.status.code() == Some(i32::from(mediator::cli::EXIT_REFUSED));
         assert!(refused && said.contains("--first-start"), "{said}");
     }
+}
+
+fn floor(max_x_m: f64) -> Floor {
+    let area = |id: &str| FloorArea {
+        id: id.to_owned(),
+        capacity: 1,
+        min_m: [0.0, 0.0],
+        max_m: [max_x_m, 2.0],
+    };
+    Floor::new([AREA, "yard"].map(area).to_vec())
+}
+
+#[test]
+fn a_robot_that_knows_another_floor_is_refused_with_what_differs_until_it_knows_ours() {
+    let setup = Setup {
+        floor: floor(3.0),
+        ..setup()
+    };
+    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    for id in ["amr-2", "amr-3"] {
+        assert_eq!(manager.absent(id, 0), Ok(Vec::new()));
+    }
+    let (client, wants) = robot("amr-1", &[AREA]);
+    let mut robots = [(client.on(floor(4.0)), wants.clone())];
+    talk(&mut manager, &mut robots, 0);
+    let refusal = robots[0].0.refusal().to_owned();
+    let named = "area `gate` holds 1 and goes from (0.000, 0.000) to (4.000, 2.000) m by its site file, and holds 1 and goes from (0.000, 0.000) to (3.000, 2.000) m by ours";
+    assert!(refusal.contains(named), "{refusal}");
+    assert!(!robots[0].0.is_registered() && !robots[0].0.holds(AREA));
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(matches!(&alarms[..], [Alarm::Floor { .. }]), "{alarms:?}");
+    // Somebody gives it the right file: as another process it is welcome.
+    let client = Client::new("amr-1", "hall", 8).on(floor(3.0));
+    let mut robots = [(client, wants)];
+    talk(&mut manager, &mut robots, 0);
+    assert!(robots[0].0.holds(AREA), "{}", robots[0].0.refusal());
+}
+
+#[test]
+fn a_robot_can_learn_the_floor_from_its_mediator_and_refuses_one_that_lies() {
+    let setup = Setup {
+        floor: floor(3.0),
+        ..setup()
+    };
+    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    let (client, wants) = robot("amr-1", &[AREA]);
+    let mut client = client.on(floor(4.0));
+    let mut told = None;
+    for _ in 0..2 {
+        client.step(wants.clone(), 0, SILENT_AFTER_NS);
+        manager.report(&client.report(), 0);
+        told = manager.next_message(0).or(told);
+    }
+    let told = told.expect("a refusal");
+    assert_eq!(told.session, 0);
+    assert_eq!(told.floor_hash, setup.floor.hash());
+    assert_eq!(Floor::said(&told.floor), setup.floor);
+    let mut client = client.on(Floor::said(&told.floor));
+    let mut floors = 0;
+    for _ in 0..3 {
+        client.step(wants.clone(), 0, SILENT_AFTER_NS);
+        manager.report(&client.report(), 0);
+        while let Some(message) = manager.next_message(0) {
+            client.receive(&message, 0);
+            floors += usize::from(!message.floor.is_empty());
+        }
+    }
+    assert!(client.is_registered() && floors == 0, "it knows it by now");
+    // A mediator that takes it in though it knows another floor is refused by the robot.
+    let lies = MediatorReport {
+        sequence: 99,
+        floor_hash: 7,
+        ..told
+    };
+    let lies = MediatorReport {
+        session: client.session(),
+        refusal: String::new(),
+        ..lies
+    };
+    assert_eq!(client.receive(&lies, 0), Received::Refused);
+    assert!(client.refusal().contains("knows another floor"));
 }

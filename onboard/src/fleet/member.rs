@@ -61,7 +61,8 @@ impl Member {
     pub fn new(setup: Setup, now_ns: u64) -> Self {
         Self {
             floor: Floor::new(&setup),
-            client: Client::new(&setup.robot_id, &setup.site, setup.boot_epoch),
+            client: Client::new(&setup.robot_id, &setup.site, setup.boot_epoch)
+                .on(setup.floor.clone()),
             setup,
             orders: Orders::default(),
             directives: VecDeque::new(),

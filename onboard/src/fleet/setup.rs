@@ -1,5 +1,6 @@
 //! What the robot's side of the mediator knows of robot and site before anybody speaks.
 
+use contract::floor::Floor;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
 use description::areas::AreaIndex;
@@ -22,6 +23,8 @@ pub struct Setup {
     pub goes_on: bool,
     /// Areas, in the order of the map.
     pub areas: Vec<AreaPlace>,
+    /// The same as the mediator must know them.
+    pub floor: Floor,
     /// States of the robot's machine, in its order.
     pub states: Vec<StatePlan>,
     /// The robot's outline.

@@ -5,6 +5,7 @@ mod mediators;
 
 use super::*;
 use crate::VERSION;
+use crate::floor::Floor;
 use crate::wire::{
     Access, AccessGrant, Control, ControlFlag, ControlPath, Instruction, Level, MediatorReport,
     RobotReport,
@@ -29,6 +30,7 @@ fn message(sequence: u64) -> MediatorReport {
         robot_id: "amr-1".into(),
         boot_epoch: 7,
         session: 1,
+        floor_hash: Floor::default().hash(),
         ..MediatorReport::default()
     }
 }

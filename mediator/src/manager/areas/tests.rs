@@ -1,3 +1,4 @@
+use contract::floor::Floor;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -68,6 +69,7 @@ impl Bench {
                 capacity: 1,
             }],
             robots: [("a", 0), ("b", 0), ("first", 1)].map(robot).into(),
+            floor: Floor::default(),
             silent_after: Duration::from_secs(1),
         };
         let names = Arc::new(Names::new(&setup).expect("valid"));

@@ -58,6 +58,8 @@ pub(crate) struct Session {
     pub(crate) surely_absent: bool,
     /// It has reported since the start. Before that nothing is sent to it: its first report says whom it has followed so far.
     pub(crate) reports: bool,
+    /// Its last report has named this site's floor.
+    pub(crate) knows_floor: bool,
     /// It has repeated its session to this mediator, so that both mean the same levels.
     pub(crate) registered: bool,
     /// Of the last report of this boot.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use contract::floor::Floor;
 use contract::timing::{CANDIDATE_TIMEOUT_NS, LEVEL_PERIOD_NS};
 use contract::wire::{MediatorReport, RobotReport};
 use contract::{VERSION, Version};
@@ -130,6 +131,7 @@ impl Sessions {
             return recognised;
         }
         self.robots[robot].reports = true;
+        self.robots[robot].knows_floor = report.floor_hash == self.names.floor.hash();
         if !self.admit(robot, report, now_ns, effects) {
             return recognised;
         }
@@ -241,7 +243,7 @@ impl Sessions {
                 expected: self.names.site.clone(),
             })
         } else {
-            None
+            self.other_floor(report)
         };
         let session = &mut self.robots[robot];
         let Some(alarm) = alarm else {
@@ -252,12 +254,24 @@ impl Sessions {
             return true;
         };
         let refusal = alarm.to_string();
-        if session.refusal(report.boot_epoch) != refusal {
+        // One that knows no area at all asks for the floor, which the refusal carries.
+        let asks =
+            matches!(alarm, Alarm::Floor { .. }) && report.floor_hash == Floor::default().hash();
+        if session.refusal(report.boot_epoch) != refusal && !asks {
             effects.alarms.push(alarm);
         }
         session.refuse(report.boot_epoch, refusal, now_ns);
         effects.tell(robot);
         false
+    }
+
+    /// Whether the robot knows other areas, and which.
+    fn other_floor(&self, report: &RobotReport) -> Option<Alarm> {
+        let differs = self.names.floor.differs(report.floor_hash, &report.floor);
+        differs.map(|difference| Alarm::Floor {
+            robot: report.robot_id.clone(),
+            difference,
+        })
     }
 
     // ---------------------------------------------------------------- time

@@ -1,3 +1,4 @@
+use contract::floor::Floor;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,6 +29,7 @@ fn sessions() -> (Sessions, Effects) {
         site: "hall".into(),
         areas: Vec::new(),
         robots: vec![robot],
+        floor: Floor::default(),
         silent_after: Duration::from_nanos(SILENT_NS),
     };
     let names = Arc::new(Names::new(&setup).expect("valid"));
@@ -39,6 +41,7 @@ fn report(boot_epoch: u64, session: u64, sequence: u64) -> RobotReport {
         version: Some(VERSION.into()),
         robot_id: "amr-1".into(),
         site: "hall".into(),
+        floor_hash: Floor::default().hash(),
         mediator_epoch: if session == 0 { 0 } else { EPOCH },
         boot_epoch,
         session,

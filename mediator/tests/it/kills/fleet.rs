@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use contract::client::{Client, Situation};
+use contract::floor::Floor;
 use contract::wire::MediatorReport;
 use contract::{Message, decode, keys};
 use zenoh::Wait;
@@ -202,6 +203,11 @@ impl Fleet {
         while let Some(message) = next {
             let own = { self.robots.iter_mut() }.find(|robot| robot.id == message.robot_id);
             if let Some(robot) = own {
+                if !message.floor.is_empty() {
+                    // They have no file of the site: the mediator tells them its floor.
+                    let client = robot.client.clone();
+                    robot.client = client.on(Floor::said(&message.floor));
+                }
                 robot.client.receive(&message, now_ns(self.begun));
             }
             next = self.inbox.try_recv().ok();

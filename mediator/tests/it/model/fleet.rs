@@ -350,6 +350,7 @@ impl Fleet {
         for robot in &mut self.robots {
             if robot.process.is_none() && self.now_ms >= robot.restart_ms {
                 let client = Client::new(&robot.id, &self.floor.setup.site, random.next() | 1);
+                let client = client.on(self.floor.setup.floor.clone());
                 robot.process = Some(Process::new(client));
                 robot.until_ms = self.now_ms + random.below(500);
             }

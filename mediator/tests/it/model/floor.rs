@@ -74,6 +74,7 @@ impl Floor {
                     starts_in: vec![ids[robot.spot].clone()],
                 })
                 .collect(),
+            floor: contract::floor::Floor::default(),
             silent_after: Duration::from_nanos(SILENT_NS),
         };
         let floor = Self {

@@ -29,7 +29,8 @@ impl Second {
         };
         Self {
             robot,
-            client: Client::new(id, &floor.setup.site, random.next() | 1),
+            client: Client::new(id, &floor.setup.site, random.next() | 1)
+                .on(floor.setup.floor.clone()),
             situation,
             until_ms: now_ms + random.below(8_000),
             report_ms: 0,

@@ -1,5 +1,6 @@
 //! What the robot's side of the mediator is made of.
 
+use contract::floor::Floor;
 use contract::timing::SILENT_AFTER_NS;
 use coordination::fsm::Machine;
 use skills::borders::BorderGains;
@@ -29,6 +30,7 @@ impl Plan {
             boot_epoch,
             goes_on: false,
             areas: areas.collect(),
+            floor: Floor::of(&self.site.areas),
             states: machine
                 .states()
                 .map(|(state, name)| self.state_plan(name, machine, map, navigator.schedule(state)))

@@ -29,6 +29,7 @@ fn nobody_at_all_is_told_too() {
             sequence: 1,
             robot_id: "amr-1".into(),
             boot_epoch: 7,
+            floor_hash: Floor::default().hash(),
             refusal: "site `corridor` is not ours".into(),
             ..MediatorReport::default()
         },
@@ -48,6 +49,7 @@ fn people_hear_of_another_process_when_it_is_none_before_a_restart() {
         sequence,
         robot_id: "amr-1".into(),
         boot_epoch: 7,
+        floor_hash: Floor::default().hash(),
         refusal: "two processes report".into(),
         identity_taken: true,
         ..MediatorReport::default()
@@ -79,6 +81,7 @@ fn a_mediator_of_another_version_is_refused_in_words() {
         sequence: 1,
         robot_id: "amr-1".into(),
         boot_epoch: 7,
+        floor_hash: Floor::default().hash(),
         session: 1,
         ..MediatorReport::default()
     };

@@ -6,6 +6,7 @@ mod mediator;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use contract::floor::Floor;
 use contract::protocols::{self, GRANTED, MEDIATOR};
 use contract::wire::{self, AccessGrant, MediatorReport, RobotReport, TakeUp};
 use contract::{VERSION, level};
@@ -64,6 +65,7 @@ pub(super) fn setup() -> Setup {
             area("4", rect((4.5, 0.0), (8.5, 1.6))),
             area("5", rect((3.0, -1.6), (5.0, -0.9))),
         ],
+        floor: Floor::default(),
         states: vec![
             state("drive-1", &[0], &[1], &["in-2", "aside"]),
             state("search-2", &[1], &[2], &["end-stable"]),
@@ -168,6 +170,7 @@ impl Mediator {
             boot_epoch: 7,
             session: self.session,
             robot_sequence: self.heard,
+            floor_hash: Floor::default().hash(),
             access: access.collect(),
             control: self.control.clone(),
             take_up: self.take_up.clone(),
