@@ -159,6 +159,13 @@ const COMMANDS: &[(&str, Run)] = &[
     ("target/debug/mediator status", BesideMediator),
     ("target/debug/mediator why amr-1", BesideMediator),
     ("target/debug/mediator clear 3", BesideMediator),
+    (
+        "target/debug/mediator end overtaking",
+        ByTest {
+            file: "mediator/tests/it/shipped.rs",
+            naming: "manager.end(",
+        },
+    ),
     ("target/debug/mediator absent amr-2", BesideMediator),
     (
         "cargo build --release --bin onboard",

@@ -43,6 +43,13 @@ impl Client {
         self
     }
 
+    /// The same, for a robot whose state machine nobody else can step: no coordination takes it in.
+    #[must_use]
+    pub fn without_control(mut self) -> Self {
+        self.session.without_control = true;
+        self
+    }
+
     /// Takes in a message of the mediator, however late, repeated or out of order it is.
     pub fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
         let received = self.session.receive(message, now_ns);

@@ -40,6 +40,8 @@ pub(super) struct Session {
     robot_id: String,
     site: String,
     pub(super) floor: Floor,
+    /// It knows no protocol 2.
+    pub(super) without_control: bool,
     boot_epoch: u64,
     /// Of the last report.
     sequence: u64,
@@ -81,6 +83,7 @@ impl Session {
             robot_id: robot_id.to_owned(),
             site: site.to_owned(),
             floor: Floor::default(),
+            without_control: false,
             boot_epoch,
             sequence: 0,
             now_ns: 0,
@@ -253,6 +256,7 @@ impl Session {
             sequence: self.sequence,
             site: self.site.clone(),
             floor_hash: self.floor.hash(),
+            without_control: self.without_control,
             floor: if self.is_registered() {
                 Vec::new()
             } else {

@@ -70,6 +70,13 @@ enum Command {
         #[command(flatten)]
         which: Which,
     },
+    /// End a coordination: its robots get out of the way where the site says how, and are let go the second time
+    End {
+        /// Its id, its number, or both as in `overtaking/3`
+        coordination: String,
+        #[command(flatten)]
+        which: Which,
+    },
     /// Tell the mediator that a silent robot is nowhere on the floor: it loses all areas, and nobody waits for it
     Absent {
         /// Id of the robot
@@ -96,6 +103,10 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             taken_away,
             which,
         } => status::order(&which, &Question::Clear { area, taken_away }),
+        Command::End {
+            coordination,
+            which,
+        } => status::order(&which, &Question::End { coordination }),
         Command::Absent { robot, which } => status::order(&which, &Question::Absent { robot }),
     };
     match result {

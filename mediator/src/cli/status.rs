@@ -1,4 +1,4 @@
-//! `mediator status`, `why` and `clear`: what a running mediator answers.
+//! `mediator status`, `why`, `clear`, `end` and `absent`: what a running mediator answers.
 
 use std::io::Write;
 

@@ -109,6 +109,11 @@ pub enum Alarm {
         since_s: u64,
         what: String,
     },
+    /// A robot that was asked for its discrete control says nothing.
+    #[error(
+        "robot `{robot}` has not answered the `acquire` of coordination `{coordination}` for 5 s: the coordination ends, and none takes the robot in for 60 s; see whether its program knows protocol 2"
+    )]
+    Mute { robot: String, coordination: String },
     /// A coordination is broken off because it makes no progress.
     #[error(
         "coordination `{coordination}` is broken off: its robots are told to get out of the way"

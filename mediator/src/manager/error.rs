@@ -62,6 +62,15 @@ pub enum ClearError {
     Inside { area: String, robot: String },
 }
 
+/// No such coordination runs.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no coordination `{found}` runs; {}", if running.is_empty() { "none does".to_owned() } else { format!("there are {}", running.join(", ")) })]
+#[expect(missing_docs, reason = "the message says what each field is")]
+pub struct NotRunning {
+    pub found: String,
+    pub running: Vec<String>,
+}
+
 /// Why a robot does not count as absent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AbsentError {

@@ -29,6 +29,6 @@ mod view;
 pub use alarm::{Alarm, BadReport};
 pub use coordinations::CoordinationStatus;
 pub use effects::Counters;
-pub use error::{AbsentError, ClearError, RestoreError, UnknownRobot};
+pub use error::{AbsentError, ClearError, NotRunning, RestoreError, UnknownRobot};
 pub use routing::Manager;
 pub use status::{AreaStatus, RobotStatus, Status};

@@ -194,6 +194,9 @@ impl Manager {
         if heard.again {
             self.areas.touch_what_waits(robot);
         }
+        if heard.again || report.control.is_some() {
+            self.coordinations.may_answer(robot);
+        }
         if self.take_in_areas(robot, report, heard, now_ns) {
             self.sessions.drop_candidate(robot);
         }

@@ -18,7 +18,7 @@ use contract::timing::ENTERS_NO_MORE_NS;
 use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
-use super::error::{AbsentError, ClearError, UnknownRobot};
+use super::error::{AbsentError, ClearError, NotRunning, UnknownRobot};
 use super::routing::Manager;
 use crate::journal::Entry;
 
@@ -167,6 +167,25 @@ impl Manager {
         self.areas.touch_all();
         self.go_on(now_ns);
         Ok(areas.iter().map(|&area| self.names.area_id(area)).collect())
+    }
+
+    /// An operator ends a coordination, named by its id, its number or both, `id/number`. Its robots keep the areas that they
+    /// have: where the site says how they get out of the way, they are told to, and a second time they are let go as they are.
+    /// Returns its name, and whether they are let go.
+    ///
+    /// # Errors
+    /// [`NotRunning`] when there is none.
+    pub fn end(&mut self, named: &str, now_ns: u64) -> Result<(String, bool), NotRunning> {
+        let mut ended = None;
+        self.coordinate(now_ns, |coordinations, around| {
+            ended = coordinations.end_by_hand(named, around);
+        });
+        let ended = ended.ok_or_else(|| NotRunning {
+            found: named.to_owned(),
+            running: self.coordinations.names_that_run(),
+        })?;
+        self.go_on(now_ns);
+        Ok(ended)
     }
 
     /// It reports, whether it follows this mediator or not.

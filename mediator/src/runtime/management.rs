@@ -119,6 +119,18 @@ impl Management {
                     Err(error) => Answer::Refused(error.to_string()),
                 }
             }
+            Question::End { coordination } => match manager.end(&coordination, now_ns) {
+                Ok((name, let_go)) => {
+                    let done = if let_go {
+                        "its robots are let go as they are"
+                    } else {
+                        "its robots are told to get out of the way; end it again to let them go as they are"
+                    };
+                    tracing::warn!("an operator ended coordination `{name}`: {done}");
+                    Answer::Done(format!("coordination `{name}` has ended: {done}"))
+                }
+                Err(error) => Answer::Refused(error.to_string()),
+            },
             Question::Absent { robot } => match manager.absent(&robot, now_ns) {
                 Ok(areas) => {
                     let areas = if areas.is_empty() {

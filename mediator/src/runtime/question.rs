@@ -30,6 +30,11 @@ pub enum Question {
         /// One that stands in it, for all that is known, was taken away.
         taken_away: bool,
     },
+    /// This coordination is to end.
+    End {
+        /// Its id, its number, or both: `id/number`.
+        coordination: String,
+    },
     /// This silent robot is nowhere on the floor.
     Absent {
         /// Its id.

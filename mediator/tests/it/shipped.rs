@@ -11,6 +11,8 @@ const SECOND_NS: u64 = 1_000_000_000;
 struct Robot {
     client: Client,
     now: Situation,
+    /// It says nothing of its discrete control.
+    mute: bool,
 }
 
 impl Robot {
@@ -21,6 +23,7 @@ impl Robot {
                 located: true,
                 ..Situation::default()
             },
+            mute: false,
         }
     }
 
@@ -65,14 +68,19 @@ impl Scene {
     /// The emergency robot has come up behind: the normal one drives through area 1, before the lay-by.
     fn overtaking() -> Self {
         let mut scene = Self::new();
-        scene.normal.is("drive-1", &["1"], &[]);
-        scene.emergency.is("end-6", &["6"], &["7"]);
-        scene.talk();
-        assert!(scene.emergency.client.holds("7"));
-        scene.emergency.is("u-turn-7", &["7"], &["1"]);
-        scene.talk();
+        scene.come_up();
         assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
         scene
+    }
+
+    /// The emergency robot comes up behind.
+    fn come_up(&mut self) {
+        self.normal.is("drive-1", &["1"], &[]);
+        self.emergency.is("end-6", &["6"], &["7"]);
+        self.talk();
+        assert!(self.emergency.client.holds("7"));
+        self.emergency.is("u-turn-7", &["7"], &["1"]);
+        self.talk();
     }
 
     /// Both sides talk until nobody has news.
@@ -80,7 +88,9 @@ impl Scene {
         for _ in 0..8 {
             for robot in [&mut self.normal, &mut self.emergency] {
                 robot.client.step(robot.now.clone(), self.now_ns, SECOND_NS);
-                self.manager.report(&robot.client.report(), self.now_ns);
+                let mut report = robot.client.report();
+                report.control = report.control.filter(|_| !robot.mute);
+                self.manager.report(&report, self.now_ns);
             }
             while let Some(message) = self.manager.next_message(self.now_ns) {
                 for robot in [&mut self.normal, &mut self.emergency] {
@@ -265,4 +275,65 @@ fn what_stands_still_begins_again_with_the_normal_robot_aside() {
     );
     scene.talk();
     assert!(scene.emergency.client.holds("1"));
+}
+
+#[test]
+fn a_robot_that_does_not_answer_does_not_hold_the_other() {
+    let mut scene = Scene::new();
+    scene.normal.mute = true;
+    scene.come_up();
+    assert_eq!(scene.runs(), 1);
+    scene.wait(4);
+    assert!(scene.emergency.client.is_acquired() && scene.alarms().is_empty());
+    scene.wait(2);
+    assert!(!scene.emergency.client.is_acquired());
+    let alarms = scene.alarms();
+    assert!(matches!(&alarms[..], [Alarm::Mute { robot, .. }] if robot == "amr-1"));
+    // For a minute nobody asks it again.
+    scene.wait(50);
+    assert_eq!(scene.runs(), 0);
+    scene.wait(12);
+    assert_eq!(scene.runs(), 1);
+    scene.normal.mute = false;
+    scene.wait(1);
+    assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
+    assert!(scene.alarms().is_empty());
+}
+
+#[test]
+fn a_robot_that_knows_no_protocol_2_is_not_asked() {
+    let mut scene = Scene::new();
+    let client = scene.normal.client.clone();
+    scene.normal.client = client.without_control();
+    scene.come_up();
+    scene.wait(10);
+    assert_eq!(scene.runs(), 0);
+    assert!(scene.alarms().is_empty());
+}
+
+#[test]
+fn an_operator_ends_a_coordination_in_two_steps() {
+    let mut scene = Scene::overtaking();
+    scene.normal.orders();
+    scene.emergency.orders();
+    let name = "overtaking/1".to_owned();
+    let found = scene.manager.end("docking", scene.now_ns);
+    assert_eq!(
+        found.map_err(|error| error.to_string()),
+        Err("no coordination `docking` runs; there are overtaking/1".to_owned())
+    );
+    // First they get out of the way, where the site says how.
+    assert_eq!(scene.manager.end(&name, scene.now_ns), Ok((name, false)));
+    scene.talk();
+    assert_eq!(scene.normal.event().as_deref(), Some("halt"));
+    assert!(scene.normal.client.is_acquired() && scene.runs() == 1);
+    // Then they are let go as they are, and keep what they have.
+    let ended = scene.manager.end("2", scene.now_ns);
+    assert_eq!(ended, Ok(("overtaking/2".to_owned(), true)));
+    scene.talk();
+    assert!(!scene.normal.client.is_acquired() && !scene.emergency.client.is_acquired());
+    assert!(scene.normal.client.holds("1") && scene.emergency.client.holds("7"));
+    scene.wait(5);
+    assert_eq!(scene.runs(), 0, "not at once again");
+    assert!(scene.manager.end("overtaking", scene.now_ns).is_err());
 }

@@ -91,7 +91,7 @@ faults! {
     MotorsOff = 18, "motors-off", Operator,
         "the drive does not power its motors, as when its emergency stop is pressed; release that, then run `onboard ctl reset`";
     MediatorSilent = 19, "mediator-silent", ByItself,
-        "nothing is heard from the mediator: the robot keeps the areas it has and stops before all others; check that it runs, and the network";
+        "nothing is heard from the mediator: the robot stays in the areas in which it stands and stops before all others; check that it runs, and the network";
     MediatorRefused = 20, "mediator-refused", ByItself,
         "the mediator refuses this robot; `fleet_state` in `onboard inspect` says why";
     PlaceUnknown = 21, "place-unknown", Operator,

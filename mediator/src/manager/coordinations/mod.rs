@@ -5,6 +5,8 @@
 //! An area that a net governs is entered only when the net says so; a robot whose discrete control is taken gets only the areas
 //! of its orders, and before everybody else.
 
+mod answer;
+mod answers;
 mod control;
 mod running;
 mod situations;

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use super::answer::Answer;
 use super::status::CoordinationStatus;
 use crate::journal::{Entry, Stored};
 use crate::manager::alarm::Alarm;
@@ -40,6 +41,8 @@ pub(crate) struct Coordinations {
     number: u64,
     /// By plan: not started again before.
     pub(super) held_off_ns: Vec<u64>,
+    /// By robot.
+    pub(super) answers: Vec<Answer>,
     /// By area: the plan whose net lets robots in.
     governed: Vec<Option<usize>>,
     over: VecDeque<CoordinationStatus>,
@@ -58,6 +61,7 @@ impl Coordinations {
             running: Vec::new(),
             number: 0,
             held_off_ns: vec![0; plans.len()],
+            answers: vec![Answer::default(); names.robots().len()],
             governed,
             over: VecDeque::new(),
             plans,

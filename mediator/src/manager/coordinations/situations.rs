@@ -28,7 +28,9 @@ impl Coordinations {
                     }
                 };
                 let robots = cast.robots.iter().copied();
-                robots.filter(|&robot| free(robot)).collect()
+                { robots }
+                    .filter(|&robot| free(robot) && !self.is_mute(robot, around.now_ns))
+                    .collect()
             });
             Some((index, distinct(&candidates.collect::<Vec<_>>())?))
         })
@@ -43,6 +45,7 @@ impl Coordinations {
         };
         cast.robots.contains(&robot)
             && around.sessions.is_heard(robot)
+            && !around.sessions.robot(robot).without_control
             && occupant.located
             && occupant.placed
             && cast.holds.iter().all(|&area| occupant.holds(area))

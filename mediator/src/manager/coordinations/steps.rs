@@ -135,7 +135,7 @@ impl Coordinations {
         self.changed(plan, around);
     }
 
-    fn end(&mut self, plan: usize, around: &mut Surroundings<'_>) {
+    pub(super) fn end(&mut self, plan: usize, around: &mut Surroundings<'_>) {
         let Some(instance) = self.remove(plan, around.now_ns, around.effects) else {
             return;
         };
@@ -159,6 +159,46 @@ impl Coordinations {
         let own = Arc::clone(&self.plans[plan]);
         let next = Instance::yielding(&own, number, &robots, around.now_ns);
         self.follow_with(plan, next, around);
+    }
+
+    /// An operator ends a coordination: its robots get out of the way where the site says how, and are let go the second time.
+    /// Returns whether they are let go; none if no such coordination runs.
+    pub(crate) fn end_by_hand(
+        &mut self,
+        named: &str,
+        around: &mut Surroundings<'_>,
+    ) -> Option<(String, bool)> {
+        let runs = self.plans_that_run();
+        let plan = runs.into_iter().find(|&plan| {
+            let number = self.get(plan).map(|own| own.number.to_string());
+            self.plans[plan].id == named
+                || self.name(plan) == named
+                || number.as_deref() == Some(named)
+        })?;
+        let name = self.name(plan);
+        let yields = self
+            .get(plan)
+            .is_some_and(|own| matches!(own.phase, Phase::Running { .. }))
+            && self.plans[plan].preempt.is_some();
+        if yields {
+            self.break_off(plan, around);
+        } else {
+            self.end(plan, around);
+            // What was ended would begin again at once.
+            let held_off_ns = around
+                .now_ns
+                .saturating_add(self.plans[plan].alarm_after_ns);
+            self.held_off_ns[plan] = held_off_ns;
+        }
+        Some((name, !yields))
+    }
+
+    /// What runs, by the names that operators use.
+    pub(crate) fn names_that_run(&self) -> Vec<String> {
+        self.plans_that_run()
+            .into_iter()
+            .map(|plan| self.name(plan))
+            .collect()
     }
 
     /// An operator has cleared a robot away: what controls it is given up, and the others are let go.

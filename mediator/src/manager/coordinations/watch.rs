@@ -8,6 +8,7 @@ use crate::nets::{Instance, Phase};
 impl Coordinations {
     /// Raises the alarm for what stands still, and has robots get out of the way.
     pub(crate) fn watch(&mut self, around: &mut Surroundings<'_>) {
+        self.listen(around);
         for plan in self.plans_that_run() {
             let everybody_is_here = around.sessions.awaited().is_empty();
             let Some(instance) = self.get_mut(plan) else {

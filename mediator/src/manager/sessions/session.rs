@@ -60,6 +60,8 @@ pub(crate) struct Session {
     pub(crate) reports: bool,
     /// Its last report has named this site's floor.
     pub(crate) knows_floor: bool,
+    /// It has said that it knows no protocol 2.
+    pub(crate) without_control: bool,
     /// It has repeated its session to this mediator, so that both mean the same levels.
     pub(crate) registered: bool,
     /// Of the last report of this boot.

@@ -169,6 +169,7 @@ impl Sessions {
             effects.tell(robot);
             return recognised;
         }
+        session.without_control = report.without_control;
         recognised.counts = true;
         recognised
     }

@@ -531,7 +531,10 @@ impl Fleet {
         let lost = asked || self.tally.power_losses > 0;
         for alarm in manager.alarms() {
             match alarm {
-                Alarm::Silent { .. } | Alarm::Back { .. } | Alarm::Still { .. } => {}
+                Alarm::Silent { .. }
+                | Alarm::Back { .. }
+                | Alarm::Still { .. }
+                | Alarm::Mute { .. } => {}
                 // Of reports with levels of long ago.
                 Alarm::BadReport {
                     what: BadReport::Fence { .. },
