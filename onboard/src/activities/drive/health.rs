@@ -56,12 +56,14 @@ impl Health {
         if self.bad_since_ns == 0 {
             self.bad_since_ns = now_ns;
         }
-        if now_ns - self.bad_since_ns < FAULT_NS {
+        let lasts = now_ns - self.bad_since_ns >= FAULT_NS;
+        // Sensors that stand still have done so for long enough.
+        if !lasts && !stalled {
             return None;
         }
         // What to do about them differs.
         let good_v = voltage.min_v..=voltage.max_v;
-        Some(if faults.is_empty() {
+        Some(if faults.is_empty() || !lasts {
             let stalled_ns = self.stamps.stalled_ns(inputs.sensor_stamp_ns, now_ns);
             (
                 Fault::DriveStalled,
