@@ -74,6 +74,14 @@ pub fn words(faults: &FaultTable, world: &World, robot: usize) -> Vec<Request> {
     let is_any = |kinds: &[Fault]| kinds.iter().any(|&kind| faults.state(kind).active != 0);
     let truth = world.truth(robot);
     let lost = is_any(&[Fault::PoseUncertain, Fault::PlaceUnknown]);
+    if lost && is_any(&[Fault::DriveStalled]) {
+        // Its drive still says how fast it was: nobody can say where it stands before it says that it does.
+        return vec![Request::Reset];
+    }
+    if lost && !is_any(&[Fault::OperatorStop]) {
+        // One that finds its place again drives on: whoever has more to say stops it first, and waits until it stands.
+        return vec![Request::Stop];
+    }
     let place = truth.filter(|_| lost).map(|truth| {
         let [x_m, y_m, theta_rad] = [truth.pose.x_m, truth.pose.y_m, truth.pose.theta_rad]
             .map(|exact| (exact * PARTS).round() / PARTS);
@@ -88,9 +96,7 @@ pub fn words(faults: &FaultTable, world: &World, robot: usize) -> Vec<Request> {
         0.0
     };
     let behind = (way_m > 0.0).then_some(Request::FreeBehind(FreeBehind { way_m }));
-    // A robot that knows where it is drives on: whoever has more to say stops it before.
-    let stop = place.as_ref().map(|_| Request::Stop);
-    let words = [stop, place, behind, Some(Request::Reset)];
+    let words = [place, behind, Some(Request::Reset)];
     words.into_iter().flatten().collect()
 }
 

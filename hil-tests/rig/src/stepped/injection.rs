@@ -193,8 +193,14 @@ impl Stepped<'_> {
         }
     }
 
+    /// Starts the mediator with the journal on its disk, unless it runs: of two faults that have killed it one may last longer.
     fn start_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        if let Some(plan) = &self.plans.mediator {
+        if let Some(plan) = self
+            .plans
+            .mediator
+            .as_ref()
+            .filter(|_| self.mediator.is_none())
+        {
             self.mediator = Some(SteppedMediator::start(plan, self.disk.clone(), now_ns)?);
             self.mediator_spans_ns.push((now_ns, None));
         }
