@@ -85,11 +85,17 @@ impl Instance {
         )
     }
 
-    /// Tells all robots to get out of the way.
-    pub(crate) fn yielding(plan: &Arc<Plan>, number: u64, robots: &[usize], now_ns: u64) -> Self {
-        let participants = robots.iter().enumerate();
-        let participants = participants
-            .map(|(role, &robot)| Participant::new(robot, yield_script(plan, role), false));
+    /// Tells its robots to get out of the way; not those that have their discrete control back.
+    pub(crate) fn yielding(&self, number: u64, now_ns: u64) -> Self {
+        let plan = &self.plan;
+        let participants = { self.participants().iter().enumerate() }.map(|(role, before)| {
+            let script = yield_script(plan, role);
+            if before.is_over() {
+                Participant::released(before.robot, script)
+            } else {
+                Participant::new(before.robot, script, false)
+            }
+        });
         Self::new(
             plan,
             number,

@@ -15,6 +15,8 @@ pub(crate) struct Kept {
     pub(crate) area: usize,
     /// It was granted since.
     pub(crate) granted: bool,
+    /// The robot has been in it and gave it back, before it has answered the flag that let it in.
+    pub(crate) left: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -38,6 +40,15 @@ impl Participant {
             own: derived.then(|| side(ROBOT_PARTY)),
             kept: Vec::new(),
         }
+    }
+
+    /// A robot that takes no part any more.
+    pub(crate) fn released(robot: usize, script: &Script) -> Self {
+        let over = Level {
+            run: 1,
+            ..begin(&script.protocol, MEDIATOR_PARTY).level()
+        };
+        Self::resume(robot, script, over, None).expect("a run may begin anew")
     }
 
     pub(crate) fn resume(
@@ -110,10 +121,11 @@ impl Participant {
     pub(crate) fn keep(&mut self, areas: &[usize]) {
         for &area in areas {
             match self.kept.iter_mut().find(|kept| kept.area == area) {
-                Some(kept) => kept.granted = false,
+                Some(kept) => (kept.granted, kept.left) = (false, false),
                 None => self.kept.push(Kept {
                     area,
                     granted: false,
+                    left: false,
                 }),
             }
         }
@@ -128,13 +140,38 @@ impl Participant {
         let mut news = false;
         for kept in self.kept.iter_mut().filter(|kept| kept.area == area) {
             news |= !std::mem::replace(&mut kept.granted, true);
+            kept.left = false;
         }
         news
     }
 
+    /// The robot has not answered the flag that let it into an area. Where answers follow from protocol 1 they are not waited
+    /// for: they come after the areas.
+    fn is_on_the_way(&self, area: usize) -> bool {
+        let protocol = self.side.protocol();
+        let mut on_the_way = false;
+        for (flag, _) in protocol.set_flags(self.side.read_to()) {
+            if protocol.owner(flag) != Some(MEDIATOR_PARTY) {
+                on_the_way = false;
+            } else if self.enters[flag.index()].contains(&area) {
+                on_the_way = true;
+            }
+        }
+        on_the_way && self.own.is_none()
+    }
+
     /// It has given an area back, after having been in it or not.
+    ///
+    /// A robot may have been wrong about where it is, and have to go in again: what its flag let it into stays kept for it until
+    /// it has answered that.
     pub(crate) fn gave_back(&mut self, area: usize, entered: bool) -> bool {
         let before = self.kept.len();
+        if entered && self.is_on_the_way(area) {
+            { self.kept.iter_mut() }
+                .filter(|kept| kept.area == area && kept.granted)
+                .for_each(|kept| (kept.granted, kept.left) = (false, true));
+            return true;
+        }
         if entered {
             // A grant from before the area was kept does not count: it will ask again.
             self.kept.retain(|kept| kept.area != area || !kept.granted);
@@ -174,7 +211,11 @@ impl Side for Participant {
     }
 
     fn poll(&mut self) -> Option<Change> {
-        self.side.poll()
+        let change = self.side.poll();
+        if change.is_some() {
+            self.kept.retain(|kept| !kept.left);
+        }
+        change
     }
 
     /// The mediator is the keeper, and never gives up a run: it begins another instance.
@@ -235,6 +276,44 @@ mod tests {
         assert!(participant.keeps(4), "it was not in there");
         participant.granted(4);
         participant.gave_back(4, true);
+        assert!(!participant.keeps(4));
+    }
+
+    #[test]
+    fn what_a_flag_lets_in_to_is_kept_until_it_is_answered() {
+        let flags = [
+            ("e1", true),
+            ("done1", false),
+            ("e2", true),
+            ("done2", false),
+        ];
+        let mut script = script(protocols::control(flags).expect("valid"));
+        let protocol = Arc::clone(&script.protocol);
+        let flag = |name: &str| protocol.flag(name).expect("it has it");
+        let mut enters = script.enters.to_vec();
+        enters[flag("e1").index()] = vec![4];
+        script.enters = enters.into();
+        let mut participant = Participant::new(0, &script, false);
+        let mut robot = begin(&protocol, ROBOT_PARTY);
+        let mut both = |participant: &mut Participant, tell: &str, answer: Option<&str>| {
+            participant.set(flag(tell)).expect("next");
+            robot.merge(participant.level()).expect("follows");
+            while robot.poll().is_some() {}
+            let Some(answer) = answer else { return };
+            robot.set(flag(answer)).expect("next");
+            participant.merge(robot.level()).expect("follows");
+            while participant.poll().is_some() {}
+        };
+        both(&mut participant, "acquire", Some("acquired"));
+        both(&mut participant, "e1", None);
+        for _ in 0..2 {
+            participant.granted(4);
+            assert!(participant.gave_back(4, true));
+            assert!(participant.keeps(4), "it has not said that it is done");
+        }
+        robot.set(flag("done1")).expect("next");
+        participant.merge(robot.level()).expect("follows");
+        while participant.poll().is_some() {}
         assert!(!participant.keeps(4));
     }
 }

@@ -141,6 +141,7 @@ fn participant(
         participant.kept.push(Kept {
             area,
             granted: *granted,
+            left: false,
         });
     }
     Ok(participant)

@@ -40,13 +40,13 @@ impl Instance {
             .any(|(flag, _)| protocol.owner(flag) == Some(Party::First))
     }
 
-    /// Some robot was released after yielding: there is no way back.
+    /// Some robot is being released after yielding, as all are then: there is no way back.
     pub(crate) fn releases(&self) -> bool {
         matches!(self.phase, Phase::Yielding(_)) && { self.participants().iter() }.any(
             |participant| {
                 let release = participant.protocol().flag(RELEASE);
                 let mut set = participant.protocol().set_flags(participant.read_to());
-                participant.is_over() || set.any(|(flag, _)| Some(flag) == release)
+                set.any(|(flag, _)| Some(flag) == release)
             },
         )
     }

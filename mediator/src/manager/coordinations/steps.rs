@@ -1,7 +1,5 @@
 //! Going on: starting, stepping, breaking off and ending.
 
-use std::sync::Arc;
-
 use super::running::Coordinations;
 use super::surroundings::Surroundings;
 use crate::manager::alarm::Alarm;
@@ -97,19 +95,21 @@ impl Coordinations {
         let out_of_the_way = |role: usize| {
             let robot = instance.participants()[role].robot;
             let state = &around.areas.robot(robot).fsm_state;
-            instance.has_read_halt(role)
-                && around.sessions.is_heard(robot)
-                && preempt.yields[role].states.contains(state)
+            instance.participants()[role].is_over()
+                || instance.has_read_halt(role)
+                    && around.sessions.is_heard(robot)
+                    && preempt.yields[role].states.contains(state)
         };
         let releases = instance.releases();
         if !releases && !(0..instance.participants().len()).all(out_of_the_way) {
             return false;
         }
         let robots = instance.robots();
+        let whole = { instance.participants().iter() }.all(|own| !own.is_over());
         let again = preempt.situation.filter(|&situation| {
             let casts = &instance.plan.situations[situation].casts;
             let mut cast_robots = robots.iter().zip(casts);
-            !releases && cast_robots.all(|(&robot, cast)| Self::fits(robot, cast, around))
+            !releases && whole && cast_robots.all(|(&robot, cast)| Self::fits(robot, cast, around))
         });
         if let Some(situation) = again {
             let number = self.next_number(around.effects);
@@ -148,16 +148,14 @@ impl Coordinations {
 
     /// A coordination that cannot go on: its robots get out of the way, or else are let go.
     pub(super) fn break_off(&mut self, plan: usize, around: &mut Surroundings<'_>) {
-        let Some(robots) = self.get(plan).map(Instance::robots) else {
-            return;
-        };
         if self.plans[plan].preempt.is_none() {
             self.end(plan, around);
             return;
         }
         let number = self.next_number(around.effects);
-        let own = Arc::clone(&self.plans[plan]);
-        let next = Instance::yielding(&own, number, &robots, around.now_ns);
+        let Some(next) = { self.get(plan) }.map(|own| own.yielding(number, around.now_ns)) else {
+            return;
+        };
         self.follow_with(plan, next, around);
     }
 
