@@ -48,6 +48,9 @@ section! {
         /// How far outside the border the samples lie: what the robot keeps from everything, and at least half of `sample_step_m` plus
         /// the sensor's error.
         pub augment_m: f64 as STEP => 0.1,
+        /// The same while somebody who sees the robot drives it by hand: where nothing wider is free it creeps, at the lowest speeds
+        /// of both directions.
+        pub by_hand_augment_m: f64 as STEP => 0.06,
         /// How long points beside the robot are remembered, in seconds of driving at the highest speed: slower driving
         /// forgets no more over the same distance.
         pub memory_s: f64 as Quantity::new("a duration", "s").above(0.0).at_most(10.0) => 2.0,
@@ -164,11 +167,16 @@ impl Tubes {
                 "an odd count, so that driving straight is one of them",
             ));
         }
-        if self.augment_m < self.sample_step_m / 2.0 {
-            let half_m = rounded(self.sample_step_m / 2.0);
+        let margins = [
+            ("augment_m", self.augment_m),
+            ("by_hand_augment_m", self.by_hand_augment_m),
+        ];
+        let half_m = self.sample_step_m / 2.0;
+        for (key, margin_m) in margins.into_iter().filter(|(_, own)| *own < half_m) {
+            let half_m = rounded(half_m);
             errors.push(KeyError::new(
-                "augment_m",
-                format!("{:?}", self.augment_m),
+                key,
+                format!("{margin_m:?}"),
                 format!("at least {half_m} m, half of `sample_step_m`: less leaves objects unseen"),
             ));
         }

@@ -5,7 +5,7 @@ use super::motion_tubes::{Block, MotionTubes};
 use super::outcome::{Adapted, Reason, Verdict};
 use super::retreat;
 use super::room::Room;
-use super::select::{Search, Selector};
+use super::select::{Search, Selection, Selector};
 use description::geometry::{MotionCommand, Twist2};
 
 /// No detour begins while something moves within this distance.
@@ -73,9 +73,32 @@ impl MotionTubes {
         };
         let nominal = selector.search(wanted, self.driven);
         if self.by_hand {
-            return nominal;
+            return match nominal {
+                Search::Blocked => self.creep_by_hand(wanted).map_or(nominal, Search::Found),
+                found => found,
+            };
         }
         self.detour.search(&selector, nominal, wanted, moment)
+    }
+
+    /// The narrow tube that serves a wanted command, in terms of the set.
+    fn creep_by_hand(&self, wanted: MotionCommand) -> Option<Selection> {
+        let set = self.set.narrow.as_deref()?;
+        let narrow = Selector {
+            set,
+            policy: &self.policy,
+            streaks: &self.narrow_streaks,
+        };
+        let Search::Found(found) = narrow.search(wanted, None) else {
+            return None;
+        };
+        let row = self.set.slowest(wanted.speed_m_s < 0.0);
+        let step = found.tube.0 as usize % set.steps;
+        Some(Selection {
+            row,
+            tube: self.set.id(row, step),
+            ..found
+        })
     }
 
     /// What to drive while the robot backs out of a dead end; `None` while it does not.

@@ -38,6 +38,8 @@ pub struct MotionTubes {
     pub(super) floor: Floor,
     pub(super) moving: Moving,
     pub(super) streaks: Box<[u8]>,
+    /// The same of the narrow tubes; counted while somebody drives by hand.
+    pub(super) narrow_streaks: Box<[u8]>,
     pub(super) clearance_m: f64,
     pub(super) sight: Sight,
     /// `base_link` in `odom` on the newest scan.
@@ -85,6 +87,7 @@ impl MotionTubes {
             floor,
             moving: Moving::new(set.geometry(), &policy.moving),
             streaks: vec![0; set.len()].into_boxed_slice(),
+            narrow_streaks: vec![0; set.narrow.as_ref().map_or(0, |narrow| narrow.len())].into(),
             set,
             clearance_m: f64::INFINITY,
             sight: Sight::new(&rules),
@@ -110,10 +113,11 @@ impl MotionTubes {
     }
 
     /// Whether somebody drives by hand from now on: then nothing but the wanted motion is driven, or a shifted one within
-    /// the band. Ways around things and back from them are for who sees them.
+    /// the band, and with the smaller margin where it must be. Ways around things and back from them are for who sees them.
     pub fn drive_by_hand(&mut self, by_hand: bool) {
         if by_hand != self.by_hand {
             self.by_hand = by_hand;
+            self.narrow_streaks.fill(0);
             self.detour.reset();
             self.retreat.reset();
         }
@@ -182,6 +186,7 @@ impl MotionTubes {
         self.retreat.reset();
         self.sight.reset();
         self.streaks.fill(0);
+        self.narrow_streaks.fill(0);
         self.block = None;
         self.driven = None;
         self.moving_since_ns = None;

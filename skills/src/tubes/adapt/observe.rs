@@ -3,7 +3,7 @@
 use super::motion_tubes::MotionTubes;
 use super::outcome::ObserveError;
 use crate::scan::AlignedScan;
-use crate::tubes::set::tube_set::Surroundings;
+use crate::tubes::set::tube_set::{Surroundings, TubeSet};
 
 /// Odometry has jumped when it moves this much farther between two scans than the robot can drive.
 const JUMP_M: f64 = 0.3;
@@ -26,6 +26,7 @@ impl MotionTubes {
         self.look_for_jump(scan);
         if self.sight.take(scan.reference_ns(), now_ns) {
             self.streaks.fill(0);
+            self.narrow_streaks.fill(0);
         }
         self.odom_pose = scan.odom_pose();
         self.memory.observe(scan);
@@ -37,9 +38,15 @@ impl MotionTubes {
             unknown: self.floor.unknown(),
             unassumed: self.floor.unassumed(),
         };
-        for (id, streak) in self.set.ids().zip(self.streaks.iter_mut()) {
-            let free = self.set.is_free(id, &self.known, near);
-            *streak = if free { streak.saturating_add(1) } else { 0 };
+        let judge = |set: &TubeSet, streaks: &mut [u8]| {
+            for (id, streak) in set.ids().zip(streaks) {
+                let free = set.is_free(id, &self.known, near);
+                *streak = if free { streak.saturating_add(1) } else { 0 };
+            }
+        };
+        judge(&self.set, &mut self.streaks);
+        if let Some(narrow) = self.set.narrow.as_deref().filter(|_| self.by_hand) {
+            judge(narrow, &mut self.narrow_streaks);
         }
         let footprint = *self.set.footprint();
         self.clearance_m = scan

@@ -70,6 +70,27 @@ impl TubeSet {
         check(parameters, footprint, geometry)?;
         let cell_m = parameters.sample_step_m / 2.0;
         let grid = NearGrid::new(near_m(footprint) + parameters.augment_m + cell_m, cell_m);
+        let (mut set, report) = Self::generate_on(grid, parameters, footprint, geometry)?;
+        if parameters.by_hand_augment_m < parameters.augment_m {
+            let slowest = |rows: &[Horizon]| rows.first().copied().into_iter().collect();
+            let narrow = Tubes {
+                horizons: slowest(&parameters.horizons),
+                backward_horizons: slowest(&parameters.backward_horizons),
+                augment_m: parameters.by_hand_augment_m,
+                ..parameters.clone()
+            };
+            let narrow = Self::generate_on(grid, &narrow, footprint, geometry);
+            set.narrow = narrow.ok().map(|(narrow, _)| Box::new(narrow));
+        }
+        Ok((set, report))
+    }
+
+    fn generate_on(
+        grid: NearGrid,
+        parameters: &Tubes,
+        footprint: &Footprint,
+        geometry: &ScanGeometry,
+    ) -> Result<(Self, TubeReport), TubeError> {
         let mut generator = Generator {
             parameters,
             footprint,
@@ -342,6 +363,7 @@ impl Generator<'_> {
             sample_beams: self.sample_beams.into_boxed_slice(),
             sample_ranges_m: self.sample_ranges_m.into_boxed_slice(),
             mask_words: self.mask_words.into_boxed_slice(),
+            narrow: None,
         };
         Ok((set, self.report))
     }

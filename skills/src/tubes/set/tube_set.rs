@@ -70,6 +70,8 @@ pub struct TubeSet {
     pub(in crate::tubes) sample_beams: Box<[u16]>,
     pub(in crate::tubes) sample_ranges_m: Box<[f32]>,
     pub(in crate::tubes) mask_words: Box<[u64]>,
+    /// The slowest row of each direction, with the margin of driving by hand, where that is smaller.
+    pub(in crate::tubes) narrow: Option<Box<TubeSet>>,
 }
 
 impl TubeSet {
@@ -286,6 +288,15 @@ impl TubeSet {
                 .zip(occupied)
                 .fold(0, |hits, (mask, occupied)| hits | (mask & occupied))
                 == 0
+    }
+
+    /// The row of this set that is the one ahead or behind of [`narrow`](Self::narrow).
+    pub(in crate::tubes) fn slowest(&self, backward: bool) -> usize {
+        (if backward {
+            self.rows.len()
+        } else {
+            self.ahead
+        }) - 1
     }
 
     pub(in crate::tubes) fn id(&self, row: usize, step: usize) -> TubeId {

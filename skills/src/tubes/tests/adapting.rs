@@ -1,6 +1,6 @@
 //! How commands are adapted, one rule a test.
 
-use super::stand::{AHEAD, Stand, parameters, with_detours, with_disc};
+use super::stand::{AHEAD, Stand, parameters, with_detours, with_disc, without_detours};
 use super::world::{MS, Random, SMALL, Thing, corridor, urg};
 use crate::tubes::{Adapted, MotionTubes, Reason, StopRules, TubeSet, Verdict};
 use description::geometry::{MotionCommand, Point2, Segment, Twist2};
@@ -327,4 +327,57 @@ fn a_nonsense_policy_is_refused() {
         ..rules
     };
     refused(policy, blind, "lidar.scan_timeout_ms");
+}
+
+#[test]
+fn by_hand_it_creeps_with_a_smaller_margin_where_nothing_else_is_free() {
+    let parameters = Tubes {
+        augment_m: 0.12,
+        by_hand_augment_m: 0.045,
+        ..parameters()
+    };
+    let (set, _) = TubeSet::generate(&parameters, &SMALL, &urg()).unwrap();
+    let tubes = MotionTubes::new(set, without_detours(), StopRules::default()).unwrap();
+    // A wall 0.12 m beside it.
+    let mut things = corridor();
+    let wall = Segment::new(Point2::new(0.0, -0.77), Point2::new(10.0, -0.77));
+    things.push(Thing::Wall(wall));
+    let mut stand = Stand::new(without_detours());
+    stand.tubes = tubes;
+    let last = |seen: Vec<Adapted>| *seen.last().expect("it looked");
+    let speed_m_s = |adapted: Adapted| adapted.command.speed_m_s;
+    let alone = last(stand.look(&things, AHEAD, 3.0));
+    assert_eq!(alone.reason, Reason::Blocked);
+    stand.tubes.drive_by_hand(true);
+    assert_eq!(
+        speed_m_s(last(stand.look(&things, AHEAD, 0.2))),
+        0.0,
+        "three scans"
+    );
+    let by_hand = last(stand.look(&things, AHEAD, 3.0));
+    assert_eq!(
+        (by_hand.verdict, by_hand.reason),
+        (Verdict::Slowed, Reason::Blocked)
+    );
+    assert_eq!(speed_m_s(by_hand), 0.1, "the slowest");
+    let back = MotionCommand::new(-0.4, 0.0);
+    stand.tubes.trust_behind(2.0);
+    let behind = last(stand.look(&things, back, 3.0));
+    assert_eq!(speed_m_s(behind), -0.1, "{behind:?}");
+    // Nearer than the smaller margin.
+    things.push(Thing::Wall(Segment::new(
+        Point2::new(0.0, -0.68),
+        Point2::new(10.0, -0.68),
+    )));
+    assert_eq!(
+        last(stand.look(&things, AHEAD, 0.5)).reason,
+        Reason::Blocked
+    );
+    assert_eq!(last(stand.look(&things, back, 0.5)).reason, Reason::Blocked);
+    things.truncate(5);
+    stand.tubes.drive_by_hand(false);
+    assert_eq!(
+        last(stand.look(&things, AHEAD, 3.0)).reason,
+        Reason::Blocked
+    );
 }
