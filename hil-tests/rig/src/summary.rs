@@ -85,6 +85,8 @@ pub struct RobotSummary {
     pub faults: Vec<(String, u64)>,
     /// How often an operator reset it: after a stall of the machine, or after an injected fault.
     pub resets: u32,
+    /// How often an operator drove it out by hand, where it found no way.
+    pub driven_out: u32,
     /// How often the rig withheld leave for an area until the robot had waited.
     pub withheld: u64,
     /// What the judge found out, where the scenario looks at what robots believe.

@@ -106,6 +106,9 @@ fn print_robot(robot: &RobotSummary) {
     if robot.resets > 0 {
         onboard::say!("  reset {} times", robot.resets);
     }
+    if robot.driven_out > 0 {
+        onboard::say!("  driven out by hand {} times", robot.driven_out);
+    }
 }
 
 /// What a process took of the machine; nothing where it was not one.

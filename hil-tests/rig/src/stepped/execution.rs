@@ -134,6 +134,7 @@ impl Execution for Stepped<'_> {
                 .filter(|(_, count)| *count > 0)
                 .collect(),
             resets: own.caretaker.resets,
+            driven_out: own.driving_out.times,
             ..robot_summary(&plan.robot, &own.devices.drive(), truth, &own.symbols)
         }
     }

@@ -155,6 +155,11 @@ impl Schedule {
         self.faults.iter().any(|own| own.begun)
     }
 
+    /// Whether there were any, and all are over.
+    pub(super) fn are_over(&self) -> bool {
+        self.has_begun() && self.faults.iter().all(|own| own.over)
+    }
+
     /// What begins or ends now.
     pub(super) fn changes(&mut self, now_ns: u64) -> Vec<Change> {
         let mut changes = Vec::new();

@@ -12,6 +12,7 @@ use super::clock::{START_NS, STEP_NS};
 use super::clones::ClonedRobot;
 use super::devices::Devices;
 use super::disk::Disk;
+use super::driving_out::DrivingOut;
 use super::faults::Schedule;
 use super::mediator::SteppedMediator;
 use super::network::{Message, MessageKind, Network};
@@ -91,6 +92,8 @@ pub(super) struct Member {
     pub(super) checkpoints: Checkpoints,
     /// The operator who resets it.
     pub(super) caretaker: Caretaker,
+    /// The operator who drives it by hand.
+    pub(super) driving_out: DrivingOut,
     pub(super) faults: FaultTable,
     /// What its symbols said when it was stopped.
     pub(super) symbols: Json,
@@ -139,6 +142,7 @@ impl<'a> Stepped<'a> {
                     ahead_ns: 0.0,
                     checkpoints: Checkpoints::default(),
                     caretaker: Caretaker::default(),
+                    driving_out: DrivingOut::default(),
                     faults: FaultTable::default(),
                     symbols: Json::Null,
                     allowed: Vec::new(),

@@ -238,9 +238,10 @@ impl Stepped<'_> {
         }
     }
 
-    /// Plays the operator: resets robots that have latched, and notes one that is not to be helped.
+    /// Plays the operator: resets robots that have latched, drives those out that find no way once all faults are over, and
+    /// notes one that is not to be helped.
     pub(super) fn look_after(&mut self, now_ns: u64) {
-        let begun = self.faults.has_begun();
+        let (begun, over) = (self.faults.has_begun(), self.faults.are_over());
         for number in 0..self.robots.len() {
             let on_purpose = self.faults.lasts(ScriptedKind::Stop, Some(number));
             let member = &mut self.robots[number];
@@ -261,6 +262,11 @@ impl Stepped<'_> {
                     }
                 }
                 Care::GiveUp(fault) => self.stranded = Some(fault),
+            }
+            let member = &mut self.robots[number];
+            if over && let Some(robot) = &mut member.robot {
+                let world = self.world.lock();
+                (member.driving_out).look(robot, &faults, &world, number, now_ns);
             }
         }
     }

@@ -22,6 +22,7 @@ mod clones;
 mod desk;
 mod devices;
 mod disk;
+mod driving_out;
 mod execution;
 pub mod faults;
 mod fleet;

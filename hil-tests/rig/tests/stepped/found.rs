@@ -95,3 +95,20 @@ fn a_robot_whose_wheels_slip_stops_before_it_loses_its_place() {
     let slips = faults.iter().any(|(fault, _)| fault == "wheel-slip");
     assert!(slips, "{faults:?}");
 }
+
+/// It did not know well where it was, and gave area 1 back before it was through: that stays kept for it.
+#[test]
+fn a_robot_that_was_wrong_about_an_area_is_let_in_again_by_the_same_order() {
+    let frozen = fault(57.4, 5.931, ScriptedKind::FreezeSensors, "amr-1");
+    let summary = run("overtaking", 64, &[frozen]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+/// It stops with its nose to the lay-by's wall.
+#[test]
+fn a_robot_that_finds_no_way_is_driven_out_by_hand_and_goes_on() {
+    let jammed = fault(34.04, 6.638, ScriptedKind::JamPivot, "amr-1");
+    let summary = run("overtaking", 65, &[jammed]);
+    assert!(summary.passed(), "{summary:?}");
+    assert_eq!(summary.robots[0].driven_out, 1, "{:?}", summary.robots[0]);
+}

@@ -31,6 +31,17 @@ impl World {
             .last()
             .unwrap_or(0.0)
     }
+
+    /// How far a robot would be from everything else if it stood somewhere, at most `most_m`.
+    #[must_use]
+    pub fn clearance_at_m(&self, robot: usize, pose: Pose, most_m: f64) -> f64 {
+        let mut moved = self.snapshot();
+        let Some(model) = moved.robots.get_mut(robot) else {
+            return 0.0;
+        };
+        model.set_down(pose);
+        moved.clearance_below(robot, most_m)
+    }
 }
 
 #[cfg(test)]
