@@ -104,7 +104,7 @@ impl View {
         let direction_rad = f64::from(direction_rad(ray.y_m as f32, ray.x_m as f32));
         let turned = (direction_rad + TAU) * BINS_PER_RAD;
         let middle = turned as usize % BINS;
-        let spread = -floor(-spread_rad * BINS_PER_RAD);
+        let spread = floor(-spread_rad * BINS_PER_RAD).saturating_neg();
         let spread = spread.clamp(1, MAX_SPREAD_BINS as i64) as usize;
         let at = |offset: usize| {
             let bin = middle + offset;
