@@ -3,6 +3,9 @@
 use serde_json::Value;
 use zenoh::Wait;
 
+/// Longer messages are dropped, bytes: a robot's report on a site with a thousand areas has a tenth of that.
+pub const LONGEST_MESSAGE: usize = 1 << 20;
+
 /// How to take part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NetworkSettings {
@@ -53,6 +56,8 @@ impl NetworkSettings {
             "transport/link/tx/queue/congestion_control/drop/wait_before_drop",
             5_000.into(),
         )?;
+        // What comes in fragments is put together in memory before anybody can look at it.
+        set("transport/link/rx/max_message_size", LONGEST_MESSAGE.into())?;
         set("scouting/multicast/enabled", self.scouting.into())?;
         set("scouting/gossip/enabled", self.scouting.into())?;
         if let Some(interface) = &self.interface {

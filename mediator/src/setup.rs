@@ -24,6 +24,8 @@ pub struct RobotSetup {
     pub role: String,
     /// Who goes first: the larger one.
     pub priority: u32,
+    /// Its request goes by one priority more each time that so many later ones went first; 0: never.
+    pub ages_after: u32,
     /// Areas that it reaches into at its start pose. Until it is first heard, it is taken to be there.
     pub starts_in: Vec<String>,
 }

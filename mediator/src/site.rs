@@ -26,6 +26,7 @@ impl Setup {
             id: id.clone(),
             role: robot.role.clone(),
             priority: { site.roles.get(&robot.role) }.map_or(0, |role| role.priority),
+            ages_after: { site.roles.get(&robot.role) }.map_or(0, |role| role.ages_after),
             starts_in: site
                 .areas
                 .iter()

@@ -72,6 +72,10 @@ impl Client {
                 return received;
             }
             Received::Version => return received,
+            Received::Nonsense => {
+                self.counters.nonsense += 1;
+                return received;
+            }
         };
         for grant in &message.access {
             let learned = if registers {

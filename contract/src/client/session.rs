@@ -22,10 +22,17 @@ pub enum Received {
     Other,
     /// The mediator speaks another version.
     Version,
+    /// Its numbers are none that a mediator has.
+    Nonsense,
 }
 
 /// Reports that may still give a lease. More are sent only when far more happens than on any floor; the oldest then gives none.
 const SENT: usize = 256;
+
+/// No mediator has a larger epoch or sequence: what says so is nonsense.
+pub const LAST_NUMBER: u64 = 1 << 62;
+/// The mediator that a robot follows does not raise its epoch by more at once.
+const EPOCH_STEP: u64 = 1 << 20;
 
 /// Other mediators that speak to this robot.
 #[derive(Clone, Copy, Debug)]
@@ -116,6 +123,15 @@ impl Session {
             || !other && (message.mediator_epoch, message.sequence) <= newest
         {
             return Received::Stale;
+        }
+        let follows = self.instance != 0 && !other;
+        let most = if follows {
+            self.mediator_epoch.saturating_add(EPOCH_STEP)
+        } else {
+            LAST_NUMBER
+        };
+        if message.mediator_epoch > most.min(LAST_NUMBER) || message.sequence > LAST_NUMBER {
+            return Received::Nonsense;
         }
         if VERSION.accept(Version::from(message.version)).is_err() {
             return Received::Version;

@@ -31,6 +31,8 @@ impl Situation {
 pub struct ClientCounters {
     /// Messages from the past.
     pub stale: u64,
+    /// Messages with numbers that no mediator has.
+    pub nonsense: u64,
     /// Levels that could not follow on ours.
     pub bad_levels: u64,
     /// Grants received.

@@ -18,6 +18,8 @@ section! {
     pub struct RoleConfig {
         /// Who goes first: the larger one.
         pub priority: u32 as Count::new("a priority", 0, 1000) => 0,
+        /// A request of such a robot goes by one priority more each time that so many later ones went first; 0: it may wait for ever.
+        pub ages_after: u32 as Count::new("a number of requests", 0, 1000) => 0,
     }
 }
 

@@ -55,6 +55,7 @@ impl Size {
             id: self.robot_id(robot),
             role: "normal".into(),
             priority: u32::from(robot % 10 == 0),
+            ages_after: 0,
             starts_in: vec![self.route(robot)[0].clone()],
         });
         Setup {

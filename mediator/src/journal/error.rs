@@ -15,6 +15,21 @@ pub enum StoreError {
         path: PathBuf,
         error: Box<redb::Error>,
     },
+    /// The disk does not take it. It may again: nothing is lost, and nothing has left.
+    #[error(
+        "journal {path} cannot be written: {error}; nothing is granted, ordered or answered until it can be: free space on its disk, or mend it",
+        path = path.display()
+    )]
+    Disk {
+        path: PathBuf,
+        error: Box<redb::Error>,
+    },
+    /// Somebody has put another file in its place.
+    #[error(
+        "journal {path} is another file than before: somebody has moved it, or put another one there; start the mediator again when every robot stands still",
+        path = path.display()
+    )]
+    Replaced { path: PathBuf },
     /// A value that is not what its key promises.
     #[error("journal {path}, key `{key}`: expected {expected}, found `{found}`", path = path.display())]
     Value {

@@ -14,11 +14,25 @@ use crate::draw::draw;
 /// Keys and values as in `row`.
 const TABLE: TableDefinition<&str, &str> = TableDefinition::new("journal");
 
+/// Opens the database: the first time, or after the disk has failed.
+type Open = Box<dyn Fn() -> Result<(Database, [u64; 2]), redb::Error> + Send>;
+
 /// The journal of one site. Only one mediator can have it open.
-#[derive(Debug)]
 pub struct Store {
     path: PathBuf,
-    database: Database,
+    open: Open,
+    /// None after the disk has failed, until it is opened again.
+    database: Option<Database>,
+    /// Device and inode of its file.
+    place: [u64; 2],
+}
+
+impl std::fmt::Debug for Store {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Store")
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Store {
@@ -27,51 +41,50 @@ impl Store {
     /// # Errors
     /// [`StoreError`] when it cannot be opened, is damaged, or is of another site.
     pub fn open(path: &Path, site: &str) -> Result<(Self, Stored), StoreError> {
-        let failed = |error: redb::Error| StoreError::Store {
-            path: path.to_owned(),
-            error: Box::new(error),
+        let file_path = path.to_owned();
+        let open = move || {
+            let mut options = File::options();
+            options.read(true).write(true).create(true).truncate(false);
+            let file = options.open(&file_path)?;
+            let metadata = file.metadata()?;
+            let database = Database::builder().create_file(file)?;
+            Ok((database, [metadata.dev(), metadata.ino()]))
         };
-        let mut options = File::options();
-        options.read(true).write(true).create(true).truncate(false);
-        let file = { options.open(path) }.map_err(|error| failed(error.into()))?;
-        let metadata = file.metadata().map_err(|error| failed(error.into()))?;
-        let database =
-            { Database::builder().create_file(file) }.map_err(|error| failed(error.into()))?;
-        Self::begin(path, database, site, [metadata.dev(), metadata.ino()])
+        Self::begin(path, Box::new(open), site)
     }
 
     /// The same in memory, or on what a test makes of a disk.
     ///
     /// # Errors
     /// As [`Store::open`].
-    pub fn on(backend: impl StorageBackend, site: &str) -> Result<(Self, Stored), StoreError> {
-        let path = Path::new("in memory");
-        let database = Database::builder().create_with_backend(backend);
-        let database = database.map_err(|error| StoreError::Store {
-            path: path.to_owned(),
-            error: Box::new(error.into()),
-        })?;
-        Self::begin(path, database, site, [0; 2])
+    pub fn on(
+        backend: impl StorageBackend + Clone,
+        site: &str,
+    ) -> Result<(Self, Stored), StoreError> {
+        let open = move || {
+            let database = Database::builder().create_with_backend(backend.clone())?;
+            Ok((database, [0; 2]))
+        };
+        Self::begin(Path::new("in memory"), Box::new(open), site)
     }
 
-    fn begin(
-        path: &Path,
-        database: Database,
-        site: &str,
-        [device, inode]: [u64; 2],
-    ) -> Result<(Self, Stored), StoreError> {
+    fn begin(path: &Path, open: Open, site: &str) -> Result<(Self, Stored), StoreError> {
         let failed = |error: redb::Error| StoreError::Store {
             path: path.to_owned(),
             error: Box::new(error),
         };
+        let (database, place) = open().map_err(failed)?;
         let store = Self {
             path: path.to_owned(),
-            database,
+            open,
+            database: Some(database),
+            place,
         };
         store
             .write_strings(row::head(site).map(|(key, value)| (key, Some(value))), true)
             .map_err(failed)?;
         let (mut stored, file) = store.read(site)?;
+        let [device, inode] = place;
         // A file that is locked for one process: only that one has this number. A copy's file is another one.
         let same = file.filter(|file| (file.device, file.inode) == (device, inode));
         stored.journal = match same {
@@ -91,10 +104,39 @@ impl Store {
         Ok((store, stored))
     }
 
+    /// Opens the same file again, as must be after the disk has failed.
+    ///
+    /// # Errors
+    /// [`StoreError::Disk`] while the disk fails; [`StoreError::Replaced`] when it is another file by now.
+    pub fn reopen(&mut self) -> Result<(), StoreError> {
+        // Its lock goes first.
+        self.database = None;
+        let (database, place) = (self.open)().map_err(|error| self.failed(error))?;
+        if place != self.place {
+            return Err(StoreError::Replaced {
+                path: self.path.clone(),
+            });
+        }
+        self.database = Some(database);
+        Ok(())
+    }
+
+    fn failed(&self, error: redb::Error) -> StoreError {
+        let (path, error) = (self.path.clone(), Box::new(error));
+        match *error {
+            redb::Error::Io(_) | redb::Error::PreviousIo => StoreError::Disk { path, error },
+            _ => StoreError::Store { path, error },
+        }
+    }
+
+    fn database(&self) -> Result<&Database, redb::Error> {
+        self.database.as_ref().ok_or(redb::Error::PreviousIo)
+    }
+
     /// Writes entries, all or none. When it returns they are on the disk.
     ///
     /// # Errors
-    /// [`StoreError::Store`] when the disk is full or gone.
+    /// [`StoreError::Disk`] when the disk is full or gone: [`reopen`](Self::reopen) it, and write the same again.
     pub fn write(&self, entries: &[Entry]) -> Result<(), StoreError> {
         if entries.is_empty() {
             return Ok(());
@@ -105,10 +147,7 @@ impl Store {
                 .map(|entry| (row::key(entry), row::value(entry))),
             false,
         )
-        .map_err(|error| StoreError::Store {
-            path: self.path.clone(),
-            error: Box::new(error),
-        })
+        .map_err(|error| self.failed(error))
     }
 
     fn write_strings<K: AsRef<str>>(
@@ -116,7 +155,7 @@ impl Store {
         pairs: impl IntoIterator<Item = (K, Option<String>)>,
         keep_old: bool,
     ) -> Result<(), redb::Error> {
-        let transaction = self.database.begin_write()?;
+        let transaction = self.database()?.begin_write()?;
         {
             let mut table = transaction.open_table(TABLE)?;
             for (key, value) in pairs {
@@ -140,8 +179,7 @@ impl Store {
             path: self.path.clone(),
             error: Box::new(error),
         };
-        let transaction = self
-            .database
+        let transaction = { self.database().map_err(failed)? }
             .begin_read()
             .map_err(|error| failed(error.into()))?;
         let table = transaction

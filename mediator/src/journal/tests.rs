@@ -1,3 +1,6 @@
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+
 use super::*;
 use contract::level::PROTOCOL_ID;
 use coordination::protocol::Level;
@@ -147,4 +150,88 @@ fn a_file_that_is_no_journal_is_refused() {
     let path = folder.path().join("journal.redb");
     std::fs::write(&path, "not a journal").expect("writes");
     assert!(Store::open(&path, "corridor").is_err());
+}
+
+/// A disk that can be full.
+#[derive(Clone, Debug, Default)]
+struct Disk {
+    bytes: Arc<Mutex<Vec<u8>>>,
+    full: Arc<AtomicBool>,
+}
+
+impl Disk {
+    fn room(&self) -> std::io::Result<MutexGuard<'_, Vec<u8>>> {
+        if self.full.load(Ordering::Relaxed) {
+            return Err(std::io::ErrorKind::StorageFull.into());
+        }
+        Ok(self.bytes.lock().expect("nobody panics"))
+    }
+}
+
+impl redb::StorageBackend for Disk {
+    fn len(&self) -> std::io::Result<u64> {
+        Ok(self.bytes.lock().expect("nobody panics").len() as u64)
+    }
+
+    fn read(&self, offset: u64, out: &mut [u8]) -> std::io::Result<()> {
+        let start = usize::try_from(offset).expect("small");
+        let bytes = self.bytes.lock().expect("nobody panics");
+        out.copy_from_slice(&bytes[start..start + out.len()]);
+        Ok(())
+    }
+
+    fn set_len(&self, length: u64) -> std::io::Result<()> {
+        self.room()?
+            .resize(usize::try_from(length).expect("small"), 0);
+        Ok(())
+    }
+
+    fn sync_data(&self) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn write(&self, offset: u64, data: &[u8]) -> std::io::Result<()> {
+        let start = usize::try_from(offset).expect("small");
+        self.room()?[start..start + data.len()].copy_from_slice(data);
+        Ok(())
+    }
+}
+
+#[test]
+fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
+    let disk = Disk::default();
+    let (mut store, _) = Store::on(disk.clone(), "corridor").expect("opens");
+    store.write(&[Entry::Epoch(3)]).expect("writes");
+    disk.full.store(true, Ordering::Relaxed);
+    for _ in 0..3 {
+        let error = store.write(&entries()).expect_err("it is full");
+        assert!(matches!(error, StoreError::Disk { .. }), "{error}");
+        assert!(error.to_string().contains("free space"), "{error}");
+        // With nothing to write it may open.
+        let _ = store.reopen();
+    }
+    disk.full.store(false, Ordering::Relaxed);
+    store.reopen().expect("opens again");
+    store.write(&entries()).expect("writes");
+    drop(store);
+    let (_, stored) = Store::on(disk, "corridor").expect("opens");
+    let mut expected = Stored {
+        journal: stored.journal,
+        ..Stored::default()
+    };
+    expected.apply(Entry::Epoch(3));
+    { entries().into_iter() }.for_each(|entry| expected.apply(entry));
+    assert_eq!(stored, expected);
+}
+
+#[test]
+fn another_file_in_its_place_is_not_written_to() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, other] = ["journal.redb", "other.redb"].map(|name| folder.path().join(name));
+    let (mut store, _) = Store::open(&path, "corridor").expect("opens");
+    store.reopen().expect("it is the same");
+    drop(Store::open(&other, "corridor").expect("opens"));
+    std::fs::rename(&other, &path).expect("moved");
+    let error = store.reopen().expect_err("refused");
+    assert!(matches!(error, StoreError::Replaced { .. }), "{error}");
 }

@@ -119,6 +119,21 @@ pub enum Alarm {
         "coordination `{coordination}` is broken off: its robots are told to get out of the way"
     )]
     Preempted { coordination: String },
+    /// Robots that were told to get out of the way did not.
+    #[error(
+        "coordination `{coordination}` ends, though its robots are not all out of the way: they are let go as they are"
+    )]
+    LetGo { coordination: String },
+    /// Robots wait for each other.
+    #[error(
+        "robots wait for each other: {waits}; none goes on before one backs out: pause `{robot}`, drive it out of area {area} by hand (`onboard teleop`), and let it go on when the others have passed"
+    )]
+    Circle {
+        waits: String,
+        /// Who is to back out, and of what.
+        robot: String,
+        area: String,
+    },
     /// More robots than it holds stand in an area.
     #[error("area `{area}` holds at most {capacity} robots, and {found} are in it: {robots}")]
     Overfull {

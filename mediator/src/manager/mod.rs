@@ -14,6 +14,7 @@
 
 mod alarm;
 mod areas;
+mod circle;
 mod coordinations;
 mod effects;
 mod error;

@@ -11,6 +11,15 @@ pub(crate) struct RobotName {
     pub(crate) role: String,
     /// Who goes first: the larger one.
     pub(crate) priority: u32,
+    ages_after: u32,
+}
+
+impl RobotName {
+    /// Who goes first, when so many later requests have gone before its own.
+    pub(crate) fn priority_after(&self, passed: u32) -> u32 {
+        let aged = passed.checked_div(self.ages_after).unwrap_or(0);
+        self.priority.saturating_add(aged)
+    }
 }
 
 /// Areas and robots by index and by id. Never changes.
@@ -39,6 +48,7 @@ impl Names {
                     id: robot.id.clone(),
                     role: robot.role.clone(),
                     priority: robot.priority,
+                    ages_after: robot.ages_after,
                 })
                 .collect(),
         })

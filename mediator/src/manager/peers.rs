@@ -7,11 +7,9 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+use contract::client::LAST_NUMBER;
 use contract::timing::DOUBLED_AFTER_NS;
 use contract::wire::RobotReport;
-
-/// Nobody has started so often; a larger number is no epoch.
-const MOST_STARTS: u64 = 1 << 32;
 
 /// Whom a robot follows.
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,13 +76,16 @@ impl Peers {
         says && report.mediator_instance != self.instance && !self.is_of_before(report)
     }
 
-    /// The epoch that this mediator must have, so that a robot follows it whose mediator is gone.
+    /// The epoch that this mediator must have, so that a robot follows it whose mediator is gone, or to which somebody has spoken
+    /// in its name.
     pub(crate) fn larger_epoch(&self, report: &RobotReport) -> Option<u64> {
         // One of an older version does not say whether its mediator is gone.
         let says = report.mediator_instance != 0 && !report.mediator_heard;
         let gone = says && self.is_foreign(report) && !self.stands_by;
         let epoch = report.mediator_epoch;
-        (gone && (self.epoch..MOST_STARTS).contains(&epoch)).then(|| epoch + 1)
+        let ahead = report.mediator_instance == self.instance && epoch > self.epoch;
+        let larger = (self.epoch..LAST_NUMBER).contains(&epoch);
+        (larger && (gone || ahead)).then(|| epoch + 1)
     }
 
     /// The robot has reported of late, whomever it follows.

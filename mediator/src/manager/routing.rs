@@ -7,6 +7,7 @@ use contract::wire::{MediatorReport, RobotReport};
 
 use super::alarm::Alarm;
 use super::areas::Areas;
+use super::circle::CircleWatch;
 use super::coordinations::{Coordinations, Surroundings};
 use super::effects::{Counters, Effects};
 use super::error::{RestoreError, UnknownRobot};
@@ -27,6 +28,7 @@ pub struct Manager {
     pub(super) sessions: Sessions,
     pub(super) areas: Areas,
     pub(super) coordinations: Coordinations,
+    circle: CircleWatch,
     pub(super) effects: Effects,
 }
 
@@ -87,6 +89,7 @@ impl Manager {
             sessions,
             areas,
             coordinations,
+            circle: CircleWatch::default(),
             effects,
         })
     }
@@ -108,6 +111,13 @@ impl Manager {
     #[must_use]
     pub fn epoch(&self) -> u64 {
         self.sessions.epoch
+    }
+
+    /// The robots that the site lists.
+    #[must_use]
+    pub fn robot_ids(&self) -> Vec<String> {
+        let robots = 0..self.names.robots().len();
+        robots.map(|robot| self.names.robot_id(robot)).collect()
     }
 
     /// Counts since the start.
@@ -306,6 +316,10 @@ impl Manager {
         }
         if !self.peers.stands_by {
             self.coordinate(now_ns, Coordinations::watch);
+            let (names, areas) = (&self.names, &self.areas);
+            let (sessions, coordinations) = (&self.sessions, &self.coordinations);
+            let circle = (self.circle).look(names, areas, sessions, coordinations, now_ns);
+            self.effects.alarms.extend(circle);
         }
         self.go_on(now_ns);
     }

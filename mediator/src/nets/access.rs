@@ -3,10 +3,31 @@
 use std::sync::Arc;
 
 use super::instance::Instance;
+use super::participant::Participant;
 use super::plan::Kind;
-use coordination::protocol::Position;
+use coordination::protocol::{Position, Side};
 
 impl Instance {
+    /// The areas that the net lets a role into, while its robot is in the middle of nothing: another one may take the role.
+    pub(crate) fn open_areas(&self, role: usize) -> Option<Vec<usize>> {
+        let Kind::Access(passages) = &self.plan.roles[role].kind else {
+            return None;
+        };
+        let participant = &self.participants()[role];
+        let at_start = participant.own_position() == Some(Position::START)
+            && participant.read_to() == Position::START;
+        let areas = passages
+            .iter()
+            .flat_map(|passage| passage.areas.iter().copied());
+        (at_start && participant.kept.is_empty()).then(|| areas.collect())
+    }
+
+    /// Another robot takes a role that is open.
+    pub(crate) fn exchange(&mut self, role: usize, robot: usize) {
+        let plan = Arc::clone(&self.plan);
+        self.participants_mut()[role] = Participant::new(robot, &plan.roles[role].script, true);
+    }
+
     /// The net has let the robot of a role into an area, and knows that it may still be there.
     pub(crate) fn lets_in(&self, role: usize, area: usize) -> bool {
         let Kind::Access(passages) = &self.plan.roles[role].kind else {

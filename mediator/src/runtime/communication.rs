@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::sync_channel;
 use std::time::Duration;
 
 use super::folder::Folder;
-use super::management::Input;
+use super::inbox::Inbox;
+use super::management::Asked;
 use super::question::{Answer, Question};
 use super::shared::Shared;
-use contract::network::NetworkSettings;
+use contract::network::{LONGEST_MESSAGE, NetworkSettings};
 use contract::wire::{MediatorReport, RobotReport};
 use contract::{Message, decode, keys};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
@@ -72,7 +72,7 @@ pub(super) fn open(settings: &Settings, folder: &Folder) -> Result<Opened, Strin
 pub(super) fn run(
     opened: Opened,
     settings: &Settings,
-    inputs: SyncSender<Input>,
+    inbox: Arc<Inbox>,
     outputs: Receiver<MediatorReport>,
     shared: &Arc<Shared>,
 ) -> Result<(), String> {
@@ -83,7 +83,7 @@ pub(super) fn run(
         .enable_time()
         .build()
         .map_err(|error| format!("no asynchronous runtime: {error}"))
-        .and_then(|runtime| runtime.block_on(talk(opened, settings, inputs, outputs, shared)));
+        .and_then(|runtime| runtime.block_on(talk(opened, settings, inbox, outputs, shared)));
     shared.stop();
     // It may be gone already.
     let _ = std::fs::remove_file(socket);
@@ -93,24 +93,26 @@ pub(super) fn run(
 async fn talk(
     opened: Opened,
     settings: &Settings,
-    inputs: SyncSender<Input>,
+    inbox: Arc<Inbox>,
     mut outputs: Receiver<MediatorReport>,
     shared: &Arc<Shared>,
 ) -> Result<(), String> {
     let text = |error: zenoh::Error| error.to_string();
     let reports = keys::all_reports(&settings.key_prefix).map_err(|error| error.to_string())?;
-    let (to_management, counts) = (inputs.clone(), Arc::clone(shared));
+    let (to_management, counts) = (Arc::clone(&inbox), Arc::clone(shared));
     let _subscriber = opened
         .session
         .declare_subscriber(reports)
         .callback(move |sample| {
-            let key = sample.key_expr().as_str();
-            let input = match report_in(key, &sample.payload().to_bytes()) {
-                Ok(report) => Input::Report(Box::new(report)),
-                Err(why) => return tracing::warn!("{why}; ignored"),
+            let (key, payload) = (sample.key_expr().as_str(), sample.payload());
+            let report = if payload.len() > LONGEST_MESSAGE {
+                Err(format!("{key} carries {} bytes", payload.len()))
+            } else {
+                report_in(key, &payload.to_bytes())
             };
-            if let Err(TrySendError::Full(_)) = to_management.try_send(input) {
-                counts.dropped_inputs.fetch_add(1, Ordering::Relaxed);
+            match report {
+                Ok(report) => to_management.report(Box::new(report)),
+                Err(why) => counts.note_no_report(why),
             }
         })
         .await
@@ -123,15 +125,16 @@ async fn talk(
         tokio::select! {
             message = outputs.recv() => {
                 let Some(message) = message else { return Ok(()) };
-                if let Err(error) = send(&opened.session, &mut publishers, settings, message).await {
+                let known = inbox.knows(&message.robot_id);
+                if let Err(error) = send(&opened.session, &mut publishers, settings, message, known).await {
                     tracing::warn!("a message could not be sent: {error}");
                 }
             }
             client = listener.accept() => match client {
                 Ok((stream, _)) => {
-                    let inputs = inputs.clone();
+                    let inbox = Arc::clone(&inbox);
                     tokio::spawn(async move {
-                        let served = tokio::time::timeout(PATIENCE, serve(stream, inputs)).await;
+                        let served = tokio::time::timeout(2 * PATIENCE, serve(stream, inbox)).await;
                         if let Ok(Err(error)) = served {
                             tracing::debug!("control socket: {error}");
                         }
@@ -162,7 +165,16 @@ async fn send<'a>(
     publishers: &mut HashMap<String, Publisher<'a>>,
     settings: &Settings,
     message: MediatorReport,
+    known: bool,
 ) -> Result<(), String> {
+    if !known {
+        // A refusal. There may be any number of such names.
+        let key = keys::to_robot(&settings.key_prefix, &message.robot_id)
+            .map_err(|error| error.to_string())?;
+        let put = session.put(key, message.encode_to_vec());
+        return { put.congestion_control(CongestionControl::Drop).await }
+            .map_err(|error| error.to_string());
+    }
     if !publishers.contains_key(&message.robot_id) {
         let key = keys::to_robot(&settings.key_prefix, &message.robot_id)
             .map_err(|error| error.to_string())?;
@@ -180,14 +192,14 @@ async fn send<'a>(
         .map_err(|error| error.to_string())
 }
 
-async fn serve(mut stream: UnixStream, inputs: SyncSender<Input>) -> std::io::Result<()> {
+async fn serve(mut stream: UnixStream, inbox: Arc<Inbox>) -> std::io::Result<()> {
     let mut line = String::new();
     let (read, mut write) = stream.split();
     BufReader::new(read.take(LONGEST_LINE))
         .read_line(&mut line)
         .await?;
     let answer = match serde_json::from_str::<Question>(&line) {
-        Ok(question) => put(question, inputs).await,
+        Ok(question) => put(question, &inbox).await,
         Err(error) => Answer::Refused(format!("unknown question `{}`: {error}", line.trim())),
     };
     let mut text = serde_json::to_string(&answer).expect("an answer is always JSON");
@@ -195,16 +207,28 @@ async fn serve(mut stream: UnixStream, inputs: SyncSender<Input>) -> std::io::Re
     write.write_all(text.as_bytes()).await
 }
 
-async fn put(question: Question, inputs: SyncSender<Input>) -> Answer {
+/// Has management answer. A question that is given up is not carried out later.
+async fn put(question: Question, inbox: &Inbox) -> Answer {
     let (reply, answer) = sync_channel(1);
     // The client may have gone.
     let reply = Box::new(move |answer| drop(reply.try_send(answer)));
-    if inputs.try_send(Input::Question(question, reply)).is_err() {
+    let asked = Asked::new(question, reply);
+    let ticket = asked.ticket();
+    if !inbox.ask(asked) {
         return Answer::Refused("the mediator is overloaded; ask again".to_owned());
     }
-    let waited = tokio::task::spawn_blocking(move || answer.recv_timeout(PATIENCE)).await;
-    match waited {
-        Ok(Ok(answer)) => answer,
-        _ => Answer::Refused("the mediator is stopping, or overloaded".to_owned()),
-    }
+    let waited = tokio::task::spawn_blocking(move || {
+        let in_time = answer.recv_timeout(PATIENCE).ok();
+        if in_time.is_some() || ticket.give_up() {
+            return in_time;
+        }
+        // It is being carried out.
+        answer.recv_timeout(PATIENCE).ok()
+    });
+    waited.await.ok().flatten().unwrap_or_else(|| {
+        Answer::Refused(
+            "the mediator is stopping, or its journal's disk is slow or full: its log says which"
+                .to_owned(),
+        )
+    })
 }

@@ -1,10 +1,12 @@
 //! The area management activity: reports in, journal, messages out; its step, which is handed the time, and its thread.
 
-use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
+use super::inbox::Inbox;
 use super::question::{Answer, Question};
+use super::repeats::Repeats;
 use super::shared::Shared;
 use crate::journal::{Entry, Store, StoreError};
 use crate::manager::Manager;
@@ -14,9 +16,6 @@ use tokio::sync::mpsc::error::TrySendError;
 
 /// Time passes for the manager at least this often.
 pub const TICK_NS: u64 = 20_000_000;
-/// At most this many inputs are taken in before the journal is written: one commit for all of them.
-pub const BATCH: usize = 256;
-
 /// Where the answer to a question goes.
 pub type Reply = Box<dyn FnOnce(Answer) + Send>;
 
@@ -24,8 +23,57 @@ pub type Reply = Box<dyn FnOnce(Answer) + Send>;
 pub enum Input {
     /// A robot's report.
     Report(Box<RobotReport>),
-    /// A question of an operator, and where its answer goes.
-    Question(Question, Reply),
+    /// A question of an operator.
+    Question(Asked),
+}
+
+/// A question, and where its answer goes. Whoever has asked may give it up: then it is not carried out any more.
+pub struct Asked {
+    question: Question,
+    reply: Reply,
+    taken: Arc<AtomicBool>,
+}
+
+impl Asked {
+    /// A question.
+    #[must_use]
+    pub fn new(question: Question, reply: Reply) -> Self {
+        Self {
+            question,
+            reply,
+            taken: Arc::default(),
+        }
+    }
+
+    /// By which it is given up.
+    #[must_use]
+    pub fn ticket(&self) -> Ticket {
+        Ticket(Arc::clone(&self.taken))
+    }
+}
+
+/// Of a question that waits.
+pub struct Ticket(Arc<AtomicBool>);
+
+impl Ticket {
+    /// Gives the question up. Returns whether it is not carried out: else it is, and is answered soon.
+    #[must_use]
+    pub fn give_up(&self) -> bool {
+        !self.0.swap(true, Ordering::AcqRel)
+    }
+}
+
+/// A journal that the disk does not take is tried again after this time.
+const RETRY_NS: u64 = 1_000_000_000;
+/// That it still does not is said again after this time.
+const SAID_NS: u64 = 30_000_000_000;
+
+/// The disk does not take the journal.
+#[derive(Clone, Copy, Debug)]
+struct Blocked {
+    since_ns: u64,
+    retry_ns: u64,
+    say_ns: u64,
 }
 
 /// Manager and journal, and what waits for the journal before it leaves.
@@ -34,6 +82,8 @@ pub struct Management {
     store: Store,
     entries: Vec<Entry>,
     answers: Vec<(Reply, Answer)>,
+    repeats: Repeats,
+    blocked: Option<Blocked>,
     next_tick_ns: u64,
 }
 
@@ -50,26 +100,31 @@ impl Management {
             store,
             entries,
             answers: Vec::new(),
+            repeats: Repeats::default(),
+            blocked: None,
             next_tick_ns: 0,
         })
     }
 
-    /// Takes in inputs, at most [`BATCH`], lets time pass, and writes the journal. What [`next_message`](Self::next_message)
-    /// and [`answer`](Self::answer) give afterwards may leave.
+    /// Takes in inputs, lets time pass, and writes the journal: one commit for all of them. What [`next_message`](Self::next_message)
+    /// and [`answer`](Self::answer) give afterwards may leave. Nothing does while the disk does not take the journal: then
+    /// this [`is_blocked`](Self::is_blocked), and is to be tried with [`retry`](Self::retry) instead.
     ///
     /// # Errors
-    /// [`StoreError`] when the journal cannot be written: nothing may leave any more.
+    /// [`StoreError`] when the journal cannot be used any more.
     pub fn turn(
         &mut self,
         inputs: impl Iterator<Item = Input>,
         now_ns: u64,
     ) -> Result<(), StoreError> {
-        for input in inputs.take(BATCH) {
+        for input in inputs {
             match input {
                 Input::Report(report) => self.manager.report(&report, now_ns),
-                Input::Question(question, reply) => {
-                    let answer = self.reply_to(question, now_ns);
-                    self.answers.push((reply, answer));
+                Input::Question(asked) => {
+                    if !asked.taken.swap(true, Ordering::AcqRel) {
+                        let answer = self.reply_to(asked.question, now_ns);
+                        self.answers.push((asked.reply, answer));
+                    }
                 }
             }
         }
@@ -79,20 +134,79 @@ impl Management {
         }
         self.entries.clear();
         self.entries.extend(self.manager.entries());
-        self.store.write(&self.entries)?;
-        for alarm in self.manager.alarms() {
-            tracing::warn!("{alarm}");
+        if let Err(error) = self.store.write(&self.entries) {
+            return self.block(error, now_ns);
+        }
+        self.raise_alarms(now_ns);
+        Ok(())
+    }
+
+    /// The disk does not take the journal: nothing is to be taken in, and nothing leaves.
+    #[must_use]
+    pub fn is_blocked(&self) -> bool {
+        self.blocked.is_some()
+    }
+
+    /// Tries to write what the disk did not take, once a second.
+    ///
+    /// # Errors
+    /// As [`turn`](Self::turn).
+    pub fn retry(&mut self, now_ns: u64) -> Result<(), StoreError> {
+        let Some(blocked) = self.blocked.filter(|own| now_ns >= own.retry_ns) else {
+            return Ok(());
+        };
+        let written = { self.store.reopen() }.and_then(|()| self.store.write(&self.entries));
+        if let Err(error) = written {
+            return self.block(error, now_ns);
+        }
+        self.blocked = None;
+        let lasted_s = now_ns.saturating_sub(blocked.since_ns) as f64 * 1e-9;
+        tracing::warn!("the journal is written again, after {lasted_s:.1} s; robots are answered");
+        self.raise_alarms(now_ns);
+        Ok(())
+    }
+
+    fn block(&mut self, error: StoreError, now_ns: u64) -> Result<(), StoreError> {
+        if !matches!(error, StoreError::Disk { .. }) {
+            return Err(error);
+        }
+        let blocked = self.blocked.get_or_insert(Blocked {
+            since_ns: now_ns,
+            retry_ns: now_ns,
+            say_ns: now_ns,
+        });
+        blocked.retry_ns = now_ns.saturating_add(RETRY_NS);
+        if now_ns >= blocked.say_ns {
+            blocked.say_ns = now_ns.saturating_add(SAID_NS);
+            tracing::error!("{error}");
         }
         Ok(())
     }
 
+    fn raise_alarms(&mut self, now_ns: u64) {
+        for alarm in self.manager.alarms() {
+            if let Some(line) = self.repeats.say(&alarm, now_ns) {
+                tracing::warn!("{line}");
+            }
+        }
+        for line in self.repeats.left_out(now_ns) {
+            tracing::warn!("{line}");
+        }
+    }
+
     /// The next message to a robot.
     pub fn next_message(&mut self, now_ns: u64) -> Option<MediatorReport> {
+        if self.is_blocked() {
+            return None;
+        }
         self.manager.next_message(now_ns)
     }
 
     /// Answers the operators.
     pub fn answer(&mut self) {
+        if self.is_blocked() {
+            return;
+        }
         for (reply, answer) in self.answers.drain(..) {
             reply(answer);
         }
@@ -153,7 +267,7 @@ impl Management {
 pub(super) fn run(
     manager: Manager,
     store: Store,
-    inbox: &Receiver<Input>,
+    inbox: &Inbox,
     outbox: &Sender<MediatorReport>,
     shared: &Shared,
 ) -> Result<(), String> {
@@ -165,23 +279,23 @@ pub(super) fn run(
 fn run_until_stopped(
     manager: Manager,
     store: Store,
-    inbox: &Receiver<Input>,
+    inbox: &Inbox,
     outbox: &Sender<MediatorReport>,
     shared: &Shared,
 ) -> Result<(), String> {
     let mut management = Management::start(manager, store).map_err(|error| error.to_string())?;
     let mut overflows = Overflows::default();
     while !shared.is_stopping() {
-        let first = match inbox.recv_timeout(Duration::from_nanos(TICK_NS)) {
-            Ok(input) => Some(input),
-            Err(RecvTimeoutError::Timeout) => None,
-            Err(RecvTimeoutError::Disconnected) => break,
+        let turned = if management.is_blocked() {
+            std::thread::sleep(Duration::from_nanos(TICK_NS));
+            management.retry(shared.now_ns())
+        } else {
+            let inputs = inbox.take(Duration::from_nanos(TICK_NS));
+            management.turn(inputs.into_iter(), shared.now_ns())
         };
+        turned.map_err(|error| error.to_string())?;
         let now_ns = shared.now_ns();
-        management
-            .turn(first.into_iter().chain(inbox.try_iter()), now_ns)
-            .map_err(|error| error.to_string())?;
-        overflows.tell(shared, now_ns);
+        overflows.tell(inbox, shared, now_ns);
         while let Some(message) = management.next_message(now_ns) {
             match outbox.try_send(message) {
                 Ok(()) => {}
@@ -196,26 +310,39 @@ fn run_until_stopped(
     Ok(())
 }
 
-/// What was dropped because a queue was full; logged at most once a second.
+/// What was dropped or ignored; logged at most once in ten seconds.
 #[derive(Default)]
 struct Overflows {
-    told: [u64; 2],
+    told: [u64; 3],
     again_ns: u64,
 }
 
 impl Overflows {
-    fn tell(&mut self, shared: &Shared, now_ns: u64) {
-        let dropped = [&shared.dropped_inputs, &shared.dropped_outputs];
-        let dropped = dropped.map(|count| count.load(Ordering::Relaxed));
-        if dropped == self.told || now_ns < self.again_ns {
+    fn tell(&mut self, inbox: &Inbox, shared: &Shared, now_ns: u64) {
+        const PAUSE_NS: u64 = 10_000_000_000;
+        if now_ns < self.again_ns {
             return;
         }
-        let [reports, messages] = dropped;
-        tracing::warn!(
-            "overload: {reports} reports and {messages} messages dropped since the start; each is sent again with the next level: \
-             let robots report less often, or use a faster machine"
-        );
-        self.told = dropped;
-        self.again_ns = now_ns + 1_000_000_000;
+        let messages = shared.dropped_outputs.load(Ordering::Relaxed);
+        let no_reports = shared.no_reports.load(Ordering::Relaxed);
+        let now = [inbox.dropped(), messages, no_reports];
+        if now == self.told {
+            return;
+        }
+        let [reports, messages, no_reports] = now;
+        if now[..2] != self.told[..2] {
+            tracing::warn!(
+                "overload: {reports} reports and questions and {messages} messages dropped since the start; each is sent again with \
+                 the next level: see who sends so many, let robots report less often, or use a faster machine"
+            );
+        }
+        if no_reports != self.told[2] {
+            let last = { shared.last_no_report.lock() }.unwrap_or_else(PoisonError::into_inner);
+            tracing::warn!(
+                "{no_reports} messages since the start are no reports, and ignored; the last: {last}"
+            );
+        }
+        self.told = now;
+        self.again_ns = now_ns + PAUSE_NS;
     }
 }

@@ -1,6 +1,7 @@
 //! What both threads share.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// What both threads share.
@@ -8,8 +9,10 @@ use std::time::Instant;
 pub struct Shared {
     started: Instant,
     stop: AtomicBool,
-    pub(super) dropped_inputs: AtomicU64,
     pub(super) dropped_outputs: AtomicU64,
+    /// Messages under reports' keys that are none, and why the last one is not.
+    pub(super) no_reports: AtomicU64,
+    pub(super) last_no_report: Mutex<String>,
 }
 
 impl Shared {
@@ -17,14 +20,21 @@ impl Shared {
         Self {
             started: Instant::now(),
             stop: AtomicBool::new(false),
-            dropped_inputs: AtomicU64::new(0),
             dropped_outputs: AtomicU64::new(0),
+            no_reports: AtomicU64::new(0),
+            last_no_report: Mutex::new(String::new()),
         }
     }
 
     /// Nanoseconds since the start; nobody else's clock is ever compared with it.
     pub(super) fn now_ns(&self) -> u64 {
         u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX)
+    }
+
+    /// A message is no report.
+    pub(super) fn note_no_report(&self, why: String) {
+        self.no_reports.fetch_add(1, Ordering::Relaxed);
+        *{ self.last_no_report.lock() }.unwrap_or_else(PoisonError::into_inner) = why;
     }
 
     pub(super) fn is_stopping(&self) -> bool {

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::communication::{self, Settings};
 use super::folder::Folder;
+use super::inbox::Inbox;
 use super::management;
 use super::shared::Shared;
+use super::waiting::Waiting;
 use crate::journal::Store;
 use crate::manager::Manager;
 
-/// Reports and questions that may wait for management.
-pub const INPUTS: usize = 1024;
 /// Messages that may wait for communication.
 pub const OUTPUTS: usize = 4096;
 
@@ -33,19 +33,19 @@ impl Runtime {
         folder: &Folder,
     ) -> Result<Self, String> {
         let shared = Arc::new(Shared::new());
-        let (inputs, inbox) = std::sync::mpsc::sync_channel(INPUTS);
+        let inbox = Arc::new(Inbox::new(Waiting::new(manager.robot_ids())));
         let (outbox, outputs) = tokio::sync::mpsc::channel(OUTPUTS);
         let opened = communication::open(&settings, folder)?;
         let spawn = |name: &str| std::thread::Builder::new().name(name.to_owned());
         let management = {
-            let shared = Arc::clone(&shared);
+            let (shared, inbox) = (Arc::clone(&shared), Arc::clone(&inbox));
             spawn("management")
                 .spawn(move || management::run(manager, store, &inbox, &outbox, &shared))
         };
         let communication = {
             let shared = Arc::clone(&shared);
             spawn("communication")
-                .spawn(move || communication::run(opened, &settings, inputs, outputs, &shared))
+                .spawn(move || communication::run(opened, &settings, inbox, outputs, &shared))
         };
         let failed = |error: std::io::Error| format!("a thread cannot be started: {error}");
         Ok(Self {

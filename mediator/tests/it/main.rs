@@ -1,5 +1,8 @@
 //! Integration tests, in one binary so that the network is linked once.
 
+mod circle;
+mod crossing;
+mod flood;
 mod kills;
 mod model;
 mod plans;

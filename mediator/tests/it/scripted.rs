@@ -19,6 +19,7 @@ fn setup(capacity: u32) -> Setup {
         id: id.into(),
         role: "normal".into(),
         priority: 0,
+        ages_after: 0,
         starts_in: Vec::new(),
     };
     Setup {

@@ -241,6 +241,26 @@ fn what_stands_still_is_broken_off_from_states_that_the_site_names() {
     assert!(scene.emergency.client.holds("1"));
 }
 
+/// A robot that is told to get out of the way stays where it is: after another minute both are let go as they are.
+#[test]
+fn robots_that_do_not_get_out_of_the_way_are_let_go_after_a_while() {
+    let mut scene = Scene::overtaking();
+    scene.normal.is("pull-over", &["1", "5"], &[]);
+    scene.wait(65);
+    assert!(scene.normal.client.is_acquired() && scene.runs() == 1);
+    scene.alarms();
+    scene.wait(50);
+    assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
+    scene.wait(12);
+    let alarms = scene.alarms();
+    assert!(
+        matches!(alarms[..], [Alarm::Still { .. }, Alarm::LetGo { .. }]),
+        "{alarms:?}"
+    );
+    assert!(!scene.normal.client.is_acquired() && !scene.emergency.client.is_acquired());
+    assert!(scene.normal.client.holds("1") && !scene.emergency.client.holds("1"));
+}
+
 /// Something stands in the lay-by for a while: when the normal robot has got there after all, the net begins again.
 #[test]
 fn what_stands_still_begins_again_with_the_normal_robot_aside() {

@@ -9,7 +9,7 @@ use description::site::FsmTransition;
 use mediator::nets::{Plan, plans};
 use mediator::setup::Setup;
 
-use crate::program::OVERTAKING;
+use crate::program::{OVERTAKING, Site};
 
 const ROBOTS: &str = r#"
 [robots.slow]
@@ -91,6 +91,24 @@ small-1 = { robot = "amr-1" }
 small-2 = { robot = "amr-2" }
 big = { robot = "amr-big" }
 "#;
+
+/// Rooms with a robot in each, and a crossing whose net has three roles, which any robot may play.
+pub fn crossing(rooms: usize) -> (Setup, Vec<Arc<Plan>>) {
+    let mut areas: Vec<(String, u32)> =
+        (0..rooms).map(|room| (format!("room-{room}"), 1)).collect();
+    areas.push(("Cr".to_owned(), 1));
+    let own = Site {
+        name: "rooms".into(),
+        areas,
+        robots: (0..rooms).map(|robot| (format!("amr-{robot}"), "normal", robot)).collect(),
+        events: Vec::new(),
+        more: "[coordinations.crossing]\nnet = \"t-junction\"\nsituations.all-outside = { \
+               west = { role = \"normal\" }, east = { role = \"normal\" }, south = { role = \"normal\" } }\n"
+            .into(),
+        nets: vec!["t-junction"],
+    };
+    planned(&site("rooms", &own.text()), "t-junction")
+}
 
 /// The docking bay, where the net alone decides.
 pub fn docking() -> (Setup, Vec<Arc<Plan>>) {

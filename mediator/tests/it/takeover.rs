@@ -19,6 +19,7 @@ fn setup() -> Setup {
         id: id.to_owned(),
         role: "normal".to_owned(),
         priority: 0,
+        ages_after: 0,
         starts_in: Vec::new(),
     };
     let areas = [AREA, "yard"].map(|id| AreaSetup {
@@ -281,6 +282,49 @@ fn a_number_that_no_mediator_can_have_reached_is_no_epoch() {
     }
     // It has another mediator, and is asked once.
     assert_eq!(manager.epoch(), 2);
+}
+
+#[test]
+fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
+    const LATER_NS: u64 = 300_000_000;
+    let mut manager = start(&begun(1), 60, 0);
+    let mut robots = vec![robot("amr-1", &[AREA]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, 0);
+    assert!(robots[0].0.holds(AREA));
+    let now = robots[0].1.clone();
+    robots[0].0.step(now, LATER_NS, SILENT_AFTER_NS);
+    manager.report(&robots[0].0.report(), LATER_NS);
+    manager.tick(LATER_NS);
+    let heard =
+        std::iter::from_fn(|| manager.next_message(LATER_NS)).find(|own| own.robot_id == "amr-1");
+    let heard = heard.expect("it is told");
+    let made_up = |epoch: u64, sequence: u64| MediatorReport {
+        mediator_epoch: epoch,
+        sequence,
+        ..heard.clone()
+    };
+    let mut hears = |forged: MediatorReport, later_ns: u64| {
+        let now_ns = LATER_NS + later_ns;
+        assert_eq!(robots[0].0.receive(&forged, now_ns), Received::News);
+        let status = talk(&mut manager, &mut robots, now_ns);
+        assert!(status.awaited.is_empty() && robots[0].0.is_registered());
+        assert!(!robots[0].0.is_mediator_silent(now_ns, SILENT_AFTER_NS));
+        let before = robots[0].0.report().mediator_sequence;
+        talk(&mut manager, &mut robots, now_ns + LATER_NS);
+        assert!(
+            robots[0].0.report().mediator_sequence > before,
+            "it hears on"
+        );
+        manager.epoch()
+    };
+    assert_eq!(hears(made_up(1, 1 << 40), 0), 1);
+    assert_eq!(hears(made_up(1000, 7), 2 * LATER_NS), 1001);
+    assert!(
+        manager
+            .alarms()
+            .any(|alarm| matches!(alarm, Alarm::OlderJournal { .. }))
+    );
 }
 
 #[test]

@@ -92,6 +92,16 @@ impl Member {
                 self.other_version = refused.err().map(|error| error.to_string());
                 return;
             }
+            Received::Nonsense => {
+                // Once: there may be any number of them.
+                if self.client.counters().nonsense == 1 {
+                    self.complain(format!(
+                        "a message in the mediator's name has epoch {}, which no mediator has reached: somebody else sends under its key; ignored and counted",
+                        message.mediator_epoch
+                    ));
+                }
+                return;
+            }
             Received::Refused => {
                 let taken = self.client.is_identity_taken();
                 self.taken_ns = taken.then(|| self.taken_ns.unwrap_or(now_ns));

@@ -150,3 +150,22 @@ fn several_other_mediators_that_take_turns_are_noticed_too() {
     }
     assert!(client.has_second_mediator(19 * SECOND_NS / 5));
 }
+
+#[test]
+fn a_made_up_epoch_does_not_mute_the_mediator() {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    client.receive(&other(70, 3, 1), 0);
+    for (instance, epoch) in [(70, u64::MAX), (70, 1 << 40), (80, u64::MAX)] {
+        let forged = other(instance, epoch, 9);
+        assert_ne!(client.receive(&forged, 1), Received::News);
+    }
+    let forged = other(70, 3, u64::MAX);
+    assert_eq!(client.receive(&forged, 1), Received::Nonsense);
+    assert_eq!(client.counters().nonsense, 4);
+    assert_eq!(client.receive(&other(70, 3, 2), 2), Received::News);
+    // A small lie is believed, and said: a mediator that hears of it takes a larger one.
+    assert_eq!(client.receive(&other(70, 900, 9), 3), Received::News);
+    assert_eq!(client.report().mediator_epoch, 900);
+    assert_eq!(client.receive(&other(70, 3, 10), 4), Received::Stale);
+    assert_eq!(client.receive(&other(70, 901, 11), 5), Received::News);
+}

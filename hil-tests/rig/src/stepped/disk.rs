@@ -1,22 +1,42 @@
 //! The disk below the mediator's journal: memory that outlives the mediator that wrote it.
 
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use redb::StorageBackend;
 
 /// The bytes of a file; clones share them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Disk(Arc<Mutex<Vec<u8>>>);
+pub(super) struct Disk {
+    bytes: Arc<Mutex<Vec<u8>>>,
+    /// It takes nothing.
+    full: Arc<AtomicBool>,
+}
 
 impl Disk {
     /// What a crash at this moment leaves.
     pub(super) fn copy(&self) -> Self {
-        Self(Arc::new(Mutex::new(self.bytes().clone())))
+        Self {
+            bytes: Arc::new(Mutex::new(self.bytes().clone())),
+            full: Arc::default(),
+        }
+    }
+
+    /// Whether it takes nothing from now on.
+    pub(super) fn fill(&self, full: bool) {
+        self.full.store(full, Ordering::Relaxed);
+    }
+
+    fn check_room(&self) -> io::Result<()> {
+        if self.full.load(Ordering::Relaxed) {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        Ok(())
     }
 
     fn bytes(&self) -> MutexGuard<'_, Vec<u8>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.bytes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -39,6 +59,7 @@ impl StorageBackend for Disk {
     }
 
     fn set_len(&self, length: u64) -> io::Result<()> {
+        self.check_room()?;
         let length = usize::try_from(length).map_err(|_| io::ErrorKind::OutOfMemory)?;
         self.bytes().resize(length, 0);
         Ok(())
@@ -49,6 +70,7 @@ impl StorageBackend for Disk {
     }
 
     fn write(&self, offset: u64, data: &[u8]) -> io::Result<()> {
+        self.check_room()?;
         let mut bytes = self.bytes();
         let place = range(offset, data.len(), bytes.len())?;
         bytes[place].copy_from_slice(data);

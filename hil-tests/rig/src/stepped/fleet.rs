@@ -275,6 +275,8 @@ impl<'a> Stepped<'a> {
 
     fn step_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
         let mut answers = Vec::new();
+        let full = self.faults.lasts(ScriptedKind::FullDisk, None);
+        self.disk.fill(full);
         for mediator in self.mediator.iter_mut().chain(&mut self.second_mediator) {
             mediator.cycle(now_ns, self.faults.disk_ns(), |answer| answers.push(answer))?;
         }

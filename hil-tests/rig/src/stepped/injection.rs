@@ -72,6 +72,14 @@ impl Stepped<'_> {
                 self.kill_mediator(Disk::default(), now_ns);
             }
             (ScriptedKind::LoseJournal, _) if again => self.start_mediator(now_ns)?,
+            (ScriptedKind::FullDisk, _) if again => {
+                // One that could not start for want of room does so now.
+                let killed = [ScriptedKind::KillMediator, ScriptedKind::LoseJournal];
+                if !killed.into_iter().any(|what| self.faults.lasts(what, None)) {
+                    self.disk.fill(false);
+                    self.start_mediator(now_ns)?;
+                }
+            }
             (ScriptedKind::SecondMediator, _) => {
                 let plan = self.plans.mediator.as_ref().filter(|_| begins);
                 let started =
@@ -195,11 +203,10 @@ impl Stepped<'_> {
 
     /// Starts the mediator with the journal on its disk, unless it runs: of two faults that have killed it one may last longer.
     fn start_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        if let Some(plan) = self
-            .plans
-            .mediator
-            .as_ref()
-            .filter(|_| self.mediator.is_none())
+        if let Some(plan) =
+            self.plans.mediator.as_ref().filter(|_| {
+                self.mediator.is_none() && !self.faults.lasts(ScriptedKind::FullDisk, None)
+            })
         {
             self.mediator = Some(SteppedMediator::start(plan, self.disk.clone(), now_ns)?);
             self.mediator_spans_ns.push((now_ns, None));

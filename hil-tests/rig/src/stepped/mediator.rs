@@ -2,14 +2,15 @@
 //!
 //! Simulated are its network, and the disk below the journal.
 
-use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use contract::wire::MediatorReport;
 use mediator::journal::Store;
 use mediator::manager::{Manager, Status};
 use mediator::nets::Plan;
-use mediator::runtime::{Answer, INPUTS, Input, Management, OUTPUTS, Question, TICK_NS, report_in};
+use mediator::runtime::{
+    Answer, Asked, Management, OUTPUTS, Question, Reply, TICK_NS, Waiting, report_in,
+};
 use mediator::setup::Setup;
 use onboard::cli::Failure;
 
@@ -39,7 +40,7 @@ impl MediatorPlan {
 /// A mediator.
 pub(super) struct SteppedMediator {
     management: Management,
-    inbox: VecDeque<Input>,
+    inbox: Waiting,
     started_ns: u64,
     /// When it goes on at the latest.
     wakes_ns: u64,
@@ -49,7 +50,7 @@ pub(super) struct SteppedMediator {
     status: Arc<Mutex<Option<Status>>>,
     /// Areas that an operator has cleared, not taken yet.
     cleared: Arc<Mutex<Vec<String>>>,
-    /// Reports and messages that found a full queue.
+    /// Messages that found a full queue.
     dropped: u64,
 }
 
@@ -61,9 +62,10 @@ impl SteppedMediator {
             .map_err(Failure::refused)?
             // No two start at once.
             .speaks_as(now_ns | 1);
+        let ids = manager.robot_ids();
         Ok(Self {
             management: Management::start(manager, store).map_err(Failure::refused)?,
-            inbox: VecDeque::new(),
+            inbox: Waiting::new(ids),
             started_ns: now_ns,
             wakes_ns: now_ns,
             written_ns: None,
@@ -78,16 +80,12 @@ impl SteppedMediator {
     pub(super) fn deliver(&mut self, key: &str, message: &[u8]) {
         // Others are ignored, and counted by the listener.
         if let Ok(report) = report_in(key, message) {
-            self.put(Input::Report(Box::new(report)));
+            self.inbox.report(Box::new(report));
         }
     }
 
-    fn put(&mut self, input: Input) {
-        if self.inbox.len() < INPUTS {
-            self.inbox.push_back(input);
-        } else {
-            self.dropped += 1;
-        }
+    fn put(&mut self, question: Question, reply: Reply) {
+        self.inbox.ask(Asked::new(question, reply));
     }
 
     /// Goes on when there is something to do, and gives what leaves to `send`. Writing the journal takes `disk_ns`.
@@ -111,8 +109,13 @@ impl SteppedMediator {
             self.wakes_ns = now_ns + TICK_NS;
             // Its clock counts from its start.
             let own_ns = now_ns - self.started_ns;
-            let inputs = std::iter::from_fn(|| self.inbox.pop_front());
-            { self.management.turn(inputs, own_ns) }.map_err(Failure::failed)?;
+            let turned = if self.management.is_blocked() {
+                self.management.retry(own_ns)
+            } else {
+                let inputs = std::iter::from_fn(|| self.inbox.take_next());
+                self.management.turn(inputs, own_ns)
+            };
+            turned.map_err(Failure::failed)?;
             self.written_ns = Some((now_ns + disk_ns, own_ns));
         }
         if let Some((written_ns, own_ns)) = self.written_ns
@@ -145,7 +148,7 @@ impl SteppedMediator {
                 *status.lock().unwrap_or_else(PoisonError::into_inner) = Some(*told);
             }
         });
-        self.put(Input::Question(Question::Status, reply));
+        self.put(Question::Status, reply);
     }
 
     /// What an operator does with `mediator clear AREA --taken-away`.
@@ -162,7 +165,7 @@ impl SteppedMediator {
                 cleared.push(name);
             }
         });
-        self.put(Input::Question(question, reply));
+        self.put(question, reply);
     }
 
     /// Areas in which nobody is any more since an operator said so, each once.

@@ -37,6 +37,18 @@ fn a_fleet_goes_on_with_a_mediator_that_has_lost_its_journal() {
 }
 
 #[test]
+fn a_mediator_whose_disk_is_full_answers_nobody_and_goes_on_when_it_has_room() {
+    let fault = "at_s = 10.0; for_s = 8.0; what = \"full-disk\"";
+    let mut scenario = junction();
+    scenario.patience_s = 600.0;
+    let [with, without] = with_and_without(scenario, fault, 1);
+    assert!(with.passed() && without.passed(), "{with:?}");
+    assert_eq!(with.mediator.as_ref().expect("a mediator").starts, 1);
+    let faults = ["mediator-silent", "second-mediator"].map(|fault| raised(&with, fault));
+    assert_eq!(faults, [1, 0], "{with:?}");
+}
+
+#[test]
 fn a_mediator_without_its_journal_lets_nobody_in_before_it_has_heard_where_everybody_stands() {
     let mut scenario = crate::scenario("overtaking");
     scenario.patience_s = 600.0;

@@ -26,6 +26,8 @@ pub(crate) struct Claim {
     pub(crate) fence: u64,
     /// Place in the order of requests, 0 when none waits.
     pub(crate) ticket: u64,
+    /// Later requests that were granted while it waits.
+    pub(crate) passed: u32,
     /// When the request came, for `why`.
     pub(crate) asked_ns: u64,
     /// When it was last explained why it waits, and why; 0: never.
@@ -62,6 +64,7 @@ impl Claim {
             entered_at: protocol.entered_at,
             fence: 0,
             ticket: 0,
+            passed: 0,
             asked_ns: 0,
             why: (0, String::new()),
             complained: false,

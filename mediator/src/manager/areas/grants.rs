@@ -90,12 +90,14 @@ impl Areas {
         let fence = self.areas[area].fence + 1;
         let occupant = &mut self.robots[robot];
         let claim = occupant.claims.get_mut(area);
+        let ticket = claim.as_ref().map_or(0, |claim| claim.ticket);
         if !claim.is_some_and(|claim| claim.grant(&self.access, fence)) {
             return;
         }
         occupant.found_in.retain(|&other| other != area);
         self.areas[area].fence = fence;
         self.dequeue(area, robot);
+        self.pass(area, ticket);
         effects.counters.grants += 1;
         reservations.granted(robot, area, effects);
         self.store_fence(area, effects);

@@ -147,20 +147,36 @@ impl Areas {
     pub(super) fn draw_ticket(ticket: &mut u64, claim: &mut Claim, now_ns: u64) {
         *ticket += 1;
         claim.ticket = *ticket;
+        claim.passed = 0;
         claim.asked_ns = now_ns;
+    }
+
+    /// Where a robot with a ticket comes in the queue.
+    fn rank(&self, area: usize, robot: usize) -> (Reverse<u32>, u64) {
+        let claim = self.robots[robot].claim(area);
+        let (ticket, passed) = claim.map_or((u64::MAX, 0), |claim| (claim.ticket, claim.passed));
+        let name = &self.names.robots()[robot];
+        (Reverse(name.priority_after(passed)), ticket)
+    }
+
+    /// A request was granted; those that have waited for longer age.
+    pub(super) fn pass(&mut self, area: usize, granted: u64) {
+        let mut queue = std::mem::take(&mut self.areas[area].queue);
+        for &robot in &queue {
+            let claim = self.robots[robot].claims.get_mut(area);
+            if let Some(claim) = claim.filter(|claim| claim.ticket < granted) {
+                claim.passed = claim.passed.saturating_add(1);
+            }
+        }
+        queue.sort_by_key(|&robot| self.rank(area, robot));
+        self.areas[area].queue = queue;
     }
 
     /// Puts a robot with a ticket into the queue, by priority and then by ticket.
     pub(super) fn enqueue(&mut self, area: usize, robot: usize) {
-        let rank = |robot: usize| {
-            let ticket = self.robots[robot]
-                .claim(area)
-                .map_or(u64::MAX, |claim| claim.ticket);
-            (Reverse(self.names.robots()[robot].priority), ticket)
-        };
-        let own = rank(robot);
+        let own = self.rank(area, robot);
         let queue = &self.areas[area].queue;
-        let place = queue.partition_point(|&other| rank(other) <= own);
+        let place = queue.partition_point(|&other| self.rank(area, other) <= own);
         self.areas[area].queue.insert(place, robot);
         self.concern(area, robot);
         self.touch(area);

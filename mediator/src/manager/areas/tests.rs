@@ -60,6 +60,7 @@ impl Bench {
             id: id.into(),
             role: "normal".into(),
             priority,
+            ages_after: if priority == 0 { 2 } else { 0 },
             starts_in: Vec::new(),
         };
         let setup = Setup {
@@ -151,6 +152,21 @@ fn requests_are_served_by_priority_then_by_asking_with_growing_fences() {
     }
     assert_eq!(bench.holder(), None);
     assert_eq!(bench.nets.granted, [(2, 0), (1, 0), (0, 0)]);
+}
+
+#[test]
+fn a_request_that_others_pass_ages() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.ask(2);
+    assert_eq!(bench.areas.area(0).queue, [2, 0]);
+    // The first two tickets are theirs.
+    for (granted, queue) in [(1, [2, 0]), (3, [2, 0]), (4, [0, 2])] {
+        bench.areas.pass(0, granted);
+        assert_eq!(bench.areas.area(0).queue, queue, "{granted}");
+    }
+    bench.serve();
+    assert_eq!(bench.holder(), Some(0));
 }
 
 #[test]

@@ -40,7 +40,7 @@ impl Coordinations {
             self.end(plan, around);
             return;
         }
-        let mut changed = false;
+        let mut changed = self.exchange(plan, around);
         for _ in 0..STEPS {
             let Some(instance) = self.get_mut(plan) else {
                 return;
@@ -68,6 +68,48 @@ impl Coordinations {
         if self.get(plan).is_some_and(Instance::is_over) {
             self.end(plan, around);
         }
+    }
+
+    /// A role of protocol 1 whose robot wants nothing of the net goes to the one that has waited longest for it: nets serve whoever
+    /// comes, not those that were there first.
+    fn exchange(&mut self, plan: usize, around: &Surroundings<'_>) -> bool {
+        let Some(instance) = self.get(plan) else {
+            return false;
+        };
+        let Phase::Running { situation, .. } = instance.phase else {
+            return false;
+        };
+        let areas_of = |robot: usize| around.areas.robot(robot);
+        let mut takes: Vec<(usize, usize)> = Vec::new();
+        for (role, cast) in instance.plan.situations[situation].casts.iter().enumerate() {
+            let Some(open) = instance.open_areas(role) else {
+                continue;
+            };
+            let present = areas_of(instance.participants()[role].robot);
+            if { open.iter() }.any(|&area| present.occupies(area) || present.waits_for(area)) {
+                continue;
+            }
+            let asked_ns = |robot: usize| {
+                let claims = open.iter().filter_map(|&area| areas_of(robot).claim(area));
+                { claims.filter(|claim| claim.waits()) }
+                    .map(|claim| claim.asked_ns)
+                    .min()
+            };
+            let comes = { cast.robots.iter().copied() }
+                .filter(|&robot| {
+                    instance.role_of(robot).is_none() && around.sessions.is_heard(robot)
+                })
+                .filter(|&robot| takes.iter().all(|&(_, taken)| taken != robot))
+                .filter_map(|robot| Some((asked_ns(robot)?, robot)))
+                .min();
+            takes.extend(comes.map(|(_, robot)| (role, robot)));
+        }
+        for &(role, robot) in &takes {
+            if let Some(instance) = self.get_mut(plan) {
+                instance.exchange(role, robot);
+            }
+        }
+        !takes.is_empty()
     }
 
     /// A robot that is where the net has not let it in: the net does not know how things are.

@@ -25,7 +25,7 @@ impl Coordinations {
             let was_alarmed = std::mem::replace(&mut instance.alarmed, true);
             let runs = matches!(instance.phase, Phase::Running { .. });
             let preempt = instance.plan.preempt.as_ref();
-            let is_due = preempt.is_some_and(|preempt| runs && still_ns >= preempt.after_ns);
+            let is_due = preempt.is_some_and(|preempt| still_ns >= preempt.after_ns);
             if !was_alarmed && let Some(instance) = self.get(plan) {
                 around.effects.alarms.push(Alarm::Still {
                     coordination: self.name(plan),
@@ -33,7 +33,13 @@ impl Coordinations {
                     what: self.what_each_waits_for(instance),
                 });
             }
-            if is_due {
+            if is_due && !runs {
+                // Areas keep them apart, wherever they are.
+                around.effects.alarms.push(Alarm::LetGo {
+                    coordination: self.name(plan),
+                });
+                self.end(plan, around);
+            } else if is_due {
                 around.effects.alarms.push(Alarm::Preempted {
                     coordination: self.name(plan),
                 });

@@ -1,5 +1,6 @@
 //! Who speaks for one robot.
 
+use contract::client::LAST_NUMBER;
 use contract::timing::{DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 
 use crate::journal::RobotRecord;
@@ -172,6 +173,10 @@ impl Session {
     pub(crate) fn lives(&mut self, until_ns: u64, echo: u64) {
         self.alive_until_ns = until_ns;
         self.echo = echo;
+        // Somebody has spoken to it in the mediator's name, with a number that was not reached yet.
+        if echo < LAST_NUMBER {
+            self.sent = self.sent.max(echo);
+        }
     }
 
     /// The process that speaks for the robot lives until then at least, for all that is known.

@@ -23,6 +23,7 @@ fn sessions() -> (Sessions, Effects) {
         id: "amr-1".into(),
         role: "normal".into(),
         priority: 0,
+        ages_after: 0,
         starts_in: Vec::new(),
     };
     let setup = Setup {

@@ -71,6 +71,7 @@ impl Floor {
                     id: robot.id.clone(),
                     role: "normal".into(),
                     priority: random.below(3) as u32,
+                    ages_after: 0,
                     starts_in: vec![ids[robot.spot].clone()],
                 })
                 .collect(),

@@ -119,6 +119,15 @@ impl Program {
         }
     }
 
+    /// Resident memory of the running process.
+    pub fn rss_mib(&self) -> f64 {
+        let id = self.child.as_ref().map_or(0, Child::id);
+        let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+        let kib = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<f64>().ok());
+        kib.map_or(f64::NAN, |kib| kib / 1024.0)
+    }
+
     /// Processor time of the running process, by the kernel's clock ticks of 10 ms.
     pub fn cpu_time(&self) -> Duration {
         let id = self.child.as_ref().map_or(0, Child::id);

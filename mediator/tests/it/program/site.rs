@@ -39,7 +39,8 @@ impl Site {
         }
     }
 
-    fn text(&self) -> String {
+    /// The site file.
+    pub fn text(&self) -> String {
         let mut text = format!("name = \"{}\"\n{FLOOR}", self.name);
         let first = &self.areas[0].0;
         let mut transitions = String::new();

@@ -33,6 +33,8 @@ pub enum ScriptedKind {
     ClearAreas,
     /// The disk below the mediator's journal takes `by_s` for each write.
     SlowDisk,
+    /// The disk below the mediator's journal is full.
+    FullDisk,
     /// All threads of the robot stand still, or only `thread`, or its supervisor.
     Hang,
     /// Each wake-up of the robot's threads is late with a probability, by up to `by_s`.
@@ -134,8 +136,9 @@ impl ScriptedKind {
         Self::Stop,
     ];
 
-    /// Those that a fleet comes through besides: on each of them the robot stops and needs its operator.
-    pub const BORNE: [Self; 8] = [
+    /// Those that a fleet comes through besides: on each of them but a full disk the robot stops and needs its operator.
+    pub const BORNE: [Self; 9] = [
+        Self::FullDisk,
         Self::RebootRobot,
         Self::LowVoltage,
         Self::HotMotor,
@@ -218,7 +221,8 @@ impl ScriptedKind {
             | Self::RestoreJournal
             | Self::LoseJournal
             | Self::SecondMediator
-            | Self::ClearAreas => keys(None, false, false),
+            | Self::ClearAreas
+            | Self::FullDisk => keys(None, false, false),
             Self::SlowDisk => keys(None, false, true),
         }
     }
@@ -238,6 +242,7 @@ impl ScriptedKind {
                 | Self::SecondMediator
                 | Self::ClearAreas
                 | Self::SlowDisk
+                | Self::FullDisk
         )
     }
 

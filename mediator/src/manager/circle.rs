@@ -1,0 +1,147 @@
+//! Robots that wait for each other: each has an area that another one of them needs.
+//!
+//! `mediator check` proves of most sites that this cannot come; elsewhere, and after an operator's hand, it can. A robot goes on
+//! when it waits for nothing, or when some area that it waits for has room, or will have: one of those that fill it goes on. Where
+//! a net decides, or a silent robot blocks, something else is to be done, and is said elsewhere. Robots that do not go on by that
+//! rule wait for each other in circles.
+
+use super::alarm::Alarm;
+use super::areas::Areas;
+use super::coordinations::Coordinations;
+use super::names::Names;
+use super::sessions::Sessions;
+
+/// It is looked for this often,
+const PERIOD_NS: u64 = 1_000_000_000;
+/// and told when it has lasted for so long.
+const LASTS_NS: u64 = 5_000_000_000;
+
+/// A robot of a circle, the area that it waits for, and the next robot, which has that.
+type Wait = (usize, usize, usize);
+
+/// A circle that was found.
+#[derive(Debug, Default)]
+pub(crate) struct CircleWatch {
+    next_ns: u64,
+    found: Vec<Wait>,
+    since_ns: u64,
+    told: bool,
+}
+
+impl CircleWatch {
+    /// Looks for a circle, now and then; the alarm when one has lasted.
+    pub(crate) fn look(
+        &mut self,
+        names: &Names,
+        areas: &Areas,
+        sessions: &Sessions,
+        coordinations: &Coordinations,
+        now_ns: u64,
+    ) -> Option<Alarm> {
+        if now_ns < self.next_ns {
+            return None;
+        }
+        self.next_ns = now_ns.saturating_add(PERIOD_NS);
+        let stuck =
+            |robot: usize| sessions.is_heard(robot) && coordinations.control_of(robot).is_none();
+        let circle = find(areas, names.robots().len(), stuck);
+        if circle != self.found {
+            *self = Self {
+                found: circle,
+                since_ns: now_ns,
+                told: false,
+                ..*self
+            };
+        }
+        let lasts_ns = now_ns.saturating_sub(self.since_ns);
+        if self.found.is_empty() || self.told || lasts_ns < LASTS_NS {
+            return None;
+        }
+        self.told = true;
+        Some(self.alarm(names, areas))
+    }
+
+    fn alarm(&self, names: &Names, areas: &Areas) -> Alarm {
+        let waits = { self.found.iter() }.map(|&(robot, area, has)| {
+            let [robot, has] = [robot, has].map(|robot| names.robot_id(robot));
+            format!("{robot} for area {}, which {has} has", names.area_id(area))
+        });
+        // The least important one; of equals the one that has asked last.
+        let asked_ns = |&(robot, area, _): &Wait| {
+            areas
+                .robot(robot)
+                .claim(area)
+                .map_or(0, |claim| claim.asked_ns)
+        };
+        let backs_out = { self.found.iter() }.min_by_key(|wait| {
+            (
+                names.robots()[wait.0].priority,
+                std::cmp::Reverse(asked_ns(wait)),
+            )
+        });
+        let backs_out = backs_out.map_or(0, |&(robot, ..)| robot);
+        let wanted = { self.found.iter() }.find(|&&(.., has)| has == backs_out);
+        Alarm::Circle {
+            waits: waits.collect::<Vec<_>>().join("; "),
+            robot: names.robot_id(backs_out),
+            area: wanted.map_or_else(String::new, |&(_, area, _)| names.area_id(area)),
+        }
+    }
+}
+
+/// The first circle, from its smallest robot on; empty where all go on. Only robots that `may_wait` can wait for each other.
+fn find(areas: &Areas, robots: usize, may_wait: impl Fn(usize) -> bool) -> Vec<Wait> {
+    // By robot: what it waits for, and who fills that. Whoever has no entry goes on.
+    let mut waits: Vec<Vec<(usize, Vec<usize>)>> = vec![Vec::new(); robots];
+    for robot in (0..robots).filter(|&robot| may_wait(robot)) {
+        let full = areas.robot(robot).waits().map(|area| {
+            let others: Vec<usize> = areas
+                .occupants(area)
+                .filter(|&other| other != robot)
+                .collect();
+            (area, others)
+        });
+        let full: Vec<(usize, Vec<usize>)> = full.collect();
+        let capacity = |area: usize| areas.area(area).capacity as usize;
+        if full
+            .iter()
+            .all(|(area, others)| others.len() >= capacity(*area))
+        {
+            waits[robot] = full;
+        }
+    }
+    loop {
+        let goes_on: Vec<bool> = waits.iter().map(Vec::is_empty).collect();
+        let freed = (0..robots).find(|&robot| {
+            waits[robot]
+                .iter()
+                .any(|(_, others)| others.iter().any(|&other| goes_on[other]))
+        });
+        match freed {
+            Some(robot) => waits[robot].clear(),
+            None => break,
+        }
+    }
+    let Some(mut at) = waits.iter().position(|own| !own.is_empty()) else {
+        return Vec::new();
+    };
+    let mut way: Vec<Wait> = Vec::new();
+    loop {
+        if let Some(start) = way.iter().position(|&(robot, ..)| robot == at) {
+            let mut circle = way.split_off(start);
+            let least = { circle.iter().enumerate() }.min_by_key(|(_, wait)| wait.0);
+            let least = least.map_or(0, |(place, _)| place);
+            circle.rotate_left(least);
+            return circle;
+        }
+        // Nobody that is left waits only for those who go on.
+        let next = waits[at]
+            .first()
+            .and_then(|(area, others)| Some((*area, *others.first()?)));
+        let Some((area, other)) = next else {
+            return Vec::new();
+        };
+        way.push((at, area, other));
+        at = other;
+    }
+}

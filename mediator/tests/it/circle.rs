@@ -1,0 +1,134 @@
+//! Robots that wait for each other.
+
+use std::time::Duration;
+
+use contract::client::{Client, Situation};
+use contract::floor::Floor;
+use contract::timing::SILENT_AFTER_NS;
+use mediator::journal::Stored;
+use mediator::manager::Manager;
+use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+const AREAS: [&str; 3] = ["a", "b", "c"];
+const STEP_NS: u64 = 200_000_000;
+
+/// Three areas for one, with robots of these priorities.
+fn setup(priorities: [u32; 3], capacity: u32) -> Setup {
+    let robots = (1..).zip(priorities).map(|(number, priority)| RobotSetup {
+        id: format!("amr-{number}"),
+        role: "normal".to_owned(),
+        priority,
+        ages_after: 0,
+        starts_in: Vec::new(),
+    });
+    let area = |id: &str| AreaSetup {
+        id: id.to_owned(),
+        capacity,
+    };
+    Setup {
+        site: "hall".to_owned(),
+        areas: AREAS.map(area).to_vec(),
+        robots: robots.collect(),
+        floor: Floor::default(),
+        silent_after: Duration::from_nanos(SILENT_AFTER_NS),
+    }
+}
+
+struct Bench {
+    manager: Manager,
+    robots: Vec<Client>,
+    /// What each wants besides where it stands.
+    wants: [Option<&'static str>; 3],
+    /// Whether it stands in its area.
+    stands: [bool; 3],
+    now_ns: u64,
+}
+
+impl Bench {
+    fn new(setup: &Setup) -> Self {
+        let stored = Stored {
+            journal: 1,
+            ..Stored::default()
+        };
+        let manager = Manager::new(setup, &stored, 0).expect("valid");
+        let robots = { setup.robots.iter() }.map(|robot| Client::new(&robot.id, "hall", 7));
+        Self {
+            manager: manager.speaks_as(5),
+            robots: robots.collect(),
+            wants: [None; 3],
+            stands: [true; 3],
+            now_ns: 0,
+        }
+    }
+
+    /// Lets time pass; gives the alarms about circles.
+    fn pass(&mut self, seconds: u64) -> Vec<String> {
+        let mut alarms = Vec::new();
+        for _ in 0..seconds * 5 {
+            self.now_ns += STEP_NS;
+            for (number, client) in self.robots.iter_mut().enumerate() {
+                let here = Some(AREAS[number]).filter(|_| self.stands[number]);
+                let wanted = [here, self.wants[number]].into_iter().flatten();
+                let situation = Situation {
+                    located: true,
+                    stands_in: here.map(str::to_owned).into_iter().collect(),
+                    wanted: wanted.map(str::to_owned).collect(),
+                    ..Situation::default()
+                };
+                client.step(situation, self.now_ns, SILENT_AFTER_NS);
+                self.manager.report(&client.report(), self.now_ns);
+            }
+            self.manager.tick(self.now_ns);
+            while let Some(message) = self.manager.next_message(self.now_ns) {
+                for client in &mut self.robots {
+                    client.receive(&message, self.now_ns);
+                }
+            }
+            let told = self.manager.alarms().map(|alarm| alarm.to_string());
+            alarms.extend(told.filter(|line| line.contains("wait for each other")));
+        }
+        alarms
+    }
+}
+
+#[test]
+fn a_circle_is_told_once_with_who_is_to_back_out_of_what() {
+    let mut bench = Bench::new(&setup([1, 0, 1], 1));
+    assert!(bench.pass(3).is_empty());
+    bench.wants = [Some("b"), Some("c"), Some("a")];
+    assert!(bench.pass(4).is_empty(), "it may be over soon");
+    let alarms = bench.pass(20);
+    assert_eq!(alarms.len(), 1, "{alarms:?}");
+    let expected = [
+        "amr-1 for area b, which amr-2 has; amr-2 for area c, which amr-3 has; amr-3 for area a, which amr-1 has",
+        "pause `amr-2`, drive it out of area b",
+    ];
+    assert!(
+        expected.iter().all(|part| alarms[0].contains(part)),
+        "{alarms:?}"
+    );
+    // It does: the others go on.
+    bench.stands[1] = false;
+    assert!(bench.pass(20).is_empty());
+    assert!(bench.robots[0].holds("b"));
+}
+
+#[test]
+fn a_line_of_robots_and_areas_with_room_are_no_circle() {
+    let mut line = Bench::new(&setup([0; 3], 1));
+    line.wants = [Some("b"), Some("c"), None];
+    assert!(line.pass(20).is_empty());
+    let mut room = Bench::new(&setup([0; 3], 2));
+    room.wants = [Some("b"), Some("c"), Some("a")];
+    assert!(room.pass(20).is_empty());
+}
+
+/// The two that wait for each other are told, not the one that waits for them.
+#[test]
+fn who_waits_for_a_circle_is_not_of_it() {
+    let mut bench = Bench::new(&setup([0; 3], 1));
+    bench.wants = [Some("b"), Some("c"), Some("b")];
+    let alarms = bench.pass(20);
+    assert_eq!(alarms.len(), 1, "{alarms:?}");
+    assert!(!alarms[0].contains("amr-1"), "{alarms:?}");
+}

@@ -1,0 +1,224 @@
+//! Somebody sends nonsense, and much of it: honest robots notice nothing, and neither memory nor log grow.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use contract::client::{Client, Received, Situation};
+use contract::floor::Floor;
+use contract::wire::{MediatorReport, RobotReport};
+use contract::{Message, VERSION, decode, keys};
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+
+use crate::program::{Program, Site, session};
+use crate::random::Random;
+
+const PREFIX: &str = "fleet";
+const SILENT_NS: u64 = 1_000_000_000;
+const REPORT: Duration = Duration::from_millis(200);
+/// How long each kind of nonsense goes on.
+const LASTS: Duration = Duration::from_millis(1500);
+const HUGE: usize = 100 << 20;
+
+fn site() -> Site {
+    Site {
+        name: "rooms".into(),
+        areas: (0..3).map(|room| (format!("room-{room}"), 1)).collect(),
+        robots: (0..2)
+            .map(|robot| (format!("amr-{robot}"), "normal", robot))
+            .collect(),
+        events: Vec::new(),
+        more: String::new(),
+        nets: Vec::new(),
+    }
+}
+
+/// Robots that stand, and report as they must.
+struct Honest {
+    session: zenoh::Session,
+    inbox: Receiver<MediatorReport>,
+    robots: Vec<(Client, Instant)>,
+    begun: Instant,
+    longest: Duration,
+}
+
+impl Honest {
+    fn new(session: zenoh::Session, site: &Site) -> Self {
+        let (news, inbox) = channel();
+        session
+            .declare_subscriber(keys::to_all_robots(PREFIX).expect("a plain name"))
+            .callback(move |sample| {
+                // Refusals of others' robots, too.
+                if let Ok(message) = decode(&sample.payload().to_bytes()) {
+                    let _ = news.send(message);
+                }
+            })
+            .background()
+            .wait()
+            .expect("it subscribes");
+        let robots = { site.robots.iter().zip(1..) }
+            .map(|((id, ..), boot)| (Client::new(id, &site.name, boot), Instant::now()))
+            .collect();
+        Self {
+            session,
+            inbox,
+            robots,
+            begun: Instant::now(),
+            longest: Duration::ZERO,
+        }
+    }
+
+    /// Reports, and hears, until it is told to end.
+    fn run(&mut self, end: &AtomicBool) {
+        while !end.load(Ordering::Relaxed) {
+            for room in 0..self.robots.len() {
+                self.report(room);
+            }
+            let next = Instant::now() + REPORT;
+            let left = || next.saturating_duration_since(Instant::now());
+            while let Ok(message) = self.inbox.recv_timeout(left()) {
+                self.hear(&message);
+            }
+        }
+    }
+
+    fn report(&mut self, room: usize) {
+        let now_ns = self.begun.elapsed().as_nanos() as u64;
+        let (client, heard) = &mut self.robots[room];
+        let here = vec![format!("room-{room}")];
+        let situation = Situation {
+            located: true,
+            stands_in: here.clone(),
+            wanted: here,
+            ..Situation::default()
+        };
+        client.step(situation, now_ns, SILENT_NS);
+        let report = client.report();
+        self.longest = self.longest.max(heard.elapsed());
+        let key = keys::report(PREFIX, &report.robot_id).expect("a plain name");
+        self.session
+            .put(key, report.encode_to_vec())
+            .wait()
+            .expect("it sends");
+    }
+
+    fn hear(&mut self, message: &MediatorReport) {
+        let now_ns = self.begun.elapsed().as_nanos() as u64;
+        for (client, heard) in &mut self.robots {
+            match client.receive(message, now_ns) {
+                Received::News | Received::Registered => {
+                    self.longest = self.longest.max(heard.elapsed());
+                    *heard = Instant::now();
+                }
+                // It learns the floor.
+                Received::Refused if !message.floor.is_empty() => {
+                    *client = client.clone().on(Floor::said(&message.floor));
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+fn send(session: &zenoh::Session, robot: &str, bytes: Vec<u8>) {
+    let key = keys::report(PREFIX, robot).expect("a plain name");
+    let put = session
+        .put(key, bytes)
+        .congestion_control(CongestionControl::Drop);
+    put.wait().expect("the session is open");
+}
+
+/// Calls `nonsense` with growing numbers for a while, some thousand times a second.
+fn flood(mut nonsense: impl FnMut(u64)) -> u64 {
+    let (begun, mut number) = (Instant::now(), 0);
+    while begun.elapsed() < LASTS {
+        for _ in 0..10 {
+            number += 1;
+            nonsense(number);
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    number
+}
+
+#[test]
+fn honest_robots_notice_nothing_of_nonsense() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let site = site();
+    let (honest, honest_at) = session(&[]);
+    let (other, other_at) = session(&[]);
+    let mut program = Program::new(folder.path(), &site, vec![honest_at, other_at]);
+    program.start();
+    program.wait_ready(Duration::from_secs(60));
+    let mut honest = Honest::new(honest, &site);
+    let end = AtomicBool::new(false);
+    std::thread::scope(|threads| {
+        let robots = threads.spawn(|| {
+            honest.run(&end);
+            honest
+        });
+        std::thread::sleep(Duration::from_secs(3));
+        let before_mib = program.rss_mib();
+        let mut random = Random::new(1);
+        let mut sent = flood(|_| {
+            let bytes = (0..64).map(|_| random.next() as u8).collect();
+            send(&other, "amr-0", bytes);
+        });
+        sent += flood(|number| {
+            let robot_id = format!("stranger-{number}");
+            let report = RobotReport {
+                robot_id: robot_id.clone(),
+                site: "rooms".into(),
+                boot_epoch: number,
+                sequence: 1,
+                ..RobotReport::default()
+            };
+            send(&other, &robot_id, report.encode_to_vec());
+        });
+        sent += flood(|number| {
+            let report = RobotReport {
+                robot_id: "amr-1".into(),
+                site: "rooms".into(),
+                boot_epoch: 1000 + number,
+                sequence: 1,
+                version: Some(VERSION.into()),
+                ..RobotReport::default()
+            };
+            send(&other, "amr-1", report.encode_to_vec());
+        });
+        assert!(sent > 2_000, "{sent}");
+        let key = keys::report(PREFIX, "amr-0").expect("a plain name");
+        let huge = other
+            .put(key, vec![0; HUGE])
+            .congestion_control(CongestionControl::Block);
+        huge.wait().expect("the session is open");
+        std::thread::sleep(Duration::from_secs(1));
+        let grown_mib = program.rss_mib() - before_mib;
+        end.store(true, Ordering::Relaxed);
+        let honest = robots.join().expect("it ran");
+        let log = program.log();
+        for (client, _) in &honest.robots {
+            assert!(client.is_registered(), "{}; {log}", client.refusal());
+        }
+        // They report at 5 Hz, and a second without an answer is silence.
+        assert!(
+            honest.longest < Duration::from_secs(1),
+            "{:?}; {log}",
+            honest.longest
+        );
+        assert!(grown_mib < 48.0, "{grown_mib} MiB");
+        assert!(
+            log.len() < 20_000,
+            "{} bytes of log, as {}",
+            log.len(),
+            &log[..4_000]
+        );
+        assert!(log.contains("are no reports, and ignored"), "{log}");
+        println!(
+            "longest {:?}, {grown_mib:.1} MiB, {} bytes of log, {sent} sent",
+            honest.longest,
+            log.len()
+        );
+    });
+}
