@@ -9,6 +9,7 @@ use clap::{Args, Parser, Subcommand};
 
 use onboard::cli::Failure;
 
+use crate::campaign::faults::Times;
 use crate::commands::{self, Many, Request};
 use crate::scenario::{Changes, LONGEST_DRIVEN_H};
 use crate::{devices, map};
@@ -142,6 +143,9 @@ struct CampaignArgs {
     /// Each pair of kinds of faults once, besides (of `faults`)
     #[arg(long)]
     pairs: bool,
+    /// Only these kinds of faults, as their rows are called (of `faults`)
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    only: Vec<String>,
     /// Make all runs, also those that an interrupted campaign has left in the folder (with --stepped)
     #[arg(long, requires = "stepped")]
     fresh: bool,
@@ -230,16 +234,23 @@ impl TrialArgs {
 
 impl CampaignArgs {
     fn run(self) -> Result<(), Failure> {
-        let pairs = self.pairs;
+        let times = Times {
+            runs: self.runs,
+            pairs: self.pairs,
+            only: self.only.clone(),
+        };
         let of_faults = self.scenario == Path::new(FAULTS);
-        match (of_faults, pairs, self.faults) {
-            (false, true, _) => Err(Failure::refused("--pairs is for `rig campaign faults`")),
+        let kinds = times.pairs || !times.only.is_empty();
+        match (of_faults, kinds, self.faults) {
+            (false, true, _) => Err(Failure::refused(
+                "--pairs and --only are for `rig campaign faults`",
+            )),
             (true, _, true) => Err(Failure::refused(
                 "found --faults, expected none: `rig campaign faults` says itself what goes wrong",
             )),
             (true, _, false) => {
                 let scenario = FAULTS_IN.into();
-                commands::fault_campaign(&Self { scenario, ..self }.request(), pairs)
+                commands::fault_campaign(&Self { scenario, ..self }.request(), &times)
             }
             (false, false, _) => commands::campaign(&self.request()),
         }

@@ -205,17 +205,15 @@ fn processes(
     processes::campaign(scenario, &setup, asked_to_end)
 }
 
-/// Each kind of fault `runs` times while robots of the scenario drive, and each pair of kinds once where `pairs` are wanted.
+/// Each kind of fault some times while robots of the scenario drive, and each pair of kinds once where they are wanted.
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a run was unsafe or did not come to its goals.
-pub fn fault_campaign(request: &Request, pairs: bool) -> Result<(), Failure> {
+pub fn fault_campaign(request: &Request, times: &Times) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
     let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join("campaign/faults"));
     let setup = setup(request, &out);
-    let runs = request.many.runs;
-    let times = Times { runs, pairs };
     faults::faults(
         &scenario,
         &plans(&scenario, request)?,

@@ -187,16 +187,17 @@ fn what_is_to_go_wrong_is_refused_by_name() {
         let said = fault(written);
         assert!(said.contains(expected), "{said}");
     }
-    let said = refused(&[
-        "campaign",
-        "overtaking",
-        "--stepped",
-        "--runs",
-        "1",
-        "--pairs",
-    ]);
+    let campaign = |scenario: &str, kinds: &[&str]| {
+        refused(&[&["campaign", scenario, "--stepped", "--runs", "1"], kinds].concat())
+    };
+    let said = campaign("overtaking", &["--pairs"]);
     assert!(
-        said.contains("--pairs is for `rig campaign faults`"),
+        said.contains("--pairs and --only are for `rig campaign faults`"),
+        "{said}"
+    );
+    let said = campaign("faults", &["--only", "slip,slide"]);
+    assert!(
+        said.contains("found `slide`, expected some of: lose, repeat"),
         "{said}"
     );
 }

@@ -19,12 +19,30 @@ use crate::summary::Summary;
 const MOST_PRINTED: usize = 4;
 
 /// How often.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Times {
     /// Each kind.
     pub runs: usize,
     /// Each pair of kinds once, besides.
     pub pairs: bool,
+    /// Only these kinds; all if there are none.
+    pub only: Vec<String>,
+}
+
+impl Times {
+    /// The kinds that are wanted.
+    fn cases(&self, scenario: &Scenario) -> Result<Vec<Case>, Failure> {
+        let mut cases = Case::all(scenario);
+        let names: Vec<String> = cases.iter().map(Case::to_string).collect();
+        if let Some(unknown) = { self.only.iter() }.find(|name| !names.contains(name)) {
+            return Err(Failure::refused(format_args!(
+                "--only: found `{unknown}`, expected some of: {}",
+                names.join(", ")
+            )));
+        }
+        cases.retain(|case| self.only.is_empty() || self.only.contains(&case.to_string()));
+        Ok(cases)
+    }
 }
 
 /// `faults.json`.
@@ -71,7 +89,7 @@ pub fn faults(
     scenario: &Scenario,
     plans: &Plans,
     setup: &Setup<'_>,
-    times: Times,
+    times: &Times,
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
     let moments = MomentsOfSeeds::default();
@@ -82,7 +100,7 @@ pub fn faults(
         setup,
         asked_to_end,
     };
-    let cases = Case::all(scenario);
+    let cases = times.cases(scenario)?;
     onboard::say!(
         "{:<24} {:>5} {:>7} {:>5}   raised, in how many runs",
         "fault",

@@ -2,7 +2,7 @@
 //! room ahead, and lets it go on.
 
 use description::geometry::{Pose2, Twist2};
-use onboard::process::ctl::{FreeBehind, Request, Teleop};
+use onboard::process::ctl::{Request, Teleop};
 use onboard::symbols::faults::{Fault, FaultTable, Resumes};
 use sim::world::{Pose, STANDING_M_S, World};
 
@@ -64,14 +64,10 @@ impl DrivingOut {
         let Some(motion) = best(world, number, from) else {
             return;
         };
-        let way_m = world.free_behind_m(number, LOOK_M);
         self.times += 1;
         self.until_ns = Some(now_ns + LASTS_NS);
         robot.desk().ask(Teleop::default());
         robot.ask(Request::Teleop(Teleop::default()));
-        if way_m > 0.0 {
-            robot.ask(Request::FreeBehind(FreeBehind { way_m }));
-        }
         robot.desk().want(motion.v_m_s, motion.omega_rad_s);
     }
 }

@@ -112,3 +112,15 @@ fn a_robot_that_finds_no_way_is_driven_out_by_hand_and_goes_on() {
     assert!(summary.passed(), "{summary:?}");
     assert_eq!(summary.robots[0].driven_out, 1, "{:?}", summary.robots[0]);
 }
+
+/// Its mediator's journal is from before the coordination was over: robots that are past it all are let go at once.
+#[test]
+fn a_coordination_that_an_older_journal_brings_back_holds_nobody() {
+    let restored = ScriptedFault {
+        robot: None,
+        ..fault(59.88, 8.046, ScriptedKind::RestoreJournal, "")
+    };
+    let summary = run("overtaking", 79, &[restored]);
+    assert!(summary.passed(), "{summary:?}");
+    assert!(summary.duration_s < 120.0, "{}", summary.duration_s);
+}
