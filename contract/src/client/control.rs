@@ -36,6 +36,9 @@ pub(super) struct Control {
     orders: VecDeque<Order>,
     /// Areas of this run's orders.
     areas: Vec<String>,
+    /// Those of them that the robot has left again before it has answered their order: it may have been wrong about where it is,
+    /// and have to enter them once more.
+    left: Vec<String>,
 }
 
 impl Control {
@@ -61,6 +64,7 @@ impl Control {
                 .collect(),
             orders: VecDeque::new(),
             areas: Vec::new(),
+            left: Vec::new(),
         };
         if registers {
             control.repeat(&protocol);
@@ -145,7 +149,7 @@ impl Control {
             return news;
         }
         while let Some(flag) = self.next_flag(|said| said.on_output.is_empty()) {
-            if self.replica.set(flag).is_err() {
+            if !self.answer(flag) {
                 break;
             }
             news = true;
@@ -156,7 +160,34 @@ impl Control {
     /// The machine has fired an output.
     pub(super) fn output(&mut self, output: &str) -> bool {
         let flag = self.next_flag(|said| !output.is_empty() && said.on_output == output);
-        flag.is_some_and(|flag| self.replica.set(flag).is_ok())
+        flag.is_some_and(|flag| self.answer(flag))
+    }
+
+    /// Sets a flag of the robot's: what it has left is done with.
+    fn answer(&mut self, flag: FlagId) -> bool {
+        let is_set = self.replica.set(flag).is_ok();
+        if is_set {
+            let left = std::mem::take(&mut self.left);
+            self.areas.retain(|area| !left.contains(area));
+        }
+        is_set
+    }
+
+    /// The last order of an area was not answered.
+    fn is_on_the_way(&self, area: &str) -> bool {
+        let protocol = self.replica.protocol();
+        let mut on_the_way = false;
+        for (flag, _) in protocol.set_flags(self.replica.position()) {
+            let orders = |said: &wire::ControlFlag| {
+                { said.instruction.iter() }.any(|own| own.areas.iter().any(|own| own == area))
+            };
+            if protocol.owner(flag) == Some(self.robot) {
+                on_the_way = false;
+            } else if self.flags.get(flag.index()).is_some_and(orders) {
+                on_the_way = true;
+            }
+        }
+        on_the_way
     }
 
     fn next_flag(&self, fits: impl Fn(&wire::ControlFlag) -> bool) -> Option<FlagId> {
@@ -180,9 +211,13 @@ impl Control {
         &self.areas
     }
 
-    /// The robot has left an area again.
+    /// The robot has left an area again: it is not asked for any more, unless its order still waits for an answer.
     pub(super) fn left(&mut self, area: &str) {
-        self.areas.retain(|other| other != area);
+        if !self.is_on_the_way(area) {
+            self.areas.retain(|other| other != area);
+        } else if !{ self.left.iter() }.any(|other| other == area) {
+            self.left.push(area.to_owned());
+        }
     }
 
     /// The flags set so far, for people.

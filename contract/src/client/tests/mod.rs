@@ -159,6 +159,40 @@ fn an_acquired_robot_follows_orders_and_asks_for_nothing_else() {
     assert_eq!(client.counters().let_go, 0);
 }
 
+/// It may have been wrong about where it is.
+#[test]
+fn an_ordered_area_is_kept_until_the_order_is_answered() {
+    let mut client = registered();
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    for (sequence, progress) in [(2, 1), (3, 3)] {
+        let mut told = message(sequence);
+        told.access = vec![grant("1", 2, 1)];
+        told.control = Some(control(0, progress));
+        client.receive(&told, 0);
+        while client.next_order().is_some() {}
+        client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    }
+    let mut told = message(4);
+    told.access = vec![grant("5", 2, 4)];
+    told.control = Some(control(0, 3));
+    client.receive(&told, 0);
+    let run = |client: &Client| {
+        let access = client.clone().report().access;
+        let level = access
+            .iter()
+            .find(|own| own.area == "5")
+            .and_then(|own| own.level);
+        level.map(|level| level.progress)
+    };
+    for (stands_in, expected) in [(&["1"][..], 2), (&["1", "5"], 3), (&["1"], 3), (&["1"], 3)] {
+        client.step(situation(stands_in, &["1"], &[]), 0, SECOND_NS);
+        assert_eq!(run(&client), Some(expected), "{stands_in:?}");
+    }
+    assert!(client.output("parked"));
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    assert_eq!(run(&client), Some(4), "it has left it");
+}
+
 #[test]
 fn the_mediator_chooses_the_path() {
     let mut client = registered();
