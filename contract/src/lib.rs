@@ -57,6 +57,8 @@ pub mod keys;
 pub mod level;
 #[cfg(feature = "network")]
 pub mod network;
+#[cfg(test)]
+mod page;
 pub mod protocols;
 pub mod timing;
 mod version;

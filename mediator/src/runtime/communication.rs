@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::folder::Folder;
 use super::inbox::Inbox;
-use super::management::Asked;
+use super::input::Asked;
 use super::question::{Answer, Question};
 use super::shared::Shared;
 use contract::network::{LONGEST_MESSAGE, NetworkSettings};

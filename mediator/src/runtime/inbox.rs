@@ -3,7 +3,7 @@
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::management::{Asked, Input};
+use super::input::{Asked, Input};
 use super::waiting::Waiting;
 use contract::wire::RobotReport;
 

@@ -1,68 +1,22 @@
 //! The area management activity: reports in, journal, messages out; its step, which is handed the time, and its thread.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, PoisonError};
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::inbox::Inbox;
+use super::input::{Input, Reply};
 use super::question::{Answer, Question};
 use super::repeats::Repeats;
 use super::shared::Shared;
 use crate::journal::{Entry, Store, StoreError};
 use crate::manager::Manager;
-use contract::wire::{MediatorReport, RobotReport};
+use contract::wire::MediatorReport;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::mpsc::error::TrySendError;
 
 /// Time passes for the manager at least this often.
 pub const TICK_NS: u64 = 20_000_000;
-/// Where the answer to a question goes.
-pub type Reply = Box<dyn FnOnce(Answer) + Send>;
-
-/// What management takes in.
-pub enum Input {
-    /// A robot's report.
-    Report(Box<RobotReport>),
-    /// A question of an operator.
-    Question(Asked),
-}
-
-/// A question, and where its answer goes. Whoever has asked may give it up: then it is not carried out any more.
-pub struct Asked {
-    question: Question,
-    reply: Reply,
-    taken: Arc<AtomicBool>,
-}
-
-impl Asked {
-    /// A question.
-    #[must_use]
-    pub fn new(question: Question, reply: Reply) -> Self {
-        Self {
-            question,
-            reply,
-            taken: Arc::default(),
-        }
-    }
-
-    /// By which it is given up.
-    #[must_use]
-    pub fn ticket(&self) -> Ticket {
-        Ticket(Arc::clone(&self.taken))
-    }
-}
-
-/// Of a question that waits.
-pub struct Ticket(Arc<AtomicBool>);
-
-impl Ticket {
-    /// Gives the question up. Returns whether it is not carried out: else it is, and is answered soon.
-    #[must_use]
-    pub fn give_up(&self) -> bool {
-        !self.0.swap(true, Ordering::AcqRel)
-    }
-}
-
 /// A journal that the disk does not take is tried again after this time.
 const RETRY_NS: u64 = 1_000_000_000;
 /// That it still does not is said again after this time.
@@ -121,9 +75,9 @@ impl Management {
             match input {
                 Input::Report(report) => self.manager.report(&report, now_ns),
                 Input::Question(asked) => {
-                    if !asked.taken.swap(true, Ordering::AcqRel) {
-                        let answer = self.reply_to(asked.question, now_ns);
-                        self.answers.push((asked.reply, answer));
+                    if let Some((question, reply)) = asked.take() {
+                        let answer = self.reply_to(question, now_ns);
+                        self.answers.push((reply, answer));
                     }
                 }
             }

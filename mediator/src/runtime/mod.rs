@@ -8,6 +8,7 @@
 mod communication;
 mod folder;
 mod inbox;
+mod input;
 mod management;
 mod question;
 mod repeats;
@@ -17,7 +18,8 @@ mod waiting;
 
 pub use communication::{Settings, report_in};
 pub use folder::Folder;
-pub use management::{Asked, Input, Management, Reply, TICK_NS};
+pub use input::{Asked, Input, Reply, Ticket};
+pub use management::{Management, TICK_NS};
 pub use question::{Answer, Question, ask};
 pub use shared::Shared;
 pub use threads::{OUTPUTS, Runtime};

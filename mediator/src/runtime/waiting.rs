@@ -7,7 +7,7 @@ use std::collections::{HashMap, VecDeque};
 
 use contract::wire::RobotReport;
 
-use super::management::{Asked, Input};
+use super::input::{Asked, Input};
 
 /// Processes of one robot that may wait at a time: one, and those that should not be there. The oldest report gives way.
 const PROCESSES: usize = 4;
