@@ -32,6 +32,7 @@
 //!         id: "amr-1".into(),
 //!         role: "normal".into(),
 //!         priority: 0,
+//!         ages_after: 0,
 //!         starts_in: Vec::new(),
 //!     }],
 //!     floor: Floor::default(),
