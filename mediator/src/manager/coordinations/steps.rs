@@ -89,18 +89,19 @@ impl Coordinations {
             if { open.iter() }.any(|&area| present.occupies(area) || present.waits_for(area)) {
                 continue;
             }
-            let asked_ns = |robot: usize| {
-                let claims = open.iter().filter_map(|&area| areas_of(robot).claim(area));
-                { claims.filter(|claim| claim.waits()) }
-                    .map(|claim| claim.asked_ns)
-                    .min()
-            };
-            let comes = { cast.robots.iter().copied() }
-                .filter(|&robot| {
-                    instance.role_of(robot).is_none() && around.sessions.is_heard(robot)
+            // Those who wait are few, however many robots may play the role.
+            let waiting = open.iter().flat_map(|&area| {
+                let queue = around.areas.area(area).queue.iter();
+                queue.map(move |&robot| (areas_of(robot).claim(area), robot))
+            });
+            let comes = waiting
+                .filter_map(|(claim, robot)| Some((claim?.asked_ns, robot)))
+                .filter(|&(_, robot)| {
+                    instance.role_of(robot).is_none()
+                        && takes.iter().all(|&(_, taken)| taken != robot)
+                        && around.sessions.is_heard(robot)
+                        && cast.robots.contains(&robot)
                 })
-                .filter(|&robot| takes.iter().all(|&(_, taken)| taken != robot))
-                .filter_map(|robot| Some((asked_ns(robot)?, robot)))
                 .min();
             takes.extend(comes.map(|(_, robot)| (role, robot)));
         }
