@@ -2,9 +2,10 @@
 //!
 //! From when a robot's commands are invalid, at speed v0, it must be slower than v0 − a·(t − 50 ms), with a tenth of tolerance,
 //! until the fault is over; a is what its file promises: the deceleration of stops, or that without power where nothing can
-//! brake. Faults at the same time get into each other's way: then the latest of their stops counts, and the weakest brake.
+//! brake. Faults at the same time get into each other's way: then the latest of their stops counts, and the weakest brake. One that is
+//! paused may be driven by hand, and stops again when it is let go.
 
-use crate::scenario::{Player, ScriptedFault, Stopping};
+use crate::scenario::{Player, ScriptedFault, ScriptedKind, Stopping};
 
 /// From when commands are invalid until the robot brakes.
 const REACTION_S: f64 = 0.05;
@@ -48,7 +49,8 @@ impl Braking {
             .filter(|fault| fault.robot.as_ref() == Some(&player.id))
             .map(|fault| (fault, fault.stopping(&player.config)))
             .collect();
-        let stop = |(fault, stopping): &(&ScriptedFault, Stopping)| {
+        let by_hand = |fault: &&ScriptedFault| fault.what == ScriptedKind::Teleop;
+        let stops = |(fault, stopping): &(&ScriptedFault, Stopping)| {
             let mut from_s = fault.at_s + stopping.after_s?;
             let mut deceleration_m_s2 = stopping.deceleration_m_s2;
             for (other, theirs) in &own {
@@ -64,16 +66,26 @@ impl Braking {
                     from_s += theirs.delays_s;
                 }
             }
-            (from_s < fault.until_s()).then(|| Stop {
+            let stop = |from_s, until_s| Stop {
                 fault: fault.what.name(),
                 from_s,
-                until_s: fault.until_s(),
+                until_s,
                 deceleration_m_s2,
                 speed_m_s: None,
-            })
+            };
+            let mut stops = Vec::new();
+            if fault.what == ScriptedKind::Pause {
+                for hands in own.iter().map(|(other, _)| *other).filter(by_hand) {
+                    stops.push(stop(from_s, hands.at_s));
+                    from_s = from_s.max(hands.until_s() + stopping.after_s?);
+                }
+            }
+            stops.push(stop(from_s, fault.until_s()));
+            stops.retain(|stop| stop.from_s < stop.until_s);
+            Some(stops)
         };
         Self {
-            stops: own.iter().filter_map(stop).collect(),
+            stops: own.iter().filter_map(stops).flatten().collect(),
             speed_m_s: 0.0,
         }
     }
@@ -164,6 +176,14 @@ mod tests {
         for (faults, expected) in all {
             assert_eq!(windows(&braking(&faults)), expected, "{faults:?}");
         }
+        let pause = "at_s = 10.0, for_s = 5.0, what = \"pause\", robot = \"amr-1\"";
+        let hands =
+            "at_s = 11.0, for_s = 1.0, what = \"teleop\", robot = \"amr-1\", motion = [0.1, 0.0]";
+        assert_eq!(
+            windows(&braking(&[pause, hands])),
+            [(10.15, 11.0, 1.0), (12.15, 15.0, 1.0)],
+            "one that is paused may be driven by hand"
+        );
         let other = UNPLUG.replace("amr-1", "amr-2");
         assert_eq!(windows(&braking(&[&other])), []);
     }

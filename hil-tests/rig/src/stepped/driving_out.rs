@@ -33,7 +33,12 @@ pub(super) struct DrivingOut {
 }
 
 impl DrivingOut {
-    /// Looks after a robot with these faults, the number `number` of the world.
+    /// Whether the robot is in hands.
+    pub(super) fn lasts(&self) -> bool {
+        self.until_ns.is_some()
+    }
+
+    /// Looks after a robot with these faults, the number `number` of the world. Returns whether it is let go, to go on.
     pub(super) fn look(
         &mut self,
         robot: &mut SteppedRobot,
@@ -41,34 +46,36 @@ impl DrivingOut {
         world: &World,
         number: usize,
         now_ns: u64,
-    ) {
+    ) -> bool {
         if let Some(until_ns) = self.until_ns {
-            if now_ns >= until_ns {
+            let over = now_ns >= until_ns;
+            if over {
                 self.until_ns = None;
-                robot.send_on();
+                robot.let_go();
             }
-            return;
+            return over;
         }
         let blocked = faults.state(Fault::NoFreeTube);
         let waited = blocked.active != 0 && now_ns.saturating_sub(blocked.since_ns) >= AFTER_NS;
         let mut active = faults.active();
         let latched = active.any(|fault| fault.resumes() == Resumes::Operator);
         if !waited || latched || self.times == TIMES {
-            return;
+            return false;
         }
         let truth = world.truth(number);
         let Some(truth) = truth.filter(|truth| truth.twist.v_m_s.abs() < STANDING_M_S) else {
-            return;
+            return false;
         };
         let from = Pose2::new(truth.pose.x_m, truth.pose.y_m, truth.pose.theta_rad);
         let Some(motion) = best(world, number, from) else {
-            return;
+            return false;
         };
         self.times += 1;
         self.until_ns = Some(now_ns + LASTS_NS);
         robot.desk().ask(Teleop::default());
         robot.ask(Request::Teleop(Teleop::default()));
         robot.desk().want(motion.v_m_s, motion.omega_rad_s);
+        false
     }
 }
 

@@ -18,6 +18,7 @@ use super::mediator::SteppedMediator;
 use super::network::{Message, MessageKind, Network};
 use super::plans::Plans;
 use super::robot::SteppedRobot;
+use super::sending_on::SendingOn;
 use super::start::{Fleet, Start};
 use super::trace::Trace;
 use crate::folder::Folder;
@@ -94,6 +95,8 @@ pub(super) struct Member {
     pub(super) caretaker: Caretaker,
     /// The operator who drives it by hand.
     pub(super) driving_out: DrivingOut,
+    /// The operator who sends it on.
+    pub(super) sending_on: SendingOn,
     pub(super) faults: FaultTable,
     /// What its symbols said when it was stopped.
     pub(super) symbols: Json,
@@ -143,6 +146,7 @@ impl<'a> Stepped<'a> {
                     checkpoints: Checkpoints::default(),
                     caretaker: Caretaker::default(),
                     driving_out: DrivingOut::default(),
+                    sending_on: SendingOn::default(),
                     faults: FaultTable::default(),
                     symbols: Json::Null,
                     allowed: Vec::new(),

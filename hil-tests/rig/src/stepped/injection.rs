@@ -11,6 +11,7 @@ use super::disk::Disk;
 use super::faults::Change;
 use super::fleet::{Member, Stepped};
 use super::mediator::SteppedMediator;
+use super::robot::SteppedRobot;
 use crate::scenario::ScriptedKind;
 use crate::stand_ins::caretaker::{Blame, Care, words};
 
@@ -100,8 +101,10 @@ impl Stepped<'_> {
                 });
             }
             (ScriptedKind::Pause, Some(number)) => {
-                let end = again.then_some(Request::Resume);
-                self.ask(number, if begins { Some(Request::Pause) } else { end });
+                self.ask(number, begins.then_some(Request::Pause));
+                if again {
+                    self.robots[number].sending_on.want();
+                }
             }
             (ScriptedKind::Stop, Some(number)) => {
                 let end = again.then_some(Request::Reset);
@@ -116,8 +119,11 @@ impl Stepped<'_> {
                 }
             }
             (ScriptedKind::Teleop, Some(number)) => {
-                let ends = { self.robots[number].robot.iter_mut() }.filter(|_| again);
-                ends.for_each(|robot| robot.send_on());
+                if again {
+                    let member = &mut self.robots[number];
+                    (member.robot.iter_mut()).for_each(SteppedRobot::let_go);
+                    member.sending_on.want();
+                }
             }
             (_, Some(number)) => self.disturb_devices(change, number, now_ns),
             _ => {}
@@ -273,7 +279,16 @@ impl Stepped<'_> {
             let member = &mut self.robots[number];
             if over && let Some(robot) = &mut member.robot {
                 let world = self.world.lock();
-                (member.driving_out).look(robot, &faults, &world, number, now_ns);
+                if (member.driving_out).look(robot, &faults, &world, number, now_ns) {
+                    member.sending_on.want();
+                }
+            }
+            let held = [ScriptedKind::Pause, ScriptedKind::Teleop]
+                .into_iter()
+                .any(|what| self.faults.lasts(what, Some(number)));
+            let held = held || member.driving_out.lasts();
+            if let Some(robot) = &mut member.robot {
+                (member.sending_on).look(robot, &faults, held, now_ns);
             }
         }
     }

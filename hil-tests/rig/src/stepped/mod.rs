@@ -33,6 +33,7 @@ mod mediator;
 mod network;
 mod plans;
 mod robot;
+mod sending_on;
 mod start;
 mod thread;
 mod trace;

@@ -343,20 +343,18 @@ impl SteppedRobot {
         &mut self.desk
     }
 
-    /// Who drives it by hand leaves, and an operator sends it on.
-    pub fn send_on(&mut self) {
+    /// Who drives it by hand leaves.
+    pub fn let_go(&mut self) {
         let now_ns = self.stepped_ns + self.ahead_ns as u64;
         self.desk.leave(now_ns);
-        // The supervisor hears of it first: it serves requests after it has looked at the desk.
-        self.ask(Request::Resume);
     }
 
-    /// What operators were refused; not resets that left faults: those were carried out, and are asked for again.
+    /// What operators were refused; not what they ask for again: resets that left faults, and to go on in spite of one.
     #[must_use]
     pub fn refused(&self) -> Vec<String> {
         let replies = self.replies().into_iter();
         { replies.filter_map(|(name, reply)| Some((name, reply.err()?))) }
-            .filter(|(_, why)| !matches!(why, Refusal::Remaining(_)))
+            .filter(|(_, why)| !matches!(why, Refusal::Remaining(_) | Refusal::StoppedByFault))
             .map(|(name, why)| format!("{name}: {why}"))
             .collect()
     }

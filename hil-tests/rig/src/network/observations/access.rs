@@ -71,6 +71,8 @@ pub(super) struct Deeds {
 struct AccessRun {
     run: u32,
     progress: u32,
+    /// Of the newest grant, of this run or an earlier one.
+    fence: u64,
     /// In the lists of all.
     owning: Option<usize>,
     waiting: Option<usize>,
@@ -115,14 +117,17 @@ impl Accesses {
         let mut deeds = Deeds::default();
         let key = (robot.to_owned(), area.to_owned());
         let run = self.runs.entry(key).or_default();
-        if (level.run, level.progress) <= (run.run, run.progress) {
+        // Robots that are registered anew may count their runs from the first again; fences only grow.
+        let counts_anew = fence > run.fence && (level.run < run.run || run.progress >= GRANTED);
+        if !counts_anew && (level.run, level.progress) <= (run.run, run.progress) {
             return deeds;
         }
-        if level.run > run.run {
+        if counts_anew || level.run > run.run {
             // The run before has ended unheard, or the mediator gave it up.
             deeds.moved |= close(&mut self.ownings, &mut self.waitings, run, at_ns);
             *run = AccessRun {
                 run: level.run,
+                fence: run.fence,
                 ..AccessRun::default()
             };
         }
@@ -138,6 +143,7 @@ impl Accesses {
             });
             deeds.requested = true;
         }
+        run.fence = run.fence.max(fence);
         if reaches(GRANTED) {
             let waiting = run.waiting.and_then(|index| self.waitings.get_mut(index));
             let requested_ns = waiting.map(|waiting| {

@@ -84,6 +84,26 @@ fn a_run_is_written_down_whatever_is_repeated_or_late() {
 }
 
 #[test]
+fn a_robot_that_is_registered_anew_counts_its_runs_from_the_first_again() {
+    let mut observations = observations();
+    observations.answer(&hears("a", "2", level(0, 0, 2), 1, ""), 12 * MS);
+    observations.report(&says("a", "2", level(0, 0, 4), 1), 30 * MS);
+    observations.answer(&hears("a", "2", level(1, 0, 0), 0, ""), 31 * MS);
+    // An older message.
+    observations.answer(&hears("a", "2", level(0, 0, 2), 1, ""), 32 * MS);
+    observations.answer(&hears("a", "2", level(0, 0, 2), 4, ""), 40 * MS);
+    observations.report(&says("a", "2", level(0, 0, 3), 4), 50 * MS);
+    observations.report(&says("a", "2", level(0, 0, 4), 4), 60 * MS);
+    let had: Vec<_> = { observations.ownings().iter() }
+        .map(|own| (own.fence, own.granted_ns, own.released_ns))
+        .collect();
+    assert_eq!(
+        had,
+        [(1, 12 * MS, Some(30 * MS)), (4, 40 * MS, Some(60 * MS))]
+    );
+}
+
+#[test]
 fn a_grant_that_is_given_back_was_never_entered() {
     let mut observations = observations();
     observations.report(&says("a", "2", level(1, 0, 1), 0), 1);
