@@ -34,6 +34,9 @@ enum Command {
         files: Files,
         #[command(flatten)]
         runtime: RuntimeArgs,
+        /// Folder on disk, for what outlives the computer's being switched off [default: that of --runtime if given, else $XDG_STATE_HOME/onboard, or ~/.local/state/onboard]
+        #[arg(long, value_name = "DIR", env = "ONBOARD_STATE_DIR")]
+        state: Option<PathBuf>,
     },
     /// List every symbol and thread of a running robot
     Inspect {
@@ -81,9 +84,12 @@ struct RuntimeArgs {
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let result = match Cli::parse_from(arguments).command {
         Command::Check(files) => check::check(&files),
-        Command::Run { files, runtime } => {
-            Runtime::new(runtime.folder).and_then(|runtime| run::run(&files, &runtime))
-        }
+        Command::Run {
+            files,
+            runtime,
+            state,
+        } => Runtime::new(runtime.folder)
+            .and_then(|runtime| run::run(&files, &runtime.lasting_in(state))),
         Command::Inspect {
             robot,
             watch,

@@ -122,6 +122,9 @@ impl Checkpoint {
             let age_s = age_ns as f64 / SECOND_NS as f64;
             return Err(Unusable::Old { age_s });
         }
+        if self.navigator.uncertain != 0 {
+            return Err(Unusable::Lost);
+        }
         Ok(())
     }
 

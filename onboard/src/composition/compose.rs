@@ -27,7 +27,7 @@ use crate::activities::scans::ScanIntake;
 use crate::composition::checkpoint::{Checkpoint, Unusable};
 use crate::composition::plan::{Plan, PlanError, ns_from_ms};
 use crate::composition::replacement::ReloadEnds;
-use crate::fleet::{Setup, Start};
+use crate::fleet::{Began, Setup, Start};
 use crate::realtime::clock::{Clock, Monotonic, now_ns};
 use crate::realtime::log::LogSender;
 use crate::realtime::wake::Wake;
@@ -65,7 +65,7 @@ pub fn compose(
     plan: &Plan,
     wiring: Wiring,
     mut ports: Vec<(ActivityKind, Port)>,
-    (reload, left): (ReloadEnds, Option<&Checkpoint>),
+    (reload, left, began): (ReloadEnds, Option<&Checkpoint>, Began),
     boot_epoch: u64,
     log: &LogSender,
 ) -> Result<Composed, PlanError> {
@@ -74,8 +74,8 @@ pub fn compose(
     let navigator = &beginning.navigator;
     let machine = navigator.machine().clone();
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
-    let goes_on = beginning.left.is_some();
-    let membership = membership(plan, navigator, (boot_epoch, goes_on), &alarm);
+    let began = beginning.began(began);
+    let membership = membership(plan, navigator, (boot_epoch, began), &alarm);
     let (navigation_end, membership) = membership.unzip();
     let mut activities = compose_chain(
         plan,
@@ -147,19 +147,25 @@ impl<'a> Beginning<'a> {
             left: used,
         })
     }
+
+    /// Where it begins: what is used of a checkpoint counts more than what is known without.
+    #[must_use]
+    pub fn began(&self, without: Began) -> Began {
+        self.left.map_or(without, |_| Began::GoesOn)
+    }
 }
 
 /// The queues between navigation and communication: navigation's end, and what communication needs. `None` where nobody
-/// manages the areas. `goes_on`: navigation is where the process before has left it.
+/// manages the areas.
 #[must_use]
 pub fn membership(
     plan: &Plan,
     navigator: &Navigator,
-    (boot_epoch, goes_on): (u64, bool),
+    (boot_epoch, began): (u64, Began),
     alarm: &Alarm,
 ) -> Option<(NavigationEnd, MembershipSetup)> {
     let setup = Setup {
-        goes_on,
+        began,
         ..plan.fleet_setup(navigator, boot_epoch)?
     };
     let (navigation_end, link) = fleet_link::link(alarm.wake.clone());

@@ -5,17 +5,16 @@ use std::collections::VecDeque;
 use contract::client::{Client, Received, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS};
 use contract::wire::{MediatorReport, RobotReport, TakeUp};
-use coordination::fsm::StateId;
 use description::areas::AreaIndex;
-use description::geometry::Pose2;
 use skills::borders::AreaSet;
 use skills::navigator::Instructed;
 
 use super::floor::{Floor, Touch};
 use super::needs::Needs;
 use super::orders::{Directive, Orders};
+use super::origin::Resume;
 use super::sense::{Sense, Troubles};
-use super::setup::{Setup, Start};
+use super::setup::{Began, Setup, Start};
 use crate::symbols::values::{FleetState, Line};
 
 /// What is known of where the robot was before its process started.
@@ -120,34 +119,16 @@ impl Member {
         }
     }
 
-    /// A restarted robot resumes where the mediator last knew it, unless it knows better.
+    /// A restarted robot resumes where it ended, if the mediator knew it there.
     fn go_on_from(&mut self, take_up: Option<&TakeUp>) {
-        let take_up = take_up.filter(|_| !self.setup.goes_on);
-        let Some(TakeUp { pose, fsm_state }) = take_up else {
-            self.origin = Origin::Known;
-            return;
-        };
-        let state = { self.setup.states.iter() }
-            .position(|state| state.name == *fsm_state)
-            .and_then(|state| u16::try_from(state).ok());
-        let pose = pose.as_ref().filter(|pose| Pose2::from(*pose).is_finite());
-        match (pose, state) {
-            (Some(pose), Some(state)) => {
-                self.complain(format!(
-                    "resuming where the robot was before it restarted: ({:.2} m, {:.2} m, {:.2} rad), state `{fsm_state}`",
-                    pose.x_m, pose.y_m, pose.theta_rad
-                ));
-                self.relocate(Start {
-                    pose: pose.into(),
-                    std_m: pose.std_x_m.max(pose.std_y_m),
-                    std_rad: pose.std_theta_rad,
-                    state: StateId(state),
-                });
+        match self.setup.began.resume(take_up, &self.setup.states) {
+            Resume::Here => self.origin = Origin::Known,
+            Resume::There { start, why } => {
+                self.complain(why);
+                self.relocate(start);
             }
-            _ => {
-                self.complain(format!(
-                    "the robot was in state `{fsm_state}` before it restarted, and nobody knows where; say where it stands with `onboard ctl place`"
-                ));
+            Resume::Nowhere { why } => {
+                self.complaints.extend(why);
                 self.origin = Origin::Lost;
             }
         }
@@ -325,7 +306,8 @@ impl Member {
             refused: refused && !restarts,
             doubled: self.client.is_identity_doubled(),
             second_mediator: self.client.has_second_mediator(now_ns),
-            lost: self.origin == Origin::Lost,
+            // One that began so has said it.
+            lost: self.origin == Origin::Lost && self.setup.began != Began::Lost,
         }
     }
 

@@ -19,8 +19,8 @@ pub struct Setup {
     pub site: String,
     /// Tells this start of the process from others.
     pub boot_epoch: u64,
-    /// Navigation goes on from what the process before has left. That is newer than what the mediator knows.
-    pub goes_on: bool,
+    /// What the process before has left.
+    pub began: Began,
     /// Areas, in the order of the map.
     pub areas: Vec<AreaPlace>,
     /// The same as the mediator must know them.
@@ -39,6 +39,20 @@ pub struct Setup {
     pub request_ahead_m: f64,
     /// A mediator that was not heard for longer is silent.
     pub silent_after_ns: u64,
+}
+
+/// Where a process begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Began {
+    /// Navigation goes on from what the process before has left. That is newer than what the mediator knows.
+    GoesOn,
+    /// At the robot's start; or where the process before has ended as it was asked to, if the mediator knew it there, too.
+    Afresh {
+        /// There, in `map`.
+        ended: Option<Pose2>,
+    },
+    /// Nobody knows where: an operator will say.
+    Lost,
 }
 
 impl Setup {

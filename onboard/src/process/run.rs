@@ -78,7 +78,7 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
             .next()
             .unwrap_or_default()
     ));
-    let mut store = CheckpointFile::of(runtime, &plan.robot.identity.id);
+    let mut store = CheckpointFile::of(runtime, &plan.robot.identity.id)?;
     let left = Left::take(&mut store, &plan, &log, now_ns())?;
     let store = Background::of(store).map_err(Failure::refused)?;
     let keeper = Keeper::new(Box::new(store), &plan, &left);
@@ -104,7 +104,7 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     drop(server);
     robot.clear_desk();
     if matches!(ending, Ok(Ending::Asked)) {
-        robot.supervisor.forget();
+        robot.supervisor.arrive();
     }
     match ending {
         Ok(Ending::Asked) => Ok(()),
@@ -162,7 +162,7 @@ impl Robot {
             &plan,
             wiring,
             ports,
-            (reload_ends, left.place.as_deref()),
+            (reload_ends, left.place.as_deref(), left.began()),
             boot_epoch,
             log,
         )

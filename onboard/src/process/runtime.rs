@@ -1,4 +1,5 @@
-//! The folder in which running robots leave their names: control sockets and the root of their shared memory.
+//! The folder in which running robots leave their names: control sockets and the root of their shared memory. And the one on
+//! disk, for what outlives the machine's being switched off.
 
 use std::fs;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
@@ -12,38 +13,51 @@ use crate::composition::failure::Failure;
 #[derive(Clone, Debug)]
 pub struct Runtime {
     folder: PathBuf,
+    lasting: PathBuf,
 }
 
 impl Runtime {
-    /// The folder given, else `$XDG_RUNTIME_DIR/onboard`, else `/tmp/onboard-UID`; made when it is missing.
+    /// The folder given, else `$XDG_RUNTIME_DIR/onboard`, else `/tmp/onboard-UID`; made when it is missing. And one on disk: the
+    /// same if it was given, else `$XDG_STATE_HOME/onboard`, else `~/.local/state/onboard`, else the same.
     ///
     /// # Errors
     /// [`Failure::Refused`] when it cannot be made or belongs to another user.
     pub fn new(folder: Option<PathBuf>) -> Result<Self, Failure> {
         let uid = rustix::process::geteuid().as_raw();
-        let folder = folder.unwrap_or_else(|| match std::env::var_os("XDG_RUNTIME_DIR") {
-            Some(base) => Path::new(&base).join("onboard"),
-            None => PathBuf::from(format!("/tmp/onboard-{uid}")),
-        });
-        let cannot = |error: std::io::Error| {
-            Failure::refused(format_args!(
-                "runtime folder {} cannot be made: {error}",
-                folder.display()
-            ))
-        };
-        fs::DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(&folder)
-            .map_err(cannot)?;
-        let owner = fs::metadata(&folder).map_err(cannot)?.uid();
-        if owner != uid {
-            return Err(Failure::refused(format_args!(
-                "runtime folder {} belongs to user {owner}, expected {uid}; choose another with --runtime",
-                folder.display()
-            )));
+        let variable = |name| std::env::var_os(name).map(PathBuf::from);
+        let (folder, lasting) = folder.map_or_else(
+            || {
+                let folder = match variable("XDG_RUNTIME_DIR") {
+                    Some(base) => base.join("onboard"),
+                    None => PathBuf::from(format!("/tmp/onboard-{uid}")),
+                };
+                let lasting = variable("XDG_STATE_HOME")
+                    .or_else(|| Some(variable("HOME")?.join(".local/state")))
+                    .map_or(folder.clone(), |base| base.join("onboard"));
+                (folder, lasting)
+            },
+            |given| (given.clone(), given),
+        );
+        private_folder(&folder, "runtime", uid)?;
+        Ok(Self { folder, lasting })
+    }
+
+    /// With this folder on disk instead, if there is one.
+    #[must_use]
+    pub fn lasting_in(self, folder: Option<PathBuf>) -> Self {
+        Self {
+            lasting: folder.unwrap_or(self.lasting),
+            ..self
         }
-        Ok(Self { folder })
+    }
+
+    /// The folder for what outlives the machine's being switched off; made when it is missing.
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when it cannot be made or belongs to another user.
+    pub fn lasting(&self) -> Result<&Path, Failure> {
+        private_folder(&self.lasting, "state", rustix::process::geteuid().as_raw())?;
+        Ok(&self.lasting)
     }
 
     /// The folder.
@@ -118,4 +132,27 @@ impl Runtime {
             ))),
         }
     }
+}
+
+/// Makes a folder that is nobody else's.
+fn private_folder(folder: &Path, name: &str, uid: u32) -> Result<(), Failure> {
+    let cannot = |error: std::io::Error| {
+        Failure::refused(format_args!(
+            "{name} folder {} cannot be made: {error}",
+            folder.display()
+        ))
+    };
+    fs::DirBuilder::new()
+        .recursive(true)
+        .mode(0o700)
+        .create(folder)
+        .map_err(cannot)?;
+    let owner = fs::metadata(folder).map_err(cannot)?.uid();
+    if owner != uid {
+        return Err(Failure::refused(format_args!(
+            "{name} folder {} belongs to user {owner}, expected {uid}; choose another with --{name}",
+            folder.display()
+        )));
+    }
+    Ok(())
 }

@@ -178,10 +178,10 @@ mod tests {
         }
         let pause = "at_s = 10.0, for_s = 5.0, what = \"pause\", robot = \"amr-1\"";
         let hands =
-            "at_s = 11.0, for_s = 1.0, what = \"teleop\", robot = \"amr-1\", motion = [0.1, 0.0]";
+            "at_s = 11.0, for_s = 1.0, what = \"teleop\", robot = \"amr-1\", motion = [0.1,0.0]";
         assert_eq!(
             windows(&braking(&[pause, hands])),
-            [(10.15, 11.0, 1.0), (12.15, 15.0, 1.0)],
+            [(10.15, 11.0, 0.8), (12.15, 15.0, 0.8)],
             "one that is paused may be driven by hand"
         );
         let other = UNPLUG.replace("amr-1", "amr-2");

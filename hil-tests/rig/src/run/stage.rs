@@ -208,7 +208,7 @@ impl Stage {
                 Care::None => {}
                 Care::Reset => {
                     let world = self.world.lock().snapshot();
-                    for word in words(&faults, &world, number) {
+                    for word in words(&faults, &world, number, None) {
                         // One that does not answer is asked again later.
                         let _ = ctl::send(&self.runtime, Some(member.id()), &word);
                     }

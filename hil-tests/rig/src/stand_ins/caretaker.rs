@@ -68,9 +68,15 @@ pub enum Care {
     GiveUp(Fault),
 }
 
-/// What an operator says to a robot with these faults when resetting it, standing beside it.
+/// What an operator says to a robot with these faults when resetting it, standing beside it. `was_in` is the state of its
+/// machine, as it was heard last before the robot lost its memory.
 #[must_use]
-pub fn words(faults: &FaultTable, world: &World, robot: usize) -> Vec<Request> {
+pub fn words(
+    faults: &FaultTable,
+    world: &World,
+    robot: usize,
+    was_in: Option<&str>,
+) -> Vec<Request> {
     let is_any = |kinds: &[Fault]| kinds.iter().any(|&kind| faults.state(kind).active != 0);
     let truth = world.truth(robot);
     let lost = is_any(&[Fault::PoseUncertain, Fault::PlaceUnknown]);
@@ -87,7 +93,9 @@ pub fn words(faults: &FaultTable, world: &World, robot: usize) -> Vec<Request> {
             .map(|exact| (exact * PARTS).round() / PARTS);
         Request::Place(Place {
             at: Spot::Pose(Pose2::new(x_m, y_m, theta_rad)),
-            state: None,
+            state: was_in
+                .filter(|_| is_any(&[Fault::PlaceUnknown]))
+                .map(str::to_owned),
         })
     });
     let way_m = if lost || is_any(&ASK_BEHIND) {

@@ -3,28 +3,55 @@
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use onboard::process::checkpoints::CheckpointStore;
+use description::geometry::Pose2;
+use onboard::process::checkpoints::{CheckpointStore, Inheritance, Journey};
 
-/// The newest checkpoint of one robot; clones share it.
+/// The newest checkpoint of one robot, and the note on its disk; clones share them.
 #[derive(Clone, Debug, Default)]
-pub struct Checkpoints(Arc<Mutex<Vec<u8>>>);
+pub struct Checkpoints(Arc<Mutex<Kept>>);
+
+#[derive(Debug, Default)]
+struct Kept {
+    bytes: Vec<u8>,
+    journey: Journey,
+}
 
 impl Checkpoints {
-    fn bytes(&self) -> MutexGuard<'_, Vec<u8>> {
+    fn kept(&self) -> MutexGuard<'_, Kept> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The robot's computer starts anew: only what is on disk remains.
+    pub(super) fn lose_memory(&self) {
+        self.kept().bytes.clear();
     }
 }
 
 impl CheckpointStore for Checkpoints {
     fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let mut own = self.bytes();
-        own.clear();
-        own.extend_from_slice(bytes);
+        let mut own = self.kept();
+        own.bytes.clear();
+        own.bytes.extend_from_slice(bytes);
+        own.journey = Journey::UnderWay;
         Ok(())
     }
 
+    fn arrive(&mut self, at: Option<Pose2>) -> io::Result<()> {
+        *self.kept() = Kept {
+            bytes: Vec::new(),
+            journey: at.map_or(Journey::None, Journey::Ended),
+        };
+        Ok(())
+    }
+}
+
+impl Inheritance for Checkpoints {
+    fn journey(&mut self) -> io::Result<Journey> {
+        Ok(self.kept().journey)
+    }
+
     fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
-        let bytes = std::mem::take(&mut *self.bytes());
+        let bytes = std::mem::take(&mut self.kept().bytes);
         Ok(Some(bytes).filter(|bytes| !bytes.is_empty()))
     }
 }

@@ -91,6 +91,8 @@ pub(super) struct Member {
     pub(super) ahead_ns: f64,
     /// What its processes leave for the next.
     pub(super) checkpoints: Checkpoints,
+    /// State of its machine when its process was killed, as people remember it.
+    pub(super) was_in: Option<String>,
     /// The operator who resets it.
     pub(super) caretaker: Caretaker,
     /// The operator who drives it by hand.
@@ -144,6 +146,7 @@ impl<'a> Stepped<'a> {
                     killed: false,
                     ahead_ns: 0.0,
                     checkpoints: Checkpoints::default(),
+                    was_in: None,
                     caretaker: Caretaker::default(),
                     driving_out: DrivingOut::default(),
                     sending_on: SendingOn::default(),

@@ -2,11 +2,10 @@
 
 use onboard::cli::Failure;
 use onboard::process::ctl::{Request, Teleop};
-use onboard::symbols::faults::FaultTable;
+use onboard::symbols::faults::{Fault, FaultTable};
 use sim::lidar::Disturbance;
 use sim::world::{Obstacle, Pose, Shape};
 
-use super::checkpoints::Checkpoints;
 use super::disk::Disk;
 use super::faults::Change;
 use super::fleet::{Member, Stepped};
@@ -43,8 +42,15 @@ impl Stepped<'_> {
             (ScriptedKind::KillRobot | ScriptedKind::RebootRobot, Some(number)) => {
                 let member = &mut self.robots[number];
                 if begins {
+                    let said = self.observations.said(&member.id);
+                    let said = said.filter(|said| !said.state.fsm_state.is_empty());
+                    if let Some(said) = said
+                        && member.faults.state(Fault::PlaceUnknown).active == 0
+                    {
+                        member.was_in = Some(said.state.fsm_state.clone());
+                    }
                     if what == ScriptedKind::RebootRobot {
-                        member.checkpoints = Checkpoints::default();
+                        member.checkpoints.lose_memory();
                     }
                     member.devices.hang_up();
                     let killed = member.robot.take();
@@ -118,12 +124,10 @@ impl Stepped<'_> {
                     robot.desk().want(forward_m_s, turn_rad_s);
                 }
             }
-            (ScriptedKind::Teleop, Some(number)) => {
-                if again {
-                    let member = &mut self.robots[number];
-                    (member.robot.iter_mut()).for_each(SteppedRobot::let_go);
-                    member.sending_on.want();
-                }
+            (ScriptedKind::Teleop, Some(number)) if again => {
+                let member = &mut self.robots[number];
+                (member.robot.iter_mut()).for_each(SteppedRobot::let_go);
+                member.sending_on.want();
             }
             (_, Some(number)) => self.disturb_devices(change, number, now_ns),
             _ => {}
@@ -269,7 +273,8 @@ impl Stepped<'_> {
             match member.caretaker.look(&faults, now_ns, on_purpose, blame) {
                 Care::None => {}
                 Care::Reset => {
-                    let words = words(&faults, &self.world.lock(), number);
+                    let was_in = self.robots[number].was_in.clone();
+                    let words = words(&faults, &self.world.lock(), number, was_in.as_deref());
                     for word in words {
                         self.ask(number, Some(word));
                     }

@@ -128,14 +128,15 @@ impl SteppedRobot {
         let (mut ports, mut handles) = ports(wiring.states);
         let symbols = wiring.symbols;
         let left = Left::take(&mut checkpoints, plan, &log, now_ns)?;
+        let began = left.began();
         let keeper = Keeper::new(Box::new(checkpoints), plan, &left);
         let beginning = Beginning::of(plan, left.place.as_deref(), &log);
         let beginning = beginning.map_err(Failure::refused)?;
-        let (navigator, goes_on) = (&beginning.navigator, beginning.left.is_some());
+        let (navigator, began) = (&beginning.navigator, beginning.began(began));
         let machine = navigator.machine().clone();
         let (navigation_end, membership, open_session, leave) = match fleet {
             Fleet::Network(open_session) => {
-                let own = membership(plan, navigator, (boot_epoch, goes_on), &alarm);
+                let own = membership(plan, navigator, (boot_epoch, began), &alarm);
                 let (navigation, own) = own.unzip();
                 let ends = (symbols.communication, symbols.communication_fleet);
                 (navigation, own, Some((open_session, ends)), None)

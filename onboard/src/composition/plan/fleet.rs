@@ -9,7 +9,7 @@ use skills::navigator::Navigator;
 use skills::schedule::Schedule;
 
 use super::contents::Plan;
-use crate::fleet::{AreaPlace, Setup, StatePlan};
+use crate::fleet::{AreaPlace, Began, Setup, StatePlan};
 
 impl Plan {
     /// The robot's side of the mediator, for the navigator of this plan; `None` where nobody manages the areas.
@@ -28,7 +28,7 @@ impl Plan {
             robot_id: self.robot.identity.id.clone(),
             site: self.site.name.clone(),
             boot_epoch,
-            goes_on: false,
+            began: Began::Afresh { ended: None },
             areas: areas.collect(),
             floor: Floor::of(&self.site.areas),
             states: machine

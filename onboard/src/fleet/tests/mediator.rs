@@ -109,9 +109,10 @@ fn an_uncertain_pose_gives_nothing_back() {
     assert!(!scene.member.report(scene.now_ns).located);
 }
 
-#[test]
-fn a_restarted_robot_goes_on_where_the_mediator_knows_it() {
+/// The mediator knows a restarted robot at x = 6 m, in state `search-2`.
+fn restarted(began: Began) -> Scene {
     let mut scene = Scene::new(&["1"]);
+    scene.member = Member::new(Setup { began, ..setup() }, 0);
     scene.mediator.take_up = Some(TakeUp {
         pose: Some(wire::Pose {
             x_m: 6.0,
@@ -124,11 +125,19 @@ fn a_restarted_robot_goes_on_where_the_mediator_knows_it() {
     scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
     assert!(!scene.member.report(scene.now_ns).located);
     assert!(scene.allowed().is_empty());
+    scene
+}
+
+#[test]
+fn a_restarted_robot_goes_on_where_it_ended_if_the_mediator_knows_it_there() {
+    let mut scene = restarted(Began::Afresh {
+        ended: Some(Pose2::new(6.1, -0.5, 0.1)),
+    });
     let directives = scene.directives();
     let [Directive::Relocate(start)] = directives.as_slice() else {
         panic!("{directives:?}");
     };
-    assert_eq!((start.pose.x_m, start.state), (6.0, StateId(1)));
+    assert_eq!((start.pose.x_m, start.state), (6.1, StateId(1)));
     scene.member.relocated();
     scene.mediator.free.insert("2".into());
     scene.be("search-2", at(6.0, -0.5, 0.0, 0.1));
@@ -136,10 +145,46 @@ fn a_restarted_robot_goes_on_where_the_mediator_knows_it() {
 }
 
 #[test]
+fn a_robot_that_ended_unheard_or_nobody_knows_where_waits_for_an_operator() {
+    let elsewhere = [
+        Some(Pose2::new(6.5, -0.5, 0.0)),
+        Some(Pose2::new(6.0, -0.5, 0.5)),
+        None,
+    ];
+    let began = elsewhere.map(|ended| Began::Afresh { ended });
+    for began in began.into_iter().chain([Began::Lost]) {
+        let mut scene = restarted(began);
+        assert!(scene.directives().is_empty(), "{began:?}");
+        let said = scene.member.troubles(scene.now_ns).lost;
+        assert_eq!(said, began != Began::Lost, "the supervisor has");
+        assert!(scene.allowed().is_empty(), "{began:?}");
+        scene.member.relocated();
+        scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+        assert_eq!(scene.allowed(), [0]);
+    }
+}
+
+#[test]
+fn a_lost_robot_that_the_mediator_does_not_know_either_is_not_at_its_start() {
+    let mut scene = Scene::new(&["1"]);
+    let lost = Setup {
+        began: Began::Lost,
+        ..setup()
+    };
+    scene.member = Member::new(lost, 0);
+    scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+    assert!(scene.allowed().is_empty());
+    assert!(!scene.member.report(scene.now_ns).located);
+    scene.member.relocated();
+    scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+    assert_eq!(scene.allowed(), [0]);
+}
+
+#[test]
 fn a_robot_that_knows_where_it_was_goes_on_from_there() {
     let mut scene = Scene::new(&["1"]);
     let knows = Setup {
-        goes_on: true,
+        began: Began::GoesOn,
         ..setup()
     };
     scene.member = Member::new(knows, 0);

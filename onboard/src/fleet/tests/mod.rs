@@ -57,7 +57,7 @@ pub(super) fn setup() -> Setup {
         robot_id: "amr-1".into(),
         site: "corridor".into(),
         boot_epoch: 7,
-        goes_on: false,
+        began: Began::Afresh { ended: None },
         areas: vec![
             area("1", rect((1.5, -0.9), (5.5, 0.0))),
             area("2", rect((5.5, -0.9), (8.5, 0.0))),

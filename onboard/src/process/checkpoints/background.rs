@@ -5,6 +5,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
+use description::geometry::Pose2;
+
 use super::CheckpointStore;
 
 /// How long the last one may take to be kept when the program ends.
@@ -100,8 +102,8 @@ impl<S: CheckpointStore + 'static> CheckpointStore for Background<S> {
         slot.failed.take().map_or(Ok(()), Err)
     }
 
-    fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
-        self.end()?.take()
+    fn arrive(&mut self, at: Option<Pose2>) -> io::Result<()> {
+        self.end()?.arrive(at)
     }
 }
 
@@ -128,8 +130,9 @@ mod tests {
             Err(io::Error::other("full"))
         }
 
-        fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
-            Ok(self.kept.take())
+        fn arrive(&mut self, _at: Option<Pose2>) -> io::Result<()> {
+            self.kept = None;
+            Ok(())
         }
     }
 
@@ -155,7 +158,8 @@ mod tests {
         turn.send(true).expect("waits");
         assert_eq!(begins.recv().expect("begun"), b"9");
         turn.send(true).expect("waits");
-        assert_eq!(store.take().expect("ended"), Some(b"9".to_vec()));
+        let store = store.end().expect("ended");
+        assert_eq!(store.kept, Some(b"9".to_vec()));
     }
 
     #[test]
@@ -171,7 +175,7 @@ mod tests {
         });
         assert!(told);
         drop(turn);
-        assert_eq!(store.take().expect("ended"), None);
+        assert_eq!(store.end().expect("ended").kept, None);
     }
 
     #[test]
@@ -179,7 +183,7 @@ mod tests {
         let (mut store, turn, begins) = slow();
         store.save(b"1").expect("no error yet");
         begins.recv().expect("begun");
-        let error = store.take().expect_err("it hangs");
+        let error = store.arrive(None).expect_err("it hangs");
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
         drop(turn);
     }

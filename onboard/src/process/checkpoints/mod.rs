@@ -1,30 +1,52 @@
-//! Where checkpoints are kept: a file beside the robot's control socket, in memory on most machines.
+//! Where checkpoints are kept: a file beside the robot's control socket, in memory on most machines. And a note beside it, on
+//! disk: that the robot is under way, or where it has ended. A machine that is switched off while its robot drives leaves the
+//! note, and no checkpoint.
 
 mod background;
+mod journey;
 
 use std::fmt::Display;
 use std::fs;
 use std::io;
 use std::path::PathBuf;
 
+use description::geometry::Pose2;
+
 use crate::composition::checkpoint::Checkpoint;
 use crate::composition::failure::Failure;
 use crate::composition::plan::Plan;
+use crate::fleet::Began;
 use crate::process::runtime::Runtime;
 use crate::realtime::log::LogSender;
 
 pub use background::Background;
+pub use journey::Journey;
 
 /// Tells the starts of a machine apart.
 const BOOT_ID: &str = "/proc/sys/kernel/random/boot_id";
 
 /// Keeps the newest checkpoint of one robot.
 pub trait CheckpointStore: Send {
-    /// Keeps this one instead of the last.
+    /// Keeps this one instead of the last: the robot is under way.
     ///
     /// # Errors
     /// The operating system's.
     fn save(&mut self, bytes: &[u8]) -> io::Result<()>;
+
+    /// The robot has ended as it was asked to, and the last checkpoint goes; where it ended stays, if the next process is to know.
+    ///
+    /// # Errors
+    /// The operating system's.
+    fn arrive(&mut self, at: Option<Pose2>) -> io::Result<()>;
+}
+
+/// What the process before has left.
+pub trait Inheritance: CheckpointStore {
+    /// Where its journey is.
+    ///
+    /// # Errors
+    /// The operating system's, or what is wrong with the note.
+    fn journey(&mut self) -> io::Result<Journey>;
 
     /// Takes out the last one. The next process finds none: one that makes a process fail does so once.
     ///
@@ -38,16 +60,23 @@ pub trait CheckpointStore: Send {
 pub struct CheckpointFile {
     path: PathBuf,
     boot_id: String,
+    note: PathBuf,
+    /// The note says that the robot is under way.
+    noted: bool,
 }
 
 impl CheckpointFile {
     /// The file of a robot.
-    #[must_use]
-    pub fn of(runtime: &Runtime, robot_id: &str) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// [`Failure::Refused`] when the folder on disk cannot be used.
+    pub fn of(runtime: &Runtime, robot_id: &str) -> Result<Self, Failure> {
+        Ok(Self {
             path: runtime.folder().join(format!("{robot_id}.checkpoint")),
             boot_id: fs::read_to_string(BOOT_ID).unwrap_or_default(),
-        }
+            note: runtime.lasting()?.join(format!("{robot_id}.journey")),
+            noted: false,
+        })
     }
 }
 
@@ -56,7 +85,24 @@ impl CheckpointStore for CheckpointFile {
         // Renamed when it is whole: the process may be killed at any moment.
         let new = self.path.with_extension("checkpoint-new");
         fs::write(&new, [self.boot_id.as_bytes(), bytes].concat())?;
-        fs::rename(&new, &self.path)
+        fs::rename(&new, &self.path)?;
+        if !self.noted {
+            Journey::UnderWay.note(&self.note)?;
+            self.noted = true;
+        }
+        Ok(())
+    }
+
+    fn arrive(&mut self, at: Option<Pose2>) -> io::Result<()> {
+        at.map_or(Journey::None, Journey::Ended).note(&self.note)?;
+        self.noted = false;
+        journey::remove(&self.path)
+    }
+}
+
+impl Inheritance for CheckpointFile {
+    fn journey(&mut self) -> io::Result<Journey> {
+        Journey::noted(&self.note)
     }
 
     fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
@@ -82,35 +128,65 @@ pub struct Left {
     pub stopped: bool,
     /// An operator had paused it.
     pub paused: bool,
-    /// It ended somewhere, and neither its checkpoint nor a mediator says where.
+    /// It ended somewhere, and nobody knows where.
     pub lost: bool,
+    /// It ended here, as it was asked to.
+    pub ended: Option<Pose2>,
 }
 
 impl Left {
+    /// Where the next process begins, if it cannot use the checkpoint.
+    #[must_use]
+    pub fn began(&self) -> Began {
+        if self.lost || self.place.is_some() {
+            Began::Lost
+        } else {
+            Began::Afresh { ended: self.ended }
+        }
+    }
+
     /// Takes what the process before has left, and says in the log what becomes of it.
     ///
     /// # Errors
     /// [`Failure::Refused`] when it is there and cannot be read: nobody knows whether the robot was stopped.
     pub fn take(
-        store: &mut dyn CheckpointStore,
+        store: &mut dyn Inheritance,
         plan: &Plan,
         log: &LogSender,
         now_ns: u64,
     ) -> Result<Self, Failure> {
-        let bytes = store.take().map_err(|error| {
+        let cannot = |error: io::Error| {
             Failure::refused(format_args!(
                 "the checkpoint of {} cannot be read: {error}",
                 plan.robot.identity.id
             ))
-        })?;
-        let Some(bytes) = bytes else {
-            return Ok(Self::default());
         };
+        let journey = store.journey().map_err(cannot)?;
         let before = "the process before ended without being asked to";
+        let Some(bytes) = store.take().map_err(cannot)? else {
+            let ended = match journey {
+                Journey::None => None,
+                Journey::Ended(at) => Some(at),
+                // Power that comes back starts no robot: where it is, and whether it was stopped, people say.
+                Journey::UnderWay => {
+                    log.warn(format!(
+                        "{before} and left no checkpoint, as when its computer is switched off: say where the robot stands with `onboard ctl place X,Y,THETA --state STATE`, then `onboard ctl reset`"
+                    ));
+                    return Ok(Self {
+                        stopped: true,
+                        lost: true,
+                        ..Self::default()
+                    });
+                }
+            };
+            return Ok(Self {
+                ended,
+                ..Self::default()
+            });
+        };
         let unused = |why: &dyn Display| {
             log.warn(format!("{before}, and its checkpoint is not used: {why}"));
         };
-        let managed = plan.site.value.areas_managed;
         let checkpoint = match Checkpoint::from_bytes(&bytes) {
             Ok(checkpoint) => checkpoint,
             Err(why) => {
@@ -119,7 +195,7 @@ impl Left {
                 ));
                 return Ok(Self {
                     stopped: true,
-                    lost: !managed,
+                    lost: true,
                     ..Self::default()
                 });
             }
@@ -143,10 +219,11 @@ impl Left {
             }
         };
         Ok(Self {
-            lost: place.is_none() && !managed,
+            lost: place.is_none(),
             place,
             stopped,
             paused,
+            ended: None,
         })
     }
 }
@@ -176,7 +253,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let runtime = Runtime::new(Some(folder.path().to_owned()));
         let file = CheckpointFile::of(&runtime.unwrap_or_else(|_| unreachable!()), "amr-1");
-        (folder, file)
+        (folder, file.unwrap_or_else(|_| unreachable!()))
     }
 
     fn checkpoint(plan: &Plan, mode: Mode) -> Box<Checkpoint> {
@@ -205,8 +282,44 @@ mod tests {
         let first = left(&mut file, &plan, 101);
         assert_eq!(first.place.map(|one| one.navigator.pose.x_m), Some(7.0));
         assert!(!first.stopped && !first.paused && !first.lost);
-        assert!(left(&mut file, &plan, 101).place.is_none(), "it was taken");
-        assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 0);
+        // The note stays: a process that ends before it has left a checkpoint knows no place.
+        let names = fs::read_dir(folder.path()).expect("there");
+        let names: Vec<_> = names
+            .map(|entry| entry.expect("readable").file_name())
+            .collect();
+        assert_eq!(names, ["amr-1.journey"]);
+        let left = left(&mut file, &plan, 101);
+        assert!(left.lost && left.stopped);
+    }
+
+    #[test]
+    fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
+        let (folder, mut file) = file();
+        let plan = plan(&[]);
+        file.save(checkpoint(&plan, Mode::Running).to_bytes())
+            .expect("kept");
+        let at = Pose2::new(1.0, 2.0, 0.5);
+        file.arrive(Some(at)).expect("noted");
+        let left_once = left(&mut file, &plan, 101);
+        assert_eq!(left_once.began(), Began::Afresh { ended: Some(at) });
+        assert!(!left_once.lost && !left_once.stopped && left_once.place.is_none());
+        assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
+        // Under way again, and the machine is switched off.
+        file.save(checkpoint(&plan, Mode::Running).to_bytes())
+            .expect("kept");
+        fs::remove_file(&file.path).expect("there");
+        assert_eq!(left(&mut file, &plan, 101).began(), Began::Lost);
+    }
+
+    #[test]
+    fn where_the_robot_did_not_know_where_it_was_nobody_knows() {
+        let (_folder, mut file) = file();
+        let plan = plan(&[]);
+        let mut unsure = checkpoint(&plan, Mode::Stopped);
+        unsure.navigator.uncertain = 1;
+        file.save(unsure.to_bytes()).expect("kept");
+        let left = left(&mut file, &plan, 101);
+        assert!(left.lost && left.stopped && left.place.is_none());
     }
 
     #[test]
@@ -247,7 +360,7 @@ mod tests {
         file.save(&good).expect("kept");
         file.boot_id = "this one".into();
         let none = left(&mut file, &plan, 101);
-        assert!(none.place.is_none() && !none.stopped && !none.lost);
+        assert!(none.place.is_none() && none.stopped && none.lost);
     }
 
     #[test]
@@ -270,6 +383,8 @@ mod tests {
         let again = CheckpointFile {
             path: file.path.clone(),
             boot_id: file.boot_id.clone(),
+            note: file.note.clone(),
+            noted: false,
         };
         // The process ends before it knows where the robot is.
         drop(Keeper::new(Box::new(again), &plan, &left_once));

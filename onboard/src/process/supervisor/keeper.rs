@@ -13,6 +13,8 @@ use crate::symbols::wiring::SupervisorSymbols;
 pub struct Keeper {
     store: Box<dyn CheckpointStore>,
     checkpoint: Box<Checkpoint>,
+    /// A mediator manages the areas, and remembers where the robot was.
+    managed: bool,
     /// It could not be kept the last time.
     fails: bool,
 }
@@ -24,6 +26,7 @@ impl Keeper {
         let mut keeper = Self {
             store,
             checkpoint: Checkpoint::of(plan),
+            managed: plan.site.value.areas_managed,
             fails: false,
         };
         if left.stopped {
@@ -73,10 +76,12 @@ impl Keeper {
         self.fails = result.is_err();
     }
 
-    /// The robot has ended as it was asked to: the next process begins at its start.
-    pub(super) fn forget(&mut self) {
+    /// The robot has ended as it was asked to.
+    pub(super) fn arrive(&mut self) {
+        let at = &self.checkpoint.navigator;
+        let knows = self.managed && self.checkpoint.written_ns != 0 && at.uncertain == 0;
         // What cannot be taken out is of this process, which is said to have crashed then.
-        if let Err(error) = self.store.take() {
+        if let Err(error) = self.store.arrive(knows.then_some(at.pose)) {
             tracing::warn!("the checkpoint cannot be removed: {error}");
         }
     }

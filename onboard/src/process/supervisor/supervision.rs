@@ -95,9 +95,12 @@ impl Supervisor {
         }
     }
 
-    /// The robot has ended: after that of a process that was asked to, the next one begins afresh.
-    pub fn forget(&mut self) {
-        self.keeper.forget();
+    /// The robot has ended as it was asked to: the next one begins afresh.
+    pub fn arrive(&mut self) {
+        // Whoever starts it again knows no better where it is.
+        if !self.lost {
+            self.keeper.arrive();
+        }
     }
 
     /// Has all activities acquire what they need: the first step of all.
