@@ -1,5 +1,7 @@
 //! The robot's program is killed, or told to end.
 
+use std::collections::BTreeSet;
+use std::fs;
 use std::os::unix::net::UnixDatagram;
 use std::process::{Child, Stdio};
 use std::time::Duration;
@@ -29,10 +31,9 @@ fn killed_while_driving_it_stands_and_can_start_again() {
         // The rig cleans up after its robots, and leaves what is for the next one.
         bench.robot = None;
         let left = bench.left_behind();
-        let [checkpoint] = left.as_slice() else {
-            panic!("{left:?}");
-        };
-        assert!(checkpoint.ends_with("amr-1.checkpoint"), "{checkpoint}");
+        let names = { left.iter() }.filter_map(|path| path.rsplit('/').next());
+        let names: BTreeSet<&str> = names.collect();
+        assert_eq!(names, ["amr-1.checkpoint", "amr-1.journey"].into());
 
         bench.start();
         bench.until_driving();
@@ -58,6 +59,34 @@ fn killed_while_driving_it_stands_and_can_start_again() {
         assert_eq!(bench.left_behind(), Vec::<String>::new());
         assert_eq!(bench.truth().collisions, 0);
         drop(dead);
+    });
+}
+
+#[test]
+fn switched_off_while_driving_it_waits_to_be_told_where_it_stands() {
+    once_more_if_late(|| {
+        let mut bench = Bench::driving();
+        kill(&mut bench);
+        bench.robot = None;
+        // What its computer had in memory is gone.
+        let left = bench.left_behind();
+        let checkpoint = left.iter().find(|path| path.ends_with(".checkpoint"));
+        fs::remove_file(checkpoint.expect("there was one")).expect("removed");
+        bench.start();
+        bench.until("it asks", Duration::from_secs(20), |bench| {
+            bench.publishes("place-unknown")
+        });
+        assert!(bench.log().contains("onboard ctl place"), "{}", bench.log());
+        bench.is_refused("reset", "ctl place");
+        bench.is_refused("resume", "stopped");
+        bench.stands_for(Duration::from_secs(3));
+        let truth = bench.truth().pose;
+        let here = format!("{:.3},{:.3},{:.4}", truth.x_m, truth.y_m, truth.theta_rad);
+        bench.ask(&format!("place {here}"));
+        bench.stands_for(Duration::from_millis(500));
+        bench.ask("reset");
+        bench.until_driving();
+        bench.finish();
     });
 }
 
