@@ -55,6 +55,7 @@ pub mod floor;
 mod instruction;
 pub mod keys;
 pub mod level;
+pub mod mention;
 #[cfg(feature = "network")]
 pub mod network;
 #[cfg(test)]

@@ -6,6 +6,7 @@ use coordination::protocol::{Change, MergeError, Merged, Position, Replica, Side
 
 use super::situation::{ClientCounters, Situation};
 use crate::level::{self, LevelError};
+use crate::mention::Mention;
 use crate::protocols::{AccessProtocol, ControlError, ROBOT_PARTY, begin};
 use crate::wire::{Access, AccessGrant};
 
@@ -19,6 +20,7 @@ struct Claim {
     waits_for: String,
     /// Taken over from the mediator after a restart, and not yet confirmed by where the robot stands.
     inherited: bool,
+    mention: Mention,
 }
 
 impl Claim {
@@ -28,7 +30,13 @@ impl Claim {
             fence: 0,
             waits_for: String::new(),
             inherited: false,
+            mention: Mention::default(),
         }
+    }
+
+    /// It was used, and is not now.
+    fn rests(&self) -> bool {
+        self.replica.position() == Position::START
     }
 }
 
@@ -70,6 +78,7 @@ impl Claims {
             fence: grant.fence,
             waits_for: grant.waits_for.clone(),
             inherited: true,
+            mention: Mention::default(),
         };
         self.by_area.insert(grant.area.clone(), claim);
         Ok(())
@@ -85,12 +94,16 @@ impl Claims {
         let protocol = &self.protocol;
         let claim = { self.by_area.entry(grant.area.clone()) }
             .or_insert_with(|| Claim::new(begin(&protocol.protocol, ROBOT_PARTY)));
+        if level.run < claim.replica.run() {
+            claim.mention.renew();
+        }
         let merged = claim.replica.merge(level)?;
         claim.waits_for.clone_from(&grant.waits_for);
         if merged == Merged::Nothing {
             // Its fence may be that of a mediator which has forgotten the grant.
             return Ok(());
         }
+        claim.mention.renew();
         while let Some(change) = claim.replica.poll() {
             match change {
                 Change::Flag(flag) if flag == protocol.granted => counters.grants += 1,
@@ -182,12 +195,21 @@ impl Claims {
         news
     }
 
-    /// For the report.
-    pub(super) fn report(&self) -> Vec<Access> {
-        let all = self.by_area.iter();
-        all.filter_map(|(area, claim)| report_of(area, &claim.replica, claim.fence))
-            .collect()
+    /// For the report of this number. `known`: the mediator has heard that one, and what rested in it.
+    pub(super) fn report(&mut self, number: u64, known: Option<u64>) -> Vec<Access> {
+        let said = |(area, claim): (&String, &mut Claim)| {
+            let left_out = claim.rests() && is_known(&claim.mention, known);
+            claim.mention.note(number);
+            let report = report_of(area, &claim.replica, claim.fence);
+            report.filter(|_| !left_out)
+        };
+        self.by_area.iter_mut().filter_map(said).collect()
     }
+}
+
+/// Whether the other side knows the level; `heard`: it has heard that message, if any that counts.
+pub(super) fn is_known(mention: &Mention, heard: Option<u64>) -> bool {
+    heard.is_some_and(|heard| mention.is_known(heard))
 }
 
 /// What a report says of a protocol about an area, if that was ever used.

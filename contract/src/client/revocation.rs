@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use coordination::protocol::{Position, Replica, Side};
 
-use super::access::{BadLevel, Claims, report_of};
+use super::access::{BadLevel, Claims, is_known, report_of};
 use super::situation::{ClientCounters, Situation};
 use crate::level;
+use crate::mention::Mention;
 use crate::protocols::{ROBOT_PARTY, RevocationProtocol, begin};
 use crate::wire::Access;
 
@@ -15,6 +16,7 @@ struct Revocation {
     replica: Replica,
     /// Of the grant that is asked back.
     fence: u64,
+    mention: Mention,
 }
 
 impl Revocation {
@@ -50,6 +52,7 @@ impl Revocations {
         let revocation = Revocation {
             replica: Replica::resume(&self.protocol.protocol, ROBOT_PARTY, level)?,
             fence: message.fence,
+            mention: Mention::default(),
         };
         self.by_area.insert(message.area.clone(), revocation);
         Ok(())
@@ -61,11 +64,16 @@ impl Revocations {
             { self.by_area.entry(message.area.clone()) }.or_insert_with(|| Revocation {
                 replica: begin(&self.protocol.protocol, ROBOT_PARTY),
                 fence: 0,
+                mention: Mention::default(),
             });
         let level = level::decode(message.level.as_ref())?;
+        if level.run < revocation.replica.run() {
+            revocation.mention.renew();
+        }
         let merged = revocation.replica.merge(level);
         while revocation.replica.poll().is_some() {
             revocation.fence = message.fence;
+            revocation.mention.renew();
         }
         merged?;
         Ok(())
@@ -89,15 +97,20 @@ impl Revocations {
                 (self.protocol.kept, &mut counters.kept)
             };
             news |= revocation.replica.set(flag).is_ok();
+            revocation.mention.renew();
             *count += 1;
         }
         news
     }
 
-    /// For the report.
-    pub(super) fn report(&self) -> Vec<Access> {
-        let all = self.by_area.iter();
-        all.filter_map(|(area, own)| report_of(area, &own.replica, own.fence))
-            .collect()
+    /// For the report, as [`Claims::report`].
+    pub(super) fn report(&mut self, number: u64, known: Option<u64>) -> Vec<Access> {
+        let said = |(area, own): (&String, &mut Revocation)| {
+            let left_out = !own.is_asked() && is_known(&own.mention, known);
+            own.mention.note(number);
+            let report = report_of(area, &own.replica, own.fence);
+            report.filter(|_| !left_out)
+        };
+        self.by_area.iter_mut().filter_map(said).collect()
     }
 }

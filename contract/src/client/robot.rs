@@ -210,15 +210,17 @@ impl Client {
 
     /// The next report to send; it counts as sent at the last [step](Self::step). Due on news, and every [`LEVEL_PERIOD_NS`](crate::timing::LEVEL_PERIOD_NS).
     pub fn report(&mut self) -> RobotReport {
+        let head = self.session.next_report(self.situation.located);
+        let (number, known) = (head.sequence, self.session.known());
         RobotReport {
             stands_in: self.situation.stands_in.clone(),
             located: self.situation.located,
             pose: self.situation.pose,
             fsm_state: self.situation.fsm_state.clone(),
-            access: self.claims.report(),
-            revocations: self.revocations.report(),
+            access: self.claims.report(number, known),
+            revocations: self.revocations.report(number, known),
             control: self.control.as_ref().map(Control::report),
-            ..self.session.next_report()
+            ..head
         }
     }
 

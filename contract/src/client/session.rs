@@ -58,6 +58,10 @@ pub(super) struct Session {
     sent: VecDeque<(u64, u64)>,
     /// When the newest report was sent that the mediator says it has.
     heard_by_ns: Option<u64>,
+    /// Of the newest report that the mediator which is followed says it has.
+    acknowledged: u64,
+    /// Reports from that one on were for who is followed now, of a robot that knew where it was.
+    counts_from: u64,
     /// The mediator's process that the robot follows; 0 for none, and for one that does not say.
     instance: u64,
     /// Its journal; 0 for one that does not say.
@@ -96,6 +100,8 @@ impl Session {
             now_ns: 0,
             sent: VecDeque::new(),
             heard_by_ns: None,
+            acknowledged: 0,
+            counts_from: 0,
             instance: 0,
             journal: 0,
             stands_by: false,
@@ -155,6 +161,10 @@ impl Session {
             self.other = None;
             self.heard_by_ns = None;
         }
+        let registers = self.number != message.session;
+        if other || registers || self.mediator_epoch != message.mediator_epoch {
+            self.says_all();
+        }
         self.instance = message.instance;
         self.journal = message.journal;
         self.heard_ns = now_ns;
@@ -190,8 +200,19 @@ impl Session {
         Received::Registered
     }
 
+    /// The mediator may know nothing of what was reported so far.
+    fn says_all(&mut self) {
+        self.counts_from = self.sequence + 1;
+    }
+
+    /// The newest report that the mediator has, if what rested in it need not be repeated.
+    pub(super) fn known(&self) -> Option<u64> {
+        Some(self.acknowledged).filter(|&heard| heard >= self.counts_from)
+    }
+
     /// The mediator has this report, and perhaps none after it.
     fn renew_lease(&mut self, echoed: u64) {
+        self.acknowledged = self.acknowledged.max(echoed.min(self.sequence));
         while let Some(&(sequence, sent_ns)) = self.sent.front()
             && sequence <= echoed
         {
@@ -255,8 +276,13 @@ impl Session {
         !self.is_registered() || now_ns > self.heard_ns.saturating_add(silent_after_ns)
     }
 
-    /// The head of the next report.
-    pub(super) fn next_report(&mut self) -> RobotReport {
+    /// The head of the next report, of a robot that knows where it is, or not.
+    pub(super) fn next_report(&mut self, located: bool) -> RobotReport {
+        if !located || !self.is_registered() {
+            // What it says of areas need not count.
+            self.says_all();
+            self.counts_from += 1;
+        }
         self.sequence += 1;
         let too_old = |sent_ns: u64| self.now_ns > sent_ns.saturating_add(LEASE_NS);
         while { self.sent.front() }.is_some_and(|&(_, sent_ns)| too_old(sent_ns))

@@ -4,13 +4,21 @@ use std::time::Duration;
 
 use contract::client::{Client, Situation};
 use contract::floor::Floor;
-use contract::wire::Pose;
+use contract::wire::{MediatorReport, Pose};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 pub const SITE: &str = "hall";
 /// A robot that has nothing to say repeats itself this often.
 const REPORT_NS: u64 = 200_000_000;
 const SILENT_AFTER: Duration = Duration::from_secs(1);
+
+/// A robot hears the mediator. One that has no file of the site learns its floor from it.
+pub fn hear(client: &mut Client, message: &MediatorReport, now_ns: u64) {
+    if !message.floor.is_empty() && !client.is_registered() {
+        *client = client.clone().on(Floor::said(&message.floor));
+    }
+    client.receive(message, now_ns);
+}
 
 /// How large.
 #[derive(Clone, Copy)]

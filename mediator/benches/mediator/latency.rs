@@ -11,6 +11,7 @@ use contract::client::{Client, Situation};
 use contract::wire::{Access, Control, Level, MediatorReport};
 
 use super::figures::{Times, ms};
+use super::floor::hear;
 use super::program::{OVERTAKING, Program, Site, session};
 use super::wire::Wire;
 
@@ -52,6 +53,7 @@ fn site() -> Site {
         ],
         more: OVERTAKING.into(),
         nets: vec!["overtaking"],
+        own_nets: Vec::new(),
     }
 }
 
@@ -237,7 +239,7 @@ pub fn run() {
             let robot = &mut robots[usize::from(message.robot_id == "slow")];
             robot.control.clone_from(&message.control);
             let now_ns = (at - begun).as_nanos() as u64;
-            robot.client.receive(&message, now_ns);
+            hear(&mut robot.client, &message, now_ns);
         }
         for (robot, id) in robots.iter_mut().zip(["fast", "slow"]) {
             let news = robot.step(id == "fast", begun.elapsed().as_nanos() as u64);

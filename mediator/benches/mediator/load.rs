@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use contract::wire::{Access, MediatorReport};
+use contract::wire::MediatorReport;
 
 use super::figures::{Times, ms};
-use super::floor::{Robot, SITE, Size};
+use super::floor::{Robot, SITE, Size, hear};
 use super::program::{Program, Site, session};
 use super::wire::Wire;
 
@@ -20,18 +20,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// What a robot waits for an answer to.
 struct Open {
     at: Instant,
-    levels: Vec<Access>,
-}
-
-/// The answer knows at least as much as the report has told.
-fn answers(message: &MediatorReport, levels: &[Access]) -> bool {
-    levels.iter().all(|own| {
-        let theirs = message.access.iter().find(|grant| grant.area == own.area);
-        let (Some(theirs), Some(own)) = (theirs.and_then(|it| it.level), own.level) else {
-            return false;
-        };
-        (theirs.run, theirs.progress) >= (own.run, own.progress)
-    })
+    /// Of the report.
+    sequence: u64,
 }
 
 fn site(size: Size) -> Site {
@@ -52,6 +42,7 @@ fn site(size: Size) -> Site {
         events: Vec::new(),
         more: String::new(),
         nets: Vec::new(),
+        own_nets: Vec::new(),
     }
 }
 
@@ -95,8 +86,9 @@ impl Load {
             .parse()
             .expect("as this bench named it");
         let now_ns = (at - self.begun).as_nanos() as u64;
-        self.robots[robot].client.receive(message, now_ns);
-        if let Some(open) = self.open[robot].take_if(|open| answers(message, &open.levels)) {
+        hear(&mut self.robots[robot].client, message, now_ns);
+        if let Some(open) = self.open[robot].take_if(|open| message.robot_sequence >= open.sequence)
+        {
             self.times.push((at - open.at).as_nanos() as u64);
         }
     }
@@ -120,8 +112,8 @@ impl Load {
         let report = robot.client.report();
         // A repeated report is answered only with the mediator's next repetition, which measures nothing.
         if robot.has_news && robot.client.is_registered() {
-            let (at, levels) = (Instant::now(), report.access.clone());
-            *open = Some(Open { at, levels });
+            let (at, sequence) = (Instant::now(), report.sequence);
+            *open = Some(Open { at, sequence });
         }
         self.wire.send(&report);
         self.sent += 1;

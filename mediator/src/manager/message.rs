@@ -13,6 +13,7 @@ impl View<'_> {
         let refused = !refusal.is_empty();
         // Another mediator may have granted and taken back since: its robot knows better, and says so first.
         let withheld = refused || own.unaccounted;
+        let known = own.known().filter(|_| session == own.number);
         MediatorReport {
             version: Some(VERSION.into()),
             mediator_epoch: self.sessions.epoch,
@@ -25,12 +26,12 @@ impl View<'_> {
             access: if withheld {
                 Vec::new()
             } else {
-                self.access(robot)
+                self.access(robot, known)
             },
             revocations: if withheld {
                 Vec::new()
             } else {
-                self.areas.revocations_of(robot)
+                self.areas.revocations_of(robot, known)
             },
             control: self.control(robot).filter(|_| !refused),
             take_up: self.take_up(robot, session),
@@ -53,10 +54,10 @@ impl View<'_> {
         }
     }
 
-    /// Protocol 1 of all areas that the robot has used.
-    fn access(&self, robot: usize) -> Vec<AccessGrant> {
+    /// Protocol 1 of all areas that the robot has used, but for those that rest as it knows.
+    fn access(&self, robot: usize, known: Option<u64>) -> Vec<AccessGrant> {
         { self.areas.robot(robot).claims.iter() }
-            .filter(|(_, claim)| claim.is_known())
+            .filter(|(_, claim)| claim.is_said(known))
             .map(|(area, claim)| AccessGrant {
                 area: self.names.area_id(area),
                 level: Some(level::encode(claim.level())),

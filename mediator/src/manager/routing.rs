@@ -312,8 +312,8 @@ impl Manager {
                 // It cannot be granted anything while it is silent, so others may go first.
                 self.areas.touch_what_waits(robot);
             }
-            self.sessions.keep_up(robot, now_ns, &mut self.effects);
         }
+        self.sessions.keep_up(now_ns, &mut self.effects);
         if !self.peers.stands_by {
             self.coordinate(now_ns, Coordinations::watch);
             let (names, areas) = (&self.names, &self.areas);
@@ -339,7 +339,16 @@ impl Manager {
         let (robot, boot_epoch, session) =
             self.sessions.next_listener(now_ns, &mut self.effects)?;
         self.explain_waits(robot, now_ns);
-        Some(self.view(now_ns).message(robot, boot_epoch, session))
+        let message = self.view(now_ns).message(robot, boot_epoch, session);
+        let own = self.sessions.robot_mut(robot);
+        if own.is_of(boot_epoch) {
+            if message.session == 0 || own.unaccounted {
+                own.say_all();
+            } else {
+                self.areas.note_said(robot, message.sequence);
+            }
+        }
+        Some(message)
     }
 
     /// Says why the robot waits. That is for people, and may be as old as a level.

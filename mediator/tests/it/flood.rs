@@ -31,6 +31,7 @@ fn site() -> Site {
         events: Vec::new(),
         more: String::new(),
         nets: Vec::new(),
+        own_nets: Vec::new(),
     }
 }
 

@@ -3,6 +3,7 @@
 mod circle;
 mod crossing;
 mod flood;
+mod growth;
 mod kills;
 mod model;
 mod plans;

@@ -106,6 +106,7 @@ pub fn crossing(rooms: usize) -> (Setup, Vec<Arc<Plan>>) {
                west = { role = \"normal\" }, east = { role = \"normal\" }, south = { role = \"normal\" } }\n"
             .into(),
         nets: vec!["t-junction"],
+        own_nets: Vec::new(),
     };
     planned(&site("rooms", &own.text()), "t-junction")
 }

@@ -1,5 +1,6 @@
 //! Protocol 1 of one robot and one area, from the mediator's side.
 
+use contract::mention::Mention;
 use contract::protocols::{AccessProtocol, MEDIATOR_PARTY, begin};
 use coordination::protocol::{Change, Level, MergeError, Merged, Position, Replica, Side};
 
@@ -34,6 +35,7 @@ pub(crate) struct Claim {
     pub(crate) why: (u64, String),
     /// An alarm was raised for its present level.
     pub(crate) complained: bool,
+    mention: Mention,
 }
 
 impl Claim {
@@ -68,6 +70,7 @@ impl Claim {
             asked_ns: 0,
             why: (0, String::new()),
             complained: false,
+            mention: Mention::default(),
         }
     }
 
@@ -95,6 +98,7 @@ impl Claim {
         }
         self.fence = fence;
         self.ticket = 0;
+        self.mention.renew();
         true
     }
 
@@ -105,7 +109,11 @@ impl Claim {
     /// Returns whether there is something new to read.
     pub(crate) fn merge(&mut self, level: Level) -> Result<bool, MergeError> {
         let merged = self.replica.merge(level)?;
-        Ok(merged != Merged::Nothing)
+        let news = merged != Merged::Nothing;
+        if news || level.run < self.replica.run() {
+            self.mention.renew();
+        }
+        Ok(news)
     }
 
     /// The robot is further, though ours has the last word on what follows.
@@ -126,6 +134,7 @@ impl Claim {
     pub(crate) fn abort(&mut self) {
         // There are 2^32 run numbers; when they run out, the robot keeps the area.
         if self.replica.abort().is_ok() {
+            self.mention.renew();
             self.fence = 0;
             self.ticket = 0;
         }
@@ -153,6 +162,17 @@ impl Claim {
     /// It was ever used, so that the other side must know its run number.
     pub(crate) fn is_known(&self) -> bool {
         self.replica.run() > 0 || self.replica.position() != Position::START
+    }
+
+    /// Whether a message must mention it; `known`: the robot has heard that one, if any that counts.
+    pub(crate) fn is_said(&self, known: Option<u64>) -> bool {
+        let rests = self.replica.position() == Position::START;
+        self.is_known() && !(rests && known.is_some_and(|heard| self.mention.is_known(heard)))
+    }
+
+    /// A message of this number is written.
+    pub(crate) fn note(&mut self, number: u64) {
+        self.mention.note(number);
     }
 
     pub(crate) fn record(&self) -> AccessRecord {
@@ -204,6 +224,10 @@ impl Claims {
                 self.claims.insert(place, claim);
             }
         }
+    }
+
+    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Claim> {
+        self.claims.iter_mut()
     }
 
     /// In the order of the areas.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use contract::mention::Mention;
 use contract::protocols::{MEDIATOR_PARTY, RevocationProtocol, begin};
-use coordination::protocol::{Level, MergeError, Replica, Side};
+use coordination::protocol::{Level, MergeError, Position, Replica, Side};
 
 use crate::journal::RevocationRecord;
 
@@ -13,6 +14,7 @@ pub(crate) struct Revocation {
     replica: Replica,
     /// Of the grant that was last asked back.
     fence: u64,
+    mention: Mention,
 }
 
 /// By area.
@@ -23,6 +25,7 @@ impl Revocation {
         Self {
             replica: begin(&protocol.protocol, MEDIATOR_PARTY),
             fence: 0,
+            mention: Mention::default(),
         }
     }
 
@@ -33,6 +36,7 @@ impl Revocation {
         Ok(Self {
             replica: Replica::resume(&protocol.protocol, MEDIATOR_PARTY, record.level)?,
             fence: record.fence,
+            mention: Mention::default(),
         })
     }
 
@@ -42,6 +46,7 @@ impl Revocation {
             return false;
         }
         self.fence = fence;
+        self.mention.renew();
         true
     }
 
@@ -67,7 +72,22 @@ impl Revocation {
         while self.replica.poll().is_some() {
             changed = true;
         }
+        if changed || level.run < self.replica.run() {
+            self.mention.renew();
+        }
         Ok(changed)
+    }
+
+    /// Whether a message must mention it, as [`Claim::is_said`](super::claim::Claim::is_said).
+    pub(super) fn is_said(&self, known: Option<u64>) -> bool {
+        let at = self.replica.position();
+        let rests = at == Position::START || self.replica.protocol().is_end(at);
+        self.fence > 0 && !(rests && known.is_some_and(|heard| self.mention.is_known(heard)))
+    }
+
+    /// A message of this number is written.
+    pub(super) fn note(&mut self, number: u64) {
+        self.mention.note(number);
     }
 
     pub(super) fn record(&self) -> RevocationRecord {

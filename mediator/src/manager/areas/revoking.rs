@@ -83,16 +83,26 @@ impl Areas {
         Ok(changed)
     }
 
-    /// For a message.
-    pub(crate) fn revocations_of(&self, robot: usize) -> Vec<Access> {
+    /// For a message; `known`: the robot has heard that one, if any that counts.
+    pub(crate) fn revocations_of(&self, robot: usize, known: Option<u64>) -> Vec<Access> {
         let all = self.robots[robot].revocations.iter();
-        all.map(|(&area, revocation)| (area, revocation.record()))
-            .filter(|(_, record)| record.fence > 0)
+        all.filter(|(_, revocation)| revocation.is_said(known))
+            .map(|(&area, revocation)| (area, revocation.record()))
             .map(|(area, record)| Access {
                 area: self.names.area_id(area),
                 level: Some(level::encode(record.level)),
                 fence: record.fence,
             })
             .collect()
+    }
+
+    /// A message of this number says how everything stands that the robot does not know.
+    pub(crate) fn note_said(&mut self, robot: usize, number: u64) {
+        let occupant = &mut self.robots[robot];
+        occupant
+            .claims
+            .iter_mut()
+            .for_each(|claim| claim.note(number));
+        { occupant.revocations.values_mut() }.for_each(|revocation| revocation.note(number));
     }
 }

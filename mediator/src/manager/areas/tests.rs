@@ -248,7 +248,7 @@ fn a_grant_that_a_net_needs_is_asked_back_once_and_only_before_it_is_used() {
         bench.serve();
     }
     assert_eq!(bench.effects.counters.revocations, 1);
-    assert_eq!(bench.areas.revocations_of(0)[0].fence, 1);
+    assert_eq!(bench.areas.revocations_of(0, None)[0].fence, 1);
     assert_eq!(bench.holder(), Some(0), "until it has answered");
 
     let mut bench = Bench::new();
@@ -354,7 +354,7 @@ fn an_intruder_takes_back_what_was_not_entered_yet() {
     bench.report(1, true, (0, 0, 0));
     (0..2).for_each(|_| bench.serve());
     assert_eq!(bench.effects.counters.revocations, 1);
-    assert_eq!(bench.areas.revocations_of(0)[0].fence, 1);
+    assert_eq!(bench.areas.revocations_of(0, None)[0].fence, 1);
     // It gives it back, and waits until the intruder has left.
     bench.report(0, false, (1, 3, 1));
     bench.take_in(0, false, (0, 1, 0), false);

@@ -51,6 +51,8 @@ pub(crate) struct Session {
     alive_until_ns: u64,
     /// The last message of this mediator that it has heard.
     echo: u64,
+    /// Messages from that one on were complete for the process that speaks, until it has heard one of them.
+    says_from: u64,
     /// Another mediator may have granted it anything: what it says next is all that it has.
     pub(crate) unaccounted: bool,
     /// An operator has said that it is nowhere, and it was not heard since.
@@ -152,6 +154,7 @@ impl Session {
         self.candidate = None;
         self.rival = None;
         self.echo = 0;
+        self.say_all();
         self.boot_epoch = candidate.boot_epoch;
         self.number = candidate.session;
         self.sequence = 0;
@@ -167,6 +170,16 @@ impl Session {
             self.retired.remove(0);
         }
         self.retired.push(boot_epoch);
+    }
+
+    /// The process that speaks may know nothing of what was said so far.
+    pub(crate) fn say_all(&mut self) {
+        self.says_from = self.sent + 1;
+    }
+
+    /// The newest message that it has heard, if what rested in it need not be repeated.
+    pub(crate) fn known(&self) -> Option<u64> {
+        Some(self.echo).filter(|&heard| heard >= self.says_from)
     }
 
     /// The process that speaks for the robot lives, and has heard this message of the mediator.

@@ -15,6 +15,9 @@ use crate::manager::names::Names;
 /// At most this many refusals wait to be sent; the oldest is left out and comes again with the next report.
 const REFUSALS: usize = 32;
 
+/// The levels of so many robots are repeated at once in any case.
+const REPEATED_AT_ONCE: usize = 16;
+
 /// What became of a report's head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Recognised {
@@ -37,6 +40,8 @@ pub(crate) struct Sessions {
     /// Robots that have not said since the start where they stand, or are not accounted for. As long as there are some, nothing
     /// is granted.
     pub(super) awaited: Vec<usize>,
+    /// Which robot's levels are repeated first, and when that was looked at last.
+    repeats: (usize, u64),
     /// For robots that the site does not list, and processes that do not speak for theirs.
     refusals: Vec<MediatorReport>,
 }
@@ -48,6 +53,7 @@ impl Sessions {
             silent_after_ns,
             robots: vec![Session::new(now_ns); names.robots().len()],
             awaited: Vec::new(),
+            repeats: (0, now_ns),
             refusals: Vec::new(),
             names: Arc::clone(names),
         }
@@ -166,6 +172,7 @@ impl Sessions {
         session.lives(until_ns, echo(report, epoch));
         if !ours || report.session != session.number || report.mediator_epoch != epoch {
             // It has not heard of this session yet: what it says may be from before.
+            session.say_all();
             effects.tell(robot);
             return recognised;
         }
@@ -286,15 +293,30 @@ impl Sessions {
         falls_silent
     }
 
-    /// Gives up a candidate that has not come back, and repeats the robot's levels.
-    pub(crate) fn keep_up(&mut self, robot: usize, now_ns: u64, effects: &mut Effects) {
-        let session = &mut self.robots[robot];
-        session.candidate = { session.candidate }
-            .filter(|candidate| now_ns < candidate.since_ns + CANDIDATE_TIMEOUT_NS);
-        let somebody = session.number > 0 || session.candidate.is_some();
-        if somebody && now_ns >= session.sent_ns.saturating_add(LEVEL_PERIOD_NS) {
-            effects.tell(robot);
+    /// Gives up candidates that have not come back, and repeats levels. Not of all robots at once, so that news need not wait for
+    /// a thousand repetitions: as many as are due in the time since the last look, and a quarter more.
+    pub(crate) fn keep_up(&mut self, now_ns: u64, effects: &mut Effects) {
+        let count = self.robots.len();
+        let (first, before_ns) = self.repeats;
+        let since_ns = now_ns.saturating_sub(before_ns) as u128;
+        let share = (count as u128 * since_ns * 5).div_ceil(u128::from(LEVEL_PERIOD_NS) * 4);
+        let mut room = usize::try_from(share)
+            .unwrap_or(count)
+            .max(REPEATED_AT_ONCE);
+        let mut next = first;
+        for robot in (first..count).chain(0..first) {
+            let session = &mut self.robots[robot];
+            session.candidate = { session.candidate }
+                .filter(|candidate| now_ns < candidate.since_ns + CANDIDATE_TIMEOUT_NS);
+            let somebody = session.number > 0 || session.candidate.is_some();
+            let due = somebody && now_ns >= session.sent_ns.saturating_add(LEVEL_PERIOD_NS);
+            if due && room > 0 {
+                room -= 1;
+                next = robot + 1;
+                effects.tell(robot);
+            }
         }
+        self.repeats = (next % count.max(1), now_ns);
     }
 
     // ---------------------------------------------------------------- messages

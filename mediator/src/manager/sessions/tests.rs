@@ -186,9 +186,9 @@ fn nothing_counts_before_the_epoch_is_repeated_or_twice() {
 fn a_candidate_that_does_not_come_back_is_given_up() {
     let (mut sessions, mut effects) = registered();
     sessions.recognise(0, &report(8, 0, 1), true, LATER_NS, &mut effects);
-    sessions.keep_up(0, LATER_NS + CANDIDATE_TIMEOUT_NS - 1, &mut effects);
+    sessions.keep_up(LATER_NS + CANDIDATE_TIMEOUT_NS - 1, &mut effects);
     assert!(sessions.robot(0).candidate.is_some());
-    sessions.keep_up(0, LATER_NS + CANDIDATE_TIMEOUT_NS, &mut effects);
+    sessions.keep_up(LATER_NS + CANDIDATE_TIMEOUT_NS, &mut effects);
     assert!(sessions.robot(0).candidate.is_none());
 }
 
@@ -241,7 +241,7 @@ fn the_candidate_is_told_before_the_process_that_speaks() {
     let (mut sessions, mut effects) = registered();
     sessions.recognise(0, &report(8, 0, 1), true, LATER_NS, &mut effects);
     let now_ns = LATER_NS + LEVEL_PERIOD_NS;
-    sessions.keep_up(0, now_ns, &mut effects);
+    sessions.keep_up(now_ns, &mut effects);
     let mut next = || sessions.next_listener(now_ns, &mut effects);
     assert_eq!(next(), Some((0, 8, 2)));
     assert_eq!(next(), Some((0, 7, 1)));

@@ -40,6 +40,7 @@ fn site() -> Site {
                west = { robot = \"amr-2\" }, east = { robot = \"amr-3\" }, south = { robot = \"amr-4\" } }\n"
             .into(),
         nets: vec!["t-junction"],
+        own_nets: Vec::new(),
     }
 }
 

@@ -4,7 +4,7 @@
     reason = "tests and benchmarks have their own choice of them"
 )]
 
-mod site;
+pub mod site;
 
 use std::fs::{File, OpenOptions};
 use std::net::TcpListener;
@@ -41,6 +41,7 @@ pub struct Program {
     folder: PathBuf,
     site: String,
     connect: Vec<String>,
+    listen: String,
     child: Option<Child>,
 }
 
@@ -52,8 +53,14 @@ impl Program {
             folder: folder.to_owned(),
             site: site.name.clone(),
             connect,
+            listen: "tcp/127.0.0.1:0".into(),
             child: None,
         }
+    }
+
+    /// It listens there, and not somewhere.
+    pub fn listen(&mut self, endpoint: &str) {
+        endpoint.clone_into(&mut self.listen);
     }
 
     pub fn start(&mut self) {
@@ -73,7 +80,7 @@ impl Program {
             .arg(path("journal.redb"))
             .arg("--runtime")
             .arg(path("run"))
-            .args(["--listen", "tcp/127.0.0.1:0"]);
+            .args(["--listen", &self.listen]);
         for endpoint in &self.connect {
             command.args(["--connect", endpoint]);
         }

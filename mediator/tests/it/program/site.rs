@@ -17,6 +17,8 @@ pub struct Site {
     pub more: String,
     /// Shipped nets that it needs.
     pub nets: Vec<&'static str>,
+    /// Names and texts of other ones.
+    pub own_nets: Vec<(String, String)>,
 }
 
 const SIDE_M: f64 = 8.0;
@@ -31,10 +33,8 @@ impl Site {
             folder.join(format!("sites/{}.toml", self.name)),
             &self.text(),
         );
-        for net in &self.nets {
-            let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/nets");
-            let shipped = shipped.join(format!("{net}.toml"));
-            let text = std::fs::read_to_string(shipped).expect("it ships");
+        let shipped = { self.nets.iter() }.map(|&net| (net.to_owned(), shipped_net(net)));
+        for (net, text) in shipped.chain(self.own_nets.iter().cloned()) {
             make(folder.join(format!("nets/{net}.toml")), &text);
         }
     }
@@ -86,6 +86,12 @@ impl Site {
         }
         text + &self.more
     }
+}
+
+/// The text of a net that ships.
+pub fn shipped_net(net: &str) -> String {
+    let nets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/nets");
+    std::fs::read_to_string(nets.join(format!("{net}.toml"))).expect("it ships")
 }
 
 const FLOOR: &str = r#"

@@ -1,0 +1,317 @@
+//! Robots on a session each talk to the real program, over zenoh on the loopback: five times a second, and on news.
+//!
+//! The floor has places, each a crossing and three rooms around it. Nets let one robot at a time over each crossing, whichever
+//! come. A robot that has crossed asks for a room in which there is always room: those requests are measured.
+
+use std::collections::BTreeMap;
+use std::net::TcpListener;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+use contract::client::{Client, Situation};
+use contract::network::NetworkSettings;
+use contract::wire::MediatorReport;
+use contract::{Message, decode, keys};
+use zenoh::Wait;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+
+use super::figures::{Times, ms};
+use super::floor::hear;
+use super::program::site::shipped_net;
+use super::program::{Program, Site};
+use super::random::Random;
+
+const PREFIX: &str = "fleet";
+const PLACES: usize = 50;
+const ROOMS: usize = 3;
+const SILENT_NS: u64 = 1_000_000_000;
+const REPORT: Duration = Duration::from_millis(200);
+/// How long a robot drives over a crossing: at least, and by up to how much longer. No two places keep step.
+const CROSSES_MS: u64 = 200;
+const LONGER_MS: u64 = 200;
+/// All robots are looked at so often.
+const LOOKS: Duration = Duration::from_millis(20);
+/// In so many parts, one after the other.
+const PARTS: usize = 20;
+/// So many sessions are opened at once, so that the machine that plays a thousand robots is not the measure.
+const OPENED_AT_ONCE: usize = 50;
+const WARM_UP: Duration = Duration::from_secs(20);
+const MEASURED: Duration = Duration::from_secs(30);
+const NET: &str = "t-junction";
+
+fn site(robots: usize) -> Site {
+    let each = u32::try_from(robots / PLACES).expect("a small number");
+    let mut areas = Vec::new();
+    let (mut more, mut own_nets) = (String::new(), Vec::new());
+    for place in 0..PLACES {
+        areas.push((format!("Cr-{place}"), 1));
+        areas.extend((0..ROOMS).map(|room| (format!("room-{place}-{room}"), each)));
+        let net = format!("crossing-{place}");
+        let text = shipped_net(NET)
+            .replace("[\"Cr\"]", &format!("[\"Cr-{place}\"]"))
+            .replace(&format!("name = \"{NET}\""), &format!("name = \"{net}\""));
+        own_nets.push((net.clone(), text));
+        let role = "{ role = \"normal\" }";
+        more += &format!(
+            "[coordinations.{net}]\nnet = \"{net}\"\nsituations.all-outside = {{ west = {role}, east = {role}, south = {role} }}\n"
+        );
+    }
+    let starts = |robot: usize| robot % PLACES * (ROOMS + 1) + 1;
+    Site {
+        name: "rooms".into(),
+        areas,
+        robots: (0..robots)
+            .map(|robot| (format!("amr-{robot:04}"), "normal", starts(robot)))
+            .collect(),
+        events: Vec::new(),
+        more,
+        nets: Vec::new(),
+        own_nets,
+    }
+}
+
+struct Robot {
+    client: Client,
+    publisher: Publisher<'static>,
+    _session: zenoh::Session,
+    place: usize,
+    room: usize,
+    /// Since when it is on the crossing, and for how long it will be.
+    crosses: Option<(Instant, Duration)>,
+    random: Random,
+    reported: Option<Instant>,
+    asked: Option<Instant>,
+    sent: u64,
+    moves: u64,
+}
+
+impl Robot {
+    fn open(
+        number: usize,
+        id: &str,
+        endpoint: &str,
+        news: Sender<(usize, Instant, MediatorReport)>,
+    ) -> Self {
+        let settings = NetworkSettings {
+            connect: vec![endpoint.to_owned()],
+            ..NetworkSettings::default()
+        };
+        let session = settings.open().expect("a session");
+        session
+            .declare_subscriber(keys::to_robot(PREFIX, id).expect("a plain name"))
+            .callback(move |sample| {
+                let at = Instant::now();
+                let message = decode(&sample.payload().to_bytes()).expect("a message");
+                // After the end nobody listens.
+                let _ = news.send((number, at, message));
+            })
+            .background()
+            .wait()
+            .expect("it subscribes");
+        let publisher = session.declare_publisher(keys::report(PREFIX, id).expect("a plain name"));
+        let publisher = publisher
+            .congestion_control(CongestionControl::Drop)
+            .express(true)
+            .wait();
+        Self {
+            client: Client::new(id, "rooms", 1 + number as u64),
+            publisher: publisher.expect("it publishes"),
+            _session: session,
+            place: number % PLACES,
+            room: 0,
+            crosses: None,
+            random: Random::new(number as u64),
+            reported: None,
+            asked: None,
+            sent: 0,
+            moves: 0,
+        }
+    }
+
+    fn name_of(&self, room: usize) -> String {
+        format!("room-{}-{}", self.place, room % ROOMS)
+    }
+
+    /// Drives as far as grants allow, and reports when that is due.
+    fn step(&mut self, now: Instant, now_ns: u64) {
+        let (here, there) = (self.name_of(self.room), self.name_of(self.room + 1));
+        let crossing = format!("Cr-{}", self.place);
+        match self.crosses {
+            None if self.client.holds(&crossing) && self.client.holds(&here) => {
+                let takes_ms = CROSSES_MS + self.random.below(LONGER_MS);
+                self.crosses = Some((now, Duration::from_millis(takes_ms)));
+            }
+            Some((since, takes)) if now >= since + takes && self.client.holds(&there) => {
+                self.crosses = None;
+                self.room = (self.room + 1) % ROOMS;
+                self.moves += 1;
+            }
+            _ => {}
+        }
+        let here = self.name_of(self.room);
+        let (stands_in, wanted) = match self.crosses {
+            // Half way it has left the room behind it, and asks for the one ahead.
+            Some((since, takes)) if now >= since + takes / 2 => {
+                (vec![crossing.clone()], vec![crossing, there.clone()])
+            }
+            Some(_) => (vec![here.clone(), crossing.clone()], vec![here, crossing]),
+            None => (vec![here.clone()], vec![here, crossing]),
+        };
+        let asks = wanted.contains(&there) && self.crosses.is_some();
+        let situation = Situation {
+            located: self.client.is_registered(),
+            stands_in,
+            wanted,
+            ..Situation::default()
+        };
+        let news = self.client.step(situation, now_ns, SILENT_NS);
+        let due = self.reported.is_none_or(|at| now >= at + REPORT);
+        if !news && !due {
+            return;
+        }
+        if asks && news && self.asked.is_none() && !self.client.holds(&there) {
+            self.asked = Some(Instant::now());
+        }
+        self.reported = Some(now);
+        self.sent += 1;
+        let report = self.client.report().encode_to_vec();
+        self.publisher
+            .put(report)
+            .wait()
+            .expect("the session is open");
+    }
+
+    /// Returns how long the room that it has asked for took.
+    fn hear(&mut self, message: &MediatorReport, at: Instant, now_ns: u64) -> Option<u64> {
+        hear(&mut self.client, message, now_ns);
+        let asked = self.asked?;
+        if self.client.holds(&self.name_of(self.room + 1)) {
+            self.asked = None;
+            return Some(at.saturating_duration_since(asked).as_nanos() as u64);
+        }
+        None
+    }
+}
+
+struct Floor {
+    robots: Vec<Robot>,
+    inbox: Receiver<(usize, Instant, MediatorReport)>,
+    begun: Instant,
+    bytes: (u64, u64),
+}
+
+impl Floor {
+    fn run(&mut self, time: Duration) -> Vec<u64> {
+        let until = Instant::now() + time;
+        let mut times = Vec::new();
+        let (mut looked, mut part) = (Instant::now(), 0);
+        while Instant::now() < until {
+            let mut heard = BTreeMap::new();
+            let mut patience = LOOKS / PARTS as u32;
+            while let Ok((number, at, message)) = self.inbox.recv_timeout(patience) {
+                patience = Duration::ZERO;
+                self.bytes.0 += 1;
+                self.bytes.1 += message.encoded_len() as u64;
+                let now_ns = self.begun.elapsed().as_nanos() as u64;
+                times.extend(self.robots[number].hear(&message, at, now_ns));
+                heard.insert(number, ());
+                if heard.len() >= 100 {
+                    break;
+                }
+            }
+            let now = Instant::now();
+            let now_ns = self.begun.elapsed().as_nanos() as u64;
+            for number in heard.into_keys() {
+                self.robots[number].step(now, now_ns);
+            }
+            // Not all at once: that would be a burst.
+            if now >= looked + LOOKS / PARTS as u32 {
+                looked = now;
+                part = (part + 1) % PARTS;
+                for robot in self.robots.iter_mut().skip(part).step_by(PARTS) {
+                    robot.step(now, now_ns);
+                }
+            }
+        }
+        times
+    }
+
+    fn sent(&self) -> u64 {
+        self.robots.iter().map(|robot| robot.sent).sum()
+    }
+
+    fn moves(&self) -> u64 {
+        self.robots.iter().map(|robot| robot.moves).sum()
+    }
+}
+
+fn measure(count: usize) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
+    let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
+    let site = site(count);
+    let mut program = Program::new(folder.path(), &site, Vec::new());
+    program.listen(&endpoint);
+    program.start();
+    program.wait_ready(Duration::from_secs(60));
+    let (news, inbox) = channel();
+    let mut robots = Vec::new();
+    let ids: Vec<(usize, &str)> = { site.robots.iter().enumerate() }
+        .map(|(number, (id, _, _))| (number, id.as_str()))
+        .collect();
+    for some in ids.chunks(OPENED_AT_ONCE) {
+        let opened = std::thread::scope(|scope| {
+            let all: Vec<_> = { some.iter() }
+                .map(|&(number, id)| {
+                    let (news, endpoint) = (news.clone(), &endpoint);
+                    scope.spawn(move || Robot::open(number, id, endpoint, news))
+                })
+                .collect();
+            all.into_iter()
+                .map(|own| own.join().expect("opened"))
+                .collect::<Vec<_>>()
+        });
+        robots.extend(opened);
+    }
+    let mut floor = Floor {
+        robots,
+        inbox,
+        begun: Instant::now(),
+        bytes: (0, 0),
+    };
+    floor.run(WARM_UP);
+    floor.bytes = (0, 0);
+    floor.robots.iter_mut().for_each(|robot| robot.sent = 0);
+    let (moves, cpu, rss_mib) = (floor.moves(), program.cpu_time(), program.rss_mib());
+    let begun = Instant::now();
+    let times = Times::new(floor.run(MEASURED));
+    let took_s = begun.elapsed().as_secs_f64();
+    let status = program.wait_ready(Duration::from_secs(5));
+    let reports = floor.sent();
+    let cpu_s = (program.cpu_time() - cpu).as_secs_f64();
+    let nets = status.coordinations.iter().filter(|own| !own.over).count();
+    println!(
+        "\n{count} robots on {count} sessions, {} areas, {nets} nets run, {took_s:.1} s: {:.0} reports/s, {:.0} moves/s\n\
+         request -> grant: median {}, p99 {}, max {} ({} grants); a message has {:.0} bytes\n\
+         mediator: {:.1} % of a core, {:.1} us for each report; resident {rss_mib:.1} MiB, then {:.1} MiB",
+        site.areas.len(),
+        reports as f64 / took_s,
+        (floor.moves() - moves) as f64 / took_s,
+        ms(times.per_mille(500)),
+        ms(times.per_mille(990)),
+        ms(times.max()),
+        times.count(),
+        floor.bytes.1 as f64 / floor.bytes.0.max(1) as f64,
+        100.0 * cpu_s / took_s,
+        1e6 * cpu_s / reports.max(1) as f64,
+        program.rss_mib()
+    );
+    assert!(times.count() > 0, "nobody moved: {}", program.log());
+}
+
+pub fn run() {
+    for count in [100, 1000] {
+        measure(count);
+    }
+}
