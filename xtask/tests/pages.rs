@@ -34,10 +34,36 @@ const OPERATOR: &str = "hil-tests/rig/tests/robots/bad_days/operator.rs";
 const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
 const TELEOP: &str = "hil-tests/rig/tests/robots/bad_days/by_hand.rs";
 const HARDWARE: &str = "the robot's own hardware, and an administrator";
+const PYTHON: &str = "the conformance kit's Python packages";
 const SERVE: &str = "target/debug/mediator run --site config/sites/overtaking.toml --listen tcp/0.0.0.0:7447 --first-start";
 
 /// All commands of all pages, each once.
 const COMMANDS: &[(&str, Run)] = &[
+    // contract/kit/README
+    ("cargo build --bin rig --bin onboard", Needs(PYTHON)),
+    ("cd contract", Needs(PYTHON)),
+    (
+        "python -m kit robot --start 'exec python -m kit.robot --connect {endpoint} --prefix {prefix} --at 0.75,0 --route a,b,c,d'",
+        Needs(PYTHON),
+    ),
+    ("python -m kit selftest", Needs(PYTHON)),
+    (
+        "python -m kit.robot --connect tcp/127.0.0.1:7447 --site kit --id kit-1 --at 1.0,0.0 --route a,b,c,hall",
+        Needs(PYTHON),
+    ),
+    (
+        "python contract/kit mediator --areas a,b,c,hall --coordinated kit-1:call:bay --start 'target/debug/mediator run --site contract/kit/sites/kit.toml --journal {folder}/journal --first-start --listen {endpoint} --key-prefix {prefix} --runtime {folder}'",
+        Needs(PYTHON),
+    ),
+    (
+        "python contract/kit robot --robot amr-1 --site overtaking --patience 60 --start 'sh contract/kit/start_onboard.sh target/debug config overtaking {endpoint} {prefix} {folder}'",
+        Needs(PYTHON),
+    ),
+    ("python3 -m venv venv", Needs(PYTHON)),
+    (
+        "venv/bin/pip install -r contract/kit/requirements.txt",
+        Needs(PYTHON),
+    ),
     // README
     (
         "cargo run --bin rig -- overtaking",

@@ -41,6 +41,8 @@ pub(super) struct Floor {
     borders: Vec<BorderGuard>,
     /// The same, farther out.
     leaving: Vec<BorderGuard>,
+    /// The same, with no other margin than the pose's uncertainty.
+    unsure: Vec<BorderGuard>,
     footprint: Footprint,
     gains: BorderGains,
 }
@@ -52,6 +54,10 @@ impl Floor {
             margin_m: gains.margin_m + LEAVING_M,
             ..gains
         };
+        let bare = BorderGains {
+            margin_m: 0.0,
+            ..gains
+        };
         let regions: Vec<Rect> = setup.areas.iter().map(|area| area.region).collect();
         let guards = |gains| {
             let guard = |&region| BorderGuard::new([region], setup.footprint, gains);
@@ -60,6 +66,7 @@ impl Floor {
         Self {
             borders: guards(gains),
             leaving: guards(farther),
+            unsure: guards(bare),
             regions,
             footprint: setup.footprint,
             gains,
@@ -67,21 +74,17 @@ impl Floor {
     }
 
     pub(super) fn touch(&self, area: AreaIndex, at: &UncertainPose) -> Touch {
-        let here = Curve {
-            curvature_1_m: 0.0,
-            reach_m: 0.0,
-        };
-        let judge = |guards: &[BorderGuard]| {
-            let guard = guards.get(area.place())?;
-            let judged = guard.along_curve(&AreaSet::EMPTY, at.pose, &at.covariance, here);
-            judged.area.map(|_| judged.inside)
-        };
-        match judge(&self.leaving) {
+        match judge(&self.leaving, area, at) {
             None => Touch::Clear,
             Some(true) => Touch::Body,
-            Some(false) if judge(&self.borders).is_some() => Touch::Margin,
+            Some(false) if judge(&self.borders, area, at).is_some() => Touch::Margin,
             Some(false) => Touch::Near,
         }
+    }
+
+    /// Whether the footprint may reach into the area, given the pose's uncertainty.
+    pub(super) fn may_be_in(&self, area: AreaIndex, at: &UncertainPose) -> bool {
+        judge(&self.unsure, area, at).is_some()
     }
 
     /// From the footprint, grown by margin and uncertainty, to the area; 0 when it may reach in. Never more than the way
@@ -106,6 +109,17 @@ impl Floor {
     }
 }
 
+/// Whether the footprint reaches into an area, by its guard; and whether it does so at the estimated pose.
+fn judge(guards: &[BorderGuard], area: AreaIndex, at: &UncertainPose) -> Option<bool> {
+    let here = Curve {
+        curvature_1_m: 0.0,
+        reach_m: 0.0,
+    };
+    let guard = guards.get(area.place())?;
+    let judged = guard.along_curve(&AreaSet::EMPTY, at.pose, &at.covariance, here);
+    judged.area.map(|_| judged.inside)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,6 +141,10 @@ mod tests {
         assert_eq!(touches(5.61, 0.01), [Touch::Margin, Touch::Body]);
         assert_eq!(touches(5.65, 0.01), [Touch::Near, Touch::Body]);
         assert_eq!(touches(5.8, 0.01), [Touch::Clear, Touch::Body]);
+        let may_be_in_2 = |x_m, std_m| floor.may_be_in(AreaIndex(1), &at(x_m, -0.5, 0.0, std_m));
+        assert_eq!(touches(5.16, 0.002)[1], Touch::Margin);
+        assert!(!may_be_in_2(5.16, 0.002), "it stands before the border");
+        assert!(may_be_in_2(5.15, 0.03) && may_be_in_2(5.2, 0.005));
     }
 
     #[test]

@@ -187,9 +187,7 @@ impl Member {
         };
         let committed = place.map_or(AreaSet::EMPTY, |place| {
             // What it has just left lies behind.
-            needs
-                .committed(&place, sense.speed_m_s, &touches)
-                .difference(&left)
+            needs.committed(&place, sense.speed_m_s).difference(&left)
         });
         self.wanted = wanted.iter().copied().collect();
         let situation = Situation {

@@ -3,7 +3,7 @@
 use description::areas::AreaIndex;
 use skills::borders::AreaSet;
 
-use super::floor::{Floor, Touch, UncertainPose};
+use super::floor::{Floor, UncertainPose};
 use super::route::look_ahead;
 use super::sense::Sense;
 use super::setup::Setup;
@@ -77,21 +77,18 @@ impl Needs<'_> {
         (wanted, held_back)
     }
 
-    /// Held areas that the robot does not stand in and may reach into before it stops.
-    pub(super) fn committed(
-        &self,
-        place: &UncertainPose,
-        speed_m_s: f64,
-        touches: &[Touch],
-    ) -> AreaSet {
+    /// Held areas that the robot does not stand in and may reach into before it stops, or may be in already for all that is
+    /// known. One that stands before a border can go on standing there, however near it is.
+    pub(super) fn committed(&self, place: &UncertainPose, speed_m_s: f64) -> AreaSet {
         let moves = speed_m_s.abs() > STANDING_M_S || !speed_m_s.is_finite();
         let reach_m = self.stopping_m(speed_m_s);
-        { self.setup.area_indices().zip(touches) }
-            .filter(|&(area, &touch)| {
+        self.setup
+            .area_indices()
+            .filter(|&area| self.held.contains(area))
+            .filter(|&area| {
                 let near = || reach_m.is_nan() || self.floor.gap_m(area, place) <= reach_m;
-                self.held.contains(area) && (touch >= Touch::Margin || moves && near())
+                self.floor.may_be_in(area, place) || moves && near()
             })
-            .map(|(area, _)| area)
             .collect()
     }
 
@@ -99,5 +96,31 @@ impl Needs<'_> {
     fn stopping_m(&self, speed_m_s: f64) -> f64 {
         let speed_m_s = speed_m_s.abs();
         speed_m_s * speed_m_s / (2.0 * self.setup.deceleration_m_s2) + speed_m_s * REACTION_S
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fleet::tests::{at, setup};
+
+    #[test]
+    fn one_that_stands_before_a_border_can_go_on_standing_there() {
+        let (setup, held) = (setup(), [AreaIndex(0), AreaIndex(1)].into_iter().collect());
+        let needs = Needs {
+            floor: &Floor::new(&setup),
+            setup: &setup,
+            held,
+            wanted: AreaSet::EMPTY,
+        };
+        // Its front is a few centimetres before the border to area 2.
+        let committed = |std_m, speed_m_s| -> Vec<usize> {
+            let all = needs.committed(&at(5.16, -0.5, 0.0, std_m), speed_m_s);
+            all.iter().map(AreaIndex::place).collect()
+        };
+        assert_eq!(committed(0.002, 0.0), [0]);
+        assert_eq!(committed(0.002, 0.05), [0, 1], "it moves");
+        assert_eq!(committed(0.002, f64::NAN), [0, 1], "it may move");
+        assert_eq!(committed(0.05, 0.0), [0, 1], "it may be in it");
     }
 }

@@ -1,0 +1,60 @@
+"""The fleet's network: one zenoh session, put and subscribed as PROTOCOL.md says."""
+
+from __future__ import annotations
+
+import json
+import socket
+from typing import Any, Callable, Sequence
+
+import zenoh
+
+
+def free_endpoint() -> str:
+    """A loopback endpoint whose port was free a moment ago."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+
+
+class Network:
+    """A session that finds nobody but whom it is told of."""
+
+    def __init__(self, connect: Sequence[str] = (), listen: Sequence[str] = ()) -> None:
+        config = zenoh.Config()
+        for key, value in {
+            "mode": "peer",
+            "connect/endpoints": list(connect),
+            "listen/endpoints": list(listen),
+            # The other side may come later, and come again.
+            "connect/timeout_ms": -1,
+            "connect/exit_on_failure": False,
+            "connect/retry": {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 1.5},
+            "scouting/multicast/enabled": False,
+            "scouting/gossip/enabled": False,
+        }.items():
+            config.insert_json5(key, json.dumps(value))
+        self._session = zenoh.open(config)
+        self._kept: list[Any] = []
+
+    def put(self, key: str, data: bytes) -> None:
+        """Sends a message: it is dropped rather than waited for, and does not wait for others."""
+        self._session.put(key, data, congestion_control=zenoh.CongestionControl.DROP, express=True)
+
+    def subscribe(self, key: str, take: Callable[[str, bytes], None]) -> None:
+        """Calls `take` with key and bytes of each message, from a thread of zenoh's."""
+        def handler(sample: Any) -> None:
+            take(str(sample.key_expr), sample.payload.to_bytes())
+
+        self._kept.append(self._session.declare_subscriber(key, handler))
+
+    def show_alive(self, key: str) -> None:
+        """Declares a liveliness token, which is there until the session ends."""
+        self._kept.append(self._session.liveliness().declare_token(key))
+
+    def is_alive(self, key: str) -> bool:
+        """Whether somebody has declared this token."""
+        return any(reply.ok is not None for reply in self._session.liveliness().get(key, timeout=1.0))
+
+    def close(self) -> None:
+        """Ends the session."""
+        self._session.close()

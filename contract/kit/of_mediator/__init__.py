@@ -1,0 +1,8 @@
+"""The checks of a mediator."""
+
+from ..checks import Suite
+
+SUITE = Suite("mediator")
+
+# Each module adds its checks; they are run in this order.
+from . import registration, identity, restart, areas, claims, blocking, rough, mediators, control  # noqa: E402,F401
