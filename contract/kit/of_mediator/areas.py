@@ -8,7 +8,7 @@ from ..played_robot import Claim
 from . import SUITE
 
 EMPTIED = "After the last flag of a run its reader empties the array: the next run begins with progress 0."
-APART = "What the mediator keeps apart is what robots name here."
+APART = "it grants an area to no more robots than its capacity, counting whoever stands in it."
 FENCE = "The grant's `fence` grows with every grant of that area."
 
 

@@ -41,7 +41,7 @@ def silence_blocks(fleet: Fleet) -> None:
     fleet.granted(second, inside)
 
 
-@SUITE.check("place-of-silent", SILENT, "What the mediator keeps apart is what robots name here.", needs=["2 robots"])
+@SUITE.check("place-of-silent", SILENT, "it grants an area to no more robots than its capacity, counting whoever stands in it.", needs=["2 robots"])
 def place_of_silent(fleet: Fleet) -> None:
     """Where a silent robot stands without a grant is blocked as well."""
     first, second = fleet.robots[:2]
