@@ -6,7 +6,8 @@
 //! * [`floor`]: the areas that both sides must know alike, and their hash;
 //! * [`protocols`]: the protocols as flag arrays, with their flags looked up; [`timing`]: periods and timeouts of both sides;
 //! * [`client`]: the robot's side of all protocols, pure;
-//! * `network` (a feature): the zenoh session.
+//! * `network` (a feature): the zenoh session;
+//! * [`private`]: folders, files and sockets that are nobody else's, for the ends of all this on either machine.
 //!
 //! Everything allocates; not for real-time threads. Units are those of the message's field names, poses are in the `map` frame.
 //!
@@ -60,6 +61,7 @@ pub mod mention;
 pub mod network;
 #[cfg(test)]
 mod page;
+pub mod private;
 pub mod protocols;
 pub mod timing;
 mod version;
