@@ -2,7 +2,8 @@
 //!
 //! Each run has an iceoryx2 root folder and prefix of its own, so it shares no node, service or
 //! management segment with anything else on the machine, and no system-wide configuration file
-//! affects it.
+//! affects it. All of its shared memory is its owner's alone: [`Service`] leaves out the one part
+//! that iceoryx2 makes writable by everybody.
 
 use std::fmt::Debug;
 
@@ -10,17 +11,16 @@ use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port;
 use iceoryx2::prelude::{
-    FileName, LogLevel, Path, SemanticString, ServiceName, SignalHandlingMode, ipc_threadsafe,
+    FileName, LogLevel, Path, SemanticString, ServiceName, SignalHandlingMode,
     set_log_level_from_env_or,
 };
 use iceoryx2::service::builder::blackboard::Creator;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 
+use super::service::Service;
 use super::table_run::TableRun;
 use super::{Namespace, SymbolError};
 
-/// Handles of this variant can be sent to, and dropped in, any thread.
-pub(super) type Service = ipc_threadsafe::Service;
 /// The number of a symbol in the directory, from 1; the directory itself is 0.
 pub(super) type Key = u64;
 pub(super) type Adder = Creator<Key, Service>;

@@ -7,7 +7,8 @@ use std::sync::atomic::{Ordering, fence};
 use iceoryx2::port::reader::EntryHandle;
 use iceoryx2::port::writer::EntryHandleMut;
 
-use super::blackboard::{Key, Service};
+use super::blackboard::Key;
+use super::service::Service;
 use super::{Datatype, Stamped};
 
 /// The right to write one symbol; there is one per symbol.

@@ -7,9 +7,10 @@
 //! [built](TableBuilder::build), then owners take their [`Writer`] and others look up a [`Reader`].
 //! [`SymbolTable::seal`] ends it.
 //!
-//! Any other process of the same user can look into a running robot with an [`Inspector`]. One
-//! robot id runs once per [`Namespace`]. The shared memory disappears with the table; what a killed
-//! process left behind is removed by the next start, or by [`remove_stale`].
+//! Any other process of the same user can look into a running robot with an [`Inspector`]; other
+//! users can neither read nor write any of it. One robot id runs once per [`Namespace`]. The shared
+//! memory disappears with the table; what a killed process left behind is removed by the next start,
+//! or by [`remove_stale`].
 //!
 //! **Real time:** [`Writer::write`] and [`Reader::read`] do not allocate, lock, wait or make a
 //! system call. A writer never waits for readers. A reader that meets a write reads again, which
@@ -58,6 +59,7 @@ mod inspector;
 mod lock;
 mod namespace;
 mod owner;
+mod service;
 mod sweep;
 mod table;
 mod table_run;

@@ -1,7 +1,9 @@
 //! Where a table's shared memory and files live, and the names below.
 
+use std::fs::DirBuilder;
+use std::io;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use super::SymbolError;
 
@@ -19,7 +21,8 @@ const WORD: &str = "ASCII letters, digits, `_` and `-`";
 /// in parallel, do not meet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Namespace {
-    /// The folder for what belongs to the shared memory; it is created if it is missing.
+    /// The folder for what belongs to the shared memory; it is created with mode 0700 if it is missing. One that is there
+    /// already, and those above it, must be such that nobody else can exchange it: this is not looked at.
     pub root: PathBuf,
     /// What the names of the shared memory begin with, in a folder that all programs share.
     pub prefix: String,
@@ -66,12 +69,22 @@ impl Namespace {
 
     /// As [`existing_root`](Self::existing_root), after creating the folder if it is missing.
     pub(super) fn create_root(&self) -> Result<PathBuf, SymbolError> {
-        fs::create_dir_all(&self.root).map_err(file_error("create the folder", &self.root))?;
+        private_folder()
+            .recursive(true)
+            .create(&self.root)
+            .map_err(file_error("create the folder", &self.root))?;
         self.existing_root()?.ok_or_else(|| {
             let error = io::Error::from(io::ErrorKind::NotFound);
             file_error("use the folder", &self.root)(error)
         })
     }
+}
+
+/// Makes folders that only their owner can use.
+pub(super) fn private_folder() -> DirBuilder {
+    let mut builder = DirBuilder::new();
+    builder.mode(0o700);
+    builder
 }
 
 /// A name out of letters, digits, `_` and `-`.

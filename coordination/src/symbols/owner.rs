@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process;
 
 use super::lock::{Content, instance_path, lock_exclusively, read_content};
-use super::namespace::file_error;
+use super::namespace::{file_error, private_folder};
 use super::sweep::{self, Removed};
 use super::table_run::TableRun;
 use super::{Namespace, SymbolError};
@@ -33,7 +33,9 @@ impl Owner {
         let removed = sweep::remove_runs(&root, robot, dead)?;
         let folder = owner.run.folder();
         owner.write(false)?;
-        fs::create_dir(&folder).map_err(file_error("create the folder", &folder))?;
+        private_folder()
+            .create(&folder)
+            .map_err(file_error("create the folder", &folder))?;
         Ok((owner, removed))
     }
 

@@ -106,8 +106,14 @@ pub(super) fn remove_run(run: &TableRun) -> Result<Vec<PathBuf>, SymbolError> {
     let names = list(shared_memory).map_err(file_error("list", shared_memory))?;
     for name in names.iter().filter(|name| name.contains(&mark)) {
         let path = shared_memory.join(name);
-        if gone(fs::remove_file(&path)).map_err(file_error("remove", &path))? {
-            removed.push(path);
+        match fs::remove_file(&path) {
+            // Another user's, who has taken a name of this kind to keep the robot from starting.
+            Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {}
+            result => {
+                if gone(result).map_err(file_error("remove", &path))? {
+                    removed.push(path);
+                }
+            }
         }
     }
     let folder = run.folder();

@@ -1,7 +1,10 @@
 //! Other processes: this test binary runs itself again, as an owner or as an inspector.
 
 use std::env;
+use std::fs;
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::fs::{MetadataExt, chown};
+use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
@@ -15,6 +18,8 @@ use crate::common::{Encoders, Room, shared_memory, small_table};
 
 const ROLE: &str = "SYMBOLS_TEST_ROLE";
 const ROOT: &str = "SYMBOLS_TEST_ROOT";
+/// `nobody`, on most machines.
+const STRANGER: u32 = 65534;
 
 /// Not a test: what a child process does. It says `ready` and ends when its input does.
 #[test]
@@ -148,6 +153,58 @@ fn another_process_lists_and_reads_a_running_robot() {
     assert!(Inspector::open("a", &room.place).is_err());
     drop((inspector, reader));
     room.assert_nothing_left(&words);
+}
+
+#[test]
+fn no_other_user_can_reach_what_a_running_robot_and_those_who_look_at_it_share() {
+    let room = Room::new();
+    let owner = Process::ready("owner", &room);
+    let words = room.words();
+    let inspector = Process::ready("inspector", &room);
+    let shared = shared_memory(&words);
+    assert!(!shared.is_empty());
+    let objects = shared.iter().map(|name| Path::new("/dev/shm").join(name));
+    let objects = objects.chain([room.root().to_owned()]);
+    // Below the root, what others may do does not matter: they do not get there.
+    for object in objects.chain(room.files().iter().map(|name| room.root().join(name))) {
+        let mode = fs::metadata(&object).unwrap().mode();
+        assert_eq!(mode & 0o077, 0, "{mode:o} {}", object.display());
+    }
+    inspector.end();
+    owner.end();
+    room.assert_nothing_left(&words);
+}
+
+/// Whoever learns the word of a run can put something of that name into the folder that all users share.
+#[test]
+fn shared_memory_that_is_another_users_keeps_nobody_from_cleaning_up() {
+    if !rustix::process::geteuid().is_root() {
+        eprintln!("skipped: only root can be two users");
+        return;
+    }
+    let room = Room::new();
+    let word = format!(
+        "{:012x}",
+        0xdead_0000_0000_u64 | u64::from(std::process::id())
+    );
+    let run = room.root().join(format!("a.{word}"));
+    fs::create_dir_all(&run).unwrap();
+    for folder in [room.root().parent().unwrap(), room.root(), &run] {
+        chown(folder, Some(STRANGER), None).unwrap();
+    }
+    let roots = Path::new("/dev/shm").join(format!("taken_{word}_"));
+    fs::write(&roots, "").unwrap();
+    let place = room.place.clone();
+    let removed = std::thread::spawn(move || {
+        // The system call itself, which is for one thread.
+        let uid = rustix::process::Uid::from_raw(STRANGER);
+        rustix::thread::set_thread_res_uid(uid, uid, uid).unwrap();
+        remove_stale("a", &place)
+    });
+    let removed = removed.join().unwrap();
+    fs::remove_file(&roots).unwrap();
+    assert_eq!(removed.unwrap().paths, [run]);
+    room.assert_nothing_left(&[word]);
 }
 
 #[test]
