@@ -1,8 +1,9 @@
 //! `onboard teleop` on a terminal: what its keys say to the robot, and that the terminal is given back in every end.
 
-use std::fs::File;
+use std::fs::{File, Permissions};
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::os::fd::OwnedFd;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, ExitStatus};
@@ -31,7 +32,10 @@ struct Desk {
 
 impl Desk {
     fn new(terminal: &[u8]) -> Self {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = tempfile::Builder::new()
+            .permissions(Permissions::from_mode(0o700))
+            .tempdir()
+            .expect("a folder");
         let listener = UnixListener::bind(folder.path().join("amr-1.ctl")).expect("a socket");
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
         grantpt(&master).expect("granted");

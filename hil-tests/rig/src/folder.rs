@@ -6,9 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use sim::rt::monotonic_ns;
 
+use contract::private;
 use onboard::cli::Failure;
-
-use crate::output::make_folder;
 
 /// A fresh folder for what must not be seen by other runs.
 #[derive(Debug)]
@@ -37,7 +36,7 @@ impl Folder {
     }
 
     fn at(path: PathBuf) -> Result<Self, Failure> {
-        make_folder(&path)?;
+        private::folder(&path).map_err(Failure::refused)?;
         Ok(Self(path))
     }
 

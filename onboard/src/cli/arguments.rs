@@ -82,6 +82,7 @@ struct RuntimeArgs {
 
 /// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    contract::private::by_default();
     let result = match Cli::parse_from(arguments).command {
         Command::Check(files) => check::check(&files),
         Command::Run {

@@ -1,6 +1,7 @@
 //! `onboard check`: validates the files and prints the resolved plan, touching no device.
 
 use config::{RobotConfig, SiteConfig};
+use contract::private;
 use coordination::symbols::Namespace;
 use description::robot::Link;
 use description::threads::{ActivityKind, Core, Scheduling, Trigger};
@@ -8,6 +9,7 @@ use description::threads::{ActivityKind, Core, Scheduling, Trigger};
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
 use crate::composition::plan::{Budget, Plan, thread_names};
+use crate::realtime::clock::now_ns;
 use crate::symbols::wiring::Wiring;
 
 /// Validates and prints.
@@ -96,7 +98,10 @@ fn print_threads(robot: &RobotConfig) {
 
 /// Builds the real table in a folder of its own, and lists it: what is printed is what `run` does.
 fn print_symbols(robot: &RobotConfig) -> Result<(), Failure> {
-    let folder = std::env::temp_dir().join(format!("onboard-check-{}", std::process::id()));
+    // Others see the number of a process in time to take such a name.
+    let name = format!("onboard-check-{}-{}", std::process::id(), now_ns());
+    let folder = std::env::temp_dir().join(name);
+    private::folder(&folder).map_err(Failure::refused)?;
     let place = Namespace::new(&folder, format!("chk{:x}_", std::process::id()));
     let wiring = Wiring::build(&robot.identity.id, &place, &thread_names(robot));
     let listed = wiring.map(|wiring| wiring.table.directory());

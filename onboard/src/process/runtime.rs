@@ -2,9 +2,9 @@
 //! disk, for what outlives the machine's being switched off.
 
 use std::fs;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
+use contract::private;
 use coordination::symbols::Namespace;
 
 use crate::composition::failure::Failure;
@@ -18,10 +18,10 @@ pub struct Runtime {
 
 impl Runtime {
     /// The folder given, else `$XDG_RUNTIME_DIR/onboard`, else `/tmp/onboard-UID`; made when it is missing. And one on disk: the
-    /// same if it was given, else `$XDG_STATE_HOME/onboard`, else `~/.local/state/onboard`, else the same.
+    /// same if it was given, else `$XDG_STATE_HOME/onboard`, else `~/.local/state/onboard`, else the same. Both are private.
     ///
     /// # Errors
-    /// [`Failure::Refused`] when it cannot be made or belongs to another user.
+    /// [`Failure::Refused`] when it cannot be made, or others can reach it.
     pub fn new(folder: Option<PathBuf>) -> Result<Self, Failure> {
         let uid = rustix::process::geteuid().as_raw();
         let variable = |name| std::env::var_os(name).map(PathBuf::from);
@@ -38,7 +38,7 @@ impl Runtime {
             },
             |given| (given.clone(), given),
         );
-        private_folder(&folder, "runtime", uid)?;
+        private_folder(&folder, "runtime")?;
         Ok(Self { folder, lasting })
     }
 
@@ -54,9 +54,9 @@ impl Runtime {
     /// The folder for what outlives the machine's being switched off; made when it is missing.
     ///
     /// # Errors
-    /// [`Failure::Refused`] when it cannot be made or belongs to another user.
+    /// [`Failure::Refused`] when it cannot be made, or others can reach it.
     pub fn lasting(&self) -> Result<&Path, Failure> {
-        private_folder(&self.lasting, "state", rustix::process::geteuid().as_raw())?;
+        private_folder(&self.lasting, "state")?;
         Ok(&self.lasting)
     }
 
@@ -134,25 +134,49 @@ impl Runtime {
     }
 }
 
-/// Makes a folder that is nobody else's.
-fn private_folder(folder: &Path, name: &str, uid: u32) -> Result<(), Failure> {
-    let cannot = |error: std::io::Error| {
-        Failure::refused(format_args!(
-            "{name} folder {} cannot be made: {error}",
-            folder.display()
-        ))
-    };
-    fs::DirBuilder::new()
-        .recursive(true)
-        .mode(0o700)
-        .create(folder)
-        .map_err(cannot)?;
-    let owner = fs::metadata(folder).map_err(cannot)?.uid();
-    if owner != uid {
-        return Err(Failure::refused(format_args!(
-            "{name} folder {} belongs to user {owner}, expected {uid}; choose another with --{name}",
-            folder.display()
-        )));
+/// Makes a folder that is nobody else's, and says which option names another.
+fn private_folder(folder: &Path, name: &str) -> Result<(), Failure> {
+    private::folder(folder).map_err(|why| {
+        Failure::refused(format_args!("{name} folder: {why}; --{name} names another"))
+    })
+}
+
+/// A temporary folder as [`Runtime::new`] wants it; by itself a test's is open to others.
+#[cfg(test)]
+pub(super) fn temporary() -> tempfile::TempDir {
+    use std::os::unix::fs::PermissionsExt;
+    tempfile::Builder::new()
+        .permissions(fs::Permissions::from_mode(0o700))
+        .tempdir()
+        .expect("a temporary folder")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
+    use super::*;
+
+    #[test]
+    fn folders_that_others_reach_are_refused_with_what_to_do() {
+        let place = tempfile::tempdir().expect("a folder");
+        let [open, link] = ["open", "link"].map(|name| place.path().join(name));
+        fs::create_dir(&open).expect("made");
+        fs::set_permissions(&open, fs::Permissions::from_mode(0o755)).expect("it is ours");
+        symlink(place.path(), &link).expect("a link");
+        let said = |failure| match failure {
+            Failure::Refused(report) | Failure::Failed(report) => report.to_string(),
+        };
+        for (path, why) in [(open, "chmod 0700"), (link, "is a symbolic link")] {
+            let runtime = said(Runtime::new(Some(path.clone())).expect_err("refused"));
+            let good = Runtime::new(Some(place.path().join("run"))).expect("private");
+            let state = good.lasting_in(Some(path));
+            let state = said(state.lasting().map(Path::to_owned).expect_err("refused"));
+            for (said, name) in [(runtime, "runtime"), (state, "state")] {
+                assert!(said.starts_with(&format!("{name} folder: ")), "{said}");
+                assert!(said.contains(why), "{said}");
+                assert!(said.ends_with(&format!("--{name} names another")), "{said}");
+            }
+        }
     }
-    Ok(())
 }

@@ -1,9 +1,10 @@
 //! The note that outlives the machine's being switched off.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io::{self, Read};
 use std::path::Path;
 
+use contract::private;
 use description::geometry::Pose2;
 
 const UNDER_WAY: &str = "under way";
@@ -24,9 +25,12 @@ pub enum Journey {
 impl Journey {
     /// Reads a note: `under way`, or `ended X Y THETA` in metres and radians.
     pub(super) fn noted(path: &Path) -> io::Result<Self> {
-        let text = match fs::read(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::None),
-            text => text.map_err(|error| named(path, &error))?,
+        let mut text = Vec::new();
+        match private::open(path) {
+            Err(error) if error.is_missing() => return Ok(Self::None),
+            file => file?
+                .read_to_end(&mut text)
+                .map_err(|error| named(path, &error))?,
         };
         let text = String::from_utf8_lossy(&text);
         let read = |text: &str| match text.trim() {
@@ -56,16 +60,7 @@ impl Journey {
                 format!("{ENDED} {:?} {:?} {:?}", pose.x_m, pose.y_m, pose.theta_rad)
             }
         };
-        let write = || {
-            let new = path.with_extension("journey-new");
-            let mut file = File::create(&new)?;
-            file.write_all(text.as_bytes())?;
-            file.sync_all()?;
-            fs::rename(&new, path)?;
-            let folder = path.parent().map(File::open).transpose()?;
-            folder.map_or(Ok(()), |folder| folder.sync_all())
-        };
-        write().map_err(|error| named(path, &error))
+        Ok(private::write(path, text.as_bytes())?)
     }
 }
 
@@ -83,11 +78,14 @@ fn named(path: &Path, error: &io::Error) -> io::Error {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+
     use super::*;
+    use crate::process::runtime::temporary;
 
     #[test]
     fn what_is_noted_is_read_again_and_what_is_damaged_is_under_way() {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = temporary();
         let path = folder.path().join("amr-1.journey");
         let read = || Journey::noted(&path).expect("readable");
         assert_eq!(read(), Journey::None);
@@ -106,5 +104,27 @@ mod tests {
         fs::create_dir(&path).expect("made");
         let error = Journey::noted(&path).expect_err("a folder");
         assert!(error.to_string().contains("amr-1.journey"), "{error}");
+    }
+
+    #[test]
+    fn a_note_is_nobody_elses_and_no_link_is_followed() {
+        let folder = temporary();
+        let [path, victim] = ["amr-1.journey", "victim"].map(|name| folder.path().join(name));
+        fs::write(&victim, "precious").expect("written");
+        symlink(&victim, &path).expect("a link");
+        let error = Journey::noted(&path).expect_err("a link");
+        assert!(error.to_string().contains("is a symbolic link"), "{error}");
+        Journey::UnderWay.note(&path).expect("in place of the link");
+        assert_eq!(fs::read(&victim).expect("there"), b"precious");
+        let mode = |mode| fs::set_permissions(&path, fs::Permissions::from_mode(mode));
+        let found = fs::symlink_metadata(&path).expect("there").permissions();
+        assert_eq!(found.mode() & 0o7777, 0o600);
+        // As earlier versions left it: the folder keeps others out.
+        mode(0o644).expect("it is ours");
+        assert_eq!(Journey::noted(&path).expect("read"), Journey::UnderWay);
+        let others = fs::Permissions::from_mode(0o755);
+        fs::set_permissions(folder.path(), others).expect("it is ours");
+        let error = Journey::UnderWay.note(&path).expect_err("it is open");
+        assert!(error.to_string().contains("chmod 0700"), "{error}");
     }
 }

@@ -7,9 +7,10 @@ mod journey;
 
 use std::fmt::Display;
 use std::fs;
-use std::io;
+use std::io::{self, Read};
 use std::path::PathBuf;
 
+use contract::private;
 use description::geometry::Pose2;
 
 use crate::composition::checkpoint::Checkpoint;
@@ -82,10 +83,8 @@ impl CheckpointFile {
 
 impl CheckpointStore for CheckpointFile {
     fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
-        // Renamed when it is whole: the process may be killed at any moment.
-        let new = self.path.with_extension("checkpoint-new");
-        fs::write(&new, [self.boot_id.as_bytes(), bytes].concat())?;
-        fs::rename(&new, &self.path)?;
+        // There as a whole or not at all: the process may be killed at any moment.
+        private::write_unsynced(&self.path, &[self.boot_id.as_bytes(), bytes].concat())?;
         if !self.noted {
             Journey::UnderWay.note(&self.note)?;
             self.noted = true;
@@ -109,9 +108,10 @@ impl Inheritance for CheckpointFile {
         let named = |error: io::Error| {
             io::Error::new(error.kind(), format!("{}: {error}", self.path.display()))
         };
-        let bytes = match fs::read(&self.path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            bytes => bytes.map_err(named)?,
+        let mut bytes = Vec::new();
+        match private::open(&self.path) {
+            Err(error) if error.is_missing() => return Ok(None),
+            file => file?.read_to_end(&mut bytes).map_err(named)?,
         };
         fs::remove_file(&self.path).map_err(named)?;
         let own = bytes.strip_prefix(self.boot_id.as_bytes());
@@ -250,7 +250,7 @@ mod tests {
 
     /// A folder, and the file of a robot in it.
     fn file() -> (tempfile::TempDir, CheckpointFile) {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = crate::process::runtime::temporary();
         let runtime = Runtime::new(Some(folder.path().to_owned()));
         let file = CheckpointFile::of(&runtime.unwrap_or_else(|_| unreachable!()), "amr-1");
         (folder, file.unwrap_or_else(|_| unreachable!()))

@@ -76,6 +76,9 @@ impl fmt::Display for Done {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Refusal {
+    /// Who asks is another user.
+    #[error("{0}")]
+    Stranger(String),
     /// The line is none of the requests.
     #[error("unknown request {0:?}")]
     UnknownRequest(String),

@@ -1,14 +1,15 @@
 //! The control socket: one connection carries one line there and text back.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
+use contract::private;
+
 use super::pending::Pending;
-use super::reply::{Done, Reply};
+use super::reply::{Done, Refusal, Reply};
 use super::request::{Request, Teleop};
 use crate::composition::failure::Failure;
 use crate::process::runtime::Runtime;
@@ -127,17 +128,9 @@ impl Server {
     pub fn open(runtime: &Runtime, robot_id: &str) -> Result<Self, Failure> {
         let path = runtime.socket(robot_id);
         let refused = |error: io::Error| {
-            Failure::refused(format_args!(
-                "control socket {} cannot be opened: {error}",
-                path.display()
-            ))
+            Failure::refused(format_args!("control socket cannot be opened: {error}"))
         };
-        match std::fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(refused(error)),
-            _ => {}
-        }
-        let listener = UnixListener::bind(&path).map_err(refused)?;
-        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).map_err(refused)?;
+        let listener = private::listen(&path).map_err(|why| refused(why.into()))?;
         listener.set_nonblocking(true).map_err(refused)?;
         Ok(Self {
             listener,
@@ -157,6 +150,10 @@ impl Server {
     #[must_use]
     pub fn next(&self) -> Option<Pending> {
         while let Ok((stream, _)) = self.listener.accept() {
+            if let Err(why) = private::peer(&stream) {
+                answer(&stream, &Err(Refusal::Stranger(why.to_string())));
+                continue;
+            }
             let Some(line) = first_line(&stream) else {
                 continue;
             };
@@ -219,7 +216,11 @@ fn answer(mut stream: &UnixStream, reply: &Reply) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reply::Refusal;
+    use std::fs::{Permissions, metadata, set_permissions};
+    use std::os::unix::fs::PermissionsExt;
+
+    use rustix::process::Uid;
+
     use super::*;
 
     fn runtime() -> (tempfile::TempDir, Runtime) {
@@ -262,6 +263,39 @@ mod tests {
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("answered");
         assert!(answer.starts_with("refused: unknown request"), "{answer}");
+    }
+
+    #[test]
+    fn another_user_is_refused_in_a_sentence_even_where_somebody_has_opened_the_folder() {
+        if !rustix::process::geteuid().is_root() {
+            eprintln!("skipped: only root can be another user");
+            return;
+        }
+        let (folder, runtime) = runtime();
+        let server = Server::open(&runtime, "amr-1").expect("opens");
+        let socket = runtime.socket("amr-1");
+        let mode = metadata(&socket).expect("it is there").permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+        let open = |path, mode| set_permissions(path, Permissions::from_mode(mode));
+        open(folder.path(), 0o755).expect("it is ours");
+        open(runtime.folder(), 0o755).expect("it is ours");
+        open(socket.as_path(), 0o666).expect("it is ours");
+        let stranger = std::thread::spawn(move || {
+            // The system call itself, which is for one thread.
+            let uid = Uid::from_raw(65534);
+            rustix::thread::set_thread_res_uid(uid, uid, uid).expect("root may");
+            let mut stream = UnixStream::connect(socket).expect("connects");
+            writeln!(stream, "stop").expect("written");
+            stream
+        });
+        let stream = stranger.join().expect("ends");
+        assert!(server.next().is_none());
+        let mut answer = String::new();
+        BufReader::new(stream)
+            .read_line(&mut answer)
+            .expect("answered");
+        let expected = "refused: user 65534 may not ask, only user 0 and root\n";
+        assert_eq!(answer, expected);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //!   robots run one for each core; [`late`](crate::late) knows when the machine was to blame;
 //! - [`lidar`], [`bus`], [`drive`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
-//! - [`operator`], [`orders`]: requests while it drives; [`by_hand`]: somebody drives it;
+//! - [`operator`], [`orders`]: requests while it drives; [`by_hand`]: somebody drives it; [`doors`]: other users ask;
 //! - [`laps`]: the rig itself is interrupted or killed.
 //!
 //! Here is what only real programs show, and that they are safe; what they make of faults is judged in `tests/stepped`.
@@ -14,6 +14,7 @@ mod bench;
 mod bus;
 mod by_hand;
 mod death;
+mod doors;
 mod drive;
 mod files;
 mod laps;
