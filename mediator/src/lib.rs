@@ -55,6 +55,9 @@
 //! # Ok::<(), RestoreError>(())
 //! ```
 
+use std::ffi::OsString;
+use std::process::ExitCode;
+
 pub mod cli;
 mod draw;
 mod jam;
@@ -65,4 +68,9 @@ pub mod runtime;
 pub mod setup;
 mod site;
 
-pub use cli::main_from;
+/// Runs the program with these arguments, the first being its name. What it makes is nobody else's. Ends the process after
+/// `--help` and wrong usage.
+pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    contract::private::by_default();
+    cli::main_from(arguments)
+}

@@ -1,9 +1,10 @@
 //! The journal in an embedded store (redb): one file, one transaction for each write, on the disk when it returns.
 
-use std::fs::File;
-use std::os::unix::fs::MetadataExt;
+use std::fs::Permissions;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
+use contract::private;
 use redb::{Database, ReadableDatabase, ReadableTable, StorageBackend, TableDefinition};
 
 use super::entry::{Entry, Stored};
@@ -36,18 +37,21 @@ impl std::fmt::Debug for Store {
 }
 
 impl Store {
-    /// Opens the journal of `site`, or begins one, and reads all that it holds.
+    /// Opens the journal of `site`, or begins one, and reads all that it holds. Its file is private, in a folder of any mode.
     ///
     /// # Errors
     /// [`StoreError`] when it cannot be opened, is damaged, or is of another site.
     pub fn open(path: &Path, site: &str) -> Result<(Self, Stored), StoreError> {
         let file_path = path.to_owned();
         let open = move || {
-            let mut options = File::options();
-            options.read(true).write(true).create(true).truncate(false);
-            let file = options.open(&file_path)?;
+            let file = private::open_or_make(&file_path).map_err(std::io::Error::from)?;
             let metadata = file.metadata()?;
+            let same = file.try_clone()?;
             let database = Database::builder().create_file(file)?;
+            // Earlier versions made it readable. Only now it is certain that it is a journal, and no other file of this user.
+            if metadata.mode() & 0o077 != 0 {
+                same.set_permissions(Permissions::from_mode(0o600))?;
+            }
             Ok((database, [metadata.dev(), metadata.ino()]))
         };
         Self::begin(path, Box::new(open), site)

@@ -1,3 +1,5 @@
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -116,6 +118,31 @@ fn the_journal_of_another_site_is_refused() {
         text.contains("corridor") && text.contains("docking"),
         "{text}"
     );
+}
+
+#[test]
+fn the_file_is_nobody_elses_and_no_link_is_followed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [path, link, other] = ["first", "link", "other"].map(|name| folder.path().join(name));
+    let mode = |path: &Path| std::fs::metadata(path).expect("there").mode() & 0o7777;
+    let open = |path: &Path| {
+        let permissions = std::fs::Permissions::from_mode(0o644);
+        std::fs::set_permissions(path, permissions).expect("it is ours");
+    };
+    drop(Store::open(&path, "corridor").expect("opens"));
+    assert_eq!(mode(&path), 0o600);
+    // As earlier versions left it.
+    open(&path);
+    drop(Store::open(&path, "corridor").expect("opens"));
+    assert_eq!(mode(&path), 0o600);
+    // What is no journal stays as it is.
+    std::fs::write(&other, "no journal").expect("written");
+    open(&other);
+    assert!(Store::open(&other, "corridor").is_err());
+    assert_eq!(mode(&other), 0o644);
+    std::os::unix::fs::symlink(&path, &link).expect("a link");
+    let error = Store::open(&link, "corridor").expect_err("refused");
+    assert!(error.to_string().contains("is a symbolic link"), "{error}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use super::question::{Answer, Question};
 use super::shared::Shared;
 use contract::network::{LONGEST_MESSAGE, NetworkSettings};
 use contract::wire::{MediatorReport, RobotReport};
-use contract::{Message, decode, keys};
+use contract::{Message, decode, keys, private};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::mpsc::Receiver;
@@ -194,13 +194,17 @@ async fn send<'a>(
 
 async fn serve(mut stream: UnixStream, inbox: Arc<Inbox>) -> std::io::Result<()> {
     let mut line = String::new();
+    let stranger = private::peer(&stream).err();
     let (read, mut write) = stream.split();
     BufReader::new(read.take(LONGEST_LINE))
         .read_line(&mut line)
         .await?;
-    let answer = match serde_json::from_str::<Question>(&line) {
-        Ok(question) => put(question, &inbox).await,
-        Err(error) => Answer::Refused(format!("unknown question `{}`: {error}", line.trim())),
+    let answer = match (stranger, serde_json::from_str::<Question>(&line)) {
+        (Some(why), _) => Answer::Refused(why.to_string()),
+        (None, Ok(question)) => put(question, &inbox).await,
+        (None, Err(error)) => {
+            Answer::Refused(format!("unknown question `{}`: {error}", line.trim()))
+        }
     };
     let mut text = serde_json::to_string(&answer).expect("an answer is always JSON");
     text.push('\n');

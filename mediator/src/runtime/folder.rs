@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
+
+use contract::private;
 
 /// The folder.
 #[derive(Clone, Debug)]
@@ -24,28 +25,15 @@ fn path_or_default(path: Option<PathBuf>) -> PathBuf {
 }
 
 impl Folder {
-    /// The folder given, else `$XDG_RUNTIME_DIR/mediator`, else `/tmp/mediator-UID`; made when it is missing. The
+    /// The folder given, else `$XDG_RUNTIME_DIR/mediator`, else `/tmp/mediator-UID`; made when it is missing, and private. The
     /// mediator of each site has its own socket there.
     ///
     /// # Errors
-    /// A sentence when it cannot be made or belongs to another user.
+    /// A sentence when it cannot be made, or others can reach it.
     pub fn new(path: Option<PathBuf>, site: &str) -> Result<Self, String> {
-        let uid = rustix::process::geteuid().as_raw();
         let path = path_or_default(path);
-        let cannot =
-            |error: io::Error| format!("runtime folder {} cannot be made: {error}", path.display());
-        fs::DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(&path)
-            .map_err(cannot)?;
-        let owner = fs::metadata(&path).map_err(cannot)?.uid();
-        if owner != uid {
-            return Err(format!(
-                "runtime folder {} belongs to user {owner}, expected {uid}; choose another with --runtime",
-                path.display()
-            ));
-        }
+        private::folder(&path)
+            .map_err(|why| format!("runtime folder: {why}; --runtime names another"))?;
         let site = site.to_owned();
         Ok(Self { path, site })
     }
@@ -96,13 +84,8 @@ impl Folder {
                 socket.display()
             ));
         }
-        let cannot = |error: io::Error| format!("control socket {}: {error}", socket.display());
-        match fs::remove_file(&socket) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(cannot(error)),
-            _ => {}
-        }
-        let listener = UnixListener::bind(&socket).map_err(cannot)?;
-        fs::set_permissions(&socket, fs::Permissions::from_mode(0o600)).map_err(cannot)?;
+        let cannot = |error: io::Error| format!("control socket: {error}");
+        let listener = private::listen(&socket).map_err(|why| cannot(why.into()))?;
         listener.set_nonblocking(true).map_err(cannot)?;
         Ok(listener)
     }

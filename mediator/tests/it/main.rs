@@ -2,6 +2,7 @@
 
 mod circle;
 mod crossing;
+mod doors;
 mod flood;
 mod growth;
 mod kills;
