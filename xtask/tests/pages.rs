@@ -197,6 +197,16 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo build --release --bin onboard",
         HereWithout(" --release"),
     ),
+    ("sudo groupadd --system --force robots", Needs(HARDWARE)),
+    (
+        "sudo usermod --append --groups robots \"$USER\"",
+        Needs(HARDWARE),
+    ),
+    (
+        "sudo chown root:robots target/release/onboard",
+        Needs(HARDWARE),
+    ),
+    ("sudo chmod 0750 target/release/onboard", Needs(HARDWARE)),
     (
         "sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep target/release/onboard",
         Needs(HARDWARE),
