@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::{Read, Write};
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -70,6 +71,7 @@ pub struct Peer {
     orders: Option<Sender<Order>>,
     commands: Arc<Mutex<Vec<String>>>,
     thread: Option<JoinHandle<()>>,
+    unplugged: Arc<AtomicBool>,
 }
 
 impl Peer {
@@ -86,7 +88,9 @@ impl Peer {
         tcsetattr(&slave, OptionalActions::Now, &termios).unwrap();
         let (orders, receiver) = channel();
         let commands = Arc::new(Mutex::new(Vec::new()));
+        let unplugged = Arc::new(AtomicBool::new(false));
         let device = Device {
+            unplugged: unplugged.clone(),
             master: master.into(),
             host_line: OwnedFd::from(slave),
             clock_0: Instant::now(),
@@ -105,6 +109,7 @@ impl Peer {
             orders: Some(orders),
             commands,
             thread: Some(thread),
+            unplugged,
         }
     }
 
@@ -123,6 +128,7 @@ impl Peer {
     /// Closes the device's end.
     pub fn unplug(&mut self) {
         self.orders = None;
+        self.unplugged.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             thread.join().unwrap();
         }
@@ -136,6 +142,7 @@ impl Drop for Peer {
 }
 
 struct Device {
+    unplugged: Arc<AtomicBool>,
     master: File,
     host_line: OwnedFd,
     clock_0: Instant,
@@ -370,8 +377,9 @@ impl Device {
                 .collect();
             rest = &garbled;
         }
-        // What the host does not take in time is lost, as on a wire.
-        for _ in 0..500 {
+        // What the host does not take in time is lost, as on a wire. A machine that is busy takes its time.
+        let until = Instant::now() + Duration::from_secs(3);
+        while Instant::now() < until && !self.unplugged.load(Ordering::Relaxed) {
             match self.master.write(rest) {
                 Ok(count) => rest = &rest[count..],
                 Err(_) => std::thread::sleep(Duration::from_millis(1)),
