@@ -659,7 +659,7 @@ fn devices_and_network() {
             key: "fleet.connect[0]",
             line: "connect = [\"udp",
             found: "text \"udp/192.168.1.2:7447\"",
-            expected: "over `tcp` or `tls`",
+            expected: "over `tls` or `tcp`",
             hint: "",
         },
         Mistake {
@@ -682,6 +682,78 @@ fn devices_and_network() {
             line: "[fleet]",
             found: "nothing",
             expected: "the interface to scout on",
+            hint: "",
+        },
+    ];
+    check(&mistakes, ROBOT, fails);
+}
+
+#[test]
+fn links_without_certificates() {
+    let far = |name, to: &'static str, line, found, expected| Mistake {
+        name,
+        from: "connect = [] ",
+        to,
+        kind: Inconsistent,
+        key: "fleet.connect[0]",
+        line,
+        found,
+        expected,
+        hint: "",
+    };
+    let mistakes = [
+        far(
+            "beyond this computer",
+            "connect = [\"tcp/192.168.1.2:7447\"] ",
+            "connect = [\"tcp",
+            "text \"tcp/192.168.1.2:7447\"",
+            "`fleet.keys` with the robot's certificate, or `fleet.insecure = true`",
+        ),
+        far(
+            "no certificate to show",
+            "connect = [\"tls/192.168.1.2:7447\"] ",
+            "connect = [\"tls",
+            "text \"tls/192.168.1.2:7447\"",
+            "`fleet.keys` with the robot's certificate",
+        ),
+        far(
+            "nobody to show it to",
+            "connect = [\"tcp/127.0.0.1:7447\"]\nkeys = \"amr-1.pem\" ",
+            "connect = [\"tcp",
+            "text \"tcp/127.0.0.1:7447\"",
+            "an endpoint over `tls`",
+        ),
+        Mistake {
+            name: "a robot to which others connect",
+            from: "listen = [] ",
+            to: "listen = [\"tls/0.0.0.0:7447\"]\nkeys = \"amr-1.pem\" ",
+            kind: Inconsistent,
+            key: "fleet.listen[0]",
+            line: "listen = [\"tls",
+            found: "text \"tls/0.0.0.0:7447\"",
+            expected: "no endpoint",
+            hint: "",
+        },
+        Mistake {
+            name: "multicast",
+            from: "scouting = false",
+            to: "interface = \"wlan0\"\nscouting = true",
+            kind: Inconsistent,
+            key: "fleet.scouting",
+            line: "scouting = true",
+            found: "true",
+            expected: "`fleet.keys`",
+            hint: "",
+        },
+        Mistake {
+            name: "certificates and none",
+            from: "scouting = false",
+            to: "scouting = false\nkeys = \"amr-1.pem\"\ninsecure = true",
+            kind: Inconsistent,
+            key: "fleet.insecure",
+            line: "insecure = true",
+            found: "true",
+            expected: "false, or no `fleet.keys`",
             hint: "",
         },
     ];

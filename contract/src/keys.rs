@@ -5,6 +5,10 @@
 //! `PREFIX/robots/ID/report` carries [`crate::wire::RobotReport`] to the mediator;
 //! `PREFIX/mediator/to/ID` carries [`crate::wire::MediatorReport`] to one robot;
 //! `PREFIX/mediator/alive` is the mediator's liveliness token.
+//!
+//! Where certificates are asked for, also: `PREFIX/robots/ID/certificate` is asked with
+//! [`crate::wire::CertificateRequest`], and answers [`crate::wire::CertificateAnswer`];
+//! `PREFIX/operators/NAME/question` is asked by that operator.
 
 use description::names::{is_key_part, is_key_prefix};
 
@@ -63,6 +67,51 @@ pub fn mediator_alive(prefix: &str) -> Result<String, InvalidName> {
     Ok(format!("{prefix}/mediator/alive"))
 }
 
+/// Key under which a robot asks for its next certificate.
+///
+/// # Errors
+/// [`InvalidName`] when prefix or id are not plain names.
+pub fn certificate(prefix: &str, robot_id: &str) -> Result<String, InvalidName> {
+    robot_key(prefix, robot_id, "certificate")
+}
+
+/// Key under which an operator asks the mediator.
+///
+/// # Errors
+/// [`InvalidName`] when prefix or name are not plain names.
+pub fn question(prefix: &str, operator: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    check_part("operator's name", operator)?;
+    Ok(format!("{prefix}/operators/{operator}/question"))
+}
+
+/// Expression that matches the requests for certificates of every robot under `prefix`.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn all_certificates(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/robots/*/certificate"))
+}
+
+/// Expression that matches the questions of every operator under `prefix`.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn all_questions(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/operators/*/question"))
+}
+
+/// Expression that matches the liveliness token of every robot under `prefix`.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn all_alive(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/robots/*/alive"))
+}
+
 /// Expression that matches the reports of every robot under `prefix`.
 ///
 /// # Errors
@@ -97,12 +146,16 @@ fn robot_key(prefix: &str, robot_id: &str, leaf: &str) -> Result<String, Invalid
 }
 
 fn check_robot_id(robot_id: &str) -> Result<(), InvalidName> {
-    if is_key_part(robot_id) {
+    check_part("robot id", robot_id)
+}
+
+fn check_part(what: &'static str, name: &str) -> Result<(), InvalidName> {
+    if is_key_part(name) {
         return Ok(());
     }
     Err(InvalidName {
-        what: "robot id",
-        found: robot_id.into(),
+        what,
+        found: name.into(),
     })
 }
 

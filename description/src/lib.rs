@@ -1,6 +1,7 @@
 //! The vocabulary for robots, sites and motions that all crates share, as plain data.
 //!
 //! * [`areas`]: areas of a site by number;
+//! * [`endpoints`]: endpoints of the fleet's network;
 //! * [`geometry`]: points, poses, twists, segments, rectangles, outlines;
 //! * [`instruction`]: events for a state machine, with parameters;
 //! * [`keys`]: how a key of a file is declared: type, unit, range, default and explanation in one place;
@@ -30,6 +31,7 @@
 //! ```
 
 pub mod areas;
+pub mod endpoints;
 pub mod geometry;
 pub mod instruction;
 pub mod keys;

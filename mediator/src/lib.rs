@@ -62,6 +62,7 @@ pub mod cli;
 mod draw;
 mod jam;
 pub mod journal;
+pub mod keys;
 pub mod manager;
 pub mod nets;
 pub mod runtime;

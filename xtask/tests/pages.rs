@@ -35,7 +35,7 @@ const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
 const TELEOP: &str = "hil-tests/rig/tests/robots/bad_days/by_hand.rs";
 const HARDWARE: &str = "the robot's own hardware, and an administrator";
 const PYTHON: &str = "the conformance kit's Python packages";
-const SERVE: &str = "target/debug/mediator run --site config/sites/overtaking.toml --listen tcp/0.0.0.0:7447 --first-start";
+const SERVE: &str = "target/debug/mediator run --site config/sites/overtaking.toml --first-start";
 
 /// All commands of all pages, each once.
 const COMMANDS: &[(&str, Run)] = &[
@@ -193,6 +193,27 @@ const COMMANDS: &[(&str, Run)] = &[
         },
     ),
     ("target/debug/mediator absent amr-2", BesideMediator),
+    ("target/debug/mediator orders", BesideMediator),
+    (
+        "target/debug/mediator keys site --site config/sites/overtaking.toml",
+        BesideMediator,
+    ),
+    (
+        "target/debug/mediator keys robot amr-1 amr-2 --site config/sites/overtaking.toml",
+        BesideMediator,
+    ),
+    (
+        "target/debug/mediator keys operator anna --site config/sites/overtaking.toml",
+        BesideMediator,
+    ),
+    (
+        "target/debug/mediator status --connect tls/localhost:7447 --identity anna.pem",
+        BesideMediator,
+    ),
+    (
+        "target/debug/mediator keys revoke --robot amr-2 --site config/sites/overtaking.toml",
+        BesideMediator,
+    ),
     (
         "cargo build --release --bin onboard",
         HereWithout(" --release"),
@@ -440,12 +461,43 @@ impl Drop for Ends {
 fn commands_beside_a_mediator_reach_it() {
     run("cargo build --bin mediator", &[]);
     let folder = tempfile::tempdir().expect("a folder");
-    let runtime = folder.path().join("run");
-    // A port of its own: another mediator may run on this machine.
-    let serve = SERVE.replace("0.0.0.0:7447", "127.0.0.1:0");
-    let journal = folder.path().join("journal.redb");
-    let mediator = bash(&format!("exec {serve} --journal {}", journal.display()))
-        .env("MEDIATOR_RUNTIME_DIR", &runtime)
+    let (runtime, journal) = (
+        folder.path().join("run"),
+        folder.path().join("journal.redb"),
+    );
+    // A port, keys and files of its own: another mediator may run on this machine.
+    let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
+    let port = port.expect("a free port").port();
+    let own = |text: &str| {
+        let mut text = text
+            .replace("tls/localhost:7447", &format!("tls/127.0.0.1:{port}"))
+            .replace(
+                "anna.pem",
+                &folder.path().join("anna.pem").display().to_string(),
+            );
+        if text.contains("keys robot") || text.contains("keys operator") {
+            text += &format!(" --out {}", folder.path().display());
+        }
+        text
+    };
+    let environment = [
+        ("MEDIATOR_RUNTIME_DIR", runtime.as_path()),
+        ("XDG_STATE_HOME", folder.path()),
+    ];
+    let beside = COMMANDS
+        .iter()
+        .filter(|(_, run)| matches!(run, BesideMediator))
+        .map(|(text, _)| *text)
+        .filter(|text| *text != SERVE);
+    let makes_keys = |text: &&str| text.contains(" keys ") && !text.contains(" revoke ");
+    let (before, after): (Vec<&str>, Vec<&str>) = beside.partition(makes_keys);
+    before.iter().for_each(|text| run(&own(text), &environment));
+    let serve = format!(
+        "exec {SERVE} --listen tls/127.0.0.1:{port} --journal {}",
+        journal.display()
+    );
+    let mediator = bash(&serve)
+        .envs(environment)
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -456,12 +508,7 @@ fn commands_beside_a_mediator_reach_it() {
         assert!(began.elapsed() < Duration::from_secs(60), "no mediator");
         std::thread::sleep(Duration::from_millis(20));
     }
-    let beside = COMMANDS
-        .iter()
-        .filter(|(_, run)| matches!(run, BesideMediator));
-    for (text, _) in beside.filter(|(text, _)| *text != SERVE) {
-        run(text, &[("MEDIATOR_RUNTIME_DIR", &runtime)]);
-    }
+    after.iter().for_each(|text| run(&own(text), &environment));
     drop(mediator);
 }
 

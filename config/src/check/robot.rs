@@ -5,8 +5,11 @@ use std::time::Duration;
 use crate::diagnostic::ProblemKind;
 use crate::loaded::RobotConfig;
 use crate::report::Report;
+use description::endpoints::Endpoint;
 use description::names::is_key_prefix;
-use description::robot::{Link, URG_04LX_HZ, URG_04LX_STEPS, check_mount, scan_bit_s, scan_bytes};
+use description::robot::{
+    Fleet, Link, URG_04LX_HZ, URG_04LX_STEPS, check_mount, scan_bit_s, scan_bytes,
+};
 use description::threads::{ActivityKind, Trigger};
 
 pub(super) fn check(robot: &RobotConfig, report: &Report) {
@@ -196,6 +199,7 @@ fn fleet(robot: &RobotConfig, report: &Report) {
     let f = &robot.fleet;
     endpoints("fleet.listen", &f.listen, report);
     endpoints("fleet.connect", &f.connect, report);
+    protection(f, report);
     if !f.key_prefix.is_empty() && !is_key_prefix(&f.key_prefix) {
         report.wrong(
             ProblemKind::OutOfRange,
@@ -225,9 +229,9 @@ fn fleet(robot: &RobotConfig, report: &Report) {
 
 fn endpoints(key: &str, list: &[String], report: &Report) {
     for (index, text) in list.iter().enumerate() {
-        if !text.is_empty() && !is_endpoint(text) {
+        if !text.is_empty() && Endpoint::parse(text).is_none() {
             let key = format!("{key}[{index}]");
-            let expected = "an endpoint such as \"tcp/192.168.1.20:7447\", over `tcp` or `tls`";
+            let expected = "an endpoint such as \"tls/192.168.1.20:7447\", over `tls` or `tcp`";
             report.wrong(
                 ProblemKind::OutOfRange,
                 &key,
@@ -238,15 +242,61 @@ fn endpoints(key: &str, list: &[String], report: &Report) {
     }
 }
 
-/// `protocol/address`, with one of the transports that are built in.
-fn is_endpoint(text: &str) -> bool {
-    match text.split_once('/') {
-        Some(("tcp" | "tls", address)) => {
-            let address = address.split(['?', '#']).next().unwrap_or_default();
-            address
-                .rsplit_once(':')
-                .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())
+/// Every link has certificates on both ends, or stays on this computer, unless the file says otherwise.
+fn protection(fleet: &Fleet, report: &Report) {
+    let secure = fleet.keys.is_some();
+    if secure && fleet.insecure && !report.touched(&["fleet.insecure"]) {
+        report.wrong(
+            ProblemKind::Inconsistent,
+            "fleet.insecure",
+            "true",
+            "false, or no `fleet.keys`",
+        );
+        return;
+    }
+    if secure && !fleet.listen.is_empty() {
+        let found = format!("text {:?}", fleet.listen[0]);
+        let expected =
+            "no endpoint: with `fleet.keys` a robot connects to its mediator, and nobody to it";
+        refuse(true, report, "fleet.listen[0]", found, expected.to_owned());
+    }
+    if !secure && !fleet.insecure && fleet.scouting && fleet.interface.is_some() {
+        let expected =
+            "false, or `fleet.keys` with the robot's certificate, or `fleet.insecure = true`";
+        refuse(
+            true,
+            report,
+            "fleet.scouting",
+            "true".to_owned(),
+            expected.to_owned(),
+        );
+    }
+    for (list, of) in [
+        ("fleet.listen", &fleet.listen),
+        ("fleet.connect", &fleet.connect),
+    ] {
+        for (index, text) in of.iter().enumerate() {
+            let Some(endpoint) = Endpoint::parse(text) else {
+                continue;
+            };
+            let expected = match (secure, endpoint.is_tls) {
+                (true, false) => "an endpoint over `tls`, since `fleet.keys` is given",
+                (false, true) => {
+                    "`fleet.keys` with the robot's certificate, or an endpoint over `tcp`"
+                }
+                (false, false) if !fleet.insecure && !endpoint.is_loopback() => {
+                    "an endpoint over `tls` and `fleet.keys` with the robot's certificate, or `fleet.insecure = true`"
+                }
+                _ => continue,
+            };
+            let found = format!("text {text:?}");
+            refuse(
+                true,
+                report,
+                &format!("{list}[{index}]"),
+                found,
+                expected.to_owned(),
+            );
         }
-        _ => false,
     }
 }

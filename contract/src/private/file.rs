@@ -1,15 +1,18 @@
 //! Files.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
 use std::path::Path;
 
 use rustix::fs::{AtFlags, FileType, Mode, OFlags, Stat};
 use rustix::io::Errno;
 
 use super::PrivateError;
-use super::folder::{check_mode, check_owner, check_place, folder_of, private_folder_of};
+use super::folder::{
+    check_mode, check_owner, check_place, folder_of, own_folder_of, private_folder_of,
+};
 
 /// What only the owner may do with a file.
 const PRIVATE: u32 = 0o600;
@@ -55,7 +58,7 @@ pub fn open_or_make(path: &Path) -> Result<File, PrivateError> {
 /// # Errors
 /// [`PrivateError`] when the folder is not private, or the file cannot be written.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), PrivateError> {
-    put(path, bytes, true)
+    put(path, private_folder_of(path)?, bytes, true)
 }
 
 /// As [`write()`], without waiting for the disk: for what a loss of power may take.
@@ -63,11 +66,23 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), PrivateError> {
 /// # Errors
 /// As [`write()`].
 pub fn write_unsynced(path: &Path, bytes: &[u8]) -> Result<(), PrivateError> {
-    put(path, bytes, false)
+    put(path, private_folder_of(path)?, bytes, false)
 }
 
-fn put(path: &Path, bytes: &[u8], synced: bool) -> Result<(), PrivateError> {
-    let (folder, name) = private_folder_of(path)?;
+/// As [`write()`], into a folder of this user that others may look into, and may not change.
+///
+/// # Errors
+/// [`PrivateError`] when others can change the folder, or the file cannot be written.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), PrivateError> {
+    put(path, own_folder_of(path)?, bytes, true)
+}
+
+fn put(
+    path: &Path,
+    (folder, name): (OwnedFd, &OsStr),
+    bytes: &[u8],
+    synced: bool,
+) -> Result<(), PrivateError> {
     let [mut new, end] = [".", ".new"].map(OsString::from);
     new.push(name);
     new.push(end);

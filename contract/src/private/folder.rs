@@ -15,6 +15,8 @@ use super::PrivateError;
 const PRIVATE: u32 = 0o700;
 /// What others may do, in any way.
 const OTHERS: u32 = 0o077;
+/// What lets others change a folder.
+const OTHERS_WRITE: u32 = 0o022;
 /// Whoever is on the computer may put something into a folder, and rename and remove what is in it, unless it is sticky.
 const EVERYBODYS: Mode = Mode::from_raw_mode(0o002);
 
@@ -46,6 +48,25 @@ pub(super) fn private_folder_of(path: &Path) -> Result<(OwnedFd, &OsStr), Privat
     let (folder, name) = split(path)?;
     let opened = open(&folder)?;
     check(&opened, &folder)?;
+    Ok((opened, name))
+}
+
+/// The folder of a file, which others may look into and must not be able to change, and the file's name in it.
+pub(super) fn own_folder_of(path: &Path) -> Result<(OwnedFd, &OsStr), PrivateError> {
+    let (folder, name) = split(path)?;
+    let opened = open(&folder)?;
+    let stat = rustix::fs::fstat(&opened).map_err(PrivateError::system("look at", &folder))?;
+    check_owner(&folder, &stat)?;
+    let found = permissions(&stat);
+    if found & OTHERS_WRITE != 0 {
+        let expected = found & 0o777 & !OTHERS_WRITE;
+        return Err(PrivateError::TooOpen {
+            path: folder,
+            found,
+            expected,
+        });
+    }
+    check_above(&opened, &folder, &stat)?;
     Ok((opened, name))
 }
 

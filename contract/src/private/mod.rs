@@ -1,7 +1,8 @@
 //! What is nobody else's: folders, files and sockets that only the user who runs the program can reach, and root.
 //!
 //! * [`folder()`]: makes a folder with mode 0700, or refuses the one that is there;
-//! * [`write()`], [`write_unsynced`]: put a file with mode 0600 into such a folder, whole or not at all;
+//! * [`write()`], [`write_unsynced`]: put a file with mode 0600 into such a folder, whole or not at all; [`replace`]: into one that
+//!   others may look into;
 //! * [`read`]: reads a secret, such as a key, that nobody else can have read or written;
 //! * [`open`], [`open_or_make`]: a file of this user, whoever may read it, such as a journal of an earlier version;
 //! * [`listen`], [`peer`]: a socket in such a folder, and who is at its other end;
@@ -34,7 +35,7 @@ mod socket;
 mod tests;
 
 pub use error::PrivateError;
-pub use file::{open, open_or_make, read, write, write_unsynced};
+pub use file::{open, open_or_make, read, replace, write, write_unsynced};
 pub use folder::folder;
 pub use socket::{listen, peer};
 

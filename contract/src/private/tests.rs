@@ -162,6 +162,22 @@ fn a_file_is_written_whole_with_its_mode_and_read_again() {
 }
 
 #[test]
+fn a_secret_is_exchanged_where_others_look_and_may_not_change() {
+    let (_temporary, place) = place();
+    made(&place, 0o755);
+    let secret = place.join("secret");
+    refused(write(&secret, b"1"), &["place has mode 0755", "chmod 0700"]);
+    replace(&secret, b"1").expect("nobody else can put anything there");
+    assert_eq!((mode(&secret), mode(&place)), (0o600, 0o755));
+    assert_eq!(read(&secret).expect("private"), b"1");
+    for open in [0o775, 0o757, 0o1777] {
+        set_mode(&place, open);
+        refused(replace(&secret, b"2"), &["place has mode", "chmod 0755"]);
+    }
+    assert_eq!(fs::read(&secret).expect("it is there"), b"1");
+}
+
+#[test]
 fn a_link_in_a_files_place_is_not_followed() {
     let (temporary, place) = place();
     folder(&place).expect("private");

@@ -83,6 +83,9 @@ struct FleetArgs {
     /// Control run: remove the site's coordinations
     #[arg(long)]
     without_nets: bool,
+    /// Certificates on every link between robots and mediator (not with --stepped)
+    #[arg(long)]
+    secure: bool,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -188,6 +191,7 @@ impl RunArgs {
             out: self.out,
             mediator: true,
             nets: true,
+            secure: false,
         }
     }
 }
@@ -209,6 +213,7 @@ impl FleetArgs {
             rounds: self.rounds,
             mediator: !self.without_mediator,
             nets: !self.without_nets,
+            secure: self.secure,
             ..self.run.request(scenario)
         }
     }

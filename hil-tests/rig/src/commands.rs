@@ -47,6 +47,8 @@ pub struct Request {
     pub mediator: bool,
     /// Leave the site's coordinations as they are.
     pub nets: bool,
+    /// Certificates on every link.
+    pub secure: bool,
 }
 
 /// Many runs, and the simulated clock.
@@ -91,6 +93,11 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
     if request.many.fresh && request.many.runs == 1 {
         return Err(Failure::refused("--fresh is for many runs"));
     }
+    if request.many.stepped && request.secure {
+        return Err(Failure::refused(
+            "--secure is for real programs: the simulated clock has no network of zenoh",
+        ));
+    }
     match (request.many.stepped, request.many.runs) {
         (true, 1) => stepped_once(scenario, request, &out, &asked_to_end),
         (true, _) => stepped_often(&scenario, request, &out, &asked_to_end),
@@ -102,6 +109,7 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
                 headless: request.headless,
                 mediator: request.mediator,
                 nets: request.nets,
+                secure: request.secure,
             };
             run(scenario, &options, &asked_to_end)
         }
@@ -182,6 +190,7 @@ fn arguments(request: &Request) -> Vec<String> {
     for (key, wanted) in [
         ("--without-mediator", !request.mediator),
         ("--without-nets", !request.nets),
+        ("--secure", request.secure),
     ] {
         arguments.extend(wanted.then(|| key.to_owned()));
     }

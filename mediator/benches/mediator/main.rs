@@ -4,7 +4,7 @@
 //!   disk;
 //! * `load`: the real program over zenoh on the loopback, at ten thousand reports a second;
 //! * `sessions`: the real program with a thousand robots on a session each, on a floor with fifty nets; for comparison with a
-//!   hundred;
+//!   hundred, and with a certificate each;
 //! * `latency`: the real program with few robots: from a request to the grant of a free area, and from a robot's flag to the
 //!   mediator's command that its net has been waiting to give.
 

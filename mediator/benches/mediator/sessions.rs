@@ -5,13 +5,15 @@
 
 use std::collections::BTreeMap;
 use std::net::TcpListener;
+use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use contract::client::{Client, Situation};
-use contract::network::NetworkSettings;
+use contract::network::{Access, NetworkSettings, Party, Security};
 use contract::wire::MediatorReport;
 use contract::{Message, decode, keys};
+use mediator::keys::Keys;
 use zenoh::Wait;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
@@ -90,13 +92,9 @@ impl Robot {
     fn open(
         number: usize,
         id: &str,
-        endpoint: &str,
+        settings: &NetworkSettings,
         news: Sender<(usize, Instant, MediatorReport)>,
     ) -> Self {
-        let settings = NetworkSettings {
-            connect: vec![endpoint.to_owned()],
-            ..NetworkSettings::default()
-        };
         let session = settings.open().expect("a session");
         session
             .declare_subscriber(keys::to_robot(PREFIX, id).expect("a plain name"))
@@ -246,13 +244,45 @@ impl Floor {
     }
 }
 
-fn measure(count: usize) {
-    let folder = tempfile::tempdir().expect("a folder");
+/// How each robot takes part: with a certificate of its own, or without.
+fn settings(
+    site: &Site,
+    folder: &Path,
+    program: &mut Program,
+    secure: bool,
+) -> Vec<NetworkSettings> {
     let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-    let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
+    let port = port.expect("a free port").port();
+    let protocol = if secure { "tls" } else { "tcp" };
+    let endpoint = format!("{protocol}/127.0.0.1:{port}");
+    program.listen(&endpoint);
+    let keys = secure.then(|| {
+        let keys = Keys::new(folder.join("keys"));
+        keys.begin("rooms", 30.0).expect("an authority");
+        program.add(&["--keys", &keys.folder().display().to_string()]);
+        keys
+    });
+    let security = |id: &str| {
+        let party = Party::Robot(id.to_owned());
+        keys.as_ref().map(|keys| Security {
+            identity: keys.issue(party).expect("it is made"),
+            access: Access::MediatorOnly,
+        })
+    };
+    { site.robots.iter() }
+        .map(|(id, ..)| NetworkSettings {
+            connect: vec![endpoint.clone()],
+            security: security(id),
+            ..NetworkSettings::default()
+        })
+        .collect()
+}
+
+fn measure(count: usize, secure: bool) {
+    let folder = tempfile::tempdir().expect("a folder");
     let site = site(count);
     let mut program = Program::new(folder.path(), &site, Vec::new());
-    program.listen(&endpoint);
+    let settings = settings(&site, folder.path(), &mut program, secure);
     program.start();
     program.wait_ready(Duration::from_secs(60));
     let (news, inbox) = channel();
@@ -264,8 +294,8 @@ fn measure(count: usize) {
         let opened = std::thread::scope(|scope| {
             let all: Vec<_> = { some.iter() }
                 .map(|&(number, id)| {
-                    let (news, endpoint) = (news.clone(), &endpoint);
-                    scope.spawn(move || Robot::open(number, id, endpoint, news))
+                    let (news, settings) = (news.clone(), &settings[number]);
+                    scope.spawn(move || Robot::open(number, id, settings, news))
                 })
                 .collect();
             all.into_iter()
@@ -292,9 +322,10 @@ fn measure(count: usize) {
     let cpu_s = (program.cpu_time() - cpu).as_secs_f64();
     let nets = status.coordinations.iter().filter(|own| !own.over).count();
     println!(
-        "\n{count} robots on {count} sessions, {} areas, {nets} nets run, {took_s:.1} s: {:.0} reports/s, {:.0} moves/s\n\
+        "\n{count} robots on {count} sessions{}, {} areas, {nets} nets run, {took_s:.1} s: {:.0} reports/s, {:.0} moves/s\n\
          request -> grant: median {}, p99 {}, max {} ({} grants); a message has {:.0} bytes\n\
          mediator: {:.1} % of a core, {:.1} us for each report; resident {rss_mib:.1} MiB, then {:.1} MiB",
+        if secure { " with certificates" } else { "" },
         site.areas.len(),
         reports as f64 / took_s,
         (floor.moves() - moves) as f64 / took_s,
@@ -311,7 +342,7 @@ fn measure(count: usize) {
 }
 
 pub fn run() {
-    for count in [100, 1000] {
-        measure(count);
+    for (count, secure) in [(100, false), (1000, false), (1000, true)] {
+        measure(count, secure);
     }
 }

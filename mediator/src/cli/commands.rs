@@ -9,7 +9,7 @@ use clap::{Parser, Subcommand};
 
 use super::failure::{EXIT_FAILED, EXIT_REFUSED, Failure};
 use super::which::Which;
-use super::{check, run, status};
+use super::{check, keys, run, status};
 use crate::runtime::Question;
 
 #[derive(Debug, Parser)]
@@ -42,6 +42,11 @@ enum Command {
         /// Marking at the start of this situation [default: the first one]
         #[arg(long, value_name = "NAME")]
         situation: Option<String>,
+    },
+    /// Make and revoke the certificates of a site's mediator, robots and operators
+    Keys {
+        #[command(subcommand)]
+        command: keys::Command,
     },
     /// Run until SIGINT or SIGTERM
     Run(run::Arguments),
@@ -84,6 +89,11 @@ enum Command {
         #[command(flatten)]
         which: Which,
     },
+    /// List what operators have ordered: when, who, and what became of it
+    Orders {
+        #[command(flatten)]
+        which: Which,
+    },
 }
 
 /// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
@@ -95,6 +105,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             net,
             situation,
         } => check::show(&site, &net, situation.as_deref()),
+        Command::Keys { command } => keys::run(command),
         Command::Run(arguments) => run::run(arguments),
         Command::Status { which, json } => status::status(&which, json),
         Command::Why { robot, which } => status::order(&which, &Question::Why { robot }),
@@ -108,6 +119,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             which,
         } => status::order(&which, &Question::End { coordination }),
         Command::Absent { robot, which } => status::order(&which, &Question::Absent { robot }),
+        Command::Orders { which } => status::orders(&which),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

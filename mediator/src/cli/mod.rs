@@ -4,6 +4,8 @@ mod check;
 mod commands;
 mod failure;
 mod files;
+mod keys;
+mod network;
 mod run;
 mod status;
 mod which;

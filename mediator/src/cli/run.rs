@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use contract::network::NetworkSettings;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use super::failure::Failure;
 use super::files::{load_site, plans};
+use super::network;
 use crate::draw::draw;
 use crate::journal::Store;
 use crate::manager::Manager;
-use crate::runtime::{Folder, Runtime, Settings};
+use crate::runtime::{Folder, Runtime};
 use crate::setup::Setup;
 
 #[derive(Debug, Args)]
@@ -28,21 +28,8 @@ pub(super) struct Arguments {
     /// Begin a journal if there is none: this site had no mediator before, or its journal is lost
     #[arg(long)]
     first_start: bool,
-    /// First part of every key on the fleet's network
-    #[arg(long, value_name = "PREFIX", default_value = "fleet")]
-    key_prefix: String,
-    /// Endpoint to listen on; may be repeated
-    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/[::]:7447")]
-    listen: Vec<String>,
-    /// Endpoint to connect to; may be repeated
-    #[arg(long, value_name = "ENDPOINT")]
-    connect: Vec<String>,
-    /// Look for robots by multicast
-    #[arg(long)]
-    scouting: bool,
-    /// Interface for multicast
-    #[arg(long, value_name = "NAME")]
-    interface: Option<String>,
+    #[command(flatten)]
+    network: network::Arguments,
     /// Folder for the sockets of running mediators [default: $XDG_RUNTIME_DIR/mediator, or /tmp/mediator-UID]
     #[arg(long, value_name = "DIR", env = "MEDIATOR_RUNTIME_DIR")]
     runtime: Option<PathBuf>,
@@ -52,6 +39,7 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
     start_logging();
     let site = load_site(&arguments.site)?;
     let setup = Setup::of(&site).map_err(|error| Failure::Refused(error.to_string()))?;
+    let settings = arguments.network.settings(&site.name)?;
     let folder = Folder::new(arguments.runtime, &site.name).map_err(Failure::Refused)?;
     let journal = arguments
         .journal
@@ -97,18 +85,10 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
             awaited.join(", ")
         );
     }
-    let settings = Settings {
-        key_prefix: arguments.key_prefix,
-        network: NetworkSettings {
-            listen: arguments.listen,
-            connect: arguments.connect,
-            scouting: arguments.scouting,
-            interface: arguments.interface,
-        },
-    };
     let mut signals = Signals::new([SIGINT, SIGTERM])
         .map_err(|error| Failure::Failed(format!("signals cannot be caught: {error}")))?;
-    let runtime = Runtime::start(manager, store, settings, &folder).map_err(Failure::Refused)?;
+    let journal = (store, stored.orders);
+    let runtime = Runtime::start(manager, journal, settings, &folder).map_err(Failure::Refused)?;
     let shared = runtime.shared();
     let handle = signals.handle();
     let waiting = {

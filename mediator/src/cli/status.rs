@@ -1,16 +1,16 @@
-//! `mediator status`, `why`, `clear`, `end` and `absent`: what a running mediator answers.
+//! `mediator status`, `why`, `clear`, `end`, `absent` and `orders`: what a running mediator answers.
 
 use std::io::Write;
 
 use super::failure::Failure;
 use super::which::Which;
 use crate::manager::{AreaStatus, CoordinationStatus, RobotStatus, Status};
-use crate::runtime::{Answer, Question, ask};
+use crate::runtime::{Answer, Question};
 
 pub(super) fn status(which: &Which, json: bool) -> Result<(), Failure> {
-    let answer = ask(&which.socket()?, &Question::Status).map_err(Failure::Failed)?;
-    let Answer::Status(status) = answer else {
-        return Err(Failure::Failed(format!("unexpected answer: {answer:?}")));
+    let status = match which.ask(&Question::Status)? {
+        Answer::Status(status) => status,
+        answer => return Err(unexpected(answer)),
     };
     let text = if json {
         serde_json::to_string_pretty(&status).expect("a status is always JSON") + "\n"
@@ -23,14 +23,38 @@ pub(super) fn status(which: &Which, json: bool) -> Result<(), Failure> {
 }
 
 pub(super) fn order(which: &Which, question: &Question) -> Result<(), Failure> {
-    match ask(&which.socket()?, question).map_err(Failure::Failed)? {
+    match which.ask(question)? {
         Answer::Done(text) => {
             // A reader that closes the pipe early is no failure.
             let _ = writeln!(std::io::stdout(), "{text}");
             Ok(())
         }
-        Answer::Refused(why) => Err(Failure::Refused(format!("refused: {why}"))),
-        Answer::Status(_) => Err(Failure::Failed("unexpected answer".to_owned())),
+        answer => Err(unexpected(answer)),
+    }
+}
+
+pub(super) fn orders(which: &Which) -> Result<(), Failure> {
+    let orders = match which.ask(&Question::Orders)? {
+        Answer::Orders(orders) => orders,
+        answer => return Err(unexpected(answer)),
+    };
+    let mut out = std::io::stdout().lock();
+    for order in orders {
+        let done = if order.done { "done" } else { "refused" };
+        // A reader that closes the pipe early is no failure.
+        let _ = writeln!(
+            out,
+            "{} {}: {}: {done}: {}",
+            order.at, order.who, order.order, order.answer
+        );
+    }
+    Ok(())
+}
+
+fn unexpected(answer: Answer) -> Failure {
+    match answer {
+        Answer::Refused(why) => Failure::Refused(format!("refused: {why}")),
+        answer => Failure::Failed(format!("unexpected answer: {answer:?}")),
     }
 }
 

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use contract::network::Identity;
 
 use super::failure::Failure;
-use crate::runtime::Folder;
+use crate::runtime::{Answer, Folder, Question, ask, ask_from_afar};
 
 /// Which running mediator.
 #[derive(Debug, Args)]
@@ -16,11 +17,38 @@ pub(super) struct Which {
     /// Folder for the sockets of running mediators [default: $XDG_RUNTIME_DIR/mediator, or /tmp/mediator-UID]
     #[arg(long, value_name = "DIR", env = "MEDIATOR_RUNTIME_DIR")]
     runtime: Option<PathBuf>,
+    /// Ask a mediator on another computer, at this endpoint, such as tls/192.168.1.2:7447
+    #[arg(
+        long,
+        value_name = "ENDPOINT",
+        requires = "identity",
+        conflicts_with = "site"
+    )]
+    connect: Option<String>,
+    /// Who asks from afar: a file that `mediator keys operator` has made
+    #[arg(long, value_name = "FILE", requires = "connect")]
+    identity: Option<PathBuf>,
+    /// First part of every key on that mediator's network
+    #[arg(
+        long,
+        value_name = "PREFIX",
+        default_value = "fleet",
+        requires = "connect"
+    )]
+    key_prefix: String,
 }
 
 impl Which {
-    /// The socket of the mediator that is meant.
-    pub(super) fn socket(&self) -> Result<PathBuf, Failure> {
+    /// Asks the mediator that is meant.
+    pub(super) fn ask(&self, question: &Question) -> Result<Answer, Failure> {
+        let (Some(endpoint), Some(path)) = (&self.connect, &self.identity) else {
+            return ask(&self.socket()?, question).map_err(Failure::Failed);
+        };
+        let identity = Identity::load(path).map_err(Failure::Refused)?;
+        ask_from_afar(endpoint, &self.key_prefix, identity, question).map_err(Failure::Failed)
+    }
+
+    fn socket(&self) -> Result<PathBuf, Failure> {
         let site = match &self.site {
             Some(site) => site.clone(),
             None => {

@@ -33,6 +33,13 @@ pub enum Entry {
         area: String,
         record: RevocationRecord,
     },
+    /// An operator has ordered something.
+    Order {
+        /// Counts from 1.
+        number: u64,
+        /// What; `None`: it is too long ago to be kept.
+        record: Option<OrderRecord>,
+    },
     /// The last number that a coordination got.
     Number(u64),
     /// A coordination went on.
@@ -103,6 +110,22 @@ pub struct RevocationRecord {
     pub fence: u64,
 }
 
+/// What an operator has ordered, for people.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrderRecord {
+    /// When, by the mediator's clock (RFC 3339).
+    pub at: String,
+    /// Who, such as `operator anna` or `user 1000`.
+    pub who: String,
+    /// As it is typed.
+    pub order: String,
+    /// Whether it was carried out.
+    pub done: bool,
+    /// What was answered.
+    pub answer: String,
+}
+
 /// All that a journal holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stored {
@@ -122,6 +145,8 @@ pub struct Stored {
     pub number: u64,
     /// Those that run, by number.
     pub coordinations: BTreeMap<u64, CoordinationRecord>,
+    /// The last ones of the operators, by number.
+    pub orders: BTreeMap<u64, OrderRecord>,
 }
 
 impl Stored {
@@ -149,6 +174,14 @@ impl Stored {
             } => {
                 self.revocations.insert((robot, area), record);
             }
+            Entry::Order { number, record } => match record {
+                Some(record) => {
+                    self.orders.insert(number, record);
+                }
+                None => {
+                    self.orders.remove(&number);
+                }
+            },
             Entry::Number(number) => self.number = number,
             Entry::Coordination { number, record } => match record {
                 Some(record) => {

@@ -1,7 +1,7 @@
 //! Keys and values of the journal's table.
 //!
 //! Keys are `format`, `site`, `file`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `revocation/ROBOT/AREA`, `number`,
-//! `coordination/NUMBER`; values are JSON.
+//! `coordination/NUMBER`, `order/NUMBER`; values are JSON.
 
 use std::path::Path;
 
@@ -73,6 +73,11 @@ pub(super) fn read(
             stored.revocations.insert(place, row.parse("a level")?);
         }
         ["number"] => stored.number = row.parse("a number")?,
+        ["order", number] => {
+            let number =
+                { number.parse() }.map_err(|_| row.error("a number behind `order/`", number))?;
+            stored.orders.insert(number, row.parse("an order")?);
+        }
         ["coordination", number] => {
             let number = number
                 .parse()
@@ -128,6 +133,7 @@ pub(super) fn key(entry: &Entry) -> String {
         Entry::Access { robot, area, .. } => format!("access/{robot}/{area}"),
         Entry::Fence { area, .. } => format!("fence/{area}"),
         Entry::Revocation { robot, area, .. } => format!("revocation/{robot}/{area}"),
+        Entry::Order { number, .. } => format!("order/{number}"),
         Entry::Number(_) => "number".to_owned(),
         Entry::Coordination { number, .. } => format!("coordination/{number}"),
     }
@@ -141,6 +147,7 @@ pub(super) fn value(entry: &Entry) -> Option<String> {
         Entry::Access { record, .. } => json(record),
         Entry::Fence { fence, .. } => fence.to_string(),
         Entry::Revocation { record, .. } => json(record),
+        Entry::Order { record, .. } => json(record.as_ref()?),
         Entry::Number(number) => number.to_string(),
         Entry::Coordination { record, .. } => json(record.as_ref()?),
     })

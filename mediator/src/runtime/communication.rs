@@ -1,69 +1,65 @@
 //! The communication activity: the fleet's network and the control socket, on one asynchronous thread.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::time::Duration;
 
-use super::folder::Folder;
-use super::inbox::Inbox;
-use super::input::Asked;
-use super::question::{Answer, Question};
-use super::shared::Shared;
-use contract::network::{LONGEST_MESSAGE, NetworkSettings};
-use contract::wire::{MediatorReport, RobotReport};
-use contract::{Message, decode, keys, private};
+use contract::private;
+use contract::wire::MediatorReport;
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{UnixListener, UnixStream};
-use tokio::sync::mpsc::Receiver;
-use zenoh::Wait;
-use zenoh::liveliness::LivelinessToken;
-use zenoh::pubsub::Publisher;
-use zenoh::qos::CongestionControl;
+use tokio::sync::mpsc::{Receiver, channel};
+use zenoh::query::Query;
+
+use super::folder::Folder;
+use super::inbox::Inbox;
+use super::input::{Asked, Asker};
+use super::network::{Ears, Network, Settings};
+use super::question::{Answer, Question};
+use super::shared::Shared;
 
 /// The longest question.
 const LONGEST_LINE: u64 = 4096;
+/// Questions from afar that may wait.
+const QUESTIONS: usize = 16;
 /// Timeout of a client of the control socket.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// How often the stop flag is looked at.
 const STOP_CHECK: Duration = Duration::from_millis(20);
-
-/// How the mediator takes part in the fleet.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// First part of every key.
-    pub key_prefix: String,
-    /// The network.
-    pub network: NetworkSettings,
-}
+/// How often the list of identities is looked at, and a network that cannot be opened is tried again.
+const KEYS_CHECK: Duration = Duration::from_secs(1);
 
 /// What is opened before any thread starts, so that failures are reported at once.
 pub(super) struct Opened {
-    // Declared before the session, so that it is dropped first.
-    _alive: LivelinessToken,
-    session: zenoh::Session,
+    settings: Settings,
+    ears: Ears,
+    network: Network,
+    questions: Receiver<(String, Query)>,
     listener: std::os::unix::net::UnixListener,
     socket: PathBuf,
 }
 
-pub(super) fn open(settings: &Settings, folder: &Folder) -> Result<Opened, String> {
+pub(super) fn open(
+    settings: Settings,
+    folder: &Folder,
+    inbox: &Arc<Inbox>,
+    shared: &Arc<Shared>,
+) -> Result<Opened, String> {
     let listener = folder.listen()?;
-    let alive_key =
-        keys::mediator_alive(&settings.key_prefix).map_err(|error| error.to_string())?;
-    let session = settings
-        .network
-        .open()
-        .map_err(|error| format!("the fleet network cannot be opened: {error}"))?;
-    let alive = session
-        .liveliness()
-        .declare_token(alive_key)
-        .wait()
-        .map_err(|error| error.to_string())?;
-    tracing::info!("fleet network is open, session {}", session.zid());
+    let (asked, questions) = channel(QUESTIONS);
+    let ears = Ears {
+        inbox: Arc::clone(inbox),
+        shared: Arc::clone(shared),
+        questions: asked,
+    };
     Ok(Opened {
-        _alive: alive,
-        session,
+        network: Network::open(&settings, &ears)?,
+        settings,
+        ears,
+        questions,
         listener,
         socket: folder.socket(),
     })
@@ -71,7 +67,6 @@ pub(super) fn open(settings: &Settings, folder: &Folder) -> Result<Opened, Strin
 
 pub(super) fn run(
     opened: Opened,
-    settings: &Settings,
     inbox: Arc<Inbox>,
     outputs: Receiver<MediatorReport>,
     shared: &Arc<Shared>,
@@ -83,7 +78,7 @@ pub(super) fn run(
         .enable_time()
         .build()
         .map_err(|error| format!("no asynchronous runtime: {error}"))
-        .and_then(|runtime| runtime.block_on(talk(opened, settings, inbox, outputs, shared)));
+        .and_then(|runtime| runtime.block_on(talk(opened, inbox, outputs, shared)));
     shared.stop();
     // It may be gone already.
     let _ = std::fs::remove_file(socket);
@@ -92,41 +87,32 @@ pub(super) fn run(
 
 async fn talk(
     opened: Opened,
-    settings: &Settings,
     inbox: Arc<Inbox>,
     mut outputs: Receiver<MediatorReport>,
     shared: &Arc<Shared>,
 ) -> Result<(), String> {
-    let text = |error: zenoh::Error| error.to_string();
-    let reports = keys::all_reports(&settings.key_prefix).map_err(|error| error.to_string())?;
-    let (to_management, counts) = (Arc::clone(&inbox), Arc::clone(shared));
-    let _subscriber = opened
-        .session
-        .declare_subscriber(reports)
-        .callback(move |sample| {
-            let (key, payload) = (sample.key_expr().as_str(), sample.payload());
-            let report = if payload.len() > LONGEST_MESSAGE {
-                Err(format!("{key} carries {} bytes", payload.len()))
-            } else {
-                report_in(key, &payload.to_bytes())
-            };
-            match report {
-                Ok(report) => to_management.report(Box::new(report)),
-                Err(why) => counts.note_no_report(why),
-            }
-        })
-        .await
-        .map_err(text)?;
-    let listener = UnixListener::from_std(opened.listener)
-        .map_err(|error| format!("control socket: {error}"))?;
-    let mut publishers: HashMap<String, Publisher<'_>> = HashMap::new();
+    let Opened {
+        settings,
+        ears,
+        network,
+        mut questions,
+        listener,
+        ..
+    } = opened;
+    let mut network = Some(network);
+    let listener =
+        UnixListener::from_std(listener).map_err(|error| format!("control socket: {error}"))?;
     let mut stop_check = tokio::time::interval(STOP_CHECK);
+    let mut keys_check = tokio::time::interval(KEYS_CHECK);
     loop {
         tokio::select! {
             message = outputs.recv() => {
                 let Some(message) = message else { return Ok(()) };
                 let known = inbox.knows(&message.robot_id);
-                if let Err(error) = send(&opened.session, &mut publishers, settings, message, known).await {
+                // Without a network it is lost, like on the way.
+                if let Some(network) = &mut network
+                    && let Err(error) = network.send(message, known).await
+                {
                     tracing::warn!("a message could not be sent: {error}");
                 }
             }
@@ -142,81 +128,98 @@ async fn talk(
                 }
                 Err(error) => tracing::warn!("control socket: {error}"),
             },
+            Some((operator, query)) = questions.recv() => {
+                tokio::spawn(serve_from_afar(operator, query, Arc::clone(&inbox)));
+            }
+            _ = keys_check.tick() => network = keep_up(network, &settings, &ears).await,
             _ = stop_check.tick() => if shared.is_stopping() { return Ok(()) },
         }
     }
 }
 
-/// The report in a message, which must be of the robot that its key names.
-///
-/// # Errors
-/// A sentence.
-pub fn report_in(key: &str, message: &[u8]) -> Result<RobotReport, String> {
-    let report = decode::<RobotReport>(message).map_err(|_| format!("{key} carries no report"))?;
-    if key.rsplit('/').nth(1) == Some(report.robot_id.as_str()) {
-        Ok(report)
-    } else {
-        Err(format!("{key} carries a report of `{}`", report.robot_id))
+/// The network, opened anew where that is due.
+async fn keep_up(network: Option<Network>, settings: &Settings, ears: &Ears) -> Option<Network> {
+    if let Some(network) = network {
+        match network.is_outdated() {
+            Ok(false) => return Some(network),
+            Ok(true) => {
+                tracing::info!("certificates have changed: the fleet network is opened anew");
+                network.close().await;
+            }
+            Err(error) => {
+                ears.shared.note_keys(&error);
+                return Some(network);
+            }
+        }
     }
-}
-
-async fn send<'a>(
-    session: &'a zenoh::Session,
-    publishers: &mut HashMap<String, Publisher<'a>>,
-    settings: &Settings,
-    message: MediatorReport,
-    known: bool,
-) -> Result<(), String> {
-    if !known {
-        // A refusal. There may be any number of such names.
-        let key = keys::to_robot(&settings.key_prefix, &message.robot_id)
-            .map_err(|error| error.to_string())?;
-        let put = session.put(key, message.encode_to_vec());
-        return { put.congestion_control(CongestionControl::Drop).await }
-            .map_err(|error| error.to_string());
+    match Network::open(settings, ears) {
+        Ok(network) => {
+            ears.shared.forget_keys();
+            Some(network)
+        }
+        Err(error) => {
+            ears.shared.note_keys(&error);
+            None
+        }
     }
-    if !publishers.contains_key(&message.robot_id) {
-        let key = keys::to_robot(&settings.key_prefix, &message.robot_id)
-            .map_err(|error| error.to_string())?;
-        let publisher = session
-            .declare_publisher(key)
-            .congestion_control(CongestionControl::Drop)
-            .express(true)
-            .await
-            .map_err(|error| error.to_string())?;
-        publishers.insert(message.robot_id.clone(), publisher);
-    }
-    publishers[&message.robot_id]
-        .put(message.encode_to_vec())
-        .await
-        .map_err(|error| error.to_string())
 }
 
 async fn serve(mut stream: UnixStream, inbox: Arc<Inbox>) -> std::io::Result<()> {
-    let mut line = String::new();
+    let who = format!("user {}", stream.peer_cred()?.uid());
     let stranger = private::peer(&stream).err();
+    let mut line = String::new();
     let (read, mut write) = stream.split();
     BufReader::new(read.take(LONGEST_LINE))
         .read_line(&mut line)
         .await?;
-    let answer = match (stranger, serde_json::from_str::<Question>(&line)) {
-        (Some(why), _) => Answer::Refused(why.to_string()),
-        (None, Ok(question)) => put(question, &inbox).await,
-        (None, Err(error)) => {
-            Answer::Refused(format!("unknown question `{}`: {error}", line.trim()))
+    let text = match stranger {
+        Some(why) => as_line(&Answer::Refused(why.to_string())),
+        None => answer(line.trim().as_bytes(), who, &inbox).await,
+    };
+    write.write_all((text + "\n").as_bytes()).await
+}
+
+async fn serve_from_afar(operator: String, query: Query, inbox: Arc<Inbox>) {
+    let payload = query.payload().map(zenoh::bytes::ZBytes::to_bytes);
+    let line = payload.unwrap_or_default();
+    let answer = if line.len() as u64 > LONGEST_LINE {
+        as_line(&Answer::Refused(format!(
+            "expected at most {LONGEST_LINE} bytes"
+        )))
+    } else {
+        answer(&line, format!("operator {operator}"), &inbox).await
+    };
+    if let Err(error) = query.reply(query.key_expr(), answer).await {
+        tracing::debug!("a question of operator {operator}: {error}");
+    }
+}
+
+/// The answer to a line, as a line.
+async fn answer(line: &[u8], who: String, inbox: &Inbox) -> String {
+    let answer = match serde_json::from_slice::<Question>(line) {
+        Ok(question) => put(question, who, inbox).await,
+        Err(error) => {
+            let line = String::from_utf8_lossy(line);
+            Answer::Refused(format!("unknown question `{line}`: {error}"))
         }
     };
-    let mut text = serde_json::to_string(&answer).expect("an answer is always JSON");
-    text.push('\n');
-    write.write_all(text.as_bytes()).await
+    as_line(&answer)
+}
+
+fn as_line(answer: &Answer) -> String {
+    serde_json::to_string(answer).expect("an answer is always JSON")
 }
 
 /// Has management answer. A question that is given up is not carried out later.
-async fn put(question: Question, inbox: &Inbox) -> Answer {
+async fn put(question: Question, who: String, inbox: &Inbox) -> Answer {
     let (reply, answer) = sync_channel(1);
     // The client may have gone.
     let reply = Box::new(move |answer| drop(reply.try_send(answer)));
-    let asked = Asked::new(question, reply);
+    // RFC 3339 ends in the year 9999.
+    let at = OffsetDateTime::now_utc()
+        .format(&Rfc3339)
+        .unwrap_or_default();
+    let asked = Asked::new(question, Asker { who, at }, reply);
     let ticket = asked.ticket();
     if !inbox.ask(asked) {
         return Answer::Refused("the mediator is overloaded; ask again".to_owned());

@@ -67,11 +67,21 @@ impl Folder {
     /// Where the journal is if nobody says otherwise. It must outlast a restart of the computer.
     #[must_use]
     pub fn default_journal(site: &str) -> PathBuf {
+        Self::state().join(format!("{site}.redb"))
+    }
+
+    /// Where the site's keys are if nobody says otherwise.
+    #[must_use]
+    pub fn default_keys(site: &str) -> PathBuf {
+        Self::state().join("keys").join(site)
+    }
+
+    fn state() -> PathBuf {
         let base = std::env::var_os("XDG_STATE_HOME")
             .map(PathBuf::from)
             .or_else(|| std::env::var_os("HOME").map(|home| Path::new(&home).join(".local/state")))
             .unwrap_or_else(|| PathBuf::from("."));
-        base.join("mediator").join(format!("{site}.redb"))
+        base.join("mediator")
     }
 
     /// Listens on the control socket; one that a killed mediator left behind is replaced.

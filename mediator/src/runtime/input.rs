@@ -18,9 +18,19 @@ pub enum Input {
     Question(Asked),
 }
 
+/// Who asks, and when by this computer's clock: for people, nothing is decided by it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Asker {
+    /// Such as `operator anna` or `user 1000`.
+    pub who: String,
+    /// As RFC 3339 writes it.
+    pub at: String,
+}
+
 /// A question, and where its answer goes. Whoever has asked may give it up: then it is not carried out any more.
 pub struct Asked {
     question: Question,
+    asker: Asker,
     reply: Reply,
     taken: Arc<AtomicBool>,
 }
@@ -28,18 +38,19 @@ pub struct Asked {
 impl Asked {
     /// A question.
     #[must_use]
-    pub fn new(question: Question, reply: Reply) -> Self {
+    pub fn new(question: Question, asker: Asker, reply: Reply) -> Self {
         Self {
             question,
+            asker,
             reply,
             taken: Arc::default(),
         }
     }
 
-    /// The question and its reply, unless it was given up.
-    pub(super) fn take(self) -> Option<(Question, Reply)> {
+    /// The question, who asks, and the reply, unless it was given up.
+    pub(super) fn take(self) -> Option<(Question, Asker, Reply)> {
         let given_up = self.taken.swap(true, Ordering::AcqRel);
-        (!given_up).then_some((self.question, self.reply))
+        (!given_up).then_some((self.question, self.asker, self.reply))
     }
 
     /// By which it is given up.

@@ -1,15 +1,18 @@
 //! The area management activity: reports in, journal, messages out; its step, which is handed the time, and its thread.
 
+use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::inbox::Inbox;
-use super::input::{Input, Reply};
+use super::input::{Asker, Input, Reply};
+use super::orders::Orders;
 use super::question::{Answer, Question};
 use super::repeats::Repeats;
 use super::shared::Shared;
-use crate::journal::{Entry, Store, StoreError};
+use crate::journal::{Entry, OrderRecord, Store, StoreError};
 use crate::manager::Manager;
 use contract::wire::MediatorReport;
 use tokio::sync::mpsc::Sender;
@@ -36,17 +39,22 @@ pub struct Management {
     store: Store,
     entries: Vec<Entry>,
     answers: Vec<(Reply, Answer)>,
+    orders: Orders,
     repeats: Repeats,
     blocked: Option<Blocked>,
     next_tick_ns: u64,
 }
 
 impl Management {
-    /// Writes the new epoch to the journal before anybody hears of it.
+    /// Writes the new epoch to the journal before anybody hears of it. `orders` is what the journal has of them.
     ///
     /// # Errors
     /// [`StoreError`] when the journal cannot be written.
-    pub fn start(mut manager: Manager, store: Store) -> Result<Self, StoreError> {
+    pub fn start(
+        mut manager: Manager,
+        store: Store,
+        orders: BTreeMap<u64, OrderRecord>,
+    ) -> Result<Self, StoreError> {
         let entries: Vec<Entry> = manager.entries().collect();
         store.write(&entries)?;
         Ok(Self {
@@ -54,6 +62,7 @@ impl Management {
             store,
             entries,
             answers: Vec::new(),
+            orders: Orders::new(orders),
             repeats: Repeats::default(),
             blocked: None,
             next_tick_ns: 0,
@@ -71,12 +80,16 @@ impl Management {
         inputs: impl Iterator<Item = Input>,
         now_ns: u64,
     ) -> Result<(), StoreError> {
+        let mut ordered = Vec::new();
         for input in inputs {
             match input {
                 Input::Report(report) => self.manager.report(&report, now_ns),
                 Input::Question(asked) => {
-                    if let Some((question, reply)) = asked.take() {
-                        let answer = self.reply_to(question, now_ns);
+                    if let Some((question, asker, reply)) = asked.take() {
+                        let answer = self.reply_to(&question, now_ns);
+                        if question.is_order() {
+                            self.note_order(asker, &question, &answer, &mut ordered);
+                        }
                         self.answers.push((reply, answer));
                     }
                 }
@@ -88,6 +101,7 @@ impl Management {
         }
         self.entries.clear();
         self.entries.extend(self.manager.entries());
+        self.entries.append(&mut ordered);
         if let Err(error) = self.store.write(&self.entries) {
             return self.block(error, now_ns);
         }
@@ -166,78 +180,81 @@ impl Management {
         }
     }
 
-    fn reply_to(&mut self, question: Question, now_ns: u64) -> Answer {
+    fn note_order(
+        &mut self,
+        asker: Asker,
+        question: &Question,
+        answer: &Answer,
+        entries: &mut Vec<Entry>,
+    ) {
+        if let Answer::Done(text) = answer {
+            tracing::warn!("{} ordered `{question}`: {text}", asker.who);
+        }
+        self.orders.note(asker, question, answer, entries);
+    }
+
+    fn reply_to(&mut self, question: &Question, now_ns: u64) -> Answer {
         let manager = &mut self.manager;
-        match question {
-            Question::Status => Answer::Status(Box::new(manager.status(now_ns))),
-            Question::Why { robot } => match manager.why(&robot, now_ns) {
-                Ok(text) => Answer::Done(text),
-                Err(error) => Answer::Refused(error.to_string()),
-            },
+        let done = match question {
+            Question::Status => return Answer::Status(Box::new(manager.status(now_ns))),
+            Question::Orders => return Answer::Orders(self.orders.all()),
+            Question::Why { robot } => manager.why(robot, now_ns).map_err(text),
             Question::Clear { area, taken_away } => {
-                match manager.clear(&area, taken_away, now_ns) {
-                    Ok(robots) if robots.is_empty() => {
-                        Answer::Done(format!("area `{area}` was free already"))
-                    }
-                    Ok(robots) => {
-                        let robots = robots.join(", ");
-                        tracing::warn!("an operator cleared area `{area}` of {robots}");
-                        Answer::Done(format!("area `{area}` is free of {robots}"))
-                    }
-                    Err(error) => Answer::Refused(error.to_string()),
-                }
+                let cleared = manager.clear(area, *taken_away, now_ns);
+                cleared.map_err(text).map(|robots| match robots[..] {
+                    [] => format!("area `{area}` was free already"),
+                    _ => format!("area `{area}` is free of {}", robots.join(", ")),
+                })
             }
-            Question::End { coordination } => match manager.end(&coordination, now_ns) {
-                Ok((name, let_go)) => {
+            Question::End { coordination } => {
+                let ended = manager.end(coordination, now_ns);
+                ended.map_err(text).map(|(name, let_go)| {
                     let done = if let_go {
                         "its robots are let go as they are"
                     } else {
                         "its robots are told to get out of the way; end it again to let them go as they are"
                     };
-                    tracing::warn!("an operator ended coordination `{name}`: {done}");
-                    Answer::Done(format!("coordination `{name}` has ended: {done}"))
-                }
-                Err(error) => Answer::Refused(error.to_string()),
-            },
-            Question::Absent { robot } => match manager.absent(&robot, now_ns) {
-                Ok(areas) => {
-                    let areas = if areas.is_empty() {
-                        "nothing".to_owned()
-                    } else {
-                        areas.join(", ")
+                    format!("coordination `{name}` has ended: {done}")
+                })
+            }
+            Question::Absent { robot } => {
+                let absent = manager.absent(robot, now_ns);
+                absent.map_err(text).map(|areas| {
+                    let areas = match areas[..] {
+                        [] => "nothing".to_owned(),
+                        _ => areas.join(", "),
                     };
-                    tracing::warn!(
-                        "an operator said that robot `{robot}` is absent; it had {areas}"
-                    );
-                    Answer::Done(format!("robot `{robot}` is absent; it had {areas}"))
-                }
-                Err(error) => Answer::Refused(error.to_string()),
-            },
-        }
+                    format!("robot `{robot}` is absent; it had {areas}")
+                })
+            }
+        };
+        done.map_or_else(Answer::Refused, Answer::Done)
     }
+}
+
+fn text(error: impl Display) -> String {
+    error.to_string()
 }
 
 /// Runs until it is told to stop, or the journal fails: nothing is granted that is not written down first.
 pub(super) fn run(
-    manager: Manager,
-    store: Store,
+    management: Result<Management, StoreError>,
     inbox: &Inbox,
     outbox: &Sender<MediatorReport>,
     shared: &Shared,
 ) -> Result<(), String> {
-    let outcome = run_until_stopped(manager, store, inbox, outbox, shared);
+    let outcome = { management.map_err(|error| error.to_string()) }
+        .and_then(|management| run_until_stopped(management, inbox, outbox, shared));
     shared.stop();
     outcome
 }
 
 fn run_until_stopped(
-    manager: Manager,
-    store: Store,
+    mut management: Management,
     inbox: &Inbox,
     outbox: &Sender<MediatorReport>,
     shared: &Shared,
 ) -> Result<(), String> {
-    let mut management = Management::start(manager, store).map_err(|error| error.to_string())?;
     let mut overflows = Overflows::default();
     while !shared.is_stopping() {
         let turned = if management.is_blocked() {

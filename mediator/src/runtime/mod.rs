@@ -5,21 +5,25 @@
 //! the control socket. Reports wait in [`Waiting`], where the newest counts; a full queue of messages drops what came last and
 //! counts it: levels are repeated.
 
+mod afar;
 mod communication;
 mod folder;
 mod inbox;
 mod input;
 mod management;
+mod network;
+mod orders;
 mod question;
 mod repeats;
 mod shared;
 mod threads;
 mod waiting;
 
-pub use communication::{Settings, report_in};
+pub use afar::ask_from_afar;
 pub use folder::Folder;
-pub use input::{Asked, Input, Reply, Ticket};
+pub use input::{Asked, Asker, Input, Reply, Ticket};
 pub use management::{Management, TICK_NS};
+pub use network::{Settings, report_in};
 pub use question::{Answer, Question, ask};
 pub use shared::Shared;
 pub use threads::{OUTPUTS, Runtime};

@@ -1,5 +1,6 @@
-//! What an operator can ask a running mediator, over its control socket: one line of JSON there, one back.
+//! What an operator can ask a running mediator: one line of JSON there, one back, over its control socket or from afar.
 
+use std::fmt;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -7,6 +8,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use crate::journal::OrderRecord;
 use crate::manager::Status;
 
 /// Timeout of an answer.
@@ -40,6 +42,35 @@ pub enum Question {
         /// Its id.
         robot: String,
     },
+    /// What operators have ordered.
+    Orders,
+}
+
+impl fmt::Display for Question {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Status => write!(f, "status"),
+            Self::Why { robot } => write!(f, "why {robot}"),
+            Self::Clear { area, taken_away } => {
+                let option = if *taken_away { " --taken-away" } else { "" };
+                write!(f, "clear {area}{option}")
+            }
+            Self::End { coordination } => write!(f, "end {coordination}"),
+            Self::Absent { robot } => write!(f, "absent {robot}"),
+            Self::Orders => write!(f, "orders"),
+        }
+    }
+}
+
+impl Question {
+    /// Whether it changes anything.
+    #[must_use]
+    pub fn is_order(&self) -> bool {
+        match self {
+            Self::Clear { .. } | Self::End { .. } | Self::Absent { .. } => true,
+            Self::Status | Self::Why { .. } | Self::Orders => false,
+        }
+    }
 }
 
 /// The answer.
@@ -52,6 +83,8 @@ pub enum Answer {
     Done(String),
     /// Not done, and why.
     Refused(String),
+    /// To [`Question::Orders`], the oldest first.
+    Orders(Vec<OrderRecord>),
 }
 
 /// Asks the mediator behind a socket.

@@ -13,6 +13,8 @@ pub struct Shared {
     /// Messages under reports' keys that are none, and why the last one is not.
     pub(super) no_reports: AtomicU64,
     pub(super) last_no_report: Mutex<String>,
+    /// What is wrong with the site's keys, as it was said last.
+    keys: Mutex<String>,
 }
 
 impl Shared {
@@ -23,7 +25,24 @@ impl Shared {
             dropped_outputs: AtomicU64::new(0),
             no_reports: AtomicU64::new(0),
             last_no_report: Mutex::new(String::new()),
+            keys: Mutex::new(String::new()),
         }
+    }
+
+    /// The network cannot be opened, or its keys cannot be read: says so once.
+    pub(super) fn note_keys(&self, why: &str) {
+        let mut said = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
+        if *said != why {
+            tracing::error!("{why}; it is tried again every second");
+            why.clone_into(&mut said);
+        }
+    }
+
+    /// It can again.
+    pub(super) fn forget_keys(&self) {
+        { self.keys.lock() }
+            .unwrap_or_else(PoisonError::into_inner)
+            .clear();
     }
 
     /// Nanoseconds since the start; nobody else's clock is ever compared with it.

@@ -1,14 +1,16 @@
 //! Starts both threads, and waits for their end.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::communication::{self, Settings};
+use super::communication;
 use super::folder::Folder;
 use super::inbox::Inbox;
-use super::management;
+use super::management::{self, Management};
+use super::network::Settings;
 use super::shared::Shared;
 use super::waiting::Waiting;
-use crate::journal::Store;
+use crate::journal::{OrderRecord, Store};
 use crate::manager::Manager;
 
 /// Messages that may wait for communication.
@@ -22,30 +24,32 @@ pub struct Runtime {
 }
 
 impl Runtime {
-    /// Opens the network, then starts both threads.
+    /// Opens the network, then starts both threads. `orders` is what the journal has of them.
     ///
     /// # Errors
     /// Why the network or the control socket cannot be opened.
     pub fn start(
         manager: Manager,
-        store: Store,
+        (store, orders): (Store, BTreeMap<u64, OrderRecord>),
         settings: Settings,
         folder: &Folder,
     ) -> Result<Self, String> {
         let shared = Arc::new(Shared::new());
         let inbox = Arc::new(Inbox::new(Waiting::new(manager.robot_ids())));
         let (outbox, outputs) = tokio::sync::mpsc::channel(OUTPUTS);
-        let opened = communication::open(&settings, folder)?;
+        let opened = communication::open(settings, folder, &inbox, &shared)?;
         let spawn = |name: &str| std::thread::Builder::new().name(name.to_owned());
         let management = {
             let (shared, inbox) = (Arc::clone(&shared), Arc::clone(&inbox));
-            spawn("management")
-                .spawn(move || management::run(manager, store, &inbox, &outbox, &shared))
+            spawn("management").spawn(move || {
+                let management = Management::start(manager, store, orders);
+                management::run(management, &inbox, &outbox, &shared)
+            })
         };
         let communication = {
             let shared = Arc::clone(&shared);
             spawn("communication")
-                .spawn(move || communication::run(opened, &settings, inbox, outputs, &shared))
+                .spawn(move || communication::run(opened, inbox, outputs, &shared))
         };
         let failed = |error: std::io::Error| format!("a thread cannot be started: {error}");
         Ok(Self {

@@ -125,6 +125,7 @@ impl Waiting {
 
 #[cfg(test)]
 mod tests {
+    use super::super::input::Asker;
     use super::super::question::Question;
     use super::*;
 
@@ -186,7 +187,7 @@ mod tests {
     fn questions_are_bounded_and_come_after_robots() {
         let mut waiting = waiting();
         for number in 0..100 {
-            let asked = Asked::new(Question::Status, Box::new(drop));
+            let asked = Asked::new(Question::Status, Asker::default(), Box::new(drop));
             assert_eq!(waiting.ask(asked), number < QUESTIONS);
         }
         waiting.report(report("amr-1", 7, 1));

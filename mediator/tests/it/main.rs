@@ -8,6 +8,7 @@ mod growth;
 mod kills;
 mod model;
 mod plans;
+mod privacy;
 mod program;
 mod random;
 mod scripted;

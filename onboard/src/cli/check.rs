@@ -1,11 +1,14 @@
 //! `onboard check`: validates the files and prints the resolved plan, touching no device.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use config::{RobotConfig, SiteConfig};
 use contract::private;
 use coordination::symbols::Namespace;
 use description::robot::Link;
 use description::threads::{ActivityKind, Core, Scheduling, Trigger};
 
+use crate::activities::communication::read_identity;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
 use crate::composition::plan::{Budget, Plan, thread_names};
@@ -43,11 +46,28 @@ fn print_robot(robot: &RobotConfig, site: &SiteConfig) {
         Link::Interface(name) => crate::say!("EtherCAT on interface {name}, raw frames"),
         Link::Udp(address) => crate::say!("EtherCAT over UDP to {address}"),
     }
+    if let Some(path) = &robot.fleet.keys {
+        // It may be on another computer.
+        match read_identity(path.as_ref(), &robot.identity.id) {
+            Ok(identity) => crate::say!(
+                "certificate of {}, for another {:.1} days",
+                identity.name(),
+                days_until(identity.expires_unix_s())
+            ),
+            Err(error) => crate::say!("certificate: {error}"),
+        }
+    }
     crate::say!(
         "lidar on {} at {} bit/s",
         robot.lidar.device.display(),
         robot.lidar.bit_rate
     );
+}
+
+/// By this computer's clock.
+fn days_until(unix_s: i64) -> f64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    (unix_s as f64 - now.unwrap_or_default().as_secs_f64()) / 86_400.0
 }
 
 fn print_threads(robot: &RobotConfig) {

@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 use config::ProblemKind;
 use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 
+use crate::activities::communication::read_identity;
 use crate::composition::compose::compose;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
@@ -42,6 +43,9 @@ const JOIN_NS: u64 = 5 * SECOND_NS;
 pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
     let logging = Logging::start();
     let plan = Plan::load(files)?;
+    if let Some(path) = &plan.robot.fleet.keys {
+        read_identity(path.as_ref(), &plan.robot.identity.id).map_err(Failure::refused)?;
+    }
     check_cores(&plan)?;
     crate::realtime::panic::install_hook();
     let asked_to_end = termination_flag().map_err(Failure::refused)?;

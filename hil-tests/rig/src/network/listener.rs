@@ -1,8 +1,10 @@
 //! An independent listener on the network: records all that robots and mediator say.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use config::{NetConfig, SiteConfig};
+use contract::network::{Access, Identity, NetworkSettings, Security};
 use contract::{Message, decode, keys};
 use sim::rt::monotonic_ns;
 use zenoh::Wait;
@@ -10,6 +12,9 @@ use zenoh::pubsub::Subscriber;
 
 use super::endpoint::open_session;
 use super::observations::Observations;
+
+/// A mediator is there after this time.
+const PATIENCE: Duration = Duration::from_secs(15);
 
 /// Hears all robots and the mediator under one key prefix.
 pub struct Listener {
@@ -26,6 +31,49 @@ impl Listener {
     /// A sentence when the network cannot be opened.
     pub fn open(key_prefix: &str, site: &SiteConfig, nets: &[NetConfig]) -> Result<Self, String> {
         let (session, endpoint) = open_session()?;
+        Self::on(session, endpoint, key_prefix, site, nets)
+    }
+
+    /// Hears everybody through the mediator, as an operator. Waits until the mediator is there.
+    ///
+    /// # Errors
+    /// A sentence when it does not come.
+    pub fn through(
+        mediator: &str,
+        operator: Identity,
+        key_prefix: &str,
+        site: &SiteConfig,
+        nets: &[NetConfig],
+    ) -> Result<Self, String> {
+        let settings = NetworkSettings {
+            connect: vec![mediator.to_owned()],
+            security: Some(Security {
+                identity: operator,
+                access: Access::MediatorOnly,
+            }),
+            client: true,
+            ..NetworkSettings::default()
+        };
+        let until = Instant::now() + PATIENCE;
+        let session = loop {
+            match settings.open() {
+                Ok(session) => break session,
+                Err(error) if Instant::now() >= until => {
+                    return Err(format!("the listener cannot reach the mediator: {error}"));
+                }
+                Err(_) => {}
+            }
+        };
+        Self::on(session, mediator.to_owned(), key_prefix, site, nets)
+    }
+
+    fn on(
+        session: zenoh::Session,
+        endpoint: String,
+        key_prefix: &str,
+        site: &SiteConfig,
+        nets: &[NetConfig],
+    ) -> Result<Self, String> {
         let observations = Arc::new(Mutex::new(Observations::new(site, nets)));
         let key = |key: Result<String, keys::InvalidName>| key.map_err(|error| error.to_string());
         let subscribers = vec![

@@ -29,8 +29,10 @@ pub struct MediatorSetup {
     pub key_prefix: String,
     /// Where it listens for robots.
     pub listen: String,
-    /// Where the listener is.
-    pub connect: String,
+    /// Where the listener is, unless that comes to it.
+    pub connect: Option<String>,
+    /// The site's keys; none: no certificates.
+    pub keys: Option<PathBuf>,
     /// Folder for its control socket.
     pub runtime: PathBuf,
     /// Where its log goes.
@@ -86,7 +88,12 @@ impl MediatorProcess {
         add("--journal", setup.journal.clone().into());
         add("--key-prefix", setup.key_prefix.clone().into());
         add("--listen", setup.listen.clone().into());
-        add("--connect", setup.connect.clone().into());
+        if let Some(connect) = &setup.connect {
+            add("--connect", connect.into());
+        }
+        if let Some(keys) = &setup.keys {
+            add("--keys", keys.into());
+        }
         add("--runtime", setup.runtime.clone().into());
         let process = Process::start(&setup.program, &arguments, &[], &setup.log)?;
         self.usage = Usage::of(process.id());
@@ -150,7 +157,7 @@ impl MediatorProcess {
         match ask(&self.socket()?, &question)? {
             Answer::Done(text) => Ok(text),
             Answer::Refused(why) => Err(why),
-            Answer::Status(_) => Err("an unexpected answer".to_owned()),
+            answer => Err(format!("unexpected answer {answer:?}")),
         }
     }
 

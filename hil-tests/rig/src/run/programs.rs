@@ -6,7 +6,8 @@ use onboard::cli::Failure;
 use sim::rt::monotonic_ns;
 
 use super::finish::{finish, look_on};
-use super::stage::{Options, Stage};
+use super::options::Options;
+use super::stage::Stage;
 use super::watch::Run;
 use crate::scenario::Scenario;
 

@@ -1,7 +1,7 @@
 //! The real programs in real time: world, devices, listener, mediator and robots.
 
 use description::instruction::Instruction;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Duration;
 
 use onboard::cli::Failure;
@@ -16,13 +16,14 @@ use sim::world::{SharedWorld, Truth, TruthRecord, World};
 
 use super::ending::Ending;
 use super::execution::{Execution, Found, LOOK_NS, MediatorRuns};
+use super::links::Links;
 use super::measured::{device_violations, robot_summary};
 use super::member::Member;
+use super::options::Options;
 use super::settings::{settings, without_nets};
 use crate::belief::{Belief, Insight};
 use crate::folder::Folder;
 use crate::machine::round;
-use crate::network::endpoint::free_endpoint;
 use crate::network::listener::Listener;
 use crate::network::mediator_status::{MediatorWatch, Told};
 use crate::network::observations::Observations;
@@ -38,23 +39,6 @@ use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::testbed::{BusPlace, Devices, drawn_starts, start_delays_ns, world};
 use crate::violation::ViolationKind;
-
-/// How a scenario is run.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The program that becomes mediator and robots: the rig's own.
-    pub program: PathBuf,
-    /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way.
-    pub seed: u64,
-    /// Folder for what the run leaves.
-    pub out: PathBuf,
-    /// Show nothing while it runs.
-    pub headless: bool,
-    /// Start a mediator where the site asks for one.
-    pub mediator: bool,
-    /// Leave the site's coordinations as they are.
-    pub nets: bool,
-}
 
 /// The programs of a scenario. Fields are dropped in this order: robots, then the mediator, then what they talk to.
 pub struct Stage {
@@ -74,7 +58,7 @@ pub struct Stage {
     seen: u64,
     stall_watch: StallWatch,
     stranded: Option<Fault>,
-    _folder: Folder,
+    folder: Folder,
     _janitor: Janitor,
 }
 
@@ -103,14 +87,17 @@ impl Stage {
         if let Some(clutter) = &scenario.clutter {
             furnish(&mut world.lock(), clutter, options.seed).map_err(Failure::refused)?;
         }
-        // A name of this run's own, so that two rigs on one machine never meet.
-        let key_prefix = format!("rig-{}", std::process::id());
-        let listener =
-            Listener::open(&key_prefix, site, &scenario.nets).map_err(Failure::refused)?;
-        let mediator_endpoint = free_endpoint().map_err(Failure::refused)?;
+        let links =
+            Links::new(&site.name, options.secure, folder.path()).map_err(Failure::refused)?;
+        let listener = { links.listener(site, &scenario.nets) }.map_err(Failure::refused)?;
         let runtime_folder = folder.path().join("run");
         let runtime = Runtime::new(Some(runtime_folder.clone()))?;
         let wanted = options.mediator && site.areas_managed;
+        if options.secure && !wanted {
+            return Err(Failure::refused(
+                "--secure is for sites with a mediator, with which robots have certificates",
+            ));
+        }
         if wanted && !scenario.set.is_empty() {
             return Err(Failure::refused(
                 "`set` cannot be used with a mediator, which reads the site file itself",
@@ -122,9 +109,10 @@ impl Stage {
                 site_file: site_file.clone(),
                 site: site.name.clone(),
                 journal: folder.path().join("journal.redb"),
-                key_prefix: key_prefix.clone(),
-                listen: mediator_endpoint.clone(),
-                connect: listener.endpoint().to_owned(),
+                key_prefix: links.key_prefix.clone(),
+                listen: links.mediator.clone(),
+                connect: { listener.as_ref() }.map(|listener| listener.endpoint().to_owned()),
+                keys: links.keys(),
                 runtime: folder.path().join("mediator"),
                 log: options.out.join("mediator.log"),
             })
@@ -139,6 +127,9 @@ impl Stage {
             })
             .transpose()
             .map_err(Failure::refused)?;
+        let listener =
+            listener.map_or_else(|| links.listener_through_mediator(site, &scenario.nets), Ok);
+        let listener = listener.map_err(Failure::refused)?;
         let start_ns = monotonic_ns();
         let delays_ns = start_delays_ns(scenario, options.seed);
         let mut members = Vec::new();
@@ -153,10 +144,11 @@ impl Stage {
                 .set_encoders_ahead(player.encoders_ahead_rad());
             let mut set = scenario.set_of(player);
             let mut peers = vec![listener.endpoint()];
-            if site.areas_managed {
-                peers.push(&mediator_endpoint);
+            if site.areas_managed && !peers.contains(&links.mediator.as_str()) {
+                peers.push(&links.mediator);
             }
-            set.extend(settings(&devices, &lidar_link, &peers, &key_prefix)?);
+            set.extend(settings(&devices, &lidar_link, &peers, &links.key_prefix)?);
+            set.extend(links.robot(&player.id).map_err(Failure::refused)?);
             set.push("fleet.listen=[]".to_owned());
             members.push(Member {
                 process: None,
@@ -193,9 +185,15 @@ impl Stage {
             seen: 0,
             stall_watch: StallWatch::start().map_err(Failure::refused)?,
             stranded: None,
-            _folder: folder,
+            folder,
             _janitor: janitor,
         })
+    }
+
+    /// Where the run has what it needs: the site's keys and the robots' files with `secure`.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
     }
 
     /// Plays the operator: resets robots that latched because the machine stalled, and notes one that latched otherwise.

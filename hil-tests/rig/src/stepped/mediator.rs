@@ -9,7 +9,7 @@ use mediator::journal::Store;
 use mediator::manager::{Manager, Status};
 use mediator::nets::Plan;
 use mediator::runtime::{
-    Answer, Asked, Management, OUTPUTS, Question, Reply, TICK_NS, Waiting, report_in,
+    Answer, Asked, Asker, Management, OUTPUTS, Question, Reply, TICK_NS, Waiting, report_in,
 };
 use mediator::setup::Setup;
 use onboard::cli::Failure;
@@ -64,7 +64,8 @@ impl SteppedMediator {
             .speaks_as(now_ns | 1);
         let ids = manager.robot_ids();
         Ok(Self {
-            management: Management::start(manager, store).map_err(Failure::refused)?,
+            management: Management::start(manager, store, stored.orders)
+                .map_err(Failure::refused)?,
             inbox: Waiting::new(ids),
             started_ns: now_ns,
             wakes_ns: now_ns,
@@ -85,7 +86,11 @@ impl SteppedMediator {
     }
 
     fn put(&mut self, question: Question, reply: Reply) {
-        self.inbox.ask(Asked::new(question, reply));
+        let asker = Asker {
+            who: "the rig".to_owned(),
+            at: String::new(),
+        };
+        self.inbox.ask(Asked::new(question, asker, reply));
     }
 
     /// Goes on when there is something to do, and gives what leaves to `send`. Writing the journal takes `disk_ns`.

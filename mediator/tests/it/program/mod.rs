@@ -42,6 +42,7 @@ pub struct Program {
     site: String,
     connect: Vec<String>,
     listen: String,
+    more: Vec<String>,
     child: Option<Child>,
 }
 
@@ -54,6 +55,7 @@ impl Program {
             site: site.name.clone(),
             connect,
             listen: "tcp/127.0.0.1:0".into(),
+            more: Vec::new(),
             child: None,
         }
     }
@@ -61,6 +63,29 @@ impl Program {
     /// It listens there, and not somewhere.
     pub fn listen(&mut self, endpoint: &str) {
         endpoint.clone_into(&mut self.listen);
+    }
+
+    /// It is started with these arguments, too.
+    pub fn add(&mut self, arguments: &[&str]) {
+        self.more
+            .extend(arguments.iter().map(|&text| text.to_owned()));
+    }
+
+    /// Its site file.
+    pub fn site_file(&self) -> PathBuf {
+        self.folder.join(format!("sites/{}.toml", self.site))
+    }
+
+    /// What another of its commands prints, on both outputs, and its exit code.
+    pub fn command(arguments: &[&str]) -> (Option<i32>, String) {
+        let output = Command::new(env!("CARGO_BIN_EXE_mediator"))
+            .args(arguments)
+            .env_remove("MEDIATOR_LOG")
+            .output()
+            .expect("the program starts");
+        let text = [output.stdout, output.stderr].concat();
+        let text = String::from_utf8_lossy(&text).into_owned();
+        (output.status.code(), text)
     }
 
     pub fn start(&mut self) {
@@ -75,12 +100,13 @@ impl Program {
         command
             .args(["run", "--first-start"])
             .arg("--site")
-            .arg(path(&format!("sites/{}.toml", self.site)))
+            .arg(self.site_file())
             .arg("--journal")
             .arg(path("journal.redb"))
             .arg("--runtime")
             .arg(path("run"))
-            .args(["--listen", &self.listen]);
+            .args(["--listen", &self.listen])
+            .args(&self.more);
         for endpoint in &self.connect {
             command.args(["--connect", endpoint]);
         }

@@ -7,6 +7,7 @@ use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::RobotState;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 
+use super::credentials::Attention;
 use super::membership::{Membership, MembershipSetup};
 use super::network::{Inbox, OpenSession, Session};
 use super::settings::Settings;
@@ -23,6 +24,8 @@ use crate::symbols::wiring::{CommunicationFleetSymbols, CommunicationSymbols};
 pub const PERIOD: Duration = Duration::from_millis(50);
 /// Pause between two attempts to open the network.
 const RETRY_NS: u64 = SECOND_NS;
+/// A session with a new certificate that has no link after this time is given up.
+const LINKED_WITHIN_NS: u64 = 30 * SECOND_NS;
 
 /// The activity.
 pub struct Communication {
@@ -34,6 +37,9 @@ pub struct Communication {
     membership: Membership,
     open_session: OpenSession,
     session: Option<Box<dyn Session>>,
+    /// Takes over when it is linked, or is given up then.
+    successor: Option<(Box<dyn Session>, u64)>,
+    certificate_complaints: Complaints,
     snapshot: Snapshot,
     sequence: u64,
     sent: Option<RobotState>,
@@ -64,6 +70,8 @@ impl Communication {
             membership: Membership::new(fleet_symbols, fleet, now_ns),
             open_session,
             session: None,
+            successor: None,
+            certificate_complaints: Complaints::default(),
             snapshot: Snapshot::default(),
             sequence: 0,
             sent: None,
@@ -77,11 +85,7 @@ impl Communication {
     /// real-time priority, and again after failures.
     pub fn open_network(&mut self, now_ns: u64) {
         self.retry_ns = now_ns + RETRY_NS;
-        let inbox = self.membership.mailbox().map(|mailbox| Inbox {
-            mailbox,
-            news: self.news.clone(),
-        });
-        match (self.open_session)(inbox) {
+        match self.open() {
             Ok(session) => {
                 self.log
                     .info(format!("fleet network is open, session {}", session.id()));
@@ -95,6 +99,49 @@ impl Communication {
                 self.port.raise(Fault::FleetNetwork, 0.0);
             }
         }
+    }
+
+    fn open(&mut self) -> Result<Box<dyn Session>, String> {
+        let inbox = self.membership.mailbox().map(|mailbox| Inbox {
+            mailbox,
+            news: self.news.clone(),
+        });
+        (self.open_session)(inbox)
+    }
+
+    /// Looks after the session's certificate. A session with another one takes over when it has its link: the mediator hears the
+    /// robot all the time.
+    fn attend_session(&mut self, now_ns: u64) {
+        let complaint = match self.successor.take() {
+            Some((successor, _)) if successor.is_linked() => {
+                let id = successor.id();
+                self.log.info(format!("session {id} takes over"));
+                self.session = Some(successor);
+                return;
+            }
+            Some((successor, until_ns)) if now_ns < until_ns => {
+                self.successor = Some((successor, until_ns));
+                return;
+            }
+            Some(_) => {
+                "no link with the new certificate; the session with the old one goes on".to_owned()
+            }
+            None => match self.session.as_mut().map(|session| session.attend(now_ns)) {
+                None | Some(Attention::None) => return,
+                Some(Attention::Complain(why)) => why,
+                Some(Attention::Replace(why)) => match self.open() {
+                    Ok(successor) => {
+                        self.log.info(format!("fleet network: {why}"));
+                        self.certificate_complaints.forget();
+                        self.successor = Some((successor, now_ns + LINKED_WITHIN_NS));
+                        return;
+                    }
+                    Err(why) => why,
+                },
+            },
+        };
+        self.certificate_complaints
+            .say(&self.log, "certificate", complaint);
     }
 
     fn retry_network(&mut self, now_ns: u64) {
@@ -199,6 +246,7 @@ impl Activity for Communication {
 
     fn compute(&mut self, now_ns: u64) {
         self.retry_network(now_ns);
+        self.attend_session(now_ns);
         self.membership.step(now_ns);
     }
 
@@ -206,6 +254,7 @@ impl Activity for Communication {
         if self.port.state() == LifeCycleState::Ready {
             self.retry_network(now_ns);
         }
+        self.attend_session(now_ns);
         // A paused robot still occupies floor.
         self.membership.step(now_ns);
     }
@@ -213,7 +262,7 @@ impl Activity for Communication {
     fn communicate_out(&mut self, now_ns: u64) {
         if self.port.state() == LifeCycleState::Stopped {
             self.membership.leave(now_ns);
-            self.session = None;
+            (self.session, self.successor) = (None, None);
         } else {
             self.speak(now_ns);
         }

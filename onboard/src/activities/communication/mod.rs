@@ -6,12 +6,14 @@
 //! The only activity with an asynchronous side: its thread drives a tokio runtime with one worker, as zenoh wants it.
 
 mod activity;
+mod credentials;
 mod membership;
 mod network;
 mod settings;
 mod state;
 
 pub use activity::{Communication, PERIOD};
+pub use credentials::{Attention, read_identity};
 pub use membership::MembershipSetup;
 pub use network::{Inbox, OpenSession, Session, zenoh_session};
 pub use settings::Settings;

@@ -10,6 +10,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 
+use super::credentials::{Attention, Credentials, Renewal};
 use super::settings::Settings;
 use crate::activities::news::News;
 
@@ -81,6 +82,16 @@ pub trait Session: Send {
     /// # Errors
     /// A sentence.
     fn send_report(&self, message: Vec<u8>) -> Result<(), String>;
+
+    /// Whether anybody is at its other end.
+    fn is_linked(&self) -> bool {
+        true
+    }
+
+    /// Looks after its certificate, if it has one. Does not wait.
+    fn attend(&mut self, _now_ns: u64) -> Attention {
+        Attention::None
+    }
 }
 
 /// Opens a session, at first and after each failure. On a managed site the inbox takes the mediator's messages.
@@ -92,6 +103,7 @@ struct ZenohSession {
     report: Option<Publisher<'static>>,
     _from_mediator: Option<Subscriber<()>>,
     _alive: LivelinessToken,
+    renewal: Option<Renewal>,
     // Last, so that what was declared on it goes first.
     session: zenoh::Session,
 }
@@ -99,12 +111,21 @@ struct ZenohSession {
 /// How a robot opens its session on zenoh.
 #[must_use]
 pub fn zenoh_session(settings: Settings) -> OpenSession {
-    Box::new(move |inbox| Ok(Box::new(ZenohSession::open(&settings, inbox)?)))
+    let credentials = { settings.keys.as_ref() }
+        .map(|path| Credentials::new(path.into(), settings.robot_id.clone()));
+    Box::new(move |inbox| {
+        let session = ZenohSession::open(&settings, credentials.clone(), inbox)?;
+        Ok(Box::new(session))
+    })
 }
 
 impl ZenohSession {
     /// Opens the session and declares everything on it.
-    fn open(settings: &Settings, inbox: Option<Inbox>) -> Result<Self, String> {
+    fn open(
+        settings: &Settings,
+        credentials: Option<Credentials>,
+        inbox: Option<Inbox>,
+    ) -> Result<Self, String> {
         let Settings {
             robot_id,
             key_prefix,
@@ -117,6 +138,11 @@ impl ZenohSession {
         let alive_key = keys::alive(key_prefix, robot_id).map_err(name)?;
         let report_key = keys::report(key_prefix, robot_id).map_err(name)?;
         let mediator_key = keys::to_robot(key_prefix, robot_id).map_err(name)?;
+        let (mut network, mut renewal) = (network.clone(), None);
+        if let Some(credentials) = credentials {
+            network.security = Some(credentials.security()?);
+            renewal = Some(Renewal::new(credentials, key_prefix, robot_id)?);
+        }
         let session = network.open()?;
         let publisher = |key: String| {
             session
@@ -147,6 +173,7 @@ impl ZenohSession {
             report,
             _from_mediator: from_mediator,
             _alive: alive,
+            renewal,
             session,
         })
     }
@@ -165,6 +192,17 @@ impl Session for ZenohSession {
         match &self.report {
             Some(report) => put(report, message),
             None => Ok(()),
+        }
+    }
+
+    fn is_linked(&self) -> bool {
+        self.session.info().peers_zid().wait().next().is_some()
+    }
+
+    fn attend(&mut self, now_ns: u64) -> Attention {
+        match &mut self.renewal {
+            Some(renewal) => renewal.attend(&self.session, now_ns),
+            None => Attention::None,
         }
     }
 }

@@ -13,6 +13,8 @@ pub struct Settings {
     pub boot_epoch: u64,
     /// Prefix of all keys.
     pub key_prefix: String,
-    /// The network.
+    /// The network, without who this is.
     pub network: NetworkSettings,
+    /// File of the robot's certificate.
+    pub keys: Option<String>,
 }

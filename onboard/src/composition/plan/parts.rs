@@ -188,7 +188,9 @@ impl Plan {
                 connect: fleet.connect.clone(),
                 scouting: fleet.scouting,
                 interface: fleet.interface.clone(),
+                ..NetworkSettings::default()
             },
+            keys: fleet.keys.clone(),
         }
     }
 }

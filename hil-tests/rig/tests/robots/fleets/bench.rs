@@ -49,6 +49,15 @@ pub struct Bench {
 impl Bench {
     /// Sets the stage.
     pub fn start(scenario: Scenario) -> Self {
+        Self::start_with(scenario, false)
+    }
+
+    /// Sets the stage, with certificates on every link.
+    pub fn start_secured(scenario: Scenario) -> Self {
+        Self::start_with(scenario, true)
+    }
+
+    fn start_with(scenario: Scenario, secure: bool) -> Self {
         let turn = Turn::of_a_fleet();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let options = Options {
@@ -58,6 +67,7 @@ impl Bench {
             headless: true,
             mediator: true,
             nets: true,
+            secure,
         };
         let run = Run::start(scenario, &options).unwrap_or_else(|failure| panic!("{failure:?}"));
         Self {

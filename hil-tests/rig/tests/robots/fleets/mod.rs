@@ -3,8 +3,10 @@
 //!
 //! - [`bench`] sets the stage, in turn with all other tests that run whole robots;
 //! - [`program`]: the rig itself does what it says, and leaves nothing when it is killed;
-//! - [`deaths`]: mediator and robots are killed.
+//! - [`deaths`]: mediator and robots are killed;
+//! - [`secured`]: links with certificates.
 
 mod bench;
 mod deaths;
 mod program;
+mod secured;

@@ -1,0 +1,261 @@
+//! A site with keys, its mediator, robots that behave, and sessions that do not.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use contract::client::{Client, Received, Situation};
+use contract::floor::Floor;
+use contract::network::{Access, Identity, NetworkSettings, Party, Security};
+use contract::wire::MediatorReport;
+use contract::{Message, decode, keys, private};
+use mediator::keys::Keys;
+use mediator::manager::{RobotStatus, Status};
+use zenoh::Wait;
+
+use super::PATIENCE;
+use crate::program::{Program, Site};
+
+pub const PREFIX: &str = "fleet";
+
+pub fn site() -> Site {
+    Site {
+        name: "rooms".into(),
+        areas: (0..3).map(|room| (format!("room-{room}"), 1)).collect(),
+        robots: (0..2)
+            .map(|robot| (format!("amr-{robot}"), "normal", robot))
+            .collect(),
+        events: Vec::new(),
+        more: String::new(),
+        nets: Vec::new(),
+        own_nets: Vec::new(),
+    }
+}
+
+/// The site, and its running mediator.
+pub struct Hall {
+    pub keys: Keys,
+    pub endpoint: String,
+    pub program: Program,
+    pub folder: tempfile::TempDir,
+}
+
+impl Hall {
+    pub fn open() -> Self {
+        Self::with_certificates_for(30.0)
+    }
+
+    pub fn with_certificates_for(days: f64) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let keys = Keys::new(folder.path().join("keys"));
+        keys.begin("rooms", days).expect("an authority");
+        let port =
+            std::net::TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
+        let endpoint = format!("tls/127.0.0.1:{}", port.expect("a free port").port());
+        let mut program = Program::new(folder.path(), &site(), Vec::new());
+        program.listen(&endpoint);
+        program.add(&["--keys", &keys.folder().display().to_string()]);
+        program.start();
+        program.wait_ready(PATIENCE);
+        Self {
+            keys,
+            endpoint,
+            program,
+            folder,
+        }
+    }
+
+    pub fn identity(&self, robot: &str) -> Identity {
+        let party = Party::Robot(robot.to_owned());
+        self.keys.issue(party).expect("it is made")
+    }
+
+    /// How an honest robot takes part.
+    pub fn settings_as(&self, identity: &Identity) -> NetworkSettings {
+        NetworkSettings {
+            connect: vec![self.endpoint.clone()],
+            security: Some(Security {
+                identity: identity.clone(),
+                access: Access::MediatorOnly,
+            }),
+            ..NetworkSettings::default()
+        }
+    }
+
+    pub fn robot(&self, id: &str) -> Robot {
+        Robot::new(self.settings_as(&self.identity(id)), id)
+    }
+
+    /// A session that holds to no rules, with this identity.
+    pub fn lawless(&self, identity: &Identity, mode: &str, listen: &[&str]) -> zenoh::Session {
+        let connect = if listen.is_empty() {
+            vec![self.endpoint.as_str()]
+        } else {
+            Vec::new()
+        };
+        let file = |name: &str, text: &str| -> String {
+            let path = self
+                .folder
+                .path()
+                .join(format!("{name}-{}.pem", next_number()));
+            std::fs::write(&path, text).expect("written");
+            path.display().to_string()
+        };
+        let pem = identity.to_pem();
+        let own = &pem[pem.find("-----BEGIN CERTIFICATE").expect("there")..];
+        let root = self
+            .keys
+            .folder()
+            .join("authority.crt")
+            .display()
+            .to_string();
+        let (key, own) = (file("key", &pem), file("own", own));
+        let mut config = zenoh::Config::default();
+        let mut set = |name: &str, value: String| {
+            config
+                .insert_json5(name, &value)
+                .expect("a setting of zenoh");
+        };
+        let text = |value: &str| format!("{value:?}");
+        set("mode", text(mode));
+        set("listen/endpoints", format!("{listen:?}"));
+        set("connect/endpoints", format!("{connect:?}"));
+        set("scouting/multicast/enabled", "false".to_owned());
+        set("transport/link/tls/root_ca_certificate", text(&root));
+        set("transport/link/tls/enable_mtls", "true".to_owned());
+        set(
+            "transport/link/tls/verify_name_on_connect",
+            "false".to_owned(),
+        );
+        for side in ["listen", "connect"] {
+            set(
+                &format!("transport/link/tls/{side}_private_key"),
+                text(&key),
+            );
+            set(
+                &format!("transport/link/tls/{side}_certificate"),
+                text(&own),
+            );
+        }
+        zenoh::open(config).wait().expect("a session")
+    }
+
+    /// Nothing is granted before every robot was heard, or is said to be nowhere.
+    pub fn excuse(&self, robot: &str) {
+        let run = self.folder.path().join("run").display().to_string();
+        let (code, text) = Program::command(&["absent", robot, "--runtime", &run]);
+        assert_eq!(code, Some(0), "{text}");
+    }
+
+    /// Waits until it is so.
+    pub fn until(&self, what: &str, mut is_so: impl FnMut() -> bool) {
+        let until = Instant::now() + PATIENCE;
+        while !is_so() {
+            assert!(
+                Instant::now() < until,
+                "never: {what}: {}",
+                self.program.log()
+            );
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+fn next_number() -> u64 {
+    use std::sync::atomic::{AtomicU64, Ordering};
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed)
+}
+
+pub fn robot<'a>(status: &'a Status, id: &str) -> &'a RobotStatus {
+    { status.robots.iter().find(|robot| robot.id == id) }.expect("a robot of the site")
+}
+
+/// The file of an operator.
+pub fn operator(hall: &Hall, name: &str) -> PathBuf {
+    let identity = hall
+        .keys
+        .issue(Party::Operator(name.to_owned()))
+        .expect("made");
+    let path = hall.folder.path().join(format!("{name}.pem"));
+    private::replace(&path, identity.to_pem().as_bytes()).expect("written");
+    path
+}
+
+/// A robot that stands in its room, and behaves.
+pub struct Robot {
+    pub session: zenoh::Session,
+    /// Messages that it has got.
+    pub heard: u64,
+    /// From which processes, drawn numbers.
+    pub instances: Vec<u64>,
+    id: String,
+    client: Client,
+    inbox: Receiver<MediatorReport>,
+    begun: Instant,
+}
+
+impl Robot {
+    pub fn new(settings: NetworkSettings, id: &str) -> Self {
+        let session = settings.open().expect("a session");
+        let (news, inbox) = channel();
+        session
+            .declare_subscriber(keys::to_robot(PREFIX, id).expect("a plain name"))
+            .callback(move |sample| {
+                if let Ok(message) = decode(&sample.payload().to_bytes()) {
+                    let _ = news.send(message);
+                }
+            })
+            .background()
+            .wait()
+            .expect("it subscribes");
+        Self {
+            session,
+            heard: 0,
+            instances: Vec::new(),
+            id: id.to_owned(),
+            client: Client::new(id, "rooms", 7),
+            inbox,
+            begun: Instant::now(),
+        }
+    }
+
+    /// Hears what there is, and reports.
+    pub fn step(&mut self) {
+        let now_ns = self.begun.elapsed().as_nanos() as u64;
+        while let Ok(message) = self.inbox.try_recv() {
+            self.heard += 1;
+            if !self.instances.contains(&message.instance) {
+                self.instances.push(message.instance);
+            }
+            if self.client.receive(&message, now_ns) == Received::Refused
+                && !message.floor.is_empty()
+            {
+                self.client = self.client.clone().on(Floor::said(&message.floor));
+            }
+        }
+        let here = vec![self.id.replace("amr", "room")];
+        let situation = Situation {
+            located: true,
+            stands_in: here.clone(),
+            wanted: here,
+            ..Situation::default()
+        };
+        self.client.step(situation, now_ns, 1_000_000_000);
+        let key = keys::report(PREFIX, &self.id).expect("a plain name");
+        let put = self.session.put(key, self.client.report().encode_to_vec());
+        put.wait().expect("it sends");
+    }
+
+    pub fn holds(&self) -> bool {
+        self.client.holds(&self.id.replace("amr", "room"))
+    }
+
+    pub fn epoch(&mut self) -> u64 {
+        self.client.report().mediator_epoch
+    }
+
+    pub fn is_linked(&self) -> bool {
+        self.session.info().peers_zid().wait().next().is_some()
+    }
+}

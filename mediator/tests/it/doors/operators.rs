@@ -1,0 +1,102 @@
+//! Operators on other computers.
+
+use contract::private;
+
+use crate::program::Program;
+
+use super::PATIENCE;
+use super::hall::{Hall, operator, robot};
+
+fn ask(hall: &Hall, identity: &str, command: &[&str]) -> (Option<i32>, String) {
+    let connect = ["--connect", &hall.endpoint, "--identity", identity];
+    Program::command(&[command, &connect].concat())
+}
+
+#[test]
+fn an_operator_asks_and_orders_from_afar_and_stands_in_the_journal() {
+    let mut hall = Hall::open();
+    let anna = operator(&hall, "anna").display().to_string();
+    let mut amr_0 = hall.robot("amr-0");
+    hall.until("anna's certificate counts", || {
+        ask(&hall, &anna, &["status"]).0 == Some(0)
+    });
+    hall.until("amr-0 is served", || {
+        amr_0.step();
+        robot(&hall.program.status().expect("it answers"), "amr-0").heard
+    });
+    let (code, text) = ask(&hall, &anna, &["status", "--json"]);
+    assert!(code == Some(0) && text.contains("\"amr-1\""), "{text}");
+    let (code, text) = ask(&hall, &anna, &["why", "amr-0"]);
+    assert!(code == Some(0) && text.contains("amr-0 waits"), "{text}");
+
+    let (code, text) = ask(&hall, &anna, &["absent", "amr-1"]);
+    assert!(code == Some(0) && text.contains("absent"), "{text}");
+    let (code, text) = ask(&hall, &anna, &["clear", "room-9"]);
+    assert!(
+        code == Some(2) && text.contains("there is no area"),
+        "{text}"
+    );
+    let run = hall.folder.path().join("run").display().to_string();
+    let (code, text) = Program::command(&["clear", "room-2", "--runtime", &run]);
+    assert_eq!(code, Some(0), "{text}");
+
+    hall.program.kill();
+    hall.program.start();
+    hall.program.wait_ready(PATIENCE);
+    let (code, text) = Program::command(&["orders", "--runtime", &run]);
+    assert_eq!(code, Some(0), "{text}");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 3, "{text}");
+    assert!(
+        lines[0].contains("Z operator anna: absent amr-1: done: "),
+        "{text}"
+    );
+    assert!(
+        lines[1].contains("Z operator anna: clear room-9: refused: "),
+        "{text}"
+    );
+    assert!(
+        lines[2].contains("Z user ") && lines[2].contains(": clear room-2: done: "),
+        "{text}"
+    );
+}
+
+#[test]
+fn no_other_file_lets_anybody_order() {
+    let hall = Hall::open();
+    let robot = hall.folder.path().join("robot.pem");
+    private::replace(&robot, hall.identity("amr-1").to_pem().as_bytes()).expect("written");
+    let (code, text) = ask(&hall, &robot.display().to_string(), &["absent", "amr-0"]);
+    assert!(
+        code == Some(1) && text.contains("expected an operator's"),
+        "{text}"
+    );
+
+    let elsewhere = Hall::open();
+    let stranger = operator(&elsewhere, "eve").display().to_string();
+    let (code, text) = ask(&hall, &stranger, &["absent", "amr-0"]);
+    assert!(
+        code == Some(1) && text.contains("no mediator answers"),
+        "{text}"
+    );
+
+    let anna = operator(&hall, "anna").display().to_string();
+    hall.until("anna's certificate counts", || {
+        ask(&hall, &anna, &["status"]).0 == Some(0)
+    });
+    let party = contract::network::Party::Operator("anna".to_owned());
+    hall.keys.revoke(&party).expect("revoked");
+    hall.until("it counts no more", || {
+        ask(&hall, &anna, &["status"]).0 == Some(1)
+    });
+    let orders = Program::command(&[
+        "orders",
+        "--runtime",
+        &hall.folder.path().join("run").display().to_string(),
+    ]);
+    assert_eq!(orders, (Some(0), String::new()));
+
+    let missing = hall.folder.path().join("nobody.pem").display().to_string();
+    let (code, text) = ask(&hall, &missing, &["status"]);
+    assert!(code == Some(2) && text.contains("nobody.pem"), "{text}");
+}

@@ -1,0 +1,77 @@
+//! Certificates end, and are renewed before.
+
+use std::time::Duration;
+
+use contract::wire::{CertificateAnswer, CertificateRequest};
+use contract::{Message, decode, keys};
+use zenoh::Wait;
+
+use super::hall::{Hall, PREFIX, Robot};
+
+const DAY_S: f64 = 86_400.0;
+
+fn renew(robot: &Robot, id: &str, request: &str) -> Option<CertificateAnswer> {
+    let message = CertificateRequest {
+        request_pem: request.to_owned(),
+    };
+    let key = keys::certificate(PREFIX, id).expect("a plain name");
+    let get = robot.session.get(key).payload(message.encode_to_vec());
+    let replies = get.timeout(Duration::from_secs(2)).wait().expect("it asks");
+    let reply = replies.recv().ok()?.into_result().ok()?;
+    decode(&reply.payload().to_bytes()).ok()
+}
+
+#[test]
+fn a_robot_gets_its_next_certificate_from_the_mediator() {
+    let hall = Hall::open();
+    let identity = hall.identity("amr-0");
+    let mut amr_0 = Robot::new(hall.settings_as(&identity), "amr-0");
+    hall.until("it is served", || {
+        amr_0.step();
+        amr_0.heard > 0
+    });
+    let request = identity.request().expect("made");
+    let answer = renew(&amr_0, "amr-0", request.pem()).expect("an answer");
+    assert_eq!(answer.refusal, "");
+    assert_eq!(answer.renew_after_s, 15 * 86_400);
+    let next = request.answered(&answer.certificate_pem).expect("it fits");
+
+    let soon = renew(&amr_0, "amr-0", identity.request().expect("made").pem());
+    let why = soon.expect("an answer").refusal;
+    assert!(why.contains("one request in"), "{why}");
+    let other = renew(&amr_0, "amr-1", identity.request().expect("made").pem());
+    assert_eq!(other, None, "of another robot");
+
+    drop(amr_0);
+    let mut amr_0 = Robot::new(hall.settings_as(&next), "amr-0");
+    hall.until("the next one is served", || {
+        amr_0.step();
+        amr_0.heard > 0
+    });
+}
+
+#[test]
+fn a_certificate_that_has_ended_is_of_no_use() {
+    // The mediator's own is made anew after half of that, each time.
+    let lasts_s = 6.0;
+    let hall = Hall::with_certificates_for(lasts_s / DAY_S);
+    let mut amr_0 = hall.robot("amr-0");
+    hall.until("it is served", || {
+        amr_0.step();
+        amr_0.heard > 0
+    });
+    std::thread::sleep(Duration::from_secs_f64(lasts_s));
+    let mut last = amr_0.heard;
+    hall.until("it hears nothing any more", || {
+        for _ in 0..20 {
+            amr_0.step();
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        std::mem::replace(&mut last, amr_0.heard) == amr_0.heard
+    });
+    let mut again = hall.robot("amr-0");
+    hall.until("another file is of use", || {
+        again.step();
+        again.heard > 0
+    });
+}
