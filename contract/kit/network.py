@@ -8,6 +8,8 @@ from typing import Any, Callable, Sequence
 
 import zenoh
 
+from .identity import Identity, check
+
 
 def free_endpoint() -> str:
     """A loopback endpoint whose port was free a moment ago."""
@@ -19,7 +21,8 @@ def free_endpoint() -> str:
 class Network:
     """A session that finds nobody but whom it is told of."""
 
-    def __init__(self, connect: Sequence[str] = (), listen: Sequence[str] = ()) -> None:
+    def __init__(self, connect: Sequence[str] = (), listen: Sequence[str] = (), identity: Identity | None = None) -> None:
+        check([*connect, *listen], identity)
         config = zenoh.Config()
         for key, value in {
             "mode": "peer",
@@ -31,6 +34,7 @@ class Network:
             "connect/retry": {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 1.5},
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,
+            **(identity.settings() if identity is not None else {}),
         }.items():
             config.insert_json5(key, json.dumps(value))
         self._session = zenoh.open(config)
@@ -54,6 +58,15 @@ class Network:
     def is_alive(self, key: str) -> bool:
         """Whether somebody has declared this token."""
         return any(reply.ok is not None for reply in self._session.liveliness().get(key, timeout=1.0))
+
+    def ask(self, key: str, data: bytes, seconds: float) -> bytes | None:
+        """The first answer to a query; None when there is none in time."""
+        answers = (reply.ok for reply in self._session.get(key, payload=data, timeout=seconds))
+        return next((answer.payload.to_bytes() for answer in answers if answer is not None), None)
+
+    def is_linked(self) -> bool:
+        """Whether anybody is at the other end."""
+        return any(True for _ in self._session.info.peers_zid())
 
     def close(self) -> None:
         """Ends the session."""

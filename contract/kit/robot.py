@@ -1,4 +1,5 @@
-"""A robot of another vendor, as an example: `python -m kit.robot --connect tcp/HOST:7447 --site SITE --id ID --at X,Y --route A,B,C`.
+"""A robot of another vendor, as an example: `python -m kit.robot --connect tls/HOST:7447 --identity FILE --site SITE --id ID --at X,Y
+--route A,B,C`; without certificates `--connect tcp/HOST:7447` alone.
 
 It brings no file of the site: floor and role come from the mediator. It drives from the middle of one area of its route to that of the
 next, there and back, on a simulated body. `--at` is the word of the person who starts it, who sees it stand there: never write it into
@@ -21,8 +22,9 @@ from typing import Any, Callable
 from . import page, wire
 from .body import MARGIN_M, Body, centre, reaches
 from .following import Follower
+from .identity import BadIdentity
 from .levels import ENTERED, GRANTED, RELEASED, REQUESTED, RETURNED, Claim, Coordination
-from .network import Network
+from .link import Link
 
 # A robot asks so early that it need not brake when the grant comes at once.
 ASKS_AHEAD_M = 0.8
@@ -243,15 +245,15 @@ class Robot(Follower):
 def run(make: Callable[..., Robot], arguments: list[str] | None = None) -> None:
     """Joins robot, network and clock, until the process ends."""
     options = argparse.ArgumentParser(prog="kit.robot", description=__doc__.split("\n")[0])
-    for name, default in (("connect", None), ("prefix", "fleet"), ("site", "kit"), ("id", "kit-1"), ("at", ""), ("route", "a,b,c,d")):
+    for name, default in (("connect", None), ("identity", ""), ("prefix", "fleet"), ("site", "kit"), ("id", "kit-1"), ("at", ""),
+                          ("route", "a,b,c,d")):
         options.add_argument(f"--{name}", default=default, required=default is None)
     said = options.parse_args(arguments)
     x_m, y_m = (float(part) for part in (said.at or "0,0").split(","))
     robot = make(said.id, said.site, Body(x_m, y_m), said.route.split(","), bool(said.at))
-    lock, network = threading.Lock(), Network(connect=[said.connect])
-    key = f"{said.prefix}/robots/{said.id}"
+    lock = threading.Lock()
 
-    def take(_: str, data: bytes) -> None:
+    def take(data: bytes) -> None:
         with lock:
             robot.receive(data, time.monotonic())
 
@@ -263,8 +265,10 @@ def run(make: Callable[..., Robot], arguments: list[str] | None = None) -> None:
                     robot.body.x_m, robot.body.y_m = (float(number) for number in numbers)
                     robot.body.path, robot.located = [], True
 
-    network.subscribe(f"{said.prefix}/mediator/to/{said.id}", take)
-    network.show_alive(f"{key}/alive")
+    try:
+        link = Link(said.connect, said.prefix, said.id, said.identity, take)
+    except BadIdentity as error:
+        options.error(str(error))
     threading.Thread(target=listen, daemon=True).start()
     before = sent = time.monotonic()
     while True:
@@ -275,10 +279,10 @@ def run(make: Callable[..., Robot], arguments: list[str] | None = None) -> None:
             robot.step(now, min(now - before, 0.04))
             due = now >= sent + page.LEVEL_S * 0.9
             if robot.news or due:
-                network.put(f"{key}/report", robot.report(now).SerializeToString())
+                link.put("report", robot.report(now))
             if due:
                 sent = now
-                network.put(f"{key}/state", robot.say_state(now).SerializeToString())
+                link.put("state", robot.say_state(now))
         before = now
 
 

@@ -70,6 +70,8 @@ Instruction = _class("Instruction")
 MediatorReport = _class("MediatorReport")
 AccessGrant = _class("AccessGrant")
 TakeUp = _class("TakeUp")
+CertificateRequest = _class("CertificateRequest")
+CertificateAnswer = _class("CertificateAnswer")
 
 LONGEST_MESSAGE = 1 << 20
 
