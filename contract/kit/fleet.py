@@ -36,6 +36,8 @@ class Fleet:
         self.robots: list[PlayedRobot] = []
         # Epoch and sequence of all messages to an identity, to whichever boot.
         self.heard_by_id: dict[str, list[tuple[int, int]]] = {}
+        # Of all messages so far, bytes.
+        self.longest = 0
         self._all: list[PlayedRobot] = []
         self._ends = threading.Event()
         # Something that changes is said with the next level at the latest.
@@ -50,6 +52,7 @@ class Fleet:
 
     def _take(self, key: str, data: bytes) -> None:
         robot_id = key.rsplit("/", 1)[-1]
+        self.longest = max(self.longest, len(data))
         message: Any = wire.decode(wire.MediatorReport, data)
         if message is not None:
             self.heard_by_id.setdefault(robot_id, []).append((message.mediator_epoch, message.sequence))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import threading
 import time
@@ -37,7 +38,6 @@ class Heard:
     """A message of the mediator, and when it came."""
 
     at: float
-    size: int
     message: Any
 
     def access(self, area: str) -> Claim | None:
@@ -74,6 +74,8 @@ class PlayedRobot:
         self.messages: list[Heard] = []
         self.speaks = self.follows = self.plays_along = True
         self._sent_at = 0.0
+        # By the mediator's instance.
+        self._heard_at: dict[int, float] = {}
 
     # ------------------------------------------------------------ sending
 
@@ -113,8 +115,8 @@ class PlayedRobot:
                 self.send()
 
     def hears(self) -> bool:
-        """Whether a message has come of late."""
-        return bool(self.messages) and time.monotonic() <= self.messages[-1].at + page.SILENT_S
+        """Whether a message of the mediator that it follows has come of late."""
+        return time.monotonic() <= self._heard_at.get(self.instance, -math.inf) + page.SILENT_S
 
     # ------------------------------------------------------------ hearing
 
@@ -124,9 +126,10 @@ class PlayedRobot:
         with self.lock:
             if message is None or message.boot_epoch != self.boot_epoch:
                 return
-            self.messages.append(Heard(time.monotonic(), len(data), message))
+            self.messages.append(Heard(time.monotonic(), message))
             if self.follows and self.speaks:
                 self._follow(message)
+            self._heard_at[message.instance] = time.monotonic()
             self.lock.notify_all()
 
     def _follow(self, message: Any) -> None:

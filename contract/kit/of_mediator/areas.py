@@ -115,3 +115,36 @@ def asked_again(fleet: Fleet) -> None:
         robot.give_back(area)
         fleet.expect(robot, fleet.soon_s, at_progress(area, claim.run + 1, 0), f"{area} emptied")
     fleet.never(robot, fleet.watch_s, holds(area), f"no grant of {area} that was not asked for")
+
+
+@SUITE.check("rests-until-acknowledged", "once the other side has heard how they rest: it has acknowledged (`robot_sequence`, `mediator_sequence`) a "
+             "message with that level")
+def rests_until_acknowledged(fleet: Fleet) -> None:
+    """How an emptied array rests is in every message until the robot has acknowledged one that says so."""
+    robot, (area,) = fleet.robots[0], fleet.areas(1)
+    claim = fleet.obtain(robot, area)
+    with robot.lock:
+        # Its reports acknowledge no later message.
+        robot.follows = False
+        robot.give_back(area)
+    rests = at_progress(area, claim.run + 1, 0)
+    fleet.expect(robot, fleet.soon_s, rests, f"{area} emptied")
+    fleet.never(robot, fleet.watch_s, lambda heard: not rests(heard),
+                f"{area} at run {claim.run + 1}, progress 0 in every message, since reports acknowledge sequence {robot.echo} alone")
+    robot.follows = True
+
+
+@SUITE.check("run-said-again", "Whoever hears a `run` that is smaller than its own says its own again.")
+def run_said_again(fleet: Fleet) -> None:
+    """A robot that names an earlier run, of an array that rests, is told the present one."""
+    robot, (area,) = fleet.robots[0], fleet.areas(1)
+    claim = fleet.obtain(robot, area)
+    robot.give_back(area)
+    rests = at_progress(area, claim.run + 1, 0)
+    fleet.expect(robot, fleet.soon_s, rests, f"{area} emptied")
+    # By then it has been acknowledged, and may be left out.
+    robot.wait(fleet.watch_s, lambda heard: heard.access(area) is None)
+    with robot.lock:
+        robot.messages.clear()
+        robot.say(area, claim.then(3, path=1))
+    fleet.expect(robot, fleet.soon_s, rests, f"{area} at run {claim.run + 1}, progress 0, since a report has named run {claim.run}")

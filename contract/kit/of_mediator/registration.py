@@ -181,11 +181,17 @@ def uncounted_not_echoed(fleet: Fleet) -> None:
 @SUITE.check("message-size", "A message has at most 1048576 bytes.")
 def message_size(fleet: Fleet) -> None:
     """No message of the mediator is longer."""
-    robot = fleet.robots[0]
     time.sleep(page.SILENT_S)
-    longest = max(heard.size for heard in robot.messages)
-    if longest > wire.LONGEST_MESSAGE:
-        raise Failed(f"at most {wire.LONGEST_MESSAGE} bytes", f"{longest}")
+    if fleet.longest > wire.LONGEST_MESSAGE:
+        raise Failed(f"at most {wire.LONGEST_MESSAGE} bytes", f"{fleet.longest}")
+
+
+@SUITE.check("alive-token", "| `PREFIX/mediator/alive` | liveliness token | mediator | as long as its session lives |")
+def alive_token(fleet: Fleet) -> None:
+    """The liveliness token is there."""
+    key = f"{fleet.settings.prefix}/mediator/alive"
+    if not fleet.network.is_alive(key):
+        raise Failed(f"a token {key}", "none")
 
 
 @SUITE.check("take-up", "answers carry in `take_up` the state of its machine as the mediator knows it, and the pose if this process of the "

@@ -73,6 +73,18 @@ def epoch_grows(fleet: Fleet) -> None:
                      f"instance {before.instance} and then {after.instance}, journal {before.journal} and then {after.journal}")
 
 
+@SUITE.check("session-grows", "| `session` | 1 | with every process that is taken in for that robot | 2^62 |", needs=["--start"])
+def session_grows(fleet: Fleet) -> None:
+    """After a restart on the same journal the next process of a robot has a larger session than the one before."""
+    before = fleet.robots[0].session
+    robot = started(fleet, anew=False)[0]
+    robot.speaks = True
+    meet(fleet, robot)
+    after = fleet.expect(robot, fleet.taken_in_s, lambda heard: heard.message.session != 0, "a session").message.session
+    if after <= before:
+        raise Failed(f"a session above {before}", str(after))
+
+
 @SUITE.check("instance-constant", INSTANCE)
 def instance_constant(fleet: Fleet) -> None:
     """Within one process instance and journal never change, and are not 0."""
@@ -119,6 +131,25 @@ def grants_survive(fleet: Fleet) -> None:
     second.request(area)
     fleet.refused(second, area, f"{first.robot_id} is in it")
     fleet.expect(first, fleet.soon_s, lambda heard: heard.access(area) == claim.then(3), f"level {claim.then(3)}")
+
+
+@SUITE.check("fence-outlives-restart", "The grant's `fence` grows with every grant of that area.", needs=["--start"])
+def fence_outlives_restart(fleet: Fleet) -> None:
+    """The first grant of an area after a restart has a larger fence than the last one before."""
+    robot, (area,) = fleet.robots[0], fleet.areas(1)
+    claim = fleet.obtain(robot, area)
+    robot.give_back(area)
+    fleet.expect(robot, fleet.soon_s, at_progress(area, claim.run + 1, 0), f"{area} emptied")
+    epoch = robot.mediator_epoch
+    assert fleet.program is not None
+    fleet.program.start()
+    for other in fleet.robots:
+        meet(fleet, other, epoch)
+    robot.request(area)
+    heard = fleet.expect(robot, fleet.taken_in_s, holds(area), f"a grant of {area}")
+    after = heard.access(area)
+    if after is None or after.fence <= claim.fence:
+        raise Failed(f"a fence above {claim.fence}", f"{after}")
 
 
 def claims_after_start(fleet: Fleet, more: int) -> tuple[str, PlayedRobot, PlayedRobot, Claim]:
