@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command. Returns the exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words[:1] == ["selftest"]:
-        from .selftest import main as selftest
+        from .selftest.run import main as selftest
         return selftest(words[1:])
     options = parser().parse_args(words)
     suite = suite_of(options.side)

@@ -1,4 +1,4 @@
-"""The example robot, each time with one mistake that an implementation may well make: `python -m kit.wrong_robots NAME ...`.
+"""The example robot, each time with one mistake that an implementation may well make: `python -m kit.selftest.wrong_robots NAME ...`.
 
 `WRONG` says which checks must find it.
 """
@@ -9,10 +9,10 @@ import math
 import sys
 from typing import Any
 
-from . import page, wire
-from .body import centre
-from .levels import ENTERED, Claim
-from .robot import Robot, run
+from .. import page, wire
+from ..body import centre
+from ..levels import ENTERED, Claim
+from ..robot import Robot, run
 
 
 class EntersUngranted(Robot):
