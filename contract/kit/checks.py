@@ -131,16 +131,20 @@ def show(result: Result, out: Any = sys.stdout) -> None:
 
 def run_all(checks: Sequence[Check], around: Any, json_file: str | None) -> int:
     """Runs the checks one after the other. Returns 0 only if all that were run have passed, and some were."""
-    results: list[Result] = []
+    begin, results = time.monotonic(), list[Result]()
     try:
         for check in checks:
             results.append(run_one(check, around))
             show(results[-1])
     except Mute as error:
-        print(f"FAILED  {error}")
         results.append(Result("speaks", "FAILED", "messages of the other side", str(error)))
-    count = {outcome: sum(result.outcome == outcome for result in results) for outcome in ("ok", "FAILED", "skipped")}
-    print(f"{count['ok']} ok, {count['FAILED']} failed, {count['skipped']} skipped, of {len(checks)} checks")
-    if json_file:
-        Path(json_file).write_text(json.dumps([asdict(result) for result in results], indent=1), encoding="utf-8")
+        show(results[-1])
+    finally:
+        # Also when it is interrupted.
+        count = {outcome: sum(result.outcome == outcome for result in results) for outcome in ("ok", "FAILED", "skipped")}
+        left = len(checks) - sum(result.name != "speaks" for result in results)
+        print(f"{count['ok']} ok, {count['FAILED']} failed, {count['skipped']} skipped, {left} not run, of {len(checks)} checks in "
+              f"{time.monotonic() - begin:.0f} s", flush=True)
+        if json_file:
+            Path(json_file).write_text(json.dumps([asdict(result) for result in results], indent=1), encoding="utf-8")
     return 0 if count["ok"] > 0 and count["FAILED"] == 0 else 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
+import signal
 import sys
 import time
 from typing import Sequence
@@ -49,6 +50,9 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command. Returns the exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        # As by an interrupt from the keyboard: programs that were started are ended, and what is known is said.
+        signal.signal(number, lambda number, _: sys.exit(128 + number))
     if words[:1] == ["selftest"]:
         from .selftest.run import main as selftest
         return selftest(words[1:])
@@ -81,7 +85,11 @@ def test_mediator(options: argparse.Namespace, suite: Suite, checks: list, prefi
     """Plays robots."""
     from .fleet import Fleet, Settings
     if not options.connect and not options.start:
-        print("say where the mediator listens, with --connect, or how to start it, with --start")
+        print("found neither --connect nor --start, expected where the mediator listens, or how to start it")
+        return 2
+    if (options.connect or "").startswith("tls/"):
+        print(f"--connect: found {options.connect}, expected tcp/HOST:PORT: the kit plays all robots on one link, which certificates do not let "
+              "it; start the mediator for the test without them")
         return 2
     endpoint = options.connect or free_endpoint()
     program = Program(options.start, endpoint=endpoint, prefix=prefix) if options.start else None
