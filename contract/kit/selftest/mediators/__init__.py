@@ -77,6 +77,7 @@ WRONG: dict[str, tuple[type[Relay], list[str]]] = {
     "grants-standing-by": (others.GrantsStandingBy, ["stands-by"]),
     "other-instances": (others.OtherInstances, ["other-instance-counts-not"]),
     "ignores-others": (others.IgnoresOthers, ["other-mediator-gone"]),
+    "levels-too-early": (others.LevelsTooEarly, ["other-mediator-gone"]),
     "takes-anybody": (others.TakesAnybody, ["without-control"]),
     "sets-robots-flags": (others.SetsRobotsFlags, ["acquire-first"]),
     "skips-flags": (others.SkipsFlags, ["flags-in-order"]),

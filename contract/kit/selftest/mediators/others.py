@@ -48,6 +48,22 @@ class IgnoresOthers(Relay):
         return report if said is None or report.mediator_instance in (0, said.instance) else None
 
 
+class LevelsTooEarly(Relay):
+    """It sends levels under a larger epoch before the robot has reported under it."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.last: dict[str, list[Any]] = {}
+
+    def down(self, message: Any) -> Any:
+        said = self.said[message.robot_id]
+        if message.access:
+            self.last[message.robot_id] = list(message.access)
+        elif 0 < said.mediator_epoch < message.mediator_epoch:
+            message.access.extend(self.last.get(message.robot_id) or [wire.AccessGrant(area="a")])
+        return message
+
+
 class TakesAnybody(Relay):
     """It takes robots into coordinations that know none."""
 
