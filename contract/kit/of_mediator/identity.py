@@ -80,6 +80,20 @@ def identity_doubled(fleet: Fleet) -> None:
                 "no session for the second process")
 
 
+@SUITE.check("offer-not-repeated", "| a process that was offered a session repeats it within | 5 s |")
+def offer_not_repeated(fleet: Fleet) -> None:
+    """A process that asks once, and never repeats the session that it is offered, keeps the next one out for 5 s at most."""
+    first = fleet.robots[0]
+    first.speaks = False
+    time.sleep(page.SILENT_S + page.LEVEL_S)
+    late = fleet.process(first.robot_id, speaks=False)
+    late.send()
+    fleet.expect(late, fleet.soon_s, lambda heard: heard.message.session != 0, "a session for a process that asks")
+    fleet.robots[0] = fleet.process(first.robot_id)
+    fleet.expect(fleet.robots[0], page.CANDIDATE_S + page.LEVEL_S + fleet.settings.margin_s, lambda heard: heard.message.robot_sequence > 0,
+                 "a session for the next process, whose reports count")
+
+
 @SUITE.check("session-kept", "Reports of an earlier session are ignored.")
 def earlier_session(fleet: Fleet) -> None:
     """Requests in reports of the session before are not granted."""

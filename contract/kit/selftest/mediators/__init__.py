@@ -25,6 +25,7 @@ WRONG: dict[str, tuple[type[Relay], list[str]]] = {
     "floor-kept": (registration.FloorKept, ["floor-served"]),
     "session-stays": (registration.SessionStays, ["identity-free-after-silence"]),
     "sessions-anew": (registration.SessionsAnew, ["session-grows"]),
+    "offers-for-good": (registration.OffersForGood, ["offer-not-repeated"]),
     "earlier-sessions": (registration.EarlierSessions, ["session-kept"]),
     "late-boots": (registration.LateBoots, ["late-boot-ignored"]),
     "speaks-first": (registration.SpeaksFirst, ["hears-before-it-speaks"]),

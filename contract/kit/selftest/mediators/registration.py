@@ -183,6 +183,26 @@ class SessionsAnew(SessionStays):
         return max(1, session + 1 - self.start)
 
 
+class OffersForGood(Relay):
+    """It waits without end for a process to repeat the session that it was offered."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.offered: dict[str, int] = {}
+        self.repeated: set[int] = set()
+
+    def down(self, message: Any) -> Any:
+        if message.session and message.boot_epoch not in self.repeated:
+            self.offered[message.robot_id] = message.boot_epoch
+        return message
+
+    def up(self, report: Any) -> Any:
+        if report.session:
+            self.repeated.add(report.boot_epoch)
+        awaited = self.offered.get(report.robot_id, report.boot_epoch)
+        return report if awaited in (self.repeated | {report.boot_epoch}) else None
+
+
 class EarlierSessions(Relay):
     """It takes reports of an earlier session for those of the present one."""
 
