@@ -71,7 +71,8 @@ class Suite:
         names = [name.strip() for name in only.split(",") if name.strip()]
         unknown = set(names) - {check.name for check in self.checks}
         if unknown:
-            raise SystemExit(f"no such check: {', '.join(sorted(unknown))}; see --list")
+            print(f"--only: found {', '.join(sorted(unknown))}, expected names of checks; see --list")
+            raise SystemExit(2)
         return [check for check in self.checks if check.name in names]
 
     def list(self, markdown: bool) -> str:

@@ -12,6 +12,7 @@ from typing import Sequence
 
 from . import page
 from .checks import Mute, Suite, run_all
+from .identity import NoLink
 from .network import Network, free_endpoint
 from .program import Program
 
@@ -67,9 +68,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     checks = suite.select(options.only)
     prefix = options.prefix or (f"kit-{random.getrandbits(32):08x}" if options.start else "fleet")
-    if options.side == "mediator":
-        return test_mediator(options, suite, checks, prefix)
-    return test_robot(options, suite, checks, prefix)
+    endpoint = (options.connect if options.side == "mediator" else options.listen) or ""
+    if endpoint.startswith("tls/"):
+        print(f"found the endpoint {endpoint}, expected tcp/HOST:PORT: the kit has no certificates; test on this computer, without them")
+        return 2
+    try:
+        return (test_mediator if options.side == "mediator" else test_robot)(options, checks, prefix)
+    except NoLink as error:
+        print(error)
+        return 2
 
 
 def suite_of(side: str) -> Suite:
@@ -81,15 +88,11 @@ def suite_of(side: str) -> Suite:
     return SUITE
 
 
-def test_mediator(options: argparse.Namespace, suite: Suite, checks: list, prefix: str) -> int:
+def test_mediator(options: argparse.Namespace, checks: list, prefix: str) -> int:
     """Plays robots."""
     from .fleet import Fleet, Settings
     if not options.connect and not options.start:
         print("found neither --connect nor --start, expected where the mediator listens, or how to start it")
-        return 2
-    if (options.connect or "").startswith("tls/"):
-        print(f"--connect: found {options.connect}, expected tcp/HOST:PORT: the kit plays all robots on one link, which certificates do not let "
-              "it; start the mediator for the test without them")
         return 2
     endpoint = options.connect or free_endpoint()
     program = Program(options.start, endpoint=endpoint, prefix=prefix) if options.start else None
@@ -99,11 +102,11 @@ def test_mediator(options: argparse.Namespace, suite: Suite, checks: list, prefi
         return 2
     settings = Settings(prefix, options.site, options.robots.split(","), [area for area in options.areas.split(",") if area], split,
                         options.margin)
-    if program is not None:
-        program.start(anew=True)
     network = Network(connect=[endpoint])
     fleet = Fleet(network, settings, program)
     try:
+        if program is not None:
+            program.start(anew=True)
         return run_all(checks, fleet, options.json)
     finally:
         fleet.close()
@@ -112,7 +115,7 @@ def test_mediator(options: argparse.Namespace, suite: Suite, checks: list, prefi
         network.close()
 
 
-def test_robot(options: argparse.Namespace, suite: Suite, checks: list, prefix: str) -> int:
+def test_robot(options: argparse.Namespace, checks: list, prefix: str) -> int:
     """Plays the mediator."""
     from .hall import Hall
     endpoint = options.listen or free_endpoint()

@@ -28,8 +28,8 @@ MESSAGES = ["put", "delete", "declare_subscriber", "query", "reply", "declare_qu
             "declare_liveliness_subscriber"]
 
 
-class BadIdentity(Exception):
-    """A sentence: what is wrong with a file, an endpoint or an answer, and what was expected."""
+class NoLink(Exception):
+    """A sentence: what was found wrong with a file, an endpoint or an answer, and what was expected."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Identity:
         blocks = [(found.group(1), found.group(0)) for found in BLOCK.finditer(text.replace("\r\n", "\n"))]
         names = [name for name, _ in blocks]
         if names != EXPECTED:
-            raise BadIdentity(f"{where}: found the PEM blocks {names}, expected {EXPECTED}: a key (PKCS #8), its certificate and the "
+            raise NoLink(f"{where}: found the PEM blocks {names}, expected {EXPECTED}: a key (PKCS #8), its certificate and the "
                               "authority's; `mediator keys robot` makes such a file")
         return cls(*(block for _, block in blocks))
 
@@ -56,7 +56,7 @@ class Identity:
         try:
             return cls.parse(path.read_text(encoding="ascii"), str(path))
         except (OSError, UnicodeDecodeError) as error:
-            raise BadIdentity(f"{path}: found nothing to read ({error}), expected a file of `mediator keys robot`") from error
+            raise NoLink(f"{path}: found nothing to read ({error}), expected a file of `mediator keys robot`") from error
 
     def store(self, path: Path) -> None:
         """All or nothing, and nobody else may read it."""
@@ -88,10 +88,10 @@ def check(endpoints: Iterable[str], identity: Identity | None) -> None:
     """That links have certificates just where there are some."""
     for endpoint in endpoints:
         if identity is not None and not endpoint.startswith("tls/"):
-            raise BadIdentity(f"found the endpoint {endpoint}, which uses no certificates, expected tls/HOST:PORT; leave --identity out where "
+            raise NoLink(f"found the endpoint {endpoint}, which uses no certificates, expected tls/HOST:PORT; leave --identity out where "
                               "the mediator has none")
         if identity is None and endpoint.startswith("tls/"):
-            raise BadIdentity(f"found the endpoint {endpoint} and no certificate, expected --identity with the file that `mediator keys "
+            raise NoLink(f"found the endpoint {endpoint} and no certificate, expected --identity with the file that `mediator keys "
                               "robot` has made for this robot")
 
 
@@ -110,9 +110,9 @@ class Request:
                                    for text in (pem, self._own.certificate, self._own.authority))
             new.verify_directly_issued_by(authority)
         except (ValueError, TypeError, InvalidSignature) as error:
-            raise BadIdentity(f"the mediator's new certificate is not by the authority of this file: {error or 'wrong signature'}") from error
+            raise NoLink(f"the mediator's new certificate is not by the authority of this file: {error or 'wrong signature'}") from error
         if new.public_key() != self._key.public_key() or new.subject != old.subject:
-            raise BadIdentity(f"the mediator's new certificate: found one of {new.subject.rfc4514_string()} with another key or name, expected "
+            raise NoLink(f"the mediator's new certificate: found one of {new.subject.rfc4514_string()} with another key or name, expected "
                               f"one of {old.subject.rfc4514_string()} for the key of the request")
         key = self._key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
         return Identity(key.decode(), pem, self._own.authority)

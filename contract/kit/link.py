@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 from . import wire
-from .identity import RENEWS, BadIdentity, Identity, Request, check
+from .identity import RENEWS, Identity, NoLink, Request, check
 from .network import Network
 
 # After the start: the link is up by then.
@@ -60,10 +60,12 @@ class Link:
                 if (other := Identity.read(self._file)) != self._filed:
                     self._go_over(other)
                     self._filed = other
+                elif not self._network.is_linked():
+                    raise NoLink(f"found no link with {self._endpoint}: the mediator is away, or does not take this certificate")
                 elif time.monotonic() >= request_at:
                     request_at = time.monotonic() + RETRY_S
                     request_at = time.monotonic() + self._renew(self._file)
-            except BadIdentity as error:
+            except NoLink as error:
                 self._tell(str(error))
 
     def _renew(self, file: Path) -> float:
@@ -74,7 +76,7 @@ class Link:
         answer: Any = None if data is None else wire.decode(wire.CertificateAnswer, data)
         if answer is None or answer.refusal:
             why = "it does not answer" if answer is None else answer.refusal
-            raise BadIdentity(f"the mediator has made no new one: {why}; it is asked again in {RETRY_S:.0f} s")
+            raise NoLink(f"the mediator has made no new one: {why}; it is asked again in {RETRY_S:.0f} s")
         new, stored = request.answered(answer.certificate_pem), True
         try:
             new.store(file)
@@ -91,7 +93,7 @@ class Link:
         while not successor.is_linked():
             if time.monotonic() > end:
                 successor.close()
-                raise BadIdentity(f"found no link with the new one within {PATIENCE_S:.0f} s; the old link stays as long as its own is good")
+                raise NoLink(f"found no link with the new one within {PATIENCE_S:.0f} s; the old link stays as long as its own is good")
             time.sleep(0.02)
         before, self._network, self._identity = self._network, successor, identity
         before.close()

@@ -8,7 +8,7 @@ from typing import Any, Callable, Sequence
 
 import zenoh
 
-from .identity import Identity, check
+from .identity import Identity, NoLink, check
 
 
 def free_endpoint() -> str:
@@ -37,7 +37,11 @@ class Network:
             **(identity.settings() if identity is not None else {}),
         }.items():
             config.insert_json5(key, json.dumps(value))
-        self._session = zenoh.open(config)
+        try:
+            self._session = zenoh.open(config)
+        except zenoh.ZError as error:
+            raise NoLink(f"found no way to open {', '.join([*connect, *listen])}, expected a free endpoint, and a key that goes with its "
+                         f"certificate: {error}") from error
         self._kept: list[Any] = []
 
     def put(self, key: str, data: bytes) -> None:

@@ -22,7 +22,7 @@ from typing import Any, Callable
 from . import page, wire
 from .body import MARGIN_M, Body, centre, reaches
 from .following import Follower
-from .identity import BadIdentity
+from .identity import NoLink
 from .levels import ENTERED, GRANTED, RELEASED, REQUESTED, RETURNED, Claim, Coordination
 from .link import Link
 
@@ -267,7 +267,7 @@ def run(make: Callable[..., Robot], arguments: list[str] | None = None) -> None:
 
     try:
         link = Link(said.connect, said.prefix, said.id, said.identity, take)
-    except BadIdentity as error:
+    except NoLink as error:
         options.error(str(error))
     threading.Thread(target=listen, daemon=True).start()
     before = sent = time.monotonic()

@@ -18,7 +18,7 @@ from typing import Sequence
 
 from .. import wire
 from ..floor import area, floor_hash
-from ..identity import EXPECTED, BadIdentity, Identity
+from ..identity import EXPECTED, Identity, NoLink
 from ..identity import check as check_links
 from .mediators import VARIABLE
 from .mediators import WRONG as WRONG_MEDIATORS
@@ -102,7 +102,7 @@ def identity_errors() -> list[str]:
         try:
             call()
             errors.append("an identity that lacks a block, or an endpoint that does not go with it, is not refused")
-        except BadIdentity:
+        except NoLink:
             pass
     return errors
 
@@ -138,8 +138,9 @@ def select(all_cases: list[Case], only: str | None) -> list[Case]:
     found = [case for case in all_cases if case.checks and case.name in names]
     missing = names - {case.name for case in found}
     if missing:
-        raise SystemExit(f"found no wrong robot or mediator {', '.join(sorted(missing))}, expected names of kit/selftest/wrong_robots.py or, with "
-                         "--mediator, of kit/selftest/mediators/__init__.py")
+        print(f"--only: found {', '.join(sorted(missing))}, expected names of kit/selftest/wrong_robots.py or, with --mediator, of "
+              "kit/selftest/mediators/__init__.py")
+        raise SystemExit(2)
     return found
 
 
