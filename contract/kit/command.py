@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import random
 import signal
 import sys
-import time
 from typing import Sequence
 
-from . import page
-from .checks import Mute, Suite, run_all
+from .checks import Suite, run_all
 from .identity import NoLink
 from .network import Network, free_endpoint
 from .program import Program

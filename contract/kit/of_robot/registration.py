@@ -6,7 +6,6 @@ import random
 import time
 
 from .. import page
-from ..checks import Failed
 from ..floor import area, floor_hash
 from ..hall import Hall, Said
 from . import SUITE

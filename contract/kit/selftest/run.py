@@ -13,8 +13,9 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Sequence
+from typing import Any, Callable, Sequence
 
 from .. import wire
 from ..floor import area, floor_hash
@@ -97,8 +98,8 @@ def identity_errors() -> list[str]:
     whole = Identity.parse("a comment\n" + "".join(blocks), "whole")
     errors = [] if [whole.key, whole.certificate, whole.authority] == blocks else ["an identity's blocks are not read as they are written"]
     lacking = ["".join(blocks[:at] + blocks[at + 1:]) for at in range(3)]
-    refused = [lambda text=text: Identity.parse(text, "a file") for text in lacking]
-    for call in (*refused, lambda: check_links(["tcp/127.0.0.1:1"], whole), lambda: check_links(["tls/127.0.0.1:1"], None)):
+    refused: list[Callable[[], Any]] = [partial(Identity.parse, text, "a file") for text in lacking]
+    for call in (*refused, partial(check_links, ["tcp/127.0.0.1:1"], whole), partial(check_links, ["tls/127.0.0.1:1"], None)):
         try:
             call()
             errors.append("an identity that lacks a block, or an endpoint that does not go with it, is not refused")
