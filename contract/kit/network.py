@@ -32,6 +32,9 @@ class Network:
             "connect/timeout_ms": -1,
             "connect/exit_on_failure": False,
             "connect/retry": {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 1.5},
+            # With the usual two batches, and a millisecond for a sender that was not scheduled, a busy machine drops what is sent once.
+            "transport/link/tx/queue/size/data": 16,
+            "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 5_000,
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,
             **(identity.settings() if identity is not None else {}),
