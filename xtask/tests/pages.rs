@@ -46,7 +46,10 @@ const COMMANDS: &[(&str, Run)] = &[
         "python -m kit robot --start 'exec python -m kit.robot --connect {endpoint} --prefix {prefix} --at 0.75,0 --route a,b,c,d'",
         Needs(PYTHON),
     ),
-    ("python -m kit selftest", Needs(PYTHON)),
+    (
+        "python contract/kit selftest --mediator 'target/debug/mediator run --site contract/kit/sites/kit.toml --journal {folder}/journal --first-start --listen {endpoint} --key-prefix {prefix} --runtime {folder}'",
+        Needs(PYTHON),
+    ),
     (
         "python -m kit.robot --connect tcp/127.0.0.1:7447 --site kit --id kit-1 --at 1.0,0.0 --route a,b,c,hall",
         Needs(PYTHON),
