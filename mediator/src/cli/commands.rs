@@ -75,6 +75,23 @@ enum Command {
         #[command(flatten)]
         which: Which,
     },
+    /// Let nobody into an area any more, until it is opened again: those in it may leave
+    Close {
+        /// Id of the area
+        area: String,
+        /// Why, for people
+        #[arg(long, value_name = "TEXT", default_value = "")]
+        because: String,
+        #[command(flatten)]
+        which: Which,
+    },
+    /// Let robots into a closed area again
+    Open {
+        /// Id of the area
+        area: String,
+        #[command(flatten)]
+        which: Which,
+    },
     /// End a coordination: its robots get out of the way where the site says how, and are let go the second time
     End {
         /// Its id, its number, or both as in `overtaking/3`
@@ -114,6 +131,12 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             taken_away,
             which,
         } => status::order(&which, &Question::Clear { area, taken_away }),
+        Command::Close {
+            area,
+            because: why,
+            which,
+        } => status::order(&which, &Question::Close { area, why }),
+        Command::Open { area, which } => status::order(&which, &Question::Open { area }),
         Command::End {
             coordination,
             which,

@@ -126,8 +126,10 @@ fn describe_area(area: &AreaStatus) -> String {
     if area.blocked {
         line += "; blocked by a silent robot";
     }
-    if area.closed {
-        line += "; closed";
+    match &area.closed_by {
+        Some(closed) => line += &format!("; closed by {closed}"),
+        None if area.closed => line += "; closed, since too many are in it, or one without a grant",
+        None => {}
     }
     line + "\n"
 }

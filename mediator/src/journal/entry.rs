@@ -1,6 +1,7 @@
 //! Entries, and all that they add up to.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use coordination::protocol::Level;
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,12 @@ pub enum Entry {
         area: String,
         /// Larger than every one before.
         fence: u64,
+    },
+    /// An operator has closed an area, or opened it again.
+    Closed {
+        area: String,
+        /// By whom; `None`: it is open.
+        record: Option<ClosedRecord>,
     },
     /// A grant is asked back, or that was answered.
     Revocation {
@@ -126,6 +133,28 @@ pub struct OrderRecord {
     pub answer: String,
 }
 
+/// Who has closed an area, for people.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClosedRecord {
+    /// When, by the mediator's clock (RFC 3339).
+    pub at: String,
+    /// Who, such as `operator anna` or `user 1000`.
+    pub who: String,
+    /// Why; empty: nobody said.
+    pub why: String,
+}
+
+impl fmt::Display for ClosedRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} at {}", self.who, self.at)?;
+        if self.why.is_empty() {
+            return Ok(());
+        }
+        write!(f, ": {}", self.why)
+    }
+}
+
 /// All that a journal holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stored {
@@ -139,6 +168,8 @@ pub struct Stored {
     pub access: BTreeMap<(String, String), AccessRecord>,
     /// Of the last grant, by area.
     pub fences: BTreeMap<String, u64>,
+    /// Areas that an operator has closed.
+    pub closed: BTreeMap<String, ClosedRecord>,
     /// By robot and area.
     pub revocations: BTreeMap<(String, String), RevocationRecord>,
     /// The last number that a coordination got.
@@ -167,6 +198,14 @@ impl Stored {
             Entry::Fence { area, fence } => {
                 self.fences.insert(area, fence);
             }
+            Entry::Closed { area, record } => match record {
+                Some(record) => {
+                    self.closed.insert(area, record);
+                }
+                None => {
+                    self.closed.remove(&area);
+                }
+            },
             Entry::Revocation {
                 robot,
                 area,

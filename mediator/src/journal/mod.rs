@@ -8,7 +8,9 @@ mod record;
 mod row;
 mod store;
 
-pub use entry::{AccessRecord, Entry, OrderRecord, RevocationRecord, RobotRecord, Stored};
+pub use entry::{
+    AccessRecord, ClosedRecord, Entry, OrderRecord, RevocationRecord, RobotRecord, Stored,
+};
 pub use error::StoreError;
 pub use record::{CoordinationRecord, LevelRecord, PartRecord};
 pub use store::Store;

@@ -1,6 +1,6 @@
 //! Keys and values of the journal's table.
 //!
-//! Keys are `format`, `site`, `file`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `revocation/ROBOT/AREA`, `number`,
+//! Keys are `format`, `site`, `file`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `closed/AREA`, `revocation/ROBOT/AREA`, `number`,
 //! `coordination/NUMBER`, `order/NUMBER`; values are JSON.
 
 use std::path::Path;
@@ -68,6 +68,11 @@ pub(super) fn read(
                 .fences
                 .insert(area.to_owned(), row.parse("a number")?);
         }
+        ["closed", area] => {
+            stored
+                .closed
+                .insert(area.to_owned(), row.parse("who has closed it")?);
+        }
         ["revocation", robot, area] => {
             let place = (robot.to_owned(), area.to_owned());
             stored.revocations.insert(place, row.parse("a level")?);
@@ -132,6 +137,7 @@ pub(super) fn key(entry: &Entry) -> String {
         Entry::Robot { robot, .. } => format!("robot/{robot}"),
         Entry::Access { robot, area, .. } => format!("access/{robot}/{area}"),
         Entry::Fence { area, .. } => format!("fence/{area}"),
+        Entry::Closed { area, .. } => format!("closed/{area}"),
         Entry::Revocation { robot, area, .. } => format!("revocation/{robot}/{area}"),
         Entry::Order { number, .. } => format!("order/{number}"),
         Entry::Number(_) => "number".to_owned(),
@@ -146,6 +152,7 @@ pub(super) fn value(entry: &Entry) -> Option<String> {
         Entry::Robot { record, .. } => json(record),
         Entry::Access { record, .. } => json(record),
         Entry::Fence { fence, .. } => fence.to_string(),
+        Entry::Closed { record, .. } => json(record.as_ref()?),
         Entry::Revocation { record, .. } => json(record),
         Entry::Order { record, .. } => json(record.as_ref()?),
         Entry::Number(number) => number.to_string(),

@@ -40,8 +40,8 @@ pub enum RestoreError {
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ClearError {
     /// No such area.
-    #[error("there is no area `{found}`; this site has {known}")]
-    UnknownArea { found: String, known: String },
+    #[error(transparent)]
+    Unknown(#[from] UnknownArea),
     /// Somebody is in it.
     #[error("area `{area}` is not cleared: robot `{robot}` is in it and is heard")]
     Heard { area: String, robot: String },
@@ -98,6 +98,15 @@ pub enum AbsentError {
 /// To the next tenth, so that it is over when they are.
 fn seconds(wait: Duration) -> f64 {
     (wait.as_secs_f64() * 10.0).ceil() / 10.0
+}
+
+/// No such area.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no area `{found}`; this site has {known}")]
+#[expect(missing_docs, reason = "the message says what each field is")]
+pub struct UnknownArea {
+    pub found: String,
+    pub known: String,
 }
 
 /// No such robot.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::areas::Reservations;
 use super::coordinations::CoordinationStatus;
 use super::view::View;
+use crate::journal::ClosedRecord;
 
 /// An area, for people.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,6 +28,9 @@ pub struct AreaStatus {
     pub blocked: bool,
     /// Nobody is let in.
     pub closed: bool,
+    /// By whom, if an operator has closed it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closed_by: Option<ClosedRecord>,
 }
 
 /// A robot, for people.
@@ -120,6 +124,7 @@ impl View<'_> {
             waiting: area.queue.iter().map(|&robot| name(robot)).collect(),
             blocked: { self.areas.occupants(index) }.any(|robot| !self.sessions.is_heard(robot)),
             closed: self.areas.is_closed(index),
+            closed_by: area.closed.clone(),
         }
     }
 

@@ -96,13 +96,7 @@ impl Manager {
         taken_away: bool,
         now_ns: u64,
     ) -> Result<Vec<String>, ClearError> {
-        let area = self
-            .names
-            .area(area_id)
-            .ok_or_else(|| ClearError::UnknownArea {
-                found: area_id.to_owned(),
-                known: self.names.all_areas(),
-            })?;
+        let area = self.known_area(area_id)?;
         let occupants: Vec<usize> = self.areas.occupants(area).collect();
         if let Some(&robot) = { occupants.iter() }.find(|&&robot| self.is_heard(robot, now_ns)) {
             return Err(ClearError::Heard {

@@ -83,6 +83,11 @@ impl View<'_> {
         if !occupant.located {
             return text + "the robot itself does not know where it is";
         }
+        if let Some(closed) = &self.areas.area(area).closed
+            && !occupant.stands_in(area)
+        {
+            return text + &format!("it is closed, by {closed}");
+        }
         let kept = self.coordinations.kept(area);
         if !kept.contains(&robot) && !occupant.stands_in(area) {
             if let Some(why) = self.explain_net(robot, area) {

@@ -12,8 +12,8 @@ use super::orders::Orders;
 use super::question::{Answer, Question};
 use super::repeats::Repeats;
 use super::shared::Shared;
-use crate::journal::{Entry, OrderRecord, Store, StoreError};
-use crate::manager::Manager;
+use crate::journal::{ClosedRecord, Entry, OrderRecord, Store, StoreError};
+use crate::manager::{Inside, Manager};
 use contract::wire::MediatorReport;
 use tokio::sync::mpsc::Sender;
 use tokio::sync::mpsc::error::TrySendError;
@@ -86,7 +86,7 @@ impl Management {
                 Input::Report(report) => self.manager.report(&report, now_ns),
                 Input::Question(asked) => {
                     if let Some((question, asker, reply)) = asked.take() {
-                        let answer = self.reply_to(&question, now_ns);
+                        let answer = self.reply_to(&question, &asker, now_ns);
                         if question.is_order() {
                             self.note_order(asker, &question, &answer, &mut ordered);
                         }
@@ -193,7 +193,7 @@ impl Management {
         self.orders.note(asker, question, answer, entries);
     }
 
-    fn reply_to(&mut self, question: &Question, now_ns: u64) -> Answer {
+    fn reply_to(&mut self, question: &Question, asker: &Asker, now_ns: u64) -> Answer {
         let manager = &mut self.manager;
         let done = match question {
             Question::Status => return Answer::Status(Box::new(manager.status(now_ns))),
@@ -204,6 +204,24 @@ impl Management {
                 cleared.map_err(text).map(|robots| match robots[..] {
                     [] => format!("area `{area}` was free already"),
                     _ => format!("area `{area}` is free of {}", robots.join(", ")),
+                })
+            }
+            Question::Close { area, why } => {
+                let record = ClosedRecord {
+                    at: asker.at.clone(),
+                    who: asker.who.clone(),
+                    why: why.clone(),
+                };
+                let closed = manager.close(area, record, now_ns);
+                closed
+                    .map_err(text)
+                    .map(|inside| closed_with(area, &inside))
+            }
+            Question::Open { area } => {
+                let opened = manager.open(area, now_ns);
+                opened.map_err(text).map(|was_closed| match was_closed {
+                    true => format!("area `{area}` is open"),
+                    false => format!("area `{area}` was open already"),
                 })
             }
             Question::End { coordination } => {
@@ -230,6 +248,22 @@ impl Management {
         };
         done.map_or_else(Answer::Refused, Answer::Done)
     }
+}
+
+/// What an operator is told who has closed an area.
+fn closed_with(area: &str, inside: &Inside) -> String {
+    let mut text = format!("area `{area}` is closed");
+    let Inside { standing, granted } = inside;
+    if !standing.is_empty() {
+        text += &format!("; in it: {}", standing.join(", "));
+    }
+    if !granted.is_empty() {
+        text += &format!(
+            "; granted already, and asked back: {} (one that is too near to stop still enters: see `mediator status`)",
+            granted.join(", ")
+        );
+    }
+    text
 }
 
 fn text(error: impl Display) -> String {

@@ -32,6 +32,18 @@ pub enum Question {
         /// One that stands in it, for all that is known, was taken away.
         taken_away: bool,
     },
+    /// Nobody is to be let into this area.
+    Close {
+        /// Its id.
+        area: String,
+        /// Why, for people.
+        why: String,
+    },
+    /// Robots may be let into it again.
+    Open {
+        /// Its id.
+        area: String,
+    },
     /// This coordination is to end.
     End {
         /// Its id, its number, or both: `id/number`.
@@ -55,6 +67,9 @@ impl fmt::Display for Question {
                 let option = if *taken_away { " --taken-away" } else { "" };
                 write!(f, "clear {area}{option}")
             }
+            Self::Close { area, why } if why.is_empty() => write!(f, "close {area}"),
+            Self::Close { area, why } => write!(f, "close {area} --because {why:?}"),
+            Self::Open { area } => write!(f, "open {area}"),
             Self::End { coordination } => write!(f, "end {coordination}"),
             Self::Absent { robot } => write!(f, "absent {robot}"),
             Self::Orders => write!(f, "orders"),
@@ -67,7 +82,11 @@ impl Question {
     #[must_use]
     pub fn is_order(&self) -> bool {
         match self {
-            Self::Clear { .. } | Self::End { .. } | Self::Absent { .. } => true,
+            Self::Clear { .. }
+            | Self::Close { .. }
+            | Self::Open { .. }
+            | Self::End { .. }
+            | Self::Absent { .. } => true,
             Self::Status | Self::Why { .. } | Self::Orders => false,
         }
     }

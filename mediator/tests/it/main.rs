@@ -6,6 +6,7 @@ mod doors;
 mod flood;
 mod growth;
 mod kills;
+mod lanes;
 mod model;
 mod plans;
 mod privacy;

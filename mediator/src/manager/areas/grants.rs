@@ -16,7 +16,8 @@ impl Areas {
     ) {
         while let Some(area) = self.next_changed() {
             let own = &mut self.areas[area];
-            if own.queue.is_empty() && own.concerned.len() <= own.capacity as usize {
+            let fits = own.concerned.len() <= own.capacity as usize;
+            if own.queue.is_empty() && fits && own.closed.is_none() {
                 // Nobody waits, and there cannot be too many.
                 own.overfull = false;
                 continue;
@@ -65,7 +66,12 @@ impl Areas {
             if self.areas[area].overfull || intruded || others >= capacity {
                 return;
             }
-            if !self.robots[robot].stands_in(area) && !kept.contains(&robot) {
+            let stands_there = self.robots[robot].stands_in(area);
+            if !stands_there && self.areas[area].closed.is_some() {
+                // Those behind it do not stand there either.
+                return;
+            }
+            if !stands_there && !kept.contains(&robot) {
                 let still_kept = { kept.iter() }
                     .filter(|&&other| !self.robots[other].occupies(area))
                     .count();

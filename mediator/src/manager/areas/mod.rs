@@ -5,6 +5,8 @@
 //! * **Queue.** Requests wait in the order of priority, then of asking.
 //! * **Grant.** Given when the area's other occupants leave room; whoever stands in the area already comes first. An intruder, or
 //!   more robots than the area holds, close it to everyone until it is right again.
+//! * **Closing.** An operator closes an area: grants that are not used yet are asked back, and nobody is let in who does not stand
+//!   there already.
 //! * **Fence.** Every grant of an area has a larger number than all before it, so a message about an older grant is recognised
 //!   and ignored.
 //! * **Revocation.** Asking a grant back is a request: until the robot has answered, it has the area.
@@ -12,6 +14,7 @@
 //! What coordinations decide about areas comes in through [`Reservations`].
 
 mod claim;
+mod closing;
 mod grants;
 mod occupant;
 mod reports;

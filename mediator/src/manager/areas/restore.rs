@@ -25,6 +25,10 @@ impl Areas {
             areas.areas[area].fence = fence;
             areas.areas[area].stored_fence = fence;
         }
+        for (id, record) in &stored.closed {
+            let area = known_area(names, id)?;
+            areas.areas[area].closed = Some(record.clone());
+        }
         for (id, record) in &stored.robots {
             if record.session == 0 && names.robot(id).is_none() {
                 // It was awaited, and never came.

@@ -10,7 +10,7 @@ use coordination::protocol::Level;
 
 use super::claim::Claim;
 use super::occupant::Occupant;
-use crate::journal::Entry;
+use crate::journal::{ClosedRecord, Entry};
 use crate::manager::alarm::BadReport;
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
@@ -34,6 +34,8 @@ pub(crate) struct Area {
     pub(super) concerned: Vec<usize>,
     /// More robots were in it than it holds when it was last looked at.
     pub(super) overfull: bool,
+    /// An operator has closed it.
+    pub(crate) closed: Option<ClosedRecord>,
     /// Something changed, and a waiting robot may now fit.
     changed: bool,
 }
@@ -61,6 +63,7 @@ impl Areas {
             queue: Vec::new(),
             concerned: Vec::new(),
             overfull: false,
+            closed: None,
             changed: false,
         });
         Self {
@@ -110,7 +113,7 @@ impl Areas {
         let intruded = self
             .occupants(area)
             .any(|robot| self.robots[robot].intrudes(area));
-        self.areas[area].overfull || intruded
+        self.areas[area].overfull || intruded || self.areas[area].closed.is_some()
     }
 
     /// What a report says of an area.

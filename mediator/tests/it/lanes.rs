@@ -1,0 +1,185 @@
+//! An operator closes an area and opens it again, while robots want into it, are granted it, and are in it.
+
+use std::time::Duration;
+
+use contract::client::{Client, Situation};
+use contract::floor::Floor;
+use mediator::journal::{ClosedRecord, Entry, Stored};
+use mediator::manager::Manager;
+use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+const SECOND_NS: u64 = 1_000_000_000;
+
+fn setup() -> Setup {
+    let robot = |id: &str| RobotSetup {
+        id: id.into(),
+        role: "normal".into(),
+        priority: 0,
+        ages_after: 0,
+        starts_in: Vec::new(),
+    };
+    let area = |id: &str| AreaSetup {
+        id: id.into(),
+        capacity: 2,
+    };
+    Setup {
+        site: "hall".into(),
+        areas: ["a", "b"].map(area).into(),
+        robots: ["amr-1", "amr-2"].map(robot).into(),
+        floor: Floor::default(),
+        silent_after: Duration::from_secs(1),
+    }
+}
+
+struct Bench {
+    manager: Manager,
+    stored: Stored,
+    robots: Vec<(Client, Situation)>,
+    now_ns: u64,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let robot = |id: &str| {
+            let situation = Situation {
+                located: true,
+                ..Situation::default()
+            };
+            (Client::new(id, "hall", 5), situation)
+        };
+        let stored = Stored::default();
+        let mut bench = Self {
+            manager: Manager::new(&setup(), &stored, 0).expect("a good setup"),
+            stored,
+            robots: ["amr-1", "amr-2"].map(robot).into(),
+            now_ns: 0,
+        };
+        bench.talk();
+        bench
+    }
+
+    /// Both sides talk until nobody has news.
+    fn talk(&mut self) {
+        for _ in 0..8 {
+            self.now_ns += SECOND_NS / 10;
+            for (client, situation) in &mut self.robots {
+                client.step(situation.clone(), self.now_ns, SECOND_NS);
+                self.manager.report(&client.report(), self.now_ns);
+            }
+            self.manager.tick(self.now_ns);
+            while let Some(message) = self.manager.next_message(self.now_ns) {
+                for (client, _) in &mut self.robots {
+                    client.receive(&message, self.now_ns);
+                }
+            }
+            self.write();
+        }
+    }
+
+    fn write(&mut self) {
+        let entries: Vec<Entry> = self.manager.entries().collect();
+        entries
+            .into_iter()
+            .for_each(|entry| self.stored.apply(entry));
+    }
+
+    fn wants(&mut self, robot: usize, areas: &[&str]) {
+        self.robots[robot].1.wanted = areas.iter().map(|&area| area.to_owned()).collect();
+        self.talk();
+    }
+
+    fn stands_in(&mut self, robot: usize, areas: &[&str]) {
+        self.robots[robot].1.stands_in = areas.iter().map(|&area| area.to_owned()).collect();
+        self.talk();
+    }
+
+    fn status(&self) -> String {
+        format!("{:#?}", self.manager.status(self.now_ns))
+    }
+
+    fn holds(&self, robot: usize, area: &str) -> bool {
+        self.robots[robot].0.holds(area)
+    }
+
+    fn close(&mut self, area: &str) -> mediator::manager::Inside {
+        let record = ClosedRecord {
+            at: "2026-01-01T12:00:00Z".into(),
+            who: "operator anna".into(),
+            why: "wet floor".into(),
+        };
+        let inside = self.manager.close(area, record, self.now_ns);
+        let inside = inside.expect("the site has it");
+        self.talk();
+        inside
+    }
+
+    fn open(&mut self, area: &str) -> bool {
+        let was_closed = self.manager.open(area, self.now_ns);
+        self.talk();
+        was_closed.expect("the site has it")
+    }
+}
+
+#[test]
+fn nobody_is_let_into_a_closed_area_until_it_is_open_again() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.close("a"), mediator::manager::Inside::default());
+    bench.wants(0, &["a"]);
+    bench.wants(1, &["a", "b"]);
+    assert!(
+        !bench.holds(0, "a") && !bench.holds(1, "a") && bench.holds(1, "b"),
+        "{}",
+        bench.status()
+    );
+    let why = bench.manager.why("amr-1", bench.now_ns).expect("a robot");
+    assert!(
+        why.contains("it is closed, by operator anna at 2026-01-01T12:00:00Z: wet floor"),
+        "{why}"
+    );
+    let status = bench.manager.status(bench.now_ns);
+    assert!(status.areas[0].closed && !status.areas[1].closed);
+    assert!(bench.open("a"));
+    assert!(bench.holds(0, "a") && bench.holds(1, "a"));
+    assert!(!bench.open("a"), "it was open");
+    assert!(bench.manager.open("c", 0).is_err());
+}
+
+#[test]
+fn a_grant_that_is_not_used_yet_is_asked_back_and_who_is_inside_may_leave() {
+    let mut bench = Bench::new();
+    bench.wants(0, &["a"]);
+    bench.stands_in(0, &["a"]);
+    bench.wants(1, &["a"]);
+    assert!(
+        bench.holds(0, "a") && bench.holds(1, "a"),
+        "{}",
+        bench.status()
+    );
+    let inside = bench.close("a");
+    assert_eq!(inside.standing, ["amr-1"]);
+    assert_eq!(inside.granted, ["amr-2"]);
+    assert!(bench.holds(0, "a"), "it is in it");
+    assert!(!bench.holds(1, "a"), "it has given it back");
+    bench.wants(0, &[]);
+    bench.stands_in(0, &[]);
+    assert!(!bench.holds(0, "a"), "it has left");
+    bench.wants(0, &["a"]);
+    assert!(!bench.holds(0, "a"), "and does not come back");
+}
+
+#[test]
+fn an_area_stays_closed_when_the_mediator_starts_again() {
+    let mut bench = Bench::new();
+    bench.wants(0, &["a"]);
+    bench.stands_in(0, &["a"]);
+    bench.close("a");
+    bench.manager = Manager::new(&setup(), &bench.stored, bench.now_ns).expect("a good journal");
+    bench.talk();
+    bench.wants(1, &["a"]);
+    assert!(bench.holds(0, "a") && !bench.holds(1, "a"));
+    assert!(bench.open("a"));
+    assert!(bench.holds(1, "a"));
+    bench.manager = Manager::new(&setup(), &bench.stored, bench.now_ns).expect("a good journal");
+    bench.talk();
+    assert!(!bench.manager.status(bench.now_ns).areas[0].closed);
+}
