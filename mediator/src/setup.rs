@@ -6,6 +6,10 @@ use std::time::Duration;
 
 use contract::floor::Floor;
 
+/// No robot reaches farther than this from its `base_link`: areas within this distance of its start count as occupied until it is
+/// heard.
+pub const LONGEST_REACH_M: f64 = 1.0;
+
 /// A piece of floor that is owned as a whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AreaSetup {

@@ -6,11 +6,7 @@ use config::SiteConfig;
 use contract::floor::Floor;
 use contract::timing::SILENT_AFTER_NS;
 
-use crate::setup::{AreaSetup, RobotSetup, Setup, SetupError};
-
-/// No footprint reaches farther than this from its start pose: the areas within this distance count as occupied until the robot
-/// is heard.
-const REACH_M: f64 = 1.0;
+use crate::setup::{AreaSetup, LONGEST_REACH_M, RobotSetup, Setup, SetupError};
 
 impl Setup {
     /// The areas and robots of a site file.
@@ -30,7 +26,7 @@ impl Setup {
             starts_in: site
                 .areas
                 .iter()
-                .filter(|area| area.region.distance_m(robot.start.position()) < REACH_M)
+                .filter(|area| area.region.distance_m(robot.start.position()) < LONGEST_REACH_M)
                 .map(|area| area.id.clone())
                 .collect(),
         });

@@ -189,6 +189,11 @@ const COMMANDS: &[(&str, Run)] = &[
     ("target/debug/mediator why amr-1", BesideMediator),
     ("target/debug/mediator clear 3", BesideMediator),
     (
+        "target/debug/mediator close 3 --because \"wet floor\"",
+        BesideMediator,
+    ),
+    ("target/debug/mediator open 3", BesideMediator),
+    (
         "target/debug/mediator end overtaking",
         ByTest {
             file: "mediator/tests/it/shipped.rs",

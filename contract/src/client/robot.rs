@@ -6,7 +6,7 @@ use super::revocation::Revocations;
 use super::session::{Received, Session};
 use super::situation::{ClientCounters, Situation};
 use crate::floor::Floor;
-use crate::wire::{self, MediatorReport, RobotReport, TakeUp};
+use crate::wire::{self, Factsheet, MediatorReport, RobotReport, TakeUp};
 
 /// One robot's side of its protocols.
 #[derive(Clone, Debug)]
@@ -40,6 +40,13 @@ impl Client {
     #[must_use]
     pub fn on(mut self, floor: Floor) -> Self {
         self.session.floor = floor;
+        self
+    }
+
+    /// The same, of this kind.
+    #[must_use]
+    pub fn of_kind(mut self, factsheet: Factsheet) -> Self {
+        self.session.factsheet = Some(factsheet);
         self
     }
 

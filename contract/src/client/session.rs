@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::floor::Floor;
 use crate::timing::{DOUBLED_AFTER_NS, LEASE_NS, SILENT_AFTER_NS};
-use crate::wire::{MediatorReport, RobotReport, TakeUp};
+use crate::wire::{Factsheet, MediatorReport, RobotReport, TakeUp};
 use crate::{VERSION, Version};
 
 /// What became of a message of the mediator.
@@ -49,6 +49,7 @@ pub(super) struct Session {
     pub(super) floor: Floor,
     /// It knows no protocol 2.
     pub(super) without_control: bool,
+    pub(super) factsheet: Option<Factsheet>,
     boot_epoch: u64,
     /// Of the last report.
     sequence: u64,
@@ -95,6 +96,7 @@ impl Session {
             site: site.to_owned(),
             floor: Floor::default(),
             without_control: false,
+            factsheet: None,
             boot_epoch,
             sequence: 0,
             now_ns: 0,
@@ -304,6 +306,7 @@ impl Session {
             } else {
                 self.floor.say()
             },
+            factsheet: { self.factsheet.clone() }.filter(|_| self.known().is_none()),
             mediator_epoch: self.mediator_epoch,
             mediator_sequence: self.mediator_sequence,
             mediator_instance: self.instance,

@@ -70,5 +70,7 @@ section! {
         pub id: String as Id("the robot's unique name"),
         /// What kind of robot this is, for people.
         pub model: String as Text("a description") => "unknown".to_owned(),
+        /// Who made it, for people.
+        pub manufacturer: String as Text("a name") => "unknown".to_owned(),
     }
 }

@@ -149,6 +149,12 @@ fn describe_robot(robot: &RobotStatus) -> String {
         ""
     };
     let mut text = format!("  {:<12} {}, {heard}{located}\n", robot.id, robot.role);
+    if let Some(own) = &robot.factsheet {
+        text += &format!(
+            "    {} {}, {}, at most {} m/s\n",
+            own.manufacturer, own.model, own.software, own.max_speed_m_s
+        );
+    }
     for (area, why) in &robot.waits {
         text += &format!("    waits for {area} {why}\n");
     }

@@ -79,6 +79,12 @@ pub enum Alarm {
         "robot `{robot}` is in area `{area}` without a grant; no other robot is let in until it has left"
     )]
     Intruder { robot: String, area: String },
+    /// A robot is larger than any that this mediator reckons with.
+    #[error(
+        "robot `{robot}` reaches {reach_m:.2} m from its centre, and this mediator reckons with {} m: before it is heard, it may be in areas that do not count as occupied; let nothing be granted before it was heard",
+        crate::setup::LONGEST_REACH_M
+    )]
+    TooLarge { robot: String, reach_m: f64 },
     /// A part of protocol 2 in a report that makes no sense.
     #[error("robot `{robot}`, discrete control: {what}; ignored")]
     BadControl { robot: String, what: BadReport },

@@ -67,8 +67,16 @@ impl View<'_> {
                 } else {
                     String::new()
                 },
+                place: self.place(robot, area),
             })
             .collect()
+    }
+
+    /// Its place in the order of requests, from 1; 0 when it does not wait.
+    fn place(&self, robot: usize, area: usize) -> u32 {
+        let queue = &self.areas.area(area).queue;
+        let place = { queue.iter() }.position(|&other| other == robot);
+        place.map_or(0, |place| u32::try_from(place + 1).unwrap_or(u32::MAX))
     }
 
     /// Protocol 2, for a robot that a coordination has acquired or is about to.

@@ -34,4 +34,5 @@ pub use effects::Counters;
 pub use error::{AbsentError, ClearError, NotRunning, RestoreError, UnknownArea, UnknownRobot};
 pub use lanes::Inside;
 pub use routing::Manager;
+pub use sessions::Factsheet;
 pub use status::{AreaStatus, RobotStatus, Status};

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::areas::Reservations;
 use super::coordinations::CoordinationStatus;
+use super::sessions::Factsheet;
 use super::view::View;
 use crate::journal::ClosedRecord;
 
@@ -34,7 +35,7 @@ pub struct AreaStatus {
 }
 
 /// A robot, for people.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotStatus {
     /// Its id.
     pub id: String,
@@ -61,10 +62,13 @@ pub struct RobotStatus {
     pub is_doubled: bool,
     /// How often one was found.
     pub doubled: u64,
+    /// What kind of robot it is, by its own word.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factsheet: Option<Factsheet>,
 }
 
 /// Everything.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// Number of this start of the mediator.
     pub epoch: u64,
@@ -149,6 +153,7 @@ impl View<'_> {
             refusal: { session.refused.as_ref() }.map_or_else(String::new, |(_, why)| why.clone()),
             is_doubled: self.sessions.is_doubled(robot, self.now_ns),
             doubled: session.doubled,
+            factsheet: session.factsheet.clone(),
         }
     }
 }

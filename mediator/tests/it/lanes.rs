@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use contract::client::{Client, Situation};
 use contract::floor::Floor;
+use contract::wire::Factsheet;
 use mediator::journal::{ClosedRecord, Entry, Stored};
 use mediator::manager::Manager;
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
@@ -45,7 +46,15 @@ impl Bench {
                 located: true,
                 ..Situation::default()
             };
-            (Client::new(id, "hall", 5), situation)
+            let kind = Factsheet {
+                manufacturer: "ours".into(),
+                model: format!("model of {id}"),
+                front_m: 0.3,
+                left_m: 0.4,
+                max_speed_m_s: 1.2,
+                ..Factsheet::default()
+            };
+            (Client::new(id, "hall", 5).of_kind(kind), situation)
         };
         let stored = Stored::default();
         let mut bench = Self {
@@ -182,4 +191,45 @@ fn an_area_stays_closed_when_the_mediator_starts_again() {
     bench.manager = Manager::new(&setup(), &bench.stored, bench.now_ns).expect("a good journal");
     bench.talk();
     assert!(!bench.manager.status(bench.now_ns).areas[0].closed);
+}
+
+#[test]
+fn a_robot_that_waits_hears_its_place_in_the_order() {
+    let mut bench = Bench::new();
+    bench.close("a");
+    bench.wants(1, &["a"]);
+    bench.wants(0, &["a", "b"]);
+    bench.now_ns += SECOND_NS;
+    bench.manager.tick(bench.now_ns);
+    let mut places = Vec::new();
+    while let Some(message) = bench.manager.next_message(bench.now_ns) {
+        let places_of = message
+            .access
+            .iter()
+            .map(|grant| (grant.area.clone(), grant.place));
+        places.push((message.robot_id, places_of.collect::<Vec<_>>()));
+    }
+    places.sort();
+    let place = |area: &str, place| (area.to_owned(), place);
+    assert_eq!(places[0].1, [place("a", 2), place("b", 0)]);
+    assert_eq!(places[1].1, [place("a", 1)]);
+}
+
+#[test]
+fn what_kind_of_robot_it_is_outlasts_a_restart_of_the_mediator() {
+    let mut bench = Bench::new();
+    let model = |bench: &Bench| {
+        let status = bench.manager.status(bench.now_ns);
+        status.robots[1]
+            .factsheet
+            .as_ref()
+            .map(|own| own.model.clone())
+    };
+    assert_eq!(model(&bench).as_deref(), Some("model of amr-2"));
+    assert_eq!(bench.manager.alarms().count(), 0, "none is too large");
+    bench.manager = Manager::new(&setup(), &bench.stored, bench.now_ns).expect("a good journal");
+    assert_eq!(model(&bench), None);
+    // They follow it when the one before was not heard for a second.
+    (0..3).for_each(|_| bench.talk());
+    assert_eq!(model(&bench).as_deref(), Some("model of amr-2"));
 }

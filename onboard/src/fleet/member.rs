@@ -61,7 +61,8 @@ impl Member {
         Self {
             floor: Floor::new(&setup),
             client: Client::new(&setup.robot_id, &setup.site, setup.boot_epoch)
-                .on(setup.floor.clone()),
+                .on(setup.floor.clone())
+                .of_kind(setup.factsheet.clone()),
             setup,
             orders: Orders::default(),
             directives: VecDeque::new(),

@@ -1,6 +1,7 @@
 //! What the robot's side of the mediator knows of robot and site before anybody speaks.
 
 use contract::floor::Floor;
+use contract::wire::Factsheet;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
 use description::areas::AreaIndex;
@@ -39,6 +40,8 @@ pub struct Setup {
     pub request_ahead_m: f64,
     /// A mediator that was not heard for longer is silent.
     pub silent_after_ns: u64,
+    /// What kind of robot it is.
+    pub factsheet: Factsheet,
 }
 
 /// Where a process begins.

@@ -152,6 +152,8 @@ users! {
         faults: Reader<FaultTable> => "robot",
         /// What the robot is doing.
         mode: Reader<RobotMode> => "robot",
+        /// The battery's voltage.
+        drive: Reader<DriveStatus> => "kelo",
     }
 
     /// Symbols of communication that only a managed site needs.

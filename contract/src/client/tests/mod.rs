@@ -41,6 +41,7 @@ fn grant(area: &str, progress: u32, fence: u64) -> AccessGrant {
         level: level(0, 0, progress),
         fence,
         waits_for: String::new(),
+        ..AccessGrant::default()
     }
 }
 

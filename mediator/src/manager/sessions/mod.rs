@@ -9,10 +9,12 @@
 //! * **Silence.** A robot that was not heard for a while is silent: it is granted nothing, and keeps what it has.
 
 mod awaited;
+mod factsheet;
 mod session;
 mod table;
 
 pub(crate) use awaited::Heard;
+pub use factsheet::Factsheet;
 pub(crate) use table::Sessions;
 
 #[cfg(test)]

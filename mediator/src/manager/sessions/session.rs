@@ -3,6 +3,7 @@
 use contract::client::LAST_NUMBER;
 use contract::timing::{DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 
+use super::factsheet::Factsheet;
 use crate::journal::RobotRecord;
 
 /// The last 64 earlier boots are remembered, so that their late reports are recognised as such.
@@ -65,6 +66,8 @@ pub(crate) struct Session {
     pub(crate) knows_floor: bool,
     /// It has said that it knows no protocol 2.
     pub(crate) without_control: bool,
+    /// What kind of robot it is, by its own word.
+    pub(crate) factsheet: Option<Factsheet>,
     /// It has repeated its session to this mediator, so that both mean the same levels.
     pub(crate) registered: bool,
     /// Of the last report of this boot.

@@ -7,10 +7,12 @@ use contract::timing::{CANDIDATE_TIMEOUT_NS, LEVEL_PERIOD_NS};
 use contract::wire::{MediatorReport, RobotReport};
 use contract::{VERSION, Version};
 
+use super::factsheet::Factsheet;
 use super::session::Session;
 use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
+use crate::setup::LONGEST_REACH_M;
 
 /// At most this many refusals wait to be sent; the oldest is left out and comes again with the next report.
 const REFUSALS: usize = 32;
@@ -177,6 +179,13 @@ impl Sessions {
             return recognised;
         }
         session.without_control = report.without_control;
+        if let Some(told) = &report.factsheet {
+            let told = Some(Factsheet::of(told));
+            if session.factsheet != told {
+                session.factsheet = told;
+                effects.alarms.extend(too_large(session, report));
+            }
+        }
         recognised.counts = true;
         recognised
     }
@@ -358,4 +367,13 @@ fn echo(report: &RobotReport, epoch: u64) -> u64 {
     } else {
         0
     }
+}
+
+/// Until a robot is heard it is taken to be within a distance of its start; one that reaches farther may be elsewhere, too.
+fn too_large(session: &Session, report: &RobotReport) -> Option<Alarm> {
+    let reach_m = session.factsheet.as_ref()?.reach_m();
+    (reach_m > LONGEST_REACH_M).then(|| Alarm::TooLarge {
+        robot: report.robot_id.clone(),
+        reach_m,
+    })
 }

@@ -223,6 +223,7 @@ impl Activity for Communication {
             navigation: self.symbols.navigation.read().value,
             faults: self.symbols.faults.read().value,
             mode: self.symbols.mode.read().value.mode,
+            drive: self.symbols.drive.read().value,
         };
         self.membership
             .listen(self.snapshot.odometry.twist.v_m_s, now_ns);

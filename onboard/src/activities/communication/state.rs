@@ -1,13 +1,13 @@
 //! The robot's state as a message to everybody.
 
-use contract::wire::{Fault as FaultMessage, Pose, RobotState};
+use contract::wire::{Battery, Fault as FaultMessage, Pose, RobotState};
 
 use coordination::symbols::Stamped;
 use skills::odometry::Odometry;
 
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::{Fault, FaultTable};
-use crate::symbols::values::{Mode, NavigationState, PoseEstimate};
+use crate::symbols::values::{DriveStatus, Mode, NavigationState, PoseEstimate};
 
 /// What was read in one event loop.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,6 +17,7 @@ pub(super) struct Snapshot {
     pub(super) navigation: NavigationState,
     pub(super) faults: FaultTable,
     pub(super) mode: u64,
+    pub(super) drive: DriveStatus,
 }
 
 /// The message; its sequence and the ages of faults are filled in when it is sent.
@@ -32,6 +33,7 @@ pub(super) fn message(
         navigation,
         faults,
         mode,
+        drive,
     } = snapshot;
     RobotState {
         robot_id: robot_id.to_owned(),
@@ -53,6 +55,11 @@ pub(super) fn message(
         mode: Mode::name_of(*mode).to_owned(),
         faults: fault_messages(faults),
         laps: u32::try_from(navigation.laps).unwrap_or(u32::MAX),
+        // The drive hangs on the battery itself. While it does not answer, its last word is old.
+        battery: (drive.operational != 0).then_some(Battery {
+            voltage_v: drive.bus_voltage_v,
+            ..Battery::default()
+        }),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use contract::floor::Floor;
 use contract::timing::SILENT_AFTER_NS;
+use contract::wire::Factsheet;
 use coordination::fsm::Machine;
 use skills::borders::BorderGains;
 use skills::map::SemanticMap;
@@ -44,7 +45,24 @@ impl Plan {
             max_speed_m_s: drive.limits.max_speed_m_s,
             request_ahead_m: self.robot.fleet.request_ahead_m,
             silent_after_ns: SILENT_AFTER_NS,
+            factsheet: self.factsheet(),
         })
+    }
+
+    /// What kind of robot it is.
+    fn factsheet(&self) -> Factsheet {
+        let (identity, footprint) = (&self.robot.identity, &self.robot.footprint);
+        Factsheet {
+            manufacturer: identity.manufacturer.clone(),
+            model: identity.model.clone(),
+            software: concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION")).to_owned(),
+            front_m: footprint.front_m,
+            rear_m: footprint.rear_m,
+            left_m: footprint.left_m,
+            right_m: footprint.right_m,
+            max_speed_m_s: self.robot.drive.limits.max_speed_m_s,
+            deceleration_m_s2: self.robot.navigation.deceleration_m_s2,
+        }
     }
 
     fn state_plan(

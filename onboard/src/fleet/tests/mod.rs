@@ -89,6 +89,7 @@ pub(super) fn setup() -> Setup {
         max_speed_m_s: 0.4,
         request_ahead_m: 0.5,
         silent_after_ns: 1000 * MS,
+        factsheet: contract::wire::Factsheet::default(),
     }
 }
 
@@ -161,6 +162,7 @@ impl Mediator {
                 level: Some(level::encode(replica.level())),
                 fence: *fence,
                 waits_for: format!("area {area} is held by amr-2"),
+                ..AccessGrant::default()
             });
         MediatorReport {
             version: Some(VERSION.into()),

@@ -49,6 +49,7 @@ fn hears(
             level,
             fence,
             waits_for: waits_for.into(),
+            ..AccessGrant::default()
         }],
         ..MediatorReport::default()
     }
