@@ -60,25 +60,36 @@ impl Desk {
                 Ok(())
             });
         }
-        let program = command.spawn().expect("it starts");
+        let mut program = command.spawn().expect("it starts");
         drop(command);
         let mut screen = File::from(master);
         screen.write_all(terminal).expect("written");
         rustix::io::ioctl_fionbio(&screen, true).expect("set");
-        let (robot, _) = listener.accept().expect("it connects");
-        let mut robot = BufReader::new(robot);
+        let mut robot = BufReader::new(connected(&listener, &mut program));
         let mut line = String::new();
         robot.read_line(&mut line).expect("it asks");
         assert_eq!(line, "teleop {\"without_borders\":false}\n");
         writeln!(robot.get_mut(), "in your hands, session 1").expect("answered");
         robot.get_mut().set_nonblocking(true).expect("set");
-        Self {
+        let mut desk = Self {
             program,
             screen,
             side,
             robot,
             shown: Vec::new(),
             _folder: folder,
+        };
+        desk.until_taken();
+        desk
+    }
+
+    /// Looks until the program has taken the terminal, as it does once the robot is in its hands.
+    fn until_taken(&mut self) {
+        let began = Instant::now();
+        while !self.text().contains("\x1b[?1049h") {
+            assert!(began.elapsed() < PATIENCE, "never taken, {}", self.text());
+            sleep(Duration::from_millis(5));
+            self.read_screen();
         }
     }
 
@@ -153,6 +164,24 @@ impl Desk {
         let (show, leave) = ("\x1b[?25h", "\x1b[?1049l");
         assert!(text.contains(show) && text.contains(leave), "{text:?}");
         status
+    }
+}
+
+/// The program's connection; one that ends without has refused to start.
+fn connected(listener: &UnixListener, program: &mut Child) -> UnixStream {
+    listener.set_nonblocking(true).expect("set");
+    let began = Instant::now();
+    loop {
+        match listener.accept() {
+            Ok((robot, _)) => return robot,
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                let ended = program.try_wait().expect("it ran");
+                assert!(ended.is_none(), "it ends with {ended:?} unconnected");
+                assert!(began.elapsed() < PATIENCE, "it does not connect");
+                sleep(Duration::from_millis(5));
+            }
+            Err(error) => panic!("{error}"),
+        }
     }
 }
 
