@@ -1,5 +1,6 @@
 //! A protocol between two machines: each holds a replica and sends the other its level.
 
+use std::fmt;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -52,7 +53,7 @@ pub struct RunNotNewer {
 
 /// One side of a protocol between two machines. It needs no clock and sends nothing itself: its
 /// owner sends [`level`](Self::level) now and then, and [merges](Self::merge) what arrives.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Replica {
     protocol: Arc<Protocol>,
     id: u16,
@@ -61,6 +62,19 @@ pub struct Replica {
     known: State,
     /// What the owner has read or written of that.
     read: State,
+}
+
+/// The protocol by its name: it never changes, and is larger than all the rest.
+impl fmt::Debug for Replica {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Replica")
+            .field("protocol", &self.protocol.name())
+            .field("id", &self.id)
+            .field("party", &self.party)
+            .field("known", &self.known)
+            .field("read", &self.read)
+            .finish()
+    }
 }
 
 impl Replica {

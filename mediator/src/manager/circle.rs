@@ -20,7 +20,7 @@ const LASTS_NS: u64 = 5_000_000_000;
 type Wait = (usize, usize, usize);
 
 /// A circle that was found.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct CircleWatch {
     next_ns: u64,
     found: Vec<Wait>,

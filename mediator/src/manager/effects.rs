@@ -29,7 +29,7 @@ pub struct Counters {
 }
 
 /// What is to be done outside, in the order in which it came up.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Effects {
     pub(crate) entries: Vec<Entry>,
     pub(crate) alarms: Vec<Alarm>,

@@ -1,5 +1,7 @@
 //! Ids of the site's areas and robots. Everywhere else they are indices in the order of the site file.
 
+use std::fmt;
+
 use contract::floor::Floor;
 
 use crate::setup::{Index, Setup, SetupError, index};
@@ -23,7 +25,7 @@ impl RobotName {
 }
 
 /// Areas and robots by index and by id. Never changes.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Names {
     pub(crate) site: String,
     pub(crate) floor: Floor,
@@ -31,6 +33,13 @@ pub(crate) struct Names {
     robots: Vec<RobotName>,
     area_index: Index,
     robot_index: Index,
+}
+
+/// All parts of the manager have a copy, so it says its site only.
+impl fmt::Debug for Names {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Names").field(&self.site).finish()
+    }
 }
 
 impl Names {

@@ -22,7 +22,7 @@ struct Follower {
 }
 
 /// What this mediator knows of others.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Peers {
     /// Of this process.
     pub(crate) instance: u64,

@@ -21,7 +21,7 @@ use crate::nets::Plan;
 use crate::setup::Setup;
 
 /// The manager of one site.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Manager {
     pub(super) names: Arc<Names>,
     pub(super) peers: Peers,

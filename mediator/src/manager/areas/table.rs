@@ -41,7 +41,7 @@ pub(crate) struct Area {
 }
 
 /// Where an area's robots are, and what they claim.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Areas {
     pub(super) names: Arc<Names>,
     pub(super) access: AccessProtocol,

@@ -16,7 +16,7 @@ use crate::nets::{Instance, Plan, Unrestorable};
 const REMEMBERED: usize = 32;
 
 /// A coordination under way.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Running {
     /// Its plan. A plan runs once at a time.
     plan: usize,
@@ -31,7 +31,7 @@ enum KeptChange {
 }
 
 /// Everything about coordinations that the manager keeps. Those that run are named by the number of their plan.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Coordinations {
     pub(super) names: Arc<Names>,
     pub(super) plans: Vec<Arc<Plan>>,

@@ -32,7 +32,7 @@ pub(crate) struct Recognised {
 }
 
 /// Who speaks for each robot.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Sessions {
     pub(super) names: Arc<Names>,
     /// Number of this start of the mediator.
