@@ -1,0 +1,170 @@
+//! Time passes, reports and messages arrive.
+
+use contract::wire::MediatorReport;
+use contract::wire::RobotReport;
+use mediator::manager::Manager;
+
+use super::action::Fate;
+use super::kept::Kept;
+use super::rules::{AFTER_ALL_NS, Rule};
+use super::world::{Message, World, now_ns};
+
+impl World {
+    pub(super) fn pass(&mut self) {
+        self.tick += 1;
+        let tick = self.tick;
+        self.robots.iter_mut().for_each(|robot| robot.pass(tick));
+        let without = self.limits.without;
+        let messages = self.manage(|manager, now_ns| {
+            manager.tick(now_ns);
+            if without == Some(Rule::SilenceBlocks) {
+                for id in ["one", "two"] {
+                    // Whoever is heard keeps what it has.
+                    let _ = manager.absent(id, now_ns + AFTER_ALL_NS);
+                }
+            }
+        });
+        self.deliver(messages);
+    }
+
+    pub(super) fn talk(&mut self, robot: usize, fate: Fate) {
+        let tick = self.tick;
+        let Some(mut report) = self.robots[robot].report(tick) else {
+            return;
+        };
+        if fate == Fate::OldFence {
+            for access in report.access.iter_mut().filter(|access| access.fence > 0) {
+                if let Some(level) = &mut access.level {
+                    // Path 0 ends with `released`.
+                    (level.path, level.progress) = (0, 4);
+                    access.fence -= 1;
+                }
+            }
+        }
+        if matches!(fate, Fate::ReportLate | Fate::ReportTwice) {
+            self.late = Some(Kept::new(Message::Report(report.clone())));
+        }
+        if fate == Fate::ReportLate {
+            return;
+        }
+        let mut messages = self.hear(report);
+        if matches!(fate, Fate::AnswerLate | Fate::AnswerTwice) {
+            let id = self.robots[robot].id();
+            let answer = messages
+                .iter()
+                .rev()
+                .find(|message| message.robot_id == id)
+                .cloned();
+            let number = self.robots[robot].number;
+            self.late = answer.map(|answer| Kept::new(Message::Answer(number, answer)));
+            if fate == Fate::AnswerLate {
+                messages.retain(|message| message.robot_id != id);
+            }
+        }
+        self.deliver(messages);
+    }
+
+    /// What was held back.
+    pub(super) fn arrive(&mut self) {
+        let Some(late) = self.late.take() else { return };
+        match late.get().clone() {
+            Message::Report(mut report) => {
+                if self.limits.without == Some(Rule::Session)
+                    && let Some(own) = self.journal.get().stored.robots.get(&report.robot_id)
+                {
+                    report.session = own.session;
+                    report.boot_epoch = own.boot_epoch;
+                    report.mediator_epoch = self.manager.get().epoch();
+                    report.mediator_instance = u64::from(self.starts);
+                    report.mediator_journal = self.journal.get().stored.journal;
+                }
+                let messages = self.hear(report);
+                self.deliver(messages);
+            }
+            Message::Answer(robot, mut answer) => {
+                let robot = usize::from(robot);
+                if self.limits.without == Some(Rule::Epoch)
+                    && let Some(client) = &self.robots[robot].client
+                {
+                    answer.mediator_epoch = client.get().mediator_epoch();
+                    answer.sequence = 1 << 40;
+                    answer.instance = u64::from(self.starts);
+                    answer.session = client.get().session();
+                }
+                self.receive(robot, &answer);
+            }
+        }
+    }
+
+    /// The mediator takes in a report.
+    pub(super) fn hear(&mut self, mut report: RobotReport) -> Vec<MediatorReport> {
+        let stored = &self.journal.get().stored;
+        let mut later_ns = 0;
+        match self.limits.without {
+            Some(Rule::Adopted) => {
+                let last = |area: &String| stored.fences.get(area).copied().unwrap_or(0);
+                report
+                    .access
+                    .retain(|access| access.fence <= last(&access.area));
+            }
+            Some(Rule::Fence) => {
+                for access in report.access.iter_mut() {
+                    let place = (report.robot_id.clone(), access.area.clone());
+                    let known = stored.access.get(&place).map_or(0, |own| own.fence);
+                    access.fence = if known > 0 { known } else { access.fence };
+                }
+            }
+            Some(Rule::OneProcess) => {
+                let known = stored.robots.get(&report.robot_id);
+                if known.is_some_and(|own| own.session > 0 && own.boot_epoch != report.boot_epoch) {
+                    later_ns = AFTER_ALL_NS;
+                }
+            }
+            _ => {}
+        }
+        self.manage(|manager, now_ns| manager.report(&report, now_ns + later_ns))
+    }
+
+    /// Lets the mediator do something: first the journal, then messages.
+    pub(super) fn manage(&mut self, act: impl FnOnce(&mut Manager, u64)) -> Vec<MediatorReport> {
+        let now_ns = now_ns(self.tick);
+        let (entries, mut messages) = self.manager.change(|manager| {
+            act(manager, now_ns);
+            let entries: Vec<_> = manager.entries().collect();
+            drop(manager.alarms());
+            let messages = std::iter::from_fn(|| manager.next_message(now_ns));
+            (entries, messages.collect::<Vec<MediatorReport>>())
+        });
+        if !entries.is_empty() {
+            self.journal.change(|journal| {
+                journal.before = Some(journal.stored.clone());
+                entries
+                    .into_iter()
+                    .for_each(|entry| journal.stored.apply(entry));
+            });
+        }
+        for grant in messages.iter_mut().flat_map(|message| &mut message.access) {
+            // For people.
+            grant.waits_for.clear();
+        }
+        messages
+    }
+
+    pub(super) fn deliver(&mut self, messages: Vec<MediatorReport>) {
+        for message in messages {
+            for robot in 0..self.robots.len() {
+                if self.robots[robot].id() == message.robot_id && !self.robots[robot].is_cut {
+                    self.receive(robot, &message);
+                }
+            }
+        }
+    }
+
+    pub(super) fn receive(&mut self, robot: usize, message: &MediatorReport) {
+        let own = &mut self.robots[robot];
+        let now_ns = own.now_ns(self.tick);
+        if let Some(client) = &mut own.client {
+            client.change(|client| client.receive(message, now_ns));
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Who starts the mediator again, and tells it what he sees.
+
+use std::time::Duration;
+
+use contract::floor::Floor;
+use mediator::journal::{RobotRecord, Stored};
+use mediator::manager::Manager;
+use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+use super::action::{AREAS, Left};
+use super::kept::Kept;
+use super::rules::{AFTER_ALL_NS, Rule};
+use super::world::{Journal, SITE, World, now_ns};
+
+fn setup() -> Setup {
+    let area = |id: &str| AreaSetup {
+        id: id.to_owned(),
+        capacity: 1,
+    };
+    let robot = |id: &str| RobotSetup {
+        id: id.to_owned(),
+        role: "normal".to_owned(),
+        priority: 0,
+        ages_after: 0,
+        starts_in: Vec::new(),
+    };
+    Setup {
+        site: SITE.to_owned(),
+        areas: AREAS.map(area).into(),
+        floor: Floor::default(),
+        robots: ["one", "two"].map(robot).into(),
+        silent_after: Duration::from_secs(1),
+    }
+}
+
+/// A process of the mediator, with a number of its own.
+pub(super) fn manager(stored: &Stored, now_ns: u64, instance: u64) -> Manager {
+    let manager = Manager::new(&setup(), stored, now_ns).expect("its own journal");
+    manager.speaks_as(instance)
+}
+
+impl World {
+    pub(super) fn restart(&mut self, left: Left) {
+        self.starts += 1;
+        let Journal { stored, before } = self.journal.get().clone();
+        let mut stored = match left {
+            Left::All => stored,
+            Left::AllButLast => before.unwrap_or(stored),
+            Left::Nothing => Stored {
+                journal: stored.journal + 1,
+                ..Stored::default()
+            },
+        };
+        self.lost |= left != Left::All;
+        let mut read = stored.clone();
+        let mut start_ns = now_ns(self.tick);
+        match self.limits.without {
+            Some(Rule::Awaited) => {
+                for id in ["one", "two"] {
+                    let record = read
+                        .robots
+                        .entry(id.to_owned())
+                        .or_insert_with(RobotRecord::default);
+                    record.absent = true;
+                }
+            }
+            Some(Rule::BeforeStart) => start_ns -= AFTER_ALL_NS,
+            _ => {}
+        }
+        self.manager = Kept::new(manager(&read, start_ns, u64::from(self.starts)));
+        // Nothing is told before the new epoch is on the disk.
+        self.manager
+            .change(|manager| manager.entries().for_each(|entry| stored.apply(entry)));
+        self.journal = Kept::new(Journal {
+            stored,
+            before: None,
+        });
+    }
+
+    /// For an order the mediator looks at its clock.
+    pub(super) fn order_ns(&self) -> u64 {
+        match self.limits.without {
+            Some(Rule::EntersNoMore) => AFTER_ALL_NS,
+            Some(Rule::Drift) => 100_000_000,
+            _ => 0,
+        }
+    }
+
+    pub(super) fn clear(&mut self, area: u8) -> Option<()> {
+        let (id, later_ns) = (AREAS[usize::from(area)], self.order_ns());
+        let mut done = false;
+        let messages = self.manage(|manager, now_ns| {
+            // Whoever the mediator thinks is there is not: the operator sees the area empty.
+            let of = manager.clear(id, true, now_ns + later_ns);
+            done = of.is_ok_and(|of| !of.is_empty());
+        });
+        self.deliver(messages);
+        done.then_some(())
+    }
+
+    pub(super) fn absent(&mut self, robot: u8) -> Option<()> {
+        let (id, later_ns) = (self.robot(robot).id(), self.order_ns());
+        let mut done = false;
+        let messages = self.manage(|manager, now_ns| {
+            done = manager.absent(id, now_ns + later_ns).is_ok();
+        });
+        self.deliver(messages);
+        done.then_some(())
+    }
+}

@@ -1,0 +1,79 @@
+//! Rules that can be taken away, each at the border of the product: what it is told, when, and what is done with its answers.
+
+use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+
+use super::world::{AWAY, FENCES, Limits, MEDIATOR, MESSAGES, PROCESSES};
+
+/// A rule of `contract/PROTOCOL.md`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// No part of a robot is in an area that it was not granted.
+    Grant,
+    /// It newly reaches into one only while it has a lease.
+    Lease,
+    /// It has entered, or stands, 3.9 s after it last might.
+    EntersWithin,
+    /// Before a silent robot enters nothing any more, an operator takes nothing from it.
+    EntersNoMore,
+    /// Until then 0.1 s pass for clocks that differ.
+    Drift,
+    /// A silent robot blocks its areas until an operator has looked.
+    SilenceBlocks,
+    /// A mediator that has started waits until every robot has said where it stands.
+    Awaited,
+    /// What was heard before a start counts as heard then.
+    BeforeStart,
+    /// A robot is believed the grants that the journal has lost.
+    Adopted,
+    /// A new process is taken in when the one before enters nothing any more.
+    OneProcess,
+    /// Reports of an earlier boot, session or epoch do not count.
+    Session,
+    /// Messages of an earlier start of the mediator are from the past.
+    Epoch,
+    /// What gives a grant back names it by its fence.
+    Fence,
+}
+
+impl Rule {
+    pub const ALL: [Self; 13] = [
+        Self::Grant,
+        Self::Lease,
+        Self::EntersWithin,
+        Self::EntersNoMore,
+        Self::Drift,
+        Self::SilenceBlocks,
+        Self::Awaited,
+        Self::BeforeStart,
+        Self::Adopted,
+        Self::OneProcess,
+        Self::Session,
+        Self::Epoch,
+        Self::Fence,
+    ];
+
+    /// A search that finds two robots in one area without the rule.
+    pub fn limits(self) -> Limits {
+        let (faults, kinds, orders, ticks) = match self {
+            Self::Grant => (0, 0, 0, 1),
+            Self::SilenceBlocks => (1, AWAY, 0, 5),
+            Self::Awaited | Self::Adopted => (1, MEDIATOR, 0, 5),
+            Self::OneProcess => (1, PROCESSES, 0, 5),
+            Self::Fence => (1, FENCES, 0, 5),
+            Self::EntersNoMore => (1, AWAY, 1, 4),
+            Self::BeforeStart => (1, MEDIATOR, 1, 4),
+            Self::Lease | Self::EntersWithin | Self::Drift => (1, AWAY, 1, 7),
+            Self::Session | Self::Epoch => (2, MESSAGES | MEDIATOR, 0, 4),
+        };
+        Limits {
+            ticks,
+            faults,
+            kinds,
+            orders,
+            without: Some(self),
+        }
+    }
+}
+
+/// Later than all times that the mediator waits for.
+pub const AFTER_ALL_NS: u64 = ENTERS_NO_MORE_NS + SILENT_AFTER_NS;
