@@ -16,7 +16,7 @@
 //! one that cannot drive out of its areas; that he does at any moment.
 //!
 //! **What is judged.** Never two bodies in one area. Fences by which robots enter grow, as long as no journal has lost any. And
-//! from some of the states, both robots get through both areas within half a minute once nothing goes wrong any more.
+//! from one in 256 states, both robots get through both areas within half a minute once nothing goes wrong any more.
 //!
 //! **Rules taken away.** Each of [`Rule`] is taken away at the border of the product: what it is told, at which time, and what is done
 //! with what it answers. Then the search must find the collision, and prints the way to it.
@@ -115,6 +115,13 @@ fn assert_safe(all: &[(u8, u8, u8, u8)]) {
         };
         let (outcome, text) = run(limits);
         assert!(outcome.found.is_none(), "{text}");
+        if ["TICKS", "FAULTS", "KINDS", "ORDERS"]
+            .iter()
+            .any(|name| number(&format!("MEDIATOR_EXHAUSTIVE_{name}")).is_some())
+        {
+            // All lines would be nearly the same.
+            return;
+        }
     }
 }
 
@@ -122,7 +129,7 @@ fn assert_safe(all: &[(u8, u8, u8, u8)]) {
 fn no_run_leads_two_robots_into_one_area() {
     assert_safe(&[
         (1, AWAY, 1, 6),
-        (1, CUTS, 1, 2),
+        (1, CUTS, 1, 3),
         (1, PROCESSES, 0, 4),
         (1, MEDIATOR, 1, 3),
         (1, MESSAGES | MINDS | FENCES, 0, 3),
@@ -131,11 +138,12 @@ fn no_run_leads_two_robots_into_one_area() {
 }
 
 #[test]
-#[ignore = "ten minutes"]
+#[ignore = "minutes"]
 fn nor_does_a_longer_one() {
     assert_safe(&[
-        (1, CUTS, 1, 7),
-        (1, PROCESSES, 0, 8),
+        (1, AWAY, 1, 7),
+        (1, CUTS, 1, 5),
+        (1, PROCESSES, 0, 7),
         (1, ALL, 1, 4),
         (2, MESSAGES | CUTS, 0, 3),
         (2, MESSAGES | MEDIATOR, 0, 3),
