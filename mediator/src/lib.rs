@@ -20,7 +20,7 @@
 //!
 //! use contract::client::{Client, Situation};
 //! use contract::floor::Floor;
-//! use contract::timing::SILENT_AFTER_NS;
+//! use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 //! use mediator::journal::{Entry, Stored};
 //! use mediator::manager::{Manager, RestoreError};
 //! use mediator::setup::{AreaSetup, RobotSetup, Setup};
@@ -39,19 +39,21 @@
 //!     silent_after: Duration::from_nanos(SILENT_AFTER_NS),
 //! };
 //! let mut manager = Manager::new(&setup, &Stored::default(), 0)?;
+//! // 5 s after a start nobody enters any more what a mediator before has granted.
+//! let now_ns = ENTERS_NO_MORE_NS;
 //! let mut robot = Client::new("amr-1", "hall", 7);
 //! let wants = Situation { located: true, wanted: vec!["gate".into()], ..Situation::default() };
 //! for _ in 0..2 {
-//!     robot.step(wants.clone(), 0, SILENT_AFTER_NS);
-//!     manager.report(&robot.report(), 0);
+//!     robot.step(wants.clone(), now_ns, SILENT_AFTER_NS);
+//!     manager.report(&robot.report(), now_ns);
 //!     // Here they go to the journal, before any message leaves.
 //!     let _entries: Vec<Entry> = manager.entries().collect();
-//!     while let Some(message) = manager.next_message(0) {
-//!         robot.receive(&message, 0);
+//!     while let Some(message) = manager.next_message(now_ns) {
+//!         robot.receive(&message, now_ns);
 //!     }
 //! }
 //! assert!(robot.holds("gate"));
-//! assert_eq!(manager.why("amr-1", 0).as_deref(), Ok("amr-1 waits for nothing"));
+//! assert_eq!(manager.why("amr-1", now_ns).as_deref(), Ok("amr-1 waits for nothing"));
 //! # Ok::<(), RestoreError>(())
 //! ```
 

@@ -230,7 +230,8 @@ impl Session {
         { self.heard_by_ns }.is_some_and(|sent_ns| now_ns <= sent_ns.saturating_add(LEASE_NS))
     }
 
-    /// Whether another mediator is followed. A robot without a registration takes the first that offers one. Else it must have
+    /// Whether another mediator is followed. A robot without a registration takes the first that offers one; of the journal that it
+    /// heard of last none of before, which has ended and counts on what this process has forgotten since. Else it must have
     /// started later than the present one, which must be gone: it is silent, or the other has its journal. One that stands by
     /// lets its robots go.
     fn may_follow(&self, message: &MediatorReport, now_ns: u64) -> bool {
@@ -238,12 +239,12 @@ impl Session {
             return false;
         }
         let silent = now_ns > self.heard_ns.saturating_add(SILENT_AFTER_NS);
-        if !self.is_registered() {
-            return message.session != 0 || silent;
-        }
         let as_late = message.mediator_epoch >= self.mediator_epoch;
         let later = message.mediator_epoch > self.mediator_epoch;
         let same_journal = message.journal != 0 && message.journal == self.journal;
+        if !self.is_registered() {
+            return (as_late || !same_journal) && (message.session != 0 || silent);
+        }
         self.stands_by && as_late || later && (silent || same_journal)
     }
 

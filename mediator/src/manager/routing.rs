@@ -182,7 +182,8 @@ impl Manager {
         }
         let effects = &mut self.effects;
         let recognised = (self.sessions).recognise(robot, report, ours, now_ns, effects);
-        if recognised.promoted {
+        if recognised.promoted || self.sessions.is_awaited(robot) {
+            // Nothing was granted since: wherever it is, it was before.
             self.areas.forget_place(robot);
         }
         if recognised.changed {

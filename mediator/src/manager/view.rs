@@ -57,6 +57,29 @@ impl View<'_> {
         Ok(lines.join("\n"))
     }
 
+    /// In a sentence, why nothing is granted after a start.
+    fn explain_awaited(&self) -> String {
+        let awaited = self.sessions.awaited().iter().copied();
+        let unknown_for_ns = |robot: usize| {
+            let session = self.sessions.robot(robot);
+            let heard = session.is_heard() && self.areas.robot(robot).located;
+            session.unknown_for_ns(self.now_ns) * u64::from(heard)
+        };
+        let longest_ns = awaited.clone().map(unknown_for_ns).max().unwrap_or(0);
+        let silent = awaited.clone().filter(|&robot| unknown_for_ns(robot) == 0);
+        if silent.clone().next().is_some() {
+            let robots = self.names.robot_list(silent);
+            return format!(
+                "nothing is granted until {robots} has reported where it stands, or is said to be absent"
+            );
+        }
+        let robots = self.names.robot_list(awaited);
+        format!(
+            "nothing is granted for {:.1} s: {robots} may still enter what an earlier mediator granted to a process before",
+            longest_ns as f64 * 1e-9
+        )
+    }
+
     /// In a sentence, why a robot that has asked for an area was not granted it.
     pub(crate) fn explain(&self, robot: usize, area: usize) -> String {
         let occupant = self.areas.robot(robot);
@@ -69,13 +92,7 @@ impl View<'_> {
             return text + "this mediator stands by, since robots follow another one";
         }
         if !self.sessions.awaited().is_empty() {
-            let awaited = self
-                .names
-                .robot_list(self.sessions.awaited().iter().copied());
-            return text
-                + &format!(
-                    "nothing is granted until {awaited} has reported where it stands, or is said to be absent"
-                );
+            return text + &self.explain_awaited();
         }
         if !self.sessions.is_heard(robot) {
             return text + "the robot itself is silent";

@@ -30,7 +30,7 @@
 //! brings a server of web pages.
 //!
 //! **How far.** One fault of each kind, one order where an operator matters, 2 to 6 ticks: `assert_safe`'s lines in the tests below. Every
-//! rule's collision is found at 3 to 18 steps. Two faults are looked at by an ignored test only.
+//! rule's collision is found at 3 to 18 steps. Two faults of messages are looked at by an ignored test only.
 //!
 //! `MEDIATOR_EXHAUSTIVE_TICKS`, `_FAULTS`, `_KINDS` (bits, as in `world.rs`) and `_ORDERS` go elsewhere: `cargo test -p mediator --test exhaustive -- --nocapture`.
 
@@ -128,12 +128,13 @@ fn assert_safe(all: &[(u8, u8, u8, u8)]) {
 #[test]
 fn no_run_leads_two_robots_into_one_area() {
     assert_safe(&[
-        (1, AWAY, 1, 6),
+        (1, AWAY, 1, 5),
         (1, CUTS, 1, 3),
         (1, PROCESSES, 0, 4),
         (1, MEDIATOR, 1, 3),
         (1, MESSAGES | MINDS | FENCES, 0, 3),
         (1, SECOND, 0, 3),
+        (2, PROCESSES | MEDIATOR, 0, 2),
     ]);
 }
 
@@ -147,15 +148,8 @@ fn nor_does_a_longer_one() {
         (1, ALL, 1, 4),
         (2, MESSAGES | CUTS, 0, 3),
         (2, MESSAGES | MEDIATOR, 0, 3),
+        (2, PROCESSES | MEDIATOR, 0, 4),
     ]);
-}
-
-/// Found, and not mended yet: a mediator that has lost the write of a grant knows of nobody who may still enter, and so
-/// takes in a new process at once, while the body goes on by the grant of the one before.
-#[test]
-#[ignore = "fails"]
-fn nor_do_a_lost_write_and_a_new_process() {
-    assert_safe(&[(2, PROCESSES | MEDIATOR, 0, 3)]);
 }
 
 /// Whether the same steps are possible, and end as badly, with all rules.

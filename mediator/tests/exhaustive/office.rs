@@ -64,7 +64,7 @@ impl World {
                     record.absent = true;
                 }
             }
-            Some(Rule::BeforeStart) => start_ns -= AFTER_ALL_NS,
+            Some(Rule::BeforeStart | Rule::NewProcess) => start_ns -= AFTER_ALL_NS,
             _ => {}
         }
         self.manager = Kept::new(manager(&read, start_ns, u64::from(self.starts)));

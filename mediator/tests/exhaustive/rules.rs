@@ -23,6 +23,9 @@ pub enum Rule {
     Awaited,
     /// What was heard before a start counts as heard then.
     BeforeStart,
+    /// Until it would enter nothing any more, a mediator that has started does not believe a process that it does not know where the
+    /// body goes.
+    NewProcess,
     /// A robot is believed the grants that the journal has lost.
     Adopted,
     /// A new process is taken in when the one before enters nothing any more.
@@ -36,7 +39,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Grant,
         Self::Lease,
         Self::EntersWithin,
@@ -45,6 +48,7 @@ impl Rule {
         Self::SilenceBlocks,
         Self::Awaited,
         Self::BeforeStart,
+        Self::NewProcess,
         Self::Adopted,
         Self::OneProcess,
         Self::Session,
@@ -63,6 +67,7 @@ impl Rule {
             Self::EntersNoMore => (1, AWAY, 1, 4),
             Self::BeforeStart => (1, MEDIATOR, 1, 4),
             Self::Lease | Self::EntersWithin | Self::Drift => (1, AWAY, 1, 7),
+            Self::NewProcess => (2, PROCESSES | MEDIATOR, 0, 3),
             Self::Session | Self::Epoch => (2, MESSAGES | MEDIATOR, 0, 4),
         };
         Limits {

@@ -17,8 +17,8 @@ pub const SITE: &str = "hall";
 /// 0.98 s: a lease is good for one tick, and by the slowest clock a robot enters in the fifth tick after its report, 4.9 s later.
 /// Without the 0.1 s for clocks that differ its area could be cleared just then.
 pub const TICK_NS: u64 = 980_000_000;
-/// Robots have registered after so many ticks, when the search begins.
-pub(super) const BEFORE: u8 = 3;
+/// Robots have registered after so many ticks, and nothing before the start carries them on any more: then the search begins.
+pub(super) const BEFORE: u8 = 8;
 
 /// Kinds of faults, as bits: of messages,
 pub const MESSAGES: u8 = 1;
@@ -112,6 +112,8 @@ impl World {
             (0..2).for_each(|robot| world.talk(robot, Fate::Arrive));
             world.pass();
         }
+        let status = world.manager.get().status(now_ns(BEFORE));
+        assert_eq!(status.awaited, [""; 0]);
         for robot in &mut world.robots {
             let client = robot.client.as_ref();
             assert!(robot.number == 2 || client.is_some_and(|own| own.get().is_registered()));

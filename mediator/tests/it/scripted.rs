@@ -13,6 +13,8 @@ use mediator::nets::{Plan, plans};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 const SECOND_NS: u64 = 1_000_000_000;
+/// Long after managers have started, at 0: no robot may still enter what an earlier one has granted.
+const NOW_NS: u64 = 10 * SECOND_NS;
 
 fn setup(capacity: u32) -> Setup {
     let robot = |id: &str| RobotSetup {
@@ -94,13 +96,13 @@ fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, Pair) {
         .for_each(|robot| robot.starts_in.clear());
     let mut manager =
         Manager::with_plans(&setup, plans.clone(), &Stored::default(), 0).expect("valid");
-    assert_eq!(manager.absent("third", 0), Ok(Vec::new()));
+    assert_eq!(manager.absent("third", NOW_NS), Ok(Vec::new()));
     let mut clients = [
         driver("slow", "1", "driving", &[]),
         driver("fast", "7", "driving", &["1"]),
     ]
     .map(|(client, now)| (client.on(setup.floor.clone()), now));
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert!(clients.iter().all(|own| own.0.is_acquired()));
     let order = clients[0].0.next_order().expect("there is one");
     assert_eq!(order.instruction.event.as_deref(), Some("aside"));
@@ -109,18 +111,18 @@ fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, Pair) {
         (order.instruction.event, order.instruction.speed_limit_m_s),
         (None, Some(0.2))
     );
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     (setup, plans, manager, clients)
 }
 
 #[test]
 fn what_stands_still_gets_out_of_the_way_before_anything_else_moves() {
     let (_, _, mut manager, mut clients) = overtaking();
-    let why = manager.why("fast", 0).expect("it is known");
+    let why = manager.why("fast", NOW_NS).expect("it is known");
     assert!(why.contains("lacks a token in `normal-in-5`"), "{why}");
     // Nothing is done about the order, for longer than the site allows.
-    let now_ns = 7 * SECOND_NS;
-    for now_ns in [0, 2, 4, 6, 7].map(|second| second * SECOND_NS) {
+    let now_ns = NOW_NS + 7 * SECOND_NS;
+    for now_ns in [0, 2, 4, 6, 7].map(|second| NOW_NS + second * SECOND_NS) {
         talk(&mut manager, &mut clients, now_ns);
         manager.tick(now_ns);
     }
@@ -166,7 +168,7 @@ fn what_stands_still_gets_out_of_the_way_before_anything_else_moves() {
 fn alarms_name_the_run_that_stands_still() {
     let (_, _, mut manager, mut clients) = overtaking();
     let mut named = Vec::new();
-    for now_ns in (0..20).map(|second| second * SECOND_NS) {
+    for now_ns in (0..20).map(|second| NOW_NS + second * SECOND_NS) {
         talk(&mut manager, &mut clients, now_ns);
         manager.tick(now_ns);
         let listed = manager.status(now_ns).coordinations;
@@ -193,9 +195,9 @@ fn a_robot_that_was_let_go_before_a_power_loss_is_not_waited_for() {
     { manager.entries() }.for_each(|entry| stored.apply(entry));
     // What ends the coordination is lost with the power, but the robots have heard it.
     manager
-        .clear("1", false, SECOND_NS)
+        .clear("1", false, NOW_NS + SECOND_NS)
         .expect_err("somebody is in it");
-    let later_ns = 10 * SECOND_NS;
+    let later_ns = NOW_NS + 10 * SECOND_NS;
     clients[1].0.step(clients[1].1.clone(), later_ns, SECOND_NS);
     manager.report(&clients[1].0.report(), later_ns);
     manager.tick(later_ns);
@@ -234,7 +236,7 @@ fn robot(number: usize, wanted: &[&str]) -> (Client, Situation) {
 /// Nobody waits for the other two.
 fn only_first(manager: &mut Manager) {
     for id in ["amr-2", "amr-3"] {
-        assert_eq!(manager.absent(id, 0), Ok(Vec::new()));
+        assert_eq!(manager.absent(id, NOW_NS), Ok(Vec::new()));
     }
 }
 
@@ -243,25 +245,25 @@ fn a_level_with_the_fence_of_another_grant_is_ignored() {
     let mut manager = Manager::new(&setup(1), &Stored::default(), 0).expect("valid");
     let mut clients = [robot(1, &["Cr"])];
     only_first(&mut manager);
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert!(clients[0].0.holds("Cr"));
     clients[0].1.stands_in = vec!["Cr".into()];
-    clients[0].0.step(clients[0].1.clone(), 0, SECOND_NS);
+    clients[0].0.step(clients[0].1.clone(), NOW_NS, SECOND_NS);
     let mut stale = clients[0].0.report();
     stale.stands_in.clear();
     stale.access[0].fence += 7;
-    manager.report(&stale, 0);
+    manager.report(&stale, NOW_NS);
     assert_eq!(manager.counters().other_fence, 1);
     assert_eq!(manager.counters().bad, 1, "people are told");
     let held = |manager: &Manager| manager.status(0).areas[0].holders.clone();
     assert_eq!(held(&manager), [("amr-1".to_owned(), 1)]);
     // With its own fence the same level counts.
-    manager.report(&clients[0].0.report(), 0);
+    manager.report(&clients[0].0.report(), NOW_NS);
     clients[0].1 = Situation {
         located: true,
         ..Situation::default()
     };
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert!(held(&manager).is_empty());
 }
 
@@ -274,15 +276,15 @@ fn nobody_is_accused_before_it_has_said_where_it_stands() {
     let mut manager = Manager::new(&setup, &Stored::default(), 0).expect("valid");
     let mut clients = [robot(1, &[]), robot(2, &[]), robot(3, &["Cr"])];
     clients.iter_mut().for_each(|own| own.1.located = false);
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     let alarms: Vec<Alarm> = manager.alarms().collect();
     assert!(alarms.is_empty(), "{alarms:?}");
     // Nobody goes where they may be.
     clients[2].1.located = true;
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert!(!clients[2].0.holds("Cr"));
     clients[..2].iter_mut().for_each(|own| own.1.located = true);
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert!(clients[2].0.holds("Cr"));
     let alarms: Vec<Alarm> = manager.alarms().collect();
     assert!(alarms.is_empty(), "{alarms:?}");
@@ -290,7 +292,7 @@ fn nobody_is_accused_before_it_has_said_where_it_stands() {
     clients[0].1.stands_in = vec!["Cr".into()];
     manager.report(
         &{
-            clients[0].0.step(clients[0].1.clone(), 0, SECOND_NS);
+            clients[0].0.step(clients[0].1.clone(), NOW_NS, SECOND_NS);
             clients[0].0.report()
         },
         0,
@@ -305,7 +307,7 @@ fn a_net_decides_although_there_is_room_and_why_explains_it() {
     let plans = junction(&setup);
     let mut manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
     let mut clients = [robot(1, &["Cr"]), robot(2, &["Cr"]), robot(3, &[])];
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     let holds =
         |clients: &[(Client, Situation)]| clients.iter().filter(|own| own.0.holds("Cr")).count();
     assert_eq!(holds(&clients), 1);
@@ -314,7 +316,7 @@ fn a_net_decides_although_there_is_room_and_why_explains_it() {
     } else {
         "amr-1"
     };
-    let why = manager.why(waits, SECOND_NS).expect("it is known");
+    let why = manager.why(waits, NOW_NS + SECOND_NS).expect("it is known");
     assert!(
         why.contains("of net t-junction lacks a token in `free`")
             && why.contains("nobody is on the crossing or may come"),
@@ -326,7 +328,7 @@ fn a_net_decides_although_there_is_room_and_why_explains_it() {
         .position(|own| own.0.holds("Cr"))
         .expect("one");
     clients[first].1.wanted.clear();
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert!(!clients[first].0.holds("Cr"));
     assert_eq!(holds(&clients), 1);
     let status = manager.status(0);
@@ -341,12 +343,12 @@ fn a_net_goes_on_where_the_journal_left_it() {
     let mut stored = Stored::default();
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
     let mut clients = [robot(1, &["Cr"]), robot(2, &["Cr"]), robot(3, &["Cr"])];
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     { manager.entries() }.for_each(|entry| stored.apply(entry));
     let before = manager.status(0).coordinations[0].marking.clone();
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("its own");
     assert_eq!(manager.status(0).coordinations[0].marking, before);
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert_eq!(clients.iter().filter(|own| own.0.holds("Cr")).count(), 1);
 
     // A net that has changed since is given up, and says so.
@@ -365,7 +367,7 @@ fn a_journal_that_the_net_cannot_have_written_is_given_up() {
     let mut stored = Stored::default();
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
     only_first(&mut manager);
-    talk(&mut manager, &mut [robot(1, &["Cr"])], 0);
+    talk(&mut manager, &mut [robot(1, &["Cr"])], NOW_NS);
     { manager.entries() }.for_each(|entry| stored.apply(entry));
     for record in stored.coordinations.values_mut() {
         assert_ne!(record.marking, ["free"]);
@@ -382,14 +384,14 @@ fn nonsense_about_coordinations_is_named_and_does_no_harm() {
     let mut manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
     let mut clients = [robot(1, &["Cr"])];
     only_first(&mut manager);
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     for number in [7, u64::MAX] {
         let mut report = clients[0].0.report();
         report.control = Some(contract::wire::Control {
             coordination: number,
             ..contract::wire::Control::default()
         });
-        manager.report(&report, 0);
+        manager.report(&report, NOW_NS);
     }
     let alarms: Vec<String> = manager.alarms().map(|alarm| alarm.to_string()).collect();
     assert_eq!(alarms.len(), 1, "{alarms:?}");
@@ -397,6 +399,6 @@ fn nonsense_about_coordinations_is_named_and_does_no_harm() {
         alarms[0].contains("no coordination has number 18446744073709551615"),
         "{alarms:?}"
     );
-    talk(&mut manager, &mut clients, 0);
+    talk(&mut manager, &mut clients, NOW_NS);
     assert!(clients[0].0.holds("Cr"));
 }

@@ -61,7 +61,8 @@ impl Scene {
             manager: Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid"),
             normal: Robot::new("amr-1", &setup),
             emergency: Robot::new("amr-2", &setup),
-            now_ns: 0,
+            // No robot may still enter what an earlier manager has granted.
+            now_ns: 10 * SECOND_NS,
         }
     }
 

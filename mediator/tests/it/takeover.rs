@@ -12,6 +12,8 @@ use mediator::manager::{AbsentError, Alarm, ClearError, Manager, Status};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 const AREA: &str = "gate";
+/// Long after managers have started, at 0: no robot may still enter what an earlier one has granted.
+const NOW_NS: u64 = 10_000_000_000;
 
 /// An area for one, and three robots that start beside it.
 fn setup() -> Setup {
@@ -85,46 +87,44 @@ fn after_a_first_start_every_robot_is_awaited_or_said_to_be_absent() {
     let mut stored = begun(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[AREA])];
-    assert_eq!(talk(&mut manager, &mut robots, 0).awaited.len(), 2);
+    assert_eq!(talk(&mut manager, &mut robots, NOW_NS).awaited.len(), 2);
     assert!(!robots[0].0.holds(AREA));
     keep(&mut manager, &mut stored);
 
     // A restart changes nothing of that.
     let mut manager = start(&stored, 51, 0);
     robots.push(robot("amr-2", &[]));
-    assert_eq!(talk(&mut manager, &mut robots, 0).awaited, ["amr-3"]);
+    assert_eq!(talk(&mut manager, &mut robots, NOW_NS).awaited, ["amr-3"]);
     assert!(!robots[0].0.holds(AREA));
     let heard = AbsentError::Heard("amr-1".to_owned());
-    assert_eq!(manager.absent("amr-1", 0), Err(heard));
+    assert_eq!(manager.absent("amr-1", NOW_NS), Err(heard));
     assert!(matches!(
-        manager.absent("amr-9", 0),
+        manager.absent("amr-9", NOW_NS),
         Err(AbsentError::Unknown(_))
     ));
-    assert_eq!(manager.absent("amr-3", 0), Ok(Vec::new()));
-    assert!(talk(&mut manager, &mut robots, 0).awaited.is_empty());
+    assert_eq!(manager.absent("amr-3", NOW_NS), Ok(Vec::new()));
+    assert!(talk(&mut manager, &mut robots, NOW_NS).awaited.is_empty());
     assert!(robots[0].0.holds(AREA));
     keep(&mut manager, &mut stored);
 
     // Once said, it holds until that robot is heard.
     let mut manager = start(&stored, 52, 0);
-    assert_eq!(manager.status(0).awaited, ["amr-1", "amr-2"]);
+    assert_eq!(manager.status(NOW_NS).awaited, ["amr-1", "amr-2"]);
     robots.push(robot("amr-3", &[]));
-    assert!(talk(&mut manager, &mut robots, 0).awaited.is_empty());
+    assert!(talk(&mut manager, &mut robots, NOW_NS).awaited.is_empty());
     keep(&mut manager, &mut stored);
-    assert_eq!(start(&stored, 53, 0).status(0).awaited.len(), 3);
+    assert_eq!(start(&stored, 53, 0).status(NOW_NS).awaited.len(), 3);
 }
 
-/// One robot has the gate, and one has been there; journal 1, at its third start. All sessions but the first robot's are other
-/// ones than a new journal would give.
+/// One robot has the gate, and one has been there; journal 1, at its third start.
 fn running() -> Vec<(Client, Situation)> {
     let mut stored = begun(1);
     stored.epoch = 2;
-    stored.robots.entry("amr-2".to_owned()).or_default().issued = 4;
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[AREA])];
     robots.push(robot("amr-3", &[]));
-    talk(&mut manager, &mut robots, 0);
-    assert!(robots[1].0.holds(AREA) && robots[1].0.session() == 5);
+    talk(&mut manager, &mut robots, NOW_NS);
+    assert!(robots[1].0.holds(AREA));
     robots
 }
 
@@ -132,13 +132,17 @@ fn running() -> Vec<(Client, Situation)> {
 fn robots_follow_a_mediator_without_their_journal_and_keep_what_they_have() {
     let mut robots = running();
     let mut stored = begun(2);
-    let mut manager = start(&stored, 60, 0);
+    let mut manager = start(&stored, 60, NOW_NS);
     robots[0].1.wanted = vec![AREA.to_owned()];
     // For a second it may be that the other one lives.
-    let status = talk(&mut manager, &mut robots, SILENT_AFTER_NS / 2);
+    let status = talk(&mut manager, &mut robots, NOW_NS + SILENT_AFTER_NS / 2);
     assert!(status.stands_by && status.epoch == 1);
-    let now_ns = 2 * SILENT_AFTER_NS;
+    let now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
     let absent = robots.pop().expect("the third one");
+    let status = talk(&mut manager, &mut robots, now_ns);
+    // Of processes that it has not known before it cannot know what those before them were granted.
+    assert_eq!((status.epoch, status.awaited.len()), (4, 3));
+    let now_ns = now_ns + ENTERS_NO_MORE_NS;
     let status = talk(&mut manager, &mut robots, now_ns);
     assert_eq!((status.epoch, status.stands_by), (4, false));
     let followed = robots
@@ -174,11 +178,13 @@ fn a_mediator_that_has_stood_by_asks_everybody_before_it_goes_on() {
         epoch: 20,
         ..Stored::default()
     };
-    let mut manager = start(&stored, 60, 0);
-    assert!(talk(&mut manager, &mut robots, 0).stands_by);
-    let now_ns = 2 * SILENT_AFTER_NS;
+    let mut manager = start(&stored, 60, NOW_NS);
+    assert!(talk(&mut manager, &mut robots, NOW_NS).stands_by);
+    let now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
     robots[0].1.wanted = vec![AREA.to_owned()];
     let second = robots.remove(1);
+    talk(&mut manager, &mut robots, now_ns);
+    let now_ns = now_ns + ENTERS_NO_MORE_NS;
     let status = talk(&mut manager, &mut robots, now_ns);
     assert!(
         !status.stands_by && status.awaited == ["amr-2"],
@@ -198,10 +204,10 @@ fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[AREA])];
     robots.push(robot("amr-3", &[]));
-    talk(&mut manager, &mut robots, 0);
+    talk(&mut manager, &mut robots, NOW_NS);
     assert!(robots[1].0.holds(AREA));
     // It is carried away, so the next run with it begins after one that was given up.
-    let mut now_ns = ENTERS_NO_MORE_NS;
+    let mut now_ns = NOW_NS + ENTERS_NO_MORE_NS;
     manager.tick(now_ns);
     assert_eq!(
         manager.clear(AREA, false, now_ns),
@@ -213,11 +219,13 @@ fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
     for (client, _) in &mut robots {
         *client = Client::new(&client.report().robot_id, "hall", 8);
     }
-    talk(&mut start(&begun(2), 60, 0), &mut robots, now_ns);
+    talk(&mut start(&begun(2), 60, NOW_NS), &mut robots, now_ns);
     assert!(robots[1].0.holds(AREA));
     robots[0].1.wanted = vec![AREA.to_owned()];
     let mut manager = start(&stored, 51, now_ns);
     now_ns += 2 * SILENT_AFTER_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    now_ns += ENTERS_NO_MORE_NS;
     let status = talk(&mut manager, &mut robots, now_ns);
     assert!(status.awaited.is_empty(), "{status:?}");
     assert_eq!(status.areas[0].holders[0].0, "amr-2");
@@ -234,9 +242,9 @@ fn a_robot_that_does_not_know_where_it_is_has_not_said_where_it_stands() {
     let mut manager = start(&begun(1), 50, 0);
     let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[AREA]));
     robots[0].1.located = false;
-    assert_eq!(talk(&mut manager, &mut robots, 0).awaited, ["amr-1"]);
+    assert_eq!(talk(&mut manager, &mut robots, NOW_NS).awaited, ["amr-1"]);
     robots[0].1.located = true;
-    assert!(talk(&mut manager, &mut robots, 0).awaited.is_empty());
+    assert!(talk(&mut manager, &mut robots, NOW_NS).awaited.is_empty());
 }
 
 #[test]
@@ -244,26 +252,26 @@ fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands()
     let mut stored = begun(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
-    assert_eq!(manager.absent("amr-3", 0), Ok(Vec::new()));
-    talk(&mut manager, &mut robots, 0);
+    assert_eq!(manager.absent("amr-3", NOW_NS), Ok(Vec::new()));
+    talk(&mut manager, &mut robots, NOW_NS);
     keep(&mut manager, &mut stored);
     let mut manager = start(&stored, 51, 0);
     let (mut client, mut situation) = robot("amr-3", &[]);
     situation.stands_in = vec![AREA.to_owned()];
-    client.step(situation, 0, SILENT_AFTER_NS);
-    manager.report(&client.report(), 0);
+    client.step(situation, NOW_NS, SILENT_AFTER_NS);
+    manager.report(&client.report(), NOW_NS);
     robots[0].1.wanted = vec![AREA.to_owned()];
-    let status = talk(&mut manager, &mut robots, 0);
+    let status = talk(&mut manager, &mut robots, NOW_NS);
     assert!(status.awaited.is_empty() && !robots[0].0.holds(AREA));
     assert_eq!(status.areas[0].standing, ["amr-3"]);
     let heard = ClearError::Heard {
         area: AREA.to_owned(),
         robot: "amr-3".to_owned(),
     };
-    assert_eq!(manager.clear(AREA, false, 0), Err(heard));
+    assert_eq!(manager.clear(AREA, false, NOW_NS), Err(heard));
     assert_eq!(
         manager
-            .clear(AREA, true, 2 * SILENT_AFTER_NS)
+            .clear(AREA, true, NOW_NS + 2 * SILENT_AFTER_NS)
             .map(|own| own.len()),
         Ok(1)
     );
@@ -273,12 +281,12 @@ fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands()
 fn a_number_that_no_mediator_can_have_reached_is_no_epoch() {
     let mut manager = start(&begun(2), 60, 0);
     let (mut client, situation) = robot("amr-1", &[]);
-    client.step(situation, 0, SILENT_AFTER_NS);
+    client.step(situation, NOW_NS, SILENT_AFTER_NS);
     let mut report = client.report();
     (report.mediator_instance, report.mediator_epoch) = (9, u64::MAX);
     for sequence in 1..9 {
         report.sequence = sequence;
-        manager.report(&report, 0);
+        manager.report(&report, NOW_NS);
     }
     // It has another mediator, and is asked once.
     assert_eq!(manager.epoch(), 2);
@@ -286,11 +294,12 @@ fn a_number_that_no_mediator_can_have_reached_is_no_epoch() {
 
 #[test]
 fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
-    const LATER_NS: u64 = 300_000_000;
+    const LATER_NS: u64 = NOW_NS + PERIOD_NS;
+    const PERIOD_NS: u64 = 300_000_000;
     let mut manager = start(&begun(1), 60, 0);
     let mut robots = vec![robot("amr-1", &[AREA]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
-    talk(&mut manager, &mut robots, 0);
+    talk(&mut manager, &mut robots, NOW_NS);
     assert!(robots[0].0.holds(AREA));
     let now = robots[0].1.clone();
     robots[0].0.step(now, LATER_NS, SILENT_AFTER_NS);
@@ -311,7 +320,7 @@ fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
         assert!(status.awaited.is_empty() && robots[0].0.is_registered());
         assert!(!robots[0].0.is_mediator_silent(now_ns, SILENT_AFTER_NS));
         let before = robots[0].0.report().mediator_sequence;
-        talk(&mut manager, &mut robots, now_ns + LATER_NS);
+        talk(&mut manager, &mut robots, now_ns + PERIOD_NS);
         assert!(
             robots[0].0.report().mediator_sequence > before,
             "it hears on"
@@ -319,7 +328,7 @@ fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
         manager.epoch()
     };
     assert_eq!(hears(made_up(1, 1 << 40), 0), 1);
-    assert_eq!(hears(made_up(1000, 7), 2 * LATER_NS), 1001);
+    assert_eq!(hears(made_up(1000, 7), 2 * PERIOD_NS), 1001);
     assert!(
         manager
             .alarms()
@@ -332,8 +341,11 @@ fn clearing_an_area_says_nothing_of_a_robot_that_may_be_anywhere() {
     let mut setup = setup();
     setup.robots[2].starts_in = vec!["yard".to_owned()];
     let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
-    assert_eq!(manager.clear("yard", true, 0), Ok(vec!["amr-3".to_owned()]));
-    assert!(manager.status(0).awaited.contains(&"amr-3".to_owned()));
+    assert_eq!(
+        manager.clear("yard", true, NOW_NS),
+        Ok(vec!["amr-3".to_owned()])
+    );
+    assert!(manager.status(NOW_NS).awaited.contains(&"amr-3".to_owned()));
 }
 
 #[test]
@@ -385,11 +397,11 @@ fn a_robot_that_knows_another_floor_is_refused_with_what_differs_until_it_knows_
     };
     let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
     for id in ["amr-2", "amr-3"] {
-        assert_eq!(manager.absent(id, 0), Ok(Vec::new()));
+        assert_eq!(manager.absent(id, NOW_NS), Ok(Vec::new()));
     }
     let (client, wants) = robot("amr-1", &[AREA]);
     let mut robots = [(client.on(floor(4.0)), wants.clone())];
-    talk(&mut manager, &mut robots, 0);
+    talk(&mut manager, &mut robots, NOW_NS);
     let refusal = robots[0].0.refusal().to_owned();
     let named = "area `gate` holds 1 and goes from (0.000, 0.000) to (4.000, 2.000) m by its site file, and holds 1 and goes from (0.000, 0.000) to (3.000, 2.000) m by ours";
     assert!(refusal.contains(named), "{refusal}");
@@ -399,7 +411,7 @@ fn a_robot_that_knows_another_floor_is_refused_with_what_differs_until_it_knows_
     // Somebody gives it the right file: as another process it is welcome.
     let client = Client::new("amr-1", "hall", 8).on(floor(3.0));
     let mut robots = [(client, wants)];
-    talk(&mut manager, &mut robots, 0);
+    talk(&mut manager, &mut robots, NOW_NS);
     assert!(robots[0].0.holds(AREA), "{}", robots[0].0.refusal());
 }
 
@@ -414,9 +426,9 @@ fn a_robot_can_learn_the_floor_from_its_mediator_and_refuses_one_that_lies() {
     let mut client = client.on(floor(4.0));
     let mut told = None;
     for _ in 0..2 {
-        client.step(wants.clone(), 0, SILENT_AFTER_NS);
-        manager.report(&client.report(), 0);
-        told = manager.next_message(0).or(told);
+        client.step(wants.clone(), NOW_NS, SILENT_AFTER_NS);
+        manager.report(&client.report(), NOW_NS);
+        told = manager.next_message(NOW_NS).or(told);
     }
     let told = told.expect("a refusal");
     assert_eq!(told.session, 0);
@@ -425,10 +437,10 @@ fn a_robot_can_learn_the_floor_from_its_mediator_and_refuses_one_that_lies() {
     let mut client = client.on(Floor::said(&told.floor));
     let mut floors = 0;
     for _ in 0..3 {
-        client.step(wants.clone(), 0, SILENT_AFTER_NS);
-        manager.report(&client.report(), 0);
-        while let Some(message) = manager.next_message(0) {
-            client.receive(&message, 0);
+        client.step(wants.clone(), NOW_NS, SILENT_AFTER_NS);
+        manager.report(&client.report(), NOW_NS);
+        while let Some(message) = manager.next_message(NOW_NS) {
+            client.receive(&message, NOW_NS);
             floors += usize::from(!message.floor.is_empty());
         }
     }
@@ -444,6 +456,49 @@ fn a_robot_can_learn_the_floor_from_its_mediator_and_refuses_one_that_lies() {
         refusal: String::new(),
         ..lies
     };
-    assert_eq!(client.receive(&lies, 0), Received::Refused);
+    assert_eq!(client.receive(&lies, NOW_NS), Received::Refused);
     assert!(client.refusal().contains("knows another floor"));
+}
+
+#[test]
+fn a_new_process_does_not_say_where_the_one_before_drives_its_body() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    keep(&mut manager, &mut stored);
+    // The journal has lost that the first robot was granted the area, whose process has ended, and whose body drives in.
+    let mut manager = start(&stored, 51, NOW_NS);
+    robots[0].0 = Client::new("amr-1", "hall", 8);
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    let taken_in_ns = NOW_NS + 3 * SILENT_AFTER_NS;
+    assert_eq!(
+        talk(&mut manager, &mut robots, taken_in_ns).awaited,
+        ["amr-1"]
+    );
+    assert!(!robots[1].0.holds(AREA));
+    let why = manager.why("amr-2", taken_in_ns).expect("it is known");
+    let expected = "nothing is granted for 2.0 s: amr-1 may still enter what an earlier mediator granted to a process before";
+    assert!(why.contains(expected), "{why}");
+    // What it has said before, it may have said before the body was inside.
+    let (client, situation) = &mut robots[0];
+    client.step(situation.clone(), taken_in_ns, SILENT_AFTER_NS);
+    let late = client.report();
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    manager.report(&late, now_ns);
+    assert_eq!(manager.status(now_ns).awaited, ["amr-1"]);
+    robots[0].1.stands_in = vec![AREA.to_owned()];
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(status.awaited.is_empty() && !robots[1].0.holds(AREA));
+    // It was found there, and is no intruder.
+    assert_eq!(status.areas[0].standing, ["amr-1"]);
+    assert!(
+        !manager
+            .alarms()
+            .any(|alarm| matches!(alarm, Alarm::Intruder { .. }))
+    );
+    robots[0].1.stands_in.clear();
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[1].0.holds(AREA));
 }

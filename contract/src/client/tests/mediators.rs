@@ -141,6 +141,24 @@ fn a_robot_that_was_refused_takes_whichever_mediator_registers_it_and_is_not_tor
     assert_eq!(refused, Received::Other);
 }
 
+/// That mediator leaves out what this process has told it before, and has forgotten when it was refused.
+#[test]
+fn a_robot_that_was_refused_is_not_taken_in_by_a_late_message_of_the_mediator_before() {
+    let of = |instance: u64, mediator_epoch: u64, sequence: u64| MediatorReport {
+        journal: 6,
+        ..other(instance, mediator_epoch, sequence)
+    };
+    let mut client = owner();
+    let refusal = MediatorReport {
+        session: 0,
+        identity_taken: true,
+        ..of(80, 3, 1)
+    };
+    assert_eq!(client.receive(&refusal, 0), Received::Refused);
+    assert_eq!(client.receive(&of(70, 2, 3), 0), Received::Other);
+    assert_eq!(client.receive(&of(80, 3, 2), 0), Received::Registered);
+}
+
 #[test]
 fn several_other_mediators_that_take_turns_are_noticed_too() {
     let mut client = owner();

@@ -26,6 +26,10 @@ impl Sessions {
         &self.awaited
     }
 
+    pub(crate) fn is_awaited(&self, robot: usize) -> bool {
+        self.awaited.contains(&robot)
+    }
+
     /// Nothing is granted before these robots have said where they stand.
     pub(crate) fn wait_for(&mut self, robots: Vec<usize>) {
         for &robot in &robots {
@@ -42,11 +46,7 @@ impl Sessions {
         if session.surely_absent {
             return;
         }
-        session.unaccounted = true;
-        session.before_until_ns = now_ns;
-        session.absent = false;
-        session.registered = false;
-        session.silent = true;
+        session.unaccount(now_ns);
         if !self.awaited.contains(&robot) {
             self.awaited.push(robot);
         }
@@ -60,7 +60,8 @@ impl Sessions {
         self.awaited.retain(|&awaited| awaited != robot);
     }
 
-    /// A report that counts has come. Also one that does not know where it is was heard, but goes on being awaited.
+    /// A report that counts has come. Also one that does not know where it is was heard, but goes on being awaited, and so does one
+    /// whose body may still be carried on by what a process before was granted.
     pub(crate) fn hear(
         &mut self,
         robot: usize,
@@ -72,10 +73,14 @@ impl Sessions {
         let heard = session.is_heard();
         let first = !session.registered;
         session.heard_ns = now_ns;
-        session.counted = session.sequence;
         session.registered = true;
-        let accounted = session.unaccounted && located;
-        session.unaccounted &= !located;
+        let speaks = located && session.speaks_for_body(now_ns);
+        let accounted = session.unaccounted && speaks;
+        session.unaccounted &= !speaks;
+        if !session.unaccounted {
+            // Before that nothing of what it says of areas is taken in, and it must go on saying all.
+            session.counted = session.sequence;
+        }
         let returns = std::mem::take(&mut session.absent);
         if std::mem::take(&mut session.silent) && !first {
             effects.alarms.push(Alarm::Back {
@@ -83,7 +88,7 @@ impl Sessions {
             });
         }
         let awaited = self.awaited.iter().position(|&awaited| awaited == robot);
-        let found = awaited.filter(|_| located);
+        let found = awaited.filter(|_| speaks);
         if let Some(place) = found {
             self.awaited.swap_remove(place);
         }

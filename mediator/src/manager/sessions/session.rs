@@ -1,13 +1,15 @@
 //! Who speaks for one robot.
 
 use contract::client::LAST_NUMBER;
-use contract::timing::{DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
+use contract::timing::{DOUBLED_AFTER_NS, ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS};
 
 use super::factsheet::Factsheet;
 use crate::journal::RobotRecord;
 
 /// The last 64 earlier boots are remembered, so that their late reports are recognised as such.
 const RETIRED: usize = 64;
+/// More processes of a robot than this are not taken in between two starts of the mediator.
+pub(super) const SESSIONS_PER_EPOCH: u64 = 1_000_000;
 
 /// A process that has asked to speak for the robot and has not yet repeated its session. It may be a late message of a
 /// process that is long gone, so the present one keeps speaking until then.
@@ -17,6 +19,8 @@ pub(crate) struct Candidate {
     /// 0: it gets none, only the reason.
     pub(crate) session: u64,
     pub(crate) since_ns: u64,
+    /// Number of the last message before it was told so.
+    after: u64,
 }
 
 /// A process that reports while another one speaks for the robot.
@@ -77,6 +81,11 @@ pub(crate) struct Session {
     pub(crate) heard_ns: u64,
     /// Until then another mediator, or this one before it was started, may have heard the robot.
     pub(crate) before_until_ns: u64,
+    /// When the process that speaks was taken in; nothing when it is that of the journal, or all is known that those before
+    /// it have left.
+    taken_in_ns: Option<u64>,
+    /// Number of the last message to it when the body had entered all that it could.
+    at_rest: Option<u64>,
     pub(crate) silent: bool,
     /// A process that was refused, and why.
     pub(crate) refused: Option<(u64, String)>,
@@ -128,12 +137,17 @@ impl Session {
     }
 
     /// A process unknown so far asks to speak for this robot, and is offered a session.
-    pub(crate) fn invite(&mut self, boot_epoch: u64, now_ns: u64) {
-        self.issued += 1;
+    /// Its number is none that an earlier epoch has given out, of which the journal may have lost the last ones.
+    pub(crate) fn invite(&mut self, boot_epoch: u64, epoch: u64, now_ns: u64) {
+        let before = epoch
+            .saturating_mul(SESSIONS_PER_EPOCH)
+            .min(LAST_NUMBER / 2);
+        self.issued = self.issued.max(before) + 1;
         self.candidate = Some(Candidate {
             boot_epoch,
             session: self.issued,
             since_ns: now_ns,
+            after: self.sent,
         });
     }
 
@@ -145,12 +159,13 @@ impl Session {
                 boot_epoch,
                 session: 0,
                 since_ns: now_ns,
+                after: self.sent,
             });
         }
     }
 
     /// The candidate has repeated its session: it is alive, and from now on it speaks for the robot.
-    pub(crate) fn promote(&mut self, candidate: Candidate) {
+    pub(crate) fn promote(&mut self, candidate: Candidate, now_ns: u64) {
         if self.number > 0 {
             self.retire(self.boot_epoch);
         }
@@ -163,6 +178,45 @@ impl Session {
         self.sequence = 0;
         self.counted = 0;
         self.registered = false;
+        self.taken_in_ns = Some(now_ns);
+        // One that was offered its session then has heard of it since.
+        let at_rest_ns = self.before_until_ns.saturating_add(ENTERS_NO_MORE_NS);
+        self.at_rest = (candidate.since_ns >= at_rest_ns).then_some(candidate.after);
+    }
+
+    /// Another mediator may have granted anything to it, or to a process before it.
+    pub(crate) fn unaccount(&mut self, now_ns: u64) {
+        self.unaccounted = true;
+        self.before_until_ns = now_ns;
+        self.at_rest = None;
+        self.absent = false;
+        self.registered = false;
+        self.silent = true;
+    }
+
+    /// For how long the body may still enter what a process before this one was granted and this mediator knows nothing of: by
+    /// a mediator before it whose journal has lost that, or another one.
+    pub(crate) fn unknown_for_ns(&self, now_ns: u64) -> u64 {
+        self.taken_in_ns.map_or(0, |taken_in_ns| {
+            let granted_ns = taken_in_ns.min(self.before_until_ns);
+            (granted_ns.saturating_add(ENTERS_NO_MORE_NS)).saturating_sub(now_ns)
+        })
+    }
+
+    /// Whether its last report speaks for the body, too: it was made when no process before could carry it on any more.
+    pub(crate) fn speaks_for_body(&mut self, now_ns: u64) -> bool {
+        if self.taken_in_ns.is_none() {
+            return true;
+        }
+        if self.unknown_for_ns(now_ns) > 0 {
+            return false;
+        }
+        // A report may be late; one that knows of a message since is not.
+        let speaks = self.echo > *self.at_rest.get_or_insert(self.sent);
+        if speaks {
+            self.taken_in_ns = None;
+        }
+        speaks
     }
 
     fn retire(&mut self, boot_epoch: u64) {

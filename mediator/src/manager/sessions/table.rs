@@ -157,10 +157,10 @@ impl Sessions {
                 effects.tell(robot);
                 return recognised;
             }
-            session.promote(candidate);
+            session.promote(candidate, now_ns);
             (recognised.changed, recognised.promoted) = (true, true);
         } else if !present {
-            session.invite(report.boot_epoch, now_ns);
+            session.invite(report.boot_epoch, epoch, now_ns);
             effects.tell(robot);
             recognised.changed = true;
             return recognised;

@@ -7,6 +7,7 @@ use contract::VERSION;
 use contract::timing::{CANDIDATE_TIMEOUT_NS, DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 use contract::wire::RobotReport;
 
+use super::session::SESSIONS_PER_EPOCH;
 use super::table::{Recognised, Sessions};
 use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
@@ -37,6 +38,14 @@ fn sessions() -> (Sessions, Effects) {
     (Sessions::new(&names, EPOCH, SILENT_NS, 0), Effects::new(1))
 }
 
+/// Of the first, second, ... session in this epoch; 0 of none.
+fn number(session: u64) -> u64 {
+    if session == 0 {
+        return 0;
+    }
+    EPOCH * SESSIONS_PER_EPOCH + session
+}
+
 fn report(boot_epoch: u64, session: u64, sequence: u64) -> RobotReport {
     RobotReport {
         version: Some(VERSION.into()),
@@ -45,7 +54,7 @@ fn report(boot_epoch: u64, session: u64, sequence: u64) -> RobotReport {
         floor_hash: Floor::default().hash(),
         mediator_epoch: if session == 0 { 0 } else { EPOCH },
         boot_epoch,
-        session,
+        session: number(session),
         sequence,
         ..RobotReport::default()
     }
@@ -243,7 +252,7 @@ fn the_candidate_is_told_before_the_process_that_speaks() {
     let now_ns = LATER_NS + LEVEL_PERIOD_NS;
     sessions.keep_up(now_ns, &mut effects);
     let mut next = || sessions.next_listener(now_ns, &mut effects);
-    assert_eq!(next(), Some((0, 8, 2)));
-    assert_eq!(next(), Some((0, 7, 1)));
+    assert_eq!(next(), Some((0, 8, number(2))));
+    assert_eq!(next(), Some((0, 7, number(1))));
     assert_eq!(next(), None);
 }

@@ -72,7 +72,8 @@ fn a_robot_neither_hears_nor_speaks_for_nor_commands_another() {
             })
             .into();
         let (begun, mut number) = (Instant::now(), 0);
-        while begun.elapsed() < Duration::from_secs(3) {
+        let lasts = |begun: Instant, seconds| begun.elapsed() < Duration::from_secs(seconds);
+        while lasts(begun, 3) || !victim.holds() && lasts(begun, 20) {
             number += 1;
             let put = |key: &str, bytes: Vec<u8>| {
                 thief

@@ -15,6 +15,10 @@ use mediator::manager::{Alarm, BadReport, ClearError, CoordinationStatus, Manage
 
 const STEP_MS: u64 = 20;
 const REPORT_MS: u64 = 200;
+/// No message is later than that, but those that come again.
+const LATEST_MS: u64 = 2_000;
+/// The first mediator has started at 0: long enough before that nobody may still enter what one before it has granted.
+const BEGINS_MS: u64 = 10_000;
 
 /// What goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -119,6 +123,8 @@ pub struct Fleet {
     cut: Option<(usize, u64)>,
     /// Messages of long ago.
     past: Vec<Message>,
+    /// Until then some arrive.
+    replays_until_ms: u64,
     now_ms: u64,
     seed: u64,
     accusations: Vec<String>,
@@ -142,7 +148,8 @@ impl Fleet {
             network: Vec::new(),
             cut: None,
             past: Vec::new(),
-            now_ms: 0,
+            replays_until_ms: 0,
+            now_ms: BEGINS_MS,
             seed,
             accusations: Vec::new(),
             tally: Tally::default(),
@@ -174,6 +181,9 @@ impl Fleet {
         let end_ms = self.now_ms + for_ms;
         while self.now_ms < end_ms {
             self.now_ms += STEP_MS;
+            if faults.replays {
+                self.replays_until_ms = self.now_ms + LATEST_MS;
+            }
             if faults.crashes {
                 self.crash_somebody(faults, random);
             }
@@ -359,7 +369,9 @@ impl Fleet {
             let stored = self.journal.read();
             let plans = self.floor.plans.clone();
             let now_ns = self.now_ms * 1_000_000;
-            let manager = Manager::with_plans(&self.floor.setup, plans, stored, now_ns);
+            let is_first = self.now_ms <= BEGINS_MS + STEP_MS;
+            let start_ns = if is_first { 0 } else { now_ns };
+            let manager = Manager::with_plans(&self.floor.setup, plans, stored, start_ns);
             let mut manager = manager.expect("its own journal").speaks_as(self.now_ms | 1);
             for listed in &self.floor.setup.robots {
                 if !self.robots.iter().any(|robot| robot.id == listed.id) {
@@ -426,7 +438,7 @@ impl Fleet {
         };
         for _ in 0..copies {
             let delay_ms = if random.chance(20) {
-                random.below(2_000)
+                random.below(LATEST_MS)
             } else {
                 random.below(40)
             };
@@ -539,7 +551,7 @@ impl Fleet {
                 Alarm::BadReport {
                     what: BadReport::Fence { .. },
                     ..
-                } if faults.replays => self.tally.refused += 1,
+                } if self.now_ms < self.replays_until_ms => self.tally.refused += 1,
                 Alarm::Doubled { .. } if self.tally.seconds > 0 => self.tally.doubled += 1,
                 Alarm::Preempted { .. } => self.tally.preempted += 1,
                 Alarm::Forgotten { .. } if lost => self.tally.forgotten += 1,

@@ -19,6 +19,7 @@ mod tally;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::random::Random;
+use contract::timing::ENTERS_NO_MORE_NS;
 use fleet::{Broken, Faults, Fleet, Point};
 use floor::Floor;
 use robot::Robot;
@@ -39,6 +40,9 @@ fn seeds(runs: u64) -> Vec<u64> {
     }
 }
 
+/// For so long after a start nothing is granted if a process of a robot is new.
+const UNKNOWN_MS: u64 = ENTERS_NO_MORE_NS / 1_000_000;
+
 type Place = fn(&mut Random) -> (Floor, Vec<Robot>);
 
 /// Faults, then none, then a while in which everyone must get on.
@@ -50,7 +54,7 @@ fn survive_one(fleet: &mut Fleet, seed: u64, faults: Faults, settle_ms: u64, ran
 /// Everything in flight arrives, everyone registers again, what is stuck is got out of the way; then all must move.
 fn get_on(fleet: &mut Fleet, seed: u64, settle_ms: u64, for_ms: u64, random: &mut Random) {
     fleet.recover();
-    fleet.run(settle_ms, Faults::NONE, random);
+    fleet.run(UNKNOWN_MS + settle_ms, Faults::NONE, random);
     let before = fleet.moves();
     let running: Vec<u64> = { fleet.coordinations().into_iter() }
         .filter(|own| !own.over)
@@ -267,7 +271,7 @@ fn is_noticed(broken: Broken, seed: u64, faults: Faults) -> Option<String> {
 
 #[test]
 fn what_is_broken_is_noticed() {
-    const RUNS: u64 = 24;
+    const RUNS: u64 = 96;
     let crashes = Faults {
         crashes: true,
         ..Faults::NONE
