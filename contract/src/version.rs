@@ -13,7 +13,7 @@ pub struct Version {
 }
 
 /// The version this crate speaks.
-pub const VERSION: Version = Version { major: 2, minor: 2 };
+pub const VERSION: Version = Version { major: 2, minor: 3 };
 
 /// A peer speaks another major version.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

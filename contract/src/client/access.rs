@@ -18,8 +18,8 @@ struct Claim {
     fence: u64,
     /// Why it waits, as the mediator says.
     waits_for: String,
-    /// Taken over from the mediator after a restart, and not yet confirmed by where the robot stands.
-    inherited: bool,
+    /// From before a restart, or before the robot knew where it is, and not yet confirmed by where it stands.
+    doubtful: bool,
     mention: Mention,
 }
 
@@ -29,7 +29,7 @@ impl Claim {
             replica,
             fence: 0,
             waits_for: String::new(),
-            inherited: false,
+            doubtful: false,
             mention: Mention::default(),
         }
     }
@@ -73,11 +73,12 @@ impl Claims {
     /// Takes over where the mediator left the robot before its restart.
     pub(super) fn inherit(&mut self, grant: &AccessGrant) -> Result<(), BadLevel> {
         let level = level::decode(grant.level.as_ref())?;
+        let replica = Replica::resume(&self.protocol.protocol, ROBOT_PARTY, level)?;
         let claim = Claim {
-            replica: Replica::resume(&self.protocol.protocol, ROBOT_PARTY, level)?,
+            doubtful: self.protocol.is_held(replica.position()),
+            replica,
             fence: grant.fence,
             waits_for: grant.waits_for.clone(),
-            inherited: true,
             mention: Mention::default(),
         };
         self.by_area.insert(grant.area.clone(), claim);
@@ -122,7 +123,7 @@ impl Claims {
 
     pub(super) fn holds(&self, area: &str) -> bool {
         let claim = self.by_area.get(area);
-        claim.is_some_and(|claim| self.is_held(claim) && !claim.inherited)
+        claim.is_some_and(|claim| self.is_held(claim) && !claim.doubtful)
     }
 
     pub(super) fn is_entered(&self, area: &str) -> bool {
@@ -156,16 +157,30 @@ impl Claims {
         }
     }
 
+    /// Where the robot was so far may be wrong: also what it has asked for it may be granted because it was thought to stand there.
+    pub(super) fn doubt(&mut self) {
+        let protocol = &self.protocol.protocol;
+        for claim in self.by_area.values_mut() {
+            let at = claim.replica.position();
+            claim.doubtful = at != Position::START && !protocol.is_end(at);
+        }
+    }
+
     /// Sets `entered`, `released` and `returned` by where the robot stands and what it wants. Returns whether one was set.
     pub(super) fn follow(&mut self, situation: &Situation, wanted: &[String]) -> bool {
         let protocol = &self.protocol;
         let mut news = false;
         for (area, claim) in &mut self.by_area {
             let stands = situation.stands_in.contains(area);
-            // What it was granted before it restarted and does not stand in, it gives back: the mediator may have lost more.
-            let inherited = std::mem::take(&mut claim.inherited);
-            let wants = wanted.contains(area) && !inherited;
             let at = claim.replica.position();
+            // What it was granted before it restarted and does not stand in, it gives back: the mediator may have lost more. And so
+            // what it has by another pose, or is granted because it asked by that.
+            let is_held = at == protocol.granted_at || at == protocol.entered_at;
+            let wants = if is_held && std::mem::take(&mut claim.doubtful) {
+                situation.committed.contains(area)
+            } else {
+                wanted.contains(area)
+            };
             let flag = if at == protocol.granted_at && stands {
                 Some(protocol.entered)
             } else if at == protocol.granted_at && !wants {

@@ -24,6 +24,18 @@ pub struct Order {
     pub repeated: bool,
 }
 
+impl Order {
+    /// By which a robot goes on that had restarted when its coordination let it go.
+    pub(super) fn release(instruction: &wire::Instruction) -> Self {
+        Self {
+            coordination: 0,
+            flag: RELEASE.to_owned(),
+            instruction: instruction.into(),
+            repeated: true,
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct Control {
     pub(super) coordination: u64,

@@ -79,6 +79,11 @@ impl Revocations {
         Ok(())
     }
 
+    /// The grant of this area is asked back, and there is no answer yet.
+    pub(super) fn asks_for(&self, area: &str) -> bool {
+        self.by_area.get(area).is_some_and(Revocation::is_asked)
+    }
+
     /// Answers what is asked: gives back what the robot neither stands in nor is about to enter. Returns whether there is news.
     pub(super) fn answer(
         &mut self,

@@ -84,6 +84,14 @@ impl Client {
                 return received;
             }
         };
+        if registers {
+            let release = message
+                .take_up
+                .as_ref()
+                .and_then(|own| own.release.as_ref());
+            self.last_order = release.map(Order::release);
+            self.counters.let_go += u64::from(release.is_some());
+        }
         for grant in &message.access {
             let learned = if registers {
                 self.claims.inherit(grant)
@@ -135,12 +143,20 @@ impl Client {
         self.counters.bad_levels += u64::from(learned.is_err());
     }
 
+    /// The robot was given another pose than it had: what it has and does not stand in by that, it gives back.
+    pub fn placed_anew(&mut self) {
+        self.claims.doubt();
+    }
+
     /// Sets the robot's flags by where it is and wants to be. Returns whether there is news to report.
     pub fn step(&mut self, situation: Situation, now_ns: u64, silent_after_ns: u64) -> bool {
         let mut news = self.situation.stands_in != situation.stands_in
             || self.situation.located != situation.located
             || self.situation.fsm_state != situation.fsm_state;
         news |= self.session.listen(now_ns, silent_after_ns);
+        if situation.located && !self.situation.located {
+            self.claims.doubt();
+        }
         self.situation = situation;
         if !self.session.is_registered() {
             return news;
@@ -231,11 +247,13 @@ impl Client {
         }
     }
 
-    /// Whether the robot may be in the area: it was granted it, and stands in it or may enter it, by its lease.
+    /// Whether the robot may be in the area: it was granted it, and stands in it or may enter it, by its lease and since nobody has
+    /// asked for it back.
     #[must_use]
     pub fn may_be_in(&self, area: &str, now_ns: u64) -> bool {
         let stands = || { self.situation.stands_in.iter() }.any(|other| other == area);
-        self.holds(area) && (stands() || self.has_lease(now_ns))
+        let may_enter = || self.has_lease(now_ns) && !self.revocations.asks_for(area);
+        self.holds(area) && (stands() || may_enter())
     }
 
     /// Whether the robot may newly enter what it was granted: the mediator says that it has a report which was sent within

@@ -101,6 +101,7 @@ impl View<'_> {
             // Known only if this mediator has heard it: from a journal the pose would be too old.
             pose: occupant.pose,
             fsm_state: occupant.fsm_state.clone(),
+            release: self.coordinations.release_from(robot, &occupant.fsm_state),
         })
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use contract::protocols::flags_and_paths;
-use contract::wire::{ControlFlag, ControlPath};
+use contract::protocols::{RELEASE, flags_and_paths};
+use contract::wire::{ControlFlag, ControlPath, Instruction};
 use coordination::analysis::Proof;
 use coordination::petri::Net;
 use coordination::protocol::{FlagId, Position, Protocol};
@@ -78,6 +78,12 @@ impl Script {
             flags,
             paths,
         }
+    }
+
+    /// What the robot does when it is let go.
+    pub(crate) fn release(&self) -> Option<Instruction> {
+        let release = self.flags.iter().find(|flag| flag.name == RELEASE);
+        release.and_then(|flag| flag.instruction.clone())
     }
 }
 

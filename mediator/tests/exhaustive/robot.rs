@@ -21,6 +21,8 @@ pub struct Robot {
     pub body: u8,
     /// The area before which it can no longer stop, and until when it has entered or stands, by its own clock.
     pub committed: Option<(u8, u64)>,
+    /// That was a process before this one, which knows nothing of it.
+    pub is_unaware: bool,
     pub is_cut: bool,
     /// It has reported since the last tick.
     pub talked: bool,
@@ -38,6 +40,7 @@ impl Robot {
             boots: 0,
             body: 0,
             committed: None,
+            is_unaware: false,
             is_cut: false,
             talked: false,
             wants: true,
@@ -57,6 +60,7 @@ impl Robot {
 
     pub fn start(&mut self) {
         self.boots += 1;
+        self.is_unaware = self.committed.is_some();
         let boot_epoch = 100 * (u64::from(self.number) + 1) + u64::from(self.boots);
         self.client = Some(Kept::new(Client::new(self.id(), SITE, boot_epoch)));
     }
@@ -105,6 +109,7 @@ impl Robot {
         };
         let until_ns = self.now_ns(tick) + ENTERS_WITHIN_NS + longer_ns;
         self.committed = self.next().map(|next| (next, until_ns));
+        self.is_unaware = false;
     }
 
     /// Time has passed: what was to be entered and was not, the robot stands before.
@@ -133,7 +138,9 @@ impl Robot {
             located: true,
             stands_in: named(self.body),
             wanted: named(self.body | next),
-            committed: named(self.committed.map_or(0, |(area, _)| 1 << area)),
+            committed: named(
+                { self.committed.filter(|_| !self.is_unaware) }.map_or(0, |(area, _)| 1 << area),
+            ),
             ..Situation::default()
         }
     }

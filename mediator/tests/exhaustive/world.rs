@@ -131,13 +131,14 @@ impl World {
                 boots,
                 body,
                 committed,
+                is_unaware,
                 is_through,
                 is_cut,
                 talked,
                 wants,
             } = robot;
             (client.as_ref().map(Kept::key), boots, body, committed).hash(&mut hasher);
-            (is_cut, talked, wants, is_through).hash(&mut hasher);
+            (is_cut, talked, wants, is_through, is_unaware).hash(&mut hasher);
         }
         let late = self.late.as_ref().map(Kept::key);
         (self.tick, self.manager.key(), self.journal.key(), late).hash(&mut hasher);

@@ -143,6 +143,7 @@ impl Member {
     /// Navigation was put somewhere, by [`Directive::Relocate`] or by an operator, and the pose given from now on says so.
     pub fn relocated(&mut self) {
         self.origin = Origin::Known;
+        self.client.placed_anew();
     }
 
     /// What navigation says to [`Directive::Instruct`].

@@ -31,7 +31,9 @@ impl Began {
             (Self::Lost, _) => None,
             (Self::Afresh { ended }, _) => ended,
         };
-        let TakeUp { pose, fsm_state } = take_up.cloned().unwrap_or_default();
+        let TakeUp {
+            pose, fsm_state, ..
+        } = take_up.cloned().unwrap_or_default();
         let state = states.iter().position(|state| state.name == fsm_state);
         let state = state.and_then(|state| u16::try_from(state).ok());
         let heard = pose.filter(|pose| Pose2::from(pose).is_finite());

@@ -1,5 +1,6 @@
 //! One robot against scripted messages.
 
+mod grants;
 mod lease;
 mod mediators;
 
@@ -8,7 +9,7 @@ use crate::VERSION;
 use crate::floor::Floor;
 use crate::wire::{
     Access, AccessGrant, Control, ControlFlag, ControlPath, Instruction, Level, MediatorReport,
-    RobotReport,
+    RobotReport, TakeUp,
 };
 
 const SECOND_NS: u64 = 1_000_000_000;
@@ -283,84 +284,25 @@ fn a_larger_number_replaces_and_a_broken_one_is_counted() {
     assert_eq!(client.counters().bad_levels, 2);
 }
 
-fn revocation(progress: u32, fence: u64) -> Access {
-    Access {
-        area: "2".into(),
-        level: level(0, 0, progress),
-        fence,
-    }
-}
-
-/// Asked for and granted area 2, then asked back by `fence`.
-fn revoked(fence: u64, now: Situation) -> (Client, RobotReport) {
-    let mut client = registered();
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
-    let mut told = message(2);
-    told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
-    client.receive(&told, 0);
-    assert!(client.holds("2"));
-    let mut told = message(3);
-    told.revocations = vec![revocation(1, fence)];
-    client.receive(&told, 0);
-    assert!(client.holds("2"), "until it answers");
-    client.step(now, 0, SECOND_NS);
-    let report = client.report();
-    (client, report)
-}
-
 #[test]
-fn a_robot_that_can_stop_yields() {
-    let (client, report) = revoked(5, situation(&["1"], &["1", "2"], &[]));
-    assert!(!client.holds("2"));
-    assert_eq!(client.counters().yielded, 1);
-    let answer = report.revocations[0]
-        .level
-        .map(|level| (level.path, level.progress));
-    assert_eq!(answer, Some((0, 2)), "yielded");
-    let access = report.access.iter().find(|access| access.area == "2");
-    let access = access.and_then(|access| access.level);
-    assert_eq!(
-        access.map(|level| (level.path, level.progress)),
-        Some((1, 3)),
-        "returned"
-    );
-}
-
-#[test]
-fn a_robot_that_cannot_stop_keeps_it() {
-    for now in [
-        situation(&["1"], &["1", "2"], &["2"]),
-        situation(&["1", "2"], &["1", "2"], &[]),
-    ] {
-        let (client, report) = revoked(5, now);
-        assert!(client.holds("2"));
-        assert_eq!(client.counters().kept, 1);
-        let answer = report.revocations[0]
-            .level
-            .map(|level| (level.path, level.progress));
-        assert_eq!(answer, Some((1, 2)), "kept");
-    }
-}
-
-#[test]
-fn a_revocation_of_an_older_grant_takes_nothing() {
-    let (client, report) = revoked(4, situation(&["1"], &["1", "2"], &[]));
-    assert!(client.holds("2"));
-    let answer = report.revocations[0]
-        .level
-        .map(|level| (level.path, level.progress));
-    assert_eq!(answer, Some((0, 2)), "that one was given back before");
-}
-
-#[test]
-fn grants_from_before_a_restart_are_given_back_where_it_does_not_stand() {
+fn a_robot_that_had_restarted_when_it_was_let_go_is_released_when_it_registers() {
     let mut client = Client::new("amr-1", "corridor", 7);
     let mut told = message(1);
-    told.access = vec![grant("1", 3, 1), grant("2", 2, 5), grant("3", 3, 2)];
+    told.take_up = Some(TakeUp {
+        fsm_state: "halted".into(),
+        release: Some(Instruction {
+            event: "resume".into(),
+            ..Instruction::default()
+        }),
+        ..TakeUp::default()
+    });
     client.receive(&told, 0);
-    assert!(!client.holds("1") && !client.holds("2") && !client.holds("3"));
-    client.step(situation(&["1"], &["1", "2", "3"], &[]), 0, SECOND_NS);
-    assert!(client.holds("1") && !client.holds("2") && !client.holds("3"));
+    let order = client.next_order().expect("there is one");
+    assert_eq!(order.instruction.event.as_deref(), Some("resume"));
+    // Once: it is told where it was until it has said where it is.
+    told.sequence = 2;
+    client.receive(&told, 0);
+    assert_eq!(client.next_order(), None);
 }
 
 #[test]

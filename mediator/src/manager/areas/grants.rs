@@ -26,9 +26,7 @@ impl Areas {
             self.judge_capacity(area, &inside, sessions, effects);
             if self.is_closed(area) {
                 // One that is on its way would meet whoever should not be there.
-                inside
-                    .iter()
-                    .for_each(|&robot| self.revoke(robot, area, effects));
+                self.revoke_what_is_not_used(area, effects);
             }
             self.serve_area(area, inside, sessions, reservations, effects);
         }

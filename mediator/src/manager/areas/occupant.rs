@@ -13,6 +13,8 @@ pub(crate) struct Occupant {
     pub(crate) placed: bool,
     /// Areas it reaches into, sorted.
     pub(crate) stands_in: Vec<usize>,
+    /// Areas that it was in and gave back, while it knew where it was; until its report is taken in.
+    pub(crate) left: Vec<usize>,
     /// Areas in which it stood when it registered, without a grant.
     pub(crate) found_in: Vec<usize>,
     /// Areas for which an alarm was raised because it intrudes.

@@ -77,6 +77,9 @@ impl Areas {
                 }
                 Deed::Entered => self.concern(area, robot),
                 Deed::GaveBack { entered } => {
+                    if entered {
+                        self.robots[robot].left.push(area);
+                    }
                     effects.counters.given_back += 1;
                     reservations.gave_back(robot, area, entered, effects);
                     self.unconcern(area, robot);
@@ -201,9 +204,11 @@ impl Areas {
             }
         }
         let occupant = &mut self.robots[robot];
+        let left = std::mem::take(&mut occupant.left);
         if !report.located {
-            // Where it says it stands may be wrong: it may still be where it was.
-            stands_in.extend_from_slice(&occupant.stands_in);
+            // Where it says it stands may be wrong: it may still be where it was, but for what it had left before.
+            let was_in = { occupant.stands_in.iter() }.filter(|area| !left.contains(area));
+            stands_in.extend(was_in);
         }
         stands_in.sort_unstable();
         stands_in.dedup();

@@ -33,8 +33,15 @@ impl Areas {
         }
     }
 
+    /// Asks for all grants of an area back whose robots are not in it yet.
+    pub(crate) fn revoke_what_is_not_used(&mut self, area: usize, effects: &mut Effects) {
+        for robot in self.occupants(area).collect::<Vec<usize>>() {
+            self.revoke(robot, area, effects);
+        }
+    }
+
     /// Asks once for a grant back whose robot is not in the area yet.
-    pub(super) fn revoke(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+    fn revoke(&mut self, robot: usize, area: usize, effects: &mut Effects) {
         let occupant = &mut self.robots[robot];
         let stands = occupant.stands_in(area);
         let claim = { occupant.claims.get(area) }

@@ -226,6 +226,36 @@ fn an_intruder_closes_the_area_until_it_has_left() {
     assert_eq!(bench.holder(), Some(1));
 }
 
+/// The last thing that it said while it knew where it was is that it had left; the report that said where it went was lost.
+#[test]
+fn a_robot_that_is_lost_is_not_where_it_had_left() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.report(0, true, (0, 3, 1));
+    let lost = RobotReport {
+        access: vec![Access {
+            area: "gate".into(),
+            level: Some(Level {
+                progress: 4,
+                ..Level::default()
+            }),
+            fence: 1,
+        }],
+        ..RobotReport::default()
+    };
+    let (nets, effects) = (&mut bench.nets, &mut bench.effects);
+    bench.areas.take_in(0, &lost, false, 0, nets, effects);
+    bench.areas.place(0, &lost, &mut bench.effects);
+    assert!(!bench.areas.robot(0).occupies(0) && bench.effects.alarms.is_empty());
+    // Where it was and has not left, it may be.
+    bench.report(1, true, (0, 0, 0));
+    bench
+        .areas
+        .place(1, &RobotReport::default(), &mut bench.effects);
+    assert!(bench.areas.robot(1).occupies(0));
+}
+
 #[test]
 fn a_robot_that_was_found_in_the_area_is_no_intruder_and_comes_first() {
     let mut bench = Bench::new();

@@ -3,6 +3,7 @@
 use super::running::Coordinations;
 use super::surroundings::Surroundings;
 use crate::nets::{Cast, Kind};
+use contract::wire::Instruction;
 
 impl Coordinations {
     /// The first situation of a plan that has come, with a robot for each role.
@@ -33,6 +34,29 @@ impl Coordinations {
                     .collect()
             });
             Some((index, distinct(&candidates.collect::<Vec<_>>())?))
+        })
+    }
+
+    /// What lets a robot go from a state into which it was sent to be out of the way, and in which it waits for nobody any more:
+    /// it had restarted when it was let go.
+    pub(crate) fn release_from(&self, robot: usize, state: &str) -> Option<Instruction> {
+        if self.control_of(robot).is_some() {
+            return None;
+        }
+        self.plans.iter().find_map(|plan| {
+            let roles = plan
+                .preempt
+                .iter()
+                .flat_map(|preempt| preempt.yields.iter().enumerate());
+            let mut fitting = roles.filter(|(role, yields)| {
+                let mut casts = plan
+                    .situations
+                    .iter()
+                    .map(|situation| &situation.casts[*role]);
+                yields.states.iter().any(|own| own == state)
+                    && casts.any(|cast| cast.robots.contains(&robot))
+            });
+            fitting.find_map(|(_, yields)| yields.script.release())
         })
     }
 

@@ -19,6 +19,7 @@ impl Coordinations {
             self.step(plan, around);
         }
         for plan in 0..self.plans.len() {
+            self.empty(plan, around);
             if let Some((situation, robots)) = self.situation(plan, around) {
                 let number = self.next_number(around.effects);
                 let own = &self.plans[plan];
@@ -26,6 +27,16 @@ impl Coordinations {
                 self.begin(plan, instance);
                 self.changed(plan, around);
                 self.step(plan, around);
+            }
+        }
+    }
+
+    /// A net that decides about areas begins when they are empty: whoever has one of them meanwhile, and is not there yet, stays
+    /// out. It may meet a robot that the net does not know of.
+    fn empty(&self, plan: usize, around: &mut Surroundings<'_>) {
+        if self.get(plan).is_none() {
+            for &area in &self.plans[plan].governed {
+                around.areas.revoke_what_is_not_used(area, around.effects);
             }
         }
     }
@@ -225,11 +236,11 @@ impl Coordinations {
             self.break_off(plan, around);
         } else {
             self.end(plan, around);
-            // What was ended would begin again at once.
-            let held_off_ns = around
-                .now_ns
-                .saturating_add(self.plans[plan].alarm_after_ns);
-            self.held_off_ns[plan] = held_off_ns;
+            // What was ended would begin again at once; without a net that decides about areas, nobody would be let into them.
+            let own = &self.plans[plan];
+            if own.governed.is_empty() {
+                self.held_off_ns[plan] = around.now_ns.saturating_add(own.alarm_after_ns);
+            }
         }
         Some((name, !yields))
     }

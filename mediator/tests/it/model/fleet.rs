@@ -3,22 +3,22 @@
 use std::collections::BTreeMap;
 
 use super::floor::{Floor, SILENT_NS};
-use super::journal::{Journal, Left};
+use super::journal::Journal;
+use super::mediators::Mediator;
 use super::robot::{Process, Robot};
 use super::second::Second;
 use super::tally::Tally;
 use crate::random::Random;
 use contract::client::Client;
 use contract::wire::{MediatorReport, RobotReport};
-use mediator::journal::Entry;
-use mediator::manager::{Alarm, BadReport, ClearError, CoordinationStatus, Manager};
+use mediator::manager::CoordinationStatus;
 
-const STEP_MS: u64 = 20;
+pub(super) const STEP_MS: u64 = 20;
 const REPORT_MS: u64 = 200;
 /// No message is later than that, but those that come again.
 const LATEST_MS: u64 = 2_000;
 /// The first mediator has started at 0: long enough before that nobody may still enter what one before it has granted.
-const BEGINS_MS: u64 = 10_000;
+pub(super) const BEGINS_MS: u64 = 10_000;
 
 /// What goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,10 +37,18 @@ pub struct Faults {
     pub stuck_per_mille: u64,
     /// Robots have second processes.
     pub seconds: bool,
-    /// A robot is out of reach for seconds, and an operator clears areas that he sees empty.
+    /// A robot is out of reach for seconds, of one mediator or of all.
     pub cuts: bool,
-    /// Everybody crashes once in this many steps, on average.
+    /// An operator orders whatever he may, at any moment, and says only what he sees.
+    pub operator: bool,
+    /// Robots do not know for seconds where they are, or are wrong about it.
+    pub poses: bool,
+    /// A second mediator runs for a while, with a journal of its own.
+    pub spare: bool,
+    /// Everybody crashes once in this many steps, on average,
     pub every: u64,
+    /// and a mediator in one of so many of those in which it writes.
+    pub stops_at: u64,
 }
 
 impl Faults {
@@ -53,7 +61,11 @@ impl Faults {
         stuck_per_mille: 0,
         seconds: false,
         cuts: false,
+        operator: false,
+        poses: false,
+        spare: false,
         every: u64::MAX,
+        stops_at: 40,
     };
     pub const ALL: Self = Self {
         network: true,
@@ -64,14 +76,19 @@ impl Faults {
         stuck_per_mille: 150,
         seconds: false,
         cuts: false,
+        operator: false,
+        poses: false,
+        spare: false,
         every: 250,
+        stops_at: 40,
     };
 }
 
+/// Between a mediator, by number, and a robot.
 #[derive(Clone)]
-enum Message {
-    ToMediator(RobotReport),
-    ToRobot(MediatorReport),
+pub(super) enum Message {
+    ToMediator(usize, RobotReport),
+    ToRobot(usize, MediatorReport),
 }
 
 /// Where a mediator stops for good within a step.
@@ -112,28 +129,29 @@ pub enum Broken {
 }
 
 pub struct Fleet {
-    floor: Floor,
-    robots: Vec<Robot>,
+    pub(super) floor: Floor,
+    pub(super) robots: Vec<Robot>,
     second: Option<Second>,
-    manager: Option<Manager>,
-    manager_restart_ms: u64,
-    journal: Journal,
+    /// The first one, and a spare one while there is one.
+    pub(super) mediators: Vec<Mediator>,
     network: Vec<(u64, Message)>,
-    /// A robot that is out of reach, and until when.
-    cut: Option<(usize, u64)>,
+    /// A robot that is out of reach, of which mediator, or of all, and until when.
+    cut: Option<(usize, Option<usize>, u64)>,
     /// Messages of long ago.
     past: Vec<Message>,
     /// Until then some arrive.
-    replays_until_ms: u64,
-    now_ms: u64,
-    seed: u64,
-    accusations: Vec<String>,
-    tally: Tally,
+    pub(super) replays_until_ms: u64,
+    pub(super) now_ms: u64,
+    pub(super) seed: u64,
+    pub(super) accusations: Vec<String>,
+    pub(super) tally: Tally,
     /// Steps of mediators so far that had something to write.
-    writes: u64,
+    pub(super) writes: u64,
     /// The mediator stops in the step with this number of those that write, at that point.
-    stop: Option<(u64, Point)>,
-    broken: Option<Broken>,
+    pub(super) stop: Option<(u64, Point)>,
+    pub(super) broken: Option<Broken>,
+    /// Nothing goes wrong any more.
+    pub(super) is_recovered: bool,
 }
 
 impl Fleet {
@@ -142,9 +160,7 @@ impl Fleet {
             floor,
             robots,
             second: None,
-            manager: None,
-            manager_restart_ms: 0,
-            journal: Journal::default(),
+            mediators: vec![Mediator::new(Journal::of(1), 0)],
             network: Vec::new(),
             cut: None,
             past: Vec::new(),
@@ -156,6 +172,7 @@ impl Fleet {
             writes: 0,
             stop: None,
             broken: None,
+            is_recovered: false,
         }
     }
 
@@ -193,24 +210,37 @@ impl Fleet {
             }
             if faults.cuts {
                 self.cut_somebody_off(random);
-                self.clear_what_is_empty(random);
             } else {
                 self.cut = None;
             }
+            if faults.operator {
+                self.operate(random);
+            }
+            if faults.poses {
+                self.mislead_somebody(random);
+            }
+            self.keep_a_spare(faults.spare, random);
             self.deliver(faults, random);
             self.drive(random);
             self.step_robots(faults, random);
             self.step_second(faults, random);
-            self.step_manager(None, faults, random);
+            for number in 0..self.mediators.len() {
+                self.step_mediator(number, None, faults, random);
+            }
             self.judge();
         }
     }
 
-    /// Whoever is down starts at once.
+    /// Whoever is down starts at once, robots know where they are, and operators have put everything back.
     pub fn recover(&mut self) {
-        self.manager_restart_ms = self.now_ms;
+        self.mediators[0].restart_ms = self.now_ms;
+        self.is_recovered = true;
+        self.open_all();
         for robot in &mut self.robots {
             robot.restart_ms = self.now_ms;
+            robot.is_away = false;
+            let mistake = robot.mistake.take();
+            robot.is_found(mistake);
         }
     }
 
@@ -234,24 +264,31 @@ impl Fleet {
         {
             tally.add_client(&process.client.counters());
         }
-        if let Some(manager) = &self.manager {
-            tally.add_manager(&manager.counters());
+        for mediator in &self.mediators {
+            if let Some(manager) = &mediator.manager {
+                tally.add_manager(&manager.counters());
+            }
         }
         tally
     }
 
     /// Coordinations that this mediator remembers or runs.
     pub fn coordinations(&self) -> Vec<CoordinationStatus> {
-        let status =
-            { self.manager.as_ref() }.map(|manager| manager.status(self.now_ms * 1_000_000));
+        let manager = self.mediators[0].manager.as_ref();
+        let status = manager.map(|manager| manager.status(self.now_ms * 1_000_000));
         status.map_or_else(Vec::new, |status| status.coordinations)
     }
 
     pub fn explain(&self) -> String {
         let now_ns = self.now_ms * 1_000_000;
-        let status = self.manager.as_ref().map(|manager| manager.status(now_ns));
+        let managers = self.mediators.iter().map(|own| own.manager.as_ref());
+        let status: Vec<_> = { managers.clone() }
+            .map(|manager| manager.map(|manager| manager.status(now_ns)))
+            .collect();
         let why = { self.robots.iter() }.map(|robot| {
-            let why = { self.manager.as_ref() }.map(|manager| manager.why(&robot.id, now_ns));
+            let why: Vec<_> = { managers.clone() }
+                .map(|manager| manager.map(|manager| manager.why(&robot.id, now_ns)))
+                .collect();
             let client = robot.process.as_ref().map(|process| {
                 let client = &process.client;
                 (
@@ -261,9 +298,10 @@ impl Fleet {
                 )
             });
             format!(
-                "{} in {:?}, client {client:?}: {why:?}",
+                "{} in {:?}, {}, client {client:?}: {why:?}",
                 robot.id,
                 robot.stands_in(&self.floor),
+                robot.describe(),
             )
         });
         format!(
@@ -293,95 +331,46 @@ impl Fleet {
                 self.tally.robot_crashes += 1;
             }
         }
-        if self.manager.is_some() && random.below(faults.every) == 0 {
-            self.crash_manager(faults, random);
+        for number in 0..self.mediators.len() {
+            if self.mediators[number].manager.is_some() && random.below(faults.every) == 0 {
+                self.crash_mediator(number, faults, random);
+            }
         }
     }
 
     fn cut_somebody_off(&mut self, random: &mut Random) {
-        self.cut.take_if(|(_, until_ms)| self.now_ms >= *until_ms);
+        self.cut.take_if(|(.., until_ms)| self.now_ms >= *until_ms);
         if self.cut.is_none() && random.below(50) == 0 {
             let robot = random.below(self.robots.len() as u64) as usize;
-            self.cut = Some((robot, self.now_ms + 5_000 + random.below(7_000)));
+            // Where there is only one, mostly of that.
+            let mediator = { random.chance(50) }.then(|| random.below(self.mediators.len() as u64));
+            let mediator = mediator.map(|number| number as usize);
+            self.cut = Some((robot, mediator, self.now_ms + 5_000 + random.below(7_000)));
             self.tally.cuts += 1;
         }
     }
 
     fn is_cut_off(&self, message: &Message) -> bool {
-        let id = match message {
-            Message::ToMediator(report) => &report.robot_id,
-            Message::ToRobot(message) => &message.robot_id,
+        let (number, id) = match message {
+            Message::ToMediator(number, report) => (number, &report.robot_id),
+            Message::ToRobot(number, message) => (number, &message.robot_id),
         };
-        self.cut
-            .is_some_and(|(robot, _)| self.robots[robot].id == *id)
-    }
-
-    /// An operator sees no body in an area, and says so. He knows nothing of grants.
-    fn clear_what_is_empty(&mut self, random: &mut Random) {
-        if random.below(4) != 0 {
-            return;
-        }
-        let area = random.below(self.floor.limits.len() as u64) as usize;
-        let is_empty =
-            { self.robots.iter() }.all(|robot| !robot.stands_in(&self.floor).contains(&area));
-        if let Some(manager) = self.manager.as_mut().filter(|_| is_empty) {
-            let now_ns = self.now_ms * 1_000_000;
-            match manager.clear(self.floor.name(area), true, now_ns) {
-                Ok(of) => self.tally.cleared += u64::from(!of.is_empty()),
-                Err(ClearError::MayEnter { .. }) => self.tally.not_yet_cleared += 1,
-                Err(_) => {}
-            }
-        }
-    }
-
-    fn crash_manager(&mut self, faults: Faults, random: &mut Random) {
-        if let Some(manager) = self.manager.take() {
-            self.tally.add_manager(&manager.counters());
-        }
-        self.manager_restart_ms = self.now_ms + random.below(3_000);
-        self.tally.mediator_crashes += 1;
-        if faults.power && random.chance(30) {
-            self.tally.writes_lost += self.journal.lose_power(random);
-            self.tally.power_losses += 1;
-        }
-        match self.broken {
-            Some(Broken::ForgetsJournal) => self.journal.forget(Left::Epoch),
-            Some(Broken::ForgetsEpoch) => self.journal.forget(Left::Nothing),
-            Some(Broken::AwaitsNobody) => self.journal.forget(Left::Absence),
-            _ => {}
-        }
-        if faults.journal && random.chance(50) {
-            self.journal.lose(random);
-            self.tally.journals_lost += 1;
-        }
+        self.cut.is_some_and(|(robot, mediator, _)| {
+            self.robots[robot].id == *id && mediator.is_none_or(|own| own == *number)
+        })
     }
 
     fn start_whoever_is_due(&mut self, random: &mut Random) {
         for robot in &mut self.robots {
-            if robot.process.is_none() && self.now_ms >= robot.restart_ms {
+            if robot.process.is_none() && !robot.is_away && self.now_ms >= robot.restart_ms {
                 let client = Client::new(&robot.id, &self.floor.setup.site, random.next() | 1);
                 let client = client.on(self.floor.setup.floor.clone());
                 robot.process = Some(Process::new(client));
                 robot.until_ms = self.now_ms + random.below(500);
             }
         }
-        if self.manager.is_none() && self.now_ms >= self.manager_restart_ms {
-            let stored = self.journal.read();
-            let plans = self.floor.plans.clone();
-            let now_ns = self.now_ms * 1_000_000;
-            let is_first = self.now_ms <= BEGINS_MS + STEP_MS;
-            let start_ns = if is_first { 0 } else { now_ns };
-            let manager = Manager::with_plans(&self.floor.setup, plans, stored, start_ns);
-            let mut manager = manager.expect("its own journal").speaks_as(self.now_ms | 1);
-            for listed in &self.floor.setup.robots {
-                if !self.robots.iter().any(|robot| robot.id == listed.id) {
-                    manager.absent(&listed.id, now_ns).expect("nobody hears it");
-                }
-            }
-            // Nothing is told before the new epoch is on the disk.
-            self.journal.write(manager.entries().collect());
-            self.journal.keep();
-            self.manager = Some(manager);
+        for number in 0..self.mediators.len() {
+            self.start_mediator_if_due(number);
         }
     }
 
@@ -399,8 +388,10 @@ impl Fleet {
         }
         for message in due {
             match message {
-                Message::ToMediator(report) => self.step_manager(Some(&report), faults, random),
-                Message::ToRobot(message) => {
+                Message::ToMediator(number, report) => {
+                    self.step_mediator(number, Some(&report), faults, random);
+                }
+                Message::ToRobot(_, message) => {
                     let mut robots = self.robots.iter_mut().enumerate();
                     let robot = robots.find(|(_, robot)| robot.id == message.robot_id);
                     let Some((number, robot)) = robot else {
@@ -417,7 +408,15 @@ impl Fleet {
         }
     }
 
-    fn send(&mut self, message: Message, faults: Faults, random: &mut Random) {
+    /// All mediators hear robots.
+    fn say(&mut self, report: &RobotReport, faults: Faults, random: &mut Random) {
+        for number in 0..self.mediators.len() {
+            let message = Message::ToMediator(number, report.clone());
+            self.send(message, faults, random);
+        }
+    }
+
+    pub(super) fn send(&mut self, message: Message, faults: Faults, random: &mut Random) {
         if self.is_cut_off(&message) {
             return;
         }
@@ -458,7 +457,8 @@ impl Fleet {
             if robot.role == "emergency" && entered_first && acquired {
                 // Judged by the bodies: the robot that it passes stands completely aside.
                 let aside = self.robots.iter().any(|other| {
-                    other.role == "normal" && Some(other.spot) == lay_by && other.crossing.is_none()
+                    let is_aside = Some(other.spot) == lay_by && other.crossing.is_none();
+                    other.role == "normal" && (is_aside || other.was_mistaken)
                 });
                 assert!(
                     aside,
@@ -489,7 +489,8 @@ impl Fleet {
                         let old = stale(&mut process.client, &self.past, random);
                         self.tally.stale_levels += u64::from(old.is_some());
                         reports.extend(old);
-                    } else if self.tally.power_losses + self.tally.journals_lost == 0
+                    } else if self.tally.power_losses + self.tally.journals_lost + self.tally.spares
+                        == 0
                         && let Some(late) = late_release(&mut process.client, fences)
                     {
                         // Where the journal has lost entries, the mediator believes a robot's first report.
@@ -501,7 +502,7 @@ impl Fleet {
             }
         }
         for report in reports {
-            self.send(Message::ToMediator(report), faults, random);
+            self.say(&report, faults, random);
         }
     }
 
@@ -523,104 +524,16 @@ impl Fleet {
         if let Some(second) = &mut self.second {
             second.assert_has_nothing(&self.floor);
             if let Some(report) = second.step(now_ms) {
-                self.send(Message::ToMediator(report), faults, random);
+                self.say(&report, faults, random);
             }
-        }
-    }
-
-    /// Hands the manager a report, or lets time pass; then journal, then network, with a crash at any point between.
-    fn step_manager(&mut self, report: Option<&RobotReport>, faults: Faults, random: &mut Random) {
-        let now_ns = self.now_ms * 1_000_000;
-        let Some(manager) = &mut self.manager else {
-            return;
-        };
-        match report {
-            Some(report) => manager.report(report, now_ns),
-            None => manager.tick(now_ns),
-        }
-        let entries: Vec<_> = manager.entries().collect();
-        let asked = self.tally.journals_lost > 0;
-        let lost = asked || self.tally.power_losses > 0;
-        for alarm in manager.alarms() {
-            match alarm {
-                Alarm::Silent { .. }
-                | Alarm::Back { .. }
-                | Alarm::Still { .. }
-                | Alarm::Mute { .. } => {}
-                // Of reports with levels of long ago.
-                Alarm::BadReport {
-                    what: BadReport::Fence { .. },
-                    ..
-                } if self.now_ms < self.replays_until_ms => self.tally.refused += 1,
-                Alarm::Doubled { .. } if self.tally.seconds > 0 => self.tally.doubled += 1,
-                Alarm::Preempted { .. } => self.tally.preempted += 1,
-                Alarm::Forgotten { .. } if lost => self.tally.forgotten += 1,
-                Alarm::Bypassed { .. } if lost => self.tally.bypassed += 1,
-                Alarm::Adopted { .. } if lost => self.tally.adopted += 1,
-                // Reports of long ago tell of mediators that are gone.
-                Alarm::SecondMediator { .. } if asked => {}
-                Alarm::OlderJournal { .. } | Alarm::GoesOn { .. } if asked => {
-                    self.tally.asked += 1;
-                }
-                alarm => self
-                    .accusations
-                    .push(format!("{} ms: {alarm}", self.now_ms)),
-            }
-        }
-        let mut messages = Vec::new();
-        while let Some(message) = manager.next_message(now_ns) {
-            messages.push(message);
-        }
-        for entry in &entries {
-            match entry {
-                Entry::Number(_) => self.tally.coordinations += 1,
-                Entry::Coordination { record: None, .. } => self.tally.finished += 1,
-                _ => {}
-            }
-        }
-        let mut stop = None;
-        if !entries.is_empty() {
-            let planned = self.stop.take_if(|(write, _)| *write == self.writes);
-            self.writes += 1;
-            let random_stop = (faults.crashes && random.below(40) == 0)
-                .then(|| Point::ALL[random.below(4) as usize]);
-            stop = planned.map(|(_, point)| point).or(random_stop);
-        }
-        match stop {
-            Some(Point::BeforeJournal) => {
-                self.tally.before_journal += 1;
-                if self.broken == Some(Broken::TellsFirst) {
-                    for message in messages {
-                        self.send(Message::ToRobot(message), faults, random);
-                    }
-                }
-                // Nobody hears of it.
-                return self.crash_manager(faults, random);
-            }
-            Some(Point::AfterJournal) => {
-                self.tally.after_journal += 1;
-                messages.clear();
-            }
-            Some(Point::AmidMessages) => {
-                self.tally.amid_messages += 1;
-                messages.truncate(messages.len() / 2);
-            }
-            Some(Point::AfterMessages) => self.tally.after_messages += 1,
-            None => {}
-        }
-        self.journal.write(entries);
-        for message in messages {
-            self.send(Message::ToRobot(message), faults, random);
-        }
-        if stop.is_some() {
-            self.crash_manager(faults, random);
         }
     }
 
     /// Judges by where the bodies are, not by what anybody says.
     fn judge(&self) {
         let mut inside: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
-        for robot in &self.robots {
+        // Who was wrong about where it is has given back what it is in.
+        for robot in self.robots.iter().filter(|robot| !robot.was_mistaken) {
             for area in robot.stands_in(&self.floor) {
                 inside.entry(area).or_default().push(&robot.id);
             }
@@ -641,7 +554,7 @@ impl Fleet {
 
 /// A new report with levels and fences of long ago, as from a part of the robot that has fallen behind.
 fn stale(client: &mut Client, past: &[Message], random: &mut Random) -> Option<RobotReport> {
-    let Message::ToMediator(old) = past.get(random.below(100) as usize)? else {
+    let Message::ToMediator(_, old) = past.get(random.below(100) as usize)? else {
         return None;
     };
     let mut report = client.report();

@@ -17,7 +17,7 @@ pub struct Floor {
     pub plans: Vec<Arc<Plan>>,
     /// How many robots may truly be in each area.
     pub limits: Vec<u32>,
-    /// The areas that a robot takes in each spot.
+    /// The areas that a robot takes in each spot; the last one is outside all of them.
     pub spots: Vec<Vec<usize>>,
     /// Spots where robots are overtaken: beside the first, the first, the one behind it.
     pub lay_by: Option<usize>,
@@ -26,6 +26,11 @@ pub struct Floor {
 }
 
 impl Floor {
+    /// The spot beside all areas.
+    pub fn outside(&self) -> usize {
+        self.spots.len() - 1
+    }
+
     pub fn name(&self, area: usize) -> &str {
         &self.setup.areas[area].id
     }
@@ -82,7 +87,9 @@ impl Floor {
             setup,
             plans: Vec::new(),
             limits: capacities,
-            spots: (0..areas).map(|area| vec![area]).collect(),
+            spots: { (0..areas).map(|area| vec![area]) }
+                .chain([Vec::new()])
+                .collect(),
             lay_by: None,
             first: None,
             second: None,
@@ -109,7 +116,10 @@ impl Floor {
             robots.push(Robot::new("third", "normal", &route, third, 400, random));
             robots[2].dreams = true;
         }
-        let spots: Vec<Vec<usize>> = (0..setup.areas.len()).map(|area| vec![area]).collect();
+        let areas = 0..setup.areas.len();
+        let spots: Vec<Vec<usize>> = { areas.map(|area| vec![area]) }
+            .chain([Vec::new()])
+            .collect();
         place(&mut setup, &robots, &spots);
         let floor = Self {
             limits: setup.areas.iter().map(|area| area.capacity).collect(),
@@ -132,6 +142,7 @@ impl Floor {
             &["dock"],
             &["access-out"],
             &["access-in", "access-out"],
+            &[],
         ]
         .iter()
         .map(|ids| {

@@ -28,10 +28,11 @@ pub enum Left {
 /// A copy is made each time that this many writes were made.
 const COPIED_AFTER: u64 = 50;
 
-impl Default for Journal {
-    fn default() -> Self {
+impl Journal {
+    /// A file that is new.
+    pub fn of(number: u64) -> Self {
         let safe = Stored {
-            journal: 1,
+            journal: number,
             ..Stored::default()
         };
         Self {
@@ -41,9 +42,7 @@ impl Default for Journal {
             safe,
         }
     }
-}
 
-impl Journal {
     pub fn write(&mut self, entries: Vec<Entry>) {
         if entries.is_empty() {
             return;

@@ -4,6 +4,15 @@ use super::floor::Floor;
 use crate::random::Random;
 use contract::client::{Client, Order, Situation};
 
+/// Why a robot says something else than where its body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mistake {
+    /// It does not know where it is, and says so.
+    Lost,
+    /// Somebody has given it another pose, of a robot in this spot.
+    Elsewhere(usize),
+}
+
 /// The body.
 pub struct Robot {
     pub id: String,
@@ -31,6 +40,12 @@ pub struct Robot {
     /// Now and then something stands before the border for seconds, and then leaves.
     pub is_hindered: bool,
     hindered_until_ms: u64,
+    /// It stands outside all areas, and is switched off.
+    pub is_away: bool,
+    /// What is wrong with its pose, and until when.
+    pub mistake: Option<(Mistake, u64)>,
+    /// Its pose was wrong since it last entered an area.
+    pub was_mistaken: bool,
     /// Such an area, until when, and whether it says that it could not stop before it.
     dream: Option<(usize, u64, bool)>,
     pub process: Option<Process>,
@@ -130,6 +145,9 @@ impl Robot {
             no_lease: false,
             is_hindered: false,
             hindered_until_ms: 0,
+            is_away: false,
+            mistake: None,
+            was_mistaken: false,
             dream: None,
             process: None,
             restart_ms: random.below(500),
@@ -174,6 +192,47 @@ impl Robot {
         self.until_ms = u64::MAX;
     }
 
+    /// Somebody switches it off and carries it.
+    pub fn is_taken_to(&mut self, spot: usize) {
+        self.process = None;
+        self.is_away = true;
+        self.spot = spot;
+        (self.crossing, self.committed, self.mistake) = (None, None, None);
+        self.was_mistaken = false;
+        self.until_ms = u64::MAX;
+    }
+
+    /// Where it was carried to it starts again.
+    pub fn is_put_back(&mut self, now_ms: u64) {
+        if std::mem::take(&mut self.is_away) {
+            self.restart_ms = now_ms;
+        }
+    }
+
+    /// For people.
+    pub fn describe(&self) -> String {
+        let process = self.process.as_ref();
+        format!(
+            "{} on its way to {}, until {} ms, by order {:?}",
+            process.map_or("off", |own| own.state),
+            self.next(),
+            self.until_ms,
+            process.and_then(|own| own.order.as_ref()),
+        )
+    }
+
+    /// Somebody tells a robot that was wrong where it is.
+    pub fn is_found(&mut self, mistake: Option<(Mistake, u64)>) {
+        if let (Some((Mistake::Elsewhere(_), _)), Some(process)) = (mistake, &mut self.process) {
+            process.client.placed_anew();
+        }
+    }
+
+    /// It neither moves nor will.
+    pub fn stands(&self) -> bool {
+        self.crossing.is_none() && self.committed.is_none()
+    }
+
     /// Where the process wants the body next: an area, if it is to go anywhere.
     fn target(&self, floor: &Floor) -> Option<usize> {
         let process = self.process.as_ref()?;
@@ -203,13 +262,22 @@ impl Robot {
                 self.leg = (self.leg + 1) % self.route.len();
             }
             self.spot = next;
+            if self.spot != self.route[self.leg]
+                && let Some(leg) = self.route.iter().position(|&spot| spot == next)
+            {
+                // Sent to another place of its way than it was going to.
+                self.leg = leg;
+            }
             self.moves += 1;
+            self.was_mistaken = false;
             self.until_ms = now_ms + self.dwell_ms + random.below(self.dwell_ms);
         } else if let Some(next) = self.committed.take() {
             self.crossing = Some(next);
             self.until_ms = now_ms + 50 + random.below(200);
         } else if now_ms < self.hindered_until_ms {
             // It goes on wanting.
+        } else if self.mistake.is_some() {
+            // Whoever is lost stands; one that was given a wrong pose is not sent on before somebody has looked.
         } else if let Some(next) = self.target(floor)
             && let Some(process) = &self.process
             && process.client.is_registered()
@@ -235,7 +303,14 @@ impl Robot {
     ) -> bool {
         self.dream(floor, now_ms, random);
         let (spot, crossing, next) = (self.spot, self.crossing, self.next());
-        let stands_in = self.stands_in(floor);
+        let mut stands_in = self.stands_in(floor);
+        let mistake = self.mistake.map(|(mistake, _)| mistake);
+        let is_lost = mistake == Some(Mistake::Lost);
+        match mistake {
+            Some(Mistake::Lost) => stands_in.clear(),
+            Some(Mistake::Elsewhere(spot)) => stands_in.clone_from(&floor.spots[spot]),
+            None => {}
+        }
         let Some(process) = &mut self.process else {
             return false;
         };
@@ -271,7 +346,7 @@ impl Robot {
         };
         let mut wanted = stands_in.clone();
         // Just early enough to pass without stopping.
-        if arrived && now_ms + 200 >= self.until_ms {
+        if arrived && mistake.is_none() && now_ms + 200 >= self.until_ms {
             wanted.extend(&floor.spots[next]);
         }
         let committed = { self.committed.into_iter() }.flat_map(|spot| &floor.spots[spot]);
@@ -281,7 +356,7 @@ impl Robot {
             committed.extend(insists.then_some(area));
         }
         let situation = Situation {
-            located: process.client.is_registered(),
+            located: process.client.is_registered() && !is_lost,
             stands_in: names(&stands_in),
             wanted: names(&wanted),
             committed: names(&committed),

@@ -40,6 +40,24 @@ tally! {
     cleared,
     /// and those that he was not given, since a robot could still enter.
     not_yet_cleared,
+    /// All orders of operators,
+    orders,
+    /// of which those that ended a coordination,
+    ended,
+    /// or closed an area.
+    closed,
+    /// Robots that were carried off the floor,
+    taken_away,
+    /// and said to be absent.
+    absent,
+    /// Robots that did not know where they are,
+    lost,
+    /// were wrong about it,
+    mistaken,
+    /// and stood where they should not.
+    intruders,
+    /// Second mediators.
+    spares,
     /// Writes of the journal that were lost with the power.
     writes_lost,
     /// Journals that were gone or older at the next start,

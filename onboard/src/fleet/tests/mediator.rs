@@ -120,6 +120,7 @@ fn restarted(began: Began) -> Scene {
             ..wire::Pose::default()
         }),
         fsm_state: "search-2".into(),
+        ..TakeUp::default()
     });
     // It thinks that it is at its start.
     scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
@@ -191,6 +192,7 @@ fn a_robot_that_knows_where_it_was_goes_on_from_there() {
     scene.mediator.take_up = Some(TakeUp {
         pose: None,
         fsm_state: "search-2".into(),
+        ..TakeUp::default()
     });
     scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
     assert!(scene.directives().is_empty() && !scene.member.troubles(scene.now_ns).lost);
@@ -203,6 +205,7 @@ fn a_robot_that_nobody_can_place_waits_for_an_operator() {
     scene.mediator.take_up = Some(TakeUp {
         pose: None,
         fsm_state: "search-2".into(),
+        ..TakeUp::default()
     });
     scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
     assert!(scene.member.troubles(scene.now_ns).lost && scene.allowed().is_empty());

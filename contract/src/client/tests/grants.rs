@@ -1,0 +1,125 @@
+//! Grants that are asked back, or that a robot gives back because it was elsewhere than was thought.
+
+use super::*;
+
+fn revocation(progress: u32, fence: u64) -> Access {
+    Access {
+        area: "2".into(),
+        level: level(0, 0, progress),
+        fence,
+    }
+}
+
+/// Asked for and granted area 2, then asked back by `fence`.
+fn revoked(fence: u64, now: Situation) -> (Client, RobotReport) {
+    let mut client = registered();
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    let mut told = message(2);
+    told.robot_sequence = client.report().sequence;
+    told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
+    client.receive(&told, 0);
+    assert!(client.holds("2") && client.may_be_in("2", 0));
+    let mut told = message(3);
+    told.revocations = vec![revocation(1, fence)];
+    client.receive(&told, 0);
+    assert!(client.holds("2"), "until it answers");
+    assert!(!client.may_be_in("2", 0), "but it enters no more");
+    client.step(now, 0, SECOND_NS);
+    let report = client.report();
+    (client, report)
+}
+
+#[test]
+fn a_robot_that_can_stop_yields() {
+    let (client, report) = revoked(5, situation(&["1"], &["1", "2"], &[]));
+    assert!(!client.holds("2"));
+    assert_eq!(client.counters().yielded, 1);
+    let answer = report.revocations[0]
+        .level
+        .map(|level| (level.path, level.progress));
+    assert_eq!(answer, Some((0, 2)), "yielded");
+    let access = report.access.iter().find(|access| access.area == "2");
+    let access = access.and_then(|access| access.level);
+    assert_eq!(
+        access.map(|level| (level.path, level.progress)),
+        Some((1, 3)),
+        "returned"
+    );
+}
+
+#[test]
+fn a_robot_that_cannot_stop_keeps_it() {
+    for now in [
+        situation(&["1"], &["1", "2"], &["2"]),
+        situation(&["1", "2"], &["1", "2"], &[]),
+    ] {
+        let (client, report) = revoked(5, now);
+        assert!(client.holds("2"));
+        assert_eq!(client.counters().kept, 1);
+        let answer = report.revocations[0]
+            .level
+            .map(|level| (level.path, level.progress));
+        assert_eq!(answer, Some((1, 2)), "kept");
+    }
+}
+
+#[test]
+fn a_revocation_of_an_older_grant_takes_nothing() {
+    let (client, report) = revoked(4, situation(&["1"], &["1", "2"], &[]));
+    assert!(client.holds("2"));
+    let answer = report.revocations[0]
+        .level
+        .map(|level| (level.path, level.progress));
+    assert_eq!(answer, Some((0, 2)), "that one was given back before");
+}
+
+#[test]
+fn grants_from_before_a_restart_are_given_back_where_it_does_not_stand() {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    let mut told = message(1);
+    told.access = vec![grant("1", 3, 1), grant("2", 2, 5), grant("3", 3, 2)];
+    client.receive(&told, 0);
+    assert!(!client.holds("1") && !client.holds("2") && !client.holds("3"));
+    client.step(situation(&["1"], &["1", "2", "3"], &[]), 0, SECOND_NS);
+    assert!(client.holds("1") && !client.holds("2") && !client.holds("3"));
+}
+
+/// Inside area 1, with area 2 granted and area 3 asked for; then the robot finds itself elsewhere, though still inside area 1.
+#[test]
+fn a_robot_that_was_thought_elsewhere_gives_back_what_it_does_not_stand_in() {
+    for is_lost in [true, false] {
+        let mut client = registered();
+        let now = || situation(&["1"], &["1", "2", "3"], &[]);
+        client.step(now(), 0, SECOND_NS);
+        let mut told = message(2);
+        told.access = vec![grant("1", 2, 1), grant("2", 2, 5), grant("3", 1, 0)];
+        client.receive(&told, 0);
+        client.step(now(), 0, SECOND_NS);
+        assert!(client.holds("1") && client.holds("2"));
+        if is_lost {
+            let lost = Situation {
+                located: false,
+                ..Situation::default()
+            };
+            client.step(lost, 0, SECOND_NS);
+            assert!(client.holds("2"), "it may be there");
+        } else {
+            client.placed_anew();
+        }
+        client.step(now(), 0, SECOND_NS);
+        assert!(client.holds("1") && !client.holds("2"));
+        // What it had asked for it may be granted because it seemed to stand there.
+        let mut told = message(3);
+        told.access = vec![grant("3", 2, 7)];
+        client.receive(&told, 0);
+        assert!(!client.holds("3"));
+        client.step(now(), 0, SECOND_NS);
+        assert!(!client.holds("3"));
+        let report = client.report();
+        let returned = { report.access.iter() }.filter(|access| {
+            { access.level }.is_some_and(|level| (level.path, level.progress) == (1, 3))
+        });
+        let returned: Vec<&str> = returned.map(|access| access.area.as_str()).collect();
+        assert_eq!(returned, ["2", "3"]);
+    }
+}

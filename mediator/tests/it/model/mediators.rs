@@ -1,0 +1,200 @@
+//! One mediator, or two at once: their journals, their stops at any point of a step, and what they tell people.
+
+use super::fleet::{BEGINS_MS, Broken, Faults, Fleet, Message, Point, STEP_MS};
+use super::journal::{Journal, Left};
+use crate::random::Random;
+use contract::wire::RobotReport;
+use mediator::journal::Entry;
+use mediator::manager::{Alarm, BadReport, Manager};
+
+pub struct Mediator {
+    /// While it runs.
+    pub manager: Option<Manager>,
+    pub journal: Journal,
+    /// When it starts again.
+    pub restart_ms: u64,
+}
+
+impl Mediator {
+    pub fn new(journal: Journal, starts_ms: u64) -> Self {
+        Self {
+            manager: None,
+            journal,
+            restart_ms: starts_ms,
+        }
+    }
+}
+
+impl Fleet {
+    /// Somebody switches on a second mediator, and off again.
+    pub fn keep_a_spare(&mut self, wanted: bool, random: &mut Random) {
+        let two = self.mediators.len() == 2;
+        if two && (!wanted || random.below(500) == 0) {
+            let spare = self.mediators.pop();
+            if let Some(manager) = spare.and_then(|own| own.manager) {
+                self.tally.add_manager(&manager.counters());
+            }
+        } else if wanted && !two && random.below(100) == 0 {
+            self.tally.spares += 1;
+            let journal = Journal::of(1000 * self.tally.spares);
+            self.mediators.push(Mediator::new(journal, self.now_ms));
+        }
+    }
+
+    pub fn start_mediator_if_due(&mut self, number: usize) {
+        let now_ms = self.now_ms;
+        let mediator = &mut self.mediators[number];
+        if mediator.manager.is_some() || now_ms < mediator.restart_ms {
+            return;
+        }
+        let plans = self.floor.plans.clone();
+        let now_ns = now_ms * 1_000_000;
+        let is_first = now_ms <= BEGINS_MS + STEP_MS;
+        let start_ns = if is_first { 0 } else { now_ns };
+        let stored = mediator.journal.read();
+        let manager = Manager::with_plans(&self.floor.setup, plans, stored, start_ns);
+        let instance = now_ms * 2 + number as u64 + 1;
+        let mut manager = manager.expect("its own journal").speaks_as(instance);
+        for listed in &self.floor.setup.robots {
+            if !self.robots.iter().any(|robot| robot.id == listed.id) {
+                manager.absent(&listed.id, now_ns).expect("nobody hears it");
+            }
+        }
+        // Nothing is told before the new epoch is on the disk.
+        mediator.journal.write(manager.entries().collect());
+        mediator.journal.keep();
+        mediator.manager = Some(manager);
+        if self.is_recovered {
+            self.open_all();
+        }
+    }
+
+    pub fn crash_mediator(&mut self, number: usize, faults: Faults, random: &mut Random) {
+        let mediator = &mut self.mediators[number];
+        if let Some(manager) = mediator.manager.take() {
+            self.tally.add_manager(&manager.counters());
+        }
+        mediator.restart_ms = self.now_ms + random.below(3_000);
+        self.tally.mediator_crashes += 1;
+        let journal = &mut mediator.journal;
+        if faults.power && random.chance(30) {
+            self.tally.writes_lost += journal.lose_power(random);
+            self.tally.power_losses += 1;
+        }
+        match self.broken {
+            Some(Broken::ForgetsJournal) => journal.forget(Left::Epoch),
+            Some(Broken::ForgetsEpoch) => journal.forget(Left::Nothing),
+            Some(Broken::AwaitsNobody) => journal.forget(Left::Absence),
+            _ => {}
+        }
+        if faults.journal && random.chance(50) {
+            journal.lose(random);
+            self.tally.journals_lost += 1;
+        }
+    }
+
+    /// Hands the manager a report, or lets time pass; then journal, then network, with a crash at any point between.
+    pub fn step_mediator(
+        &mut self,
+        number: usize,
+        report: Option<&RobotReport>,
+        faults: Faults,
+        random: &mut Random,
+    ) {
+        let now_ns = self.now_ms * 1_000_000;
+        // A spare one may be gone.
+        let mediator = self.mediators.get_mut(number);
+        let Some(manager) = mediator.and_then(|own| own.manager.as_mut()) else {
+            return;
+        };
+        match report {
+            Some(report) => manager.report(report, now_ns),
+            None => manager.tick(now_ns),
+        }
+        let entries: Vec<_> = manager.entries().collect();
+        let alarms: Vec<_> = manager.alarms().collect();
+        let mut messages: Vec<_> = std::iter::from_fn(|| manager.next_message(now_ns)).collect();
+        alarms.into_iter().for_each(|alarm| self.tell_people(alarm));
+        for entry in &entries {
+            match entry {
+                Entry::Number(_) => self.tally.coordinations += 1,
+                Entry::Coordination { record: None, .. } => self.tally.finished += 1,
+                _ => {}
+            }
+        }
+        let mut stop = None;
+        if !entries.is_empty() {
+            let planned = self.stop.take_if(|(write, _)| *write == self.writes);
+            self.writes += 1;
+            let random_stop = (faults.crashes && random.below(faults.stops_at) == 0)
+                .then(|| Point::ALL[random.below(4) as usize]);
+            stop = planned.map(|(_, point)| point).or(random_stop);
+        }
+        match stop {
+            Some(Point::BeforeJournal) => {
+                self.tally.before_journal += 1;
+                if self.broken == Some(Broken::TellsFirst) {
+                    for message in messages {
+                        self.send(Message::ToRobot(number, message), faults, random);
+                    }
+                }
+                // Nobody hears of it.
+                return self.crash_mediator(number, faults, random);
+            }
+            Some(Point::AfterJournal) => {
+                self.tally.after_journal += 1;
+                messages.clear();
+            }
+            Some(Point::AmidMessages) => {
+                self.tally.amid_messages += 1;
+                messages.truncate(messages.len() / 2);
+            }
+            Some(Point::AfterMessages) => self.tally.after_messages += 1,
+            None => {}
+        }
+        self.mediators[number].journal.write(entries);
+        for message in messages {
+            self.send(Message::ToRobot(number, message), faults, random);
+        }
+        if stop.is_some() {
+            self.crash_mediator(number, faults, random);
+        }
+    }
+
+    /// What people are told must be true.
+    fn tell_people(&mut self, alarm: Alarm) {
+        let tally = &mut self.tally;
+        // Whoever follows another mediator than before brings what that one has granted.
+        let asked = tally.journals_lost + tally.spares > 0;
+        let lost = asked || tally.power_losses > 0;
+        let ordered = tally.orders > 0;
+        // A late report still says where a robot was before it was carried away.
+        let elsewhere = tally.mistaken + tally.taken_away > 0;
+        match alarm {
+            Alarm::Silent { .. }
+            | Alarm::Back { .. }
+            | Alarm::Still { .. }
+            | Alarm::Mute { .. } => {}
+            // Of reports with levels of long ago.
+            Alarm::BadReport {
+                what: BadReport::Fence { .. },
+                ..
+            } if self.now_ms < self.replays_until_ms => tally.refused += 1,
+            Alarm::Doubled { .. } if tally.seconds > 0 => tally.doubled += 1,
+            Alarm::Preempted { .. } => tally.preempted += 1,
+            Alarm::Forgotten { .. } if lost || ordered => tally.forgotten += 1,
+            Alarm::Bypassed { .. } if lost || ordered || elsewhere => tally.bypassed += 1,
+            Alarm::Adopted { .. } if lost => tally.adopted += 1,
+            // Reports of long ago tell of mediators that are gone.
+            Alarm::SecondMediator { .. } if asked => {}
+            Alarm::OlderJournal { .. } | Alarm::GoesOn { .. } if asked => tally.asked += 1,
+            Alarm::Intruder { .. } | Alarm::Overfull { .. } if elsewhere => tally.intruders += 1,
+            // Of robots that ask for what they do not need, while something hinders them.
+            Alarm::Circle { .. } if elsewhere || tally.cuts > 0 => {}
+            Alarm::LetGo { .. } if ordered || elsewhere => {}
+            alarm => self
+                .accusations
+                .push(format!("{} ms: {alarm}", self.now_ms)),
+        }
+    }
+}

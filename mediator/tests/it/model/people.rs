@@ -1,0 +1,142 @@
+//! What people do to a fleet: orders at any moment, robots carried away and put back, and poses that are wrong.
+
+use super::fleet::Fleet;
+use super::robot::Mistake;
+use crate::random::Random;
+use mediator::journal::ClosedRecord;
+use mediator::manager::ClearError;
+
+impl Fleet {
+    /// An operator orders something of one of the mediators. He says what he sees, and knows nothing of grants.
+    pub fn operate(&mut self, random: &mut Random) {
+        if random.below(10) != 0 {
+            return;
+        }
+        let number = random.below(self.mediators.len() as u64) as usize;
+        let robot = random.below(self.robots.len() as u64) as usize;
+        match random.below(12) {
+            0..6 => self.clear_what_is_empty(number, random),
+            6 if random.chance(10) => self.take_away(robot),
+            7 | 8 => self.say_absent(number, robot),
+            9 if random.chance(20) => self.robots[robot].is_put_back(self.now_ms),
+            10 if random.chance(20) => self.end_a_coordination(number, random),
+            11 => self.close_or_open(number, random),
+            _ => {}
+        }
+    }
+
+    fn clear_what_is_empty(&mut self, number: usize, random: &mut Random) {
+        let area = random.below(self.floor.limits.len() as u64) as usize;
+        let is_empty =
+            { self.robots.iter() }.all(|robot| !robot.stands_in(&self.floor).contains(&area));
+        let (id, now_ns) = (self.floor.name(area), self.now_ms * 1_000_000);
+        let manager = self.mediators[number].manager.as_mut();
+        if let Some(manager) = manager.filter(|_| is_empty) {
+            self.tally.orders += 1;
+            match manager.clear(id, true, now_ns) {
+                Ok(of) => self.tally.cleared += u64::from(!of.is_empty()),
+                Err(ClearError::MayEnter { .. }) => self.tally.not_yet_cleared += 1,
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// Somebody switches a robot off, and carries it off the floor.
+    fn take_away(&mut self, robot: usize) {
+        let outside = self.floor.outside();
+        let robot = &mut self.robots[robot];
+        if let Some(process) = &robot.process {
+            self.tally.add_client(&process.client.counters());
+        }
+        robot.is_taken_to(outside);
+        self.tally.taken_away += 1;
+    }
+
+    fn say_absent(&mut self, number: usize, robot: usize) {
+        let (robot, now_ns) = (&self.robots[robot], self.now_ms * 1_000_000);
+        let manager = self.mediators[number].manager.as_mut();
+        if let Some(manager) = manager.filter(|_| robot.is_away) {
+            self.tally.orders += 1;
+            self.tally.absent += u64::from(manager.absent(&robot.id, now_ns).is_ok());
+        }
+    }
+
+    fn end_a_coordination(&mut self, number: usize, random: &mut Random) {
+        let now_ns = self.now_ms * 1_000_000;
+        let Some(manager) = self.mediators[number].manager.as_mut() else {
+            return;
+        };
+        let mut running = manager.status(now_ns).coordinations;
+        running.retain(|own| !own.over);
+        if running.is_empty() {
+            return;
+        }
+        let own = &running[random.below(running.len() as u64) as usize];
+        manager
+            .end(&own.number.to_string(), now_ns)
+            .expect("it runs");
+        self.tally.orders += 1;
+        self.tally.ended += 1;
+    }
+
+    fn close_or_open(&mut self, number: usize, random: &mut Random) {
+        let area = random.below(self.floor.limits.len() as u64) as usize;
+        let (id, now_ns) = (self.floor.name(area), self.now_ms * 1_000_000);
+        let Some(manager) = self.mediators[number].manager.as_mut() else {
+            return;
+        };
+        self.tally.orders += 1;
+        // Mostly open.
+        if random.chance(20) {
+            let by = ClosedRecord {
+                who: "user 1000".to_owned(),
+                ..ClosedRecord::default()
+            };
+            manager.close(id, by, now_ns).expect("a known area");
+            self.tally.closed += 1;
+        } else {
+            manager.open(id, now_ns).expect("a known area");
+        }
+    }
+
+    pub fn open_all(&mut self) {
+        let now_ns = self.now_ms * 1_000_000;
+        for manager in self
+            .mediators
+            .iter_mut()
+            .filter_map(|own| own.manager.as_mut())
+        {
+            for area in &self.floor.setup.areas {
+                manager.open(&area.id, now_ns).expect("a known area");
+            }
+        }
+    }
+
+    /// A robot loses its pose, or is given a wrong one, for a while.
+    pub fn mislead_somebody(&mut self, random: &mut Random) {
+        let now_ms = self.now_ms;
+        for robot in &mut self.robots {
+            let ended = robot.mistake.take_if(|(_, until_ms)| now_ms >= *until_ms);
+            robot.is_found(ended);
+        }
+        if random.below(100) != 0 {
+            return;
+        }
+        let (spots, half) = (self.floor.spots.len() as u64, random.chance(50));
+        let robot = random.below(self.robots.len() as u64) as usize;
+        let robot = &mut self.robots[robot];
+        if robot.mistake.is_some() || robot.process.is_none() {
+            return;
+        }
+        let until_ms = now_ms + random.below(6_000);
+        if half {
+            robot.mistake = Some((Mistake::Lost, until_ms));
+            self.tally.lost += 1;
+        } else if robot.stands() {
+            let elsewhere = random.below(spots) as usize;
+            robot.mistake = Some((Mistake::Elsewhere(elsewhere), until_ms));
+            robot.was_mistaken = true;
+            self.tally.mistaken += 1;
+        }
+    }
+}
