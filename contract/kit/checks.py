@@ -36,6 +36,7 @@ class Check:
     about: str
     sentences: tuple[str, ...]
     needs: tuple[str, ...]
+    fresh: bool
     run: Callable[[Any], None]
 
 
@@ -46,11 +47,12 @@ class Suite:
     side: str
     checks: list[Check] = field(default_factory=list)
 
-    def check(self, name: str, *sentences: str, needs: Sequence[str] = ()) -> Callable[[Callable[[Any], None]], Any]:
-        """Adds the function as a check. Its docstring says in a line what is checked."""
+    def check(self, name: str, *sentences: str, needs: Sequence[str] = (), fresh: bool = False) -> Callable[[Callable[[Any], None]], Any]:
+        """Adds the function as a check. Its docstring says in a line what is checked. A `fresh` one begins with a start of its own:
+        nothing need be ready before it."""
         def add(run: Callable[[Any], None]) -> Callable[[Any], None]:
             about = page.normalised(run.__doc__ or "")
-            self.checks.append(Check(name, about, sentences, tuple(needs), run))
+            self.checks.append(Check(name, about, sentences, tuple(needs), fresh, run))
             return run
 
         return add
@@ -103,7 +105,7 @@ def run_one(check: Check, around: Any) -> Result:
     result = Result(check.name, "ok", sentences=check.sentences)
     try:
         around.provide(check.needs)
-        around.prepare()
+        around.prepare(check.fresh)
         check.run(around)
     except Failed as error:
         result.outcome, result.expected, result.found = "FAILED", error.expected, error.found

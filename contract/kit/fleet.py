@@ -15,6 +15,10 @@ from .played_robot import Claim, Heard, PlayedRobot
 from .program import Program
 
 
+# Until a program listens and its peers have found it, beside the margin.
+STARTS_S = 8.0
+
+
 @dataclass(frozen=True)
 class Settings:
     """What the command line says of the mediator."""
@@ -36,9 +40,13 @@ class Fleet:
         self.robots: list[PlayedRobot] = []
         # Epoch and sequence of all messages to an identity, to whichever boot.
         self.heard_by_id: dict[str, list[tuple[int, int]]] = {}
+        # When each process of the mediator was heard first under each of its epochs.
+        self.met_at: dict[tuple[int, int], float] = {}
         # Of all messages so far, bytes.
         self.longest = 0
         self._all: list[PlayedRobot] = []
+        # The mediator has just started, and counts the time until it believes processes that it does not know; and it is to start anew.
+        self._starts, self._broken = True, False
         self._ends = threading.Event()
         # Something that changes is said with the next level at the latest.
         self.soon_s = page.LEVEL_S + settings.margin_s
@@ -56,6 +64,7 @@ class Fleet:
         message: Any = wire.decode(wire.MediatorReport, data)
         if message is not None:
             self.heard_by_id.setdefault(robot_id, []).append((message.mediator_epoch, message.sequence))
+            self.met_at.setdefault((message.instance, message.mediator_epoch), time.monotonic())
         for robot in list(self._all):
             if robot.robot_id == robot_id:
                 robot.take(data)
@@ -82,14 +91,22 @@ class Fleet:
             if need in needs and len(self.settings.robots) < count:
                 raise Skipped(f"the site needs {need}, and --robots names {len(self.settings.robots)}")
 
-    def prepare(self) -> None:
-        """A fresh process for each robot, registered, that stands nowhere and has nothing."""
+    def prepare(self, fresh: bool) -> None:
+        """A fresh process for each robot, registered, that stands nowhere and has nothing, and may be granted something."""
+        if self._broken and self.program is not None and not fresh:
+            self.restart(anew=True)
+        self._broken = False
         if not self.floor:
             self._ask_for_floor()
         self._all.clear()
+        if fresh:
+            return
         self.robots = [self.process(robot_id) for robot_id in self.settings.robots]
         for robot in self.robots:
             self.join(robot)
+        if self._starts:
+            self.believed()
+            self._starts = False
 
     def tidy(self, outcome: str) -> None:
         """Everybody gives back what it has, and falls silent."""
@@ -101,12 +118,12 @@ class Fleet:
             time.sleep(page.LEVEL_S)
         for robot in self.robots:
             # A coordination that was begun is played to its end, so that it holds nobody.
-            robot.wait(4 * self.soon_s, lambda heard: not heard.message.HasField("control"))
+            if robot.newest is not None:
+                robot.wait(4 * self.soon_s, lambda heard: not heard.message.HasField("control"))
         for robot in self._all:
             robot.speaks = False
         self.robots = []
-        if outcome == "FAILED" and self.program is not None:
-            self.program.start(anew=True)
+        self._broken |= outcome == "FAILED"
 
     def process(self, robot_id: str, speaks: bool = True) -> PlayedRobot:
         """A process of a robot that has just started."""
@@ -131,20 +148,30 @@ class Fleet:
 
     def join(self, robot: PlayedRobot) -> None:
         """Waits until the robot is registered, and its reports count."""
-        self.expect(robot, self.taken_in_s, lambda heard: heard.message.session != 0 and heard.message.robot_sequence > 0,
+        starts_s = max(0.0, self.program.started_at + STARTS_S - time.monotonic()) if self.program is not None else 0.0
+        self.expect(robot, starts_s + self.taken_in_s, lambda heard: heard.message.session != 0 and heard.message.robot_sequence > 0,
                     "a session for a robot of the site whose process before is silent, and its reports to count")
         if robot.claims:
             # Levels of a run before, which was left where it was.
             robot.give_back_all()
             robot.wait(self.soon_s, lambda heard: all(claim.progress == 0 for claim in robot.claims.values()))
 
-    def restart(self, anew: bool = False) -> None:
-        """Restarts the mediator; nobody speaks meanwhile, nor afterwards unless a check says so."""
+    def believed(self) -> None:
+        """Waits until a mediator that has just started believes processes that it does not know, and each of them has heard it since."""
+        said = self.robots[0].messages[-1].message
+        met_at = self.met_at[said.instance, said.mediator_epoch]
+        time.sleep(max(0.0, met_at + page.ENTERS_NO_MORE_S + 3 * page.LEVEL_S - time.monotonic()))
+
+    def restart(self, anew: bool = False, go_on: bool = False) -> None:
+        """Restarts the mediator, `anew` with an empty journal. The robots' processes go on, or end with it."""
         assert self.program is not None
-        for robot in self._all:
-            robot.speaks = False
-        self._all.clear()
-        self.robots = []
+        # It believes processes that its journal knows at once.
+        self._starts |= anew or not go_on
+        if not go_on:
+            for robot in self._all:
+                robot.speaks = False
+            self._all.clear()
+            self.robots = []
         self.program.start(anew=anew)
 
     # ------------------------------------------------------------ areas

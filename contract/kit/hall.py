@@ -86,7 +86,7 @@ class Hall:
         if "--start" in needs and self.program is None:
             raise Skipped("it restarts the robot: give --start 'COMMAND'")
 
-    def prepare(self) -> None:
+    def prepare(self, _: bool) -> None:
         """A mediator that has just started on the same journal, and the robot registered with it."""
         if self.program is not None and (self.boot_epoch == 0 or self.program.ended()):
             self.start_robot()

@@ -7,6 +7,7 @@ import shlex
 import signal
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
 
@@ -21,6 +22,8 @@ class Program:
         self.command, self.values = command, values
         self._process: subprocess.Popen[bytes] | None = None
         self._folders: list[tempfile.TemporaryDirectory[str]] = []
+        # When it was started last, by `time.monotonic`.
+        self.started_at = 0.0
 
     @property
     def folder(self) -> Path:
@@ -35,6 +38,7 @@ class Program:
         command = self.command
         for name, value in {**self.values, "folder": str(self.folder)}.items():
             command = command.replace("{" + name + "}", shlex.quote(value))
+        self.started_at = time.monotonic()
         with open(self.folder / "output.log", "ab") as log:
             self._process = subprocess.Popen(["sh", "-c", command], stdout=log, stderr=log, stdin=subprocess.DEVNULL,
                                              start_new_session=True)

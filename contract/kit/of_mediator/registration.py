@@ -14,7 +14,8 @@ from . import SUITE
 
 OTHER_VERSION = "a peer with another major number is refused with a reason (`refusal`), and gets nothing."
 REFUSALS = ("The mediator answers with its own `mediator_epoch`, which grows at least with every start of a mediator, and a `session`, "
-            "which grows with every boot of that robot; or with a `refusal`: unknown identity, other site, other floor, other version.")
+            "which grows with every boot of that robot, and is none that an earlier epoch may have given out; or with a `refusal`: unknown identity, "
+            "other site, other floor, other version.")
 ECHO = ("Every `MediatorReport` echoes in `robot_sequence` the `sequence` of the newest report that counted: of this boot, session and "
         "epoch.")
 
