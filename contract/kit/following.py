@@ -104,11 +104,13 @@ class Follower:
         silent = now > self.heard_at + page.SILENT_S
         if message.stands_by:
             return False
+        same_journal = message.journal != 0 and message.journal == self.journal
         if self.session == 0:
-            return message.session != 0 or silent
+            # Not a late message of one that has ended, which leaves out what this robot has told it and has forgotten since.
+            ended = same_journal and message.mediator_epoch < self.epoch
+            return not ended and (message.session != 0 or silent)
         if self.stands_by and message.mediator_epoch >= self.epoch:
             return True
-        same_journal = message.journal != 0 and message.journal == self.journal
         return message.mediator_epoch > self.epoch and (same_journal or silent)
 
     def note_other(self, now: float) -> None:

@@ -59,6 +59,25 @@ def other_ignored(hall: Hall) -> None:
     not_followed(hall, other_mediator(hall, hall.epoch + 10), "it is heard, and the other has another journal", repeats=15)
 
 
+@SUITE.check("late-offer-ignored", "but none with the `journal` that it heard of last and a smaller `mediator_epoch`: that is a late message of one "
+             "that has ended.")
+def late_offer(hall: Hall) -> None:
+    """A robot that was refused is not taken in by a late message of the mediator before, but by the next offer of the present one."""
+    with hall.lock:
+        late = other_mediator(hall, hall.epoch, journal=hall.journal)
+        hall.registers = False
+        hall.start_mediator()
+        hall.send()
+    hall.expect(hall.soon_s, lambda said: (said.report.session, said.report.mediator_epoch) == (0, hall.epoch), "session 0, since it is refused")
+    for _ in range(5):
+        late.sequence += 1
+        hall.put(late)
+    hall.never(hall.watch_s, lambda said: said.report.session != 0 or said.report.mediator_epoch != hall.epoch,
+               f"session 0 and epoch {hall.epoch}: the mediator of epoch {late.mediator_epoch} has ended")
+    hall.registers = True
+    hall.expect(hall.soon_s, hall.counts, f"registration with the mediator of epoch {hall.epoch}")
+
+
 @SUITE.check("same-epoch-never", FOLLOWS)
 def same_epoch(hall: Hall) -> None:
     """A silent mediator is not exchanged for one with the same or a smaller epoch."""

@@ -60,7 +60,7 @@ def floor_taken(hall: Hall) -> None:
     hall.expect(hall.soon_s, hall.counts, "registration")
 
 
-@SUITE.check("first-mediator-taken", "A robot without a registration takes the first mediator that offers one.",
+@SUITE.check("first-mediator-taken", "A robot without a registration takes the first mediator that offers one",
              "A refusal with `stands_by` says nothing else: its epoch does not count.", needs=["--start"])
 def first_mediator(hall: Hall) -> None:
     """After the refusal of one that stands by, with a huge epoch, the mediator that offers a session is taken."""

@@ -81,6 +81,13 @@ class FollowsAnybody(Robot):
         return True
 
 
+class TakesLateOffers(Robot):
+    """It takes whatever session it is offered when it has none."""
+
+    def may_follow(self, message: Any, now: float) -> bool:
+        return self.session == 0 and message.session != 0 or super().may_follow(message, now)
+
+
 class FollowsSmallerEpochs(Robot):
     """It follows any other mediator once its own is silent."""
 
@@ -278,6 +285,7 @@ WRONG: dict[str, tuple[type[Robot], list[str]]] = {
     "believes-other-boots": (BelievesOtherBoots, ["other-boot-ignored"]),
     "believes-nonsense": (BelievesNonsense, ["nonsense-numbers"]),
     "follows-anybody": (FollowsAnybody, ["other-mediator-ignored", "same-epoch-never"]),
+    "takes-late-offers": (TakesLateOffers, ["late-offer-ignored"]),
     "follows-smaller-epochs": (FollowsSmallerEpochs, ["same-epoch-never"]),
     "never-follows": (NeverFollows, ["restart-followed"]),
     "forgets-on-restart": (ForgetsOnRestart, ["restart-followed"]),

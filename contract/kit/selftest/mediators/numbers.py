@@ -115,6 +115,16 @@ class EchoesAll(Relay):
         return message
 
 
+class AcknowledgesAtOnce(Relay):
+    """It acknowledges what it does not believe yet."""
+
+    def down(self, message: Any) -> Any:
+        said = self.said.get(message.robot_id)
+        if said is not None and said.session and said.session == message.session:
+            message.robot_sequence = message.robot_sequence or said.sequence
+        return message
+
+
 class Slow(Relay):
     """It passes every third message on, with numbers that grow by one."""
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ... import page
 from ...floor import HASH_OF_NOTHING
-from .relay import Relay
+from .relay import Relay, set_level
 
 ROBOTS = ("kit-1", "kit-2", "kit-3")
 
@@ -163,7 +163,7 @@ class SessionStays(Relay):
     def down(self, message: Any) -> Any:
         if message.session:
             self.real_session[message.boot_epoch] = message.session
-            message.session = self.instead(message.session)
+            message.session = self.instead(message)
         return message
 
     def up(self, report: Any) -> Any:
@@ -171,16 +171,27 @@ class SessionStays(Relay):
             report.session = self.real_session.get(report.boot_epoch, report.session)
         return report
 
-    def instead(self, session: int) -> int:
-        """What it says in place of this session."""
+    def instead(self, message: Any) -> int:
+        """What it says in place of the session."""
         return 1
 
 
 class SessionsAnew(SessionStays):
     """It forgets with each start how far sessions were."""
 
-    def instead(self, session: int) -> int:
-        return max(1, session + 1 - self.start)
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.boots: dict[str, list[int]] = {}
+
+    def up(self, report: Any) -> Any:
+        boots = self.boots.setdefault(report.robot_id, [])
+        if report.boot_epoch not in boots:
+            boots.append(report.boot_epoch)
+        return super().up(report)
+
+    def instead(self, message: Any) -> int:
+        boots = self.boots.get(message.robot_id, [])
+        return boots.index(message.boot_epoch) + 1 if message.boot_epoch in boots else 1
 
 
 class OffersForGood(Relay):
@@ -231,6 +242,35 @@ class SpeaksFirst(Relay):
             if robot_id not in self.said:
                 self.send_down(robot_id, message)
         return message
+
+
+class BelievesAtOnce(Relay):
+    """After a start it believes each process, and grants what is asked for as soon as it has heard all robots."""
+
+    since_s = 0.0
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.begin = time.monotonic()
+        self.at: dict[str, float] = {}
+
+    def up(self, report: Any) -> Any:
+        if report.session:
+            self.at[report.robot_id] = time.monotonic()
+        return report
+
+    def down(self, message: Any) -> Any:
+        for one in message.access:
+            heard = all(self.at.get(robot_id, 0.0) > self.begin + self.since_s for robot_id in ROBOTS)
+            if heard and (one.level.path, one.level.progress) == (0, 1):
+                set_level(one, one.level.run, 0, 2, 10**6)
+        return message
+
+
+class BelievesLateReports(BelievesAtOnce):
+    """After a start it believes each process after 5 s, also in a report that was made before."""
+
+    since_s = page.ENTERS_NO_MORE_S
 
 
 class NoToken(Relay):
