@@ -144,10 +144,16 @@ def run_all(checks: Sequence[Check], around: Any, json_file: str | None) -> int:
         show(results[-1])
     finally:
         # Also when it is interrupted.
-        count = {outcome: sum(result.outcome == outcome for result in results) for outcome in ("ok", "FAILED", "skipped")}
-        left = len(checks) - sum(result.name != "speaks" for result in results)
-        print(f"{count['ok']} ok, {count['FAILED']} failed, {count['skipped']} skipped, {left} not run, of {len(checks)} checks in "
-              f"{time.monotonic() - begin:.0f} s", flush=True)
-        if json_file:
-            Path(json_file).write_text(json.dumps([asdict(result) for result in results], indent=1), encoding="utf-8")
+        code = close(results, len(checks), begin, json_file)
+    return code
+
+
+def close(results: Sequence[Result], asked: int, begin: float, json_file: str | None) -> int:
+    """Counts and writes the results. Returns the exit code."""
+    count = {outcome: sum(result.outcome == outcome for result in results) for outcome in ("ok", "FAILED", "skipped")}
+    left = asked - sum(result.name != "speaks" for result in results)
+    print(f"{count['ok']} ok, {count['FAILED']} failed, {count['skipped']} skipped, {left} not run, of {asked} checks in "
+          f"{time.monotonic() - begin:.0f} s", flush=True)
+    if json_file:
+        Path(json_file).write_text(json.dumps([asdict(result) for result in results], indent=1), encoding="utf-8")
     return 0 if count["ok"] > 0 and count["FAILED"] == 0 else 1

@@ -12,6 +12,7 @@ from .checks import Suite, run_all
 from .identity import NoLink
 from .network import Network, free_endpoint
 from .program import Program
+from .shares import run_shares
 
 HINT = ("{endpoint}, {prefix} and {folder} in it stand for the endpoint to listen on or connect to, the key prefix, and a folder of its own "
         "that outlives a restart")
@@ -29,6 +30,8 @@ def parser() -> argparse.ArgumentParser:
         side.add_argument("--only", metavar="NAME,...", help="run these checks alone")
         side.add_argument("--json", metavar="FILE", help="write the results there")
         side.add_argument("--start", metavar="COMMAND", help=f"start, kill and restart the program by this command line; {HINT}")
+        side.add_argument("--jobs", type=int, default=1, metavar="N", help="with --start: so many programs at a time, each with its share of "
+                          "the checks [default: 1]")
         side.add_argument("--prefix", help="key prefix [default: fleet; drawn with --start]")
         side.add_argument("--site", default="kit", help="name of the site [default: kit]")
         side.add_argument("--margin", type=float, default=1.0, metavar="S", help="added to each deadline of PROTOCOL.md for the network and "
@@ -69,6 +72,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if endpoint.startswith("tls/"):
         print(f"found the endpoint {endpoint}, expected tcp/HOST:PORT: the kit has no certificates; test on this computer, without them")
         return 2
+    if options.jobs > 1 and (endpoint or not options.start):
+        print(f"found --jobs {options.jobs}, expected --start with it, and no endpoint: each of them has a program of its own")
+        return 2
+    if options.jobs > 1:
+        return run_shares(words, checks, options.jobs, options.json)
     try:
         return (test_mediator if options.side == "mediator" else test_robot)(options, checks, prefix)
     except NoLink as error:

@@ -28,6 +28,8 @@ from .wrong_robots import WRONG as WRONG_ROBOTS
 FOLDER = Path(__file__).resolve().parent.parent.parent
 ROBOT = "exec {python} -m kit.selftest.wrong_robots {name} --connect {{endpoint}} --prefix {{prefix}} --at 0.75,0 --route a,b,c,d"
 MEDIATOR = "exec {python} -m kit.selftest.mediators {name} {{endpoint}} {{prefix}} {{folder}}"
+# In how many processes all checks of one side are run.
+SHARES = 4
 # All checks of one side, with patience.
 LONGEST_S = 1800.0
 
@@ -45,7 +47,8 @@ class Case:
         """The command line of its test."""
         options = ["--areas", "a,b,c,hall", "--coordinated", "kit-1:call:bay"] if self.side == "mediator" else []
         start = (MEDIATOR if self.side == "mediator" else ROBOT).format(python=sys.executable, name=self.name)
-        return [sys.executable, "-m", "kit", self.side, *options, "--start", start, "--only", ",".join(self.checks), "--margin", margin]
+        chosen = ["--only", ",".join(self.checks)] if self.checks else ["--jobs", str(SHARES)]
+        return [sys.executable, "-m", "kit", self.side, *options, "--start", start, *chosen, "--margin", margin]
 
 
 def cases(with_mediators: bool) -> list[Case]:
