@@ -43,6 +43,8 @@ class Hall:
         self.watch_s = 5 * page.LEVEL_S + margin_s / 2
         self.lock = threading.Condition(threading.RLock())
         self.said: list[Said] = []
+        # Of all reports so far, bytes.
+        self.longest = 0
         self.states: list[tuple[float, Any]] = []
         self.floor: list[Any] = []
         self.epoch, self.journal = 0, random.getrandbits(64) | 1
@@ -134,6 +136,7 @@ class Hall:
     def _take(self, _: str, data: bytes) -> None:
         report: Any = wire.decode(wire.RobotReport, data)
         with self.lock:
+            self.longest = max(self.longest, len(data))
             if report is None:
                 return
             self.said.append(Said(time.monotonic(), report))

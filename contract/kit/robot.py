@@ -242,7 +242,7 @@ class Robot(Follower):
         return wire.Pose(x_m=self.body.x_m, y_m=self.body.y_m, std_x_m=MARGIN_M / 3, std_y_m=MARGIN_M / 3)
 
 
-def run(make: Callable[..., Robot], arguments: list[str] | None = None) -> None:
+def run(make: Callable[..., Robot], arguments: list[str] | None = None, connect: Callable[..., Link] = Link) -> None:
     """Joins robot, network and clock, until the process ends."""
     options = argparse.ArgumentParser(prog="kit.robot", description=__doc__.split("\n")[0])
     for name, default in (("connect", None), ("identity", ""), ("prefix", "fleet"), ("site", "kit"), ("id", "kit-1"), ("at", ""),
@@ -266,7 +266,7 @@ def run(make: Callable[..., Robot], arguments: list[str] | None = None) -> None:
                     robot.body.path, robot.located = [], True
 
     try:
-        link = Link(said.connect, said.prefix, said.id, said.identity, take)
+        link = connect(said.connect, said.prefix, said.id, said.identity, take)
     except NoLink as error:
         options.error(str(error))
     threading.Thread(target=listen, daemon=True).start()

@@ -40,8 +40,11 @@ def epoch_grows(fleet: Fleet) -> None:
     robot = fleet.robots[0]
     before = robot.messages[-1].message
     fleet.restart(go_on=True)
-    after = meet(fleet, robot, before.mediator_epoch).message
-    if 0 in (after.instance, before.instance) or after.instance == before.instance or after.journal != before.journal:
+    after = fleet.expect(robot, STARTS_S + fleet.settings.margin_s, lambda heard: heard.message.instance != before.instance,
+                         "a message of another instance").message
+    if after.mediator_epoch <= before.mediator_epoch:
+        raise Failed(f"an epoch above {before.mediator_epoch}", str(after.mediator_epoch))
+    if 0 in (after.instance, before.instance) or after.journal != before.journal:
         raise Failed("another instance, not 0, and the same journal",
                      f"instance {before.instance} and then {after.instance}, journal {before.journal} and then {after.journal}")
 

@@ -27,13 +27,19 @@ def enters_only_granted(hall: Hall) -> None:
 
 @SUITE.check("asks-where-it-stands", "A robot that registers asks first for the areas it stands in (`stands_in`).")
 def asks_where_it_stands(hall: Hall) -> None:
-    """Where it stands and has no grant it asks, although it had given up nothing."""
+    """Registered anew, by a mediator that has taken all from it, it asks for the areas that it stands in."""
     hall.ahead()
-    said = hall.said[-1]
-    for area in said.report.stands_in:
-        claim = said.access(area)
-        if claim is None or claim.progress == 0:
-            raise Failed(f"a request or a grant of {area}, in which it stands", hall.found())
+    with hall.lock:
+        hall.grants, hall.session, hall.robot_sequence = (lambda area: False), hall.session + 1, 0
+        hall.levels = {area: Claim(own.run + 1) for area, own in hall.levels.items()}
+        hall.grant()
+        hall.send()
+
+    def asks(said: Said) -> bool:
+        inside = [said.access(area) for area in said.report.stands_in]
+        return hall.counts(said) and bool(inside) and all(claim is not None and claim.progress == 1 for claim in inside)
+
+    hall.expect(hall.soon_s, asks, "a request for each area that it stands in")
 
 
 @SUITE.check("drives-through", SETS, FENCE)

@@ -110,7 +110,9 @@ def asks_for_nothing(hall: Hall) -> None:
 @SUITE.check("order-asks-for-areas", ORDER, "As always, an instruction's area may be entered only when it is granted.")
 def order_asks(hall: Hall) -> None:
     """An order's area is asked for, and not entered before it is granted."""
-    area = hall.ahead()
+    asked = hall.ahead()
+    # One that it has not asked for already, if there is one.
+    area = next((area.id for area in hall.floor if area.id != asked and area.id not in hall.stands_in()), asked)
     flags = (*PLAIN[:2], ("e1", True, (area,), ""), ("done1", False, (), "kit-never-fires"), *PLAIN[2:])
     before = hall.stands_in()
     acquired(hall, flags)

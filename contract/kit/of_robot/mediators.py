@@ -172,6 +172,9 @@ def stands_by(hall: Hall) -> None:
     message = other_mediator(hall, 2**60, stands_by=True, refusal="it stands by")
     message.session = 0
     not_followed(hall, message, "the other one stands by")
+    hall.send()
+    sent = hall.sequence
+    hall.expect(hall.soon_s, lambda said: said.report.mediator_sequence >= sent, f"mediator_sequence {sent}: it follows whom it followed")
 
 
 @SUITE.check("mediator-heard", "ignores any other while that one is heard (`mediator_heard`: within 1 s)")

@@ -23,10 +23,10 @@ from ..identity import EXPECTED, Identity, NoLink
 from ..identity import check as check_links
 from .mediators import VARIABLE
 from .mediators import WRONG as WRONG_MEDIATORS
-from .wrong_robots import WRONG as WRONG_ROBOTS
+from .robots import WRONG as WRONG_ROBOTS
 
 FOLDER = Path(__file__).resolve().parent.parent.parent
-ROBOT = "exec {python} -m kit.selftest.wrong_robots {name} --connect {{endpoint}} --prefix {{prefix}} --at 0.75,0 --route a,b,c,d"
+ROBOT = "exec {python} -m kit.selftest.robots {name} --connect {{endpoint}} --prefix {{prefix}} --at 0.75,0 --route a,b,c,d"
 MEDIATOR = "exec {python} -m kit.selftest.mediators {name} {{endpoint}} {{prefix}} {{folder}}"
 # In how many processes all checks of one side are run.
 SHARES = 4
@@ -119,9 +119,8 @@ def page_errors() -> list[str]:
     for case in cases(True):
         known = {check.name for check in suites[case.side].checks}
         errors += [f"wrong {case.side} {case.name}: there is no check {name}" for name in case.checks if name not in known]
-    # Of robots not all: some sentences take a machine or a floor that the example does not have.
-    errors += [f"no wrong mediator shows what {check.name} finds" for check in suites["mediator"].checks
-               if not any(check.name in case.checks for case in cases(True) if case.side == "mediator")]
+    errors += [f"no wrong {side} shows what {check.name} finds" for side, suite in suites.items() for check in suite.checks
+               if not any(check.name in case.checks for case in cases(True) if case.side == side)]
     from ..page import PAGE
     text = PAGE.read_text(encoding="utf-8")
     found = re.search(r"```text\n((?:[0-9a-f]{2}[ \n])+)```", text)
@@ -142,7 +141,7 @@ def select(all_cases: list[Case], only: str | None) -> list[Case]:
     found = [case for case in all_cases if case.checks and case.name in names]
     missing = names - {case.name for case in found}
     if missing:
-        print(f"--only: found {', '.join(sorted(missing))}, expected names of kit/selftest/wrong_robots.py or, with --mediator, of "
+        print(f"--only: found {', '.join(sorted(missing))}, expected names of kit.selftest.robots.py or, with --mediator, of "
               "kit/selftest/mediators/__init__.py")
         raise SystemExit(2)
     return found
