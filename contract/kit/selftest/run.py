@@ -48,6 +48,9 @@ class Case:
         options = ["--areas", "a,b,c,hall", "--coordinated", "kit-1:call:bay"] if self.side == "mediator" else []
         start = (MEDIATOR if self.side == "mediator" else ROBOT).format(python=sys.executable, name=self.name)
         chosen = ["--only", ",".join(self.checks)] if self.checks else ["--jobs", str(SHARES)]
+        if self.checks and self.side == "robot":
+            # What a wrong one never does need not be awaited for long.
+            chosen += ["--patience", "12"]
         return [sys.executable, "-m", "kit", self.side, *options, "--start", start, *chosen, "--margin", margin]
 
 

@@ -50,13 +50,17 @@ class NoFence(Robot):
 
 
 class AsksTooEarly(Robot):
-    """It begins the next run of an array by itself."""
+    """It begins the next run of an array by itself when the mediator has not done so for half a second."""
 
-    def request(self, wanted: list[str]) -> None:
-        for area, claim in self.claims.items():
-            if claim.is_over():
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.over_at: dict[tuple[str, int], float] = {}
+
+    def step(self, now: float, seconds: float) -> None:
+        for area, claim in list(self.claims.items()):
+            if claim.is_over() and now > self.over_at.setdefault((area, claim.run), now) + 0.5:
                 self.claims[area] = Claim(claim.run + 1)
-        super().request(wanted)
+        super().step(now, seconds)
 
 
 class DrivesOnWhenGivenUp(Robot):

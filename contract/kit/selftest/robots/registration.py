@@ -10,11 +10,12 @@ from ...robot import Robot
 
 
 class ForgetsSession(Robot):
-    """It repeats one number of the two."""
+    """It leaves the session out of some of its reports."""
 
     def report(self, now: float) -> Any:
         report = super().report(now)
-        report.session = 0
+        if self.sequence % 5 == 0:
+            report.session = 0
         return report
 
 
