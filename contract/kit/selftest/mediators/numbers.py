@@ -55,7 +55,9 @@ class EpochFalls(Relay):
         return message
 
     def up(self, report: Any) -> Any:
-        report.mediator_epoch -= min(self.more, report.mediator_epoch)
+        # The larger one of the start before would give it away.
+        said = self.heard.get(report.robot_id)
+        report.mediator_epoch = min(max(0, report.mediator_epoch - self.more), said.mediator_epoch if said is not None else 0)
         return report
 
 
