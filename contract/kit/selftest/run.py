@@ -7,17 +7,20 @@ from __future__ import annotations
 
 import argparse
 import os
+import random
 import re
-import subprocess
+import signal
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor, as_completed
+import traceback
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from tempfile import TemporaryFile
+from typing import IO, Any, Callable, Sequence
 
-from .. import wire
+from .. import of_mediator, of_robot, wire
+from ..command import main as command
 from ..floor import area, floor_hash
 from ..identity import EXPECTED, Identity, NoLink
 from ..identity import check as check_links
@@ -31,7 +34,7 @@ MEDIATOR = "exec {python} -m kit.selftest.mediators {name} {{endpoint}} {{prefix
 # In how many processes all checks of one side are run.
 SHARES = 4
 # All checks of one side, with patience.
-LONGEST_S = 1800.0
+LONGEST_S = 1800
 
 
 @dataclass(frozen=True)
@@ -43,15 +46,15 @@ class Case:
     about: str
     checks: tuple[str, ...] = ()
 
-    def command(self, margin: str) -> list[str]:
-        """The command line of its test."""
+    def words(self, margin: str) -> list[str]:
+        """The command line of its test, behind `kit`."""
         options = ["--areas", "a,b,c,hall", "--coordinated", "kit-1:call:bay"] if self.side == "mediator" else []
         start = (MEDIATOR if self.side == "mediator" else ROBOT).format(python=sys.executable, name=self.name)
         chosen = ["--only", ",".join(self.checks)] if self.checks else ["--jobs", str(SHARES)]
         if self.checks and self.side == "robot":
             # What a wrong one never does need not be awaited for long.
             chosen += ["--patience", "12"]
-        return [sys.executable, "-m", "kit", self.side, *options, "--start", start, *chosen, "--margin", margin]
+        return [self.side, *options, "--start", start, *chosen, "--margin", margin]
 
 
 def cases(with_mediators: bool) -> list[Case]:
@@ -65,36 +68,63 @@ def cases(with_mediators: bool) -> list[Case]:
 
 
 class Runs:
-    """The tests that run at present, so that none outlives this process."""
+    """The tests that run at present, each a copy of this process: nothing is imported again, and none outlives it."""
 
     def __init__(self, mediator: str, margin: str) -> None:
-        self._margin, self._running = margin, set[subprocess.Popen[str]]()
+        self._margin = margin
+        self._running: dict[int, tuple[Case, IO[bytes]]] = {}
         path = os.pathsep.join([str(FOLDER), *filter(None, [os.environ.get("PYTHONPATH")])])
-        self._environment = {**os.environ, "PYTHONPATH": path, VARIABLE: mediator}
+        os.environ.update({"PYTHONPATH": path, VARIABLE: mediator})
 
-    def judge(self, case: Case) -> tuple[bool, str]:
-        """Whether somebody right passes all, or somebody wrong fails just the checks that it must; and what to say of it."""
-        test = subprocess.Popen(case.command(self._margin), env=self._environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True)
-        self._running.add(test)
-        try:
-            output, _ = test.communicate(timeout=LONGEST_S)
-        except subprocess.TimeoutExpired:
-            test.terminate()
-            output = test.communicate()[0] + f"\nstill running after {LONGEST_S:.0f} s"
-        finally:
-            self._running.discard(test)
+    def __len__(self) -> int:
+        return len(self._running)
+
+    def begin(self, case: Case) -> None:
+        """Begins a test."""
+        output = TemporaryFile()
+        sys.stdout.flush()
+        test = os.fork()
+        if test == 0:
+            code = 1
+            try:
+                os.dup2(output.fileno(), 1)
+                os.dup2(output.fileno(), 2)
+                # Ports and prefixes are drawn by each, and it ends what it has started.
+                random.seed()
+                signal.signal(signal.SIGALRM, lambda number, _: sys.exit(128 + number))
+                signal.alarm(LONGEST_S)
+                code = command(case.words(self._margin))
+            except SystemExit as end:
+                code = end.code if isinstance(end.code, int) else 1
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(code)
+        self._running[test] = (case, output)
+
+    def ended(self) -> tuple[Case, bool, str]:
+        """Waits until one has ended. Whether somebody right passes all, or somebody wrong fails just the checks that it must; and what to
+        say of it."""
+        test, status = os.wait()
+        case, output = self._running.pop(test)
+        output.seek(0)
+        said = output.read().decode(errors="replace")
+        output.close()
         if not case.checks:
-            closing = (output.strip().splitlines() or ["no output"])[-1]
-            return test.returncode == 0, closing if test.returncode == 0 else f"{closing}\n{output}"
-        failed = re.findall(r"^FAILED  ([\w-]+)", output, re.MULTILINE)
+            good, closing = status == 0, (said.strip().splitlines() or ["no output"])[-1]
+            return case, good, closing if good else f"{closing}\n{said}"
+        failed = re.findall(r"^FAILED  ([\w-]+)", said, re.MULTILINE)
         missed = [check for check in case.checks if check not in failed]
-        return not missed, f"not found by {', '.join(missed)}:\n{output}" if missed else f"found by {', '.join(case.checks)}"
+        return case, not missed, f"not found by {', '.join(missed)}:\n{said}" if missed else f"found by {', '.join(case.checks)}"
 
     def end(self) -> None:
         """Ends all; each ends the programs that it has started."""
-        for test in list(self._running):
-            test.terminate()
+        for test in self._running:
+            os.kill(test, signal.SIGTERM)
+        while self._running:
+            self._running.pop(os.wait()[0])
 
 
 def identity_errors() -> list[str]:
@@ -116,8 +146,7 @@ def identity_errors() -> list[str]:
 
 def page_errors() -> list[str]:
     """What is wrong with the kit's own reading of the page: its sentences, and the bytes of its example."""
-    from ..command import suite_of
-    suites = {side: suite_of(side) for side in ("mediator", "robot")}
+    suites = {"mediator": of_mediator.SUITE, "robot": of_robot.SUITE}
     errors = [error for suite in suites.values() for error in suite.errors()]
     for case in cases(True):
         known = {check.name for check in suites[case.side].checks}
@@ -163,16 +192,16 @@ def main(arguments: Sequence[str]) -> int:
     print(*(errors or ["ok      sentences and example of PROTOCOL.md, files of identities"]), sep="\n", flush=True)
     chosen = select(cases(bool(said.mediator)), said.only)
     problems, runs = len(errors), Runs(said.mediator, said.margin)
-    with ThreadPoolExecutor(said.jobs) as pool:
-        try:
-            pending = {pool.submit(runs.judge, case): case for case in chosen}
-            for done in as_completed(pending):
-                case, (good, what) = pending[done], done.result()
-                problems += not good
-                print(f"{'ok' if good else 'FAILED':8}{case.side} {case.name}: {case.about} {what}", flush=True)
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            runs.end()
+    waiting = list(chosen)
+    try:
+        while waiting or len(runs) > 0:
+            while waiting and len(runs) < said.jobs:
+                runs.begin(waiting.pop(0))
+            case, good, what = runs.ended()
+            problems += not good
+            print(f"{'ok' if good else 'FAILED':8}{case.side} {case.name}: {case.about} {what}", flush=True)
+    finally:
+        runs.end()
     if not said.mediator:
         print(f"skipped {len(WRONG_MEDIATORS)} wrong mediators: give --mediator COMMAND")
     wrong = {side: sum(case.side == side and bool(case.checks) for case in chosen) for side in ("robot", "mediator")}
