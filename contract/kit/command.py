@@ -6,7 +6,7 @@ import argparse
 import random
 import signal
 import sys
-from typing import Sequence
+from typing import Any, Sequence
 
 from .checks import Suite, run_all
 from .identity import NoLink
@@ -14,8 +14,16 @@ from .network import Network, free_endpoint
 from .program import Program
 from .shares import run_shares
 
+SIGNALS = (signal.SIGTERM, signal.SIGHUP)
 HINT = ("{endpoint}, {prefix} and {folder} in it stand for the endpoint to listen on or connect to, the key prefix, and a folder of its own "
         "that outlives a restart")
+
+
+def end(number: int, _: Any) -> None:
+    """As by an interrupt from the keyboard: programs that were started are ended, and what is known is said. A second signal changes nothing."""
+    for other in SIGNALS:
+        signal.signal(other, signal.SIG_IGN)
+    sys.exit(128 + number)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -51,9 +59,8 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command. Returns the exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        # As by an interrupt from the keyboard: programs that were started are ended, and what is known is said.
-        signal.signal(number, lambda number, _: sys.exit(128 + number))
+    for number in SIGNALS:
+        signal.signal(number, end)
     if words[:1] == ["selftest"]:
         from .selftest.run import main as selftest
         return selftest(words[1:])

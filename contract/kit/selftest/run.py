@@ -32,7 +32,7 @@ FOLDER = Path(__file__).resolve().parent.parent.parent
 ROBOT = "exec {python} -m kit.selftest.robots {name} --connect {{endpoint}} --prefix {{prefix}} --at 0.75,0 --route a,b,c,d"
 MEDIATOR = "exec {python} -m kit.selftest.mediators {name} {{endpoint}} {{prefix}} {{folder}}"
 # In how many processes all checks of one side are run.
-SHARES = 4
+SHARES = 6
 # All checks of one side, with patience.
 LONGEST_S = 1800
 
@@ -185,7 +185,7 @@ def main(arguments: Sequence[str]) -> int:
     options.add_argument("--only", metavar="NAME,...", help="these wrong ones alone, separated by commas")
     options.add_argument("--mediator", metavar="COMMAND", default="", help="test with mediators as well, made from this one by a relay; of the "
                          "site kit.toml, with {endpoint}, {prefix} and {folder} as for `kit mediator --start`")
-    options.add_argument("--jobs", type=int, default=4, help="how many at a time; most of them wait most of the time [default: 4]")
+    options.add_argument("--jobs", type=int, default=8, help="how many at a time; most of them wait most of the time [default: 8]")
     options.add_argument("--margin", default="1.0", metavar="S", help="as of `kit mediator` and `kit robot` [default: 1.0]")
     said = options.parse_args(arguments)
     begin, errors = time.monotonic(), page_errors() + identity_errors()
