@@ -113,9 +113,9 @@ class Hall:
             self.start_robot()
 
     def start_robot(self) -> None:
-        """Kills the robot, and starts it on an empty floor."""
+        """Ends the robot, and starts it on an empty floor."""
         assert self.program is not None
-        self.program.kill()
+        self.program.end()
         with self.lock:
             self.speaks = False
             self.said.clear()

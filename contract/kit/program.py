@@ -11,6 +11,10 @@ import time
 from pathlib import Path
 
 
+# How long a program may take to end by itself.
+ENDS_S = 3.0
+
+
 class Program:
     """Starts, kills and restarts one process with its children, and keeps what it writes.
 
@@ -60,6 +64,25 @@ class Program:
         self._process.wait()
         self._process = None
 
+    def end(self) -> None:
+        """Ends it as its operator would, so that it leaves nothing behind; kills it when that takes long."""
+        self.signal(signal.SIGTERM)
+        until = time.monotonic() + ENDS_S
+        while self._lives() and time.monotonic() < until:
+            time.sleep(0.02)
+        self.kill()
+
+    def _lives(self) -> bool:
+        """Whether any of its processes does; its shell may have ended before the others."""
+        if self._process is None:
+            return False
+        self._process.poll()
+        try:
+            os.killpg(self._process.pid, 0)
+        except ProcessLookupError:
+            return False
+        return True
+
     def ended(self) -> bool:
         """Whether it has ended by itself."""
         return self._process is not None and self._process.poll() is not None
@@ -73,8 +96,8 @@ class Program:
         return " / ".join(line.strip() for line in lines[-3:])
 
     def close(self) -> None:
-        """Kills it and removes its folders."""
-        self.kill()
+        """Ends it and removes its folders."""
+        self.end()
         for folder in self._folders:
             folder.cleanup()
         self._folders.clear()
