@@ -157,7 +157,8 @@ class Fleet:
             robot.wait(self.soon_s, lambda heard: all(claim.progress == 0 for claim in robot.claims.values()))
 
     def believed(self) -> None:
-        """Waits until a mediator that has just started believes processes that it does not know, and each of them has heard it since."""
+        """Waits until a mediator that has just started, or taken a larger epoch, believes processes that it did not know then, and each of
+        them has heard it since."""
         said = self.robots[0].messages[-1].message
         met_at = self.met_at[said.instance, said.mediator_epoch]
         time.sleep(max(0.0, met_at + page.ENTERS_NO_MORE_S + 3 * page.LEVEL_S - time.monotonic()))

@@ -28,6 +28,7 @@ def follow_other(fleet: Fleet, robot: PlayedRobot, epoch: int) -> None:
 @SUITE.check("lied-epoch", LIE)
 def lied_epoch(fleet: Fleet) -> None:
     """A robot that reports a larger epoch in this mediator's name is told a larger one still, and is taken in again."""
+    fleet.believed()
     robot = fleet.robots[0]
     with robot.lock:
         robot.mediator_epoch += 1000
@@ -42,6 +43,7 @@ def lied_epoch(fleet: Fleet) -> None:
 @SUITE.check("other-mediator-gone", GONE, needs=["2 robots"])
 def other_mediator_gone(fleet: Fleet) -> None:
     """A robot that has followed another mediator, which is gone, is told a larger epoch; nothing is granted until all are under it."""
+    fleet.believed()
     first, last = fleet.robots[0], fleet.robots[-1]
     area, = fleet.areas(1)
     epoch = first.mediator_epoch + 50
@@ -63,6 +65,7 @@ def other_mediator_gone(fleet: Fleet) -> None:
 @SUITE.check("stands-by", STANDS_BY, OTHER, needs=["3 robots"])
 def stands_by(fleet: Fleet) -> None:
     """While two of three robots follow and hear another mediator this one grants nothing, and says so; then it goes on."""
+    fleet.believed()
     loyal, *others = fleet.robots
     area, = fleet.areas(1)
     instance, journal, epoch = fleet.another_boot(), fleet.another_boot(), loyal.mediator_epoch + 10
