@@ -149,7 +149,9 @@ class Fleet:
     def join(self, robot: PlayedRobot) -> None:
         """Waits until the robot is registered, and its reports count."""
         starts_s = max(0.0, self.program.started_at + STARTS_S - time.monotonic()) if self.program is not None else 0.0
-        self.expect(robot, starts_s + self.taken_in_s, lambda heard: heard.message.session != 0 and heard.message.robot_sequence > 0,
+        # That it is in time is for checks to judge, not for what surrounds them.
+        patience_s = starts_s + self.taken_in_s + page.CANDIDATE_S
+        self.expect(robot, patience_s, lambda heard: heard.message.session != 0 and heard.message.robot_sequence > 0,
                     "a session for a robot of the site whose process before is silent, and its reports to count")
         if robot.claims:
             # Levels of a run before, which was left where it was.
