@@ -109,7 +109,7 @@ def intrusion(fleet: Fleet) -> tuple[str, PlayedRobot, PlayedRobot, Claim, Claim
     return area, first, second, claim, asked
 
 
-@SUITE.check("revocation-yielded", REVOKE, ASKED, "Until it answers, the robot has the area.", needs=["2 robots"])
+@SUITE.check("revocation-yielded", REVOKE, ASKED, "Until it answers, the robot has the area", needs=["2 robots"])
 def revocation_yielded(fleet: Fleet) -> None:
     """A revocation names the fence; until it is answered nobody else has the area; `yielded` with `returned` empties both arrays."""
     area, first, second, claim, asked = intrusion(fleet)
