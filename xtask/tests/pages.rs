@@ -289,6 +289,13 @@ const COMMANDS: &[(&str, Run)] = &[
         },
     ),
     (
+        "target/release/onboard ctl load 'pallet 17' --mass-kg 40",
+        ByTest {
+            file: OPERATOR,
+            naming: "ask(\"load pallet --mass-kg 40\")",
+        },
+    ),
+    (
         "target/release/onboard teleop amr-1",
         ByTest {
             file: TELEOP,

@@ -12,9 +12,9 @@ use skills::tubes::FloorCheckpoint;
 
 use super::faults::FaultTable;
 use super::values::{
-    ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, NavigationState, OdometryTrace,
-    PoseEstimate, RangeScan, RobotMode, SafeCommand, TeleopWish, ThreadReport, TubeState,
-    WantedMotion, WheelSetpoints, Whereabouts,
+    ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, Load, NavigationState,
+    OdometryTrace, PoseEstimate, RangeScan, RobotMode, SafeCommand, TeleopWish, ThreadReport,
+    TubeState, WantedMotion, WheelSetpoints, Whereabouts,
 };
 
 const SUPERVISOR: &str = "supervisor";
@@ -154,6 +154,8 @@ users! {
         mode: Reader<RobotMode> => "robot",
         /// The battery's voltage.
         drive: Reader<DriveStatus> => "kelo",
+        /// What it carries.
+        load: Reader<Load> => "robot",
     }
 
     /// Symbols of communication that only a managed site needs.
@@ -222,6 +224,8 @@ users! {
         faults: Writer<FaultTable> => "robot",
         /// What the robot is doing.
         mode: Writer<RobotMode> => "robot",
+        /// What it carries, by an operator's word.
+        load: Writer<Load> => "robot",
         /// To know whether a teleoperator is connected.
         wish: Reader<TeleopWish> => "teleop",
         /// To know when it stands.

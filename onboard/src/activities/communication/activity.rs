@@ -224,6 +224,7 @@ impl Activity for Communication {
             faults: self.symbols.faults.read().value,
             mode: self.symbols.mode.read().value.mode,
             drive: self.symbols.drive.read().value,
+            load: self.symbols.load.read().value,
         };
         self.membership
             .listen(self.snapshot.odometry.twist.v_m_s, now_ns);

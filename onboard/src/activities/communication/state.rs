@@ -1,13 +1,13 @@
 //! The robot's state as a message to everybody.
 
-use contract::wire::{Battery, Fault as FaultMessage, Pose, RobotState};
+use contract::wire::{Battery, Fault as FaultMessage, Load as LoadMessage, Pose, RobotState};
 
 use coordination::symbols::Stamped;
 use skills::odometry::Odometry;
 
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::{Fault, FaultTable};
-use crate::symbols::values::{DriveStatus, Mode, NavigationState, PoseEstimate};
+use crate::symbols::values::{DriveStatus, Load, Mode, NavigationState, PoseEstimate};
 
 /// What was read in one event loop.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,6 +18,7 @@ pub(super) struct Snapshot {
     pub(super) faults: FaultTable,
     pub(super) mode: u64,
     pub(super) drive: DriveStatus,
+    pub(super) load: Load,
 }
 
 /// The message; its sequence and the ages of faults are filled in when it is sent.
@@ -34,6 +35,7 @@ pub(super) fn message(
         faults,
         mode,
         drive,
+        load,
     } = snapshot;
     RobotState {
         robot_id: robot_id.to_owned(),
@@ -59,6 +61,10 @@ pub(super) fn message(
         battery: (drive.operational != 0).then_some(Battery {
             voltage_v: drive.bus_voltage_v,
             ..Battery::default()
+        }),
+        load: (!load.name.as_str().is_empty()).then(|| LoadMessage {
+            name: load.name.as_str().to_owned(),
+            mass_kg: load.mass_kg,
         }),
     }
 }
@@ -99,6 +105,7 @@ pub(super) fn is_news(sent: &RobotState, state: &RobotState) -> bool {
         || sent.skill != state.skill
         || sent.mode != state.mode
         || sent.laps != state.laps
+        || sent.load != state.load
         || ages_aside(&sent.faults) != ages_aside(&state.faults)
 }
 

@@ -24,6 +24,8 @@ pub enum Done {
     Placed,
     /// It takes the operator's word for the floor behind it, so many metres.
     FreeBehind(f64),
+    /// It says that it carries this, or nothing.
+    Carries(Option<String>),
     /// The files were read again.
     Reloaded,
     /// It is in the hands of who asked, by a session of this number.
@@ -54,6 +56,8 @@ impl fmt::Display for Done {
             Self::FreeBehind(way_m) => {
                 write!(f, "the floor behind it counts as free for {way_m} m")
             }
+            Self::Carries(Some(name)) => write!(f, "it carries {name}"),
+            Self::Carries(None) => f.write_str("it carries nothing"),
             Self::Reloaded => f.write_str("reloaded"),
             Self::Lent(session) => write!(f, "in your hands, session {session}"),
             Self::Sent {

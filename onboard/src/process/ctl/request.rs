@@ -6,6 +6,7 @@ use description::instruction::Instruction;
 use serde::{Deserialize, Serialize};
 
 use super::reply::Refusal;
+use crate::symbols::values::Name;
 
 /// What an operator can ask of a running robot.
 #[derive(Clone, Debug, PartialEq, Subcommand)]
@@ -22,6 +23,10 @@ pub enum Request {
     Place(Place),
     /// Say how far the floor straight behind the robot is free, while it is stopped or paused
     FreeBehind(FreeBehind),
+    /// Say what the robot carries, for those who look at it
+    Load(Load),
+    /// Say that the robot carries nothing
+    Unload,
     /// Read gains, limits, tubes and map from the files again
     Reload,
     /// Give the robot's state machine one of its external events
@@ -69,6 +74,17 @@ pub struct FreeBehind {
 
 /// Farther than this nobody says that floor is free.
 const FARTHEST_BEHIND_M: f64 = 2.5;
+
+/// What the robot carries, as somebody sees who looks. Until the program ends, or something else is said.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+pub struct Load {
+    /// What it is, at most 31 bytes
+    #[arg(value_parser = load_name)]
+    pub name: String,
+    /// How heavy it is, in kilograms; not known if not given
+    #[arg(long, value_name = "KG", default_value_t = 0.0, value_parser = mass)]
+    pub mass_kg: f64,
+}
 
 /// An external event of the robot's machine, with what holds in the state that it enters until that state is left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,6 +181,33 @@ fn way(text: &str) -> Result<f64, String> {
     FreeBehind { way_m }.check()
 }
 
+fn load_name(text: &str) -> Result<String, String> {
+    let printable = !text.chars().any(char::is_control);
+    if printable && !text.is_empty() && Name::new(text).as_str() == text {
+        Ok(text.to_owned())
+    } else {
+        Err(format!(
+            "{text:?}; expected a name of 1 to 31 bytes without control characters"
+        ))
+    }
+}
+
+fn mass(text: &str) -> Result<f64, String> {
+    let mass_kg = number(text)?;
+    if mass_kg < 0.0 {
+        return Err(format!("{mass_kg} kg is negative; expected 0 or more"));
+    }
+    Ok(mass_kg)
+}
+
+impl Load {
+    fn check(self) -> Result<Self, String> {
+        load_name(&self.name)?;
+        mass(&self.mass_kg.to_string())?;
+        Ok(self)
+    }
+}
+
 impl FreeBehind {
     fn check(self) -> Result<f64, String> {
         let Self { way_m } = self;
@@ -198,6 +241,8 @@ impl Request {
             Self::Reset => "reset",
             Self::Place(_) => "place",
             Self::FreeBehind(_) => "free-behind",
+            Self::Load(_) => "load",
+            Self::Unload => "unload",
             Self::Reload => "reload",
             Self::Send(_) => "send",
             Self::Teleop(_) => "teleop",
@@ -211,6 +256,7 @@ impl Request {
             Self::Send(event) => serde_json::to_string(event),
             Self::Place(place) => serde_json::to_string(place),
             Self::FreeBehind(behind) => serde_json::to_string(behind),
+            Self::Load(load) => serde_json::to_string(load),
             Self::Teleop(teleop) => serde_json::to_string(teleop),
             plain => return plain.name().to_owned(),
         };
@@ -223,6 +269,7 @@ impl Request {
             Self::Resume,
             Self::Stop,
             Self::Reset,
+            Self::Unload,
             Self::Reload,
         ];
         if let Some(event) = parameters(line, "send") {
@@ -235,6 +282,10 @@ impl Request {
             let behind: FreeBehind = read(behind)?;
             behind.check().map_err(Refusal::Unreadable)?;
             return Ok(Self::FreeBehind(behind));
+        }
+        if let Some(load) = parameters(line, "load") {
+            let load: Load = read(load)?;
+            return load.check().map(Self::Load).map_err(Refusal::Unreadable);
         }
         if let Some(teleop) = parameters(line, "teleop") {
             return read(teleop).map(Self::Teleop);
@@ -270,6 +321,11 @@ mod tests {
                 state: Some("drive-1".to_owned()),
             }),
             Request::FreeBehind(FreeBehind { way_m: 1.5 }),
+            Request::Load(Load {
+                name: "pallet \"17\"".to_owned(),
+                mass_kg: 40.5,
+            }),
+            Request::Unload,
             Request::Teleop(Teleop {
                 without_borders: true,
             }),
@@ -289,6 +345,13 @@ mod tests {
             "free-behind 1.0",
             "free-behind {\"way_m\":9.0}",
             "free-behind {\"way_m\":null}",
+            "load",
+            "load pallet",
+            "load {\"name\":\"\",\"mass_kg\":1.0}",
+            "load {\"name\":\"a\\nb\",\"mass_kg\":1.0}",
+            "load {\"name\":\"a name of more than 31 bytes, by one\",\"mass_kg\":1.0}",
+            "load {\"name\":\"pallet\",\"mass_kg\":-1.0}",
+            "unload pallet",
             "teleop",
             "teleop now",
         ];

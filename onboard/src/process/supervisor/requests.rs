@@ -12,7 +12,7 @@ use crate::process::ctl::{
     Done, Event, FreeBehind, Pending, Place, Refusal, Reply, Request, Spot, quoted,
 };
 use crate::symbols::faults::Fault;
-use crate::symbols::values::Mode;
+use crate::symbols::values::{Load, Mode, Name};
 
 impl Supervisor {
     pub(super) fn serve(&mut self, pending: Pending, now_ns: u64) {
@@ -59,6 +59,18 @@ impl Supervisor {
                 self.handles
                     .tell(ActivityKind::MotionTube, Command::FreeBehind(*way_m));
                 Ok(Done::FreeBehind(*way_m))
+            }
+            Request::Load(load) => {
+                let value = Load {
+                    name: Name::new(&load.name),
+                    mass_kg: load.mass_kg,
+                };
+                self.symbols.load.write(now_ns, &value);
+                Ok(Done::Carries(Some(load.name.clone())))
+            }
+            Request::Unload => {
+                self.symbols.load.write(now_ns, &Load::default());
+                Ok(Done::Carries(None))
             }
             Request::Teleop(_) => self.lend(now_ns),
             Request::Reload => {

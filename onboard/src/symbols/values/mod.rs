@@ -15,5 +15,5 @@ mod text;
 pub use devices::{DriveStatus, Encoders, LidarStatus, MAX_STEPS, RangeScan, WheelSetpoints};
 pub use motion::{OdometryTrace, SafeCommand, TRACE_SAMPLES, TeleopWish, TubeState, WantedMotion};
 pub use pose::{NavigationState, PoseEstimate, Whereabouts};
-pub use robot::{ActivityState, FleetState, Mode, RobotMode, ThreadReport};
+pub use robot::{ActivityState, FleetState, Load, Mode, RobotMode, ThreadReport};
 pub use text::{Line, Name};

@@ -56,6 +56,16 @@ value! {
 }
 
 value! {
+    /// What people say that the robot carries.
+    Load, "load" {
+        /// What it is; empty: nothing.
+        name: Name,
+        /// Its mass; 0: not known.
+        mass_kg: f64,
+    }
+}
+
+value! {
     /// Life cycle of one activity.
     ActivityState, "activity_state" {
         /// Number of the life-cycle state.

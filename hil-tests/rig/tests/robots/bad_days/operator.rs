@@ -3,6 +3,7 @@
 use std::fs;
 use std::time::Duration;
 
+use contract::wire::Load;
 use serde_json::Value as Json;
 
 use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
@@ -17,11 +18,19 @@ fn pause_resume_stop_and_reset_do_what_they_say() {
         let mut bench = Bench::driving();
         bench.ask("pause");
         bench.until_standing(Duration::from_secs(3));
+        bench.ask("load pallet --mass-kg 40");
         bench.stands_for(Duration::from_millis(500));
-        assert_eq!(bench.published().mode, "paused");
+        let load = Load {
+            name: "pallet".to_owned(),
+            mass_kg: 40.0,
+        };
+        let state = bench.published();
+        assert_eq!((state.mode.as_str(), state.load), ("paused", Some(load)));
+        bench.ask("unload");
         bench.ask("resume");
         bench.until_driving();
-        assert_eq!(bench.published().mode, "running");
+        let state = bench.published();
+        assert_eq!((state.mode.as_str(), state.load), ("running", None));
 
         bench.is_stopped(SERVED, |bench| bench.ask("stop"));
         bench.until_published("operator-stop", Duration::from_secs(1));
