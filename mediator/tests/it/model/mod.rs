@@ -359,14 +359,14 @@ fn what_is_broken_is_noticed() {
         operator: true,
         ..Faults::NONE
     };
-    for (broken, faults, how, runs) in [
-        (Broken::Reckless, Faults::NONE, "are in it", 24),
-        (Broken::AwaitsNobody, power, "are in it", 24),
-        (Broken::ForgetsJournal, crashes, "journal", 24),
-        (Broken::ForgetsEpoch, power, "", 24),
-        (Broken::NoFences, old, "without a grant", 24),
-        (Broken::TellsFirst, crashes, "journal", 48),
-        (Broken::NoLease, cuts, "", 300),
+    for (broken, faults, how, runs, at_least) in [
+        (Broken::Reckless, Faults::NONE, "are in it", RUNS, RUNS / 2),
+        (Broken::AwaitsNobody, power, "are in it", RUNS, 1),
+        (Broken::ForgetsJournal, crashes, "journal", RUNS, RUNS / 2),
+        (Broken::ForgetsEpoch, power, "", RUNS, RUNS / 2),
+        (Broken::NoFences, old, "without a grant", RUNS, RUNS / 2),
+        (Broken::TellsFirst, crashes, "journal", 48, 1),
+        (Broken::NoLease, cuts, "", 300, 2),
     ] {
         for (name, floor, settle_ms) in FLOORS {
             let noticed =
@@ -378,7 +378,10 @@ fn what_is_broken_is_noticed() {
                 so.len() + otherwise.len(),
                 so.len()
             );
-            assert!(!so.is_empty(), "{broken:?} on {name}: {otherwise:#?}");
+            assert!(
+                so.len() as u64 >= at_least,
+                "{broken:?} on {name}: {otherwise:#?}"
+            );
         }
     }
     // The same faults, and nothing broken.
