@@ -175,8 +175,7 @@ impl Claims {
             let at = claim.replica.position();
             // What it was granted before it restarted and does not stand in, it gives back: the mediator may have lost more. And so
             // what it has by another pose, or is granted because it asked by that.
-            let is_held = at == protocol.granted_at || at == protocol.entered_at;
-            let wants = if is_held && std::mem::take(&mut claim.doubtful) {
+            let wants = if protocol.is_held(at) && std::mem::take(&mut claim.doubtful) {
                 situation.committed.contains(area)
             } else {
                 wanted.contains(area)

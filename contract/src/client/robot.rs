@@ -65,6 +65,9 @@ impl Client {
             Received::Registered => {
                 // What the mediator knows of this robot holds; there is nothing else yet.
                 self.forget();
+                let release = { message.take_up.as_ref() }.and_then(|own| own.release.as_ref());
+                self.last_order = release.map(Order::release);
+                self.counters.let_go += u64::from(release.is_some());
                 true
             }
             Received::Stale | Received::Other => {
@@ -84,14 +87,6 @@ impl Client {
                 return received;
             }
         };
-        if registers {
-            let release = message
-                .take_up
-                .as_ref()
-                .and_then(|own| own.release.as_ref());
-            self.last_order = release.map(Order::release);
-            self.counters.let_go += u64::from(release.is_some());
-        }
         for grant in &message.access {
             let learned = if registers {
                 self.claims.inherit(grant)

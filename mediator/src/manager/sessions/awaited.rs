@@ -47,7 +47,7 @@ impl Sessions {
             return;
         }
         session.unaccount(now_ns);
-        if !self.awaited.contains(&robot) {
+        if !self.is_awaited(robot) {
             self.awaited.push(robot);
         }
     }

@@ -180,8 +180,8 @@ impl Session {
         self.registered = false;
         self.taken_in_ns = Some(now_ns);
         // One that was offered its session then has heard of it since.
-        let at_rest_ns = self.before_until_ns.saturating_add(ENTERS_NO_MORE_NS);
-        self.at_rest = (candidate.since_ns >= at_rest_ns).then_some(candidate.after);
+        let at_rest = self.unknown_for_ns(candidate.since_ns) == 0;
+        self.at_rest = at_rest.then_some(candidate.after);
     }
 
     /// Another mediator may have granted anything to it, or to a process before it.

@@ -147,12 +147,15 @@ fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-fn speed(text: &str) -> Result<f64, String> {
-    let speed_m_s = number(text)?;
-    if speed_m_s < 0.0 {
-        return Err(format!("{speed_m_s} m/s is negative; expected 0 or more"));
+fn not_negative(number: f64, unit: &str) -> Result<f64, String> {
+    if !(0.0..f64::INFINITY).contains(&number) {
+        return Err(format!("{number} {unit} is negative; expected 0 or more"));
     }
-    Ok(speed_m_s)
+    Ok(number)
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    not_negative(number(text)?, "m/s")
 }
 
 fn pose(text: &str) -> Result<Pose2, String> {
@@ -193,17 +196,13 @@ fn load_name(text: &str) -> Result<String, String> {
 }
 
 fn mass(text: &str) -> Result<f64, String> {
-    let mass_kg = number(text)?;
-    if mass_kg < 0.0 {
-        return Err(format!("{mass_kg} kg is negative; expected 0 or more"));
-    }
-    Ok(mass_kg)
+    not_negative(number(text)?, "kg")
 }
 
 impl Load {
     fn check(self) -> Result<Self, String> {
         load_name(&self.name)?;
-        mass(&self.mass_kg.to_string())?;
+        not_negative(self.mass_kg, "kg")?;
         Ok(self)
     }
 }
