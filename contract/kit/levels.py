@@ -19,14 +19,16 @@ class Claim:
     progress: int = 0
     fence: int = 0
     after_abort: bool = False
-    # Taken over at a registration, not granted since: never entered, only given back.
+    # Had at a registration, or had or asked for where the robot was thought to be: never entered, only given back.
     inherited: bool = False
 
     @classmethod
     def inherit(cls, entry: Any) -> Claim:
         """The level of a message, as it is."""
         level = entry.level
-        return cls(level.run, level.path, level.progress, entry.fence, level.after_abort, True)
+        claim = cls(level.run, level.path, level.progress, entry.fence, level.after_abort)
+        claim.inherited = claim.held
+        return claim
 
     @property
     def held(self) -> bool:
@@ -50,8 +52,9 @@ class Claim:
                 return False
         elif self.progress != mine - 1 or level.progress != mine:
             return False
+        self.inherited = self.inherited and level.run == self.run
         self.run, self.path, self.progress, self.after_abort = level.run, level.path, level.progress, level.after_abort
-        self.fence, self.inherited = (entry.fence if level.progress >= mine else 0), False
+        self.fence = entry.fence if level.progress >= mine else 0
         return True
 
     def say(self, area: str, entries: Any) -> None:

@@ -2,7 +2,7 @@
 --route A,B,C`; without certificates `--connect tcp/HOST:7447` alone.
 
 It brings no file of the site: floor and role come from the mediator. It drives from the middle of one area of its route to that of the
-next, there and back, on a simulated body. `--at` is the word of the person who starts it, who sees it stand there: never write it into
+next, there and back, on a simulated body; with `--round` from the last on to the first. A stop may have a place: `lane@2.5:-0.6`. `--at` is the word of the person who starts it, who sees it stand there: never write it into
 what restarts the program by itself. Without it the robot is not located, stands, and shows where it was heard last, until it reads `at X Y`
 on its standard input.
 
@@ -35,9 +35,10 @@ GAP_M = 0.05
 class Robot(Follower):
     """All that the robot says and does; no network and no clock of its own. Seconds are those of one monotonic clock."""
 
-    def __init__(self, robot_id: str, site: str, body: Body, route: list[str], located: bool) -> None:
+    def __init__(self, robot_id: str, site: str, body: Body, route: list[str], located: bool, round_trip: bool = False) -> None:
         super().__init__(robot_id)
-        self.site, self.body, self.route, self.located = site, body, route, located
+        self.site, self.body, self.located = site, body, located
+        self.stops = route if round_trip else [*route, *route[-2:0:-1]]
         self.sequence = self.state_sequence = 0
         # What it has.
         self.claims: dict[str, Claim] = {}
@@ -49,6 +50,12 @@ class Robot(Follower):
         self.stands_in: list[str] = []
         self.state = "drive"
         self.target = 0
+
+    def is_placed(self, x_m: float, y_m: float) -> None:
+        """Somebody says where it stands. What it has, or asks for, it may have because it was thought elsewhere."""
+        self.body.x_m, self.body.y_m, self.body.path, self.located = x_m, y_m, [], True
+        for claim in self.claims.values():
+            claim.inherited = claim.held or claim.progress == REQUESTED
 
     def forget(self) -> None:
         """It has nothing."""
@@ -200,10 +207,14 @@ class Robot(Follower):
             self.body.path.clear()
         elif self.state == "visit" and not self.body.path:
             self.fire("arrived")
-        elif self.state == "drive" and not self.body.path and self.floor and len(self.route) > 1:
-            there_and_back = [*self.route, *self.route[-2:0:-1]]
-            self.target = (self.target + 1) % len(there_and_back)
-            self.body.path = [centre(area) for area in self.floor if area.id == there_and_back[self.target]]
+        elif self.state == "drive" and not self.body.path and self.floor and len(self.stops) > 1:
+            self.target = (self.target + 1) % len(self.stops)
+            name, _, place = self.stops[self.target].partition("@")
+            if place:
+                x_m, y_m = (float(part) for part in place.split(":"))
+                self.body.path = [(x_m, y_m)]
+            else:
+                self.body.path = [centre(area) for area in self.floor if area.id == name]
 
     @property
     def speed_m_s(self) -> float:
@@ -248,9 +259,10 @@ def run(make: Callable[..., Robot], arguments: list[str] | None = None, connect:
     for name, default in (("connect", None), ("identity", ""), ("prefix", "fleet"), ("site", "kit"), ("id", "kit-1"), ("at", ""),
                           ("route", "a,b,c,d")):
         options.add_argument(f"--{name}", default=default, required=default is None)
+    options.add_argument("--round", action="store_true")
     said = options.parse_args(arguments)
     x_m, y_m = (float(part) for part in (said.at or "0,0").split(","))
-    robot = make(said.id, said.site, Body(x_m, y_m), said.route.split(","), bool(said.at))
+    robot = make(said.id, said.site, Body(x_m, y_m), said.route.split(","), bool(said.at), said.round)
     lock = threading.Lock()
 
     def take(data: bytes) -> None:
@@ -262,8 +274,7 @@ def run(make: Callable[..., Robot], arguments: list[str] | None = None, connect:
             word, *numbers = line.split()
             if word == "at" and len(numbers) == 2:
                 with lock:
-                    robot.body.x_m, robot.body.y_m = (float(number) for number in numbers)
-                    robot.body.path, robot.located = [], True
+                    robot.is_placed(*(float(number) for number in numbers))
 
     try:
         link = connect(said.connect, said.prefix, said.id, said.identity, take)
