@@ -2,9 +2,9 @@
 --route A,B,C`; without certificates `--connect tcp/HOST:7447` alone.
 
 It brings no file of the site: floor and role come from the mediator. It drives from the middle of one area of its route to that of the
-next, there and back, on a simulated body; with `--round` from the last on to the first. A stop may have a place: `lane@2.5:-0.6`. `--at` is the word of the person who starts it, who sees it stand there: never write it into
-what restarts the program by itself. Without it the robot is not located, stands, and shows where it was heard last, until it reads `at X Y`
-on its standard input.
+next, there and back, on a simulated body; with `--round` from the last on to the first. A stop may have a place: `lane@2.5:-0.6`. `--at` is
+the word of the person who starts it, who sees it stand there: never write it into what restarts the program by itself. Without it the robot
+is not located, stands, and shows where it was heard last, until it reads `at X Y` on its standard input.
 
 Its machine knows three states: `drive` on its route; `visit`, by an order with areas, to the middle of the last one or to the order's place
 to stop, with the output `arrived`; and `halt`, by the event `halt`, until `resume`.

@@ -35,20 +35,24 @@ const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
 const TELEOP: &str = "hil-tests/rig/tests/robots/bad_days/by_hand.rs";
 const HARDWARE: &str = "the robot's own hardware, and an administrator";
 const PYTHON: &str = "the conformance kit's Python packages";
+const SELFTEST: &str = "contract/kit/selftest/run.py";
 const SERVE: &str = "target/debug/mediator run --site config/sites/overtaking.toml --first-start";
 
 /// All commands of all pages, each once.
 const COMMANDS: &[(&str, Run)] = &[
     // contract/kit/README
-    ("cargo build --bin rig --bin onboard", Needs(PYTHON)),
+    ("cargo build --bin rig --bin onboard", ByCi),
     ("cd contract", Needs(PYTHON)),
     (
         "python -m kit robot --start 'exec python -m kit.robot --connect {endpoint} --prefix {prefix} --at 0.75,0 --route a,b,c,d'",
-        Needs(PYTHON),
+        ByTest {
+            file: SELFTEST,
+            naming: "--at 0.75,0 --route a,b,c,d",
+        },
     ),
     (
         "python contract/kit selftest --mediator 'target/debug/mediator run --site contract/kit/sites/kit.toml --journal {folder}/journal --first-start --listen {endpoint} --key-prefix {prefix} --runtime {folder}'",
-        Needs(PYTHON),
+        ByCi,
     ),
     (
         "python -m kit.robot --connect tcp/127.0.0.1:7447 --site kit --id kit-1 --at 1.0,0.0 --route a,b,c,hall",
@@ -56,16 +60,28 @@ const COMMANDS: &[(&str, Run)] = &[
     ),
     (
         "python contract/kit mediator --areas a,b,c,hall --coordinated kit-1:call:bay --start 'target/debug/mediator run --site contract/kit/sites/kit.toml --journal {folder}/journal --first-start --listen {endpoint} --key-prefix {prefix} --runtime {folder}'",
-        Needs(PYTHON),
+        ByTest {
+            file: SELFTEST,
+            naming: "\"--areas\", \"a,b,c,hall\", \"--coordinated\", \"kit-1:call:bay\"",
+        },
     ),
     (
         "python contract/kit robot --robot amr-1 --site overtaking --patience 60 --start 'sh contract/kit/start_onboard.sh target/debug config overtaking {endpoint} {prefix} {folder}'",
-        Needs(PYTHON),
+        ByCi,
     ),
-    ("python3 -m venv venv", Needs(PYTHON)),
+    (
+        "python3 -m venv venv",
+        ByTest {
+            file: ".ci/run",
+            naming: "python3 -m venv",
+        },
+    ),
     (
         "venv/bin/pip install -r contract/kit/requirements.txt",
-        Needs(PYTHON),
+        ByTest {
+            file: ".ci/run",
+            naming: "-r contract/kit/requirements.txt",
+        },
     ),
     // README
     (

@@ -172,8 +172,9 @@ def uncounted_not_echoed(fleet: Fleet) -> None:
         last = robot.sequence
         for _ in range(3):
             robot.send()
-            fleet.never(robot, page.LEVEL_S, lambda heard, last=last: heard.message.robot_sequence > last,
-                        f"robot_sequence at most {last} after reports with {name} {right - 1}")
+            time.sleep(page.LEVEL_S / 2)
+        fleet.never(robot, fleet.soon_s, lambda heard, last=last: heard.message.robot_sequence > last,
+                    f"robot_sequence at most {last} after reports with {name} {right - 1}")
         setattr(robot, name, right)
         robot.speaks = True
         fleet.expect(robot, fleet.soon_s, lambda heard, last=last: heard.message.robot_sequence > last, "reports that count again")

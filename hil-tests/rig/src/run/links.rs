@@ -12,11 +12,11 @@ use crate::network::endpoint::free_endpoint;
 use crate::network::listener::Listener;
 
 /// Of one run.
-pub(super) struct Links {
+pub struct Links {
     /// A name of this run's own, so that two rigs on one machine never meet.
-    pub(super) key_prefix: String,
+    pub key_prefix: String,
     /// Where the mediator listens.
-    pub(super) mediator: String,
+    pub mediator: String,
     secured: Option<Secured>,
 }
 

@@ -8,7 +8,7 @@ mod ending;
 mod execution;
 mod finish;
 mod hours;
-mod links;
+pub mod links;
 pub mod live;
 pub(crate) mod measured;
 pub mod member;

@@ -51,6 +51,8 @@ pub struct Stage {
     pub world: SharedWorld,
     /// The independent listener.
     pub listener: Listener,
+    /// Where robots find the mediator.
+    pub links: Links,
     players: Vec<Player>,
     managed: bool,
     start_ns: u64,
@@ -90,8 +92,7 @@ impl Stage {
         let links =
             Links::new(&site.name, options.secure, folder.path()).map_err(Failure::refused)?;
         let listener = { links.listener(site, &scenario.nets) }.map_err(Failure::refused)?;
-        let runtime_folder = folder.path().join("run");
-        let runtime = Runtime::new(Some(runtime_folder.clone()))?;
+        let runtime = Runtime::new(Some(folder.path().join("run")))?;
         let wanted = options.mediator && site.areas_managed;
         if options.secure && !wanted {
             return Err(Failure::refused(
@@ -160,7 +161,7 @@ impl Stage {
                     robot_file: player.file.clone(),
                     site_file: site_file.clone(),
                     set,
-                    runtime: runtime_folder.clone(),
+                    runtime: folder.path().join("run"),
                     log: options.out.join(format!("{}.log", player.id)),
                     environment: Vec::new(),
                 },
@@ -180,6 +181,7 @@ impl Stage {
             managed: site.areas_managed,
             world,
             listener,
+            links,
             start_ns,
             runtime,
             seen: 0,

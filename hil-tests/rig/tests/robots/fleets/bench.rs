@@ -101,7 +101,13 @@ impl Bench {
 
     /// Looks on until the run ends.
     pub fn until_end(&mut self) -> Ending {
+        self.until_end_with(|_| ())
+    }
+
+    /// Looks on until the run ends, and does this each time.
+    pub fn until_end_with(&mut self, mut act: impl FnMut(&Run)) -> Ending {
         loop {
+            act(&self.run);
             if let Some(ending) = self.look() {
                 return ending;
             }
