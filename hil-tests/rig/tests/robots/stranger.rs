@@ -18,7 +18,7 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/robots/stranger
 #[test]
 fn soem_turns_a_wheel_of_the_simulated_robot() {
     once_more_if_late(|| {
-        let _turn = Turn::of_a_robot();
+        let _turn = Turn::of_robots(1);
         let python = std::env::var("RIG_PYTHON").unwrap_or_else(|_| "python3".to_owned());
         let import = run(Command::new(&python).args(["-c", "import pysoem"]));
         if let Err(why) = import {

@@ -73,7 +73,7 @@ impl Bench {
     /// World and devices, at the start pose of the site, with copies of the files that ship.
     pub fn new() -> Self {
         static BENCHES: AtomicU32 = AtomicU32::new(0);
-        let turn = Turn::of_a_robot();
+        let turn = Turn::of_robots(1);
         let folder = tempfile::tempdir().expect("a temporary folder");
         for (from, to) in [
             ("robots/amr-1.toml", "robot.toml"),

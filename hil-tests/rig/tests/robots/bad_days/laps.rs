@@ -30,7 +30,7 @@ struct Lap {
 impl Lap {
     /// Starts it and waits until its robot runs.
     fn start() -> Self {
-        let turn = Turn::of_a_robot();
+        let turn = Turn::of_robots(1);
         let folder = tempfile::tempdir().expect("a temporary folder");
         let log = File::create(folder.path().join("rig.log")).expect("created");
         let child = Command::new(RIG)

@@ -25,8 +25,8 @@ struct Program {
 
 impl Program {
     /// Starts it as a user would in the repository's root.
-    fn start(command: &[&str]) -> Self {
-        let turn = Turn::of_a_fleet();
+    fn start(command: &[&str], robots: usize) -> Self {
+        let turn = Turn::of_robots(robots);
         let folder = tempfile::tempdir().expect("a temporary folder");
         let log = File::create(folder.path().join("rig.log")).expect("created");
         let child = Command::new(RIG)
@@ -106,8 +106,14 @@ impl Drop for Program {
 #[test]
 fn every_command_of_a_scenario_runs_its_programs() {
     once_more_if_late(|| {
-        for command in ["overtaking", "docking", "t-junction", "course", "clutter"] {
-            let mut program = Program::start(&[command]);
+        for (command, robots) in [
+            ("overtaking", 2),
+            ("docking", 3),
+            ("t-junction", 3),
+            ("course", 1),
+            ("clutter", 1),
+        ] {
+            let mut program = Program::start(&[command], robots);
             std::thread::sleep(UNDER_WAY);
             program.signal(Signal::INT);
             let status = program.ended(Duration::from_secs(15));
@@ -117,9 +123,9 @@ fn every_command_of_a_scenario_runs_its_programs() {
             assert!(!said.contains("VIOLATION"), "{command}: {said}");
             let summary = fs::read_to_string(program.folder.path().join("out/summary.json"));
             let summary: Json = serde_json::from_str(&summary.expect("left")).expect("JSON");
-            let robots = summary["robots"].as_array().expect("a list");
-            assert!(!robots.is_empty(), "{command}");
-            for robot in robots {
+            let own = summary["robots"].as_array().expect("a list");
+            assert_eq!(own.len(), robots, "{command}");
+            for robot in own {
                 let cycles = robot["ethercat"]["cycles"].as_u64();
                 let scans = robot["lidar"]["scans"].as_u64();
                 assert!(cycles > Some(1000) && scans > Some(5), "{command}: {robot}");
@@ -132,7 +138,7 @@ fn every_command_of_a_scenario_runs_its_programs() {
 #[test]
 fn killed_it_takes_mediator_and_robots_with_it() {
     once_more_if_late(|| {
-        let mut program = Program::start(&["scenario", "config/scenarios/overtaking.toml"]);
+        let mut program = Program::start(&["scenario", "config/scenarios/overtaking.toml"], 2);
         let began = Instant::now();
         let mut children = program.children();
         while children.len() < 3 {
