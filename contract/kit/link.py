@@ -19,6 +19,8 @@ FIRST_REQUEST_S = 5.0
 RETRY_S = 60.0
 # Between two looks at the file, over which somebody may copy another one.
 LOOK_S = 2.0
+# Nothing is heard for so long over a link that lives: another session is tried.
+UNHEARD_S = 10.0
 # How long a request may wait for its answer, and the next session for its link.
 PATIENCE_S = 10.0
 
@@ -33,6 +35,7 @@ class Link:
         # As the file was read or written last.
         self._filed = Identity.read(self._file) if self._file else None
         check([endpoint], self._filed)
+        self._heard_at = time.monotonic()
         self._network, self._identity, self._told = self._open(self._filed), self._filed, ""
         if self._file:
             threading.Thread(target=self._look_after, daemon=True).start()
@@ -43,13 +46,18 @@ class Link:
 
     def _open(self, identity: Identity | None) -> Network:
         network = Network(connect=[self._endpoint], identity=identity)
-        network.subscribe(self._mine, lambda _, data: self._take(data))
+        network.subscribe(self._mine, lambda _, data: self._hear(data))
         network.show_alive(f"{self._key}/alive")
         return network
 
+    def _hear(self, data: bytes) -> None:
+        self._heard_at = time.monotonic()
+        self._take(data)
+
     def _look_after(self) -> None:
-        """Takes over what somebody puts in place of the file, and asks for the next certificate in time."""
-        assert self._file is not None
+        """Takes over what somebody puts in place of the file, asks for the next certificate in time, and tries another session
+        where nothing is heard: a link that was made while the mediator closed its session may live and carry nothing."""
+        assert self._file is not None and self._identity is not None
         request_at = time.monotonic() + FIRST_REQUEST_S
         if not RENEWS:
             request_at = math.inf
@@ -62,6 +70,9 @@ class Link:
                     self._filed = other
                 elif not self._network.is_linked():
                     raise NoLink(f"found no link with {self._endpoint}: the mediator is away, or does not take this certificate")
+                elif time.monotonic() >= self._heard_at + UNHEARD_S:
+                    self._heard_at = time.monotonic()
+                    self._go_over(self._identity, "nothing was heard over a link that lives; another session is in use")
                 elif time.monotonic() >= request_at:
                     request_at = time.monotonic() + RETRY_S
                     request_at = time.monotonic() + self._renew(self._file)
@@ -87,7 +98,7 @@ class Link:
         self._filed = new if stored else self._filed
         return float(max(1, answer.renew_after_s))
 
-    def _go_over(self, identity: Identity) -> None:
+    def _go_over(self, identity: Identity, why: str = "another one is in use") -> None:
         """Opens another session, and closes the old one when the other has its link."""
         successor, end = self._open(identity), time.monotonic() + PATIENCE_S
         while not successor.is_linked():
@@ -98,7 +109,7 @@ class Link:
         before, self._network, self._identity = self._network, successor, identity
         before.close()
         self._told = ""
-        self._tell("another one is in use")
+        self._tell(why)
 
     def _tell(self, what: str) -> None:
         """Tells people, once as long as it stays so."""

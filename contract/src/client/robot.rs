@@ -1,5 +1,7 @@
 //! All sides of one robot together.
 
+use std::collections::VecDeque;
+
 use super::access::Claims;
 use super::control::{Control, Order};
 use super::revocation::Revocations;
@@ -7,6 +9,9 @@ use super::session::{Received, Session};
 use super::situation::{ClientCounters, Situation};
 use crate::floor::Floor;
 use crate::wire::{self, Factsheet, MediatorReport, RobotReport, TakeUp};
+
+/// A robot that is never registered fires outputs for ever.
+const MOST_UNHEARD: usize = 64;
 
 /// One robot's side of its protocols.
 #[derive(Clone, Debug)]
@@ -17,6 +22,8 @@ pub struct Client {
     control: Option<Control>,
     /// Of a coordination that is gone.
     last_order: Option<Order>,
+    /// Outputs before the first registration: the coordination in which the process before was may wait for them.
+    unheard: Option<VecDeque<String>>,
     situation: Situation,
     counters: ClientCounters,
 }
@@ -31,6 +38,7 @@ impl Client {
             revocations: Revocations::new(),
             control: None,
             last_order: None,
+            unheard: Some(VecDeque::new()),
             situation: Situation::default(),
             counters: ClientCounters::default(),
         }
@@ -104,6 +112,9 @@ impl Client {
             self.counters.bad_levels += u64::from(learned.is_err());
         }
         self.learn_control(message.control.as_ref(), registers);
+        for output in self.unheard.take().into_iter().flatten().rev() {
+            self.output(&output);
+        }
         received
     }
 
@@ -199,8 +210,13 @@ impl Client {
         wanted
     }
 
-    /// The state machine has fired an output. Returns whether that sets a flag, which is to be reported.
+    /// The state machine has fired an output. Returns whether that sets a flag, which is to be reported; what it fires before the
+    /// process is registered may set one then.
     pub fn output(&mut self, output: &str) -> bool {
+        if let Some(unheard) = &mut self.unheard {
+            unheard.truncate(MOST_UNHEARD - 1);
+            unheard.push_front(output.to_owned());
+        }
         { self.control.as_mut() }.is_some_and(|control| control.output(output))
     }
 

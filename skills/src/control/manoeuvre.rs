@@ -224,9 +224,9 @@ pub fn turn(
 }
 
 /// What is left of a turn by `turn_rad` onto `outgoing` for a robot that is found on its way round: straight on, then round the
-/// curve. `None`: the turn has not begun, or it has ended.
+/// curve; of one that has ended, the lane. `None`: the turn has not begun.
 ///
-/// A robot that restarts without knowing where its turn began must not begin it again.
+/// A robot that restarts, or is told where it is, without knowing where its turn began must not begin it again.
 #[must_use]
 pub fn rest_of_turn(
     turn_rad: f64,
@@ -238,9 +238,11 @@ pub fn rest_of_turn(
     let sign = turn_rad.signum();
     let left_rad = sign * wrap_angle(outgoing.direction_rad() - from.theta_rad);
     // A turn of half a circle may have its start on the seam of the angle.
-    let under_way = left_rad > ENDED_RAD && left_rad < turn_rad.abs() - BEGUN_RAD;
-    if !under_way {
+    if left_rad <= -BEGUN_RAD || left_rad >= turn_rad.abs() - BEGUN_RAD {
         return None;
+    }
+    if left_rad <= ENDED_RAD {
+        return Some(Track::lane(outgoing, from.position()));
     }
     // On the side that the turn comes from, a circle that touches the lane passes this direction this far beside it.
     let beside_m = sign * outgoing.lateral_m(from.position());

@@ -3,7 +3,7 @@ use super::*;
 use description::geometry::{MotionCommand, Point2, Pose2, Segment, wrap_angle};
 use description::robot::Navigation;
 use description::site::TurnDirection;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 const LANE: Segment = Segment::new(Point2::new(0.0, 0.0), Point2::new(10.0, 0.0));
 const DT_S: f64 = 0.02;
@@ -240,6 +240,24 @@ fn a_turn_that_is_found_under_way_is_finished_and_not_begun_again() {
         let worst_m = follow(Follower::new(left, Arrival::TURN), &mut pose, 0.3);
         assert!(worst_m < 0.08, "{along_m}: {worst_m}");
         assert!((pose.x_m - 5.0).abs() < 0.1, "{along_m}: {pose:?}");
+    }
+}
+
+#[test]
+fn a_turn_that_has_ended_is_not_begun_again() {
+    let outgoing = Segment::new(Point2::new(8.0, 1.0), Point2::new(0.0, 1.0));
+    let onto = Segment::new(Point2::new(5.0, 0.0), Point2::new(5.0, 5.0));
+    for over_rad in [-0.09, -0.05, 0.0, 0.05, 0.2] {
+        let u_turn = |pose| {
+            manoeuvre::u_turn(TurnDirection::Left, 0.5, 2.5, &LANE, &outgoing, pose).unwrap()
+        };
+        let mut pose = Pose2::new(8.0, 0.97, wrap_angle(PI + over_rad));
+        let worst_m = follow(Follower::new(u_turn(pose), Arrival::TURN), &mut pose, 0.3);
+        assert!(worst_m < 0.1, "{over_rad}: {worst_m}");
+        let mut pose = Pose2::new(4.97, 1.0, FRAC_PI_2 + over_rad);
+        let track = manoeuvre::turn(0.8, 2.5, &LANE, &onto, pose).unwrap();
+        let worst_m = follow(Follower::new(track, Arrival::TURN), &mut pose, 0.3);
+        assert!(worst_m < 0.1, "{over_rad}: {worst_m}");
     }
 }
 

@@ -232,6 +232,19 @@ fn a_robot_that_restarts_gets_its_last_order_again() {
     assert!(client.output("parked"));
 }
 
+/// Its machine went on where it was, and was quicker.
+#[test]
+fn what_a_robot_does_before_it_is_registered_again_is_an_answer_to_its_last_order() {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    assert!(!client.output("parked"), "to whom?");
+    let mut told = message(1);
+    told.control = Some(control(0, 3));
+    assert_eq!(client.receive(&told, 0), Received::Registered);
+    client.step(situation(&["1"], &["1"], &[]), 0, SECOND_NS);
+    let said = client.report().control.expect("it has joined");
+    assert_eq!(said.level.expect("it has one").progress, 4);
+}
+
 #[test]
 fn a_robot_that_is_let_go_carries_out_the_release() {
     let mut client = registered();

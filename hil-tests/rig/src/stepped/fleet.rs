@@ -3,6 +3,7 @@
 use contract::wire::{MediatorReport, RobotReport, RobotState};
 use contract::{Message as _, decode, keys};
 use onboard::cli::Failure;
+use onboard::process::ctl::Request;
 use onboard::symbols::faults::{Fault, FaultTable};
 use serde_json::Value as Json;
 use sim::world::{ObstacleId, Random, SharedWorld};
@@ -55,7 +56,7 @@ pub struct Stepped<'a> {
     pub(super) stranded: Option<Fault>,
     /// What stands in a robot's way.
     pub(super) in_the_way: Vec<(ScriptedKind, usize, ObstacleId)>,
-    network: Network,
+    pub(super) network: Network,
     pub(super) told: Told,
     pub(super) leave: Leave,
     /// What the listener has heard.
@@ -240,6 +241,15 @@ impl<'a> Stepped<'a> {
         robot.hang(&self.faults.hung_threads(number));
         robot.drift(self.faults.share(ScriptedKind::Drift, number));
         member.robot = Some(robot);
+        // Whoever stopped it, or tried to, is still there.
+        for (what, request) in [
+            (ScriptedKind::Pause, Request::Pause),
+            (ScriptedKind::Stop, Request::Stop),
+        ] {
+            if self.faults.lasts(what, Some(number)) {
+                self.ask(number, Some(request));
+            }
+        }
         Ok(())
     }
 

@@ -106,6 +106,7 @@ impl Stepped<'_> {
                     !leaves
                 });
             }
+            (ScriptedKind::DeadLink, Some(number)) if begins => self.network.kill_sessions(number),
             (ScriptedKind::Pause, Some(number)) => {
                 self.ask(number, begins.then_some(Request::Pause));
                 if again {
@@ -249,7 +250,7 @@ impl Stepped<'_> {
         }
     }
 
-    fn ask(&mut self, number: usize, request: Option<Request>) {
+    pub(super) fn ask(&mut self, number: usize, request: Option<Request>) {
         if let (Some(robot), Some(request)) = (&mut self.robots[number].robot, request) {
             robot.ask(request);
         }
@@ -270,8 +271,13 @@ impl Stepped<'_> {
                 FaultTable::default()
             };
             let blame = Blame::Faults { begun };
+            let before = member.caretaker;
             match member.caretaker.look(&faults, now_ns, on_purpose, blame) {
                 Care::None => {}
+                // Nobody asks twice before there is an answer.
+                Care::Reset if { member.robot.iter() }.any(SteppedRobot::owes_an_answer) => {
+                    member.caretaker = before;
+                }
                 Care::Reset => {
                     let was_in = self.robots[number].was_in.clone();
                     let words = words(&faults, &self.world.lock(), number, was_in.as_deref());

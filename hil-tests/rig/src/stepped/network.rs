@@ -57,6 +57,14 @@ struct Lines {
     inboxes: BTreeMap<(usize, u64), Inbox>,
     /// Sessions that were opened.
     opened: u64,
+    /// By robot: its sessions up to this one carry nothing.
+    dead: BTreeMap<usize, u64>,
+}
+
+impl Lines {
+    fn is_dead(&self, robot: usize, session: u64) -> bool {
+        { self.dead.get(&robot) }.is_some_and(|&last| session <= last)
+    }
 }
 
 impl Network {
@@ -89,6 +97,13 @@ impl Network {
                 lines: Arc::clone(&lines),
             }))
         })
+    }
+
+    /// The sessions that a robot has open carry nothing any more.
+    pub(super) fn kill_sessions(&self, robot: usize) {
+        let mut lines = lock(&self.lines);
+        let last = lines.opened;
+        lines.dead.insert(robot, last);
     }
 
     /// Sends a message, in this weather.
@@ -131,8 +146,10 @@ impl Network {
         if message.kind == MessageKind::Answer {
             let robot = message.robot;
             let lines = lock(&self.lines);
-            for (_, inbox) in lines.inboxes.range((robot, 0)..=(robot, u64::MAX)) {
-                inbox.put(message.bytes.clone());
+            for (&(_, session), inbox) in lines.inboxes.range((robot, 0)..=(robot, u64::MAX)) {
+                if !lines.is_dead(robot, session) {
+                    inbox.put(message.bytes.clone());
+                }
             }
         }
         Some(message)
@@ -149,7 +166,10 @@ struct Line {
 impl Line {
     fn send(&self, kind: MessageKind, bytes: Vec<u8>) {
         let robot = self.robot;
-        lock(&self.lines).sent.push(Message { robot, kind, bytes });
+        let mut lines = lock(&self.lines);
+        if !lines.is_dead(robot, self.session) {
+            lines.sent.push(Message { robot, kind, bytes });
+        }
     }
 }
 

@@ -64,6 +64,8 @@ pub struct SteppedRobot {
     supervisor_next_ns: u64,
     machine: Machine,
     requests: VecDeque<Request>,
+    /// So many requests so far.
+    asked: usize,
     desk: SteppedDesk,
     replies: Arc<Mutex<Vec<(&'static str, Reply)>>>,
     insight: Insight,
@@ -219,6 +221,7 @@ impl SteppedRobot {
             supervisor_next_ns: now_ns,
             machine,
             requests: VecDeque::new(),
+            asked: 0,
             desk: SteppedDesk::new(symbols.teleop),
             replies: Arc::default(),
             leave,
@@ -336,7 +339,13 @@ impl SteppedRobot {
 
     /// A request of an operator, which the supervisor serves when it looks next.
     pub fn ask(&mut self, request: Request) {
+        self.asked += 1;
         self.requests.push_back(request);
+    }
+
+    /// An operator waits for an answer.
+    pub fn owes_an_answer(&self) -> bool {
+        self.asked > self.replies().len()
     }
 
     /// The desk of who drives it by hand, and who sits there.

@@ -83,7 +83,9 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
         let summary = ended(&scenario, 3);
         assert!(summary.passed(), "{what:?}: {summary:?}");
         let expected = match what {
-            ScriptedKind::Partition | ScriptedKind::KillMediator => Some("mediator-silent"),
+            ScriptedKind::Partition | ScriptedKind::DeadLink | ScriptedKind::KillMediator => {
+                Some("mediator-silent")
+            }
             ScriptedKind::Stop => Some("operator-stop"),
             ScriptedKind::LeaveOp | ScriptedKind::CutPower => Some("bus-lost"),
             ScriptedKind::CutMotors => Some("motors-off"),

@@ -107,7 +107,7 @@ fn a_robot_that_was_wrong_about_an_area_is_let_in_again_by_the_same_order() {
 /// It stops with its nose to the lay-by's wall.
 #[test]
 fn a_robot_that_finds_no_way_is_driven_out_by_hand_and_goes_on() {
-    let jammed = fault(34.04, 6.638, ScriptedKind::JamPivot, "amr-1");
+    let jammed = fault(33.64, 6.638, ScriptedKind::JamPivot, "amr-1");
     let summary = run("overtaking", 65, &[jammed]);
     assert!(summary.passed(), "{summary:?}");
     assert_eq!(summary.robots[0].driven_out, 1, "{:?}", summary.robots[0]);
@@ -123,4 +123,47 @@ fn a_coordination_that_an_older_journal_brings_back_holds_nobody() {
     let summary = run("overtaking", 79, &[restored]);
     assert!(summary.passed(), "{summary:?}");
     assert!(summary.duration_s < 120.0, "{}", summary.duration_s);
+}
+
+/// Its turn had ended but for a hand's breadth when its lidar was covered; an operator says where it stands, and it does not turn on.
+#[test]
+fn a_robot_that_is_told_that_its_turn_has_ended_does_not_begin_it_again() {
+    let covered = fault(22.037, 10.623, ScriptedKind::CoverLidar, "amr-1");
+    let summary = run("overtaking", 1567, &[covered]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+/// Its new process has done what was ordered before the mediator has taken it in.
+#[test]
+fn a_robot_that_restarts_and_answers_before_it_is_registered_holds_nobody() {
+    let summary = run("overtaking", 6669, &[killed(55.793, 0.072, "amr-2")]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+/// It stands just over the border while the way is blocked, and sees the end of the lane.
+#[test]
+fn a_robot_that_waits_on_a_border_has_not_left_the_area_before() {
+    let blocked = fault(53.14, 7.559, ScriptedKind::Box, "amr-2");
+    let summary = run("overtaking", 19, &[blocked]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+/// It starts only then, and whoever stops it is still there.
+#[test]
+fn a_robot_that_is_stopped_before_it_has_started_stands() {
+    let stopped = fault(2.375, 9.004, ScriptedKind::Stop, "amr-2");
+    let summary = run("overtaking", 4454, &[stopped]);
+    assert!(summary.passed(), "{summary:?}");
+}
+
+/// Operators wait for an answer before they ask again.
+#[test]
+fn a_robot_that_hangs_while_it_is_looked_after_is_asked_once() {
+    let slips = ScriptedFault {
+        share: Some(0.240_899_999_999_999_98),
+        ..fault(47.103, 2.762, ScriptedKind::Slip, "amr-2")
+    };
+    let hangs = fault(50.304, 5.454, ScriptedKind::Hang, "amr-2");
+    let summary = run("overtaking", 1862, &[slips, hangs]);
+    assert!(summary.passed(), "{summary:?}");
 }

@@ -18,6 +18,9 @@ use crate::program::{Program, Site};
 
 pub const PREFIX: &str = "fleet";
 
+/// Robots may wait longer; tests have no time.
+const UNHEARD: Duration = Duration::from_secs(5);
+
 pub fn site() -> Site {
     Site {
         name: "rooms".into(),
@@ -190,27 +193,37 @@ pub struct Robot {
     /// From which processes, drawn numbers.
     pub instances: Vec<u64>,
     id: String,
+    settings: NetworkSettings,
     client: Client,
     inbox: Receiver<MediatorReport>,
     begun: Instant,
+    heard_at: Instant,
+}
+
+/// A session, and what the mediator says to a robot on it.
+fn link(settings: &NetworkSettings, id: &str) -> (zenoh::Session, Receiver<MediatorReport>) {
+    let session = settings.open().expect("a session");
+    let (news, inbox) = channel();
+    session
+        .declare_subscriber(keys::to_robot(PREFIX, id).expect("a plain name"))
+        .callback(move |sample| {
+            if let Ok(message) = decode(&sample.payload().to_bytes()) {
+                let _ = news.send(message);
+            }
+        })
+        .background()
+        .wait()
+        .expect("it subscribes");
+    (session, inbox)
 }
 
 impl Robot {
     pub fn new(settings: NetworkSettings, id: &str) -> Self {
-        let session = settings.open().expect("a session");
-        let (news, inbox) = channel();
-        session
-            .declare_subscriber(keys::to_robot(PREFIX, id).expect("a plain name"))
-            .callback(move |sample| {
-                if let Ok(message) = decode(&sample.payload().to_bytes()) {
-                    let _ = news.send(message);
-                }
-            })
-            .background()
-            .wait()
-            .expect("it subscribes");
+        let (session, inbox) = link(&settings, id);
         Self {
+            settings,
             session,
+            heard_at: Instant::now(),
             heard: 0,
             instances: Vec::new(),
             id: id.to_owned(),
@@ -220,11 +233,17 @@ impl Robot {
         }
     }
 
-    /// Hears what there is, and reports.
+    /// Hears what there is, and reports. Opens another session where it hears nothing: it may have come just when the mediator
+    /// closed its own.
     pub fn step(&mut self) {
+        if self.heard_at.elapsed() > UNHEARD && self.is_linked() {
+            self.heard_at = Instant::now();
+            (self.session, self.inbox) = link(&self.settings, &self.id);
+        }
         let now_ns = self.begun.elapsed().as_nanos() as u64;
         while let Ok(message) = self.inbox.try_recv() {
             self.heard += 1;
+            self.heard_at = Instant::now();
             if !self.instances.contains(&message.instance) {
                 self.instances.push(message.instance);
             }

@@ -8,6 +8,7 @@ use contract::wire::RobotState;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 
 use super::credentials::Attention;
+use super::hearing::Hearing;
 use super::membership::{Membership, MembershipSetup};
 use super::network::{Inbox, OpenSession, Session};
 use super::settings::Settings;
@@ -24,7 +25,7 @@ use crate::symbols::wiring::{CommunicationFleetSymbols, CommunicationSymbols};
 pub const PERIOD: Duration = Duration::from_millis(50);
 /// Pause between two attempts to open the network.
 const RETRY_NS: u64 = SECOND_NS;
-/// A session with a new certificate that has no link after this time is given up.
+/// A session in place of another one that has no link after this time is given up.
 const LINKED_WITHIN_NS: u64 = 30 * SECOND_NS;
 
 /// The activity.
@@ -39,7 +40,8 @@ pub struct Communication {
     session: Option<Box<dyn Session>>,
     /// Takes over when it is linked, or is given up then.
     successor: Option<(Box<dyn Session>, u64)>,
-    certificate_complaints: Complaints,
+    session_complaints: Complaints,
+    hearing: Hearing,
     snapshot: Snapshot,
     sequence: u64,
     sent: Option<RobotState>,
@@ -71,7 +73,8 @@ impl Communication {
             open_session,
             session: None,
             successor: None,
-            certificate_complaints: Complaints::default(),
+            session_complaints: Complaints::default(),
+            hearing: Hearing::new(now_ns),
             snapshot: Snapshot::default(),
             sequence: 0,
             sent: None,
@@ -109,8 +112,8 @@ impl Communication {
         (self.open_session)(inbox)
     }
 
-    /// Looks after the session's certificate. A session with another one takes over when it has its link: the mediator hears the
-    /// robot all the time.
+    /// Looks after the session: its certificate, and whether the mediator is heard over it. Another one takes over when it has its
+    /// link: the mediator hears the robot all the time.
     fn attend_session(&mut self, now_ns: u64) {
         let complaint = match self.successor.take() {
             Some((successor, _)) if successor.is_linked() => {
@@ -123,16 +126,14 @@ impl Communication {
                 self.successor = Some((successor, until_ns));
                 return;
             }
-            Some(_) => {
-                "no link with the new certificate; the session with the old one goes on".to_owned()
-            }
-            None => match self.session.as_mut().map(|session| session.attend(now_ns)) {
-                None | Some(Attention::None) => return,
-                Some(Attention::Complain(why)) => why,
-                Some(Attention::Replace(why)) => match self.open() {
+            Some(_) => "another session has no link; the one before goes on".to_owned(),
+            None => match self.attention(now_ns) {
+                Attention::None => return,
+                Attention::Complain(why) => why,
+                Attention::Replace(why) => match self.open() {
                     Ok(successor) => {
                         self.log.info(format!("fleet network: {why}"));
-                        self.certificate_complaints.forget();
+                        self.session_complaints.forget();
                         self.successor = Some((successor, now_ns + LINKED_WITHIN_NS));
                         return;
                     }
@@ -140,8 +141,28 @@ impl Communication {
                 },
             },
         };
-        self.certificate_complaints
-            .say(&self.log, "certificate", complaint);
+        self.session_complaints
+            .say(&self.log, "fleet network", complaint);
+    }
+
+    /// What is to be done about the session.
+    fn attention(&mut self, now_ns: u64) -> Attention {
+        let Some(session) = &mut self.session else {
+            return Attention::None;
+        };
+        let attention = session.attend(now_ns);
+        let Some(heard) = self.membership.received() else {
+            return attention;
+        };
+        let is_in_vain = self
+            .hearing
+            .is_in_vain(heard, || session.is_linked(), now_ns);
+        if attention == Attention::None && is_in_vain {
+            return Attention::Replace(
+                "nothing is heard of the mediator over a link that lives; trying another session",
+            );
+        }
+        attention
     }
 
     fn retry_network(&mut self, now_ns: u64) {

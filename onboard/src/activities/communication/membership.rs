@@ -75,6 +75,11 @@ impl Membership {
         self.inner.as_ref().map(|inner| inner.mailbox.clone())
     }
 
+    /// Messages of the mediator so far; `None` where there is none.
+    pub(super) fn received(&self) -> Option<u64> {
+        self.inner.as_ref().map(|inner| inner.received)
+    }
+
     /// Takes in what the mediator, navigation and the robot's pose say.
     pub(super) fn listen(&mut self, speed_m_s: f64, now_ns: u64) {
         let Some(inner) = &mut self.inner else { return };

@@ -7,6 +7,7 @@
 
 mod activity;
 mod credentials;
+mod hearing;
 mod membership;
 mod network;
 mod settings;

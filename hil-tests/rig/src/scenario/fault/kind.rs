@@ -14,6 +14,8 @@ pub enum ScriptedKind {
     Delay,
     /// No message from or to the robot arrives.
     Partition,
+    /// The link of the robot's session lives and carries nothing from now on, until the robot opens another session.
+    DeadLink,
     /// The robot's process is killed, and started again at the end.
     KillRobot,
     /// The robot's computer is switched off, and on again at the end: its process ends, and nothing is left of what it knew.
@@ -109,11 +111,12 @@ pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// Those that are drawn at random: a fleet is expected to come through any of them.
-    pub const DRAWN: [Self; 24] = [
+    pub const DRAWN: [Self; 25] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
         Self::Partition,
+        Self::DeadLink,
         Self::KillRobot,
         Self::KillMediator,
         Self::SlowDisk,
@@ -189,6 +192,7 @@ impl ScriptedKind {
             Self::Lose | Self::Repeat => keys(Some(false), true, false),
             Self::Delay => keys(Some(false), false, true),
             Self::Partition
+            | Self::DeadLink
             | Self::KillRobot
             | Self::RebootRobot
             | Self::CloneRobot
@@ -236,6 +240,7 @@ impl ScriptedKind {
                 | Self::Repeat
                 | Self::Delay
                 | Self::Partition
+                | Self::DeadLink
                 | Self::KillMediator
                 | Self::RestoreJournal
                 | Self::LoseJournal
