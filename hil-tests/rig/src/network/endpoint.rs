@@ -1,19 +1,28 @@
 //! Endpoints on the loopback interface.
 
-use std::net::TcpListener;
+use std::net::{Ipv4Addr, TcpListener};
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use contract::network::NetworkSettings;
 
-/// A free port on the loopback, picked by the system; another program could take it before it is used.
+/// A free endpoint on the loopback. It has an address of its own: on the common one, the port of a program that is started again may
+/// meanwhile be another one's, or that of any connection.
 ///
 /// # Errors
 /// A sentence when there is none.
 pub fn free_endpoint() -> Result<String, String> {
-    let port = TcpListener::bind("127.0.0.1:0")
+    static LAST: AtomicU8 = AtomicU8::new(0);
+    let [_, _, high, low] = std::process::id().to_be_bytes();
+    let own = Ipv4Addr::new(
+        127,
+        high,
+        low,
+        1 + LAST.fetch_add(1, Ordering::Relaxed) % 254,
+    );
+    let address = TcpListener::bind((own, 0))
         .and_then(|socket| socket.local_addr())
-        .map_err(|error| format!("no free port: {error}"))?
-        .port();
-    Ok(format!("tcp/127.0.0.1:{port}"))
+        .map_err(|error| format!("no free port: {error}"))?;
+    Ok(format!("tcp/{address}"))
 }
 
 /// A session that listens on the loopback, and its endpoint.

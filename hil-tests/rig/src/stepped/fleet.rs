@@ -302,6 +302,7 @@ impl<'a> Stepped<'a> {
             .as_mut()
             .and_then(SteppedMediator::take_status);
         if let Some(status) = status {
+            self.close_or_open(&status);
             self.told.take(status, now_ns);
         }
         // Before what follows from it is heard.

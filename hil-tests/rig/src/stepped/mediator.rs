@@ -173,6 +173,19 @@ impl SteppedMediator {
         self.put(question, reply);
     }
 
+    /// What an operator does with `mediator close AREA` and `mediator open AREA`.
+    pub(super) fn close_or_open(&mut self, area: &str, closes: bool) {
+        let area = area.to_owned();
+        let question = if closes {
+            let why = "a fault of the scenario".to_owned();
+            Question::Close { area, why }
+        } else {
+            Question::Open { area }
+        };
+        // Whether it is done, the next status says.
+        self.put(question, Box::new(drop));
+    }
+
     /// Areas in which nobody is any more since an operator said so, each once.
     pub(super) fn take_cleared(&mut self) -> Vec<String> {
         std::mem::take(&mut self.cleared.lock().unwrap_or_else(PoisonError::into_inner))

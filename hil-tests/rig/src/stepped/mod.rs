@@ -19,6 +19,7 @@ mod checkpoints;
 mod clearing;
 mod clock;
 mod clones;
+mod closing;
 mod desk;
 mod devices;
 mod disk;

@@ -196,6 +196,26 @@ fn what_an_operator_clears_no_robot_enters_behind_a_broken_link() {
 }
 
 #[test]
+fn nobody_is_let_into_an_area_while_it_is_closed_and_all_go_on_when_it_is_open() {
+    for name in ["overtaking", "docking", "t-junction"] {
+        let mut scenario = crate::scenario(name).with_at_most(1);
+        let plans = plans(&scenario);
+        let granted = |scenario: &Scenario| -> Vec<f64> {
+            let summary = ended(scenario, &plans, 3).1;
+            assert!(summary.passed(), "{name}: {summary:?}");
+            let owners = summary.areas.iter().flat_map(|area| &area.owners);
+            // Before and after the operator has done all of it.
+            let closed = owners.map(|own| own.granted_s - 20.5);
+            closed.filter(|at_s| (0.0..30.0).contains(at_s)).collect()
+        };
+        assert!(granted(&scenario).len() > 2, "{name}");
+        let fault = "at_s = 20.0\nfor_s = 30.5\nwhat = \"close-areas\"";
+        scenario.faults = vec![toml::from_str(fault).expect("a fault")];
+        assert_eq!(granted(&scenario), Vec::<f64>::new(), "{name}");
+    }
+}
+
+#[test]
 fn a_robot_that_has_driven_past_its_place_in_the_lay_by_comes_back() {
     let plans = plans(&crate::scenario("overtaking"));
     // Both were put where they stand within a shift, which then ends late.

@@ -33,6 +33,8 @@ pub enum ScriptedKind {
     SecondMediator,
     /// An operator at the mediator clears every area that he sees empty, again and again. He knows nothing of grants.
     ClearAreas,
+    /// An operator at the mediator closes every area, and opens them at the end.
+    CloseAreas,
     /// The disk below the mediator's journal takes `by_s` for each write.
     SlowDisk,
     /// The disk below the mediator's journal is full.
@@ -111,7 +113,7 @@ pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// Those that are drawn at random: a fleet is expected to come through any of them.
-    pub const DRAWN: [Self; 25] = [
+    pub const DRAWN: [Self; 26] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -119,6 +121,7 @@ impl ScriptedKind {
         Self::DeadLink,
         Self::KillRobot,
         Self::KillMediator,
+        Self::CloseAreas,
         Self::SlowDisk,
         Self::Hang,
         Self::LateThreads,
@@ -226,6 +229,7 @@ impl ScriptedKind {
             | Self::LoseJournal
             | Self::SecondMediator
             | Self::ClearAreas
+            | Self::CloseAreas
             | Self::FullDisk => keys(None, false, false),
             Self::SlowDisk => keys(None, false, true),
         }
@@ -246,6 +250,7 @@ impl ScriptedKind {
                 | Self::LoseJournal
                 | Self::SecondMediator
                 | Self::ClearAreas
+                | Self::CloseAreas
                 | Self::SlowDisk
                 | Self::FullDisk
         )
