@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import secrets
 import socket
 from typing import Any, Callable, Sequence
 
@@ -12,10 +13,14 @@ from .identity import Identity, NoLink, check
 
 
 def free_endpoint() -> str:
-    """A loopback endpoint whose port was free a moment ago."""
+    """A free endpoint on the loopback, where the system has them with an address of its own: on the common one, the port of a program
+    that is started again may meanwhile be another one's, or that of any connection."""
     with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{listener.getsockname()[1]}"
+        try:
+            listener.bind((f"127.{secrets.randbelow(256)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}", 0))
+        except OSError:
+            listener.bind(("127.0.0.1", 0))
+        return "tcp/{}:{}".format(*listener.getsockname())
 
 
 class Network:

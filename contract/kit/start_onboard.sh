@@ -4,11 +4,13 @@
 # PROGRAMS is the folder with `rig` and `onboard`. Each start is that of a robot which was carried to its start.
 set -eu
 programs=$1 config=$2 site=$3 endpoint=$4 prefix=$5 folder=$6
-port=$(python3 -c 'import socket; s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+# On an address of its own: nobody else takes the port meanwhile.
+host=127.$(($$ / 256 % 256)).$(($$ % 256)).1
+port=$(python3 -c 'import socket, sys; s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); s.bind((sys.argv[1], 0)); print(s.getsockname()[1])' $host)
 runtime=$(mktemp -d "$folder/XXXXXX")
 "$programs/rig" devices --robot "$config/robots/amr-1.toml" --site "$config/sites/$site.toml" \
-    --ethercat "udp:127.0.0.1:$port" --lidar "$runtime/lidar" &
+    --ethercat "udp:$host:$port" --lidar "$runtime/lidar" &
 until [ -e "$runtime/lidar" ]; do sleep 0.1; done
 exec "$programs/onboard" run --robot "$config/robots/amr-1.toml" --site "$config/sites/$site.toml" --runtime "$runtime" --state "$runtime" \
-    --set "ethercat.udp=\"127.0.0.1:$port\"" --set "lidar.device=\"$runtime/lidar\"" \
+    --set "ethercat.udp=\"$host:$port\"" --set "lidar.device=\"$runtime/lidar\"" \
     --set "fleet.connect=[\"$endpoint\"]" --set "fleet.key_prefix=\"$prefix\""

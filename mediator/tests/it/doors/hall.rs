@@ -14,7 +14,7 @@ use mediator::manager::{RobotStatus, Status};
 use zenoh::Wait;
 
 use super::PATIENCE;
-use crate::program::{Program, Site};
+use crate::program::{Program, Site, free_endpoint};
 
 pub const PREFIX: &str = "fleet";
 
@@ -52,9 +52,7 @@ impl Hall {
         let folder = tempfile::tempdir().expect("a folder");
         let keys = Keys::new(folder.path().join("keys"));
         keys.begin("rooms", days).expect("an authority");
-        let port =
-            std::net::TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-        let endpoint = format!("tls/127.0.0.1:{}", port.expect("a free port").port());
+        let endpoint = free_endpoint("tls");
         let mut program = Program::new(folder.path(), &site(), Vec::new());
         program.listen(&endpoint);
         program.add(&["--keys", &keys.folder().display().to_string()]);

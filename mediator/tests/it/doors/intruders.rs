@@ -10,6 +10,7 @@ use zenoh::Wait;
 use zenoh::sample::Locality;
 
 use super::hall::{Hall, PREFIX, Robot, robot};
+use crate::program::free_endpoint;
 
 /// Counts what a session hears under these keys, while it is kept.
 fn listen(session: &zenoh::Session, keys: &str) -> Arc<AtomicU64> {
@@ -127,8 +128,7 @@ fn a_robot_neither_hears_nor_speaks_for_nor_commands_another() {
 #[test]
 fn nobody_else_passes_for_the_mediator() {
     let hall = Hall::open();
-    let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-    let trap = format!("tls/127.0.0.1:{}", port.expect("a free port").port());
+    let trap = free_endpoint("tls");
     for party in ["amr-1", "anna"] {
         let identity = match party {
             "anna" => {

@@ -7,9 +7,10 @@
 pub mod site;
 
 use std::fs::{File, OpenOptions};
-use std::net::TcpListener;
+use std::net::{Ipv4Addr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
 use contract::network::NetworkSettings;
@@ -18,12 +19,26 @@ use mediator::runtime::{Answer, Question, ask};
 
 pub use site::{OVERTAKING, Site};
 
+/// A free endpoint on the loopback. It has an address of its own: on the common one, the port of a program that is started again may
+/// meanwhile be another one's, or that of any connection.
+pub fn free_endpoint(protocol: &str) -> String {
+    static LAST: AtomicU8 = AtomicU8::new(0);
+    let [_, _, high, low] = std::process::id().to_be_bytes();
+    let own = Ipv4Addr::new(
+        127,
+        high,
+        low,
+        1 + LAST.fetch_add(1, Ordering::Relaxed) % 254,
+    );
+    let address = TcpListener::bind((own, 0)).and_then(|socket| socket.local_addr());
+    format!("{protocol}/{}", address.expect("a free port"))
+}
+
 /// A session that listens on the loopback, and where.
 pub fn session(connect: &[String]) -> (zenoh::Session, String) {
-    // The system picks a port; another program may take it before it is used.
+    // Another program may take the port before it is used.
     for _ in 0..20 {
-        let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-        let endpoint = format!("tcp/127.0.0.1:{}", port.expect("a free port").port());
+        let endpoint = free_endpoint("tcp");
         let settings = NetworkSettings {
             listen: vec![endpoint.clone()],
             connect: connect.to_vec(),
