@@ -1,17 +1,17 @@
 //! Somebody sends nonsense, and much of it: honest robots notice nothing, and neither memory nor log grow.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use contract::client::{Client, Received, Situation};
 use contract::floor::Floor;
 use contract::wire::{MediatorReport, RobotReport};
-use contract::{Message, VERSION, decode, keys};
+use contract::{Message, VERSION, keys};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
-use crate::program::{Program, Site, session};
+use crate::program::{Program, Site, hear, session};
 use crate::random::Random;
 
 const PREFIX: &str = "fleet";
@@ -46,18 +46,8 @@ struct Honest {
 
 impl Honest {
     fn new(session: zenoh::Session, site: &Site) -> Self {
-        let (news, inbox) = channel();
-        session
-            .declare_subscriber(keys::to_all_robots(PREFIX).expect("a plain name"))
-            .callback(move |sample| {
-                // Refusals of others' robots, too.
-                if let Ok(message) = decode(&sample.payload().to_bytes()) {
-                    let _ = news.send(message);
-                }
-            })
-            .background()
-            .wait()
-            .expect("it subscribes");
+        // Refusals of others' robots, too.
+        let inbox = hear(&session, keys::to_all_robots(PREFIX));
         let robots = { site.robots.iter().zip(1..) }
             .map(|((id, ..), boot)| (Client::new(id, &site.name, boot), Instant::now()))
             .collect();

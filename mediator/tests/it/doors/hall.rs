@@ -1,20 +1,20 @@
 //! A site with keys, its mediator, robots that behave, and sessions that do not.
 
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use contract::client::{Client, Received, Situation};
 use contract::floor::Floor;
 use contract::network::{Access, Identity, NetworkSettings, Party, Security};
 use contract::wire::MediatorReport;
-use contract::{Message, decode, keys, private};
+use contract::{Message, keys, private};
 use mediator::keys::Keys;
 use mediator::manager::{RobotStatus, Status};
 use zenoh::Wait;
 
 use super::PATIENCE;
-use crate::program::{Program, Site, free_endpoint};
+use crate::program::{Program, Site, free_endpoint, hear};
 
 pub const PREFIX: &str = "fleet";
 
@@ -201,17 +201,7 @@ pub struct Robot {
 /// A session, and what the mediator says to a robot on it.
 fn link(settings: &NetworkSettings, id: &str) -> (zenoh::Session, Receiver<MediatorReport>) {
     let session = settings.open().expect("a session");
-    let (news, inbox) = channel();
-    session
-        .declare_subscriber(keys::to_robot(PREFIX, id).expect("a plain name"))
-        .callback(move |sample| {
-            if let Ok(message) = decode(&sample.payload().to_bytes()) {
-                let _ = news.send(message);
-            }
-        })
-        .background()
-        .wait()
-        .expect("it subscribes");
+    let inbox = hear(&session, keys::to_robot(PREFIX, id));
     (session, inbox)
 }
 

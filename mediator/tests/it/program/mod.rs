@@ -11,11 +11,16 @@ use std::net::{Ipv4Addr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
+use contract::decode;
+use contract::keys::InvalidName;
 use contract::network::NetworkSettings;
+use contract::wire::MediatorReport;
 use mediator::manager::Status;
 use mediator::runtime::{Answer, Question, ask};
+use zenoh::Wait;
 
 pub use site::{OVERTAKING, Site};
 
@@ -49,6 +54,26 @@ pub fn session(connect: &[String]) -> (zenoh::Session, String) {
         }
     }
     panic!("no session could be opened on the loopback");
+}
+
+/// The mediator's messages under this key, as they come. What cannot be read is left out.
+pub fn hear(
+    session: &zenoh::Session,
+    key: Result<String, InvalidName>,
+) -> Receiver<MediatorReport> {
+    let (news, inbox) = channel();
+    session
+        .declare_subscriber(key.expect("a plain name"))
+        .callback(move |sample| {
+            if let Ok(message) = decode(&sample.payload().to_bytes()) {
+                // After the end nobody listens.
+                let _ = news.send(message);
+            }
+        })
+        .background()
+        .wait()
+        .expect("it subscribes");
+    inbox
 }
 
 /// A mediator that can be killed and started again with its journal. Killed when dropped.
