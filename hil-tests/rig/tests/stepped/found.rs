@@ -5,11 +5,14 @@ use rig::summary::Summary;
 
 use crate::{ended, plans};
 
-/// A run of a scenario's first round with these faults.
-fn run(scenario: &str, seed: u64, faults: &[ScriptedFault]) -> Summary {
+/// A run of a scenario's first round with these faults, which the fleet comes through.
+#[track_caller]
+fn passes(scenario: &str, seed: u64, faults: &[ScriptedFault]) -> Summary {
     let mut scenario = crate::scenario(scenario).with_at_most(1);
     scenario.faults = faults.to_vec();
-    ended(&scenario, &plans(&scenario), seed).1
+    let summary = ended(&scenario, &plans(&scenario), seed).1;
+    assert!(summary.passed(), "{summary:?}");
+    summary
 }
 
 fn killed(at_s: f64, for_s: f64, robot: &str) -> ScriptedFault {
@@ -32,37 +35,32 @@ fn fault(at_s: f64, for_s: f64, what: ScriptedKind, robot: &str) -> ScriptedFaul
 
 #[test]
 fn a_robot_that_restarts_in_the_middle_of_a_shift_finishes_it() {
-    let summary = run("overtaking", 46, &[killed(33.018, 1.449, "amr-1")]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("overtaking", 46, &[killed(33.018, 1.449, "amr-1")]);
 }
 
 #[test]
 fn a_robot_that_restarts_in_the_middle_of_a_turn_finishes_it() {
-    let summary = run("t-junction", 21, &[killed(24.836, 0.255, "amr-3")]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("t-junction", 21, &[killed(24.836, 0.255, "amr-3")]);
 }
 
 /// Nobody has looked at the floor behind it but the process before.
 #[test]
 fn a_robot_that_restarts_in_the_dock_backs_out_of_it() {
-    let summary = run("docking", 3, &[killed(58.849, 0.068, "amr-2")]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("docking", 3, &[killed(58.849, 0.068, "amr-2")]);
 }
 
 /// A moment is no time for anybody to push it: it need not forget the floor behind it.
 #[test]
 fn a_robot_without_power_for_a_moment_backs_out_of_the_dock() {
     let cut = fault(25.367, 0.051, ScriptedKind::CutPower, "amr-1");
-    let summary = run("docking", 110, &[cut]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("docking", 110, &[cut]);
 }
 
 /// It may have rolled, so what it knew of the floor is void: the operator who resets it says that it is free.
 #[test]
 fn a_robot_that_was_without_power_in_the_dock_backs_out_when_an_operator_says_that_it_may() {
     let cut = fault(70.185, 0.628, ScriptedKind::CutPower, "amr-2");
-    let summary = run("docking", 324, &[cut]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("docking", 324, &[cut]);
 }
 
 /// By its wheels it backs out farther than it does.
@@ -72,8 +70,7 @@ fn a_robot_whose_wheels_slip_backs_out_of_the_dock() {
         share: Some(0.2724),
         ..fault(68.164, 7.337, ScriptedKind::Slip, "amr-2")
     };
-    let summary = run("docking", 326, &[slip]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("docking", 326, &[slip]);
 }
 
 /// Between two walls the lidar cannot tell how far along it is: it gave back floor that it stood on.
@@ -88,8 +85,7 @@ fn a_robot_whose_wheels_slip_stops_before_it_loses_its_place() {
         share: Some(0.2577),
         ..fault(58.802, 11.18, ScriptedKind::Slip, "amr-1")
     };
-    let summary = run("docking", 27, &[late, slip]);
-    assert!(summary.passed(), "{summary:?}");
+    let summary = passes("docking", 27, &[late, slip]);
     let robot = { summary.robots.iter() }.find(|robot| robot.id == "amr-1");
     let faults = &robot.expect("it drives").faults;
     let slips = faults.iter().any(|(fault, _)| fault == "wheel-slip");
@@ -100,16 +96,14 @@ fn a_robot_whose_wheels_slip_stops_before_it_loses_its_place() {
 #[test]
 fn a_robot_that_was_wrong_about_an_area_is_let_in_again_by_the_same_order() {
     let frozen = fault(57.4, 5.931, ScriptedKind::FreezeSensors, "amr-1");
-    let summary = run("overtaking", 64, &[frozen]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("overtaking", 64, &[frozen]);
 }
 
 /// It stops with its nose to the lay-by's wall.
 #[test]
 fn a_robot_that_finds_no_way_is_driven_out_by_hand_and_goes_on() {
     let jammed = fault(33.64, 6.638, ScriptedKind::JamPivot, "amr-1");
-    let summary = run("overtaking", 65, &[jammed]);
-    assert!(summary.passed(), "{summary:?}");
+    let summary = passes("overtaking", 65, &[jammed]);
     assert_eq!(summary.robots[0].driven_out, 1, "{:?}", summary.robots[0]);
 }
 
@@ -120,8 +114,7 @@ fn a_coordination_that_an_older_journal_brings_back_holds_nobody() {
         robot: None,
         ..fault(59.88, 8.046, ScriptedKind::RestoreJournal, "")
     };
-    let summary = run("overtaking", 79, &[restored]);
-    assert!(summary.passed(), "{summary:?}");
+    let summary = passes("overtaking", 79, &[restored]);
     assert!(summary.duration_s < 120.0, "{}", summary.duration_s);
 }
 
@@ -129,31 +122,27 @@ fn a_coordination_that_an_older_journal_brings_back_holds_nobody() {
 #[test]
 fn a_robot_that_is_told_that_its_turn_has_ended_does_not_begin_it_again() {
     let covered = fault(22.037, 10.623, ScriptedKind::CoverLidar, "amr-1");
-    let summary = run("overtaking", 1567, &[covered]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("overtaking", 1567, &[covered]);
 }
 
 /// Its new process has done what was ordered before the mediator has taken it in.
 #[test]
 fn a_robot_that_restarts_and_answers_before_it_is_registered_holds_nobody() {
-    let summary = run("overtaking", 6669, &[killed(55.793, 0.072, "amr-2")]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("overtaking", 6669, &[killed(55.793, 0.072, "amr-2")]);
 }
 
 /// It stands just over the border while the way is blocked, and sees the end of the lane.
 #[test]
 fn a_robot_that_waits_on_a_border_has_not_left_the_area_before() {
     let blocked = fault(53.14, 7.559, ScriptedKind::Box, "amr-2");
-    let summary = run("overtaking", 19, &[blocked]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("overtaking", 19, &[blocked]);
 }
 
 /// It starts only then, and whoever stops it is still there.
 #[test]
 fn a_robot_that_is_stopped_before_it_has_started_stands() {
     let stopped = fault(2.375, 9.004, ScriptedKind::Stop, "amr-2");
-    let summary = run("overtaking", 4454, &[stopped]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("overtaking", 4454, &[stopped]);
 }
 
 /// Operators wait for an answer before they ask again.
@@ -164,6 +153,5 @@ fn a_robot_that_hangs_while_it_is_looked_after_is_asked_once() {
         ..fault(47.103, 2.762, ScriptedKind::Slip, "amr-2")
     };
     let hangs = fault(50.304, 5.454, ScriptedKind::Hang, "amr-2");
-    let summary = run("overtaking", 1862, &[slips, hangs]);
-    assert!(summary.passed(), "{summary:?}");
+    passes("overtaking", 1862, &[slips, hangs]);
 }
