@@ -12,23 +12,29 @@ use crate::realtime::wake::Wake;
 #[derive(Clone, Debug, Default)]
 pub struct News(Arc<Told>);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Told {
     notify: Notify,
-    /// When the oldest news came that the loop has not looked at; 0: there is none.
+    /// When the oldest news came that the loop has not looked at, or [`NONE`].
     since_ns: AtomicU64,
+}
+
+const NONE: u64 = u64::MAX;
+
+impl Default for Told {
+    fn default() -> Self {
+        Self {
+            notify: Notify::new(),
+            since_ns: AtomicU64::new(NONE),
+        }
+    }
 }
 
 impl News {
     /// There is something to look at.
     pub fn tell(&self) {
-        // Fails when older news is waiting.
-        let _ = { &self.0.since_ns }.compare_exchange(
-            0,
-            now_ns().max(1),
-            Ordering::AcqRel,
-            Ordering::Relaxed,
-        );
+        // Always a write, also when older news waits: whoever takes it sees all that was done before this.
+        self.0.since_ns.fetch_min(now_ns(), Ordering::AcqRel);
         self.0.notify.notify_one();
     }
 
@@ -40,8 +46,8 @@ impl News {
     /// When the oldest waiting news came; from now on none is waiting.
     #[must_use]
     pub fn take(&self) -> Option<u64> {
-        match self.0.since_ns.swap(0, Ordering::AcqRel) {
-            0 => None,
+        match self.0.since_ns.swap(NONE, Ordering::AcqRel) {
+            NONE => None,
             since_ns => Some(since_ns),
         }
     }

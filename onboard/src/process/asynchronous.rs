@@ -50,8 +50,9 @@ pub fn spawn_asynchronous(
 fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>> {
     let (stop, Alarm { news, wake }) = (Arc::clone(&setup.stop), alarm.clone());
     let name = format!("{}-wake", setup.name);
+    // Counted here: a wake-up before the thread's first moment is passed on too.
+    let mut seen = wake.count();
     Builder::new().name(name).spawn(move || {
-        let mut seen = wake.count();
         while !stop.load(Ordering::Relaxed) {
             let count = wake.wait_beyond(&Monotonic, seen, now_ns() + GLANCE_NS);
             if count != seen {
@@ -122,6 +123,26 @@ mod tests {
     }
 
     impl RobotActivity for Counter {}
+
+    #[test]
+    fn a_wake_up_before_the_passing_thread_runs_is_not_lost() {
+        let (bench, setup) = Bench::with_thread(Trigger::Period(SECOND_NS));
+        let passing: Vec<_> = (0..20)
+            .map(|_| {
+                let alarm = Alarm::default();
+                let thread = pass_on(&setup, &alarm).expect("a thread");
+                alarm.wake.wake(now_ns());
+                (alarm, thread)
+            })
+            .collect();
+        for (alarm, _) in &passing {
+            wait_for(|| alarm.news.take().is_some());
+        }
+        bench.stop.store(true, Ordering::Relaxed);
+        for (_, thread) in passing {
+            thread.join().expect("ends");
+        }
+    }
 
     #[test]
     fn news_and_wake_ups_make_the_loop_run_long_before_its_period() {
