@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import secrets
 import socket
 from typing import Any, Callable, Sequence
+
+# Read by zenoh when it is loaded: on two threads, links with certificates break, see PROTOCOL.md.
+os.environ["ZENOH_RUNTIME"] = "(rx: (worker_threads: 1), tx: (handover: rx), acc: (handover: rx))"
 
 import zenoh
 

@@ -3,5 +3,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // SAFETY: no other thread runs yet.
+    unsafe { contract::network::carry_links_on_one_thread() };
     mediator::main_from(std::env::args_os())
 }

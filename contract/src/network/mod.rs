@@ -3,6 +3,7 @@
 
 mod access;
 mod identity;
+mod threads;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -12,6 +13,7 @@ use zenoh::Wait;
 
 pub use access::Access;
 pub use identity::{Identity, LONGEST_NAME, Name, Party, Request};
+pub use threads::carry_links_on_one_thread;
 
 /// Longer messages are dropped, bytes: a robot's report on a site with a thousand areas has a tenth of that.
 pub const LONGEST_MESSAGE: usize = 1 << 20;
@@ -98,6 +100,9 @@ impl NetworkSettings {
     /// # Errors
     /// A sentence that names the setting that is refused, or says why nothing can be opened.
     pub fn open(&self) -> Result<zenoh::Session, String> {
+        if self.security.is_some() {
+            threads::check()?;
+        }
         zenoh::open(self.config()?)
             .wait()
             .map_err(|error| error.to_string())
@@ -130,6 +135,11 @@ impl NetworkSettings {
         set(
             "transport/link/tx/queue/congestion_control/drop/wait_before_drop",
             5_000.into(),
+        )?;
+        // Who does not read what must not be dropped is cut off soon: meanwhile the one thread waits that carries all links.
+        set(
+            "transport/link/tx/queue/congestion_control/block/wait_before_close",
+            500_000.into(),
         )?;
         // What comes in fragments is put together in memory before anybody can look at it.
         set("transport/link/rx/max_message_size", LONGEST_MESSAGE.into())?;

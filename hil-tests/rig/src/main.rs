@@ -4,6 +4,8 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // SAFETY: no other thread runs yet.
+    unsafe { contract::network::carry_links_on_one_thread() };
     let arguments: Vec<OsString> = std::env::args_os().collect();
     // Robots and the mediator are this very program, told to be one: one `cargo run` builds all there is.
     let told = arguments.get(1).and_then(|first| first.to_str());

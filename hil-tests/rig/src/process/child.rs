@@ -37,6 +37,8 @@ impl Process {
         let mut command = Command::new(program);
         command
             .args(arguments)
+            // Each says itself how zenoh is to run in it.
+            .env_remove("ZENOH_RUNTIME")
             .envs(environment.iter().cloned())
             .stdin(Stdio::null())
             .stdout(Stdio::from(output.try_clone()?))

@@ -5,18 +5,29 @@ use std::time::Duration;
 use contract::wire::{CertificateAnswer, CertificateRequest};
 use contract::{Message, decode, keys};
 use zenoh::Wait;
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::query::Reply;
 
 use super::hall::{Hall, PREFIX, Robot};
 
 const DAY_S: f64 = 86_400.0;
 
 fn renew(robot: &Robot, id: &str, request: &str) -> Option<CertificateAnswer> {
+    answer(&ask(robot, id, request))
+}
+
+fn ask(robot: &Robot, id: &str, request: &str) -> FifoChannelHandler<Reply> {
     let message = CertificateRequest {
         request_pem: request.to_owned(),
     };
     let key = keys::certificate(PREFIX, id).expect("a plain name");
     let get = robot.session.get(key).payload(message.encode_to_vec());
-    let replies = get.timeout(Duration::from_secs(2)).wait().expect("it asks");
+    get.timeout(Duration::from_secs(10))
+        .wait()
+        .expect("it asks")
+}
+
+fn answer(replies: &FifoChannelHandler<Reply>) -> Option<CertificateAnswer> {
     let reply = replies.recv().ok()?.into_result().ok()?;
     decode(&reply.payload().to_bytes()).ok()
 }
@@ -31,14 +42,20 @@ fn a_robot_gets_its_next_certificate_from_the_mediator() {
         amr_0.heard > 0
     });
     let request = identity.request().expect("made");
-    let answer = renew(&amr_0, "amr-0", request.pem()).expect("an answer");
-    assert_eq!(answer.refusal, "");
+    let mut answer = CertificateAnswer::default();
+    // The mediator may open its network anew meanwhile: there is a new certificate. A robot asks again then.
+    hall.until("it is answered", || {
+        let answered = renew(&amr_0, "amr-0", request.pem());
+        answer = answered.unwrap_or_default();
+        !answer.certificate_pem.is_empty()
+    });
     assert_eq!(answer.renew_after_s, 15 * 86_400);
     let next = request.answered(&answer.certificate_pem).expect("it fits");
 
-    let soon = renew(&amr_0, "amr-0", identity.request().expect("made").pem());
-    let why = soon.expect("an answer").refusal;
-    assert!(why.contains("one request in"), "{why}");
+    hall.until("whoever asks twice in a second is refused", || {
+        let soon = renew(&amr_0, "amr-0", identity.request().expect("made").pem());
+        soon.is_some_and(|soon| soon.refusal.contains("one request in"))
+    });
     let other = renew(&amr_0, "amr-1", identity.request().expect("made").pem());
     assert_eq!(other, None, "of another robot");
 
@@ -48,6 +65,30 @@ fn a_robot_gets_its_next_certificate_from_the_mediator() {
         amr_0.step();
         amr_0.heard > 0
     });
+}
+
+/// zenoh 1.10.2 loses such a link all the time where it reads and writes on two threads: see `contract::network`.
+#[test]
+fn a_link_on_which_both_talk_at_the_same_time_stays() {
+    let hall = Hall::open();
+    let identity = hall.identity("amr-0");
+    let mut amr_0 = Robot::new(hall.settings_as(&identity), "amr-0");
+    hall.until("it is served", || {
+        amr_0.step();
+        amr_0.heard > 0
+    });
+    let request = identity.request().expect("made");
+    let mut unanswered = 0;
+    for _ in 0..100 {
+        amr_0.step();
+        let asked: Vec<_> = (0..100)
+            .map(|_| ask(&amr_0, "amr-0", request.pem()))
+            .collect();
+        let lost = asked.iter().filter(|replies| answer(replies).is_none());
+        unanswered += usize::from(lost.count() > 0);
+    }
+    // The network opens anew once for the new certificate.
+    assert!(unanswered <= 1, "{unanswered} of 100");
 }
 
 #[test]

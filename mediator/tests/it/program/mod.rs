@@ -121,6 +121,7 @@ impl Program {
         let output = Command::new(env!("CARGO_BIN_EXE_mediator"))
             .args(arguments)
             .env_remove("MEDIATOR_LOG")
+            .env_remove("ZENOH_RUNTIME")
             .output()
             .expect("the program starts");
         let text = [output.stdout, output.stderr].concat();
@@ -152,6 +153,7 @@ impl Program {
         }
         command
             .env_remove("MEDIATOR_LOG")
+            .env_remove("ZENOH_RUNTIME")
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log);
