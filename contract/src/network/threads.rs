@@ -31,3 +31,21 @@ pub(super) fn check() -> Result<(), String> {
         )),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ONE_THREAD, check};
+
+    #[test]
+    fn tests_the_kit_and_the_page_say_the_same() {
+        let pages = [
+            include_str!("../../../.cargo/config.toml"),
+            include_str!("../../kit/network.py"),
+            include_str!("../../PROTOCOL.md"),
+        ];
+        for page in pages {
+            assert!(page.contains(ONE_THREAD), "{page}");
+        }
+        assert_eq!(check(), Ok(()));
+    }
+}

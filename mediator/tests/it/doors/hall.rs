@@ -148,6 +148,14 @@ impl Hall {
         assert_eq!(code, Some(0), "{text}");
     }
 
+    /// Waits until the robot has heard of the mediator.
+    pub fn until_served(&self, what: &str, robot: &mut Robot) {
+        self.until(what, || {
+            robot.step();
+            robot.heard > 0
+        });
+    }
+
     /// Waits until it is so.
     pub fn until(&self, what: &str, mut is_so: impl FnMut() -> bool) {
         let until = Instant::now() + PATIENCE;

@@ -136,9 +136,6 @@ fn nobody_gets_in_without_a_certificate_of_the_site() {
     }
     // Its own file does.
     let mut amr_0 = hall.robot("amr-0");
-    hall.until("amr-0 is served", || {
-        amr_0.step();
-        amr_0.heard > 0
-    });
+    hall.until_served("amr-0 is served", &mut amr_0);
     let _ = operator(&hall, "anna");
 }

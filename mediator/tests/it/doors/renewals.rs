@@ -37,10 +37,7 @@ fn a_robot_gets_its_next_certificate_from_the_mediator() {
     let hall = Hall::open();
     let identity = hall.identity("amr-0");
     let mut amr_0 = Robot::new(hall.settings_as(&identity), "amr-0");
-    hall.until("it is served", || {
-        amr_0.step();
-        amr_0.heard > 0
-    });
+    hall.until_served("it is served", &mut amr_0);
     let request = identity.request().expect("made");
     let mut answer = CertificateAnswer::default();
     // The mediator may open its network anew meanwhile: there is a new certificate. A robot asks again then.
@@ -49,6 +46,7 @@ fn a_robot_gets_its_next_certificate_from_the_mediator() {
         answer = answered.unwrap_or_default();
         !answer.certificate_pem.is_empty()
     });
+    assert_eq!(answer.refusal, "");
     assert_eq!(answer.renew_after_s, 15 * 86_400);
     let next = request.answered(&answer.certificate_pem).expect("it fits");
 
@@ -61,10 +59,7 @@ fn a_robot_gets_its_next_certificate_from_the_mediator() {
 
     drop(amr_0);
     let mut amr_0 = Robot::new(hall.settings_as(&next), "amr-0");
-    hall.until("the next one is served", || {
-        amr_0.step();
-        amr_0.heard > 0
-    });
+    hall.until_served("the next one is served", &mut amr_0);
 }
 
 /// zenoh 1.10.2 loses such a link all the time where it reads and writes on two threads: see `contract::network`.
@@ -73,10 +68,7 @@ fn a_link_on_which_both_talk_at_the_same_time_stays() {
     let hall = Hall::open();
     let identity = hall.identity("amr-0");
     let mut amr_0 = Robot::new(hall.settings_as(&identity), "amr-0");
-    hall.until("it is served", || {
-        amr_0.step();
-        amr_0.heard > 0
-    });
+    hall.until_served("it is served", &mut amr_0);
     let request = identity.request().expect("made");
     let mut unanswered = 0;
     for _ in 0..100 {
@@ -97,10 +89,7 @@ fn a_certificate_that_has_ended_is_of_no_use() {
     let lasts_s = 6.0;
     let hall = Hall::with_certificates_for(lasts_s / DAY_S);
     let mut amr_0 = hall.robot("amr-0");
-    hall.until("it is served", || {
-        amr_0.step();
-        amr_0.heard > 0
-    });
+    hall.until_served("it is served", &mut amr_0);
     std::thread::sleep(Duration::from_secs_f64(lasts_s));
     let mut last = amr_0.heard;
     hall.until("it hears nothing any more", || {
@@ -111,8 +100,5 @@ fn a_certificate_that_has_ended_is_of_no_use() {
         std::mem::replace(&mut last, amr_0.heard) == amr_0.heard
     });
     let mut again = hall.robot("amr-0");
-    hall.until("another file is of use", || {
-        again.step();
-        again.heard > 0
-    });
+    hall.until_served("another file is of use", &mut again);
 }
