@@ -24,6 +24,10 @@ fn path_or_default(path: Option<PathBuf>) -> PathBuf {
     })
 }
 
+fn socket(folder: &Path, site: &str) -> PathBuf {
+    folder.join(format!("{site}.ctl"))
+}
+
 impl Folder {
     /// The folder given, else `$XDG_RUNTIME_DIR/mediator`, else `/tmp/mediator-UID`; made when it is missing, and private. The
     /// mediator of each site has its own socket there.
@@ -38,7 +42,8 @@ impl Folder {
         Ok(Self { path, site })
     }
 
-    /// The sites whose mediators have a socket in the folder.
+    /// The sites whose mediators run in the folder. Where a single one has a socket it is not asked: if it was killed, whoever talks
+    /// to it hears so.
     ///
     /// # Errors
     /// A sentence when the folder cannot be read.
@@ -54,6 +59,11 @@ impl Folder {
             Some(name.to_str()?.strip_suffix(".ctl")?.to_owned())
         };
         let mut sites: Vec<String> = entries.flatten().filter_map(name).collect();
+        if sites.len() > 1 {
+            // One that was killed leaves its socket behind.
+            let runs = |site: &String| UnixStream::connect(socket(&path, site)).is_ok();
+            sites.retain(runs);
+        }
         sites.sort();
         Ok(sites)
     }
@@ -61,7 +71,7 @@ impl Folder {
     /// The control socket.
     #[must_use]
     pub fn socket(&self) -> PathBuf {
-        self.path.join(format!("{}.ctl", self.site))
+        socket(&self.path, &self.site)
     }
 
     /// Where the journal is if nobody says otherwise. It must outlast a restart of the computer.
@@ -98,5 +108,24 @@ impl Folder {
         let listener = private::listen(&socket).map_err(|why| cannot(why.into()))?;
         listener.set_nonblocking(true).map_err(cannot)?;
         Ok(listener)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_killed_mediator_is_none_that_runs() {
+        let place = tempfile::tempdir().expect("a folder");
+        let path = Some(place.path().join("run"));
+        let sites = || Folder::sites(path.clone()).expect("it can be read");
+        let listen = |site| Folder::new(path.clone(), site)?.listen();
+        let runs = listen("hall").expect("nobody else does");
+        assert_eq!(sites(), ["hall"]);
+        drop(listen("killed").expect("nobody else does"));
+        assert_eq!(sites(), ["hall"]);
+        drop(runs);
+        assert_eq!(sites(), Vec::<String>::new());
     }
 }

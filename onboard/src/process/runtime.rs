@@ -2,6 +2,7 @@
 //! disk, for what outlives the machine's being switched off.
 
 use std::fs;
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
 use contract::private;
@@ -114,7 +115,11 @@ impl Runtime {
     /// # Errors
     /// [`Failure::Refused`] when none runs, or when several do and none was named.
     pub fn choose(&self, wanted: Option<&str>) -> Result<String, Failure> {
-        let robots = self.robots();
+        let mut robots = self.robots();
+        if wanted.is_none() && robots.len() > 1 {
+            // One that was killed leaves its socket behind.
+            robots.retain(|id| UnixStream::connect(self.socket(id)).is_ok());
+        }
         match (wanted, robots.as_slice()) {
             (Some(id), found) if found.iter().any(|robot| robot == id) => Ok(id.to_owned()),
             (None, [only]) => Ok(only.clone()),
@@ -154,8 +159,29 @@ pub(super) fn temporary() -> tempfile::TempDir {
 #[cfg(test)]
 mod tests {
     use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::os::unix::net::UnixListener;
 
     use super::*;
+
+    #[test]
+    fn a_killed_robot_is_none_to_choose_from() {
+        let folder = temporary();
+        let runtime = Runtime::new(Some(folder.path().to_owned())).expect("private");
+        let listen = |id| UnixListener::bind(runtime.socket(id)).expect("a socket");
+        drop(listen("killed"));
+        let runs = listen("amr-1");
+        assert!(matches!(runtime.choose(None), Ok(id) if id == "amr-1"));
+        assert!(matches!(runtime.choose(Some("killed")), Ok(id) if id == "killed"));
+        drop(listen("killed-too"));
+        drop(runs);
+        let Err(Failure::Refused(report)) = runtime.choose(None) else {
+            panic!("none runs");
+        };
+        assert!(
+            report.to_string().starts_with("no robot runs in"),
+            "{report}"
+        );
+    }
 
     #[test]
     fn folders_that_others_reach_are_refused_with_what_to_do() {

@@ -31,9 +31,21 @@ struct Stop {
     deceleration_m_s2: f64,
     /// How fast it was at its begin.
     speed_m_s: Option<f64>,
+    /// The fault shows only while the robot drives, and is noticed after it has driven for so long.
+    driven_s: Option<f64>,
 }
 
 impl Stop {
+    /// Nobody can notice yet what shows only while it drives.
+    fn waits_for_driving(&mut self, at_s: f64, speed_m_s: f64) {
+        if let Some(driven_s) = self.driven_s
+            && speed_m_s < STANDING_M_S
+            && at_s < self.from_s
+        {
+            self.from_s = self.from_s.max(at_s + driven_s);
+        }
+    }
+
     fn limit_m_s(&self, at_s: f64, from_m_s: f64) -> f64 {
         let braked_s = (at_s - self.from_s - REACTION_S).max(0.0);
         let deceleration_m_s2 = self.deceleration_m_s2 * (1.0 - TOLERANCE);
@@ -72,6 +84,7 @@ impl Braking {
                 until_s,
                 deceleration_m_s2,
                 speed_m_s: None,
+                driven_s: stopping.after_s.filter(|_| stopping.shows_driving),
             };
             let mut stops = Vec::new();
             if fault.what == ScriptedKind::Pause {
@@ -93,6 +106,9 @@ impl Braking {
     /// Takes in how fast the robot truly is. Returns what is wrong.
     pub(super) fn look(&mut self, at_s: f64, speed_m_s: f64) -> Option<String> {
         let before_m_s = std::mem::replace(&mut self.speed_m_s, speed_m_s);
+        for stop in &mut self.stops {
+            stop.waits_for_driving(at_s, speed_m_s);
+        }
         let lasting = { self.stops.iter_mut() }
             .filter(|stop| (stop.from_s..stop.until_s).contains(&at_s))
             .map(|stop| {
@@ -157,6 +173,21 @@ mod tests {
                 assert!(bad.look(at_s, bad_m_s).is_some(), "at {at_s} s");
             }
         }
+    }
+
+    #[test]
+    fn frozen_sensors_are_noticed_once_the_robot_drives() {
+        const FREEZE: &str =
+            "at_s = 10.0, for_s = 5.0, what = \"freeze-sensors\", robot = \"amr-1\"";
+        let mut own = braking(&[FREEZE]);
+        assert_eq!(windows(&own), [(10.2, 15.0, 2.0)]);
+        for tenths in 90..=120 {
+            assert_eq!(own.look(f64::from(tenths) / 10.0, 0.0), None, "it stands");
+        }
+        assert_eq!(own.look(12.1, 0.3), None);
+        assert_eq!(windows(&own), [(12.2, 15.0, 2.0)]);
+        assert_eq!(own.look(12.2, 0.3), None, "it has as long as at the begin");
+        assert!(own.look(12.5, 0.3).is_some(), "it should brake by now");
     }
 
     #[test]

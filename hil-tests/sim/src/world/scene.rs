@@ -113,6 +113,15 @@ impl Placed {
         [vx * age_s, vy * age_s]
     }
 
+    /// How fast it came to where it is at `at_ns`: one whose last step has touched a robot may stand by now.
+    fn speed_before_m_s(&self, at_ns: u64) -> f64 {
+        norm(if at_ns <= self.placed_ns {
+            self.before_m_s
+        } else {
+            self.obstacle.velocity_m_s
+        })
+    }
+
     /// How it moves from `at_ns` on.
     fn course(&self, at_ns: u64) -> Course {
         let velocity_m_s = self.obstacle.velocity_m_s;
@@ -242,7 +251,7 @@ impl Scene {
                     Shape::Box { pose, .. } => Some([pose.x_m, pose.y_m]),
                 };
                 (distance_m(&rectangle, &shape) <= 0.0)
-                    .then(|| (norm(placed.obstacle.velocity_m_s), middle_m))
+                    .then(|| (placed.speed_before_m_s(at_ns), middle_m))
             })
             .max_by(|a, b| a.0.total_cmp(&b.0))
     }

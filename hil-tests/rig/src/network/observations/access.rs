@@ -105,6 +105,19 @@ impl Accesses {
         &self.waitings
     }
 
+    /// A robot goes by another registration than before: `said`, levels by area, is all that it has. Runs and fences may count
+    /// from the first again.
+    pub(super) fn begin(&mut self, robot: &str, said: &BTreeMap<&str, &Level>, at_ns: u64) {
+        let own = self.runs.iter_mut().filter(|((id, _), _)| id == robot);
+        for ((_, area), run) in own {
+            let level = { said.get(area.as_str()) }.map(|level| (level.run, level.progress));
+            if level < Some((run.run, run.progress)) {
+                close(&mut self.ownings, &mut self.waitings, run, at_ns);
+                *run = AccessRun::default();
+            }
+        }
+    }
+
     /// Takes in a level of either side.
     pub(super) fn learn(
         &mut self,

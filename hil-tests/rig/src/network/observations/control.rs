@@ -113,6 +113,14 @@ impl Controls {
         deeds
     }
 
+    /// A mediator with another journal goes on, and counts coordinations anew.
+    pub(super) fn free_all(&mut self, at_ns: u64) {
+        self.parts.clear();
+        for own in &mut self.all {
+            own.to_ns.get_or_insert(at_ns);
+        }
+    }
+
     /// The mediator says that the robot is free.
     pub(super) fn free(&mut self, robot: &str, at_ns: u64) {
         for own in &mut self.all {

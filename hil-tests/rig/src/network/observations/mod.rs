@@ -1,12 +1,14 @@
 //! What can be known of a fleet from the messages on its network: who has which area, who waits, which nets have the
 //! discrete control of robots, and how fast the mediator answers.
 //!
-//! Levels only grow, and both sides repeat those of the other, so it does not matter in which order messages are heard.
+//! Levels only grow within one registration of a robot, and both sides repeat those of the other, so it does not matter in which
+//! order its messages are heard.
 //! Times are `u64` nanoseconds of the monotonic clock, when a message was heard.
 
 mod access;
 mod control;
 mod latency;
+mod registrations;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +17,7 @@ use contract::wire::{MediatorReport, RobotReport, RobotState};
 
 use access::Accesses;
 use control::Controls;
+use registrations::{Order, Registrations, Source};
 
 pub use access::{Owning, Waiting};
 pub use control::Controlled;
@@ -60,6 +63,7 @@ pub struct Malformed {
 pub struct Observations {
     said: BTreeMap<String, Said>,
     steps: Vec<Step>,
+    registrations: Registrations,
     accesses: Accesses,
     controls: Controls,
     latencies: Latencies,
@@ -76,6 +80,7 @@ impl Observations {
         Self {
             said: BTreeMap::new(),
             steps: Vec::new(),
+            registrations: Registrations::default(),
             accesses: Accesses::new(capacities),
             controls: Controls::default(),
             latencies: Latencies::new(governed(nets)),
@@ -117,6 +122,21 @@ impl Observations {
             // Before its session a restarted robot does not know its earlier levels.
             return;
         }
+        let source = Source {
+            instance: report.mediator_instance,
+            epoch: report.mediator_epoch,
+            journal: report.mediator_journal,
+        };
+        self.hear(source, at_ns);
+        match self.registrations.report(robot, source, report.session) {
+            Order::Old => return,
+            Order::Present => {}
+            Order::Begins => {
+                let said = report.access.iter();
+                let said = said.filter_map(|own| Some((own.area.as_str(), own.level.as_ref()?)));
+                self.accesses.begin(robot, &said.collect(), at_ns);
+            }
+        }
         for access in &report.access {
             let Some(level) = &access.level else { continue };
             let deeds = self
@@ -139,6 +159,15 @@ impl Observations {
         if answer.session == 0 {
             return;
         }
+        let source = Source {
+            instance: answer.instance,
+            epoch: answer.mediator_epoch,
+            journal: answer.journal,
+        };
+        self.hear(source, at_ns);
+        if (self.registrations).is_old(robot, source, answer.session) {
+            return;
+        }
         for grant in &answer.access {
             let Some(level) = &grant.level else { continue };
             let full = self.accesses.is_full_for(robot, &grant.area);
@@ -156,6 +185,12 @@ impl Observations {
                 self.latencies.command(control.coordination, deeds, at_ns);
             }
             None => self.controls.free(robot, at_ns),
+        }
+    }
+
+    fn hear(&mut self, source: Source, at_ns: u64) {
+        if self.registrations.hear(source) {
+            self.controls.free_all(at_ns);
         }
     }
 

@@ -275,3 +275,82 @@ fn steps_of_machines_are_written_down_once() {
     assert_eq!(steps, [(5, "drive"), (8, "stop")]);
     assert_eq!(observations.said("a").map(|said| said.at_ns), Some(8));
 }
+
+/// As a process of a mediator with this number, epoch and journal, with whom the robot has this session.
+fn of(robot: RobotReport, instance: u64, epoch: u64, journal: u64, session: u64) -> RobotReport {
+    RobotReport {
+        mediator_instance: instance,
+        mediator_epoch: epoch,
+        mediator_journal: journal,
+        session,
+        ..robot
+    }
+}
+
+fn by(
+    answer: MediatorReport,
+    instance: u64,
+    epoch: u64,
+    journal: u64,
+    session: u64,
+) -> MediatorReport {
+    MediatorReport {
+        instance,
+        mediator_epoch: epoch,
+        journal,
+        session,
+        ..answer
+    }
+}
+
+#[test]
+fn with_a_mediator_without_its_journal_all_counts_anew() {
+    let mut observations = observations();
+    let before = |answer| by(answer, 1, 1, 7, 3);
+    let says_before = |report| of(report, 1, 1, 7, 3);
+    observations.report(&says_before(says("a", "2", level(4, 0, 1), 0)), 10);
+    observations.answer(&before(hears("a", "2", level(4, 0, 2), 9, "")), 12);
+    observations.report(&says_before(says("a", "2", level(4, 0, 3), 9)), 13);
+    observations.answer(&before(ordered("a", control(5, 3, true))), 14);
+    // The robot is started anew, too; its first report says all that it has.
+    let anew = |answer| by(answer, 2, 1, 8, 3);
+    let says_anew = |report| of(report, 2, 1, 8, 2);
+    observations.answer(&by(ordered("b", None), 2, 1, 8, 1), 19);
+    observations.report(&says_anew(answered("a", None)), 20);
+    assert_eq!(observations.ownings()[0].released_ns, Some(20));
+    assert_eq!(observations.controlled()[0].to_ns, Some(19));
+    // What was on its way.
+    observations.report(&says_before(says("a", "2", level(4, 0, 4), 9)), 21);
+    observations.answer(&before(ordered("a", control(5, 3, true))), 22);
+    observations.report(&says_anew(says("a", "2", level(0, 0, 1), 0)), 30);
+    let grant = |answer| MediatorReport {
+        session: 2,
+        ..anew(answer)
+    };
+    observations.answer(&grant(hears("a", "2", level(0, 0, 2), 1, "")), 32);
+    observations.report(&says_anew(says("a", "2", level(0, 0, 4), 1)), 33);
+    let had: Vec<_> = { observations.ownings().iter() }
+        .map(|own| (own.fence, own.granted_ns, own.released_ns))
+        .collect();
+    assert_eq!(had, [(9, 12, Some(20)), (1, 32, Some(33))]);
+    // A smaller number than before is news all the same.
+    observations.answer(&grant(ordered("a", control(1, 1, true))), 40);
+    let controlled: Vec<_> = { observations.controlled().iter() }
+        .map(|own| (own.number, own.from_ns, own.to_ns))
+        .collect();
+    assert_eq!(controlled, [(5, 14, Some(19)), (1, 40, None)]);
+}
+
+#[test]
+fn a_robot_that_keeps_what_it_has_with_another_mediator_goes_on() {
+    let mut observations = observations();
+    observations.answer(&by(hears("a", "2", level(4, 0, 2), 9, ""), 1, 1, 7, 3), 12);
+    observations.report(&of(says("a", "2", level(4, 0, 3), 9), 1, 1, 7, 3), 13);
+    // The other mediator knows nothing of it yet.
+    observations.answer(&by(hears("a", "2", level(0, 0, 0), 0, ""), 2, 2, 8, 5), 19);
+    observations.report(&of(says("a", "2", level(4, 0, 3), 9), 2, 2, 8, 5), 20);
+    assert_eq!(observations.ownings().len(), 1);
+    assert_eq!(observations.ownings()[0].released_ns, None);
+    observations.report(&of(says("a", "2", level(4, 0, 4), 9), 2, 2, 8, 5), 21);
+    assert_eq!(observations.ownings()[0].released_ns, Some(21));
+}

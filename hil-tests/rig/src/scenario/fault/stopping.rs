@@ -23,6 +23,8 @@ const THREADS: f64 = 3.0;
 pub struct Stopping {
     /// So long after it began the robot's commands are invalid, and it must brake; none: it need not stop.
     pub after_s: Option<f64>,
+    /// That time runs only while the robot drives: nothing shows while it stands.
+    pub shows_driving: bool,
     /// A stop for something else begins later by up to this.
     pub delays_s: f64,
     /// The hardest that the robot can brake meanwhile, m/s².
@@ -41,6 +43,7 @@ impl ScriptedFault {
         let limits = &robot.drive.limits;
         let goes_on = Stopping {
             after_s: None,
+            shows_driving: false,
             delays_s: 0.0,
             deceleration_m_s2: limits.stop_deceleration_m_s2,
             disables: false,
@@ -97,7 +100,10 @@ impl ScriptedFault {
             ScriptedKind::CutPower | ScriptedKind::CutMotors => coasts(0.0),
             ScriptedKind::HotMotor => coasts(BELIEVED_S),
             ScriptedKind::LowVoltage => brakes(BELIEVED_S),
-            ScriptedKind::FreezeSensors => brakes(STALLED_S),
+            ScriptedKind::FreezeSensors => Stopping {
+                shows_driving: true,
+                ..brakes(STALLED_S)
+            },
             ScriptedKind::LoseFrames if share >= ALL => alone,
             ScriptedKind::LoseFrames => Stopping {
                 delays_s: watchdog_s,

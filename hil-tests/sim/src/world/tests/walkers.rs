@@ -1,3 +1,4 @@
+use super::super::scene::Scene;
 use super::*;
 
 fn person(start_m: [f64; 2], route: Route, heed_m: f64) -> Walker {
@@ -224,4 +225,28 @@ fn nonsense_walks_are_refused() {
         assert!(world.add_walker(walker.clone()).is_err(), "{walker:?}");
     }
     assert_eq!(world.obstacles().count(), 0);
+}
+
+#[test]
+fn who_arrives_at_a_robot_has_run_into_it_though_it_stands_by_then() {
+    let mut scene = Scene::default();
+    let walks = Obstacle {
+        velocity_m_s: [-1.0, 0.0],
+        ..Obstacle::disc([1.0, 0.0], 0.2)
+    };
+    let id = scene.add(walks, 0).expect("a good one");
+    let footprint = Footprint {
+        front_m: 0.3,
+        rear_m: 0.3,
+        left_m: 0.3,
+        right_m: 0.3,
+    };
+    let speed_m_s = |scene: &Scene, at_ns| {
+        let touching = scene.touching(&footprint, &Pose::default(), at_ns);
+        touching.map(|(speed_m_s, _)| speed_m_s)
+    };
+    let arrives_ns = 600_000_000;
+    scene.redirect(id, arrives_ns, [0.4, 0.0], None, [0.0; 2]);
+    assert_eq!(speed_m_s(&scene, arrives_ns), Some(1.0));
+    assert_eq!(speed_m_s(&scene, arrives_ns + 1), Some(0.0), "it stands");
 }

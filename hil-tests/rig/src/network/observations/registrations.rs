@@ -1,0 +1,77 @@
+//! Which messages are of the present registration of a robot.
+//!
+//! A process of a mediator numbers its registrations, and takes a larger epoch where another one may have granted what it does not
+//! know. So messages are ordered by whom they are of, in the order in which those were heard first, and then by session.
+
+use std::collections::BTreeMap;
+
+/// A mediator's process with its epoch, and its journal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Source {
+    pub(super) instance: u64,
+    pub(super) epoch: u64,
+    pub(super) journal: u64,
+}
+
+/// A place in the order of sources, and the session.
+type Registration = (usize, u64);
+
+/// The present ones.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Registrations {
+    sources: Vec<Source>,
+    by_robot: BTreeMap<String, Registration>,
+}
+
+/// How a robot's report comes in its order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Of an earlier registration.
+    Old,
+    Present,
+    /// The first of a new one.
+    Begins,
+}
+
+impl Registrations {
+    /// Takes in whom a message is of. Returns whether that is the first one by another journal than before.
+    pub(super) fn hear(&mut self, source: Source) -> bool {
+        if self.sources.contains(&source) {
+            return false;
+        }
+        let other = { self.sources.last() }.is_some_and(|last| last.journal != source.journal);
+        self.sources.push(source);
+        other
+    }
+
+    fn registration(&self, source: Source, session: u64) -> Registration {
+        let place = self.sources.iter().position(|own| *own == source);
+        (place.unwrap_or(0), session)
+    }
+
+    /// Takes in a robot's report.
+    pub(super) fn report(&mut self, robot: &str, source: Source, session: u64) -> Order {
+        let found = self.registration(source, session);
+        let Some(present) = self.by_robot.get_mut(robot) else {
+            self.by_robot.insert(robot.to_owned(), found);
+            return Order::Present;
+        };
+        match found.cmp(present) {
+            std::cmp::Ordering::Less => Order::Old,
+            std::cmp::Ordering::Equal => Order::Present,
+            std::cmp::Ordering::Greater => {
+                let anew = found.1 != present.1;
+                *present = found;
+                if anew { Order::Begins } else { Order::Present }
+            }
+        }
+    }
+
+    /// Whether what the mediator says to a robot is of an earlier registration.
+    pub(super) fn is_old(&self, robot: &str, source: Source, session: u64) -> bool {
+        let found = self.registration(source, session);
+        self.by_robot
+            .get(robot)
+            .is_some_and(|present| found < *present)
+    }
+}
