@@ -28,6 +28,12 @@ pub enum Entry {
         /// Larger than every one before.
         fence: u64,
     },
+    /// Robots have said that they were granted an area, of which this journal knows nothing.
+    Adopted {
+        area: String,
+        /// The last fence up to which it knows of all grants; `None`: of all again.
+        known: Option<u64>,
+    },
     /// An operator has closed an area, or opened it again.
     Closed {
         area: String,
@@ -168,6 +174,8 @@ pub struct Stored {
     pub access: BTreeMap<(String, String), AccessRecord>,
     /// Of the last grant, by area.
     pub fences: BTreeMap<String, u64>,
+    /// The last fence up to which all grants are known, by area; of others it is that of the last grant.
+    pub adopted: BTreeMap<String, u64>,
     /// Areas that an operator has closed.
     pub closed: BTreeMap<String, ClosedRecord>,
     /// By robot and area.
@@ -198,6 +206,14 @@ impl Stored {
             Entry::Fence { area, fence } => {
                 self.fences.insert(area, fence);
             }
+            Entry::Adopted { area, known } => match known {
+                Some(known) => {
+                    self.adopted.insert(area, known);
+                }
+                None => {
+                    self.adopted.remove(&area);
+                }
+            },
             Entry::Closed { area, record } => match record {
                 Some(record) => {
                     self.closed.insert(area, record);

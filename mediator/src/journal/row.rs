@@ -1,7 +1,7 @@
 //! Keys and values of the journal's table.
 //!
-//! Keys are `format`, `site`, `file`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `closed/AREA`, `revocation/ROBOT/AREA`, `number`,
-//! `coordination/NUMBER`, `order/NUMBER`; values are JSON.
+//! Keys are `format`, `site`, `file`, `epoch`, `robot/ROBOT`, `access/ROBOT/AREA`, `fence/AREA`, `adopted/AREA`, `closed/AREA`,
+//! `revocation/ROBOT/AREA`, `number`, `coordination/NUMBER`, `order/NUMBER`; values are JSON.
 
 use std::path::Path;
 
@@ -66,6 +66,11 @@ pub(super) fn read(
         ["fence", area] => {
             stored
                 .fences
+                .insert(area.to_owned(), row.parse("a number")?);
+        }
+        ["adopted", area] => {
+            stored
+                .adopted
                 .insert(area.to_owned(), row.parse("a number")?);
         }
         ["closed", area] => {
@@ -137,6 +142,7 @@ pub(super) fn key(entry: &Entry) -> String {
         Entry::Robot { robot, .. } => format!("robot/{robot}"),
         Entry::Access { robot, area, .. } => format!("access/{robot}/{area}"),
         Entry::Fence { area, .. } => format!("fence/{area}"),
+        Entry::Adopted { area, .. } => format!("adopted/{area}"),
         Entry::Closed { area, .. } => format!("closed/{area}"),
         Entry::Revocation { robot, area, .. } => format!("revocation/{robot}/{area}"),
         Entry::Order { number, .. } => format!("order/{number}"),
@@ -152,6 +158,7 @@ pub(super) fn value(entry: &Entry) -> Option<String> {
         Entry::Robot { record, .. } => json(record),
         Entry::Access { record, .. } => json(record),
         Entry::Fence { fence, .. } => fence.to_string(),
+        Entry::Adopted { known, .. } => known.as_ref()?.to_string(),
         Entry::Closed { record, .. } => json(record.as_ref()?),
         Entry::Revocation { record, .. } => json(record),
         Entry::Order { record, .. } => json(record.as_ref()?),

@@ -74,6 +74,11 @@ pub enum Alarm {
         "robot `{robot}` has a newer level of area `{area}` than the journal, which has lost its last entries; the level is taken over from the robot"
     )]
     Adopted { robot: String, area: String },
+    /// What a robot says that it was granted, or asks for, is not known, and was not taken over: it was not awaited.
+    #[error(
+        "robot `{robot}` has a newer level of area `{area}` than this mediator, which did not wait for the robot: that level has ended, and the robot asks anew"
+    )]
+    Void { robot: String, area: String },
     /// A robot reaches into an area that it was not granted.
     #[error(
         "robot `{robot}` is in area `{area}` without a grant; no other robot is let in until it has left"

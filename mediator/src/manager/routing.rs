@@ -242,8 +242,7 @@ impl Manager {
             return false;
         }
         let reservations = &mut self.coordinations;
-        let first = heard.first && heard.awaited;
-        areas.take_in(robot, report, first, now_ns, reservations, effects)
+        areas.take_in(robot, report, heard, now_ns, reservations, effects)
     }
 
     /// The report is of a process that does not speak for the robot yet, while none that does is heard. Where one that speaks
@@ -256,6 +255,9 @@ impl Manager {
 
     /// Orders and grants what can be; nothing while another mediator goes on.
     pub(super) fn go_on(&mut self, now_ns: u64) {
+        if self.sessions.awaited().is_empty() {
+            self.areas.all_grants_are_known(&mut self.effects);
+        }
         if !self.peers.stands_by {
             self.coordinate(now_ns, Coordinations::go_on);
             self.serve();

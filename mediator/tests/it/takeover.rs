@@ -502,3 +502,81 @@ fn a_new_process_does_not_say_where_the_one_before_drives_its_body() {
     talk(&mut manager, &mut robots, now_ns);
     assert!(robots[1].0.holds(AREA));
 }
+
+#[test]
+fn a_grant_that_the_journal_has_lost_counts_though_its_robot_is_heard_after_another_start_only() {
+    let mut both = setup();
+    both.areas[0].capacity = 2;
+    let start = |stored: &Stored, instance| {
+        let manager = Manager::new(&both, stored, 0).expect("valid");
+        manager.speaks_as(instance)
+    };
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50);
+    let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    keep(&mut manager, &mut stored);
+    for (_, situation) in &mut robots[..2] {
+        situation.wanted = vec![AREA.to_owned()];
+    }
+    let status = talk(&mut manager, &mut robots, NOW_NS);
+    assert_eq!(status.areas[0].holders.len(), 2);
+
+    // The last writes are lost; the robot with the later grant is heard.
+    let mut manager = start(&stored, 51);
+    let status = talk(&mut manager, &mut robots[1..], NOW_NS);
+    assert_eq!(status.areas[0].holders, [("amr-2".to_owned(), 2)]);
+    assert_eq!(status.awaited, ["amr-1"]);
+    keep(&mut manager, &mut stored);
+
+    let mut manager = start(&stored, 52);
+    let status = talk(&mut manager, &mut robots, NOW_NS);
+    assert_eq!(status.areas[0].holders.len(), 2, "{status:?}");
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    let adopted = |alarm: &Alarm| matches!(alarm, Alarm::Adopted { robot, .. } if robot == "amr-1");
+    assert!(alarms.iter().any(adopted), "{alarms:?}");
+    assert!(
+        !alarms
+            .iter()
+            .any(|alarm| matches!(alarm, Alarm::BadReport { .. }))
+    );
+    // From then on the journal knows of all grants.
+    keep(&mut manager, &mut stored);
+    assert!(stored.adopted.is_empty() && stored.fences[AREA] == 2);
+}
+
+#[test]
+fn a_grant_that_the_journal_has_lost_ends_when_its_robot_was_said_to_be_absent() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    keep(&mut manager, &mut stored);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots, NOW_NS);
+    assert!(robots[0].0.holds(AREA));
+
+    let mut manager = start(&stored, 51, NOW_NS);
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    assert_eq!(manager.absent("amr-1", now_ns), Ok(Vec::new()));
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots[1..], now_ns);
+    assert!(robots[1].0.holds(AREA));
+    manager.alarms().for_each(drop);
+
+    // It was only out of reach, and would enter as soon as it is heard.
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(!robots[0].0.holds(AREA) && robots[1].0.holds(AREA));
+    assert_eq!(status.areas[0].waiting.len(), 1, "it asks anew");
+    let void = Alarm::Void {
+        robot: "amr-1".to_owned(),
+        area: AREA.to_owned(),
+    };
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(alarms.contains(&void), "{alarms:?}");
+    assert!(
+        !alarms
+            .iter()
+            .any(|alarm| matches!(alarm, Alarm::BadReport { .. }))
+    );
+}

@@ -123,9 +123,8 @@ impl Areas {
             self.areas[area].overfull = false;
             return;
         }
-        // Where a robot stands that has not said so is only guessed.
         let inside: Vec<usize> = { inside.iter().copied() }
-            .filter(|&robot| self.robots[robot].placed || self.robots[robot].holds(area))
+            .filter(|&robot| self.robots[robot].is_or_will_be_in(area))
             .collect();
         // As long as somebody has not reported, it may have left: nothing is granted anyway.
         let overfull = sessions.awaited().is_empty() && inside.len() > capacity as usize;

@@ -8,19 +8,21 @@ use super::table::Areas;
 use crate::journal::AccessRecord;
 use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
+use crate::manager::sessions::Heard;
 
 impl Areas {
-    /// Takes in everything that a report says of protocol 1 and of revocations. `first`: it is the robot's first report that
-    /// counts since the start, and nothing was granted meanwhile. Returns whether a level has changed.
+    /// Takes in everything that a report says of protocol 1 and of revocations. Returns whether a level has changed.
     pub(crate) fn take_in(
         &mut self,
         robot: usize,
         report: &RobotReport,
-        first: bool,
+        heard: Heard,
         now_ns: u64,
         reservations: &mut dyn Reservations,
         effects: &mut Effects,
     ) -> bool {
+        // Nothing was granted since the start.
+        let first = heard.first && heard.awaited;
         let mut changed = false;
         for access in &report.access {
             let merged = match self.merge(robot, access, now_ns, reservations, effects) {
@@ -29,7 +31,20 @@ impl Areas {
             };
             match merged {
                 Ok(news) => changed |= news,
-                Err(what) => self.complain(robot, access, what, effects),
+                Err(what) => {
+                    let unknown = heard.first && matches!(what, BadReport::Merge(_));
+                    if !unknown {
+                        self.complain(robot, access, what, effects);
+                    }
+                    if let Some(area) = self.void(robot, access, effects)
+                        && unknown
+                    {
+                        effects.alarms.push(Alarm::Void {
+                            robot: self.names.robot_id(robot),
+                            area: self.names.area_id(area),
+                        });
+                    }
+                }
             }
         }
         for access in &report.revocations {
@@ -130,7 +145,7 @@ impl Areas {
         if !claim.is_none_or(|claim| claim.is_behind(level)) {
             return Ok(false);
         }
-        let (found, after) = (access.fence, self.areas[area].stored_fence);
+        let (found, after) = (access.fence, self.areas[area].known_fence);
         let held = Claim::resume(&self.access, AccessRecord::said(level, found))?.is_held();
         if held && found <= after {
             // The journal knows to whom that fence was given, if to anybody.
@@ -145,12 +160,34 @@ impl Areas {
         if access.fence > self.areas[area].fence {
             self.areas[area].fence = access.fence;
             self.store_fence(area, effects);
+            self.note_unknown_grants(area, effects);
         }
         self.concern(area, robot);
         self.touch(area);
         self.store_claim(robot, area, effects);
         effects.tell(robot);
         Ok(false)
+    }
+
+    /// The robot says that it has more than is known here, which is not believed: another robot may have been granted the area
+    /// since. It hears that this has ended, before or with the news that it was heard, by which it might enter. Returns the area,
+    /// if it has none here by a grant.
+    fn void(&mut self, robot: usize, access: &Access, effects: &mut Effects) -> Option<usize> {
+        let (level, area) = self.level_and_area(access).ok()?;
+        let claim = self.robots[robot].claim(area);
+        if claim.is_some_and(|claim| claim.is_held() || !claim.is_behind(level)) {
+            return None;
+        }
+        let mut claim = Claim::resume(&self.access, AccessRecord::said(level, 0)).ok()?;
+        claim.abort();
+        claim.complained = true;
+        self.dequeue(area, robot);
+        self.robots[robot].claims.set(area, claim);
+        self.unconcern(area, robot);
+        self.touch(area);
+        self.store_claim(robot, area, effects);
+        effects.tell(robot);
+        Some(area)
     }
 
     /// Raises the alarm, once for each level that makes no sense.

@@ -23,7 +23,12 @@ impl Areas {
         for (id, &fence) in &stored.fences {
             let area = known_area(names, id)?;
             areas.areas[area].fence = fence;
-            areas.areas[area].stored_fence = fence;
+            areas.areas[area].known_fence = fence;
+        }
+        for (id, &known) in &stored.adopted {
+            let area = known_area(names, id)?;
+            areas.areas[area].known_fence = known;
+            areas.adopted.push(area);
         }
         for (id, record) in &stored.closed {
             let area = known_area(names, id)?;

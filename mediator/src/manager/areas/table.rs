@@ -26,8 +26,8 @@ pub(crate) struct Area {
     pub(crate) capacity: u32,
     /// Of the last grant.
     pub(crate) fence: u64,
-    /// Of the last grant that the journal knew of at the start.
-    pub(super) stored_fence: u64,
+    /// Of the last grant up to which the journal knew of all at the start.
+    pub(super) known_fence: u64,
     /// Robots whose request waits, in the order in which they are served.
     pub(crate) queue: Vec<usize>,
     /// Robots that hold it, stand in it, or ask for it: nobody else needs to be looked at.
@@ -52,6 +52,8 @@ pub(crate) struct Areas {
     pub(super) ticket: u64,
     /// Areas with `changed` set.
     changed: Vec<usize>,
+    /// Areas whose journal does not know of all grants.
+    pub(super) adopted: Vec<usize>,
 }
 
 impl Areas {
@@ -59,7 +61,7 @@ impl Areas {
         let areas = setup.areas.iter().map(|area| Area {
             capacity: area.capacity,
             fence: 0,
-            stored_fence: 0,
+            known_fence: 0,
             queue: Vec::new(),
             concerned: Vec::new(),
             overfull: false,
@@ -73,6 +75,7 @@ impl Areas {
             robots: vec![Occupant::default(); names.robots().len()],
             ticket: 0,
             changed: Vec::new(),
+            adopted: Vec::new(),
             names: Arc::clone(names),
         }
     }

@@ -7,6 +7,7 @@ use contract::wire::{Access, RobotReport};
 use super::claim::Claim;
 use super::revocation::Revocation;
 use super::table::Areas;
+use crate::journal::Entry;
 use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
 
@@ -95,6 +96,28 @@ impl Areas {
             if let Err(what) = self.merge_revocation(robot, access, true, effects) {
                 self.complain(robot, access, what, effects);
             }
+        }
+    }
+
+    /// A robot was granted what the journal does not know: others may have been, too, of whom some may not be heard before the
+    /// next start.
+    pub(super) fn note_unknown_grants(&mut self, area: usize, effects: &mut Effects) {
+        if !self.adopted.contains(&area) {
+            self.adopted.push(area);
+            effects.entries.push(Entry::Adopted {
+                area: self.names.area_id(area),
+                known: Some(self.areas[area].known_fence),
+            });
+        }
+    }
+
+    /// Every robot has said what it was granted.
+    pub(crate) fn all_grants_are_known(&mut self, effects: &mut Effects) {
+        for area in self.adopted.drain(..) {
+            effects.entries.push(Entry::Adopted {
+                area: self.names.area_id(area),
+                known: None,
+            });
         }
     }
 

@@ -10,7 +10,7 @@ use crate::journal::{Entry, Stored};
 use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
-use crate::manager::sessions::Sessions;
+use crate::manager::sessions::{Heard, Sessions};
 use crate::setup::{AreaSetup, RobotSetup, Setup};
 
 /// Nets that keep one area for one robot, or none.
@@ -117,7 +117,12 @@ impl Bench {
             ..RobotReport::default()
         };
         let (nets, effects) = (&mut self.nets, &mut self.effects);
-        self.areas.take_in(robot, &report, first, 0, nets, effects);
+        let heard = Heard {
+            first,
+            awaited: first,
+            ..Heard::default()
+        };
+        self.areas.take_in(robot, &report, heard, 0, nets, effects);
         self.areas.place(robot, &report, effects);
     }
 
@@ -245,7 +250,9 @@ fn a_robot_that_is_lost_is_not_where_it_had_left() {
         ..RobotReport::default()
     };
     let (nets, effects) = (&mut bench.nets, &mut bench.effects);
-    bench.areas.take_in(0, &lost, false, 0, nets, effects);
+    bench
+        .areas
+        .take_in(0, &lost, Heard::default(), 0, nets, effects);
     bench.areas.place(0, &lost, &mut bench.effects);
     assert!(!bench.areas.robot(0).occupies(0) && bench.effects.alarms.is_empty());
     // Where it was and has not left, it may be.

@@ -5,7 +5,7 @@ use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
 
 /// What is new about a robot that was heard.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Heard {
     /// Its first report that counts, of this process and to this mediator.
     pub(crate) first: bool,

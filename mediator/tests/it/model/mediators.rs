@@ -185,13 +185,15 @@ impl Fleet {
             Alarm::Forgotten { .. } if lost || ordered => tally.forgotten += 1,
             Alarm::Bypassed { .. } if lost || ordered || elsewhere => tally.bypassed += 1,
             Alarm::Adopted { .. } if lost => tally.adopted += 1,
+            Alarm::Void { .. } if lost && ordered => tally.void += 1,
             // Reports of long ago tell of mediators that are gone.
             Alarm::SecondMediator { .. } if asked => {}
             Alarm::OlderJournal { .. } | Alarm::GoesOn { .. } if asked => tally.asked += 1,
             Alarm::Intruder { .. } | Alarm::Overfull { .. } if elsewhere => tally.intruders += 1,
             // Of robots that ask for what they do not need, while something hinders them.
             Alarm::Circle { .. } if elsewhere || tally.cuts > 0 => {}
-            Alarm::LetGo { .. } if ordered || elsewhere => {}
+            // One that has just started and is lost stands wherever it is.
+            Alarm::LetGo { .. } if ordered || elsewhere || tally.lost > 0 => {}
             alarm => self
                 .accusations
                 .push(format!("{} ms: {alarm}", self.now_ms)),

@@ -96,6 +96,22 @@ const RARE: Faults = Faults {
     ..Faults::ALL
 };
 
+/// What an operator sees empty is cleared; some are out of reach meanwhile. Whoever starts again waits anew, so crashes must leave
+/// time. A report that comes after all from before an area was cleared is believed, and blocks it.
+const CLEARED: Faults = Faults {
+    cuts: true,
+    operator: true,
+    replays: false,
+    every: 2_000,
+    ..Faults::ALL
+};
+
+/// Journals may be gone or older.
+const JOURNALS: Faults = Faults {
+    journal: true,
+    ..Faults::ALL
+};
+
 /// Runs with these faults on each floor. Faults that do not happen prove nothing: `happened` says whether enough did.
 fn on_every_floor(runs: u64, faults: Faults, happened: impl Fn(u64, &Tally) -> bool) {
     for (name, floor, settle_ms) in FLOORS {
@@ -236,11 +252,7 @@ fn a_mediator_may_stop_in_every_step() {
 /// Also without its journal, or with an older one, a mediator lets nobody in where another robot is, and robots follow it.
 #[test]
 fn journals_that_are_gone_or_older_do_no_harm() {
-    let faults = Faults {
-        journal: true,
-        ..Faults::ALL
-    };
-    on_every_floor(100, faults, |runs, tally| {
+    on_every_floor(100, JOURNALS, |runs, tally| {
         tally.journals_lost >= runs / 2 && tally.asked >= runs / 4 && tally.adopted >= runs / 4
     });
 }
@@ -291,21 +303,12 @@ fn two_mediators_let_nobody_in_twice() {
 /// What an operator sees empty and clears, no robot enters that is out of reach, whatever it was granted.
 #[test]
 fn areas_that_an_operator_clears_stay_empty() {
-    // Whoever starts again waits anew, so crashes must leave time. A report that comes after all from before an area was cleared
-    // is believed, and blocks it.
-    let faults = Faults {
-        cuts: true,
-        operator: true,
-        replays: false,
-        every: 2_000,
-        ..Faults::ALL
-    };
     let mut tally = Tally::default();
     let seeds = seeds(200);
     for &seed in &seeds {
         let mut random = Random::new(seed);
         let mut fleet = Fleet::new(Floor::ring(&mut random), seed);
-        survive_one(&mut fleet, seed, faults, 6_000, &mut random);
+        survive_one(&mut fleet, seed, CLEARED, 6_000, &mut random);
         tally += fleet.tally();
     }
     let runs = seeds.len() as u64;
@@ -314,6 +317,26 @@ fn areas_that_an_operator_clears_stay_empty() {
         tally.cuts > runs && tally.cleared > runs / 4 && tally.not_yet_cleared > runs / 4,
         "{tally:?}"
     );
+}
+
+/// Robots that waited for ever, and people who were told what is not so.
+#[test]
+fn what_ten_thousand_runs_have_found_stays_mended() {
+    let found: [(u64, Place, u64, Faults); 5] = [
+        // The journal has lost the grants of two robots, of whom one is heard only after another start.
+        (361, Floor::ring, 6_000, CLEARED),
+        (2092, Floor::ring, 4_000, Faults::ALL),
+        (9860, Floor::docking, 6_000, Faults::ALL),
+        // It has lost the grant of a robot that was said to be absent, and returns.
+        (5353, Floor::ring, 6_000, CLEARED),
+        // A robot has left an area, and has not given it back yet.
+        (6395, Floor::corridor, 25_000, JOURNALS),
+    ];
+    for (seed, floor, settle_ms, faults) in found {
+        let mut random = Random::new(seed);
+        let mut fleet = Fleet::new(floor(&mut random), seed);
+        survive_one(&mut fleet, seed, faults, settle_ms, &mut random);
+    }
 }
 
 /// Whether what is broken is noticed in a run, and how.

@@ -84,6 +84,8 @@ tally! {
     stale_messages,
     /// Taken over from robots, since the journal lacked it.
     adopted,
+    /// And not taken over, since an operator had said that they are absent.
+    void,
     forgotten,
     bypassed,
     /// Coordinations begun, also again in another situation.
