@@ -47,6 +47,10 @@ class Follower:
         """Takes in protocol 2."""
         raise NotImplementedError
 
+    def contradicts(self, message: Any) -> bool:
+        """Whether the levels of a mediator that is followed anew are of a process before this one."""
+        raise NotImplementedError
+
     def receive(self, data: bytes, now: float) -> None:
         """Takes in a message, however late, repeated, wrong or long it is."""
         message: Any = wire.decode(wire.MediatorReport, data)
@@ -76,7 +80,7 @@ class Follower:
                 self.forget()
             return
         self.renew_lease(message.robot_sequence)
-        registers = self.session != message.session and not (other and registered_before)
+        registers = self.session != message.session and not (other and registered_before and not self.contradicts(message))
         self.news |= self.session != message.session or other
         self.session = message.session
         if registers:

@@ -17,6 +17,7 @@ import math
 import sys
 import threading
 import time
+from dataclasses import replace
 from typing import Any, Callable
 
 from . import page, wire
@@ -69,6 +70,10 @@ class Robot(Follower):
                     known[entry.area] = Claim.inherit(entry)
                 elif not known.setdefault(entry.area, Claim()).learn(entry, mine):
                     self.wrong += 1
+
+    def contradicts(self, message: Any) -> bool:
+        """Whether a level cannot follow what this process has said."""
+        return not all(replace(self.claims.get(entry.area, Claim())).learn(entry, GRANTED) for entry in message.access)
 
     def learn_control(self, message: Any, registers: bool) -> None:
         """Takes in protocol 2. A robot that has just registered carries the last instruction out again."""

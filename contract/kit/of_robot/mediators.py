@@ -9,11 +9,14 @@ from typing import Any
 from .. import page
 from ..checks import Failed
 from ..hall import Hall
+from ..played_robot import Claim
 from . import SUITE
 
 FOLLOWS = ("It follows another one with a larger `mediator_epoch`, as after a restart, at once if that has the same `journal`, else when its "
            "own has been silent for 1 s; and never one with the same or a smaller epoch: that knows nothing of it.")
 PAST = "A message of a smaller `mediator_epoch`, or for another `boot_epoch`, is from the past: ignore it."
+BEFORE = ("But where a level that comes with that `session` cannot follow its own, the other has heard of a process before this one alone, and the "
+          "robot takes its levels over as at a first registration.")
 KEEPS = "It keeps all levels, and takes over the `session`."
 NONSENSE = ("Ignore, and count, what no mediator says: an epoch or `sequence` above 2^62, or from the instance that is followed an epoch more "
             "than 2^20 above the last.")
@@ -108,6 +111,28 @@ def after_silence(hall: Hall) -> None:
     for name, claim in before.items():
         if said.access(name) is None or not said.access(name).held or said.access(name).fence != claim.fence:
             raise Failed(f"{name} kept, with fence {claim.fence}", hall.found())
+
+
+@SUITE.check("other-mediator-of-before", BEFORE)
+def of_before(hall: Hall) -> None:
+    """To another mediator, which has heard of a process before only, it gives back what that one had entered and it does not stand in."""
+    ahead = hall.ahead()
+    hall.speaks = False
+    time.sleep(page.SILENT_S + 2 * page.LEVEL_S)
+    with hall.lock:
+        area = next(area.id for area in hall.floor if area.id != ahead and area.id not in hall.stands_in())
+        run = hall.levels.get(area, Claim()).run + 7
+        hall.full.add(area)
+        hall.journal, hall.levels = random.getrandbits(64) | 1, {area: Claim(run, 0, 3, 50)}
+        hall.session += 1
+        hall.start_mediator(epochs=3)
+        hall.send()
+
+    def released(said: Any) -> bool:
+        claim = said.access(area)
+        return hall.counts(said) and claim is not None and (claim.run, claim.path, claim.progress) == (run, 0, 4)
+
+    hall.expect(hall.soon_s, released, f"{area} released, run {run}")
 
 
 @SUITE.check("restart-followed", FOLLOWS, KEEPS, "go on with the levels that are there, under the new number.")

@@ -85,6 +85,17 @@ impl Claims {
         Ok(())
     }
 
+    /// Whether one of these levels cannot follow what this process has said.
+    pub(super) fn contradict(&self, grants: &[AccessGrant]) -> bool {
+        grants.iter().any(|grant| {
+            let claim = self.by_area.get(&grant.area).cloned();
+            let mut claim =
+                claim.unwrap_or_else(|| Claim::new(begin(&self.protocol.protocol, ROBOT_PARTY)));
+            level::decode(grant.level.as_ref())
+                .is_ok_and(|level| claim.replica.merge(level).is_err())
+        })
+    }
+
     /// Takes in a level.
     pub(super) fn learn(
         &mut self,

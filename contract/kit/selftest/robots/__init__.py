@@ -45,6 +45,7 @@ WRONG: dict[str, tuple[type[Robot], list[str]]] = {
     "looks-at-sequence-alone": (mediators.LooksAtSequenceAlone, ["smaller-epoch-ignored"]),
     "keeps-epoch": (mediators.KeepsEpoch, ["larger-epoch-followed"]),
     "follows-own-journal": (mediators.FollowsOwnJournal, ["other-mediator-after-silence"]),
+    "keeps-all-levels": (mediators.KeepsAllLevels, ["other-mediator-of-before"]),
     "believes-who-stands-by": (mediators.BelievesWhoStandsBy, ["stands-by-said-counts-not", "first-mediator-taken"]),
     "always-hears": (mediators.AlwaysHears, ["mediator-heard"]),
     "enters-ungranted": (areas.EntersUngranted, ["enters-only-granted"]),

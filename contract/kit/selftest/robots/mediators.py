@@ -75,6 +75,13 @@ class FollowsOwnJournal(Robot):
         return super().may_follow(message, now) and message.journal == self.journal
 
 
+class KeepsAllLevels(Robot):
+    """It keeps its levels, whatever process of the robot another mediator means."""
+
+    def contradicts(self, message: Any) -> bool:
+        return False
+
+
 class BelievesWhoStandsBy(Robot):
     """It takes an epoch from whoever says one, and ignores smaller ones."""
 
