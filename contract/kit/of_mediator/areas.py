@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ..checks import Failed
 from ..fleet import Fleet, at_progress, found, holds
 from ..played_robot import Claim
@@ -69,26 +71,31 @@ def fence_grows(fleet: Fleet) -> None:
         raise Failed("fences that grow", f"{fences}")
 
 
+def ask_at_once(fleet: Fleet, area: str) -> Callable[[], int]:
+    """Lets all robots ask for an area. Returns what counts the robots that have been told since that they have it, however soon they
+    were told that they have it no longer: none gives it back."""
+    asked = [(robot, len(robot.messages)) for robot in fleet.robots]
+    for robot in fleet.robots:
+        robot.request(area)
+    return lambda: sum(any(map(holds(area), robot.messages[begin:])) for robot, begin in asked)
+
+
 @SUITE.check("capacity-1", APART, needs=["2 robots"])
 def capacity_one(fleet: Fleet) -> None:
     """Of robots that ask at once for an area for one, one gets it."""
     area, = fleet.areas(1)
-    for robot in fleet.robots:
-        robot.request(area)
-    fleet.expect(fleet.robots[0], fleet.soon_s, lambda _: any(robot.claims[area].held for robot in fleet.robots), "a grant to one")
-    fleet.never(fleet.robots[0], fleet.watch_s, lambda _: sum(robot.claims[area].held for robot in fleet.robots) > 1,
-                f"one robot in {area}")
+    grants = ask_at_once(fleet, area)
+    fleet.expect(fleet.robots[0], fleet.soon_s, lambda _: grants() >= 1, "a grant to one")
+    fleet.never(fleet.robots[0], fleet.watch_s, lambda _: grants() > 1, f"one robot in {area}")
 
 
 @SUITE.check("capacity-2", APART, needs=["3 robots"])
 def capacity_two(fleet: Fleet) -> None:
     """Of three robots that ask at once for an area for two, two get it, and no third."""
     area, = fleet.areas(1, capacity=2)
-    for robot in fleet.robots:
-        robot.request(area)
-    fleet.expect(fleet.robots[0], fleet.soon_s, lambda _: sum(robot.claims[area].held for robot in fleet.robots) >= 2, "grants to two")
-    fleet.never(fleet.robots[0], fleet.watch_s, lambda _: sum(robot.claims[area].held for robot in fleet.robots) > 2,
-                f"two robots in {area}")
+    grants = ask_at_once(fleet, area)
+    fleet.expect(fleet.robots[0], fleet.soon_s, lambda _: grants() >= 2, "grants to two")
+    fleet.never(fleet.robots[0], fleet.watch_s, lambda _: grants() > 2, f"two robots in {area}")
 
 
 @SUITE.check("waits-for", "`waits_for` says what it is, for people.", needs=["2 robots"])
