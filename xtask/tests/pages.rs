@@ -261,6 +261,13 @@ const COMMANDS: &[(&str, Run)] = &[
         Needs(HARDWARE),
     ),
     (
+        "target/release/onboard doctor --robot config/robots/amr-1.toml --site config/sites/corridor.toml",
+        ByTest {
+            file: "onboard/tests/doctor.rs",
+            naming: "\"doctor\"",
+        },
+    ),
+    (
         "target/release/onboard inspect --watch",
         ByTest {
             file: OPERATOR,

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use super::check;
+use super::doctor;
 use super::teleop::{TeleopArgs, teleop};
 use crate::composition::files::Files;
 use crate::process::ctl::Request;
@@ -28,6 +29,16 @@ struct Cli {
 enum Command {
     /// Validate robot and site file and print the resolved plan, touching no device
     Check(Files),
+    /// Look at this computer: what may stop the robot or make it late, and the commands that help; changes nothing
+    Doctor {
+        #[command(flatten)]
+        files: Files,
+        #[command(flatten)]
+        runtime: RuntimeArgs,
+        /// Print JSON, one object a line
+        #[arg(long)]
+        json: bool,
+    },
     /// Run the robot until SIGINT or SIGTERM
     Run {
         #[command(flatten)]
@@ -37,6 +48,9 @@ enum Command {
         /// Folder on disk, for what outlives the computer's being switched off [default: that of --runtime if given, else $XDG_STATE_HOME/onboard, or ~/.local/state/onboard]
         #[arg(long, value_name = "DIR", env = "ONBOARD_STATE_DIR")]
         state: Option<PathBuf>,
+        /// Drive a real bus though real-time priority is not granted: the robot may stop at any moment because its threads are late
+        #[arg(long)]
+        without_real_time: bool,
     },
     /// List every symbol and thread of a running robot
     Inspect {
@@ -89,8 +103,16 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             files,
             runtime,
             state,
+            without_real_time,
         } => Runtime::new(runtime.folder)
-            .and_then(|runtime| run::run(&files, &runtime.lasting_in(state))),
+            .and_then(|runtime| run::run(&files, &runtime.lasting_in(state), without_real_time)),
+        Command::Doctor {
+            files,
+            runtime,
+            json,
+        } => {
+            Runtime::new(runtime.folder).and_then(|runtime| doctor::doctor(&files, &runtime, json))
+        }
         Command::Inspect {
             robot,
             watch,

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod check;
+mod doctor;
 mod teleop;
 
 pub use crate::composition::failure::{EXIT_FAILED, EXIT_REFUSED, Failure};

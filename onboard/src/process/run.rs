@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 
 use config::ProblemKind;
+use description::robot::Link;
 use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 
 use crate::activities::communication::read_identity;
@@ -27,6 +28,7 @@ use crate::process::supervisor::{Ending, Keeper, Supervisor, ports};
 use crate::process::teleop::{self, Desk};
 use crate::process::watchdogs::Watchdogs;
 use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
+use crate::realtime::latency::{self, keep_cores_awake};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory, populate_memory};
 use crate::realtime::{guard, scheduling};
@@ -40,9 +42,12 @@ const JOIN_NS: u64 = 5 * SECOND_NS;
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a part of it failed while running.
-pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
+pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<(), Failure> {
     let logging = Logging::start();
     let plan = Plan::load(files)?;
+    if !without_real_time {
+        check_priority(&plan)?;
+    }
     if let Some(path) = &plan.robot.fleet.keys {
         read_identity(path.as_ref(), &plan.robot.identity.id).map_err(Failure::refused)?;
     }
@@ -82,6 +87,13 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
             .next()
             .unwrap_or_default()
     ));
+    let awake = keep_cores_awake();
+    if let (Err(error), Link::Interface(_)) = (&awake, &plan.robot.ethercat.link) {
+        log.warn(format!(
+            "cores may sleep deeply, and wake late: {}: {error}",
+            latency::DEVICE
+        ));
+    }
     let mut store = CheckpointFile::of(runtime, &plan.robot.identity.id)?;
     let left = Left::take(&mut store, &plan, &log, now_ns())?;
     let store = Background::of(store).map_err(Failure::refused)?;
@@ -104,6 +116,7 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
         sleep_until(now_ns() + 2 * SECOND_NS);
     }
     robot.end();
+    drop(awake);
     drop(watchdogs);
     drop(server);
     robot.clear_desk();
@@ -116,6 +129,23 @@ pub fn run(files: &Files, runtime: &Runtime) -> Result<(), Failure> {
             "a part of the program failed; the robot was stopped, see the message above",
         )),
     }
+}
+
+/// A real bus takes real-time priority: without it a robot may stop at any moment because its threads are late.
+fn check_priority(plan: &Plan) -> Result<(), Failure> {
+    let Link::Interface(interface) = &plan.robot.ethercat.link else {
+        return Ok(());
+    };
+    let wanted = plan.robot.threads.iter().map(wanted_scheduling);
+    let Some(highest) = wanted.max_by_key(|thread| thread.fifo_priority) else {
+        return Ok(());
+    };
+    scheduling::try_out(&highest).map_err(|why| {
+        Failure::refused(format_args!(
+            "the bus on {interface} is not driven without real-time priority: {why}; `onboard doctor` shows what else, and \
+             --without-real-time drives all the same"
+        ))
+    })
 }
 
 /// A literal core number that does not exist is an error, and only where the robot runs.
@@ -200,12 +230,14 @@ impl Robot {
             stop: Arc::default(),
             _table: composed.table,
         };
-        let threads = plan.robot.threads.iter().zip(composed.threads);
-        for ((thread, activities), report) in threads.zip(reports) {
+        let wanted: Vec<_> = plan.robot.threads.iter().map(wanted_scheduling).collect();
+        let wanted = scheduling::with_own_cores(&wanted);
+        let threads = plan.robot.threads.iter().zip(wanted).zip(composed.threads);
+        for (((thread, wanted), activities), report) in threads.zip(reports) {
             let setup = ThreadSetup {
                 name: thread.name.clone(),
                 trigger: Trigger::of(thread, &composed.scan_wake),
-                wanted: wanted_scheduling(thread),
+                wanted,
                 report,
                 stop: Arc::clone(&robot.stop),
                 log: log.clone(),

@@ -5,6 +5,7 @@
 pub mod clock;
 pub mod guard;
 pub mod histogram;
+pub mod latency;
 pub mod log;
 pub mod memory;
 pub mod panic;

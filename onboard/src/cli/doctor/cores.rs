@@ -1,0 +1,179 @@
+//! The cores: how fast they run, how deep they sleep, how many there are for the robot's threads, who interrupts them.
+
+use super::computer::Computer;
+use super::finding::Finding;
+use crate::realtime::latency;
+
+/// Waking from a deeper sleep than this is late for a thread of 1 ms.
+const LONGEST_EXIT_US: u64 = 50;
+const CORES: &str = "/sys/devices/system/cpu";
+
+/// All of them. `big`: how many real-time threads want a big core.
+pub fn findings(computer: &Computer, big: usize, fast_cores: &[usize]) -> Vec<Finding> {
+    vec![
+        governor(computer),
+        sleep(computer),
+        room(big, fast_cores),
+        balance(computer),
+    ]
+}
+
+fn core_folders(computer: &Computer) -> Vec<String> {
+    let is_core = |name: &String| {
+        name.strip_prefix("cpu")
+            .is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
+    };
+    let names = computer.names(CORES).into_iter().filter(is_core);
+    names.map(|name| format!("{CORES}/{name}")).collect()
+}
+
+fn governor(computer: &Computer) -> Finding {
+    const SUBJECT: &str = "governor";
+    let read = |folder: String| computer.text(&format!("{folder}/cpufreq/scaling_governor"));
+    let mut found: Vec<String> = core_folders(computer)
+        .into_iter()
+        .filter_map(read)
+        .collect();
+    found.sort();
+    found.dedup();
+    match found.as_slice() {
+        [] => Finding::unknown(
+            SUBJECT,
+            "the kernel does not set the frequency of cores here",
+        ),
+        [only] if only == "performance" => Finding::good(SUBJECT, "performance"),
+        several => Finding::weak(
+            SUBJECT,
+            several.join(", "),
+            "performance: a core that slows down while nothing happens is slow when something does",
+        )
+        .with(format!(
+            "echo performance | sudo tee {CORES}/cpu*/cpufreq/scaling_governor"
+        )),
+    }
+}
+
+/// States of sleep, and whether the robot may keep cores out of them.
+fn sleep(computer: &Computer) -> Finding {
+    const SUBJECT: &str = "sleep of cores";
+    let mut deepest: Option<(u64, String)> = None;
+    for folder in core_folders(computer) {
+        for state in computer.names(&format!("{folder}/cpuidle")) {
+            let file = |name: &str| format!("{folder}/cpuidle/{state}/{name}");
+            if computer.number(&file("disable")) == Some(1) {
+                continue;
+            }
+            let (exit_us, name) = (
+                computer.number(&file("latency")),
+                computer.text(&file("name")),
+            );
+            if let Some(exit_us) = exit_us {
+                deepest = deepest.max(Some((exit_us, name.unwrap_or(state))));
+            }
+        }
+    }
+    let Some((exit_us, name)) = deepest else {
+        return Finding::good(SUBJECT, "cores do not sleep");
+    };
+    let is = format!("{name}, from which a core wakes in {exit_us} µs");
+    if exit_us <= LONGEST_EXIT_US {
+        return Finding::good(SUBJECT, is);
+    }
+    match latency::may_forbid() {
+        Ok(()) => Finding::good(SUBJECT, format!("{is}; forbidden while the robot runs")),
+        Err(error) => Finding::weak(
+            SUBJECT,
+            format!("{is}, and {} cannot be written: {error}", latency::DEVICE),
+            "a robot that may forbid it",
+        )
+        .with(format!(
+            "sudo chgrp robots {0} && sudo chmod g+w {0}",
+            latency::DEVICE
+        )),
+    }
+}
+
+fn room(big: usize, fast_cores: &[usize]) -> Finding {
+    const SUBJECT: &str = "cores";
+    let cores = fast_cores.len();
+    let is = format!("{cores} fast cores for {big} real-time threads that want one");
+    if cores >= big {
+        Finding::good(SUBJECT, is)
+    } else {
+        Finding::weak(
+            SUBJECT,
+            is,
+            "one for each: those of lower priority wait for the others",
+        )
+    }
+}
+
+fn balance(computer: &Computer) -> Finding {
+    const SUBJECT: &str = "interrupts";
+    match computer.runs("irqbalance") {
+        Some(_) => Finding::weak(
+            SUBJECT,
+            "irqbalance moves them from core to core",
+            "interrupts that stay where they are",
+        )
+        .with("sudo systemctl disable --now irqbalance"),
+        None => Finding::good(SUBJECT, "nobody moves them"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::computer::tests::Fake;
+    use super::super::finding::Verdict;
+    use super::*;
+
+    #[test]
+    fn one_core_that_saves_energy_is_enough_for_advice() {
+        let fast = Fake::new()
+            .with(
+                "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor",
+                "performance\n",
+            )
+            .with("/sys/devices/system/cpu/cpufreq/boost", "1\n");
+        assert_eq!(governor(&fast.computer()).verdict, Verdict::Good);
+        let mixed = fast.with(
+            "/sys/devices/system/cpu/cpu4/cpufreq/scaling_governor",
+            "ondemand\n",
+        );
+        let found = governor(&mixed.computer());
+        assert_eq!(
+            (found.verdict, found.is.as_str()),
+            (Verdict::Weak, "ondemand, performance")
+        );
+        assert_eq!(governor(&Fake::new().computer()).verdict, Verdict::Unknown);
+    }
+
+    #[test]
+    fn the_deepest_sleep_that_is_allowed_counts() {
+        let state = |fake: Fake, number: u32, name: &str, exit_us: u32, disabled: u32| {
+            let file =
+                |file: &str| format!("/sys/devices/system/cpu/cpu0/cpuidle/state{number}/{file}");
+            fake.with(&file("name"), name)
+                .with(&file("latency"), &exit_us.to_string())
+                .with(&file("disable"), &disabled.to_string())
+        };
+        let fake = state(state(Fake::new(), 0, "POLL", 0, 0), 1, "C1", 2, 0);
+        let fake = state(fake, 2, "C6", 133, 1);
+        let found = sleep(&fake.computer());
+        assert_eq!(found.verdict, Verdict::Good);
+        assert!(
+            found.is.starts_with("C1, from which a core wakes in 2 µs"),
+            "{found}"
+        );
+        let deep = state(fake, 3, "C7", 700, 0);
+        assert!(sleep(&deep.computer()).is.starts_with("C7"));
+    }
+
+    #[test]
+    fn threads_are_counted_against_cores_and_irqbalance_is_found() {
+        assert_eq!(room(3, &[4, 5, 6, 7]).verdict, Verdict::Good);
+        assert_eq!(room(3, &[0, 1]).verdict, Verdict::Weak);
+        let fake = Fake::new().with("/proc/9/comm", "irqbalance\n");
+        assert_eq!(balance(&fake.computer()).verdict, Verdict::Weak);
+    }
+}

@@ -1,0 +1,290 @@
+//! The network interface of the fieldbus: there, up, without an address, without other users, without a wait for more frames.
+
+use std::path::Path;
+
+use super::computer::{Computer, listed};
+use super::ethtool::{Coalescing, coalescing};
+use super::finding::Finding;
+
+/// Programs that configure every interface they find.
+const MANAGERS: [&str; 4] = ["NetworkManager", "dhcpcd", "dhclient", "connmand"];
+/// EtherCAT's protocol number, as `/proc/net/packet` writes it.
+const ETHERCAT: &str = "88a4";
+/// A frame may wait in the interface for so long; a cycle has 1000 µs.
+const LONGEST_WAIT_US: u32 = 20;
+
+/// All of them.
+pub fn findings(computer: &Computer, interface: &str) -> Vec<Finding> {
+    let folder = format!("/sys/class/net/{interface}");
+    if !computer.has(&folder) {
+        let others = computer.names("/sys/class/net").join(", ");
+        return vec![Finding::bad(
+            "interface",
+            format!("there is no {interface}; there are {others}"),
+            "ethercat.interface names the one that the drive is on",
+        )];
+    }
+    let mut found = vec![link(computer, interface, &folder)];
+    found.push(addresses(computer, interface));
+    found.push(other_users(computer, interface, &folder));
+    found.push(managers(computer, interface));
+    found.push(waits(interface));
+    found.push(interrupt(computer, interface));
+    found
+}
+
+fn link(computer: &Computer, interface: &str, folder: &str) -> Finding {
+    const SUBJECT: &str = "interface";
+    const UP: u32 = 1;
+    let flags = computer.text(&format!("{folder}/flags"));
+    let flags = flags.and_then(|text| u32::from_str_radix(text.trim_start_matches("0x"), 16).ok());
+    if flags.is_none_or(|flags| flags & UP == 0) {
+        return Finding::bad(SUBJECT, format!("{interface} is down"), "up")
+            .with(format!("sudo ip link set {interface} up"));
+    }
+    if computer.number(&format!("{folder}/carrier")) != Some(1) {
+        return Finding::bad(
+            SUBJECT,
+            format!("{interface} has no carrier"),
+            "a cable to a drive that has power",
+        );
+    }
+    let speed = computer
+        .number::<i64>(&format!("{folder}/speed"))
+        .filter(|&speed| speed > 0);
+    match speed {
+        Some(100) | None => Finding::good(SUBJECT, format!("{interface} is up")),
+        Some(speed) => Finding::weak(
+            SUBJECT,
+            format!("{interface} is up at {speed} Mbit/s"),
+            "100 Mbit/s, which is EtherCAT's: is this the drive?",
+        ),
+    }
+}
+
+/// An interface with an address sends frames of others, which the segment carries round.
+fn addresses(computer: &Computer, interface: &str) -> Finding {
+    const SUBJECT: &str = "no IP on the bus";
+    let routes = computer.text("/proc/net/route").unwrap_or_default();
+    let ipv4 = routes
+        .lines()
+        .any(|line| line.split_whitespace().next() == Some(interface));
+    let ipv6 = computer.text("/proc/net/if_inet6").unwrap_or_default();
+    let ipv6 = ipv6
+        .lines()
+        .any(|line| line.split_whitespace().last() == Some(interface));
+    let is = match (ipv4, ipv6) {
+        (false, false) => return Finding::good(SUBJECT, format!("{interface} has no address")),
+        (true, false) => "an IPv4 route",
+        (false, true) => "an IPv6 address",
+        (true, true) => "IPv4 and IPv6",
+    };
+    Finding::weak(SUBJECT, format!("{interface} has {is}"), "an interface for frames of the bus alone").with(format!(
+        "sudo ip addr flush dev {interface} && sudo sysctl -w net.ipv6.conf.{interface}.disable_ipv6=1"
+    ))
+}
+
+fn other_users(computer: &Computer, interface: &str, folder: &str) -> Finding {
+    const SUBJECT: &str = "bus to itself";
+    let index = computer
+        .text(&format!("{folder}/ifindex"))
+        .unwrap_or_default();
+    let packet = computer.text("/proc/net/packet").unwrap_or_default();
+    // sk RefCnt Type Proto Iface R Rmem User Inode
+    let inodes: Vec<&str> = packet
+        .lines()
+        .skip(1)
+        .map(|line| line.split_whitespace().collect::<Vec<_>>())
+        .filter(|fields| fields.get(3) == Some(&ETHERCAT) && fields.get(4) == Some(&index.as_str()))
+        .filter_map(|fields| fields.get(8).copied())
+        .collect();
+    if inodes.is_empty() {
+        return Finding::good(SUBJECT, "nobody else sends EtherCAT frames");
+    }
+    let sockets: Vec<String> = inodes
+        .iter()
+        .map(|inode| format!("socket:[{inode}]"))
+        .collect();
+    let programs =
+        computer.who_has_open(|path| sockets.iter().any(|socket| path == Path::new(socket)));
+    let who = if programs.is_empty() {
+        "another program".to_owned()
+    } else {
+        listed(&programs)
+    };
+    Finding::bad(
+        SUBJECT,
+        format!("{who} sends EtherCAT frames on {interface}"),
+        "one MainDevice on a segment",
+    )
+}
+
+fn managers(computer: &Computer, interface: &str) -> Finding {
+    const SUBJECT: &str = "network managers";
+    let running = MANAGERS
+        .into_iter()
+        .filter_map(|name| computer.runs(name))
+        .collect::<Vec<_>>();
+    match running.first() {
+        None => Finding::good(SUBJECT, "none that gives addresses by itself"),
+        Some(first) => Finding::weak(
+            SUBJECT,
+            format!(
+                "{} runs, and may give {interface} an address",
+                listed(&running)
+            ),
+            "told to leave the bus alone",
+        )
+        .with(match first.name.as_str() {
+            "NetworkManager" => format!("sudo nmcli device set {interface} managed no"),
+            "dhcpcd" => format!("echo denyinterfaces {interface} | sudo tee -a /etc/dhcpcd.conf"),
+            name => format!("sudo systemctl disable --now {name}"),
+        }),
+    }
+}
+
+/// Interfaces that save interrupts keep a frame until more have come or time has passed.
+fn waits(interface: &str) -> Finding {
+    const SUBJECT: &str = "waits for more";
+    match coalescing(interface) {
+        Ok(None) => Finding::good(SUBJECT, format!("{interface} tells of each frame at once")),
+        Ok(Some(Coalescing {
+            receive_us,
+            send_us,
+            ..
+        })) => {
+            let is = format!(
+                "a frame waits for up to {receive_us} µs when it comes, and {send_us} µs when it goes"
+            );
+            if receive_us.max(send_us) <= LONGEST_WAIT_US {
+                Finding::good(SUBJECT, is)
+            } else {
+                Finding::weak(SUBJECT, is, format!("at most {LONGEST_WAIT_US} µs")).with(format!(
+                    "sudo ethtool -C {interface} rx-usecs 0 rx-frames 1 tx-usecs 0 tx-frames 1"
+                ))
+            }
+        }
+        Err(error) => Finding::unknown(SUBJECT, format!("{interface} does not tell: {error}")),
+    }
+}
+
+/// Where its interrupt is served, for people who place threads.
+fn interrupt(computer: &Computer, interface: &str) -> Finding {
+    const SUBJECT: &str = "its interrupt";
+    let table = computer.text("/proc/interrupts").unwrap_or_default();
+    let is_own = |line: &&str| {
+        let action = line.split_whitespace().last().unwrap_or_default();
+        action == interface
+            || action
+                .strip_prefix(interface)
+                .is_some_and(|rest| rest.starts_with('-'))
+    };
+    let numbers: Vec<&str> = { table.lines().filter(is_own) }
+        .filter_map(|line| line.split(':').next().map(str::trim))
+        .collect();
+    if numbers.is_empty() {
+        return Finding::unknown(
+            SUBJECT,
+            format!("none by the name of {interface}: that of its USB controller, or virtual"),
+        );
+    }
+    let cores =
+        |number: &&str| computer.text(&format!("/proc/irq/{number}/effective_affinity_list"));
+    let mut cores: Vec<String> = numbers.iter().filter_map(cores).collect();
+    cores.sort();
+    cores.dedup();
+    Finding::good(
+        SUBJECT,
+        format!("{} on cores {}", numbers.join(", "), cores.join(", ")),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::computer::tests::Fake;
+    use super::super::finding::Verdict;
+    use super::*;
+
+    const FOLDER: &str = "/sys/class/net/eth0";
+
+    fn up() -> Fake {
+        Fake::new()
+            .with("/sys/class/net/eth0/flags", "0x1003\n")
+            .with("/sys/class/net/eth0/carrier", "1\n")
+            .with("/sys/class/net/eth0/speed", "100\n")
+            .with("/sys/class/net/eth0/ifindex", "2\n")
+    }
+
+    #[test]
+    fn an_interface_is_up_with_a_cable_at_the_speed_of_ethercat() {
+        let of = |fake: &Fake| link(&fake.computer(), "eth0", FOLDER);
+        assert_eq!(of(&up()).verdict, Verdict::Good);
+        let down = of(&up().with("/sys/class/net/eth0/flags", "0x1002\n"));
+        assert_eq!(down.command.as_deref(), Some("sudo ip link set eth0 up"));
+        assert_eq!(
+            of(&up().with("/sys/class/net/eth0/carrier", "0\n")).verdict,
+            Verdict::Bad
+        );
+        assert_eq!(
+            of(&up().with("/sys/class/net/eth0/speed", "1000\n")).verdict,
+            Verdict::Weak
+        );
+        let missing = findings(&up().computer(), "eth7");
+        assert!(missing[0].is.contains("there are eth0"), "{}", missing[0]);
+    }
+
+    #[test]
+    fn addresses_of_either_kind_are_seen() {
+        let routes =
+            "Iface\tDestination\tGateway\nwlan0\t00000000\t0101A8C0\neth0\t0001A8C0\t00000000\n";
+        let local = "fe800000000000000000000000000001 02 40 20 80     eth0\n";
+        let clean = up().with("/proc/net/route", "Iface\tDestination\nwlan0\t0\n");
+        assert_eq!(addresses(&clean.computer(), "eth0").verdict, Verdict::Good);
+        let both = up()
+            .with("/proc/net/route", routes)
+            .with("/proc/net/if_inet6", local);
+        assert!(
+            addresses(&both.computer(), "eth0")
+                .is
+                .ends_with("IPv4 and IPv6")
+        );
+        assert_eq!(addresses(&both.computer(), "eth1").verdict, Verdict::Good);
+    }
+
+    #[test]
+    fn another_main_device_is_named() {
+        let packet = "sk       RefCnt Type Proto  Iface R Rmem   User   Inode\n\
+                      000000 3      3    88a4   2     1 0      0      4711\n\
+                      000000 3      3    0003   2     1 0      0      4712\n";
+        let fake = up()
+            .with("/proc/net/packet", packet)
+            .with("/proc/40/comm", "ec_master\n")
+            .linking("/proc/40/fd/5", "socket:[4711]");
+        let found = other_users(&fake.computer(), "eth0", FOLDER);
+        assert_eq!(found.verdict, Verdict::Bad);
+        assert!(found.is.starts_with("ec_master (40) sends"), "{found}");
+        let elsewhere = fake.with("/sys/class/net/eth0/ifindex", "3\n");
+        assert_eq!(
+            other_users(&elsewhere.computer(), "eth0", FOLDER).verdict,
+            Verdict::Good
+        );
+    }
+
+    #[test]
+    fn managers_and_interrupts_are_told() {
+        let fake = up()
+            .with("/proc/5/comm", "NetworkManager\n")
+            .with("/proc/interrupts", "           CPU0       CPU1\n 24:  1  0  PCI-MSI  eth0-rx-0\n 25:  0  3  PCI-MSI  wlan0\n")
+            .with("/proc/irq/24/effective_affinity_list", "1\n");
+        let command = managers(&fake.computer(), "eth0").command;
+        assert_eq!(
+            command.as_deref(),
+            Some("sudo nmcli device set eth0 managed no")
+        );
+        assert_eq!(interrupt(&fake.computer(), "eth0").is, "24 on cores 1");
+        assert_eq!(
+            interrupt(&fake.computer(), "eth1").verdict,
+            Verdict::Unknown
+        );
+    }
+}

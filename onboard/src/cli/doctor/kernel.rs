@@ -1,0 +1,215 @@
+//! The kernel: its age, whether it is one for real time, what it takes from real-time threads, its clock.
+
+use std::time::Duration;
+
+use super::computer::Computer;
+use super::finding::Finding;
+use crate::realtime::clock::{now_ns, sleep_until};
+
+/// From here on sleeps to absolute times have 64 bits of time on 32-bit processors too, and PREEMPT_RT is kept for years.
+const OLDEST: (u32, u32) = (5, 10);
+/// Clocks that are read without a system call.
+const FAST_CLOCKS: [&str; 6] = [
+    "tsc",
+    "arch_sys_counter",
+    "kvm-clock",
+    "hyperv_clocksource_tsc_page",
+    "hyperv_clocksource",
+    "xen",
+];
+/// So much of each period real-time threads may have at the least: ours need a tenth of one core.
+const LEAST_SHARE: f64 = 0.5;
+
+/// All of them.
+pub fn findings(computer: &Computer) -> Vec<Finding> {
+    vec![
+        release(computer),
+        preemption(computer),
+        throttling(computer),
+        clock(computer),
+        absolute_sleep(),
+    ]
+}
+
+fn release(computer: &Computer) -> Finding {
+    let Some(release) = computer.text("/proc/sys/kernel/osrelease") else {
+        return Finding::unknown("kernel", "/proc/sys/kernel/osrelease cannot be read");
+    };
+    let mut numbers = release.split(|c: char| !c.is_ascii_digit()).map(str::parse);
+    let (Some(Ok(major)), Some(Ok(minor))) = (numbers.next(), numbers.next()) else {
+        return Finding::unknown("kernel", release);
+    };
+    if (major, minor) >= OLDEST {
+        Finding::good("kernel", release)
+    } else {
+        let (major, minor) = OLDEST;
+        Finding::bad("kernel", release, format!("{major}.{minor} or newer"))
+    }
+}
+
+fn preemption(computer: &Computer) -> Finding {
+    let version = computer
+        .text("/proc/sys/kernel/version")
+        .unwrap_or_default();
+    let is_real_time =
+        computer.number("/sys/kernel/realtime") == Some(1) || version.contains("PREEMPT_RT");
+    if is_real_time {
+        return Finding::good("PREEMPT_RT", "a kernel for real time");
+    }
+    let found = ["PREEMPT_DYNAMIC", "PREEMPT"]
+        .into_iter()
+        .find(|kind| version.contains(kind));
+    Finding::weak(
+        "PREEMPT_RT",
+        found.unwrap_or("no preemption inside the kernel"),
+        "a kernel with PREEMPT_RT: others may hold a thread up for milliseconds",
+    )
+    .with("sudo apt-get install linux-image-rt-$(dpkg --print-architecture)")
+}
+
+fn throttling(computer: &Computer) -> Finding {
+    const SUBJECT: &str = "throttling";
+    let read = |name: &str| computer.number::<i64>(&format!("/proc/sys/kernel/{name}"));
+    let (runtime, period) = (read("sched_rt_runtime_us"), read("sched_rt_period_us"));
+    match (runtime, period) {
+        (Some(..0), _) => Finding::good(
+            SUBJECT,
+            "real-time threads are not throttled; one that runs wild keeps its core",
+        ),
+        (Some(runtime), Some(period)) if period > 0 => {
+            let is = format!("real-time threads get {runtime} of each {period} µs");
+            if runtime as f64 >= period as f64 * LEAST_SHARE {
+                Finding::good(SUBJECT, is)
+            } else {
+                Finding::bad(SUBJECT, is, "95 %, as kernels begin")
+                    .with("sudo sysctl -w kernel.sched_rt_runtime_us=950000 kernel.sched_rt_period_us=1000000")
+            }
+        }
+        _ => Finding::unknown(SUBJECT, "the kernel does not tell"),
+    }
+}
+
+fn clock(computer: &Computer) -> Finding {
+    const SUBJECT: &str = "clock";
+    const FOLDER: &str = "/sys/devices/system/clocksource/clocksource0";
+    let Some(current) = computer.text(&format!("{FOLDER}/current_clocksource")) else {
+        return Finding::unknown(SUBJECT, "the kernel does not tell");
+    };
+    if FAST_CLOCKS.contains(&current.as_str()) {
+        return Finding::good(SUBJECT, current);
+    }
+    let others = computer
+        .text(&format!("{FOLDER}/available_clocksource"))
+        .unwrap_or_default();
+    let better = others
+        .split_whitespace()
+        .find(|other| FAST_CLOCKS.contains(other));
+    let finding = Finding::weak(
+        SUBJECT,
+        format!("{current}, which takes a system call to read"),
+        "one that is read in user space, where the processor has it",
+    );
+    match better {
+        Some(better) => finding.with(format!(
+            "echo {better} | sudo tee {FOLDER}/current_clocksource"
+        )),
+        None => finding,
+    }
+}
+
+/// A thread that sleeps until a time which has passed must not sleep, and one that sleeps until another must not wake before:
+/// old kernels of 32 bits have only sleeps of a length, which are late by whatever comes between.
+fn absolute_sleep() -> Finding {
+    const SUBJECT: &str = "absolute sleep";
+    const AHEAD: Duration = Duration::from_millis(2);
+    /// No machine that drives a robot is held up for so long.
+    const LONGEST: Duration = Duration::from_millis(500);
+    let begin_ns = now_ns();
+    sleep_until(begin_ns.saturating_sub(1_000_000_000));
+    let past = Duration::from_nanos(now_ns() - begin_ns);
+    let wanted_ns = now_ns() + AHEAD.as_nanos() as u64;
+    sleep_until(wanted_ns);
+    let woken_ns = now_ns();
+    if woken_ns < wanted_ns {
+        let early = Duration::from_nanos(wanted_ns - woken_ns);
+        return Finding::bad(SUBJECT, format!("woken {early:?} early"), "never early");
+    }
+    let late = Duration::from_nanos(woken_ns - wanted_ns);
+    if past > LONGEST || late > LONGEST {
+        return Finding::bad(
+            SUBJECT,
+            format!("{late:?} late, and {past:?} for a time that had passed"),
+            "a fraction of a millisecond",
+        );
+    }
+    Finding::good(SUBJECT, format!("{late:?} late"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::computer::tests::Fake;
+    use super::super::finding::Verdict;
+    use super::*;
+
+    #[test]
+    fn kernels_are_judged_by_age_and_kind() {
+        let of = |release: &str, version: &str| {
+            let fake = Fake::new()
+                .with("/proc/sys/kernel/osrelease", release)
+                .with("/proc/sys/kernel/version", version);
+            (
+                super::release(&fake.computer()).verdict,
+                preemption(&fake.computer()).verdict,
+            )
+        };
+        assert_eq!(
+            of("6.1.0-18-rt-amd64\n", "#1 SMP PREEMPT_RT Debian"),
+            (Verdict::Good, Verdict::Good)
+        );
+        assert_eq!(of("5.10", "#1 SMP PREEMPT"), (Verdict::Good, Verdict::Weak));
+        assert_eq!(of("4.14.180-178", "#1 SMP"), (Verdict::Bad, Verdict::Weak));
+        assert_eq!(of("unheard", ""), (Verdict::Unknown, Verdict::Weak));
+    }
+
+    #[test]
+    fn throttling_is_bad_where_it_would_stop_our_threads() {
+        let of = |runtime: &str| {
+            let fake = Fake::new()
+                .with("/proc/sys/kernel/sched_rt_runtime_us", runtime)
+                .with("/proc/sys/kernel/sched_rt_period_us", "1000000\n");
+            throttling(&fake.computer())
+        };
+        assert_eq!(of("-1\n").verdict, Verdict::Good);
+        assert_eq!(of("950000\n").verdict, Verdict::Good);
+        let strict = of("50000\n");
+        assert_eq!(strict.verdict, Verdict::Bad);
+        assert!(strict.is.contains("50000 of each 1000000 µs"), "{strict}");
+        assert_eq!(
+            throttling(&Fake::new().computer()).verdict,
+            Verdict::Unknown
+        );
+    }
+
+    #[test]
+    fn a_slow_clock_is_told_with_the_faster_one_that_is_there() {
+        const FOLDER: &str = "/sys/devices/system/clocksource/clocksource0";
+        let fake = Fake::new()
+            .with(&format!("{FOLDER}/current_clocksource"), "hpet\n")
+            .with(
+                &format!("{FOLDER}/available_clocksource"),
+                "acpi_pm hpet tsc\n",
+            );
+        let found = clock(&fake.computer());
+        assert_eq!(found.verdict, Verdict::Weak);
+        assert!(
+            found
+                .command
+                .is_some_and(|command| command.starts_with("echo tsc |"))
+        );
+    }
+
+    #[test]
+    fn this_computer_sleeps_to_absolute_times() {
+        assert_eq!(absolute_sleep().verdict, Verdict::Good);
+    }
+}
