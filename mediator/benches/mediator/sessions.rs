@@ -1,7 +1,7 @@
 //! Robots on a session each talk to the real program, over zenoh on the loopback: five times a second, and on news.
 //!
 //! The floor has places, each a crossing and three rooms around it. Nets let one robot at a time over each crossing, whichever
-//! come. A robot that has crossed asks for a room in which there is always room: those requests are measured.
+//! come; as many other nets would take in any robot, and wait for a situation that does not come. A robot that has crossed asks for a room in which there is always room: those requests are measured.
 
 use std::collections::BTreeMap;
 use std::net::TcpListener;
@@ -20,7 +20,7 @@ use zenoh::qos::CongestionControl;
 
 use super::figures::{Times, ms};
 use super::floor::hear;
-use super::program::site::shipped_net;
+use super::program::site::{idle_coordination, idle_net, shipped_net};
 use super::program::{Program, Site};
 use super::random::Random;
 
@@ -55,6 +55,13 @@ fn site(robots: usize) -> Site {
             .replace(&format!("name = \"{NET}\""), &format!("name = \"{net}\""));
         own_nets.push((net.clone(), text));
         let role = "{ role = \"normal\" }";
+        let idle = format!("idle-{place}");
+        more += &idle_coordination(
+            &idle,
+            &format!("room-{place}-0"),
+            &format!("Cr-{}", (place + 1) % PLACES),
+        );
+        own_nets.push(idle_net(&idle));
         more += &format!(
             "[coordinations.{net}]\nnet = \"{net}\"\nsituations.all-outside = {{ west = {role}, east = {role}, south = {role} }}\n"
         );

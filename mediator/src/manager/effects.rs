@@ -26,6 +26,9 @@ pub struct Counters {
     pub adopted: u64,
     /// Runs that an operator cleared.
     pub cleared: u64,
+    /// Robots looked at to decide which mediator goes on, and who plays a role: as many for each report, however many robots the
+    /// site has.
+    pub looks: u64,
 }
 
 /// What is to be done outside, in the order in which it came up.

@@ -5,7 +5,7 @@
 //! in no robot. An earlier process with the same journal is none: this one could not have the journal if it were not gone.
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use contract::client::LAST_NUMBER;
 use contract::timing::DOUBLED_AFTER_NS;
@@ -31,6 +31,12 @@ pub(crate) struct Peers {
     pub(crate) epoch: u64,
     silent_after_ns: u64,
     followers: Vec<Follower>,
+    /// Robots that follow somebody and are not silent, by when they were heard.
+    heard: BTreeSet<(u64, usize)>,
+    /// How many of these follow each instance, by its epoch.
+    counts: BTreeMap<(u64, u64), usize>,
+    /// Robots and counts looked at since the start.
+    pub(crate) looks: u64,
     /// Another one goes on.
     pub(crate) stands_by: bool,
     /// Since when robots follow another one.
@@ -52,6 +58,9 @@ impl Peers {
             epoch,
             silent_after_ns,
             followers: vec![Follower::default(); robots],
+            heard: BTreeSet::new(),
+            counts: BTreeMap::new(),
+            looks: 0,
             stands_by: false,
             since_ns: None,
             told: false,
@@ -102,32 +111,64 @@ impl Peers {
             return false;
         }
         let follows = report.mediator_heard && report.mediator_instance != 0 && !before;
+        let counted = self.heard.contains(&(own.heard_ns, robot));
+        let was = own.follows.filter(|_| counted);
+        self.heard.remove(&(own.heard_ns, robot));
         *own = Follower {
             boot_epoch: report.boot_epoch,
             sequence: report.sequence,
             heard_ns: now_ns,
             follows: follows.then_some((report.mediator_instance, report.mediator_epoch)),
         };
+        self.looks += 1;
+        if let Some(followed) = own.follows {
+            self.heard.insert((now_ns, robot));
+            *self.counts.entry(followed).or_default() += 1;
+        }
+        was.into_iter().for_each(|followed| self.uncount(followed));
         true
+    }
+
+    fn uncount(&mut self, followed: (u64, u64)) {
+        if let Some(count) = self.counts.get_mut(&followed) {
+            *count -= 1;
+            if *count == 0 {
+                self.counts.remove(&followed);
+            }
+        }
+    }
+
+    /// Those that have fallen silent follow nobody.
+    fn drop_silent(&mut self, now_ns: u64) {
+        while let Some(&(heard_ns, robot)) = self.heard.first()
+            && now_ns > heard_ns.saturating_add(self.silent_after_ns)
+        {
+            self.looks += 1;
+            self.heard.pop_first();
+            if let Some(followed) = self.followers[robot].follows {
+                self.uncount(followed);
+            }
+        }
     }
 
     /// Decides anew who goes on. Returns whether people are to hear now that there is another one.
     pub(crate) fn decide(&mut self, now_ns: u64) -> bool {
-        // By instance: how many, and its epoch.
-        let mut counts: BTreeMap<u64, (usize, u64)> = BTreeMap::new();
-        for own in &self.followers {
-            if let Some((instance, epoch)) = own.follows
-                && now_ns <= own.heard_ns.saturating_add(self.silent_after_ns)
-            {
-                let (count, newest) = counts.entry(instance).or_default();
-                (*count, *newest) = (*count + 1, epoch.max(*newest));
+        self.drop_silent(now_ns);
+        self.looks += self.counts.len() as u64;
+        // Of the own instance how many, of each other one also the newest epoch.
+        let (mut own, mut others) = (0, BTreeMap::<u64, (usize, u64)>::new());
+        for (&(instance, epoch), &count) in &self.counts {
+            if instance == self.instance {
+                own += count;
+            } else {
+                let (all, newest) = others.entry(instance).or_default();
+                (*all, *newest) = (*all + count, epoch.max(*newest));
             }
         }
-        let own = counts.remove(&self.instance).map_or(0, |own| own.0);
         let rank = |(count, epoch), instance| (count, epoch, Reverse(instance));
         let own = rank((own, self.epoch), self.instance);
-        self.stands_by = { counts.iter() }.any(|(&other, &rest)| rank(rest, other) > own);
-        if counts.is_empty() {
+        self.stands_by = { others.iter() }.any(|(&other, &rest)| rank(rest, other) > own);
+        if others.is_empty() {
             (self.since_ns, self.told) = (None, false);
             return false;
         }

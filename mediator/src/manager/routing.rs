@@ -123,7 +123,10 @@ impl Manager {
     /// Counts since the start.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        self.effects.counters
+        Counters {
+            looks: self.peers.looks + self.coordinations.looks(),
+            ..self.effects.counters
+        }
     }
 
     /// What must be in the journal before any message leaves.
@@ -170,6 +173,7 @@ impl Manager {
         let Some(robot) = self.sessions.identify(report, effects) else {
             return;
         };
+        self.coordinations.look_again_at(robot);
         let news = self.hear_whom_it_follows(robot, report, now_ns);
         let ours = self.peers.is_ours(report);
         if self.peers.stands_by && report.mediator_instance != self.peers.instance {
@@ -303,6 +307,7 @@ impl Manager {
         self.judge_peers(now_ns);
         for robot in 0..self.names.robots().len() {
             if self.sessions.falls_silent(robot, now_ns) {
+                self.coordinations.look_again_at(robot);
                 let areas = self.names.area_list(self.areas.occupied_by(robot));
                 self.effects.alarms.push(Alarm::Silent {
                     robot: self.names.robot_id(robot),

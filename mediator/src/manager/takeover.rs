@@ -29,6 +29,7 @@ impl Manager {
         self.effects.entries.push(Entry::Epoch(epoch));
         for robot in 0..self.names.robots().len() {
             self.sessions.unaccount(robot, now_ns);
+            self.coordinations.look_again_at(robot);
             self.store_robot(robot);
             self.effects.tell(robot);
         }
@@ -157,6 +158,7 @@ impl Manager {
             self.take_out(robot, area, now_ns);
         }
         self.sessions.give_up(robot);
+        self.coordinations.look_again_at(robot);
         self.store_robot(robot);
         self.areas.touch_all();
         self.go_on(now_ns);
@@ -202,6 +204,7 @@ impl Manager {
 
     fn take_out(&mut self, robot: usize, area: usize, now_ns: u64) {
         self.effects.counters.cleared += 1;
+        self.coordinations.look_again_at(robot);
         self.areas.leave(robot, area);
         self.store_robot(robot);
         self.areas.end_hold(robot, area, &mut self.effects);

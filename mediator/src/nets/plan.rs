@@ -100,7 +100,7 @@ pub(crate) struct SituationPlan {
 /// Which robot fits a role.
 #[derive(Clone, Debug)]
 pub(crate) struct Cast {
-    /// Robots that may play it, by robot file and role.
+    /// Robots that may play it, by robot file and role; sorted.
     pub(crate) robots: Vec<usize>,
     pub(crate) holds: Vec<usize>,
     pub(crate) stands_in: Vec<usize>,
@@ -108,6 +108,13 @@ pub(crate) struct Cast {
     pub(crate) asks: Vec<usize>,
     pub(crate) states: Vec<String>,
     pub(crate) within: Option<Rect>,
+}
+
+impl Cast {
+    /// The robot may play it.
+    pub(crate) fn names(&self, robot: usize) -> bool {
+        self.robots.binary_search(&robot).is_ok()
+    }
 }
 
 /// What is done when nothing goes on.

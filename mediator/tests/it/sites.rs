@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use config::{NetConfig, SiteConfig, load_net, parse_site};
+use config::{NetConfig, SiteConfig, load_net, parse_net, parse_site};
 use coordination::analysis::Limits;
 use description::site::FsmTransition;
 use mediator::nets::{Plan, plans};
 use mediator::setup::Setup;
 
+use crate::program::site::{idle_coordination, idle_net};
 use crate::program::{OVERTAKING, Site};
 
 const ROBOTS: &str = r#"
@@ -109,6 +110,35 @@ pub fn crossing(rooms: usize) -> (Setup, Vec<Arc<Plan>>) {
         own_nets: Vec::new(),
     };
     planned(&site("rooms", &own.text()), "t-junction")
+}
+
+/// A hall for any number of robots, with this many nets that would take one of them in, and whose situation never comes.
+pub fn idle(robots: usize, nets: usize) -> (Setup, Vec<Arc<Plan>>) {
+    let all = (0..nets).map(|net| idle_net(&format!("idle-{net}")));
+    let all: Vec<(String, String)> = all.collect();
+    let coordinations =
+        (0..nets).map(|net| idle_coordination(&format!("idle-{net}"), "hall", "gate"));
+    let capacity = u32::try_from(robots).expect("a small number");
+    let own = Site {
+        name: "rooms".into(),
+        areas: vec![("hall".to_owned(), capacity), ("gate".to_owned(), 1)],
+        robots: (0..robots)
+            .map(|robot| (format!("amr-{robot:04}"), "normal", 0))
+            .collect(),
+        events: Vec::new(),
+        more: coordinations.collect(),
+        nets: Vec::new(),
+        own_nets: all.clone(),
+    };
+    let site = site("rooms", &own.text());
+    let setup = Setup::of(&site).expect("the site makes sense");
+    let nets: Vec<NetConfig> = all
+        .iter()
+        .map(|(name, text)| parse_net(name, text).expect("it makes sense"))
+        .collect();
+    let plans = plans(&site, &setup, &nets, &Limits::default())
+        .unwrap_or_else(|errors| panic!("{errors:#?}"));
+    (setup, plans)
 }
 
 /// The docking bay, where the net alone decides.

@@ -38,6 +38,8 @@ pub(crate) struct Area {
     pub(crate) closed: Option<ClosedRecord>,
     /// Something changed, and a waiting robot may now fit.
     changed: bool,
+    /// Something changed, and coordinations have not looked.
+    is_news: bool,
 }
 
 /// Where an area's robots are, and what they claim.
@@ -52,6 +54,8 @@ pub(crate) struct Areas {
     pub(super) ticket: u64,
     /// Areas with `changed` set.
     changed: Vec<usize>,
+    /// Areas with `is_news` set.
+    news: Vec<usize>,
     /// Areas whose journal does not know of all grants.
     pub(super) adopted: Vec<usize>,
 }
@@ -67,6 +71,7 @@ impl Areas {
             overfull: false,
             closed: None,
             changed: false,
+            is_news: false,
         });
         Self {
             access: AccessProtocol::new(),
@@ -75,6 +80,7 @@ impl Areas {
             robots: vec![Occupant::default(); names.robots().len()],
             ticket: 0,
             changed: Vec::new(),
+            news: Vec::new(),
             adopted: Vec::new(),
             names: Arc::clone(names),
         }
@@ -192,10 +198,13 @@ impl Areas {
         self.areas[area].queue.retain(|&other| other != robot);
     }
 
-    /// Something changed in an area: it is looked at when areas are next served.
+    /// Something changed in an area: it is looked at when areas are next served, and by coordinations.
     pub(crate) fn touch(&mut self, area: usize) {
         if !std::mem::replace(&mut self.areas[area].changed, true) {
             self.changed.push(area);
+        }
+        if !std::mem::replace(&mut self.areas[area].is_news, true) {
+            self.news.push(area);
         }
     }
 
@@ -213,6 +222,13 @@ impl Areas {
     pub(super) fn next_changed(&mut self) -> Option<usize> {
         let area = self.changed.pop()?;
         self.areas[area].changed = false;
+        Some(area)
+    }
+
+    /// The next area of which there is news for coordinations.
+    pub(crate) fn take_news(&mut self) -> Option<usize> {
+        let area = self.news.pop()?;
+        self.areas[area].is_news = false;
         Some(area)
     }
 

@@ -22,6 +22,7 @@ impl Coordinations {
     /// A robot that was out of reach, or has said something of its discrete control, may be asked again.
     pub(crate) fn may_answer(&mut self, robot: usize) {
         self.answers[robot].mute_until_ns = 0;
+        self.look_again_at(robot);
     }
 
     /// Ends coordinations that a robot has not answered for too long.
@@ -51,6 +52,7 @@ impl Coordinations {
                 asked: None,
                 mute_until_ns: around.now_ns.saturating_add(MUTE_NS),
             };
+            self.candidates.note_mute(robot);
             let plans = self.plans_that_run();
             let plan = { plans.into_iter() }
                 .find(|&plan| self.get(plan).is_some_and(|own| own.number == number));

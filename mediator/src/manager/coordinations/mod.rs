@@ -7,6 +7,7 @@
 
 mod answer;
 mod answers;
+mod candidates;
 mod control;
 mod running;
 mod situations;

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::answer::Answer;
+use super::candidates::Candidates;
 use super::status::CoordinationStatus;
 use crate::journal::{Entry, Stored};
 use crate::manager::alarm::Alarm;
@@ -45,6 +46,7 @@ pub(crate) struct Coordinations {
     pub(super) answers: Vec<Answer>,
     /// By area: the plan whose net lets robots in.
     governed: Vec<Option<usize>>,
+    pub(super) candidates: Candidates,
     over: VecDeque<CoordinationStatus>,
 }
 
@@ -63,6 +65,7 @@ impl Coordinations {
             held_off_ns: vec![0; plans.len()],
             answers: vec![Answer::default(); names.robots().len()],
             governed,
+            candidates: Candidates::new(&plans, names.robots().len()),
             over: VecDeque::new(),
             plans,
         }
@@ -154,6 +157,11 @@ impl Coordinations {
         Some((&self.plans[plan], self.get(plan)))
     }
 
+    /// The plan whose net lets robots into an area.
+    pub(super) fn governor_of(&self, area: usize) -> Option<usize> {
+        self.governed[area]
+    }
+
     /// Number of the last coordination.
     pub(super) fn number(&self) -> u64 {
         self.number
@@ -180,6 +188,7 @@ impl Coordinations {
     }
 
     pub(super) fn begin(&mut self, plan: usize, instance: Instance) {
+        self.look_again_at_all(&instance);
         self.running.push(Running { plan, instance });
     }
 
@@ -192,6 +201,8 @@ impl Coordinations {
     ) -> Option<Instance> {
         let place = self.running.iter().position(|own| own.plan == plan)?;
         let instance = self.running.remove(place).instance;
+        self.look_again_at_all(&instance);
+        self.candidates.note_plan(plan);
         self.remember(&instance, now_ns, effects);
         Some(instance)
     }
@@ -206,7 +217,15 @@ impl Coordinations {
     ) {
         if let Some(instance) = self.get_mut(plan) {
             let old = std::mem::replace(instance, next);
+            self.look_again_at_all(&old);
             self.remember(&old, now_ns, effects);
+        }
+    }
+
+    /// Whether they are in a coordination may have changed.
+    pub(super) fn look_again_at_all(&mut self, instance: &Instance) {
+        for participant in instance.participants() {
+            self.look_again_at(participant.robot);
         }
     }
 
@@ -295,6 +314,7 @@ impl Reservations for Coordinations {
     }
 
     fn granted(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+        self.look_again_at(robot);
         self.kept_changed(robot, area, effects, KeptChange::Granted);
     }
 

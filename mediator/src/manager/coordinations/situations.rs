@@ -2,7 +2,7 @@
 
 use super::running::Coordinations;
 use super::surroundings::Surroundings;
-use crate::nets::{Cast, Kind};
+use crate::nets::Cast;
 use contract::wire::Instruction;
 
 impl Coordinations {
@@ -12,28 +12,14 @@ impl Coordinations {
         plan: usize,
         around: &Surroundings<'_>,
     ) -> Option<(usize, Vec<usize>)> {
-        if self.get(plan).is_some() || around.now_ns < self.held_off_ns[plan] {
-            return None;
-        }
         let own = &self.plans[plan];
         let occupied = |&area: &usize| around.areas.occupants(area).next().is_some();
         if own.governed.iter().any(occupied) {
             return None;
         }
-        { own.situations.iter().enumerate() }.find_map(|(index, situation)| {
-            let candidates = situation.casts.iter().zip(&own.roles).map(|(cast, role)| {
-                let free = |robot: usize| match role.kind {
-                    Kind::Access(_) => true,
-                    Kind::Control => {
-                        self.control_of(robot).is_none() && Self::fits(robot, cast, around)
-                    }
-                };
-                let robots = cast.robots.iter().copied();
-                { robots }
-                    .filter(|&robot| free(robot) && !self.is_mute(robot, around.now_ns))
-                    .collect()
-            });
-            Some((index, distinct(&candidates.collect::<Vec<_>>())?))
+        (0..own.situations.len()).find_map(|situation| {
+            let candidates = self.candidates.of(plan, situation);
+            Some((situation, distinct(&candidates)?))
         })
     }
 
@@ -53,8 +39,7 @@ impl Coordinations {
                     .situations
                     .iter()
                     .map(|situation| &situation.casts[*role]);
-                yields.states.iter().any(|own| own == state)
-                    && casts.any(|cast| cast.robots.contains(&robot))
+                yields.states.iter().any(|own| own == state) && casts.any(|cast| cast.names(robot))
             });
             fitting.find_map(|(_, yields)| yields.script.release())
         })
@@ -67,7 +52,7 @@ impl Coordinations {
             { occupant.pose.as_ref() }
                 .is_some_and(|pose| region.contains([pose.x_m, pose.y_m].into()))
         };
-        cast.robots.contains(&robot)
+        cast.names(robot)
             && around.sessions.is_heard(robot)
             && !around.sessions.robot(robot).without_control
             && occupant.located

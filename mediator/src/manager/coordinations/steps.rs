@@ -19,7 +19,15 @@ impl Coordinations {
             self.step(plan, around);
         }
         for plan in 0..self.plans.len() {
+            self.judge_news(around);
+            if self.get(plan).is_some() || !self.candidates.take_due(plan) {
+                continue;
+            }
             self.empty(plan, around);
+            if around.now_ns < self.held_off_ns[plan] {
+                self.candidates.note_plan(plan);
+                continue;
+            }
             if let Some((situation, robots)) = self.situation(plan, around) {
                 let number = self.next_number(around.effects);
                 let own = &self.plans[plan];
@@ -34,10 +42,8 @@ impl Coordinations {
     /// A net that decides about areas begins when they are empty: whoever has one of them meanwhile, and is not there yet, stays
     /// out. It may meet a robot that the net does not know of.
     fn empty(&self, plan: usize, around: &mut Surroundings<'_>) {
-        if self.get(plan).is_none() {
-            for &area in &self.plans[plan].governed {
-                around.areas.revoke_what_is_not_used(area, around.effects);
-            }
+        for &area in &self.plans[plan].governed {
+            around.areas.revoke_what_is_not_used(area, around.effects);
         }
     }
 
@@ -111,12 +117,13 @@ impl Coordinations {
                     instance.role_of(robot).is_none()
                         && takes.iter().all(|&(_, taken)| taken != robot)
                         && around.sessions.is_heard(robot)
-                        && cast.robots.contains(&robot)
+                        && cast.names(robot)
                 })
                 .min();
             takes.extend(comes.map(|(_, robot)| (role, robot)));
         }
         for &(role, robot) in &takes {
+            self.look_again_at(robot);
             if let Some(instance) = self.get_mut(plan) {
                 instance.exchange(role, robot);
             }
@@ -176,10 +183,14 @@ impl Coordinations {
     }
 
     /// Stores it, tells its robots, and looks at all areas again.
-    fn changed(&self, plan: usize, around: &mut Surroundings<'_>) {
+    fn changed(&mut self, plan: usize, around: &mut Surroundings<'_>) {
         self.store(plan, around.effects);
-        if let Some(instance) = self.get(plan) {
-            around.news_for(instance);
+        let Some(instance) = self.get(plan) else {
+            return;
+        };
+        around.news_for(instance);
+        for robot in instance.robots() {
+            self.look_again_at(robot);
         }
     }
 

@@ -94,6 +94,57 @@ pub fn shipped_net(net: &str) -> String {
     std::fs::read_to_string(nets.join(format!("{net}.toml"))).expect("it ships")
 }
 
+/// A net that takes in one robot and lets it go again: its name and its text.
+pub fn idle_net(name: &str) -> (String, String) {
+    (name.to_owned(), format!("name = \"{name}\"\n{IDLE}"))
+}
+
+/// Any robot may play in it, which never asks for an area while it stands in that other one.
+pub fn idle_coordination(net: &str, asks: &str, stands_in: &str) -> String {
+    format!(
+        "[coordinations.{net}]\nnet = \"{net}\"\nalarm_after_s = 30.0\n\
+         situations.called = {{ guest = {{ role = \"normal\", asks = [\"{asks}\"], stands_in = [\"{stands_in}\"] }} }}\n"
+    )
+}
+
+const IDLE: &str = r#"
+about = "a robot is taken in and let go"
+
+[roles.guest]
+protocol = "visiting"
+about = "asks for an area"
+
+[protocols.visiting]
+keeper = "mediator"
+flags = [{ mediator = "acquire" }, { robot = "acquired" }, { mediator = "release" }, { robot = "released" }]
+
+[places]
+outside = "it drives by itself"
+taken = "it is asked for its discrete control"
+leaving = "it gets its discrete control back"
+gone = "it drives by itself again"
+
+[sources]
+acquired = "guest.acquired"
+released = "guest.released"
+
+[sinks]
+acquire = "guest.acquire"
+release = "guest.release"
+
+[transitions]
+take = { from = ["outside"], to = ["taken", "acquire"] }
+let-in = { from = ["taken", "acquired"], to = ["leaving", "release"] }
+let-go = { from = ["leaving", "released"], to = ["gone"] }
+
+[ends]
+visited = ["gone"]
+
+[situations.called]
+about = "it asks for an area"
+marked = ["outside"]
+"#;
+
 const FLOOR: &str = r#"
 [walls.south]
 from_m = [0.0, 0.0]

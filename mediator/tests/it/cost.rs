@@ -1,0 +1,83 @@
+//! What a report costs does not grow with the fleet: counted, not timed.
+
+use contract::client::{Client, Situation};
+use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use mediator::journal::Stored;
+use mediator::manager::Manager;
+
+use crate::sites;
+
+const REPORTS: u64 = 50;
+/// Nets that wait for a situation that does not come.
+const NETS: usize = 50;
+const STEP_NS: u64 = 1_000_000;
+
+struct Fleet {
+    manager: Manager,
+    robots: Vec<Client>,
+    now_ns: u64,
+}
+
+impl Fleet {
+    /// All stand in a hall.
+    fn new(robots: usize) -> Self {
+        let (setup, plans) = sites::idle(robots, NETS);
+        let stored = Stored {
+            journal: 1,
+            ..Stored::default()
+        };
+        let manager = Manager::with_plans(&setup, plans, &stored, 0).expect("valid");
+        let client = |id: &String| Client::new(id, &setup.site, 7).on(setup.floor.clone());
+        let ids: Vec<String> = setup.robots.iter().map(|own| own.id.clone()).collect();
+        let mut fleet = Self {
+            manager: manager.speaks_as(5),
+            robots: ids.iter().map(client).collect(),
+            now_ns: ENTERS_NO_MORE_NS,
+        };
+        for _ in 0..4 {
+            (0..fleet.robots.len()).for_each(|robot| fleet.report(robot));
+            fleet.manager.tick(fleet.now_ns);
+            fleet.hear();
+        }
+        assert!(fleet.manager.status(fleet.now_ns).awaited.is_empty());
+        fleet
+    }
+
+    fn report(&mut self, robot: usize) {
+        let situation = Situation {
+            located: true,
+            stands_in: vec!["hall".to_owned()],
+            ..Situation::default()
+        };
+        let client = &mut self.robots[robot];
+        client.step(situation, self.now_ns, SILENT_AFTER_NS);
+        self.manager.report(&client.report(), self.now_ns);
+    }
+
+    fn hear(&mut self) {
+        while let Some(message) = self.manager.next_message(self.now_ns) {
+            let robot: usize = message.robot_id["amr-".len()..].parse().expect("a number");
+            self.robots[robot].receive(&message, self.now_ns);
+        }
+    }
+
+    /// Robots looked at for each of some reports, with no tick between them.
+    fn looks(&mut self) -> u64 {
+        let before = self.manager.counters();
+        for number in 0..REPORTS as usize {
+            self.now_ns += STEP_NS;
+            self.report(number);
+        }
+        let after = self.manager.counters();
+        assert_eq!(after.reports - before.reports, REPORTS);
+        (after.looks - before.looks) / REPORTS
+    }
+}
+
+#[test]
+fn a_report_costs_the_same_in_a_large_fleet() {
+    let [small, large] = [100, 1000].map(|robots| Fleet::new(robots).looks());
+    assert_eq!(small, large);
+    // Whom it follows, and the one role of each net.
+    assert!((NETS as u64..2 * NETS as u64).contains(&small), "{small}");
+}
