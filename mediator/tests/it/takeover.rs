@@ -349,6 +349,60 @@ fn clearing_an_area_says_nothing_of_a_robot_that_may_be_anywhere() {
 }
 
 #[test]
+fn a_robot_that_stood_in_an_area_is_cleared_only_when_it_was_taken_away() {
+    let mut manager = start(&begun(1), 50, 0);
+    let mut robots = vec![robot("amr-1", &[AREA]), robot("amr-2", &["yard"])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[0].1.stands_in = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots, NOW_NS);
+    // Both fall silent: one inside, one with a grant that it may still use.
+    let heard = |manager: &mut Manager, now_ns| {
+        manager.tick(now_ns);
+        manager.clear(AREA, true, now_ns)
+    };
+    let still = NOW_NS + SILENT_AFTER_NS / 2;
+    assert!(matches!(
+        heard(&mut manager, still),
+        Err(ClearError::Heard { .. })
+    ));
+    let later_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    manager.tick(later_ns);
+    let wait = Duration::from_nanos(NOW_NS + ENTERS_NO_MORE_NS - later_ns);
+    for (area, id) in [(AREA, "amr-1"), ("yard", "amr-2")] {
+        let may_enter = ClearError::MayEnter {
+            area: area.to_owned(),
+            robot: id.to_owned(),
+            wait,
+        };
+        assert!(
+            may_enter.to_string().contains("may still enter it for 3 s"),
+            "{may_enter}"
+        );
+        assert_eq!(manager.clear(area, true, later_ns), Err(may_enter));
+    }
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    let inside = ClearError::Inside {
+        area: AREA.to_owned(),
+        robot: "amr-1".to_owned(),
+    };
+    assert_eq!(manager.clear(AREA, false, now_ns), Err(inside));
+    assert_eq!(
+        manager.clear(AREA, true, now_ns),
+        Ok(vec!["amr-1".to_owned()])
+    );
+    assert_eq!(
+        manager.clear("yard", false, now_ns),
+        Ok(vec!["amr-2".to_owned()])
+    );
+    let status = manager.status(now_ns);
+    assert!(
+        { status.areas.iter() }.all(|own| own.holders.is_empty() && own.standing.is_empty()),
+        "{status:?}"
+    );
+}
+
+#[test]
 fn an_empty_journal_is_refused_unless_it_is_a_first_start() {
     let folder = tempfile::tempdir().expect("a folder");
     let site = concat!(

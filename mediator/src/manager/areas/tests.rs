@@ -1,3 +1,5 @@
+//! Longer than 400 lines: one bench, on which all that areas promise is tried.
+
 use contract::floor::Floor;
 use std::sync::Arc;
 use std::time::Duration;
@@ -56,6 +58,10 @@ impl Bench {
 
     /// Its journal knows this last fence.
     fn restored(fence: u64) -> Self {
+        Self::holding(1, fence)
+    }
+
+    fn holding(capacity: u32, fence: u64) -> Self {
         let robot = |(id, priority): (&str, u32)| RobotSetup {
             id: id.into(),
             role: "normal".into(),
@@ -67,7 +73,7 @@ impl Bench {
             site: "hall".into(),
             areas: vec![AreaSetup {
                 id: "gate".into(),
-                capacity: 1,
+                capacity,
             }],
             robots: [("a", 0), ("b", 0), ("first", 1)].map(robot).into(),
             floor: Floor::default(),
@@ -397,4 +403,33 @@ fn an_intruder_takes_back_what_was_not_entered_yet() {
     bench.take_in(0, false, (0, 1, 0), false);
     bench.serve();
     assert_eq!(bench.holder(), None);
+}
+
+#[test]
+fn more_robots_than_an_area_holds_take_back_what_was_not_entered_yet() {
+    let mut bench = Bench::holding(2, 0);
+    bench.ask(0);
+    bench.serve();
+    assert_eq!(bench.holder(), Some(0));
+    // Two were put into it: each was found there, and is no intruder.
+    bench.report(1, true, (0, 0, 0));
+    bench.serve();
+    assert!(bench.effects.alarms.is_empty() && !bench.areas.is_closed(0));
+    bench.report(2, true, (0, 0, 0));
+    (0..2).for_each(|_| bench.serve());
+    let overfull = Alarm::Overfull {
+        area: "gate".into(),
+        capacity: 2,
+        found: 3,
+        robots: "a, b, first".into(),
+    };
+    assert_eq!(bench.effects.alarms, [overfull]);
+    assert!(bench.areas.is_closed(0));
+    assert_eq!(bench.effects.counters.revocations, 1);
+    assert_eq!(bench.areas.revocations_of(0, None)[0].fence, 1);
+    // It gives it back, and the two that are left may be there.
+    bench.report(0, false, (1, 3, 1));
+    bench.serve();
+    assert!(!bench.areas.is_closed(0));
+    assert_eq!((bench.holder(), bench.effects.alarms.len()), (None, 1));
 }
