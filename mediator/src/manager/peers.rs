@@ -19,7 +19,15 @@ struct Follower {
     heard_ns: u64,
     /// Instance and epoch; none while it hears nobody.
     follows: Option<(u64, u64)>,
+    /// For its sake all are not asked again before.
+    asks_again_ns: u64,
+    /// They are to be asked then.
+    asks: bool,
 }
+
+/// For the sake of one robot all are asked what they have once in this time: one that lies again and again must not have all
+/// register again and again.
+const ASK_PAUSE_NS: u64 = 2_000_000_000;
 
 /// What this mediator knows of others.
 #[derive(Clone, Debug)]
@@ -97,6 +105,21 @@ impl Peers {
         (larger && (gone || ahead)).then(|| epoch + 1)
     }
 
+    /// All are to be asked what they have, for this robot's sake. Returns whether they are now, and not later.
+    pub(crate) fn ask(&mut self, robot: usize, now_ns: u64) -> bool {
+        let own = &mut self.followers[robot];
+        own.asks = now_ns < own.asks_again_ns;
+        if !own.asks {
+            own.asks_again_ns = now_ns.saturating_add(ASK_PAUSE_NS);
+        }
+        !own.asks
+    }
+
+    /// All are still to be asked for this robot's sake: until then it is not taken in.
+    pub(crate) fn asks(&self, robot: usize) -> bool {
+        self.followers[robot].asks
+    }
+
     /// The robot has reported of late, whomever it follows.
     pub(crate) fn is_heard(&self, robot: usize, now_ns: u64) -> bool {
         let own = &self.followers[robot];
@@ -110,7 +133,13 @@ impl Peers {
         if own.boot_epoch == report.boot_epoch && report.sequence <= own.sequence {
             return false;
         }
-        let follows = report.mediator_heard && report.mediator_instance != 0 && !before;
+        let follows = if before {
+            // That one is gone, and whoever has its journal is whom its robots follow next.
+            Some((self.instance, report.mediator_epoch))
+        } else {
+            (report.mediator_heard && report.mediator_instance != 0)
+                .then_some((report.mediator_instance, report.mediator_epoch))
+        };
         let counted = self.heard.contains(&(own.heard_ns, robot));
         let was = own.follows.filter(|_| counted);
         self.heard.remove(&(own.heard_ns, robot));
@@ -118,7 +147,8 @@ impl Peers {
             boot_epoch: report.boot_epoch,
             sequence: report.sequence,
             heard_ns: now_ns,
-            follows: follows.then_some((report.mediator_instance, report.mediator_epoch)),
+            follows,
+            ..*own
         };
         self.looks += 1;
         if let Some(followed) = own.follows {
@@ -230,6 +260,36 @@ mod tests {
             peers.decide(0);
             assert_eq!(peers.stands_by, stands_by, "{journal} {epoch}");
         }
+    }
+
+    #[test]
+    fn robots_of_the_process_before_count_for_this_one() {
+        let mut peers = Peers::new(8, 3, 5, 3, SILENT_NS);
+        for robot in 0..2 {
+            let of_before = RobotReport {
+                mediator_journal: 3,
+                // One has noticed already that it is gone.
+                mediator_heard: robot == 0,
+                ..report(7, 4, 1)
+            };
+            peers.hear(robot, &of_before, 0);
+        }
+        peers.hear(2, &report(9, 1 << 40, 1), 0);
+        peers.decide(0);
+        assert!(!peers.stands_by);
+        // With one of them it says otherwise.
+        peers.hear(1, &report(9, 1 << 40, 2), 0);
+        peers.decide(0);
+        assert!(peers.stands_by);
+    }
+
+    #[test]
+    fn for_one_robot_all_are_asked_once_in_a_while() {
+        let mut peers = Peers::new(8, 3, 5, 2, SILENT_NS);
+        assert!(peers.ask(0, 0) && peers.ask(1, 0));
+        assert!(!peers.ask(0, ASK_PAUSE_NS - 1) && peers.asks(0) && !peers.asks(1));
+        peers.hear(0, &report(8, 5, 1), ASK_PAUSE_NS - 1);
+        assert!(peers.asks(0) && peers.ask(0, ASK_PAUSE_NS) && !peers.asks(0));
     }
 
     #[test]

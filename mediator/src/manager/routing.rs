@@ -175,6 +175,9 @@ impl Manager {
         };
         self.coordinations.look_again_at(robot);
         let news = self.hear_whom_it_follows(robot, report, now_ns);
+        if self.peers.asks(robot) {
+            return;
+        }
         let ours = self.peers.is_ours(report);
         if self.peers.stands_by && report.mediator_instance != self.peers.instance {
             return self.sessions.stand_by(report);

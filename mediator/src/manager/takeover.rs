@@ -54,7 +54,15 @@ impl Manager {
         let larger = self.peers.larger_epoch(report);
         // Once for each time that it is lost: until it has followed this mediator it is not accounted for.
         let lost = self.peers.is_foreign(report) && !self.sessions.robot(robot).unaccounted;
-        if larger.is_some() || lost {
+        if larger.is_some() || lost || self.peers.asks(robot) {
+            if !self.peers.ask(robot, now_ns) {
+                // Nothing is granted until it is taken in, and it is not before all were asked.
+                if !self.sessions.robot(robot).unaccounted {
+                    self.sessions.unaccount(robot, now_ns);
+                    self.store_robot(robot);
+                }
+                return true;
+            }
             let epoch = larger.unwrap_or(self.peers.epoch + 1);
             self.effects.alarms.push(Alarm::OlderJournal {
                 robot: self.names.robot_id(robot),

@@ -403,6 +403,68 @@ fn a_robot_that_stood_in_an_area_is_cleared_only_when_it_was_taken_away() {
 }
 
 #[test]
+fn one_robot_that_lies_about_whom_it_follows_keeps_nobody_else_out() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    keep(&mut manager, &mut stored);
+    let mut manager = start(&stored, 51, NOW_NS);
+    let (mut liar, situation) = robots.pop().expect("the third one");
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    let mut now_ns = NOW_NS;
+    let epoch = manager.epoch();
+    // It says so before anybody else is heard, and goes on saying so.
+    for _ in 0..20 {
+        now_ns += SILENT_AFTER_NS / 5;
+        liar.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+        let mut lie = liar.report();
+        (lie.mediator_instance, lie.mediator_journal) = (99, 9);
+        (lie.mediator_epoch, lie.mediator_heard) = (1 << 40, true);
+        manager.report(&lie, now_ns);
+        let status = talk(&mut manager, &mut robots, now_ns);
+        assert!(!status.stands_by, "{status:?}");
+        assert_eq!(status.awaited, ["amr-3"]);
+    }
+    let follow = { robots.iter() }.all(|(client, _)| client.mediator_epoch() == manager.epoch());
+    assert!(follow && manager.epoch() == epoch + 1);
+    // Somebody revokes its certificate, and sees to it.
+    now_ns += ENTERS_NO_MORE_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    assert_eq!(manager.absent("amr-3", now_ns), Ok(Vec::new()));
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
+}
+
+#[test]
+fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in_a_while() {
+    let mut manager = start(&begun(1), 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    let epoch = manager.epoch();
+    // Between two lies it registers as it should.
+    for round in 0..8 {
+        let now_ns = NOW_NS + round * SILENT_AFTER_NS / 10;
+        let (liar, situation) = &mut robots[2];
+        liar.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+        let mut lie = liar.report();
+        lie.mediator_instance = 100 + round;
+        (lie.mediator_epoch, lie.mediator_heard) = (manager.epoch() + 7, false);
+        manager.report(&lie, now_ns);
+        let status = talk(&mut manager, &mut robots, now_ns);
+        // The others are not asked for it again; it is, so that nothing is granted that it may have.
+        let awaited: &[&str] = if round == 0 { &[] } else { &["amr-3"] };
+        assert_eq!(status.awaited, awaited, "{round}");
+    }
+    assert_eq!(manager.epoch(), epoch + 8);
+    let now_ns = NOW_NS + 3 * SILENT_AFTER_NS;
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(status.awaited.is_empty() && manager.epoch() > epoch + 8);
+}
+
+#[test]
 fn an_empty_journal_is_refused_unless_it_is_a_first_start() {
     let folder = tempfile::tempdir().expect("a folder");
     let site = concat!(
