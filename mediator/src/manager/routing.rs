@@ -197,6 +197,11 @@ impl Manager {
             self.store_robot(robot);
         }
         if !recognised.counts {
+            let session = self.sessions.robot(robot);
+            let second = session.is_heard() && report.site == self.names.site;
+            if second && session.is_of_rival(report.boot_epoch, report.sequence) {
+                self.areas.hold_for_second(robot, report);
+            }
             if news && self.may_stand_elsewhere(robot, report) && self.areas.suspect(robot, report)
             {
                 self.store_robot(robot);
@@ -309,6 +314,11 @@ impl Manager {
     pub fn tick(&mut self, now_ns: u64) {
         self.judge_peers(now_ns);
         for robot in 0..self.names.robots().len() {
+            let second = !self.areas.robot(robot).second_in.is_empty();
+            if second && !self.sessions.has_rival(robot, now_ns) {
+                self.coordinations.look_again_at(robot);
+                self.areas.drop_second(robot);
+            }
             if self.sessions.falls_silent(robot, now_ns) {
                 self.coordinations.look_again_at(robot);
                 let areas = self.names.area_list(self.areas.occupied_by(robot));

@@ -465,6 +465,41 @@ fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in
 }
 
 #[test]
+fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
+    let mut manager = start(&begun(1), 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    // A clone of the second one stands in the gate.
+    robots.push((Client::new("amr-2", "hall", 8), robots[1].1.clone()));
+    robots[3].1.stands_in = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    for round in 0..40 {
+        let now_ns = NOW_NS + round * SILENT_AFTER_NS / 5;
+        let status = talk(&mut manager, &mut robots, now_ns);
+        assert!(
+            robots.iter().all(|(client, _)| !client.holds(AREA)),
+            "{round}: {status:?}"
+        );
+        assert!(!robots[3].0.is_registered());
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(
+        matches!(&alarms[..], [Alarm::Doubled { .. }]),
+        "nobody is accused: {alarms:?}"
+    );
+    // It has gone.
+    robots.pop();
+    let mut now_ns = NOW_NS + 10 * SILENT_AFTER_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    now_ns += SILENT_AFTER_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
+}
+
+#[test]
 fn an_empty_journal_is_refused_unless_it_is_a_first_start() {
     let folder = tempfile::tempdir().expect("a folder");
     let site = concat!(

@@ -60,7 +60,7 @@ impl Areas {
             }
             let intruded =
                 { inside.iter() }.any(|&other| other != robot && self.robots[other].intrudes(area));
-            let others = inside.iter().filter(|&&other| other != robot).count();
+            let others = self.bodies_besides(robot, area, &inside);
             if self.areas[area].overfull || intruded || others >= capacity {
                 return;
             }
@@ -81,6 +81,17 @@ impl Areas {
             inside.clear();
             inside.extend(self.occupants(area));
         }
+    }
+
+    /// How many bodies may be in an area besides that of the process that speaks for a robot: where another one has its name,
+    /// the robot is no exception.
+    fn bodies_besides(&self, robot: usize, area: usize, inside: &[usize]) -> usize {
+        let bodies = inside.iter().map(|&other| {
+            let own = &self.robots[other];
+            let has = other != robot && own.has(area);
+            usize::from(has) + usize::from(own.second_in.contains(&area))
+        });
+        bodies.sum()
     }
 
     fn grant(

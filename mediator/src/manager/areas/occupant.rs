@@ -13,6 +13,8 @@ pub(crate) struct Occupant {
     pub(crate) placed: bool,
     /// Areas it reaches into, sorted.
     pub(crate) stands_in: Vec<usize>,
+    /// Areas in which another process with its name stands by its own report, until it is not heard any more.
+    pub(crate) second_in: Vec<usize>,
     /// Areas that it was in and gave back, while it knew where it was; until its report is taken in.
     pub(crate) left: Vec<usize>,
     /// Areas in which it stood when it registered, without a grant.
@@ -67,6 +69,11 @@ impl Occupant {
 
     /// It may be in the area, by a grant or because it stands there.
     pub(crate) fn occupies(&self, area: usize) -> bool {
+        self.has(area) || self.second_in.contains(&area)
+    }
+
+    /// The one that speaks for it may be in the area.
+    pub(crate) fn has(&self, area: usize) -> bool {
         self.holds(area) || self.stands_in(area)
     }
 
@@ -90,5 +97,6 @@ impl Occupant {
     pub(crate) fn leave(&mut self, area: usize) {
         self.stands_in.retain(|&other| other != area);
         self.found_in.retain(|&other| other != area);
+        self.second_in.retain(|&other| other != area);
     }
 }

@@ -121,6 +121,35 @@ impl Areas {
         }
     }
 
+    /// A second process with the robot's name says where it stands, while the first one is heard: it is another body.
+    pub(crate) fn hold_for_second(&mut self, robot: usize, report: &RobotReport) {
+        if !report.located {
+            return;
+        }
+        let areas = { report.stands_in.iter() }.filter_map(|id| self.names.area(id));
+        let mut second_in: Vec<usize> = areas.collect();
+        second_in.sort_unstable();
+        second_in.dedup();
+        self.set_second(robot, second_in);
+    }
+
+    /// Nobody else has the robot's name any more.
+    pub(crate) fn drop_second(&mut self, robot: usize) {
+        self.set_second(robot, Vec::new());
+    }
+
+    fn set_second(&mut self, robot: usize, second_in: Vec<usize>) {
+        let before = std::mem::replace(&mut self.robots[robot].second_in, second_in.clone());
+        for area in before {
+            self.unconcern(area, robot);
+            self.touch(area);
+        }
+        for area in second_in {
+            self.concern(area, robot);
+            self.touch(area);
+        }
+    }
+
     /// A process that does not speak for the robot yet says where it stands: it may be there, and also where it was. Returns
     /// whether that is new.
     pub(crate) fn suspect(&mut self, robot: usize, report: &RobotReport) -> bool {

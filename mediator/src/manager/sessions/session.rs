@@ -300,6 +300,21 @@ impl Session {
         true
     }
 
+    /// A process has just reported, for all that is known, that is not the one that speaks for the robot. A report of one that has
+    /// spoken before may come late.
+    pub(crate) fn is_of_rival(&self, boot_epoch: u64, sequence: u64) -> bool {
+        self.rival.is_some_and(|rival| {
+            let reports = (rival.boot_epoch, rival.sequence) == (boot_epoch, sequence);
+            reports && (rival.known || !self.is_retired(boot_epoch))
+        })
+    }
+
+    /// A process that does not speak for the robot was heard of late.
+    pub(crate) fn has_rival(&self, now_ns: u64, silent_after_ns: u64) -> bool {
+        self.rival
+            .is_some_and(|rival| now_ns <= rival.heard_ns.saturating_add(silent_after_ns))
+    }
+
     /// A second process runs beside the one that speaks for the robot.
     pub(crate) fn is_doubled(&self, now_ns: u64, silent_after_ns: u64) -> bool {
         self.rival.is_some_and(|rival| {

@@ -239,6 +239,11 @@ impl Sessions {
         self.robots[robot].is_doubled(now_ns, self.silent_after_ns)
     }
 
+    /// Whether a process was heard of late that does not speak for the robot.
+    pub(crate) fn has_rival(&self, robot: usize, now_ns: u64) -> bool {
+        self.robots[robot].has_rival(now_ns, self.silent_after_ns)
+    }
+
     /// Whether the robot speaks our version and drives by our site; otherwise it is told why not.
     fn admit(
         &mut self,
