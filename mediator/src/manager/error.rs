@@ -15,7 +15,7 @@ pub enum RestoreError {
     Setup(#[from] SetupError),
     /// The journal is of another site, or that site has changed.
     #[error(
-        "the journal knows {kind} `{id}`, which the site does not have: use the journal's own site file, or begin a new journal when every robot stands still"
+        "the journal knows {kind} `{id}`, which the site does not have: use the journal's own site file (a robot leaves it when it was said to be absent), or begin a new journal when every robot stands still"
     )]
     Unknown {
         /// Area or robot.

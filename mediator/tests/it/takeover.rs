@@ -465,6 +465,36 @@ fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in
 }
 
 #[test]
+fn a_robot_that_is_gone_for_good_may_leave_the_site_file() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[AREA]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[2].1.stands_in = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots, NOW_NS);
+    keep(&mut manager, &mut stored);
+    let mut without = setup();
+    without.robots.pop();
+    let restart = |stored: &Stored| Manager::new(&without, stored, NOW_NS);
+    // It stands there, for all that is known.
+    let error = restart(&stored).expect_err("it is somewhere");
+    assert!(
+        error.to_string().contains("robot `amr-3`") && error.to_string().contains("absent"),
+        "{error}"
+    );
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    manager.tick(now_ns);
+    assert_eq!(manager.absent("amr-3", now_ns), Ok(vec![AREA.to_owned()]));
+    keep(&mut manager, &mut stored);
+    let mut manager = restart(&stored).expect("it is nowhere");
+    robots.pop();
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
+}
+
+#[test]
 fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
     let mut manager = start(&begun(1), 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];

@@ -1,5 +1,7 @@
 //! Areas from the site file and the journal.
 
+use std::collections::BTreeSet;
+
 use coordination::protocol::MergeError;
 
 use super::claim::Claim;
@@ -34,9 +36,9 @@ impl Areas {
             let area = known_area(names, id)?;
             areas.areas[area].closed = Some(record.clone());
         }
+        let gone = gone_for_good(&areas, stored);
         for (id, record) in &stored.robots {
-            if record.session == 0 && names.robot(id).is_none() {
-                // It was awaited, and never came.
+            if gone.contains(id.as_str()) {
                 continue;
             }
             let robot = known_robot(names, id)?;
@@ -49,8 +51,8 @@ impl Areas {
             areas.robots[robot].stands_in = stands_in;
             areas.robots[robot].fsm_state.clone_from(&record.fsm_state);
         }
-        areas.restore_claims(stored, now_ns)?;
-        areas.restore_revocations(stored)?;
+        areas.restore_claims(stored, &gone, now_ns)?;
+        areas.restore_revocations(stored, &gone)?;
         Ok(areas)
     }
 
@@ -71,8 +73,16 @@ impl Areas {
         }
     }
 
-    fn restore_claims(&mut self, stored: &Stored, now_ns: u64) -> Result<(), RestoreError> {
+    fn restore_claims(
+        &mut self,
+        stored: &Stored,
+        gone: &BTreeSet<&str>,
+        now_ns: u64,
+    ) -> Result<(), RestoreError> {
         for ((robot_id, area_id), &record) in &stored.access {
+            if gone.contains(robot_id.as_str()) {
+                continue;
+            }
             let (robot, area) = known_pair(&self.names, robot_id, area_id)?;
             let mut claim = Claim::resume(&self.access, record)
                 .map_err(|error| no_level(robot_id, area_id, "access", error))?;
@@ -91,8 +101,15 @@ impl Areas {
         Ok(())
     }
 
-    fn restore_revocations(&mut self, stored: &Stored) -> Result<(), RestoreError> {
+    fn restore_revocations(
+        &mut self,
+        stored: &Stored,
+        gone: &BTreeSet<&str>,
+    ) -> Result<(), RestoreError> {
         for ((robot_id, area_id), &record) in &stored.revocations {
+            if gone.contains(robot_id.as_str()) {
+                continue;
+            }
             let (robot, area) = known_pair(&self.names, robot_id, area_id)?;
             let revocation = Revocation::resume(&self.revocation, record)
                 .map_err(|error| no_level(robot_id, area_id, "revocation", error))?;
@@ -100,6 +117,21 @@ impl Areas {
         }
         Ok(())
     }
+}
+
+/// Robots that the site does not list any more, and that are nowhere: they were awaited and never came, or were said to be absent.
+fn gone_for_good<'a>(areas: &Areas, stored: &'a Stored) -> BTreeSet<&'a str> {
+    let has = |id: &str| {
+        let mut claims = { stored.access.iter() }.filter(|((robot, _), _)| robot == id);
+        claims.any(|(_, &record)| {
+            Claim::resume(&areas.access, record).is_ok_and(|claim| claim.is_held())
+        })
+    };
+    let robots = { stored.robots.iter() }.filter(|(id, record)| {
+        let nowhere = record.absent && record.stands_in.is_empty() && !has(id);
+        areas.names.robot(id).is_none() && (record.session == 0 || nowhere)
+    });
+    robots.map(|(id, _)| id.as_str()).collect()
 }
 
 fn no_level(robot: &str, area: &str, protocol: &'static str, error: MergeError) -> RestoreError {
