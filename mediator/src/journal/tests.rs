@@ -179,6 +179,35 @@ fn a_file_that_is_no_journal_is_refused() {
     assert!(Store::open(&path, "corridor").is_err());
 }
 
+#[test]
+fn a_file_that_was_cut_off_is_refused_in_words() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.redb");
+    let (store, _) = Store::open(&path, "corridor").expect("opens");
+    store.write(&entries()).expect("writes");
+    drop(store);
+    let whole = std::fs::read(&path).expect("it is there");
+    // Amid its head, after its first page, amid its tables, and all but the last byte.
+    for length in [
+        1,
+        100,
+        4096,
+        whole.len() / 3,
+        whole.len() / 2,
+        whole.len() - 1,
+    ] {
+        std::fs::write(&path, &whole[..length]).expect("written");
+        let error = Store::open(&path, "corridor").expect_err("refused");
+        let text = error.to_string();
+        assert!(
+            matches!(error, StoreError::Store { .. }) && text.contains("if the file is damaged"),
+            "{length}: {text}"
+        );
+    }
+    std::fs::write(&path, &whole).expect("written");
+    Store::open(&path, "corridor").expect("opens again");
+}
+
 /// A disk that can be full.
 #[derive(Clone, Debug, Default)]
 struct Disk {
