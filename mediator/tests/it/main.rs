@@ -16,4 +16,5 @@ mod random;
 mod scripted;
 mod shipped;
 mod sites;
+mod stall;
 mod takeover;

@@ -1,0 +1,283 @@
+//! A disk that takes 50 ms for each write, and then 2 s for one: what robots said meanwhile counts, and what operators gave up does
+//! not. The disk moves the clock.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+use contract::client::{Client, Situation};
+use contract::floor::Floor;
+use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use mediator::journal::Store;
+use mediator::manager::{Manager, Status};
+use mediator::runtime::{Answer, Asked, Asker, Input, Management, Question, Ticket, Waiting};
+use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+const REPORT_NS: u64 = 200_000_000;
+const WRITE_NS: u64 = 50_000_000;
+const STALL_NS: u64 = 2_000_000_000;
+const TICK_NS: u64 = 20_000_000;
+
+#[derive(Clone, Debug, Default)]
+struct Disk {
+    bytes: Arc<Mutex<Vec<u8>>>,
+    now_ns: Arc<AtomicU64>,
+    /// With the next write.
+    stalls: Arc<AtomicBool>,
+}
+
+impl Disk {
+    fn bytes(&self) -> MutexGuard<'_, Vec<u8>> {
+        self.bytes.lock().expect("nobody panics")
+    }
+
+    fn now_ns(&self) -> u64 {
+        self.now_ns.load(Ordering::Relaxed)
+    }
+}
+
+impl redb::StorageBackend for Disk {
+    fn len(&self) -> io::Result<u64> {
+        Ok(self.bytes().len() as u64)
+    }
+
+    fn read(&self, offset: u64, out: &mut [u8]) -> io::Result<()> {
+        let start = usize::try_from(offset).expect("small");
+        out.copy_from_slice(&self.bytes()[start..start + out.len()]);
+        Ok(())
+    }
+
+    fn set_len(&self, length: u64) -> io::Result<()> {
+        let length = usize::try_from(length).expect("small");
+        self.bytes().resize(length, 0);
+        Ok(())
+    }
+
+    fn sync_data(&self) -> io::Result<()> {
+        let stalls = self.stalls.swap(false, Ordering::Relaxed);
+        let takes_ns = if stalls { STALL_NS } else { WRITE_NS };
+        self.now_ns.fetch_add(takes_ns, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn write(&self, offset: u64, data: &[u8]) -> io::Result<()> {
+        let start = usize::try_from(offset).expect("small");
+        self.bytes()[start..start + data.len()].copy_from_slice(data);
+        Ok(())
+    }
+}
+
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<u8>>>);
+
+impl Log {
+    fn text(&self) -> String {
+        let bytes = self.0.lock().expect("nobody panics");
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+}
+
+impl Write for Log {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        self.0.lock().expect("nobody panics").write(line)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+struct Hall {
+    disk: Disk,
+    management: Management,
+    waiting: Waiting,
+    robots: Vec<(Client, Situation)>,
+    /// When robots have reported last.
+    said_ns: u64,
+}
+
+impl Hall {
+    fn new() -> Self {
+        let robot = |id: &str| RobotSetup {
+            id: id.to_owned(),
+            role: "normal".to_owned(),
+            priority: 0,
+            ages_after: 0,
+            starts_in: Vec::new(),
+        };
+        let area = |id: &str| AreaSetup {
+            id: id.to_owned(),
+            capacity: 1,
+        };
+        let setup = Setup {
+            site: "hall".to_owned(),
+            areas: ["gate", "yard"].map(area).to_vec(),
+            robots: ["amr-1", "amr-2", "amr-3"].map(robot).to_vec(),
+            floor: Floor::default(),
+            silent_after: Duration::from_nanos(SILENT_AFTER_NS),
+        };
+        let disk = Disk::default();
+        let (store, stored) = Store::on(disk.clone(), "hall").expect("opens");
+        let manager = Manager::new(&setup, &stored, 0).expect("valid");
+        let waiting = Waiting::new(manager.robot_ids());
+        let management = Management::start(manager, store, BTreeMap::new()).expect("writes");
+        disk.now_ns.fetch_add(ENTERS_NO_MORE_NS, Ordering::Relaxed);
+        let robots = { setup.robots.iter() }.map(|own| {
+            let situation = Situation {
+                located: true,
+                ..Situation::default()
+            };
+            (Client::new(&own.id, "hall", 7), situation)
+        });
+        Self {
+            said_ns: disk.now_ns(),
+            robots: robots.collect(),
+            disk,
+            management,
+            waiting,
+        }
+    }
+
+    /// Robots report five times a second, also while the disk writes.
+    fn robots_report(&mut self) {
+        while self.said_ns + REPORT_NS <= self.disk.now_ns() {
+            self.said_ns += REPORT_NS;
+            for (client, situation) in &mut self.robots {
+                client.step(situation.clone(), self.said_ns, SILENT_AFTER_NS);
+                self.waiting.report(Box::new(client.report()));
+            }
+        }
+    }
+
+    /// One turn, as the program takes it. Returns the robots and sequences of the reports that it has taken in.
+    fn turn(&mut self) -> Vec<(String, u64)> {
+        let inputs: Vec<Input> = std::iter::from_fn(|| self.waiting.take_next()).collect();
+        let reports = inputs.iter().filter_map(|input| match input {
+            Input::Report(own) => Some((own.robot_id.clone(), own.sequence)),
+            Input::Question(_) => None,
+        });
+        let reports = reports.collect();
+        let before_ns = self.disk.now_ns();
+        { self.management.turn(inputs.into_iter(), before_ns) }.expect("it writes");
+        if self.disk.now_ns() == before_ns {
+            self.disk.now_ns.fetch_add(TICK_NS, Ordering::Relaxed);
+        }
+        self.robots_report();
+        let now_ns = self.disk.now_ns();
+        while let Some(message) = self.management.next_message(now_ns) {
+            for (client, _) in &mut self.robots {
+                client.receive(&message, now_ns);
+            }
+        }
+        self.management.answer();
+        reports
+    }
+
+    fn run(&mut self, for_ns: u64) {
+        let until_ns = self.disk.now_ns() + for_ns;
+        while self.disk.now_ns() < until_ns {
+            self.turn();
+        }
+    }
+
+    fn ask(&mut self, question: Question) -> (Ticket, Receiver<Answer>) {
+        let (reply, answer) = channel();
+        let reply = Box::new(move |answer| drop(reply.send(answer)));
+        let asked = Asked::new(question, Asker::default(), reply);
+        let ticket = asked.ticket();
+        assert!(self.waiting.ask(asked));
+        (ticket, answer)
+    }
+
+    fn status(&mut self) -> Status {
+        let (_, answer) = self.ask(Question::Status);
+        self.turn();
+        match answer.try_recv() {
+            Ok(Answer::Status(status)) => *status,
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+fn close(area: &str) -> Question {
+    Question::Close {
+        area: area.to_owned(),
+        why: String::new(),
+    }
+}
+
+#[test]
+fn a_stall_of_the_disk_makes_nobody_silent_and_carries_out_nothing_late() {
+    let log = Log::default();
+    let writer = log.clone();
+    let subscriber = tracing_subscriber::fmt()
+        .with_ansi(false)
+        .with_writer(move || writer.clone())
+        .finish();
+    tracing::subscriber::with_default(subscriber, stall);
+    let text = log.text();
+    // It has stopped reporting when the stall began; the others have not.
+    assert!(text.contains("robot `amr-3` is silent"), "{text}");
+    assert_eq!(text.matches("is silent").count(), 1, "{text}");
+}
+
+fn stall() {
+    let mut hall = Hall::new();
+    hall.run(3_000_000_000);
+    let status = hall.status();
+    assert!(
+        status.awaited.is_empty() && status.robots.iter().all(|own| own.heard),
+        "{status:?}"
+    );
+    hall.robots.pop();
+    hall.robots[0].1.wanted = vec!["gate".to_owned()];
+    // With the request there is something to write.
+    hall.disk.now_ns.fetch_add(REPORT_NS, Ordering::Relaxed);
+    hall.robots_report();
+    hall.disk.stalls.store(true, Ordering::Relaxed);
+    let before_ns = hall.disk.now_ns();
+    hall.turn();
+    let now_ns = hall.disk.now_ns();
+    assert!(now_ns >= before_ns + STALL_NS);
+    // Meanwhile an operator has asked, and gone; another one waits.
+    let (given_up, _) = hall.ask(close("yard"));
+    let (_, answer) = hall.ask(close("gate"));
+    assert!(given_up.give_up());
+    // Of each robot the newest of ten reports is taken in, and its lease is what that was worth.
+    let next = hall
+        .robots
+        .iter()
+        .map(|(client, _)| client.clone().report());
+    let newest: Vec<(String, u64)> = next.map(|own| (own.robot_id, own.sequence - 1)).collect();
+    assert_eq!(hall.turn(), newest);
+    assert!(matches!(answer.try_recv(), Ok(Answer::Done(_))));
+    let status = hall.status();
+    let closed: Vec<bool> = status.areas.iter().map(|area| area.closed).collect();
+    assert_eq!(closed, [true, false]);
+    assert!(status.robots[..2].iter().all(|own| own.heard), "{status:?}");
+    let (_, answer) = hall.ask(Question::Orders);
+    hall.turn();
+    match answer.try_recv() {
+        Ok(Answer::Orders(orders)) => assert_eq!(orders.len(), 1, "{orders:?}"),
+        other => panic!("{other:?}"),
+    }
+    hall.run(SILENT_AFTER_NS);
+    let now_ns = hall.disk.now_ns();
+    let leases = { hall.robots.iter() }.all(|(client, _)| client.has_lease(now_ns));
+    assert!(leases && hall.robots[0].0.is_registered());
+}
+
+#[test]
+fn a_question_that_was_given_up_is_not_carried_out_later() {
+    let mut hall = Hall::new();
+    let (ticket, answer) = hall.ask(close("gate"));
+    assert!(ticket.give_up());
+    assert!(!hall.status().areas[0].closed && answer.try_recv().is_err());
+    // One that is carried out already cannot be given up.
+    let (ticket, answer) = hall.ask(close("gate"));
+    assert!(hall.status().areas[0].closed && !ticket.give_up());
+    assert!(matches!(answer.try_recv(), Ok(Answer::Done(_))));
+}
