@@ -4,7 +4,7 @@
 //! `PREFIX/robots/ID/alive` is the robot's liveliness token, gone when the robot is;
 //! `PREFIX/robots/ID/report` carries [`crate::wire::RobotReport`] to the mediator;
 //! `PREFIX/mediator/to/ID` carries [`crate::wire::MediatorReport`] to one robot;
-//! `PREFIX/mediator/alive` is the mediator's liveliness token.
+//! `PREFIX/mediator/alive` is the mediator's liveliness token, and `PREFIX/mediator/alive/INSTANCE` tells which process it is of.
 //!
 //! Where certificates are asked for, also: `PREFIX/robots/ID/certificate` is asked with
 //! [`crate::wire::CertificateRequest`], and answers [`crate::wire::CertificateAnswer`];
@@ -65,6 +65,31 @@ pub fn to_robot(prefix: &str, robot_id: &str) -> Result<String, InvalidName> {
 pub fn mediator_alive(prefix: &str) -> Result<String, InvalidName> {
     check_prefix(prefix)?;
     Ok(format!("{prefix}/mediator/alive"))
+}
+
+/// Key of the liveliness token by which a mediator's process is told from others: its instance, in 16 hexadecimal digits.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn mediator_instance(prefix: &str, instance: u64) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/mediator/alive/{instance:016x}"))
+}
+
+/// Expression that matches the token of every mediator's process under `prefix`.
+///
+/// # Errors
+/// [`InvalidName`] when the prefix is not a plain path.
+pub fn all_mediator_instances(prefix: &str) -> Result<String, InvalidName> {
+    check_prefix(prefix)?;
+    Ok(format!("{prefix}/mediator/alive/*"))
+}
+
+/// The instance that such a key names.
+#[must_use]
+pub fn instance_in(key: &str) -> Option<u64> {
+    let last = key.rsplit('/').next()?;
+    u64::from_str_radix(last, 16).ok()
 }
 
 /// Key under which a robot asks for its next certificate.
@@ -196,6 +221,14 @@ mod tests {
         assert_eq!(
             mediator_alive("fleet").as_deref(),
             Ok("fleet/mediator/alive")
+        );
+        let token = mediator_instance("fleet", 0xbeef).expect("a plain name");
+        assert_eq!(token, "fleet/mediator/alive/000000000000beef");
+        assert_eq!(instance_in(&token), Some(0xbeef));
+        assert_eq!(instance_in("fleet/mediator/alive"), None);
+        assert_eq!(
+            all_mediator_instances("fleet").as_deref(),
+            Ok("fleet/mediator/alive/*")
         );
         assert_eq!(all_reports("fleet").as_deref(), Ok("fleet/robots/*/report"));
         assert_eq!(to_all_robots("fleet").as_deref(), Ok("fleet/mediator/to/*"));

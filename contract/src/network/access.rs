@@ -10,11 +10,11 @@ use crate::keys::{self, InvalidName};
 pub enum Access {
     /// With the mediator, whatever it says.
     MediatorOnly,
-    /// With these robots and operators, each under keys of its own.
+    /// With these robots and operators, each under keys of its own, and with another mediator of the site.
     Parties {
         /// First part of all keys.
         key_prefix: String,
-        /// Present names of robots and operators.
+        /// Present names of robots and operators, and the mediator's.
         names: Vec<Name>,
     },
 }
@@ -51,7 +51,7 @@ impl Access {
                     match &name.party {
                         Party::Robot(id) => table.allow(name, &robot(key_prefix, id)?),
                         Party::Operator(own) => table.allow(name, &operator(key_prefix, own)?),
-                        Party::Mediator => {}
+                        Party::Mediator => table.allow(name, &other_mediator(key_prefix)?),
                     }
                 }
             }
@@ -102,6 +102,23 @@ fn robot(prefix: &str, id: &str) -> Result<[Rule<'static>; 9], InvalidName> {
             vec![mediator],
         ),
     ])
+}
+
+/// Two mediators of a site see that there are two, and nothing else of each other.
+fn other_mediator(prefix: &str) -> Result<[Rule<'static>; 1], InvalidName> {
+    let alive = [
+        keys::mediator_alive(prefix)?,
+        keys::all_mediator_instances(prefix)?,
+    ];
+    Ok([(
+        &["ingress", "egress"],
+        &[
+            "liveliness_token",
+            "liveliness_query",
+            "declare_liveliness_subscriber",
+        ],
+        alive.to_vec(),
+    )])
 }
 
 /// It hears everything, and asks under its own name.

@@ -158,11 +158,14 @@ impl Snapshot {
             party: Party::Mediator,
             generation: 1,
         };
+        let identity = self.authority.identity(&own, self.registry.days)?;
+        let mut names = self.registry.names();
+        names.push(own);
         Ok(Security {
-            identity: self.authority.identity(&own, self.registry.days)?,
+            identity,
             access: Access::Parties {
                 key_prefix: key_prefix.to_owned(),
-                names: self.registry.names(),
+                names,
             },
         })
     }

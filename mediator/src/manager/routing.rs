@@ -101,6 +101,12 @@ impl Manager {
         self
     }
 
+    /// The number of this process.
+    #[must_use]
+    pub fn instance(&self) -> u64 {
+        self.peers.instance
+    }
+
     /// Another mediator goes on; this one grants nothing.
     #[must_use]
     pub fn stands_by(&self) -> bool {

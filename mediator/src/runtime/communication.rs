@@ -47,6 +47,7 @@ pub(super) fn open(
     folder: &Folder,
     inbox: &Arc<Inbox>,
     shared: &Arc<Shared>,
+    instance: u64,
 ) -> Result<Opened, String> {
     let listener = folder.listen()?;
     let (asked, questions) = channel(QUESTIONS);
@@ -54,6 +55,7 @@ pub(super) fn open(
         inbox: Arc::clone(inbox),
         shared: Arc::clone(shared),
         questions: asked,
+        instance,
     };
     Ok(Opened {
         network: Network::open(&settings, &ears)?,

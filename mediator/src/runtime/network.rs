@@ -15,6 +15,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 use zenoh::query::{Query, Queryable};
+use zenoh::sample::SampleKind;
 
 use super::inbox::Inbox;
 use super::shared::Shared;
@@ -38,6 +39,8 @@ pub(super) struct Ears {
     pub(super) shared: Arc<Shared>,
     /// Questions of operators, and who they are.
     pub(super) questions: Sender<(String, Query)>,
+    /// Of this process.
+    pub(super) instance: u64,
 }
 
 /// An open session, and everything declared on it.
@@ -46,7 +49,8 @@ pub(super) struct Network {
     publishers: HashMap<String, Publisher<'static>>,
     protection: Option<Protection>,
     // In this order they are dropped.
-    _alive: LivelinessToken,
+    _alive: [LivelinessToken; 2],
+    _others: Subscriber<()>,
     _reports: Subscriber<()>,
     _asked: Vec<Queryable<()>>,
     session: zenoh::Session,
@@ -72,7 +76,11 @@ impl Network {
         let text = |error: zenoh::Error| error.to_string();
         let name = |error: keys::InvalidName| error.to_string();
         let prefix = &settings.key_prefix;
-        let alive_key = keys::mediator_alive(prefix).map_err(name)?;
+        let alive_keys = [
+            keys::mediator_alive(prefix).map_err(name)?,
+            keys::mediator_instance(prefix, ears.instance).map_err(name)?,
+        ];
+        let mediators = keys::all_mediator_instances(prefix).map_err(name)?;
         let reports = keys::all_reports(prefix).map_err(name)?;
         let mut network = settings.network.clone();
         let snapshot = { settings.keys.as_ref() }
@@ -121,13 +129,27 @@ impl Network {
                     .map_err(text)?,
             );
         }
-        let alive = { session.liveliness().declare_token(alive_key).wait() }.map_err(text)?;
+        let own = ears.clone();
+        let others = session
+            .liveliness()
+            .declare_subscriber(mediators)
+            .history(true)
+            .callback(move |sample| {
+                let is_there = sample.kind() == SampleKind::Put;
+                own.see_mediator(sample.key_expr().as_str(), is_there);
+            })
+            .wait()
+            .map_err(text)?;
+        let [alive, own] =
+            alive_keys.map(|key| session.liveliness().declare_token(key).wait().map_err(text));
+        let alive = [alive?, own?];
         tracing::info!("fleet network is open, session {}", session.zid());
         Ok(Self {
             key_prefix: prefix.clone(),
             publishers: HashMap::new(),
             protection,
             _alive: alive,
+            _others: others,
             _reports: subscriber,
             _asked: asked,
             session,
@@ -188,6 +210,13 @@ impl Network {
 }
 
 impl Ears {
+    /// A token of a mediator's process has come or gone.
+    fn see_mediator(&self, key: &str, is_there: bool) {
+        if let Some(instance) = keys::instance_in(key).filter(|&own| own != self.instance) {
+            self.shared.note_mediator(instance, is_there);
+        }
+    }
+
     fn hear(&self, key: &str, payload: &zenoh::bytes::ZBytes) {
         let report = if payload.len() > LONGEST_MESSAGE {
             Err(format!("{key} carries {} bytes", payload.len()))

@@ -1,5 +1,6 @@
 //! What both threads share.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -15,7 +16,12 @@ pub struct Shared {
     pub(super) last_no_report: Mutex<String>,
     /// What is wrong with the site's keys, as it was said last.
     keys: Mutex<String>,
+    /// Other mediators that are there.
+    mediators: Mutex<BTreeSet<u64>>,
 }
+
+/// At most so many other mediators are remembered, and told of.
+const MEDIATORS: usize = 16;
 
 impl Shared {
     pub(super) fn new() -> Self {
@@ -26,6 +32,7 @@ impl Shared {
             no_reports: AtomicU64::new(0),
             last_no_report: Mutex::new(String::new()),
             keys: Mutex::new(String::new()),
+            mediators: Mutex::new(BTreeSet::new()),
         }
     }
 
@@ -43,6 +50,23 @@ impl Shared {
         { self.keys.lock() }
             .unwrap_or_else(PoisonError::into_inner)
             .clear();
+    }
+
+    /// Another mediator has come to the network, or has gone: says so once.
+    pub(super) fn note_mediator(&self, instance: u64, is_there: bool) {
+        let mut mediators = self
+            .mediators
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if !is_there {
+            if mediators.remove(&instance) {
+                tracing::info!("the other mediator, {instance:016x}, is gone");
+            }
+        } else if mediators.len() < MEDIATORS && mediators.insert(instance) {
+            tracing::error!(
+                "another mediator, {instance:016x}, is on this network: robots follow one of the two, and the other is to stand by; end the wrong one"
+            );
+        }
     }
 
     /// Nanoseconds since the start; nobody else's clock is ever compared with it.

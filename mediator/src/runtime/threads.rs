@@ -37,7 +37,7 @@ impl Runtime {
         let shared = Arc::new(Shared::new());
         let inbox = Arc::new(Inbox::new(Waiting::new(manager.robot_ids())));
         let (outbox, outputs) = tokio::sync::mpsc::channel(OUTPUTS);
-        let opened = communication::open(settings, folder, &inbox, &shared)?;
+        let opened = communication::open(settings, folder, &inbox, &shared, manager.instance())?;
         let spawn = |name: &str| std::thread::Builder::new().name(name.to_owned());
         let management = {
             let (shared, inbox) = (Arc::clone(&shared), Arc::clone(&inbox));

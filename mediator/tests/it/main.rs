@@ -8,6 +8,7 @@ mod flood;
 mod growth;
 mod kills;
 mod lanes;
+mod liveliness;
 mod model;
 mod plans;
 mod privacy;

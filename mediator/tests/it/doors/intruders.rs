@@ -66,7 +66,12 @@ fn a_robot_neither_hears_nor_speaks_for_nor_commands_another() {
         let theirs = listen(&thief, &format!("{PREFIX}/mediator/to/amr-0"));
         let reports = listen(&thief, &format!("{PREFIX}/robots/*/report"));
         let own = listen(&thief, &format!("{PREFIX}/mediator/to/amr-1"));
-        let _tokens: Vec<_> = [keys::mediator_alive(PREFIX), keys::alive(PREFIX, "amr-0")]
+        let tokens = [
+            keys::mediator_alive(PREFIX),
+            keys::mediator_instance(PREFIX, 7),
+            keys::alive(PREFIX, "amr-0"),
+        ];
+        let _tokens: Vec<_> = tokens
             .map(|key| {
                 let token = thief.liveliness().declare_token(key.expect("a plain name"));
                 token.wait().expect("declared")
@@ -102,6 +107,8 @@ fn a_robot_neither_hears_nor_speaks_for_nor_commands_another() {
                 .count();
             assert_eq!(answered, 0, "{mode}");
         }
+        let log = hall.program.log();
+        assert!(!log.contains("another mediator"), "{log}");
         let count = |heard: &AtomicU64| heard.load(Ordering::Relaxed);
         assert!(
             count(&own) > 0,
