@@ -1,6 +1,6 @@
 //! `mediator keys`: who is who on a site's network.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -31,6 +31,9 @@ pub(super) enum Command {
         /// Folder for ROBOT.pem
         #[arg(long, value_name = "DIR", default_value = ".")]
         out: PathBuf,
+        /// Put the file in the place of one that is there, as for a robot that was off until its certificate had ended
+        #[arg(long)]
+        replace: bool,
     },
     /// Make the file with which somebody may ask and order the mediator from afar
     Operator {
@@ -41,6 +44,9 @@ pub(super) enum Command {
         /// Folder for NAME.pem
         #[arg(long, value_name = "DIR", default_value = ".")]
         out: PathBuf,
+        /// Put the file in the place of one that is there, as each time that it has ended
+        #[arg(long)]
+        replace: bool,
     },
     /// Make all certificates worthless that a robot or an operator has got so far; a running mediator cuts it off within a second
     Revoke {
@@ -89,7 +95,12 @@ pub(super) fn run(command: Command) -> Result<(), Failure> {
                 keys.folder().display()
             ));
         }
-        Command::Robot { robots, place, out } => {
+        Command::Robot {
+            robots,
+            place,
+            out,
+            replace,
+        } => {
             let site = load_site(&place.site)?;
             for id in &robots {
                 if !site.robots.contains_key(id) {
@@ -107,14 +118,20 @@ pub(super) fn run(command: Command) -> Result<(), Failure> {
                     &keys,
                     Party::Robot(id.clone()),
                     &out.join(format!("{id}.pem")),
+                    replace,
                 )?;
             }
         }
-        Command::Operator { name, place, out } => {
+        Command::Operator {
+            name,
+            place,
+            out,
+            replace,
+        } => {
             let site = load_site(&place.site)?;
             let keys = keys(place.keys, &site.name);
             let path = out.join(format!("{name}.pem"));
-            hand_out(&keys, Party::Operator(name), &path)?;
+            hand_out(&keys, Party::Operator(name), &path, replace)?;
         }
         Command::Revoke { whose, place } => {
             let site = load_site(&place.site)?;
@@ -151,12 +168,34 @@ fn keys(folder: Option<PathBuf>, site: &str) -> Keys {
     Keys::new(folder.unwrap_or_else(|| Folder::default_keys(site)))
 }
 
-/// Makes an identity and writes its file, which must not be there yet.
-fn hand_out(keys: &Keys, party: Party, path: &Path) -> Result<(), Failure> {
+/// Makes an identity and writes its file, which must not be there yet unless it is to be replaced.
+fn hand_out(keys: &Keys, party: Party, path: &Path, replace: bool) -> Result<(), Failure> {
+    let cannot = |error: std::io::Error| {
+        let hint = match error.kind() {
+            ErrorKind::AlreadyExists => "; --replace puts the new one in its place",
+            _ => "",
+        };
+        Failure::Refused(format!(
+            "{} cannot be written: {error}{hint}",
+            path.display()
+        ))
+    };
+    if !replace && path.symlink_metadata().is_ok() {
+        return Err(cannot(ErrorKind::AlreadyExists.into()));
+    }
     let identity: Identity = keys.issue(party).map_err(Failure::Refused)?;
-    write_new(path, &identity.to_pem()).map_err(|error| {
-        Failure::Refused(format!("{} cannot be written: {error}", path.display()))
-    })?;
+    let text = identity.to_pem();
+    if replace {
+        // All of the new one or all of the old one is there at any moment.
+        let next = path.with_extension("pem.new");
+        // One that was left behind is worth nothing.
+        let _ = std::fs::remove_file(&next);
+        write_new(&next, &text)
+            .and_then(|()| std::fs::rename(&next, path))
+            .map_err(cannot)?;
+    } else {
+        write_new(path, &text).map_err(cannot)?;
+    }
     say(&format!("{}: {}", path.display(), identity.name()));
     Ok(())
 }

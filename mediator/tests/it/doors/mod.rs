@@ -5,9 +5,10 @@ mod intruders;
 mod operators;
 mod renewals;
 
+use std::os::unix::fs::PermissionsExt;
 use std::time::Duration;
 
-use contract::network::{NetworkSettings, Party};
+use contract::network::{Identity, NetworkSettings, Party};
 
 use crate::program::Program;
 use hall::{Hall, Robot, operator, robot};
@@ -71,6 +72,44 @@ fn an_open_network_takes_a_word() {
     assert_eq!(code, Some(0), "{text}");
     let text = refused(&["--listen", "tcp/127.0.0.1:0", "--keys", &keys]);
     assert!(text.contains("tls/"), "{text}");
+}
+
+#[test]
+fn the_next_file_of_an_operator_takes_the_place_of_the_last_one_only_when_it_is_told_to() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = Program::new(folder.path(), &hall::site(), Vec::new());
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (site, keys, out) = (
+        program.site_file().display().to_string(),
+        path("keys"),
+        path(""),
+    );
+    let make = |arguments: &[&str]| {
+        let place = ["--site", &site, "--keys", &keys];
+        Program::command(&[&["keys"], arguments, &place[..]].concat())
+    };
+    assert_eq!(make(&["site"]).0, Some(0));
+    let file = || std::fs::read_to_string(folder.path().join("anna.pem")).expect("it is there");
+    let operator = ["operator", "anna", "--out", &out];
+    assert_eq!(make(&operator).0, Some(0));
+    let first = file();
+    let (code, text) = make(&operator);
+    assert!(
+        code == Some(2) && text.contains("--replace"),
+        "{code:?} {text}"
+    );
+    assert_eq!(file(), first);
+    let (code, text) = make(&[&operator[..], &["--replace"]].concat());
+    assert_eq!(code, Some(0), "{text}");
+    let next = file();
+    assert_ne!(next, first);
+    assert!(Identity::parse(&next).is_ok());
+    let mode = folder.path().join("anna.pem").metadata();
+    assert_eq!(
+        mode.expect("it is there").permissions().mode() & 0o777,
+        0o600
+    );
+    assert!(!folder.path().join("anna.pem.new").exists());
 }
 
 #[test]
