@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from ..checks import Failed
 from ..fleet import Fleet, at_progress, found, holds
-from ..played_robot import Claim
+from ..played_robot import Claim, PlayedRobot
 from . import SUITE
 
 EMPTIED = "After the last flag of a run its reader empties the array: the next run begins with progress 0."
@@ -111,6 +111,28 @@ def waits_for(fleet: Fleet) -> None:
     fleet.granted(second, area)
     if any(entry.area == area and entry.waits_for for entry in second.messages[-1].message.access):
         raise Failed("an empty waits_for once it is granted", found(second))
+
+
+@SUITE.check("place", "`place` says how many come first: 1 is served next, as soon as the area has room and nobody holds it back.",
+             needs=["3 robots"])
+def place(fleet: Fleet) -> None:
+    """Of two that wait for an area the first to ask has place 1, the other 2; once the first has it, its place is 0, the other's 1."""
+    holder, first, second = fleet.robots[:3]
+    area, = fleet.areas(1)
+    fleet.obtain(holder, area)
+
+    def comes(robot: PlayedRobot, number: int) -> None:
+        fleet.expect(robot, fleet.soon_s, lambda heard: any(entry.area == area and entry.place == number for entry in heard.message.access),
+                     f"place {number} of {robot.robot_id} for {area}")
+
+    first.request(area)
+    comes(first, 1)
+    second.request(area)
+    comes(second, 2)
+    holder.give_back(area)
+    fleet.granted(first, area)
+    comes(first, 0)
+    comes(second, 1)
 
 
 @SUITE.check("asked-again", "Only then may the next first flag be set.")

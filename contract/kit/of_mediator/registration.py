@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import time
 
@@ -194,6 +195,20 @@ def alive_token(fleet: Fleet) -> None:
     key = f"{fleet.settings.prefix}/mediator/alive"
     if not fleet.network.is_alive(key):
         raise Failed(f"a token {key}", "none")
+
+
+@SUITE.check("factsheet-counts", "`factsheet`, in its reports until the mediator has one of them")
+def factsheet_counts(fleet: Fleet) -> None:
+    """A report with a factsheet counts like any other, whatever is in it: a long text, a number that is none."""
+    robot = fleet.robots[0]
+    with robot.lock:
+        robot.speaks = False
+        report = robot.report()
+        report.factsheet.manufacturer, report.factsheet.model = "somebody", "x" * 5000
+        report.factsheet.front_m, report.factsheet.max_speed_m_s = math.nan, math.inf
+        robot.network.put(robot.key, report.SerializeToString())
+    fleet.expect(robot, fleet.soon_s, lambda heard: heard.message.robot_sequence >= report.sequence, f"robot_sequence {report.sequence}")
+    robot.speaks = True
 
 
 @SUITE.check("take-up", "answers carry in `take_up` the state of its machine as the mediator knows it, and the pose if this process of the "

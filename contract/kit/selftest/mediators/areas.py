@@ -133,6 +133,15 @@ class NeverSaysWhy(Relay):
         return message
 
 
+class EveryoneIsNext(Relay):
+    """It tells everybody who waits that nobody comes first."""
+
+    def down(self, message: Any) -> Any:
+        for one in message.access:
+            one.place = min(one.place, 1)
+        return message
+
+
 class BelievesGrants(Relay):
     """It takes a robot's word for it that it was granted an area."""
 

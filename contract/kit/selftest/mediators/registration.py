@@ -20,6 +20,13 @@ class ServesAnyVersion(Relay):
         return report
 
 
+class DeafToFactsheets(Relay):
+    """It does not take in reports that say what kind of robot it is."""
+
+    def up(self, report: Any) -> Any:
+        return None if report.HasField("factsheet") else report
+
+
 class RefusesLaterMinor(Relay):
     """It refuses robots of a later minor version."""
 
