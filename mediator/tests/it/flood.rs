@@ -20,6 +20,11 @@ const REPORT: Duration = Duration::from_millis(200);
 /// How long each kind of nonsense goes on.
 const LASTS: Duration = Duration::from_millis(1500);
 const HUGE: usize = 100 << 20;
+const RATE_PER_S: f64 = 5_000.0;
+/// A busy machine reaches at least that.
+const LEAST_PER_S: f64 = 500.0;
+/// Names that the site does not list.
+const STRANGERS: u64 = 10_000;
 
 fn site() -> Site {
     Site {
@@ -120,21 +125,38 @@ fn send(session: &zenoh::Session, robot: &str, bytes: Vec<u8>) {
     put.wait().expect("the session is open");
 }
 
-/// Calls `nonsense` with growing numbers for a while, some thousand times a second.
-fn flood(mut nonsense: impl FnMut(u64)) -> u64 {
+/// Calls `nonsense` with growing numbers for this time, and until it was called so often: [`RATE_PER_S`] times a second, or as often as
+/// this machine can. Returns how often.
+fn flood(lasts: Duration, at_least: u64, mut nonsense: impl FnMut(u64)) -> u64 {
     let (begun, mut number) = (Instant::now(), 0);
-    while begun.elapsed() < LASTS {
-        for _ in 0..10 {
-            number += 1;
-            nonsense(number);
+    while begun.elapsed() < lasts || number < at_least {
+        let due = begun.elapsed().as_secs_f64() * RATE_PER_S;
+        if number as f64 >= due {
+            std::thread::sleep(Duration::from_millis(1));
+            continue;
         }
-        std::thread::sleep(Duration::from_millis(1));
+        number += 1;
+        nonsense(number);
     }
+    let rate_per_s = number as f64 / begun.elapsed().as_secs_f64();
+    println!("{rate_per_s:.0} a second, {number} in all");
     number
 }
 
 #[test]
 fn honest_robots_notice_nothing_of_nonsense() {
+    withstand(LASTS);
+}
+
+/// `cargo test -p mediator --test it -- --ignored --nocapture minute`
+#[test]
+#[ignore = "takes a minute; prints memory and log before and after"]
+fn honest_robots_notice_nothing_of_a_minute_of_malformed_bytes() {
+    withstand(Duration::from_secs(60));
+}
+
+/// Malformed bytes for this time, then strangers, then liars, then one huge message.
+fn withstand(malformed_lasts: Duration) {
     let folder = tempfile::tempdir().expect("a folder");
     let site = site();
     let (honest, honest_at) = session(&[]);
@@ -150,13 +172,18 @@ fn honest_robots_notice_nothing_of_nonsense() {
             honest
         });
         std::thread::sleep(Duration::from_secs(3));
-        let before_mib = program.rss_mib();
+        let before = (program.rss_mib(), program.log().len());
         let mut random = Random::new(1);
-        let mut sent = flood(|_| {
+        let malformed = flood(malformed_lasts, 0, |_| {
             let bytes = (0..64).map(|_| random.next() as u8).collect();
             send(&other, "amr-0", bytes);
         });
-        sent += flood(|number| {
+        let after = (program.rss_mib(), program.log().len());
+        println!(
+            "malformed bytes: {:.1} MiB and {} bytes of log before, {:.1} MiB and {} bytes after",
+            before.0, before.1, after.0, after.1
+        );
+        let strangers = flood(LASTS, STRANGERS, |number| {
             let robot_id = format!("stranger-{number}");
             let report = RobotReport {
                 robot_id: robot_id.clone(),
@@ -167,7 +194,7 @@ fn honest_robots_notice_nothing_of_nonsense() {
             };
             send(&other, &robot_id, report.encode_to_vec());
         });
-        sent += flood(|number| {
+        let liars = flood(LASTS, 0, |number| {
             let report = RobotReport {
                 robot_id: "amr-1".into(),
                 site: "rooms".into(),
@@ -178,14 +205,17 @@ fn honest_robots_notice_nothing_of_nonsense() {
             };
             send(&other, "amr-1", report.encode_to_vec());
         });
-        assert!(sent > 2_000, "{sent}");
+        let least = malformed_lasts.as_secs_f64() * LEAST_PER_S;
+        assert!(malformed as f64 > least, "{malformed}");
+        assert!(strangers >= STRANGERS && liars as f64 > LASTS.as_secs_f64() * LEAST_PER_S);
+        let sent = malformed + strangers + liars;
         let key = keys::report(PREFIX, "amr-0").expect("a plain name");
         let huge = other
             .put(key, vec![0; HUGE])
             .congestion_control(CongestionControl::Block);
         huge.wait().expect("the session is open");
         std::thread::sleep(Duration::from_secs(1));
-        let grown_mib = program.rss_mib() - before_mib;
+        let grown_mib = program.rss_mib() - before.0;
         end.store(true, Ordering::Relaxed);
         let honest = robots.join().expect("it ran");
         let log = program.log();
