@@ -82,13 +82,24 @@ impl Bench {
 
     /// It stands where the site has it start, and was just switched on.
     pub fn standing() -> Self {
+        Self::standing_with(&[])
+    }
+
+    /// The same with these keys of its files.
+    pub fn standing_with(set: &[&str]) -> Self {
         let start = |plan: &Plan| start_pose(&plan.site, ROBOT).expect("the site knows it");
-        Self::with(&files(Vec::new()), Fleet::Alone, start, &[])
+        let set = set.iter().map(|&one| one.to_owned()).collect();
+        Self::with(&files(set), Fleet::Alone, start, &[])
     }
 
     /// It drives, from where the site has it start.
     pub fn driving() -> Self {
-        let mut bench = Self::standing();
+        Self::driving_with(&[])
+    }
+
+    /// The same with these keys of its files.
+    pub fn driving_with(set: &[&str]) -> Self {
+        let mut bench = Self::standing_with(set);
         bench.until_driving();
         bench
     }

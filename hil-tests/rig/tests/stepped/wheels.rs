@@ -1,6 +1,6 @@
 //! Wheels that do not do what they are told, or are pulled elsewhere.
 
-use onboard::process::ctl::Request;
+use onboard::process::ctl::{Done, Refusal, Request};
 use onboard::symbols::faults::Fault;
 use sim::world::Mechanics;
 
@@ -195,4 +195,54 @@ fn a_drive_that_has_been_on_for_days_is_driven_as_well_as_a_new_one() {
     }
     let [new_m, old_m] = off_m;
     assert!(old_m < new_m + 0.01, "{new_m} {old_m}");
+}
+
+/// Emergency bits take the motors' power, which is no emergency stop that somebody has pressed.
+#[test]
+fn a_drive_that_stops_by_itself_is_reset_like_any_other() {
+    let reversed = Mechanics {
+        reversed: [true, true],
+        ..Mechanics::default()
+    };
+    let weak = Mechanics {
+        braking_m_s2: 0.5,
+        ..Mechanics::default()
+    };
+    for (mechanics, comes) in [(reversed, Request::Resume), (weak, Request::Stop)] {
+        let mut bench = Bench::driving_with(&["drive.emergency_bits=true"]);
+        if comes == Request::Resume {
+            bench.ask(Request::Pause);
+            bench.until_standing(2.0);
+        } else {
+            bench.drives_for(2.0);
+        }
+        wear(&bench, mechanics);
+        let before = bench.truth();
+        bench.ask(comes);
+        bench.until_raised(Fault::WheelsDisobey, 3.0);
+        assert!(bench.devices.drive_faults().statistics().emergency > 0);
+        bench.until_standing(1.0);
+        // It coasts: the simulated drive gives its motors no power while these bits are set.
+        let (v_m_s, coasts_m_s2) = (
+            before.twist.v_m_s.max(0.1),
+            bench.plan.robot.drive.unpowered_deceleration_m_s2,
+        );
+        let most_m = v_m_s * 0.3 + v_m_s.powi(2) / (2.0 * coasts_m_s2);
+        let way_m = bench.truth().distance_m - before.distance_m;
+        assert!(way_m < most_m, "{way_m} m, expected at most {most_m}");
+        bench.stands_for(3.0);
+        assert_eq!(bench.raised(Fault::MotorsOff), 0);
+        wear(&bench, Mechanics::default());
+        // A button that is pressed is still found, once the drive is told to power its motors again.
+        bench.devices.drive_faults().set_emergency_stop(true);
+        let (reply, _) = bench.answer_to(Request::Reset);
+        let pressed = Refusal::Remaining(vec![Fault::MotorsOff]);
+        assert_eq!(reply, Err(pressed));
+        bench.devices.drive_faults().set_emergency_stop(false);
+        bench.stands_for(1.0);
+        assert_eq!(bench.answer_to(Request::Reset).0, Ok(Done::Reset));
+        bench.until_driving();
+        assert!(!bench.has(Fault::WheelsDisobey));
+        bench.finish();
+    }
 }

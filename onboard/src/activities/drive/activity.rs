@@ -159,7 +159,8 @@ impl Drive {
         let mut bytes = [0; kelo::INPUTS_BYTES];
         bus.exchange(&outputs, &mut bytes, now_ns + self.settings.deadline_ns)?;
         self.inputs = Inputs::from_bytes(&bytes);
-        self.health.told_to_power = enabled;
+        // Emergency bits take the motors' power: that it is gone then is no emergency stop.
+        self.health.told_to_power = matches!(setpoint, Setpoint::Speeds { .. });
         self.status.sent_left_rad_s = speeds.left_rad_s;
         self.status.sent_right_rad_s = speeds.right_rad_s;
         Ok(())
