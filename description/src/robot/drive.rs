@@ -74,8 +74,8 @@ section! {
         pub setpoint_timeout_ms: u32 as TIMEOUT_MS => 50,
         /// Longest gap of lost frames that is bridged by holding the last setpoint.
         pub hold_ms: u32 as TIMEOUT_MS => 20,
-        /// Automatic bring-ups within a minute; one more needs an operator.
-        pub bringups_per_minute: u32 as Count::new("a count", 0, 60) => 3,
+        /// Bring-ups of a lost bus within a minute, attempts in vain included; one more needs an operator.
+        pub bringups_per_minute: u32 as Count::new("a count", 1, 16) => 3,
         /// How far a wheel's rim may move within a second beyond what the wheel was told, before the robot stops until an
         /// operator has looked.
         pub following_error_m: f64 as Quantity::new("a length", "m").above(0.0).at_most(0.5) => 0.02,

@@ -35,6 +35,20 @@ impl Bus {
         expected: &Expectation,
         options: BringUpOptions,
     ) -> Result<Bus, BringUpError> {
+        Self::bring_up_noting(link, expected, options, &mut false)
+    }
+
+    /// As [`Bus::bring_up`]; and whether it succeeds or not, `lost_power` becomes true if the SubDevice is found to have lost its
+    /// power since the last bring-up. It has an address when this one fails, so that only the caller can still know then.
+    ///
+    /// # Errors
+    /// As [`Bus::bring_up`].
+    pub fn bring_up_noting(
+        link: Box<dyn Link>,
+        expected: &Expectation,
+        options: BringUpOptions,
+        lost_power: &mut bool,
+    ) -> Result<Bus, BringUpError> {
         let channel = Channel::take().ok_or(BringUpError::TooManyBuses)?;
         let pump = Pump::new(link);
         let mut steps = Steps {
@@ -45,6 +59,7 @@ impl Bus {
         };
         steps.count()?;
         let had_address = steps.has_address()?;
+        *lost_power |= !had_address;
         let group = steps.initialise()?;
         let identity = FoundSubDevice {
             had_address,

@@ -72,11 +72,10 @@ pub fn compose(
     let symbols = wiring.symbols;
     let beginning = Beginning::of(plan, left, log)?;
     let navigator = &beginning.navigator;
-    let machine = navigator.machine().clone();
+    let (machine, goes_on) = (navigator.machine().clone(), beginning.left.is_some());
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
-    let began = beginning.began(began);
-    let membership = membership(plan, navigator, (boot_epoch, began), &alarm);
-    let (navigation_end, membership) = membership.unzip();
+    let known = (boot_epoch, beginning.began(began));
+    let (navigation_end, membership) = membership(plan, navigator, known, &alarm).unzip();
     let mut activities = compose_chain(
         plan,
         beginning,
@@ -90,6 +89,7 @@ pub fn compose(
         (symbols.drive, symbols.lidar),
         &mut ports,
         Devices::of(plan)?,
+        goes_on,
         &scan_wake,
         log,
     )?);
@@ -266,7 +266,7 @@ impl Devices {
     }
 }
 
-/// Composes the activities of the drive and the lidar. `scan_wake` wakes the thread that waits for scans.
+/// Composes the activities of the drive and the lidar, of a robot that `goes_on` from another process's checkpoint, or not.
 ///
 /// # Errors
 /// [`PlanError`] when a part cannot be built.
@@ -275,6 +275,7 @@ pub fn compose_devices(
     symbols: (DriveSymbols, LidarSymbols),
     ports: &mut Vec<(ActivityKind, Port)>,
     devices: Devices,
+    goes_on: bool,
     scan_wake: &Wake,
     log: &LogSender,
 ) -> Result<Named, PlanError> {
@@ -284,7 +285,8 @@ pub fn compose_devices(
         symbols.0,
         devices.bus,
         log.clone(),
-    );
+    )
+    .going_on(goes_on);
     let lidar = Lidar::new(
         port(ports, ActivityKind::Lidar),
         plan.lidar_settings()?,

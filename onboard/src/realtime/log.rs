@@ -101,12 +101,6 @@ impl Complaints {
     pub fn forget(&mut self) {
         self.last.clear();
     }
-
-    /// Whether nothing failed since it last succeeded.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.last.is_empty()
-    }
 }
 
 impl LogDrain {

@@ -57,7 +57,7 @@ faults! {
     BusLost = 1, "bus-lost", ByItself,
         "the EtherCAT bus is lost: outputs are off and the bus is brought up again; check cable and power of the drive";
     BringUpLimit = 2, "bring-up-limit", Operator,
-        "the bus was lost too often in a minute; find the cause, then run `onboard ctl reset`";
+        "the bus had to be brought up too often in a minute, attempts in vain included; find the cause, then run `onboard ctl reset`";
     BusVoltage = 3, "bus-voltage", Operator,
         "the drive's bus voltage is outside its limits; charge or check the battery, then run `onboard ctl reset`";
     DriveFault = 4, "drive-fault", Operator,

@@ -135,7 +135,7 @@ impl SteppedRobot {
         let beginning = Beginning::of(plan, left.place.as_deref(), &log);
         let beginning = beginning.map_err(Failure::refused)?;
         let (navigator, began) = (&beginning.navigator, beginning.began(began));
-        let machine = navigator.machine().clone();
+        let (machine, goes_on) = (navigator.machine().clone(), beginning.left.is_some());
         let (navigation_end, membership, open_session, leave) = match fleet {
             Fleet::Network(open_session) => {
                 let own = membership(plan, navigator, (boot_epoch, began), &alarm);
@@ -160,7 +160,7 @@ impl SteppedRobot {
         .map_err(Failure::refused)?;
         let ends = (symbols.drive, symbols.lidar);
         let ways = devices.ways(plan, clock_of)?;
-        let with_devices = compose_devices(plan, ends, &mut ports, ways, &scan_wake, &log);
+        let with_devices = compose_devices(plan, ends, &mut ports, ways, goes_on, &scan_wake, &log);
         activities.extend(with_devices.map_err(Failure::refused)?);
         if let Some((open_session, symbols)) = open_session {
             let communication = compose_communication(

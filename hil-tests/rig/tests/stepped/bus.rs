@@ -96,6 +96,63 @@ fn a_cable_that_was_loose_for_a_moment_stops_it_for_a_moment() {
     bench.finish();
 }
 
+/// The first bring-up gives the drive its address, which is how the next one would know that it never lost its power.
+#[test]
+fn a_loss_of_power_is_remembered_by_bring_ups_that_fail() {
+    /// So long a frame is sent again and again until a bring-up gives up, and then some.
+    const GIVES_UP: Duration = Duration::from_millis(250);
+    let mut forgotten = Vec::new();
+    for moment_ms in [1, 10, 20, 30, 40, 50, 60] {
+        let mut bench = Bench::driving();
+        let faults = bench.devices.bus_faults().clone();
+        faults.power_off(0);
+        faults.power_on(0);
+        bench.watch(f64::from(moment_ms) * 1e-3);
+        faults.lose_frames_for(GIVES_UP);
+        bench.until_standing(2.0);
+        bench.watch(2.0);
+        if !bench.has(Fault::DriveReturned) {
+            forgotten.push(moment_ms);
+            continue;
+        }
+        bench.stands_for(3.0);
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        bench.drives_for(2.0);
+        // Its encoders count from zero again, which is no motion.
+        let (truth, believed) = (bench.truth().pose, bench.belief().pose);
+        let off_m = (truth.x_m - believed.x_m).hypot(truth.y_m - believed.y_m);
+        assert!(off_m < 0.05, "{moment_ms} ms: {off_m}");
+        bench.finish();
+    }
+    assert!(forgotten.is_empty(), "after {forgotten:?} ms");
+}
+
+#[test]
+fn bring_ups_that_fail_count_and_the_bus_is_up_when_an_operator_comes() {
+    let mut bench = Bench::driving();
+    let faults = bench.devices.bus_faults().clone();
+    // Each time one attempt fails and the next one is good: three in a minute are allowed.
+    for time in 1..=2 {
+        faults.disappear(0);
+        bench.watch(0.3);
+        faults.reappear(0);
+        if time == 1 {
+            bench.until_driving();
+            assert!(!bench.has(Fault::BringUpLimit));
+        }
+    }
+    bench.until_raised(Fault::BringUpLimit, 2.0);
+    bench.until("the bus is up", 2.0, |bench| !bench.has(Fault::BusLost));
+    assert_eq!(bench.raised(Fault::DriveReturned), 0);
+    bench.until_standing(1.0);
+    bench.stands_for(70.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    assert!(!bench.has(Fault::BringUpLimit));
+    bench.finish();
+}
+
 /// Motors are off until the bus is up again, which may be sooner than wheels come to rest; then it speeds up from
 /// standing, and never jumps to the speed it had.
 fn stops_and_drives_on(bench: &mut Bench) {

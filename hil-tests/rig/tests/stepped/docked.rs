@@ -24,8 +24,8 @@ fn raised(robot: &RobotSummary, fault: &str) -> u64 {
     faults.find(|own| own.0 == fault).map_or(0, |own| own.1)
 }
 
-/// It says what it needs, and drives on when it has it: where it is, after its computer was switched off; or what is behind it, after
-/// its drive was, which has not counted the wheels' turns meanwhile.
+/// It says what it needs, and drives on when it has it: where it is, after its computer was switched off; or, after its drive was,
+/// that it may drive at all, and what is behind it, since nobody has counted the wheels' turns meanwhile.
 #[test]
 fn a_robot_that_starts_again_in_the_dock_asks_for_what_it_cannot_know() {
     let docking = crate::scenario("docking").with_at_most(1);
@@ -40,19 +40,23 @@ fn a_robot_that_starts_again_in_the_dock_asks_for_what_it_cannot_know() {
         let at_s = entered_s + STANDS_S;
         let (faults, asks) = if number % 2 == 0 {
             let faults = vec![fault("reboot-robot", &robot.id, at_s, 3.0)];
-            (faults, (1, 0))
+            (faults, (1, 0, 0))
         } else {
             let faults = vec![
                 fault("kill-robot", &robot.id, at_s, 3.0),
                 fault("cut-power", &robot.id, at_s, 2.0),
             ];
-            (faults, (0, 1))
+            (faults, (0, 0, 1))
         };
         let summary = run(docking.clone(), &faults, 1);
         let own = &summary.robots[number];
         let what = format!("{}: {:?}", robot.id, own.faults);
         assert!(summary.passed(), "{what}: {}", summary.reason());
-        let asked = (raised(own, "place-unknown"), raised(own, "floor-unknown"));
+        let asked = (
+            raised(own, "place-unknown"),
+            raised(own, "floor-unknown"),
+            raised(own, "drive-returned"),
+        );
         assert_eq!((asked, own.resets), (asks, 1), "{what}");
     }
 }
@@ -70,5 +74,23 @@ fn a_robot_that_has_lost_its_place_waits_to_be_told() {
         assert_eq!(raised(own, "place-unknown"), 1, "{own:?}");
         assert_eq!(raised(own, "pose-uncertain"), 0, "{own:?}");
         assert_eq!(own.resets, 1, "{own:?}");
+    }
+}
+
+/// The button that takes the drive's supply as well, while the process is gone: whoever releases it starts no robot.
+#[test]
+fn a_robot_that_restarts_beside_a_released_button_waits_for_an_operator() {
+    for (seed, restarts_s, released_s) in [(1, 0.5, 0.3), (2, 0.5, 1.5), (3, 3.0, 2.0)] {
+        let mut lap = crate::scenario("lap").with_at_most(1);
+        lap.standstill_s = 60.0;
+        let faults = [
+            fault("kill-robot", "amr-1", 8.0, restarts_s),
+            fault("cut-power", "amr-1", 8.0, released_s),
+        ];
+        let summary = run(lap, &faults, seed);
+        assert!(summary.passed(), "seed {seed}: {}", summary.reason());
+        let own = &summary.robots[0];
+        assert_eq!(raised(own, "drive-returned"), 1, "{own:?}");
+        assert!(own.resets >= 1, "{own:?}");
     }
 }

@@ -50,6 +50,10 @@ pub struct Drive {
     pub(super) answered_ns: u64,
     /// Since when there has been no drive to bring up for the first time.
     pub(super) sought_ns: Option<u64>,
+    /// The robot goes on from where another process has left it: only a drive that kept its power, and is there at once, may follow.
+    pub(super) goes_on: bool,
+    /// A bring-up since the bus was up last has found the drive without its address: it had no power meanwhile.
+    pub(super) lost_power: bool,
     pub(super) lost_since_ns: u64,
     pub(super) limits: SetpointLimits,
     pub(super) counted: BusCounters,
@@ -100,6 +104,8 @@ impl Drive {
             encoder_epoch: 0,
             answered_ns: 0,
             sought_ns: None,
+            goes_on: false,
+            lost_power: false,
             lost_since_ns: 0,
             limits,
             counted: BusCounters::default(),
@@ -113,6 +119,13 @@ impl Drive {
             complaints: Complaints::default(),
             panicked_ns: 0,
         }
+    }
+
+    /// The robot goes on from where another process has left it, if `goes_on`: see [`Self::judge_return`].
+    #[must_use]
+    pub fn going_on(mut self, goes_on: bool) -> Self {
+        self.goes_on = goes_on;
+        self
     }
 
     /// The wheel speeds to send in this cycle.

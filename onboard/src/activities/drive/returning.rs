@@ -20,23 +20,24 @@ impl Drive {
         if let Some(bus) = self.bus.take() {
             self.counted = self.total(bus.counters());
         }
-        if self.too_many_bring_ups(now_ns) {
-            return;
-        }
+        self.count_bring_up(now_ns);
         let result = (self.open_link)().and_then(|link| {
-            Bus::bring_up(link, &self.settings.expectation, self.settings.bring_up)
+            let settings = &self.settings;
+            let (expectation, options) = (&settings.expectation, settings.bring_up);
+            Bus::bring_up_noting(link, expectation, options, &mut self.lost_power)
                 .map_err(|error| error.to_string())
         });
         match result {
             Ok(bus) => {
                 let identity = bus.identity();
-                self.judge_return(identity.had_address);
+                let lost_power = std::mem::take(&mut self.lost_power);
                 self.log.info(format!(
                     "bus is up on {}: {}, serial {}",
                     identity.link, identity.name, identity.serial
                 ));
                 // Without power its encoders forgot how far they had counted.
-                self.encoder_epoch += u64::from(!identity.had_address);
+                self.encoder_epoch += u64::from(lost_power);
+                self.judge_return(lost_power);
                 self.wheels = Wheels::default();
                 self.bus = Some(bus);
                 self.ramp.reset();
@@ -61,32 +62,32 @@ impl Drive {
     }
 
     /// A drive that was without power, or gone for long, does not go on by itself: somebody may have released an emergency
-    /// stop. One that is switched on together with this computer may take a while.
-    fn judge_return(&mut self, kept_power: bool) {
+    /// stop. One that is switched on together with this computer may take a while; but where this process goes on from another
+    /// one's checkpoint, the drive was on before, and must have stayed so.
+    fn judge_return(&mut self, lost_power: bool) {
         let now_ns = self.clock.now_ns();
-        let (gone_since_ns, may_take_ns) = if self.status.bring_ups == 0 {
-            (self.sought_ns.unwrap_or(now_ns), SWITCHED_ON_NS)
+        let (gone_since_ns, returned_after_ns) = if self.status.bring_ups > 0 {
+            (self.answered_ns, GONE_NS)
         } else {
-            (self.answered_ns, if kept_power { GONE_NS } else { 0 })
+            // A first attempt that was good has not sought it at all.
+            let returned_after_ns = if self.goes_on { 0 } else { SWITCHED_ON_NS };
+            (self.sought_ns.unwrap_or(now_ns), returned_after_ns)
         };
+        let was_on = self.status.bring_ups > 0 || self.goes_on;
         let gone_ns = now_ns.saturating_sub(gone_since_ns);
-        if gone_ns > may_take_ns {
+        if was_on && lost_power || gone_ns > returned_after_ns {
             self.latch(Fault::DriveReturned, gone_ns as f64 * 1e-9);
         }
     }
 
-    /// Whether an operator is needed before another bring-up.
-    fn too_many_bring_ups(&mut self, now_ns: u64) -> bool {
-        if self.status.bring_ups == 0 || !self.complaints.is_empty() {
-            return false; // the first one, and further attempts at the same one, do not count
+    /// Counts an attempt to bring the bus up again, good or not; with too many in a minute the robot waits for an operator,
+    /// for whom the bus is brought up all the same.
+    fn count_bring_up(&mut self, now_ns: u64) {
+        // While the drive is sought for the first time, nothing was lost.
+        if self.status.bring_ups > 0 && !self.bring_ups.note(now_ns) {
+            let per_minute = self.bring_ups.per_minute();
+            self.latch(Fault::BringUpLimit, per_minute as f64);
         }
-        let too_many = !self.bring_ups.note(now_ns);
-        if too_many {
-            self.port
-                .raise(Fault::BringUpLimit, self.bring_ups.per_minute() as f64);
-            self.retry_ns = u64::MAX;
-        }
-        too_many
     }
 
     /// The operator has seen to the faults. One whose cause is still there stays.
@@ -94,6 +95,7 @@ impl Drive {
         if self.bus.is_none() || self.health.is_good() {
             self.latched = false;
             for fault in [
+                Fault::BringUpLimit,
                 Fault::BusVoltage,
                 Fault::DriveFault,
                 Fault::DriveStalled,
@@ -110,7 +112,6 @@ impl Drive {
             // A drive that comes at once is the one that the operator expects.
             self.answered_ns = self.clock.now_ns();
         }
-        self.port.clear(Fault::BringUpLimit);
         self.bring_ups.forget();
         self.retry_ns = 0;
     }
