@@ -95,12 +95,15 @@ impl OverrunWatch {
         self.threads.iter().any(|thread| thread.load == Load::Hung)
     }
 
-    /// Judges anew from here on.
+    /// Judges anew from here on. A thread that hung when it was judged last, and has not run since, goes on hanging.
     pub fn forget(&mut self) {
-        self.worst = (0, Load::Fine);
         for thread in &mut self.threads {
-            (thread.seconds_over, thread.load) = (0, Load::Fine);
+            let hangs = thread.load == Load::Hung && thread.stands_still();
+            thread.seconds_over = 0;
+            thread.load = if hangs { Load::Hung } else { Load::Fine };
         }
+        let hung = { self.threads.iter() }.position(|thread| thread.load == Load::Hung);
+        self.worst = hung.map_or((0, Load::Fine), |thread| (thread, Load::Hung));
     }
 }
 
@@ -115,6 +118,12 @@ impl Thread {
             seconds_over: 0,
             load: Load::Fine,
         }
+    }
+
+    /// Whether it should run, and has not since it was judged last.
+    fn stands_still(&mut self) -> bool {
+        let report = self.report.read().value;
+        report.cycles == self.cycles && report.running != 0
     }
 
     fn load_after(&mut self, cycles: u64, missed: u64) -> Load {
@@ -194,6 +203,30 @@ mod tests {
         assert_eq!(judged(false, true, &happens)[..3], [None; 3]);
         assert_eq!(judged(true, false, &happens)[1], Some(Load::Hung));
     }
+
+    #[test]
+    fn a_thread_that_hangs_is_not_forgotten_until_it_runs() {
+        let (bench, mut writer) = Bench::new();
+        let mut watch = OverrunWatch {
+            threads: vec![Thread::new("motion".to_owned(), bench.report, true)],
+            judged_ns: 0,
+            worst: (0, Load::Fine),
+        };
+        let mut report = ThreadReport::zeroed();
+        (report.cycles, report.running) = (200, 1);
+        writer.write(1, &report);
+        assert_eq!(watch.judge(SECOND_NS), None);
+        let hung = watch.judge(2 * SECOND_NS);
+        assert_eq!(hung, Some(("motion".to_owned(), Load::Hung)));
+        watch.forget();
+        assert!(watch.hangs());
+        assert_eq!(watch.judge(3 * SECOND_NS), None, "that is no news");
+        report.cycles += 1;
+        writer.write(2, &report);
+        watch.forget();
+        assert!(!watch.hangs());
+    }
+
     #[test]
     fn the_thread_that_was_late_keeps_its_time_again() {
         let names = ["fieldbus", "motion", "navigation"];

@@ -97,3 +97,29 @@ fn other_requests_are_served_while_a_reset_waits_for_its_answer() {
     bench.until_driving();
     bench.finish();
 }
+
+/// It is no use to forget that a thread hangs, only to find it again.
+#[test]
+fn a_reset_while_a_thread_hangs_is_answered_with_that() {
+    for thread in ["motion", "navigation"] {
+        let mut bench = Bench::driving();
+        bench.hang(&[thread]);
+        bench.until_raised(Fault::ThreadHung, 2.2);
+        bench.until_standing(2.0);
+        for _ in 0..5 {
+            let (reply, after_s) = bench.answer_to(Request::Reset);
+            let Err(Refusal::Remaining(remaining)) = &reply else {
+                panic!("{thread}: {reply:?}");
+            };
+            assert!(remaining.contains(&Fault::ThreadHung), "{remaining:?}");
+            assert!(ANSWERED_S.contains(&after_s), "{thread}: {after_s} s");
+            bench.stands_for(0.3);
+        }
+        bench.hang(&[]);
+        bench.watch(0.5);
+        assert_eq!(bench.answer_to(Request::Reset).0, Ok(Done::Reset));
+        bench.until_driving();
+        assert!(!bench.has(Fault::ThreadHung));
+        bench.finish();
+    }
+}

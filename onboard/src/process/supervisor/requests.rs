@@ -40,10 +40,13 @@ impl Supervisor {
             // The word that is missing comes first: a reset alone would have it drive from where it believes to start.
             Request::Reset if self.lost => Err(Refusal::Remaining(self.stopped_by().collect())),
             Request::Reset => {
-                for fault in STOPS {
+                self.watch.forget();
+                let hangs = self.watch.hangs();
+                // A thread that still hangs cannot be reset: it is to be found by the answer, not a second later.
+                for fault in { STOPS.into_iter() }.filter(|&own| own != Fault::ThreadHung || !hangs)
+                {
                     self.clear("operator", fault, now_ns);
                 }
-                self.watch.forget();
                 self.handles.tell_all(Command::Reset);
                 self.limit_speed(1000);
                 self.resets.wait(pending, now_ns);
