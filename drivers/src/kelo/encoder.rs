@@ -5,6 +5,7 @@
 //! rounded: it never drifts from the reading, and is the reading as long as that is fine.
 
 use std::f64::consts::{PI, TAU};
+use std::fmt;
 
 /// After a longer gap the speed does not say how far a wheel has turned.
 const LONGEST_STEP_NS: u64 = 50_000_000;
@@ -15,6 +16,30 @@ const FORGOTTEN_S: f64 = 1.0;
 /// Share of the way by which the drive may measure its speed wrongly.
 const SPEED_ERROR: f64 = 0.05;
 
+/// A wheel's encoder moves otherwise than its speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EncoderContradiction {
+    /// Of the right wheel, else of the left one.
+    pub right: bool,
+    /// How far it has turned lately by the speed that the drive reports,
+    pub expected_rad: f64,
+    /// and by its encoder.
+    pub found_rad: f64,
+    /// How far these are apart, beyond what an error of the speed explains.
+    pub apart_rad: f64,
+}
+
+impl fmt::Display for EncoderContradiction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let wheel = if self.right { "right" } else { "left" };
+        let (expected, found) = (self.expected_rad, self.found_rad);
+        write!(
+            f,
+            "the {wheel} wheel's encoder has turned by {found:.2} rad within a second, expected {expected:.2} rad by its speed"
+        )
+    }
+}
+
 /// Reads one wheel's encoder.
 ///
 /// Real time: nothing here allocates, locks or panics.
@@ -23,8 +48,12 @@ pub struct WheelEncoder {
     last: Option<Reading>,
     /// Turns that the reading has lost when it wrapped.
     turns_rad: f64,
-    /// How far the reading has lately moved otherwise than the speed says.
+    /// How far the reading has lately moved otherwise than the speed says,
     apart_rad: f64,
+    /// how far by the speed,
+    by_speed_rad: f64,
+    /// and how far by the reading.
+    by_reading_rad: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +94,15 @@ impl WheelEncoder {
                     self.apart_rad +=
                         apart_rad.signum() * (apart_rad.abs() - explained_rad).max(0.0);
                 }
-                self.apart_rad -= self.apart_rad * (elapsed_s / FORGOTTEN_S);
+                let moved_rad = angle_rad - last.angle_rad;
+                for (sum_rad, step_rad) in [
+                    (&mut self.apart_rad, 0.0),
+                    (&mut self.by_speed_rad, way_rad),
+                    (&mut self.by_reading_rad, moved_rad),
+                ] {
+                    *sum_rad += step_rad;
+                    *sum_rad -= *sum_rad * (elapsed_s / FORGOTTEN_S);
+                }
                 angle_rad
             }
             _ => read_rad,
@@ -83,6 +120,12 @@ impl WheelEncoder {
     #[must_use]
     pub fn apart_rad(&self) -> f64 {
         self.apart_rad
+    }
+
+    /// How far the wheel has turned within the last second or so: by the drive's speed, and by the reading.
+    #[must_use]
+    pub fn turned_rad(&self) -> (f64, f64) {
+        (self.by_speed_rad, self.by_reading_rad)
     }
 }
 

@@ -7,8 +7,10 @@ use coordination::event::{Receiver, Sender};
 use coordination::fsm::StateId;
 use coordination::symbols::Writer;
 use description::geometry::Pose2;
+use drivers::kelo::EncoderContradiction;
 use skills::drive::Disobedience;
 use skills::navigator::{Instructed, Instruction};
+use skills::odometry::Slip;
 
 use crate::symbols::faults::{FAULTS, Fault};
 use crate::symbols::values::ActivityState;
@@ -64,6 +66,10 @@ pub enum Report {
     Instructed(Instructed),
     /// A wheel does not do what it was told.
     Disobeyed(Disobedience),
+    /// A wheel's encoder moves otherwise than its speed.
+    Contradicted(EncoderContradiction),
+    /// A wheel turns farther than it drives.
+    Slipped(Slip),
 }
 
 /// Capacity of a queue of commands.

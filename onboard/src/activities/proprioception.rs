@@ -5,7 +5,7 @@ use coordination::symbols::Stamped;
 use skills::history::OdometrySample;
 use skills::odometry::{DeadReckoning, EncoderSample};
 
-use crate::activities::port::{Command, Port};
+use crate::activities::port::{Command, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::Fault;
@@ -24,6 +24,8 @@ pub struct Proprioception {
     trace: Box<OdometryTrace>,
     epoch: u64,
     noted_ns: u64,
+    /// It was said which wheel slips.
+    slips: bool,
 }
 
 impl Proprioception {
@@ -38,6 +40,7 @@ impl Proprioception {
             trace: Box::default(),
             epoch: 0,
             noted_ns: 0,
+            slips: false,
         }
     }
 }
@@ -60,6 +63,7 @@ impl Activity for Proprioception {
             if command == Command::Reset {
                 self.reckoning.forget_slip();
                 self.port.clear(Fault::WheelSlip);
+                self.slips = false;
             }
         }
     }
@@ -89,9 +93,12 @@ impl Activity for Proprioception {
             }
             return;
         }
-        if self.reckoning.slips() {
-            let slipped_m = self.reckoning.odometry().slipped_m;
-            self.port.raise(Fault::WheelSlip, slipped_m);
+        if let Some(slip) = self.reckoning.slip() {
+            if !std::mem::replace(&mut self.slips, true) {
+                self.port.report(Report::Slipped(slip));
+            }
+            self.port
+                .raise(Fault::WheelSlip, slip.found_m - slip.expected_m);
         }
         let odometry = self.reckoning.odometry();
         self.trace.push(OdometrySample {

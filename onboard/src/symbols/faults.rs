@@ -97,7 +97,7 @@ faults! {
     PlaceUnknown = 21, "place-unknown", Operator,
         "after a restart nobody knows where the robot is; say where it stands with `onboard ctl place`";
     WheelSlip = 22, "wheel-slip", Operator,
-        "the wheels turn farther than the robot moves, so it stops before it loses its place: look for what is slippery or blocks it, then run `onboard ctl reset`";
+        "the wheels turn farther than the robot moves, the log says which and how far, so it stops before it loses its place: look for what is slippery or blocks it, then run `onboard ctl reset`";
     IdentityDoubled = 23, "identity-doubled", ByItself,
         "another process reports with this robot's identity, and the mediator refuses it: end it, and give each robot an identity.id of its own; this robot goes on";
     DriveReturned = 24, "drive-returned", Operator,
@@ -115,7 +115,7 @@ faults! {
     OdometrySilent = 30, "odometry-silent", ByItself,
         "scans arrive, but nothing says how the robot moved meanwhile, so it stops: see what else is said of the bus, the drive and the motion thread; it drives on once scans have been good for a while";
     EncoderBroken = 31, "encoder-broken", Operator,
-        "a wheel's encoder moves otherwise than the speed that the drive reports for it: check the drive, then run `onboard ctl reset`";
+        "a wheel's encoder moves otherwise than the speed that the drive reports for it, the log says which and how far: check the drive, then run `onboard ctl reset`";
     DriveStalled = 32, "drive-stalled", Operator,
         "the drive answers, but its sensors have stood still for 200 ms: switch it off and on, then run `onboard ctl reset`";
     FloorUnknown = 33, "floor-unknown", Operator,

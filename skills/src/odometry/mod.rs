@@ -37,9 +37,10 @@ use description::geometry::{Pose2, Twist2, wrap_angle};
 use description::keys::KeyError;
 use description::robot::TricycleGeometry;
 use description::wheels::EncoderAngles;
-use slip::SlipWatch;
+use slip::{SlipStep, SlipWatch};
 
 pub use refused::{OdometryCounters, OdometryFault};
+pub use slip::Slip;
 
 /// Longest step that is bridged with the last twist when a sample has to be rejected.
 const BRIDGE_S: f64 = 0.05;
@@ -111,10 +112,8 @@ struct Increments {
     unit_m: f64,
     /// Turn of the pivot.
     pivot_rad: f64,
-    /// Mean way of both rims.
-    rim_m: f64,
-    /// What geometry does not explain of the difference of the wheels' ways.
-    unexplained_m: f64,
+    /// How the wheels' ways differ.
+    slip: SlipStep,
 }
 
 /// Integrates encoder samples into a pose in `odom`.
@@ -179,6 +178,12 @@ impl DeadReckoning {
         self.slip.slips()
     }
 
+    /// Which wheel slips, while one does: what was expected of it and what was found.
+    #[must_use]
+    pub fn slip(&self) -> Option<Slip> {
+        self.slip.found()
+    }
+
     /// Looks anew whether the wheels slip.
     pub fn forget_slip(&mut self) {
         self.slip = SlipWatch::default();
@@ -240,11 +245,10 @@ impl DeadReckoning {
             Ok(Increments {
                 unit_m,
                 pivot_rad,
-                rim_m,
-                unexplained_m,
+                slip,
             }) => {
                 self.integrate(unit_m, pivot_rad, dt_s);
-                self.odometry.slipped_m += self.slip.step(rim_m, unexplained_m);
+                self.odometry.slipped_m += self.slip.step(slip);
                 self.counters.accepted += 1;
                 self.last = Some(*sample);
                 self.stamp(sample);
@@ -331,11 +335,16 @@ impl DeadReckoning {
                 explained_rad,
             });
         }
+        let separation_m = self.geometry.wheel_separation_m;
         Ok(Increments {
             unit_m,
             pivot_rad: moved_rad,
-            rim_m: radius_m * (left_rad.abs() + right_rad.abs()) / 2.0,
-            unexplained_m: (explained_rad - moved_rad) * self.geometry.wheel_separation_m,
+            slip: SlipStep {
+                rim_m: radius_m * (left_rad.abs() + right_rad.abs()) / 2.0,
+                unit_m,
+                explained_m: (body_rad + moved_rad) * separation_m,
+                unexplained_m: (explained_rad - moved_rad) * separation_m,
+            },
         })
     }
 

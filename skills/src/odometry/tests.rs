@@ -316,7 +316,12 @@ fn wheels_that_slip_are_seen_soon_and_worn_ones_are_not_taken_for_it() {
             slipped_m > 0.5 * off_m,
             "{shares:?}: {slipped_m} of {off_m}"
         );
+        // The one that slips more, and what it has turned beyond the other.
+        let slip = dead_reckoning.slip().expect("it was just seen");
+        assert_eq!(slip.right, shares[1] > shares[0], "{shares:?}: {slip}");
+        let beyond = slip.found_m / slip.expected_m;
+        assert!((1.02..1.3).contains(&beyond), "{shares:?}: {slip}");
         dead_reckoning.forget_slip();
-        assert!(!dead_reckoning.slips());
+        assert!(!dead_reckoning.slips() && dead_reckoning.slip().is_none());
     }
 }

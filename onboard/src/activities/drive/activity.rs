@@ -62,6 +62,8 @@ pub struct Drive {
     pub(super) holding: Holding,
     /// Wheels do not obey.
     pub(super) disobeys: bool,
+    /// It was said which encoder moves otherwise than its wheel's speed.
+    pub(super) contradicted: bool,
     pub(super) latched: bool,
     pub(super) bring_ups: BringUpLimit,
     pub(super) retry_ns: u64,
@@ -113,6 +115,7 @@ impl Drive {
             obedience: Obedience::new(obedience_rad),
             holding: Holding::default(),
             disobeys: false,
+            contradicted: false,
             latched: false,
             bring_ups,
             retry_ns: 0,
@@ -227,8 +230,11 @@ impl Drive {
         let feedback = Feedback::from(&self.inputs);
         let (zero_rad, epoch) = (self.settings.pivot_zero_rad, self.encoder_epoch);
         self.encoders = self.wheels.read(&feedback, zero_rad, epoch, now_ns);
-        if let Some(apart_rad) = self.wheels.contradict() {
-            self.latch(Fault::EncoderBroken, apart_rad);
+        if let Some(what) = self.wheels.contradict() {
+            if !std::mem::replace(&mut self.contradicted, true) {
+                self.port.report(Report::Contradicted(what));
+            }
+            self.latch(Fault::EncoderBroken, what.apart_rad);
         }
         self.judge_obedience(feedback.enabled, now_ns);
     }

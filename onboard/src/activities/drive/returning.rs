@@ -106,7 +106,7 @@ impl Drive {
             ] {
                 self.port.clear(fault);
             }
-            self.disobeys = false;
+            (self.disobeys, self.contradicted) = (false, false);
         }
         if self.bus.is_none() {
             // A drive that comes at once is the one that the operator expects.

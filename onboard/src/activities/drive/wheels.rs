@@ -1,7 +1,7 @@
 //! What the drive's encoders say, in the robot's terms.
 
 use description::wheels::{EncoderAngles, WheelSpeeds};
-use drivers::kelo::{Feedback, WheelEncoder};
+use drivers::kelo::{EncoderContradiction, Feedback, WheelEncoder};
 
 use crate::symbols::values::Encoders;
 
@@ -43,14 +43,53 @@ impl Wheels {
         }
     }
 
-    /// How far an encoder's angle and speed are apart, when that is too far.
-    pub(super) fn contradict(&self) -> Option<f64> {
-        let [left, right] = [self.left, self.right].map(|encoder| encoder.apart_rad());
-        let worst = if left.abs() > right.abs() {
-            left
+    /// The encoder whose angle and speed are farther apart, when that is too far.
+    pub(super) fn contradict(&self) -> Option<EncoderContradiction> {
+        let [left, right] = [self.left, self.right].map(|encoder| encoder.apart_rad().abs());
+        let (right, worst) = if left > right {
+            (false, &self.left)
         } else {
-            right
+            (true, &self.right)
         };
-        (worst.abs() > APART_RAD).then_some(worst)
+        let apart_rad = worst.apart_rad();
+        let (expected_rad, found_rad) = worst.turned_rad();
+        (apart_rad.abs() > APART_RAD).then_some(EncoderContradiction {
+            right,
+            expected_rad,
+            found_rad,
+            apart_rad,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::realtime::clock::MILLISECOND_NS;
+
+    #[test]
+    fn the_encoder_that_sticks_is_named_with_what_it_should_have_turned() {
+        for right in [false, true] {
+            let mut wheels = Wheels::default();
+            let found = (1..=1000_u16).find_map(|cycle| {
+                let turned_rad = 7.0 * f32::from(cycle) * 1e-3;
+                let feedback = Feedback {
+                    left_rad: if right { turned_rad } else { 0.0 },
+                    right_rad: if right { 0.0 } else { turned_rad },
+                    left_rad_s: 7.0,
+                    right_rad_s: 7.0,
+                    ..Feedback::default()
+                };
+                let now_ns = u64::from(cycle) * MILLISECOND_NS;
+                wheels.read(&feedback, 0.0, 0, now_ns);
+                wheels.contradict()
+            });
+            let found = found.expect("it sticks");
+            let apart_rad = found.expected_rad - found.found_rad;
+            assert!(
+                found.right == right && found.found_rad == 0.0 && (0.5..0.6).contains(&apart_rad),
+                "{found}"
+            );
+        }
     }
 }

@@ -149,6 +149,8 @@ impl Supervisor {
             }
             Report::Instructed(what) => self.answer_sent(what),
             Report::Disobeyed(what) => tracing::error!("{what}"),
+            Report::Contradicted(what) => tracing::error!("{what}"),
+            Report::Slipped(what) => tracing::error!("{what}"),
         }
     }
 
