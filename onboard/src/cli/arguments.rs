@@ -52,8 +52,10 @@ enum Command {
         #[arg(long)]
         without_real_time: bool,
     },
-    /// List every symbol and thread of a running robot
+    /// List every symbol and thread of a running robot, or those of a name
     Inspect {
+        /// Only what has this name: a datatype, a model, both (`load/robot`), or a thread
+        name: Option<String>,
         /// Robot to look into; may be left out while only one runs
         #[arg(long)]
         robot: Option<String>,
@@ -114,12 +116,15 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Runtime::new(runtime.folder).and_then(|runtime| doctor::doctor(&files, &runtime, json))
         }
         Command::Inspect {
+            name,
             robot,
             watch,
             json,
             runtime,
-        } => Runtime::new(runtime.folder)
-            .and_then(|runtime| inspect::inspect(&runtime, robot.as_deref(), watch, json)),
+        } => Runtime::new(runtime.folder).and_then(|runtime| {
+            let of = (robot.as_deref(), name.as_deref());
+            inspect::inspect(&runtime, of, watch, json)
+        }),
         Command::Teleop(arguments) => teleop(arguments),
         Command::Ctl {
             request,

@@ -17,9 +17,9 @@ use crate::realtime::clock::now_ns;
 use crate::realtime::memory::page_faults_of;
 use crate::symbols::faults::FaultTable;
 use crate::symbols::values::{
-    ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, NavigationState, OdometryTrace,
-    PoseEstimate, RangeScan, RobotMode, SafeCommand, TeleopWish, ThreadReport, TubeState,
-    WantedMotion, WheelSetpoints, Whereabouts,
+    ActivityState, DriveStatus, Encoders, FleetState, LidarStatus, Load, NavigationState,
+    OdometryTrace, PoseEstimate, RangeScan, RobotMode, SafeCommand, TeleopWish, ThreadReport,
+    TubeState, WantedMotion, WheelSetpoints, Whereabouts,
 };
 
 const WATCH_PERIOD: Duration = Duration::from_secs(1);
@@ -34,13 +34,13 @@ struct Seen {
     value: Json,
 }
 
-/// Lists a running robot.
+/// Lists a running robot, or what of it has this name: a symbol's datatype or model, both (`load/robot`), or a thread.
 ///
 /// # Errors
-/// [`Failure::Refused`] when there is no such robot, [`Failure::Failed`] when it ends while watched.
+/// [`Failure::Refused`] when there is no such robot, or nothing of this name, [`Failure::Failed`] when it ends while watched.
 pub fn inspect(
     runtime: &Runtime,
-    robot: Option<&str>,
+    (robot, name): (Option<&str>, Option<&str>),
     watch: bool,
     as_json: bool,
 ) -> Result<(), Failure> {
@@ -49,11 +49,15 @@ pub fn inspect(
         Failure::refused(format_args!("robot `{robot}` cannot be inspected: {error}"))
     })?;
     loop {
-        let seen = look(&inspector).map_err(Failure::failed)?;
+        let mut seen = look(&inspector).map_err(Failure::failed)?;
+        if let Some(name) = name {
+            seen = only(seen, name)?;
+        }
         let text = if as_json {
             format!("{}\n", as_json_object(&robot, &seen))
         } else {
-            table(&robot, &seen)
+            let shown = name.map_or(SHOWN_CHARACTERS, |_| usize::MAX);
+            table(&robot, &seen, shown)
         };
         let mut out = std::io::stdout().lock();
         if watch && !as_json && out.is_terminal() {
@@ -87,6 +91,23 @@ pub fn snapshot(runtime: &Runtime, robot: &str) -> Result<Json, Failure> {
     ))
 }
 
+/// What has this name.
+fn only(seen: Vec<Seen>, name: &str) -> Result<Vec<Seen>, Failure> {
+    let full = |info: &SymbolInfo| format!("{}/{}", info.datatype, info.model);
+    let (named, others): (Vec<Seen>, Vec<Seen>) = { seen.into_iter() }.partition(|seen| {
+        let info = &seen.info;
+        [&info.datatype, &info.model, &full(info)].contains(&&name.to_owned())
+    });
+    if named.is_empty() {
+        let known: Vec<String> = others.iter().map(|seen| full(&seen.info)).collect();
+        return Err(Failure::refused(format_args!(
+            "nothing is called `{name}`; there are {}",
+            known.join(", ")
+        )));
+    }
+    Ok(named)
+}
+
 fn look(inspector: &Inspector) -> Result<Vec<Seen>, SymbolError> {
     inspector
         .directory()
@@ -114,6 +135,7 @@ fn see(inspector: &Inspector, info: SymbolInfo) -> Result<Seen, SymbolError> {
         FleetState,
         FloorCheckpoint,
         LidarStatus,
+        Load,
         NavigationState,
         OdometryTrace,
         Odometry,
@@ -167,7 +189,8 @@ fn as_json_object(robot: &str, seen: &[Seen]) -> Json {
     json!({ "robot": robot, "symbols": symbols })
 }
 
-fn table(robot: &str, seen: &[Seen]) -> String {
+/// For people; of each value at most so many characters.
+fn table(robot: &str, seen: &[Seen], characters: usize) -> String {
     let (threads, symbols): (Vec<&Seen>, Vec<&Seen>) = seen
         .iter()
         .partition(|seen| seen.info.datatype == ThreadReport::NAME);
@@ -183,13 +206,16 @@ fn table(robot: &str, seen: &[Seen]) -> String {
             "{:<34} {:<15} {age:>9}  {}; {}\n",
             format!("{}/{}", seen.info.datatype, seen.info.model),
             seen.info.owner,
-            shown(seen),
+            shown(seen, characters),
             if seen.info.readers.is_empty() {
                 "-".to_owned()
             } else {
                 seen.info.readers.join(" ")
             }
         );
+    }
+    if threads.is_empty() {
+        return text;
     }
     text += &format!(
         "\n{:<14} {:<9} {:<8} {:>9} {:>9} {:>9} {:>11} {:>26} {:>26}\n",
@@ -236,7 +262,7 @@ fn table(robot: &str, seen: &[Seen]) -> String {
 }
 
 /// The value on one line, without the bulk of scans.
-fn shown(seen: &Seen) -> String {
+fn shown(seen: &Seen, characters: usize) -> String {
     let mut value = seen.value.clone();
     if let Some(ranges) = value.get_mut("ranges_mm") {
         *ranges = json!("(see --json)");
@@ -263,7 +289,7 @@ fn shown(seen: &Seen) -> String {
     let shown = if seen.info.datatype == FleetState::NAME {
         usize::MAX
     } else {
-        SHOWN_CHARACTERS
+        characters
     };
     match text.char_indices().nth(shown) {
         Some((end, _)) => format!("{}…", &text[..end]),
@@ -277,5 +303,42 @@ fn plain(value: &Json) -> String {
         Json::String(text) => text.clone(),
         Json::Null => "-".to_owned(),
         other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::process::runtime::temporary;
+    use crate::symbols::wiring::Wiring;
+
+    #[test]
+    fn every_symbol_of_a_robot_is_shown_and_found_by_its_names() {
+        let folder = temporary();
+        let runtime =
+            Runtime::new(Some(folder.path().to_owned())).unwrap_or_else(|_| unreachable!());
+        let place = runtime.place();
+        let _wiring = Wiring::build("seen", &place, &["motion".to_owned()]).expect("symbols");
+        let inspector = Inspector::open("seen", &place).expect("it is there");
+        for seen in look(&inspector).expect("readable") {
+            assert_ne!(seen.value, Json::Null, "{:?}", seen.info);
+        }
+        let named = |name: &str| {
+            let found = only(look(&inspector).expect("readable"), name).ok()?;
+            Some(
+                found
+                    .iter()
+                    .map(|seen| seen.info.datatype.clone())
+                    .collect(),
+            )
+        };
+        for (name, found) in [
+            ("load", Some(vec!["load".to_owned()])),
+            ("load/robot", Some(vec!["load".to_owned()])),
+            ("motion", Some(vec!["thread_report".to_owned()])),
+            ("pose", None),
+        ] {
+            assert_eq!(named(name), found, "{name}");
+        }
     }
 }

@@ -232,6 +232,8 @@ users! {
         encoders: Reader<Encoders> => "kelo",
         /// To know whether there is a bus to stop it with.
         drive: Reader<DriveStatus> => "kelo",
+        /// For who has said where it stands: what scans say of that.
+        pose: Reader<PoseEstimate> => "map",
         /// For the checkpoint: dead reckoning,
         odometry: Reader<Odometry> => "odom",
         /// where the robot is and what it does there,

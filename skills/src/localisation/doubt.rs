@@ -26,6 +26,20 @@ pub enum ScanVerdict {
     Contradicted,
 }
 
+impl ScanVerdict {
+    /// In one word.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Corrected => "corrected",
+            Self::Refused => "refused",
+            Self::Blind => "blind",
+            Self::Nothing => "nothing",
+            Self::Contradicted => "contradicted",
+        }
+    }
+}
+
 /// Counts consecutive scans of one kind and decides whether the pose is uncertain.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Doubt {

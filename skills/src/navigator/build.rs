@@ -96,6 +96,7 @@ impl Navigator {
             last_step_ns: 0,
             last_scan_ns: 0,
             blind: false,
+            check: None,
             counters: NavigationCounters::default(),
         };
         navigator.activate(None);

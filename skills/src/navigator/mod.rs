@@ -29,7 +29,7 @@ pub use crate::schedule::Hold;
 pub use checkpoint::NavigatorCheckpoint;
 pub use instruction::{Instructed, Instruction, InstructionError, Parameters};
 pub use output::{
-    ByHand, EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput,
+    ByHand, EventList, MAX_EVENTS, NavigationCounters, NavigationInput, NavigationOutput, PoseCheck,
 };
 pub use setup::NavigatorSetup;
 pub use state::Navigator;

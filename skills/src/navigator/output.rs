@@ -1,7 +1,7 @@
 //! What goes into a navigation step and what comes out of it.
 
 use crate::borders::AreaSet;
-use crate::localisation::PoseCounters;
+use crate::localisation::{PoseCounters, ScanVerdict, WallsOutcome};
 use crate::odometry::Odometry;
 use crate::perception::corridor::CorridorEstimate;
 use crate::perception::lane_end::LaneEndEstimate;
@@ -99,6 +99,38 @@ pub struct NavigationCounters {
     pub pose: PoseCounters,
 }
 
+/// What the newest scan says of the pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PoseCheck {
+    /// What it did for the pose.
+    pub verdict: ScanVerdict,
+    /// Walls that were found where the pose has them.
+    pub agreeing: u32,
+    /// Walls that were found too far from where the pose has them, and walls that the scan looks through.
+    pub contradicting: u32,
+}
+
+impl PoseCheck {
+    /// By a scan that showed at most one wall.
+    pub(super) fn of(verdict: ScanVerdict) -> Self {
+        Self {
+            verdict,
+            agreeing: u32::from(verdict == ScanVerdict::Corrected),
+            contradicting: u32::from(verdict == ScanVerdict::Refused),
+        }
+    }
+}
+
+impl From<WallsOutcome> for PoseCheck {
+    fn from(walls: WallsOutcome) -> Self {
+        Self {
+            verdict: walls.verdict,
+            agreeing: walls.corrected,
+            contradicting: walls.refused + walls.beams.walls_through,
+        }
+    }
+}
+
 /// What a step says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NavigationOutput {
@@ -140,6 +172,8 @@ pub struct NavigationOutput {
     pub pose_uncertain: bool,
     /// The newest scan shows nothing where the map has walls: it is no view of the floor.
     pub blind: bool,
+    /// What the newest scan says of the pose; `None` before the first one since the robot was put there.
+    pub check: Option<PoseCheck>,
     /// Farther from the path than the area allows.
     pub deviation_exceeded: bool,
     /// Why the command is to stand although the skill wants to move, or cannot do what it should.

@@ -1,7 +1,7 @@
 //! What a navigator holds between two steps.
 
 use super::instruction::{Inbox, Parameters};
-use super::output::{NavigationCounters, NavigationInput};
+use super::output::{NavigationCounters, NavigationInput, PoseCheck};
 use crate::borders::BorderGuard;
 use crate::control::{SpeedRamp, Stopping};
 use crate::localisation::PoseFilter;
@@ -60,6 +60,8 @@ pub struct Navigator {
     pub(super) last_scan_ns: u64,
     /// The newest scan showed nothing where the map has walls.
     pub(super) blind: bool,
+    /// What the newest scan says of the pose.
+    pub(super) check: Option<PoseCheck>,
     pub(super) counters: NavigationCounters,
 }
 

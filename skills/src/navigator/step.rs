@@ -3,7 +3,7 @@
 use super::command::Commanded;
 use super::control::Control;
 use super::instruction::{Instruction, InstructionError, Parameters, validate};
-use super::output::{EventList, NavigationInput, NavigationOutput};
+use super::output::{EventList, NavigationInput, NavigationOutput, PoseCheck};
 use super::state::{Navigator, end_wall};
 use crate::localisation::{PoseFilter, ScanVerdict};
 use crate::perception::WallFit;
@@ -62,6 +62,7 @@ impl Navigator {
             return false;
         }
         self.pose.relocate(pose, std_m, std_rad);
+        self.check = None;
         self.activate(None);
         true
     }
@@ -153,6 +154,7 @@ impl Navigator {
             let tracks = self.schedule_now().tracks;
             if tracks.walls || tracks.corridor || tracks.lane_end {
                 self.pose.scan_done(ScanVerdict::Blind);
+                self.check = Some(PoseCheck::of(ScanVerdict::Blind));
             }
             return;
         }
@@ -169,13 +171,15 @@ impl Navigator {
     fn see(&mut self, scan: &AlignedScan, since: Pose2) {
         let tracks = self.schedule_now().tracks;
         if tracks.walls {
-            self.pose.see_walls(&mut self.matcher, scan, since);
+            let outcome = self.pose.see_walls(&mut self.matcher, scan, since);
+            self.check = Some(outcome.into());
         }
         let mut best = ScanVerdict::Blind;
         self.see_corridor(&mut best, tracks.corridor && !tracks.walls);
         self.see_lane_end(&mut best, tracks.lane_end && !tracks.walls);
         if !tracks.walls && (tracks.corridor || tracks.lane_end) {
             self.pose.scan_done(best);
+            self.check = Some(PoseCheck::of(best));
         }
     }
 
@@ -267,6 +271,7 @@ impl Navigator {
             manoeuvre_done: control.done,
             pose_uncertain: self.pose.is_uncertain(),
             blind: self.blind,
+            check: self.check,
             deviation_exceeded: error.lateral_m.abs() > schedule.deviation_limit_m,
             hold: commanded.hold,
             waiting_for: commanded.border.area.filter(|_| commanded.at_border),

@@ -19,7 +19,7 @@ impl Navigator {
         self.parameters = other.parameters;
         self.counters = other.counters;
         (self.last_step_ns, self.last_scan_ns) = (other.last_step_ns, other.last_scan_ns);
-        self.blind = other.blind;
+        (self.blind, self.check) = (other.blind, other.check);
         self.by_hand = other.by_hand;
         self.last_curvature_1_m = other.last_curvature_1_m;
         self.take_events(other);

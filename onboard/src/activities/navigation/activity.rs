@@ -226,7 +226,9 @@ impl Navigation {
             std_y_m: std_m(output.covariance[1][1]),
             std_theta_rad: std_m(output.covariance[2][2]),
             uncertain: u64::from(output.pose_uncertain),
-        };
+            ..PoseEstimate::default()
+        }
+        .checked(output.check);
         let name = |names: &[Name], index: Option<usize>| {
             index
                 .and_then(|index| names.get(index).copied())

@@ -10,6 +10,6 @@ mod socket;
 
 pub use pending::Pending;
 pub(crate) use reply::quoted;
-pub use reply::{Done, Refusal, Reply};
+pub use reply::{Done, Placement, Refusal, Reply};
 pub use request::{Event, FreeBehind, Place, Request, Spot, Teleop};
 pub use socket::{Guest, Server, ask, begin, send};

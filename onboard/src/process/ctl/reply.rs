@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use description::geometry::Pose2;
 use skills::navigator::{Hold, InstructionError};
 
 use crate::symbols::faults::Fault;
@@ -20,8 +21,8 @@ pub enum Done {
     Stopped,
     /// Faults are forgotten, and none has come back.
     Reset,
-    /// It takes the operator's word for where it stands.
-    Placed,
+    /// It has taken the operator's word for where it stands, and looked at walls since.
+    Placed(Placement),
     /// It takes the operator's word for the floor behind it, so many metres.
     FreeBehind(f64),
     /// It says that it carries this, or nothing.
@@ -50,9 +51,7 @@ impl fmt::Display for Done {
             Self::Running => f.write_str("running"),
             Self::Stopped => f.write_str("stopped; `onboard ctl reset` goes on"),
             Self::Reset => f.write_str("reset"),
-            Self::Placed => {
-                f.write_str("placed; see in `onboard inspect pose` whether the walls agree")
-            }
+            Self::Placed(placement) => write!(f, "{placement}"),
             Self::FreeBehind(way_m) => {
                 write!(f, "the floor behind it counts as free for {way_m} m")
             }
@@ -72,6 +71,47 @@ impl fmt::Display for Done {
                     None => Ok(()),
                 }
             }
+        }
+    }
+}
+
+/// Where the robot believes to stand, a second after an operator has told it, and what walls say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// `base_link` in `map`.
+    pub pose: Pose2,
+    /// Walls that its newest scan shows where the pose has them,
+    pub agree: u64,
+    /// and walls that it shows elsewhere or looks through.
+    pub contradict: u64,
+    /// It has looked at a scan since.
+    pub looked: bool,
+}
+
+impl fmt::Display for Placement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Pose2 {
+            x_m,
+            y_m,
+            theta_rad,
+        } = self.pose;
+        write!(
+            f,
+            "placed: it believes to be at {x_m:.3} m, {y_m:.3} m, {theta_rad:.3} rad; "
+        )?;
+        let walls = |count: u64| if count == 1 { "wall" } else { "walls" };
+        let (agree, contradict) = (self.agree, self.contradict);
+        match (self.looked, agree, contradict) {
+            (false, ..) => {
+                f.write_str("it has not looked at a scan since, so nothing confirms that")
+            }
+            (true, 0, 0) => f.write_str("no wall in view confirms that"),
+            (true, _, 0) => write!(f, "{agree} {} agree", walls(agree)),
+            (true, ..) => write!(
+                f,
+                "{contradict} {} contradict, {agree} agree: look where it stands, and say so again",
+                walls(contradict)
+            ),
         }
     }
 }

@@ -9,9 +9,9 @@ mod keeper;
 mod lease;
 mod lending;
 mod requests;
-mod resets;
 mod sent;
 mod supervision;
+mod waiting;
 
 pub use ending::Ending;
 pub use handles::{Handle, ports};

@@ -7,9 +7,10 @@ use skills::navigator::Instructed;
 
 use super::sent::{Sent, answer};
 use super::supervision::{STOPS, Supervisor};
+use super::waiting::{PLACED_NS, RESET_NS};
 use crate::activities::port::{Command, Placed};
 use crate::process::ctl::{
-    Done, Event, FreeBehind, Pending, Place, Refusal, Reply, Request, Spot, quoted,
+    Done, Event, FreeBehind, Pending, Place, Placement, Refusal, Request, Spot, quoted,
 };
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{Load, Mode, Name};
@@ -49,7 +50,7 @@ impl Supervisor {
                 }
                 self.handles.tell_all(Command::Reset);
                 self.limit_speed(1000);
-                self.resets.wait(pending, now_ns);
+                self.resets.wait(pending, now_ns + RESET_NS);
                 return;
             }
             Request::Place(_) | Request::FreeBehind(_)
@@ -57,7 +58,13 @@ impl Supervisor {
             {
                 Err(Refusal::MayMove)
             }
-            Request::Place(place) => self.place(place, now_ns),
+            Request::Place(place) => match self.place(place, now_ns) {
+                Ok(()) => {
+                    self.placings.wait(pending, now_ns + PLACED_NS);
+                    return;
+                }
+                Err(why) => Err(why),
+            },
             Request::FreeBehind(FreeBehind { way_m }) => {
                 self.handles
                     .tell(ActivityKind::MotionTube, Command::FreeBehind(*way_m));
@@ -96,7 +103,7 @@ impl Supervisor {
     }
 
     /// Takes an operator's word for where the robot stands.
-    fn place(&mut self, place: &Place, now_ns: u64) -> Reply {
+    fn place(&mut self, place: &Place, now_ns: u64) -> Result<(), Refusal> {
         let state = match &place.state {
             None => None,
             Some(name) => Some(self.machine.state_id(name).ok_or_else(|| {
@@ -123,7 +130,23 @@ impl Supervisor {
         if std::mem::take(&mut self.lost) {
             self.clear("operator", Fault::PlaceUnknown, now_ns);
         }
-        Ok(Done::Placed)
+        Ok(())
+    }
+
+    /// Tells those who have said where the robot stands what its walls say.
+    pub(super) fn answer_placings(&mut self, now_ns: u64) {
+        for pending in self.placings.due(now_ns) {
+            let read = self.symbols.pose.read();
+            let is_new = now_ns.saturating_sub(read.stamp_ns) < PLACED_NS;
+            let looked = is_new && !read.value.scan.as_str().is_empty();
+            let placement = Placement {
+                pose: read.value.pose,
+                agree: read.value.walls_agree,
+                contradict: read.value.walls_contradict,
+                looked,
+            };
+            answer(pending, &Ok(Done::Placed(placement)));
+        }
     }
 
     /// Gives an external event to navigation; the answer comes as a report.

@@ -7,8 +7,8 @@ use description::threads::ActivityKind;
 use super::handles::{Handle, Handles};
 use super::keeper::Keeper;
 use super::lease::Lease;
-use super::resets::Resets;
 use super::sent::Sent;
+use super::waiting::Waiting;
 use crate::activities::port::{Command, Report};
 use crate::process::checkpoints::Left;
 use crate::process::ctl::Pending;
@@ -45,7 +45,8 @@ pub struct Supervisor {
     pub(super) reload: Reload,
     keeper: Keeper,
     pub(super) sent: Option<Sent>,
-    pub(super) resets: Resets,
+    pub(super) resets: Waiting,
+    pub(super) placings: Waiting,
     /// Nobody knows where the robot stands until an operator says so.
     pub(super) lost: bool,
 }
@@ -77,7 +78,8 @@ impl Supervisor {
             reload,
             keeper,
             sent: None,
-            resets: Resets::default(),
+            resets: Waiting::default(),
+            placings: Waiting::default(),
             lost: false,
         }
     }
@@ -121,6 +123,7 @@ impl Supervisor {
         self.go_on_reloading(now_ns);
         self.expire_sent(now_ns);
         self.answer_resets(now_ns);
+        self.answer_placings(now_ns);
         self.tell_mode();
         self.publish(now_ns);
         let mode = self.mode_to_keep();

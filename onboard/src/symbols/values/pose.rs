@@ -2,7 +2,7 @@
 
 use description::areas::AreaIndex;
 use description::geometry::Pose2;
-use skills::navigator::{NavigationOutput, Navigator, NavigatorCheckpoint};
+use skills::navigator::{NavigationOutput, Navigator, NavigatorCheckpoint, PoseCheck};
 
 use super::Name;
 
@@ -20,6 +20,27 @@ value! {
         std_theta_rad: f64,
         /// 1 when it is too uncertain to drive.
         uncertain: u64,
+        /// What the newest scan did for it: `corrected`, `refused`, `blind`, `nothing` or `contradicted`. Empty: no scan was looked
+        /// at since the robot was put there.
+        scan: Name,
+        /// Walls that the newest scan shows where the pose has them.
+        walls_agree: u64,
+        /// Walls that it shows elsewhere, or looks through.
+        walls_contradict: u64,
+    }
+}
+
+impl PoseEstimate {
+    /// The same with what the newest scan says of it.
+    #[must_use]
+    pub fn checked(self, check: Option<PoseCheck>) -> Self {
+        let Some(check) = check else { return self };
+        Self {
+            scan: Name::new(check.verdict.name()),
+            walls_agree: u64::from(check.agreeing),
+            walls_contradict: u64::from(check.contradicting),
+            ..self
+        }
     }
 }
 
