@@ -105,13 +105,13 @@ pub(super) struct Weather {
 
 /// How late threads are.
 #[derive(Clone, Debug)]
-pub(super) struct Lateness {
+pub struct Lateness {
     /// How likely a wake-up is late.
-    pub(super) share: f64,
+    pub share: f64,
     /// By how much at most.
-    pub(super) by_ns: u64,
+    pub by_ns: u64,
     /// Only this thread.
-    pub(super) thread: Option<String>,
+    pub thread: Option<String>,
 }
 
 /// A run's faults, with times of the simulated clock.

@@ -240,7 +240,7 @@ impl SteppedRobot {
     }
 
     /// From now on its threads are late in these ways.
-    pub(super) fn be_late(&mut self, lateness: Vec<Lateness>) {
+    pub fn be_late(&mut self, lateness: Vec<Lateness>) {
         self.late = lateness;
     }
 

@@ -7,6 +7,7 @@ use onboard::symbols::faults::{Fault, FaultTable};
 use onboard::symbols::values::LidarStatus;
 use rig::belief::Belief;
 use rig::folder::Folder;
+use rig::stepped::faults::Lateness;
 use rig::stepped::{Checkpoints, Devices, Fleet, Start, SteppedDesk, SteppedRobot};
 use rig::testbed::{start_pose, world};
 use sim::world::{Obstacle, ObstacleId, Pose, Shape, SharedWorld, Truth, World};
@@ -168,6 +169,15 @@ impl Bench {
     /// From now on these of its threads do not run.
     pub fn hang(&mut self, threads: &[&str]) {
         self.robot.hang(threads);
+    }
+
+    /// From now on this share of a thread's wake-ups is late, by this time at most.
+    pub fn be_late(&mut self, thread: &str, share: f64, by_ms: u64) {
+        self.robot.be_late(vec![Lateness {
+            share,
+            by_ns: by_ms * MILLISECOND_NS,
+            thread: Some(thread.to_owned()),
+        }]);
     }
 
     /// What operators were refused.

@@ -113,3 +113,32 @@ fn a_reset_while_a_thread_still_hangs_is_heard_when_it_runs_again() {
         bench.finish();
     }
 }
+
+#[test]
+fn a_thread_that_overruns_slows_the_robot_down_and_then_stops_it_until_a_reset() {
+    let mut bench = Bench::driving();
+    bench.drives_for(3.0);
+    let full_m_s = bench.truth().twist.v_m_s;
+    // About one period in six is missed.
+    bench.be_late("motion", 0.4, 10);
+    bench.watch(2.5);
+    for truth in bench.watch(2.0) {
+        let share = truth.twist.v_m_s / full_m_s;
+        assert!((0.4..0.6).contains(&share), "{share} of {full_m_s} m/s");
+    }
+    assert_eq!(bench.raised(Fault::Overruns), 0);
+    // More than half of them, for seconds.
+    bench.be_late("motion", 1.0, 20);
+    bench.until_raised(Fault::Overruns, 5.0);
+    bench.until_standing(1.0);
+    bench.be_late("motion", 0.0, 0);
+    bench.stands_for(5.0);
+    bench.ask(Request::Resume);
+    bench.stands_for(2.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    let reaches = |bench: &mut Bench| bench.truth().twist.v_m_s > 0.9 * full_m_s;
+    bench.until("it is as fast as before", 5.0, reaches);
+    assert!(!bench.has(Fault::Overruns));
+    bench.finish();
+}

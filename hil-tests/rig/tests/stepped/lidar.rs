@@ -118,6 +118,21 @@ fn a_covered_lidar_shows_no_free_floor_and_stops_it() {
     bench.finish();
 }
 
+/// It streams on, but what it says of itself is asked whenever it is connected.
+#[test]
+fn a_lidar_that_says_that_it_is_not_well_is_not_driven_by() {
+    let mut bench = Bench::driving();
+    disturb(&bench, Disturbance::Unwell { unwell: true });
+    bench.is_stopped(NOTICED_S, |bench| bench.devices.unplug_lidar());
+    bench.devices.plug_in_lidar(bench.now_ns);
+    bench.stands_for(20.0);
+    assert!(bench.has(Fault::LidarLost) && bench.has(Fault::ScanSilent));
+    disturb(&bench, Disturbance::Unwell { unwell: false });
+    bench.until_driving();
+    assert!(!bench.has(Fault::LidarLost) && !bench.has(Fault::ScanSilent));
+    bench.finish();
+}
+
 fn disturb(bench: &Bench, disturbance: Disturbance) {
     bench.devices.disturb_lidar(disturbance, bench.now_ns);
 }

@@ -2,6 +2,7 @@
 
 use onboard::process::ctl::{Done, Refusal, Request};
 use onboard::symbols::faults::Fault;
+use sim::kelo::DriveHandle;
 use sim::world::Mechanics;
 
 use crate::bench::Bench;
@@ -154,14 +155,80 @@ fn a_robot_that_obeys_is_believed() {
 
 #[test]
 fn an_encoder_that_sticks_stops_the_robot() {
-    let mut bench = Bench::driving();
-    bench.devices.drive_faults().stick_left_encoder(true);
-    bench.until_raised(Fault::EncoderBroken, 2.0);
-    bench.until_standing(1.0);
-    bench.devices.drive_faults().stick_left_encoder(false);
-    bench.stands_for(3.0);
-    bench.ask(Request::Reset);
-    bench.until_driving();
+    for stick in [
+        DriveHandle::stick_left_encoder,
+        DriveHandle::stick_right_encoder,
+    ] {
+        let mut bench = Bench::driving();
+        stick(bench.devices.drive_faults(), true);
+        bench.until_raised(Fault::EncoderBroken, 2.0);
+        bench.until_standing(1.0);
+        stick(bench.devices.drive_faults(), false);
+        bench.stands_for(3.0);
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        bench.finish();
+    }
+}
+
+#[test]
+fn a_wheel_that_slips_stops_the_robot_until_a_reset() {
+    for slip in [[0.3, 0.0], [0.0, 0.3]] {
+        let mut bench = Bench::driving();
+        bench.drives_for(1.0);
+        wear(
+            &bench,
+            Mechanics {
+                slip,
+                ..Mechanics::default()
+            },
+        );
+        let before = bench.truth();
+        bench.until_raised(Fault::WheelSlip, 3.0);
+        bench.until_standing(1.0);
+        let way_m = bench.truth().distance_m - before.distance_m;
+        assert!(way_m < 0.4, "{slip:?}: {way_m} m");
+        wear(&bench, Mechanics::default());
+        bench.stands_for(5.0);
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        bench.finish();
+    }
+}
+
+/// What it was told is faster than it is: a ramp that began there would have it speed up before it slows down.
+#[test]
+fn a_hard_stop_begins_at_the_speed_that_the_wheels_have() {
+    // So heavy that it follows slowly, which is not to be taken for wheels that do not obey.
+    let mut bench = Bench::standing_with(&["drive.following_error_m=0.5"]);
+    let heavy = Mechanics {
+        load: 30.0,
+        ..Mechanics::default()
+    };
+    wear(&bench, heavy);
+    let slow_m_s = 0.15;
+    bench.until("it moves", 10.0, |bench| {
+        bench.truth().twist.v_m_s > slow_m_s
+    });
+    let (told_rad_s, _) = bench.devices.drive_faults().statistics().last_rad_s;
+    let told_m_s = told_rad_s * bench.plan.robot.drive.geometry.wheel_radius_m();
+    assert!(told_m_s > 1.5 * slow_m_s, "it lags: {told_m_s} m/s");
+    bench.ask(Request::Stop);
+    // The supervisor is asked ten times a second, and navigation and control pass it on.
+    bench.until("it slows down", 0.5, |bench| {
+        let (now_rad_s, _) = bench.devices.drive_faults().statistics().last_rad_s;
+        now_rad_s < 0.9 * told_rad_s
+    });
+    let before = bench.truth();
+    let seen = bench.watch(1.0);
+    let speeds = seen.iter().map(|truth| truth.twist.v_m_s);
+    let fastest_m_s = speeds.fold(0.0, f64::max);
+    assert!(
+        fastest_m_s < before.twist.v_m_s + 0.01,
+        "sped up from {} to {fastest_m_s} m/s",
+        before.twist.v_m_s
+    );
+    bench.until_standing(3.0);
     bench.finish();
 }
 

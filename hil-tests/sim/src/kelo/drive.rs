@@ -120,8 +120,8 @@ pub struct Kelo {
     /// Wheel angles (left, right) that the encoders call 0.
     zero_rad: Option<(f64, f64)>,
     frozen: Option<(u64, DriveFeedback)>,
-    /// Where the left wheel's encoder got stuck.
-    stuck_rad: Option<f64>,
+    /// Where the left and the right wheel's encoder got stuck.
+    stuck_rad: [Option<f64>; 2],
 }
 
 impl Kelo {
@@ -137,7 +137,7 @@ impl Kelo {
             setpoint_ts_ns: 0,
             zero_rad: Some((0.0, 0.0)),
             frozen: None,
-            stuck_rad: None,
+            stuck_rad: [None; 2],
         }
     }
 
@@ -145,6 +145,19 @@ impl Kelo {
     #[must_use]
     pub fn handle(&self) -> DriveHandle {
         self.handle.clone()
+    }
+
+    /// What the left and the right wheel's encoder say, those that are stuck included.
+    fn read_encoders(&mut self, feedback: &DriveFeedback, stuck: [bool; 2]) -> [f64; 2] {
+        let mut read_rad = [feedback.left_rad, feedback.right_rad];
+        for wheel in 0..2 {
+            if stuck[wheel] {
+                read_rad[wheel] = *self.stuck_rad[wheel].get_or_insert(read_rad[wheel]);
+            } else {
+                self.stuck_rad[wheel] = None;
+            }
+        }
+        read_rad
     }
 
     /// Takes new setpoints, now or at their time, and forgets all when outputs are not valid.
@@ -221,15 +234,11 @@ impl Application for Kelo {
             .get_or_insert((feedback.left_rad, feedback.right_rad));
         let ahead_rad = injected.encoders_ahead_rad;
         let zero = (zero.0 - ahead_rad, zero.1 - ahead_rad);
-        let left_rad = *self.stuck_rad.get_or_insert(feedback.left_rad);
-        let feedback = if injected.left_encoder_stuck {
-            DriveFeedback {
-                left_rad,
-                ..feedback
-            }
-        } else {
-            self.stuck_rad = None;
-            feedback
+        let [left_rad, right_rad] = self.read_encoders(&feedback, injected.encoder_stuck);
+        let feedback = DriveFeedback {
+            left_rad,
+            right_rad,
+            ..feedback
         };
         let mut inputs = sensors::inputs(&feedback, &command, zero);
         inputs.status1 = (inputs.status1 | injected.status1_set) & !injected.status1_cleared;

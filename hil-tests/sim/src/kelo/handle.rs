@@ -114,7 +114,12 @@ impl DriveHandle {
 
     /// The left wheel's encoder stands still, or counts on from where the wheel is then.
     pub fn stick_left_encoder(&self, stuck: bool) {
-        self.with(|shared| shared.injected.left_encoder_stuck = stuck);
+        self.with(|shared| shared.injected.encoder_stuck[0] = stuck);
+    }
+
+    /// The same of the right wheel's.
+    pub fn stick_right_encoder(&self, stuck: bool) {
+        self.with(|shared| shared.injected.encoder_stuck[1] = stuck);
     }
 
     /// Ends every injected fault.

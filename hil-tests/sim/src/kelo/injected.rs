@@ -10,5 +10,6 @@ pub(super) struct Injected {
     pub emergency_stop: bool,
     pub sensors_frozen: bool,
     pub encoders_ahead_rad: f64,
-    pub left_encoder_stuck: bool,
+    /// Of the left and of the right wheel.
+    pub encoder_stuck: [bool; 2],
 }

@@ -30,6 +30,11 @@ pub enum Disturbance {
         /// Which of the two.
         covered: bool,
     },
+    /// It says itself that it does not work well, and measures on; or that it does again.
+    Unwell {
+        /// Which of the two.
+        unwell: bool,
+    },
     /// Nothing that it sends arrives.
     Silence {
         /// For this long.

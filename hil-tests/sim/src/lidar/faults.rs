@@ -121,6 +121,16 @@ impl FaultHandle {
         self.disturb(Disturbance::Cover { covered: false });
     }
 
+    /// It says itself that it does not work well, until [`recover`](Self::recover).
+    pub fn sicken(&self) {
+        self.disturb(Disturbance::Unwell { unwell: true });
+    }
+
+    /// It works well again.
+    pub fn recover(&self) {
+        self.disturb(Disturbance::Unwell { unwell: false });
+    }
+
     /// Interrupts the wire to the host for a time: the device receives and works, but nothing arrives.
     pub fn silence(&self, duration: Duration) {
         self.disturb(Disturbance::Silence { duration });

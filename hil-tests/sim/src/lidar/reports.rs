@@ -11,7 +11,12 @@ pub(super) struct State {
     pub(super) bit_rate: u32,
     pub(super) bit_rate_changed: bool,
     pub(super) device_ms: u32,
+    pub(super) unwell: bool,
 }
+
+/// What a device says of itself that works well, and one whose laser does not.
+const WELL: &str = "Sensor works well.";
+const UNWELL: &str = "Laser malfunction.";
 
 const MODEL: &str = "URG-04LX(Hokuyo Automatic Co.,Ltd.)";
 
@@ -69,7 +74,7 @@ pub(super) fn state(state: &State, out: &mut Vec<u8>) {
         ),
         format!("SBPS:{}[bps]<-{bit_rate_from}", state.bit_rate),
         format!("TIME:{:06X}", state.device_ms),
-        "STAT:Sensor works well.".to_owned(),
+        format!("STAT:{}", if state.unwell { UNWELL } else { WELL }),
     ] {
         report_line(&line, out);
     }

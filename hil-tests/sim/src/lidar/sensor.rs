@@ -30,6 +30,7 @@ pub struct Sensor {
     corrupt_scans: u32,
     frozen: bool,
     covered: bool,
+    unwell: bool,
     silent_until_ns: u64,
     counters: Counters,
     /// Of the devices before the last power-up.
@@ -60,6 +61,7 @@ impl Sensor {
             corrupt_scans: 0,
             frozen: false,
             covered: false,
+            unwell: false,
             silent_until_ns: 0,
             counters: Counters::default(),
             earlier_dropped_scans: 0,
@@ -81,6 +83,7 @@ impl Sensor {
             ..self.options.clone()
         };
         self.device = Device::new(options, now_ns);
+        self.device.be_unwell(self.unwell);
         self.line = Line::new(self.device.bit_rate());
         self.turn_start_ns = now_ns;
         self.frozen = false;
@@ -103,6 +106,10 @@ impl Sensor {
             Disturbance::CorruptScans { scans } => self.corrupt_scans = scans,
             Disturbance::Freeze { frozen } => self.frozen = frozen,
             Disturbance::Cover { covered } => self.covered = covered,
+            Disturbance::Unwell { unwell } => {
+                self.unwell = unwell;
+                self.device.be_unwell(unwell);
+            }
             Disturbance::Silence { duration } => {
                 let duration_ns = u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
                 self.silent_until_ns = now_ns.saturating_add(duration_ns);

@@ -40,6 +40,7 @@ impl Device {
             line: Vec::with_capacity(MAX_LINE),
             line_too_long: false,
             dropped_scans: 0,
+            unwell: false,
             options,
         };
         if device.options.streaming {
@@ -65,6 +66,11 @@ impl Device {
                 _ => self.line_too_long = true,
             }
         }
+    }
+
+    /// From now on it says of itself that it does not work well, or that it does.
+    pub fn be_unwell(&mut self, unwell: bool) {
+        self.unwell = unwell;
     }
 
     /// The line broke off in the middle of a character: what was received of a command is lost.

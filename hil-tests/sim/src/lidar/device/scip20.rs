@@ -185,6 +185,7 @@ impl Device {
             bit_rate: self.bit_rate,
             bit_rate_changed: self.bit_rate != self.options.bit_rate,
             device_ms: self.timer_ms(now_ns),
+            unwell: self.unwell,
         }
     }
 }

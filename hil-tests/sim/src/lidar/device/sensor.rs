@@ -39,6 +39,8 @@ pub struct Device {
     pub(super) line: Vec<u8>,
     pub(super) line_too_long: bool,
     pub(super) dropped_scans: u64,
+    /// It says of itself that it does not work well.
+    pub(super) unwell: bool,
 }
 
 impl Device {
