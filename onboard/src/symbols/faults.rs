@@ -225,6 +225,45 @@ mod tests {
         }
     }
 
+    /// The README's table names each fault once, in its first column, and begins the last one with who ends it.
+    #[test]
+    fn the_readme_has_every_fault_and_how_it_resumes() {
+        let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md"));
+        let readme = readme.expect("readable");
+        let (_, table) = readme.split_once("\n| fault | ").expect("a table");
+        let rows = table
+            .lines()
+            .skip(2)
+            .take_while(|line| line.starts_with('|'));
+        let mut told: Vec<(String, &str)> = Vec::new();
+        for row in rows {
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let [_, fault, _, resumes, _] = cells[..] else {
+                panic!("not three columns: {row}");
+            };
+            // Its names come first, before a colon.
+            let names = { fault.starts_with('`') }.then(|| fault.split_once(": "));
+            for name in { names.flatten().into_iter() }.flat_map(|(names, _)| names.split(", ")) {
+                told.push((name.trim_matches('`').to_owned(), resumes));
+            }
+        }
+        for fault in Fault::ALL {
+            let rows: Vec<&str> = { told.iter() }
+                .filter(|(name, _)| name == fault.name())
+                .map(|(_, resumes)| *resumes)
+                .collect();
+            let [resumes] = rows[..] else {
+                panic!("{} has {} rows", fault.name(), rows.len());
+            };
+            let begins = match fault.resumes() {
+                Resumes::ByItself => "by itself",
+                Resumes::Operator => "operator: ",
+            };
+            assert!(resumes.starts_with(begins), "{}: {resumes}", fault.name());
+        }
+        assert_eq!(told.len(), FAULTS, "no others: {told:?}");
+    }
+
     #[test]
     fn a_fault_is_a_level_with_a_counter() {
         let mut table = FaultTable::default();
