@@ -56,15 +56,22 @@ enum Command {
     Devices(devices::Setup),
 }
 
+/// Laps, and the state of the drive before them.
+#[derive(Clone, Copy, Debug, Args)]
+struct Driven {
+    /// Laps to drive, where a robot's goal is laps [default: as the scenario says]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    laps: Option<u32>,
+    /// The encoders of each drive have counted as if it had driven for so many hours at its top speed
+    #[arg(long, value_name = "HOURS", value_parser = hours)]
+    driven_h: Option<f64>,
+}
+
 /// Arguments of `rig lap`.
 #[derive(Clone, Debug, Args)]
 struct LapArgs {
-    /// Laps to drive [default: 3]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    laps: Option<u32>,
-    /// The drive's encoders have counted as if it had driven for so many hours at its top speed
-    #[arg(long, value_name = "HOURS", value_parser = hours)]
-    driven_h: Option<f64>,
+    #[command(flatten)]
+    driven: Driven,
     #[command(flatten)]
     changes: Changes,
     #[command(flatten)]
@@ -98,6 +105,8 @@ struct ScenarioArgs {
     scenario: PathBuf,
     #[command(flatten)]
     fleet: FleetArgs,
+    #[command(flatten)]
+    driven: Driven,
     #[command(flatten)]
     changes: Changes,
 }
@@ -200,8 +209,8 @@ impl LapArgs {
     fn request(self) -> Request {
         Request {
             changes: self.changes,
-            laps: self.laps,
-            driven_h: self.driven_h,
+            laps: self.driven.laps,
+            driven_h: self.driven.driven_h,
             ..self.run.request("lap".into())
         }
     }
@@ -223,6 +232,8 @@ impl ScenarioArgs {
     fn request(self) -> Request {
         Request {
             changes: self.changes,
+            laps: self.driven.laps,
+            driven_h: self.driven.driven_h,
             ..self.fleet.request(self.scenario)
         }
     }
@@ -267,7 +278,7 @@ impl CampaignArgs {
             many: Many {
                 stepped: self.stepped,
                 faults: self.faults,
-                keep: None,
+                without_faults: false,
                 fault: Vec::new(),
                 fresh: self.fresh,
                 runs: self.runs,
@@ -305,7 +316,7 @@ impl AgreementArgs {
             many: Many {
                 stepped: true,
                 faults: false,
-                keep: None,
+                without_faults: false,
                 fault: Vec::new(),
                 fresh: false,
                 runs: 1,
@@ -350,5 +361,39 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.print(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(words: &[String]) -> Request {
+        let parsed = Cli::try_parse_from(["rig".to_owned()].iter().chain(words));
+        match parsed.unwrap_or_else(|error| panic!("{error}")).command {
+            Command::Lap(own) => own.request(),
+            Command::Docking(own) => own.request("docking".into()),
+            Command::Scenario(own) => own.request(),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn what_the_command_line_changes_reaches_the_process_of_a_run() {
+        for line in [
+            "lap --laps 1 --driven-h 24.5 --set a.b=1 --robot r.toml --site s.toml",
+            "docking --rounds 2 --without-mediator --without-nets",
+            "docking --secure",
+        ] {
+            let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+            let wanted = request(&words);
+            let again = ["scenario".to_owned(), wanted.scenario.display().to_string()];
+            let again: Vec<String> = { again.into_iter() }
+                .chain(commands::arguments(&wanted))
+                .collect();
+            // All but the seed, how often, and by which clock, which each run has of its own.
+            let all = |own: &Request| format!("{own:?}");
+            assert_eq!(all(&request(&again)), all(&wanted), "{again:?}");
+        }
     }
 }

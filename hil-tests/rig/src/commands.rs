@@ -9,6 +9,7 @@ use clap::builder::RangedU64ValueParser;
 use onboard::cli::Failure;
 
 use crate::campaign::faults::Times;
+use crate::campaign::shrink::Again;
 use crate::campaign::stepped::Faults;
 use crate::campaign::{agreement, faults, processes, stepped};
 use crate::output::{end_flag, write};
@@ -19,8 +20,6 @@ use crate::stepped::{Plans, Stepped};
 
 /// Folder for the output of scenarios, unless told otherwise.
 const OUT: &str = "target/rig";
-/// At most this many failing seeds of a campaign are shrunk.
-const MOST_SHRUNK: usize = 3;
 
 /// A scenario, and how it is to be run.
 #[derive(Clone, Debug)]
@@ -60,9 +59,9 @@ pub struct Many {
     /// Draw faults from the seed of each run, beside those of the scenario (with --stepped)
     #[arg(long, requires = "stepped")]
     pub faults: bool,
-    /// Of the faults, only those with these numbers, counted from 0
-    #[arg(long, value_name = "N,N", value_delimiter = ',', requires = "faults")]
-    pub keep: Option<Vec<usize>>,
+    /// Leave out the faults of the scenario's file (with --stepped)
+    #[arg(long, requires = "stepped")]
+    pub without_faults: bool,
     /// Something that goes wrong, as in a scenario file: '{ at_s = 20.0, for_s = 3.0, what = "unplug", robot = "amr-1" }'
     /// (with --stepped)
     #[arg(long = "fault", value_name = "FAULT", requires = "stepped")]
@@ -86,10 +85,6 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
     let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join(&scenario.name));
-    if request.many.keep.is_some() && request.many.runs > 1 {
-        let why = "--keep is for one run: each seed has other faults";
-        return Err(Failure::refused(why));
-    }
     if request.many.fresh && request.many.runs == 1 {
         return Err(Failure::refused("--fresh is for many runs"));
     }
@@ -164,6 +159,9 @@ fn loaded(request: &Request) -> Result<Scenario, Failure> {
             }
         }
     }
+    if request.many.without_faults {
+        scenario.faults.clear();
+    }
     scenario.add_faults(&request.many.fault)?;
     Ok(match request.rounds {
         Some(rounds) => scenario.with_at_most(rounds),
@@ -172,7 +170,7 @@ fn loaded(request: &Request) -> Result<Scenario, Failure> {
 }
 
 /// What the command line changes in a scenario, for another command line.
-fn arguments(request: &Request) -> Vec<String> {
+pub(crate) fn arguments(request: &Request) -> Vec<String> {
     let mut arguments = Vec::new();
     let mut add = |key: &str, value: String| arguments.extend([key.to_owned(), value]);
     if let Some(rounds) = request.rounds {
@@ -186,6 +184,12 @@ fn arguments(request: &Request) -> Vec<String> {
     }
     for value in set {
         add("--set", value.clone());
+    }
+    if let Some(laps) = request.laps {
+        add("--laps", laps.to_string());
+    }
+    if let Some(hours) = request.driven_h {
+        add("--driven-h", hours.to_string());
     }
     for (key, wanted) in [
         ("--without-mediator", !request.mediator),
@@ -222,7 +226,7 @@ pub fn fault_campaign(request: &Request, times: &Times) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
     let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join("campaign/faults"));
-    let setup = setup(request, &out);
+    let setup = setup(&scenario, request, &out);
     faults::faults(
         &scenario,
         &plans(&scenario, request)?,
@@ -241,7 +245,7 @@ fn stepped_often(
 ) -> Result<(), Failure> {
     let many = &request.many;
     let (plans, runs) = (plans(scenario, request)?, many.runs);
-    let setup = setup(request, out);
+    let setup = setup(scenario, request, out);
     let statistics = stepped::campaign(scenario, &plans, &setup, asked_to_end)?;
     if statistics.runs < runs {
         return Err(Failure::failed(format_args!(
@@ -250,10 +254,6 @@ fn stepped_often(
             statistics.passed,
             if many.fresh { ", without --fresh" } else { "" }
         )));
-    }
-    let failed = statistics.failures.iter().filter(|_| many.faults);
-    for failure in failed.take(MOST_SHRUNK) {
-        shrink(scenario, &plans, failure.seed, request, out)?;
     }
     let share = statistics.done as f64 / statistics.runs.max(1) as f64;
     if statistics.clean == runs && share >= scenario.least_done_share {
@@ -265,17 +265,22 @@ fn stepped_often(
     )))
 }
 
-fn setup<'a>(request: &Request, out: &'a Path) -> stepped::Setup<'a> {
+fn setup<'a>(scenario: &Scenario, request: &Request, out: &'a Path) -> stepped::Setup<'a> {
     let cores = || std::thread::available_parallelism().ok();
     let many = &request.many;
     let drawn = many.faults;
+    let of_file = scenario.faults.len() > many.fault.len();
     stepped::Setup {
         seeds: request.seed..request.seed + many.runs as u64,
         faults: if drawn { Faults::Drawn } else { Faults::None },
         mediator: request.mediator,
         nets: request.nets,
         jobs: many.jobs.or_else(cores).map_or(1, NonZeroUsize::get),
-        arguments: arguments(request),
+        again: Again {
+            scenario: request.scenario.clone(),
+            arguments: arguments(request),
+            has_faults: many.without_faults || of_file,
+        },
         fresh: many.fresh,
         out,
     }
@@ -291,56 +296,6 @@ fn plans(scenario: &Scenario, request: &Request) -> Result<Plans, Failure> {
     })
 }
 
-/// The fewest faults of a seed with which the run still fails: says how to see it again, and leaves its report.
-fn shrink(
-    scenario: &Scenario,
-    plans: &Plans,
-    seed: u64,
-    request: &Request,
-    out: &Path,
-) -> Result<(), Failure> {
-    let fails = |keep: &[usize]| -> Result<bool, Failure> {
-        let faulted = faulted(scenario, seed, Some(keep));
-        Ok(!stepped::summary(&faulted, plans, seed, true)?.passed())
-    };
-    let all = faulted(scenario, seed, None).faults.len();
-    let mut keep: Vec<usize> = (0..all).collect();
-    let mut next = 0;
-    while next < keep.len() {
-        let mut fewer = keep.clone();
-        fewer.remove(next);
-        if fails(&fewer)? {
-            keep = fewer;
-        } else {
-            next += 1;
-        }
-    }
-    let scenario = faulted(scenario, seed, Some(&keep));
-    let numbers: Vec<String> = keep.iter().map(ToString::to_string).collect();
-    let mut again = vec![request.scenario.display().to_string()];
-    again.extend(arguments(request));
-    let quoted = |fault: &String| format!("--fault '{fault}'");
-    again.extend(request.many.fault.iter().map(quoted));
-    again.push(format!("--stepped --seed {seed}"));
-    if !keep.is_empty() {
-        again.push(format!("--faults --keep {}", numbers.join(",")));
-    }
-    onboard::say!(
-        "seed {seed}, {} of {all} faults: rig scenario {}",
-        keep.len(),
-        again.join(" ")
-    );
-    for fault in &scenario.faults {
-        onboard::say!("    {fault},");
-    }
-    let stepped = Stepped::new(&scenario, plans, seed, true, false)?;
-    let mut run = Run::new(scenario, stepped, seed);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
-    // It fails: that is why it is here.
-    let _ = finish(run, &out.join(format!("seed-{seed}")), &ending);
-    Ok(())
-}
-
 /// One run on the simulated clock, with drawings and traces.
 fn stepped_once(
     scenario: Scenario,
@@ -350,15 +305,7 @@ fn stepped_once(
 ) -> Result<(), Failure> {
     let plans = plans(&scenario, request)?;
     let scenario = if request.many.faults {
-        let all = faulted(&scenario, request.seed, None);
-        let (keep, count) = (request.many.keep.as_deref(), all.faults.len());
-        if let Some(number) = keep.into_iter().flatten().find(|number| **number >= count) {
-            return Err(Failure::refused(format_args!(
-                "found --keep {number}, expected a number below {count}: seed {} has {count} faults",
-                request.seed
-            )));
-        }
-        keep.map_or(all, |keep| faulted(&scenario, request.seed, Some(keep)))
+        faulted(&scenario, request.seed)
     } else {
         scenario
     };

@@ -3,9 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use onboard::process::runtime::Runtime;
+use rig::campaign::faults::{Times, faults};
+use rig::campaign::shrink::Again;
+use rig::campaign::stepped::{Faults, Setup};
+use rig::scenario::{Changes, load};
+use rig::stepped::Plans;
 use rustix::process::{Pid, Signal};
 use serde_json::{Value as Json, json};
 
@@ -159,6 +165,134 @@ fn runs_are_compared_seed_by_seed() {
     change("duration_s", json!(1.0));
     let differ = rig(&["agreement", "lap", "--real", real]);
     assert!(!differ.status.success() && said(&differ).contains("duration in seconds: real 1.000"));
+}
+
+/// A scenario of a quarter of a minute, in which the second of two faults keeps the robot where it is.
+const UNPLUGGED: &str = r#"
+name = "unplugged"
+about = "a robot without a lidar goes nowhere"
+site = "SITES/corridor.toml"
+patience_s = 60.0
+standstill_s = 8.0
+faults = [
+    { at_s = 4.0, for_s = 1.0, what = "lose-frames", robot = "amr-1", share = 0.001 },
+    { at_s = 6.0, for_s = 100.0, what = "unplug", robot = "amr-1" },
+]
+
+[robots.amr-1]
+file = "ROBOTS/amr-1.toml"
+goal = { rounds = 1, through = [{ region = { min_m = [4.0, -2.0], max_m = [12.0, 2.0] } }] }
+"#;
+
+/// The same, in this folder.
+fn unplugged(folder: &Path) -> PathBuf {
+    let config = |name: &str| format!("{}/../../config/{name}", env!("CARGO_MANIFEST_DIR"));
+    let text = UNPLUGGED
+        .replace("SITES", &config("sites"))
+        .replace("ROBOTS", &config("robots"));
+    let file = folder.join("un plugged.toml");
+    fs::write(&file, text).expect("written");
+    file
+}
+
+fn json(file: &Path) -> Json {
+    let text = fs::read_to_string(file).unwrap_or_else(|error| panic!("{file:?}: {error}"));
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// Runs a command that was printed, with its results in this folder; returns its summary.
+fn again(command: &str, out: &Path) -> Json {
+    let words = command.strip_prefix("rig ").expect("the program's name");
+    let line = format!(
+        "{} {words} --headless --out {}",
+        env!("CARGO_BIN_EXE_rig"),
+        out.display()
+    );
+    let output = Command::new("sh").args(["-c", &line]).output();
+    let output = output.expect("run");
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    json(&out.join("summary.json"))
+}
+
+#[test]
+fn a_run_that_failed_is_made_again_by_the_command_that_is_printed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scenario, out) = (unplugged(folder.path()), folder.path().join("out"));
+    let mut rig = Command::new(env!("CARGO_BIN_EXE_rig"));
+    rig.args(["campaign", "--stepped", "--runs", "2", "--rounds", "3"]);
+    let output = rig.arg("--out").args([&out, &scenario]).output();
+    let output = output.expect("run");
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let campaign = json(&out.join("campaign.json"));
+    assert_eq!(campaign["failures"].as_array().map(Vec::len), Some(2));
+    for (number, seed) in [(0, 1), (1, 2)] {
+        let failure = &campaign["failures"][number];
+        assert_eq!(failure["seed"], seed);
+        assert_eq!([&failure["faults"], &failure["of_faults"]], [1, 2]);
+        let command = failure["command"].as_str().expect("a command");
+        assert!(command.contains("unplug") && !command.contains("lose-frames"));
+        assert!(said(&output).contains(command), "{}", said(&output));
+        let own = out.join(format!("seed-{seed}"));
+        let report = own.join("report.html");
+        assert_eq!(failure["report"].as_str(), report.to_str());
+        assert!(
+            report.is_file() && said(&output).contains(&format!("report: {}", report.display()))
+        );
+        let again = again(command, &folder.path().join("again"));
+        assert_eq!(again, json(&own.join("summary.json")));
+        assert_ne!(again["outcome"], "done");
+        assert_eq!(again["seed"], seed);
+    }
+}
+
+#[test]
+fn a_bad_run_of_the_campaign_of_faults_is_made_smaller_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = load(&unplugged(folder.path()), &Changes::default());
+    let mut scenario = scenario.unwrap_or_else(|failure| panic!("{failure:?}"));
+    scenario.faults.clear();
+    // The corridor does not allow it, also without any fault.
+    scenario.limits.clearance_m = 1.0;
+    let plans = Plans::of(&scenario).unwrap_or_else(|failure| panic!("{failure:?}"));
+    let setup = Setup {
+        seeds: 1..2,
+        faults: Faults::None,
+        mediator: true,
+        nets: true,
+        jobs: 1,
+        again: Again {
+            scenario: "own.toml".into(),
+            arguments: Vec::new(),
+            has_faults: false,
+        },
+        fresh: true,
+        out: folder.path(),
+    };
+    let times = Times {
+        runs: 1,
+        pairs: true,
+        only: ["slip", "drift"].map(str::to_owned).to_vec(),
+    };
+    let result = faults(&scenario, &plans, &setup, &times, &AtomicBool::new(false));
+    assert!(result.is_err());
+    let faults = json(&folder.path().join("faults.json"));
+    let rows = faults["rows"].as_array().expect("rows");
+    let cases: Vec<_> = rows.iter().filter_map(|row| row["case"].as_str()).collect();
+    assert_eq!(cases.len(), 3, "{cases:?}");
+    for row in rows {
+        let bad = &row["bad"][0];
+        let case = row["case"].as_str().expect("a name");
+        let all = if case == "pairs" { 2 } else { 1 };
+        assert_eq!([&bad["faults"], &bad["of_faults"]], [0, all], "{row}");
+        assert_eq!(bad["command"], "rig scenario own.toml --stepped --seed 1");
+        assert!(
+            folder
+                .path()
+                .join(case)
+                .join("seed-1/report.html")
+                .is_file()
+        );
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use onboard::symbols::faults::Fault;
 use serde::Serialize;
 
 use super::cases::{Case, Moments, MomentsOfSeeds};
+use super::shrink::{MOST, Shrinker, Shrunk};
 use super::stepped::{Faults, Setup, runs};
 use crate::machine::Machine;
 use crate::output::write_json;
@@ -76,8 +77,9 @@ struct Row {
 #[derive(Debug, Serialize)]
 struct BadRun {
     reason: String,
-    /// Makes it again.
-    command: String,
+    /// How to see it again.
+    #[serde(flatten)]
+    again: Shrunk,
 }
 
 /// Makes the runs of each case, and of pairs where they are wanted; leaves `faults.json`, and a folder for each case, with
@@ -195,35 +197,24 @@ impl Campaign<'_> {
             elapsed_s,
             bad: Vec::new(),
         };
-        for run in &summaries {
-            let is_unsafe = !run.violations.is_empty();
-            let of_seed = if is_unsafe || !run.is_done() {
-                faults(run.seed)?
-            } else {
-                continue;
-            };
-            let lasting = |fault: &ScriptedFault| ScriptedKind::LASTING.contains(&fault.what);
-            let hangs = !run.is_done() && !of_seed.iter().any(lasting);
-            row.dangerous += usize::from(is_unsafe);
-            row.hung += usize::from(hangs && !is_unsafe);
-            if is_unsafe || hangs {
-                row.bad.push(BadRun {
-                    reason: run.reason(),
-                    command: self.command(run.seed, &of_seed),
-                });
+        let (mut reasons, mut failed) = (Vec::new(), Vec::new());
+        for run in summaries.iter().filter(|run| !run.passed()) {
+            let all = setup.faults.add(self.scenario, run.seed)?.faults;
+            if is_bad(run, &all) {
+                let is_unsafe = !run.violations.is_empty();
+                row.dangerous += usize::from(is_unsafe);
+                row.hung += usize::from(!is_unsafe);
+                reasons.push(run.reason());
+                failed.push((run.seed, all));
             }
         }
+        let shrinker = Shrinker::of(self.scenario, self.plans, &setup, self.asked_to_end);
+        let again = shrinker.shrink(&failed, is_bad)?;
+        row.bad = { reasons.into_iter().zip(again) }
+            .map(|(reason, again)| BadRun { reason, again })
+            .collect();
         row.print();
         Ok(row)
-    }
-
-    /// Makes a run again.
-    fn command(&self, seed: u64, faults: &[ScriptedFault]) -> String {
-        let mut words = vec![format!("rig scenario {}", self.scenario.name)];
-        words.extend(self.setup.arguments.iter().cloned());
-        words.push(format!("--stepped --seed {seed}"));
-        words.extend(faults.iter().map(|fault| format!("--fault '{fault}'")));
-        words.join(" ")
     }
 
     /// Faults that robots raised for what went wrong, and in how many runs, most first.
@@ -278,8 +269,18 @@ impl Row {
             self.hung,
             raised.join(", ")
         );
-        for bad in &self.bad {
-            onboard::say!("    {}\n        {}", bad.reason, bad.command);
+        for bad in self.bad.iter().take(MOST) {
+            onboard::say!("    {}", bad.reason);
+            bad.again.print();
+        }
+        if self.bad.len() > MOST {
+            onboard::say!("    ... and {} more", self.bad.len() - MOST);
         }
     }
+}
+
+/// Whether a run with these faults was unsafe, or did not come to its goals where a fleet must.
+fn is_bad(run: &Summary, faults: &[ScriptedFault]) -> bool {
+    let lasting = |fault: &ScriptedFault| ScriptedKind::LASTING.contains(&fault.what);
+    !run.violations.is_empty() || !run.is_done() && !faults.iter().any(lasting)
 }

@@ -6,5 +6,6 @@ pub mod faults;
 mod ledger;
 mod pool;
 pub mod processes;
+pub mod shrink;
 pub mod statistics;
 pub mod stepped;

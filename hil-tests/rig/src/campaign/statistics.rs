@@ -2,13 +2,11 @@
 
 use serde::Serialize;
 
+use super::shrink::{MOST, Shrunk};
 use crate::figures::Figures;
 use crate::percentile::Ranked;
 use crate::scenario::Scenario;
 use crate::summary::{RobotSummary, Summary};
-
-/// Failing seeds that are printed one by one.
-const MOST_PRINTED: usize = 25;
 
 /// What came out of all runs.
 #[derive(Debug, Serialize)]
@@ -48,6 +46,9 @@ pub struct FailedRun {
     pub seed: u64,
     /// Why.
     pub reason: String,
+    /// How to see it again.
+    #[serde(flatten)]
+    pub again: Shrunk,
 }
 
 /// The distribution of one figure.
@@ -68,9 +69,10 @@ pub struct Quantity {
 }
 
 impl Statistics {
-    /// Of these runs of a scenario, which took `elapsed_s` together.
+    /// Of these runs of a scenario, which took `elapsed_s` together; of those that failed also what they shrank to, in the same
+    /// order.
     #[must_use]
-    pub fn of(scenario: &Scenario, runs: &[Summary], elapsed_s: f64) -> Self {
+    pub fn of(scenario: &Scenario, runs: &[Summary], elapsed_s: f64, shrunk: Vec<Shrunk>) -> Self {
         let count = |is: &dyn Fn(&Summary) -> bool| runs.iter().filter(|one| is(one)).count();
         let violations = tally(runs, |run| {
             run.violations
@@ -84,9 +86,11 @@ impl Statistics {
         });
         let failures = { runs.iter() }
             .filter(|run| !run.passed())
-            .map(|run| FailedRun {
+            .zip(shrunk)
+            .map(|(run, shrunk)| FailedRun {
                 seed: run.seed,
                 reason: run.reason(),
+                again: shrunk,
             })
             .collect();
         let files: Vec<String> = { scenario.robots.iter() }
@@ -111,23 +115,12 @@ impl Statistics {
 
     /// Prints them, failing seeds first.
     pub fn print(&self) {
-        for failure in self.failures.iter().take(MOST_PRINTED) {
+        for failure in self.failures.iter().take(MOST) {
             onboard::say!("FAILED seed {}: {}", failure.seed, failure.reason);
+            failure.again.print();
         }
-        if let Some(first) = self.failures.first() {
-            if let Some(more) = self
-                .failures
-                .len()
-                .checked_sub(MOST_PRINTED)
-                .filter(|&more| more > 0)
-            {
-                onboard::say!("... and {more} more");
-            }
-            onboard::say!(
-                "see one again: rig {} --stepped --seed {}",
-                self.scenario,
-                first.seed
-            );
+        if self.failures.len() > MOST {
+            onboard::say!("... and {} more", self.failures.len() - MOST);
         }
         onboard::say!(
             "{}: {} of {} runs passed; {} did it, {} had nothing wrong",

@@ -12,9 +12,11 @@ use serde::Serialize;
 
 use super::ledger::{Head, Ledger};
 use super::pool::run_all;
+use super::shrink::{Again, Shrinker};
 use super::statistics::Statistics;
 use crate::machine::Machine;
 use crate::output::write_json;
+use crate::record::Record;
 use crate::run::{Run, look_on, record};
 use crate::scenario::{Scenario, ScriptedFault};
 use crate::stepped::faults::faulted;
@@ -34,8 +36,8 @@ pub struct Setup<'a> {
     pub nets: bool,
     /// How many runs at once.
     pub jobs: usize,
-    /// What the command line changes in the scenario.
-    pub arguments: Vec<String>,
+    /// What makes its runs again, but for seeds and faults.
+    pub again: Again,
     /// Make all runs, also those that were made before.
     pub fresh: bool,
     /// Folder for `campaign.json` and `runs.jsonl`.
@@ -58,10 +60,10 @@ pub type DrawFaults<'a> = dyn Fn(u64) -> Result<Vec<ScriptedFault>, Failure> + S
 
 impl Faults<'_> {
     /// The scenario with these faults beside its own.
-    fn add(&self, scenario: &Scenario, seed: u64) -> Result<Scenario, Failure> {
+    pub(super) fn add(&self, scenario: &Scenario, seed: u64) -> Result<Scenario, Failure> {
         Ok(match self {
             Self::None => scenario.clone(),
-            Self::Drawn => faulted(scenario, seed, None),
+            Self::Drawn => faulted(scenario, seed),
             Self::Of(_, draw) => {
                 let mut scenario = scenario.clone();
                 scenario.faults.extend(draw(seed)?);
@@ -113,10 +115,19 @@ pub fn campaign(
     asked_to_end: &AtomicBool,
 ) -> Result<Statistics, Failure> {
     let (summaries, elapsed_s) = runs(scenario, plans, setup, asked_to_end)?;
-    let statistics = Statistics::of(scenario, &summaries, elapsed_s);
+    let failed = { summaries.iter() }
+        .filter(|run| !run.passed())
+        .map(|run| Ok((run.seed, setup.faults.add(scenario, run.seed)?.faults)))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    if !failed.is_empty() && !asked_to_end.load(Ordering::Relaxed) {
+        onboard::say!("{} runs failed, and are made again", failed.len());
+    }
+    let shrinker = Shrinker::of(scenario, plans, setup, asked_to_end);
+    let shrunk = shrinker.shrink(&failed, |run, _| !run.passed())?;
+    let statistics = Statistics::of(scenario, &summaries, elapsed_s, shrunk);
     statistics.print();
     let report = Report {
-        arguments: &setup.arguments,
+        arguments: &setup.again.arguments,
         machine: Machine::here(),
         jobs: setup.jobs,
         seeds: [setup.seeds.start, setup.seeds.end - 1],
@@ -217,9 +228,22 @@ pub fn summary(
     seed: u64,
     heeds_leave: bool,
 ) -> Result<Summary, Failure> {
+    Ok(recorded(scenario, plans, seed, heeds_leave)?.summary)
+}
+
+/// The same, and all else that is known of the run.
+///
+/// # Errors
+/// As [`summary`].
+pub(super) fn recorded(
+    scenario: &Scenario,
+    plans: &Plans,
+    seed: u64,
+    heeds_leave: bool,
+) -> Result<Record, Failure> {
     let stepped = Stepped::new(scenario, plans, seed, heeds_leave, false)?;
     let mut run = Run::new(scenario.clone(), stepped, seed);
     let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
     run.stop();
-    Ok(record(&run, &ending).summary)
+    Ok(record(&run, &ending))
 }

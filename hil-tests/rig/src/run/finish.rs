@@ -95,7 +95,11 @@ pub fn finish<E: Execution>(mut run: Run<E>, out: &Path, ending: &Ending) -> Res
     )))
 }
 
-fn leave(out: &Path, record: &Record) -> Result<(), Failure> {
+/// Writes summary and reports into a folder.
+///
+/// # Errors
+/// [`Failure::Failed`] when they cannot be written.
+pub fn leave(out: &Path, record: &Record) -> Result<(), Failure> {
     write_json(out, "summary.json", &record.summary)?;
     if let Some(svg) = report::drive_svg(record) {
         write(out, "report.svg", &svg)?;

@@ -23,7 +23,7 @@ mod watch;
 
 pub use ending::Ending;
 pub use execution::{Execution, Found, LOOK_NS, MediatorRuns};
-pub use finish::{finish, look_on};
+pub use finish::{finish, leave, look_on};
 pub use options::Options;
 pub use path::Path;
 pub use programs::run;

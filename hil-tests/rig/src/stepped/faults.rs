@@ -29,18 +29,11 @@ pub fn drawn(scenario: &Scenario, seed: u64) -> Vec<ScriptedFault> {
     faults
 }
 
-/// A scenario with the faults of a seed beside its own; of all of them only those with the numbers in `keep`, if there is one.
+/// A scenario with the faults of a seed beside its own.
 #[must_use]
-pub fn faulted(scenario: &Scenario, seed: u64, keep: Option<&[usize]>) -> Scenario {
-    let mut faults = scenario.faults.clone();
-    faults.extend(drawn(scenario, seed));
-    if let Some(keep) = keep {
-        let numbered = faults.into_iter().enumerate();
-        let kept = numbered.filter(|(number, _)| keep.contains(number));
-        faults = kept.map(|(_, fault)| fault).collect();
-    }
+pub fn faulted(scenario: &Scenario, seed: u64) -> Scenario {
     let mut scenario = scenario.clone();
-    scenario.faults = faults;
+    scenario.faults.extend(drawn(&scenario, seed));
     scenario
 }
 
