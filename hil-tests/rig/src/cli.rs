@@ -131,7 +131,8 @@ struct RunArgs {
     /// Show nothing while it runs
     #[arg(long)]
     headless: bool,
-    /// Folder for summary.json, reports and logs [default: target/rig/SCENARIO]
+    /// Folder for summary.json, reports and logs [default: target/rig/SCENARIO, and there `stepped` for many runs on the
+    /// simulated clock]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -172,7 +173,7 @@ struct CampaignArgs {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: Option<u32>,
     /// Folder for campaign.json and what each run leaves: a folder, or a line of runs.jsonl on the simulated clock [default:
-    /// target/rig/campaign/SCENARIO]
+    /// target/rig/campaign/SCENARIO, and there `stepped` on the simulated clock]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -84,7 +84,11 @@ pub struct Many {
 pub fn scenario(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
-    let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join(&scenario.name));
+    let mut out = Path::new(OUT).join(&scenario.name);
+    if request.many.runs > 1 {
+        out = folder_of_many(request, out);
+    }
+    let out = request.out.clone().unwrap_or(out);
     if request.many.fresh && request.many.runs == 1 {
         return Err(Failure::refused("--fresh is for many runs"));
     }
@@ -120,8 +124,8 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
 pub fn campaign(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
-    let out = { request.out.clone() }
-        .unwrap_or_else(|| Path::new(OUT).join("campaign").join(&scenario.name));
+    let out = folder_of_many(request, campaigns(&scenario));
+    let out = request.out.clone().unwrap_or(out);
     if request.many.stepped {
         stepped_often(&scenario, request, &out, &asked_to_end)
     } else {
@@ -135,9 +139,22 @@ pub fn campaign(request: &Request) -> Result<(), Failure> {
 /// [`Failure::Refused`] when nothing can be compared, [`Failure::Failed`] when they do not come to the same.
 pub fn agreement(request: &Request) -> Result<(), Failure> {
     let scenario = loaded(request)?;
-    let real = { request.out.clone() }
-        .unwrap_or_else(|| Path::new(OUT).join("campaign").join(&scenario.name));
+    let real = { request.out.clone() }.unwrap_or_else(|| campaigns(&scenario));
     agreement::agreement(&scenario, &plans(&scenario, request)?, &real)
+}
+
+/// Where campaigns of a scenario leave what they leave, unless told otherwise.
+fn campaigns(scenario: &Scenario) -> PathBuf {
+    Path::new(OUT).join("campaign").join(&scenario.name)
+}
+
+/// Where many runs leave what they leave: those on the simulated clock apart from those of the real programs.
+fn folder_of_many(request: &Request, folder: PathBuf) -> PathBuf {
+    if request.many.stepped {
+        folder.join("stepped")
+    } else {
+        folder
+    }
 }
 
 /// Loads the scenario: a path is a file; a name without an extension is a scenario that ships, unless a file has that name.

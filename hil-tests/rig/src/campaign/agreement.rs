@@ -52,7 +52,7 @@ struct Report<'a> {
     pairs: &'a [Pair],
 }
 
-/// Steps every seed that has a folder with a summary in `real`, and compares; leaves `agreement.json` there.
+/// Steps every seed that has a folder with a summary in `real`, named by it, and compares; leaves `agreement.json` there.
 ///
 /// # Errors
 /// [`Failure::Refused`] when there is no such folder or a run cannot be built, [`Failure::Failed`] when they do not agree.
@@ -92,7 +92,13 @@ fn summaries(scenario: &Scenario, real: &Path) -> Result<Vec<Summary>, Failure> 
     let refused = |why: String| Failure::refused(format_args!("{}: {why}", real.display()));
     let entries = fs::read_dir(real).map_err(|error| refused(error.to_string()))?;
     let mut summaries = Vec::new();
-    for entry in entries.flatten() {
+    // A campaign names the folders of its runs by their seeds; what else is there, such as stepped runs, is not one of them.
+    let is_run = |entry: &fs::DirEntry| {
+        let name = entry.file_name();
+        name.to_str()
+            .is_some_and(|name| name.parse::<u64>().is_ok())
+    };
+    for entry in entries.flatten().filter(is_run) {
         let Ok(text) = fs::read_to_string(entry.path().join("summary.json")) else {
             continue;
         };
