@@ -110,7 +110,7 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
                 nets: request.nets,
                 secure: request.secure,
             };
-            run(scenario, &options, &asked_to_end)
+            run(&scenario, &options, &asked_to_end)
         }
         (false, _) => processes(&scenario, request, out, &asked_to_end),
     }

@@ -2,6 +2,7 @@
 //!
 //! On every core a thread above all others sleeps a millisecond at a time. What it oversleeps, nobody on that core had.
 
+use std::fmt;
 use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,6 +16,8 @@ use sim::rt::{monotonic_ns, promote};
 const PERIOD_NS: u64 = 1_000_000;
 /// What is overslept by more is a stall.
 const STALL_NS: u64 = 5_000_000;
+/// A stall this long costs a robot what it judges itself by: frames, setpoints, scans.
+const SPOILS_MS: f64 = 15.0;
 /// Above every thread of robots and devices.
 const PRIORITY: u8 = 99;
 /// Stalls that are kept: a machine with more of them is of no use.
@@ -29,6 +32,35 @@ pub struct Stalls {
     pub longest_ms: f64,
     /// Time that the host took from all cores together, as the kernel counts it, milliseconds.
     pub steal_ms: f64,
+}
+
+impl Stalls {
+    /// Whether a robot's failure may be due to them: one of them cost it what it judges itself by.
+    #[must_use]
+    pub fn spoil(&self) -> bool {
+        self.longest_ms >= SPOILS_MS
+    }
+
+    /// Those of several runs together.
+    #[must_use]
+    pub fn together(all: impl Iterator<Item = Self>) -> Self {
+        all.fold(Self::default(), |sum, own| Self {
+            count: sum.count + own.count,
+            longest_ms: sum.longest_ms.max(own.longest_ms),
+            steal_ms: sum.steal_ms + own.steal_ms,
+        })
+    }
+}
+
+impl fmt::Display for Stalls {
+    /// In a sentence.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (count, longest_ms) = (self.count, self.longest_ms);
+        write!(
+            f,
+            "the machine stalled {count} times, {longest_ms:.0} ms at most"
+        )
+    }
 }
 
 /// Watches until it is dropped.
@@ -62,7 +94,7 @@ impl StallWatch {
                 // Unpinned it still sees stalls of the whole machine.
                 let _ = sched_setaffinity(None, &own);
                 let _ = promote(PRIORITY);
-                look(&seen, &stop);
+                look(&seen, &stop, monotonic_ns, sleep_until);
             })?);
         }
         Ok(watch)
@@ -99,12 +131,18 @@ impl StallWatch {
     }
 }
 
-fn look(seen: &Mutex<Vec<(u64, u64)>>, stop: &AtomicBool) {
-    let mut next_ns = monotonic_ns();
+/// Looks at a clock and sleeps on it until it is told to stop.
+fn look(
+    seen: &Mutex<Vec<(u64, u64)>>,
+    stop: &AtomicBool,
+    now_ns: impl Fn() -> u64,
+    sleep_until: impl Fn(u64),
+) {
+    let mut next_ns = now_ns();
     while !stop.load(Ordering::Relaxed) {
         next_ns += PERIOD_NS;
         sleep_until(next_ns);
-        let now_ns = monotonic_ns();
+        let now_ns = now_ns();
         if now_ns > next_ns + STALL_NS {
             let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
             if seen.len() < MOST {
@@ -138,6 +176,8 @@ impl Drop for StallWatch {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use super::*;
 
     #[test]
@@ -149,6 +189,41 @@ mod tests {
         let later = watch.since(monotonic_ns() + 1_000_000_000_000);
         assert_eq!(later, Stalls::default());
         assert!(watch.stalls().steal_ms >= 0.0);
+    }
+
+    #[test]
+    fn what_is_overslept_by_more_than_five_milliseconds_is_a_stall() {
+        const MS: u64 = 1_000_000;
+        // How late each wake-up is, on a clock that begins at one second.
+        let late_ns = [0, 5 * MS, 7 * MS, MS / 2, 31 * MS, 0, 0];
+        let (clock_ns, wakes) = (Cell::new(1000 * MS), Cell::new(0));
+        let (seen, stop) = (Mutex::default(), AtomicBool::new(false));
+        let sleep_until = |until_ns: u64| {
+            assert!(until_ns > clock_ns.get(), "it sleeps each time");
+            clock_ns.set(until_ns + late_ns[wakes.get()]);
+            wakes.set(wakes.get() + 1);
+            stop.store(wakes.get() == late_ns.len(), Ordering::Relaxed);
+        };
+        look(&seen, &stop, || clock_ns.get(), sleep_until);
+        assert_eq!(wakes.get(), late_ns.len());
+        // The next period begins after a stall, which counts once.
+        let seen = seen.into_inner().expect("not poisoned");
+        let expected = [(1015 * MS, 7 * MS), (1048 * MS + MS / 2, 31 * MS)];
+        assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn only_long_stalls_spoil_a_run() {
+        let stalls = |count, longest_ms| Stalls {
+            count,
+            longest_ms,
+            steal_ms: 1.0,
+        };
+        assert!(!stalls(900, 14.9).spoil() && stalls(1, 15.0).spoil());
+        let both = Stalls::together([stalls(2, 31.0), stalls(3, 7.0)].into_iter());
+        assert_eq!((both.count, both.longest_ms, both.steal_ms), (5, 31.0, 2.0));
+        let said = "the machine stalled 5 times, 31 ms at most";
+        assert_eq!(both.to_string(), said);
     }
 
     #[test]

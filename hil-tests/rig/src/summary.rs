@@ -27,6 +27,9 @@ pub struct Summary {
     pub machine: Machine,
     /// How often and how long the machine stalled; none on the simulated clock.
     pub stalls: Option<Stalls>,
+    /// The run before this one, if a stall of the machine spoiled it: this one is its repetition.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spoiled: Option<Spoiled>,
     /// One entry for each robot, in the order of their identities.
     pub robots: Vec<RobotSummary>,
     /// The mediator's processes; none without one.
@@ -43,6 +46,15 @@ pub struct Summary {
     pub during: Vec<DuringSummary>,
     /// What must not happen and did, from the world's truth, the devices' own records and the independent listener.
     pub violations: Vec<Violation>,
+}
+
+/// A run that failed while the machine stalled, and that was made once more.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spoiled {
+    /// Why it failed, in a line.
+    pub reason: String,
+    /// How often and how long the machine stalled.
+    pub stalls: Stalls,
 }
 
 /// What happened to one robot.
@@ -259,6 +271,14 @@ impl Summary {
     #[must_use]
     pub fn passed(&self) -> bool {
         self.is_done() && self.violations.is_empty()
+    }
+
+    /// The stalls that may be to blame for what went wrong; none: the run passed, no stall was long enough, or a robot collided,
+    /// for which nothing is an excuse.
+    #[must_use]
+    pub fn spoiled_by(&self) -> Option<Stalls> {
+        let excused = !self.passed() && self.robots.iter().all(|robot| robot.collisions == 0);
+        self.stalls.filter(|stalls| excused && stalls.spoil())
     }
 
     /// How many violations there were, to be said after the outcome; empty without any.

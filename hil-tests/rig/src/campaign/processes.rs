@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use onboard::cli::Failure;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 use super::pool::run_all;
@@ -16,7 +16,8 @@ use crate::output::write_json;
 use crate::percentile::Ranked;
 use crate::process::Process;
 use crate::scenario::Scenario;
-use crate::summary::Latency;
+use crate::stalls::Stalls;
+use crate::summary::{Latency, Spoiled};
 
 /// How often running processes are polled.
 const LOOK: Duration = Duration::from_millis(50);
@@ -38,6 +39,10 @@ struct Campaign {
     grants: Latency,
     /// The same.
     commands: Latency,
+    /// Of all runs together.
+    stalls: Stalls,
+    /// Runs that were made once more, since a stall of the machine had spoiled them.
+    repeated: usize,
     runs: Vec<Outcome>,
 }
 
@@ -63,6 +68,10 @@ struct Outcome {
     grants: Latency,
     commands: Latency,
     violations: Vec<String>,
+    /// How often and how long the machine stalled; none without a summary.
+    stalls: Option<Stalls>,
+    /// The run before it, if a stall of the machine spoiled it: this one is its repetition.
+    spoiled: Option<Spoiled>,
     folder: PathBuf,
 }
 
@@ -210,6 +219,8 @@ fn read(json: &Json, seed: u64, succeeded: bool, folder: &Path) -> Outcome {
         violations: { list("violations").into_iter() }
             .map(|own| format!("{} of {}", text(&own["kind"]), text(&own["robot"])))
             .collect(),
+        stalls: Stalls::deserialize(&json["stalls"]).ok(),
+        spoiled: Spoiled::deserialize(&json["spoiled"]).ok(),
         folder: folder.to_owned(),
     }
 }
@@ -235,6 +246,8 @@ fn sum_up(
         duration_s: spread(&durations),
         grants: together(runs.iter().map(|run| &run.grants)),
         commands: together(runs.iter().map(|run| &run.commands)),
+        stalls: Stalls::together(runs.iter().filter_map(|run| run.stalls)),
+        repeated: runs.iter().filter(|run| run.spoiled.is_some()).count(),
         runs,
     }
 }
@@ -286,6 +299,13 @@ fn print_line(run: &Outcome) {
     } else {
         format!("; VIOLATIONS {}", run.violations.join(", "))
     };
+    if let Some(Spoiled { reason, stalls }) = &run.spoiled {
+        onboard::say!(
+            "{:>6}  {:<9} {reason} ({stalls}); once more:",
+            run.seed,
+            "SPOILED"
+        );
+    }
     onboard::say!(
         "{:>6}  {:<9} {:>8.1}  {:>9} {:>9}  {:>9} {:>9}  {:>9.3}  {}{violations}",
         run.seed,
@@ -324,6 +344,11 @@ fn print_sum(campaign: &Campaign, file: &Path) {
             ms(own.max_ms)
         );
     }
+    let again = match campaign.repeated {
+        0 => String::new(),
+        runs => format!("; {runs} runs that it spoiled were made once more"),
+    };
+    onboard::say!("{}{again}", campaign.stalls);
     onboard::say!("wrote {}", file.display());
 }
 
@@ -351,6 +376,8 @@ mod tests {
                 "areas": [{ "longest_wait_s": ms }],
                 "grants": { "count": 2, "p50_ms": ms, "p99_ms": 2.0 * ms, "max_ms": 2.0 * ms },
                 "violations": [{ "kind": "collision", "robot": "a" }],
+                "stalls": { "count": 2, "longest_ms": ms, "steal_ms": 0.5 },
+                "spoiled": { "reason": "stuck", "stalls": Stalls::default() },
             });
             read(&json, 1, true, Path::new("x"))
         };
@@ -363,7 +390,17 @@ mod tests {
         assert_eq!(together(runs.iter().map(|run| &run.commands)).p50_ms, None);
         assert_eq!(runs[0].violations, ["collision of a"]);
         assert_eq!((runs[2].collisions, runs[2].longest_wait_s), (1, 9.0));
-        let spread = spread(&runs.map(|run| run.duration_s));
+        let spread = spread(&runs.each_ref().map(|run| run.duration_s));
         assert_eq!((spread.min, spread.p50, spread.max), (10.0, 20.0, 30.0));
+        let unstalled = read(&Json::Null, 4, false, Path::new("x"));
+        assert_eq!(
+            (unstalled.stalls, unstalled.spoiled.is_none()),
+            (None, true)
+        );
+        let scenario = crate::testing::scenario("lap");
+        let runs = [&runs[..], &[unstalled]].concat();
+        let all = sum_up(&scenario, Vec::new(), 1, runs);
+        let (stalls, repeated) = (all.stalls, all.repeated);
+        assert_eq!((stalls.count, stalls.longest_ms, repeated), (6, 9.0, 3));
     }
 }

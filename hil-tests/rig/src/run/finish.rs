@@ -18,6 +18,7 @@ use crate::output::{write, write_json};
 use crate::process::log_tail;
 use crate::record::Record;
 use crate::report;
+use crate::summary::Spoiled;
 use crate::violation::ViolationKind;
 
 /// Lines of a log that are shown when a run fails.
@@ -80,10 +81,26 @@ impl<E: Execution> Run<E> {
 /// # Errors
 /// [`Failure::Failed`] when goals were not reached or something was violated.
 pub fn finish<E: Execution>(mut run: Run<E>, out: &Path, ending: &Ending) -> Result<(), Failure> {
+    verdict(&conclude(&mut run, out, ending, None)?, out, ending)
+}
+
+/// Stops everything, and writes summary and reports; `spoiled` is the run of which this one is the repetition.
+pub(super) fn conclude<E: Execution>(
+    run: &mut Run<E>,
+    out: &Path,
+    ending: &Ending,
+    spoiled: Option<Spoiled>,
+) -> Result<Record, Failure> {
     run.stop();
-    let record = record(&run, ending);
+    let mut record = record(run, ending);
+    record.summary.spoiled = spoiled;
     leave(out, &record)?;
     print(&record.summary, out);
+    Ok(record)
+}
+
+/// Whether goals were reached and nothing was violated.
+pub(super) fn verdict(record: &Record, out: &Path, ending: &Ending) -> Result<(), Failure> {
     if record.summary.passed() {
         return Ok(());
     }
@@ -91,7 +108,7 @@ pub fn finish<E: Execution>(mut run: Run<E>, out: &Path, ending: &Ending) -> Res
         "{}; {} violations{}",
         record.summary.outcome,
         record.summary.violations.len(),
-        last_words(&record, out, ending)
+        last_words(record, out, ending)
     )))
 }
 

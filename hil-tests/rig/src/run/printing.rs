@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::repeat::SPOILED;
 use crate::figures::Figures;
 use crate::machine::Machine;
 use crate::summary::{Latency, RobotSummary, Summary};
@@ -14,11 +15,14 @@ pub(super) fn print(summary: &Summary, out: &Path) {
         summary.duration_s
     );
     if let Some(stalls) = summary.stalls.filter(|stalls| stalls.count > 0) {
+        onboard::say!("{stalls}; the host took {:.0} ms", stalls.steal_ms);
+    }
+    if let Some(spoiled) = &summary.spoiled {
         onboard::say!(
-            "the machine stalled {} times, {:.0} ms at most; the host took {:.0} ms",
-            stalls.count,
-            stalls.longest_ms,
-            stalls.steal_ms
+            "it was made once more: before, {} ({}); what that run left is in {}",
+            spoiled.reason,
+            spoiled.stalls,
+            out.join(SPOILED).display()
         );
     }
     for robot in &summary.robots {

@@ -5,24 +5,30 @@ use std::sync::atomic::AtomicBool;
 use onboard::cli::Failure;
 use sim::rt::monotonic_ns;
 
-use super::finish::{finish, look_on};
+use super::finish::{conclude, look_on, verdict};
 use super::options::Options;
+use super::repeat::repeated;
 use super::stage::Stage;
 use super::watch::Run;
 use crate::scenario::Scenario;
 
-/// Runs a scenario to its end, and writes its summary and reports.
+/// Runs a scenario to its end, and writes its summary and reports; once more if a stall of the machine spoiled it.
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when goals were not reached or something was violated.
 pub fn run(
-    scenario: Scenario,
+    scenario: &Scenario,
     options: &Options,
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
-    let mut run = Run::start(scenario, options)?;
-    let ending = look_on(&mut run, options.headless, asked_to_end)?;
-    finish(run, &options.out, &ending)
+    let out = &options.out;
+    repeated(out, asked_to_end, |spoiled| {
+        let mut run = Run::start(scenario.clone(), options)?;
+        let ending = look_on(&mut run, options.headless, asked_to_end)?;
+        let record = conclude(&mut run, out, &ending, spoiled)?;
+        let success = verdict(&record, out, &ending);
+        Ok((record.summary, success))
+    })
 }
 
 impl Run<Stage> {

@@ -31,6 +31,7 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
         duration_s: seconds(now_ns),
         machine: Machine::here(),
         stalls: run.stage.stalls(),
+        spoiled: None,
         robots: { 0..run.tracks.len() }
             .map(|robot| robot_summary(run, robot))
             .collect(),

@@ -1,6 +1,7 @@
 //! What comes first: outcome, seed, duration, machine, and what went wrong, in words.
 
-use crate::summary::Violation;
+use crate::stalls::Stalls;
+use crate::summary::{Spoiled, Violation};
 
 use super::html::{Page, quantity};
 use super::view::View;
@@ -28,7 +29,16 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
     let ended = coordinations.iter().filter(|run| run.duration_s.is_some());
     let firings: usize = coordinations.iter().map(|run| run.firings.len()).sum();
     let machine = &summary.machine;
-    for (name, value, class) in [
+    let stalled = |stalls: &Stalls| {
+        let (count, longest_ms) = (stalls.count, stalls.longest_ms);
+        let value = format!("{count} times, {longest_ms:.0} ms at most");
+        ("machine stalled", value, "")
+    };
+    let spoiled = |spoiled: &Spoiled| {
+        let value = format!("{} ({})", spoiled.reason, spoiled.stalls);
+        ("made once more, as spoiled before", value, "long")
+    };
+    let facts = [
         ("duration", quantity(summary.duration_s, 1, "s"), ""),
         ("seed", summary.seed.to_string(), ""),
         ("robots", record.robots.len().to_string(), ""),
@@ -56,7 +66,11 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
             ),
             "long",
         ),
-    ] {
+    ];
+    for (name, value, class) in { facts.into_iter() }
+        .chain(summary.stalls.as_ref().map(stalled))
+        .chain(summary.spoiled.as_ref().map(spoiled))
+    {
         page.raw("<div>");
         page.element("dt", name);
         page.element(&format!("dd class=\"{class}\""), value);

@@ -9,7 +9,8 @@ use sim::world::Pose;
 use super::whole::{self, LARGEST_BYTES};
 use crate::record::{Incident, RobotRecord, Span, Wait};
 use crate::report::specimens::noise;
-use crate::summary::Violation;
+use crate::stalls::Stalls;
+use crate::summary::{Spoiled, Violation};
 use crate::violation::ViolationKind;
 use checks::{count, drawing, page};
 use records::{coordination, driven, empty, holdings, overtaking};
@@ -237,6 +238,29 @@ fn a_long_run_of_three_stays_small() {
     record.summary.violations.clear();
     record.waits.clear();
     assert!(whole::html(&record).len() < LARGEST_BYTES / 2);
+}
+
+#[test]
+fn a_machine_that_stalled_is_told_of() {
+    let mut record = overtaking();
+    assert!(!page(&record).0.contains("machine stalled"));
+    let stalls = |count, longest_ms| Stalls {
+        count,
+        longest_ms,
+        steal_ms: 0.0,
+    };
+    record.summary.stalls = Some(stalls(23, 31.4));
+    record.summary.spoiled = Some(Spoiled {
+        reason: "no robot has moved".to_owned(),
+        stalls: stalls(99, 77.0),
+    });
+    let (page, _) = page(&record);
+    for told in [
+        "23 times, 31 ms at most",
+        "no robot has moved (the machine stalled 99 times, 77 ms at most)",
+    ] {
+        assert!(page.contains(told), "{told}");
+    }
 }
 
 #[test]
