@@ -10,7 +10,7 @@ use super::options::Options;
 use super::repeat::repeated;
 use super::stage::Stage;
 use super::watch::Run;
-use crate::scenario::Scenario;
+use crate::scenario::{Limits, Scenario};
 
 /// Runs a scenario to its end, and writes its summary and reports; once more if a stall of the machine spoiled it.
 ///
@@ -31,12 +31,27 @@ pub fn run(
     })
 }
 
+/// The limits of real programs. How accurate a robot is hangs on the machine, which may stall: it is measured and printed as on the
+/// simulated clock, where it is judged. What is left is safety.
+fn without_accuracy(limits: Limits) -> Limits {
+    let unlimited = |limit: Option<f64>| limit.map(|_| f64::INFINITY);
+    Limits {
+        pose_error_m: unlimited(limits.pose_error_m),
+        heading_error_deg: unlimited(limits.heading_error_deg),
+        dock_error_m: unlimited(limits.dock_error_m),
+        pose_stop_error_m: unlimited(limits.pose_stop_error_m),
+        border_stop_error_m: unlimited(limits.border_stop_error_m),
+        ..limits
+    }
+}
+
 impl Run<Stage> {
     /// Starts the programs; robots start as their times come.
     ///
     /// # Errors
     /// [`Failure::Refused`] naming what is wrong or not available.
-    pub fn start(scenario: Scenario, options: &Options) -> Result<Self, Failure> {
+    pub fn start(mut scenario: Scenario, options: &Options) -> Result<Self, Failure> {
+        scenario.limits = without_accuracy(scenario.limits);
         let stage = Stage::set(&scenario, options)?;
         let names: Vec<&str> = { scenario.robots.iter() }
             .map(|own| own.id.as_str())
@@ -102,5 +117,45 @@ impl Run<Stage> {
         drop(observations);
         self.note(format!("area {area} is cleared"));
         Ok(said)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn real_programs_are_held_to_safety_and_their_accuracy_is_measured() {
+        for name in ["course", "clutter", "lap"] {
+            let stepped = testing::scenario(name).limits;
+            let real = without_accuracy(stepped);
+            let accuracy = |limits: &Limits| {
+                let Limits {
+                    pose_error_m,
+                    heading_error_deg,
+                    dock_error_m,
+                    pose_stop_error_m,
+                    border_stop_error_m,
+                    ..
+                } = *limits;
+                [
+                    pose_error_m,
+                    heading_error_deg,
+                    dock_error_m,
+                    pose_stop_error_m,
+                    border_stop_error_m,
+                ]
+            };
+            for (wanted, limit) in accuracy(&stepped).into_iter().zip(accuracy(&real)) {
+                assert_eq!(limit, wanted.map(|_| f64::INFINITY), "{name}");
+            }
+            assert_eq!(real.concern_belief(), stepped.concern_belief());
+            assert_eq!(real.clearance_m, stepped.clearance_m);
+            assert_eq!(real.may_be_run_into, stepped.may_be_run_into);
+            assert_eq!(real.lateral_error_m, stepped.lateral_error_m);
+            assert_eq!(real.over_speed, stepped.over_speed);
+        }
+        assert!(testing::scenario("course").limits.concern_belief());
     }
 }
