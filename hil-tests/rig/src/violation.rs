@@ -37,6 +37,9 @@ kinds! {
     EntryWithoutGrant = "entry-without-grant", "The robot was in an area without a grant.";
     OverCapacity = "over-capacity", "More robots were in an area than it holds.";
     TwoOwners = "two-owners", "More robots had an area at once than it holds.";
+    FenceNotGrown = "fence-not-grown", "A grant of an area had no larger fence than an earlier one.";
+    TwoNets = "two-nets", "A coordination went on after another one had taken over the robot.";
+    UncommandedEntry = "uncommanded-entry", "The robot entered an area that the net in control of it had not named.";
     Border = "border", "The robot was in an area that the rig withheld leave for.";
     During = "during", "A rule that holds during something was broken.";
     UnsafeSpeed = "unsafe-speed", "The robot did not brake as it must after a fault.";

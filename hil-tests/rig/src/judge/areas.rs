@@ -42,6 +42,8 @@ struct Presence {
     cleared: bool,
     /// Since when it has been inside without a grant.
     without_ns: Option<u64>,
+    /// When it came in while a net had control of it, until that is judged.
+    entered_ns: Option<u64>,
 }
 
 impl Areas {
@@ -86,10 +88,22 @@ impl Areas {
         for area in &mut self.areas {
             let had = |at_ns| { look.observations }.had(&robot.id, &area.id, at_ns, HEARING_NS);
             let presence = &mut area.presence[look.robot];
-            presence.inside = touch(&body, &area.inner);
+            let was_inside = std::mem::replace(&mut presence.inside, touch(&body, &area.inner));
             presence.excused &= presence.inside;
             presence.cleared &= presence.inside;
             presence.excused |= before.is_none() && presence.inside;
+            if presence.inside && !was_inside && before.is_some() {
+                presence.entered_ns = Some(truth.time_ns);
+            }
+            if let Some(entered_ns) = presence.entered_ns
+                && truth.time_ns >= entered_ns + HEARING_NS
+            {
+                presence.entered_ns = None;
+                if let Some(detail) = uncommanded(&robot.id, &area.id, entered_ns, look) {
+                    let kind = ViolationKind::UncommandedEntry;
+                    violations.report(kind, &robot.name, entered_ns, detail);
+                }
+            }
             if !presence.inside {
                 presence.without_ns = None;
                 continue;
@@ -144,6 +158,20 @@ impl Areas {
             }
         }
     }
+}
+
+/// What is wrong with an entry at this time: the net in control of the robot has not ordered it into the area.
+fn uncommanded(robot: &str, area: &str, entered_ns: u64, look: &Look<'_>) -> Option<String> {
+    let control = look.observations.control_of(robot, entered_ns)?;
+    // The robot may have been on its way in when it gave its control away.
+    let acquired_ns = control.acquired_ns?.saturating_add(HEARING_NS);
+    let named = control.areas.iter().any(|named| named == area);
+    (acquired_ns <= entered_ns && !named).then(|| {
+        format!(
+            "entered area {area} in coordination {} ({}), which has not ordered it there",
+            control.number, control.net
+        )
+    })
 }
 
 fn shrunk(region: &Rect, by_m: f64) -> Rectangle {

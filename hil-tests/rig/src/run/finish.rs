@@ -12,7 +12,7 @@ use super::live::Live;
 use super::printing::print;
 use super::recording::record;
 use super::watch::Run;
-use crate::judge::two_owners;
+use crate::judge::{fences_not_grown, two_nets, two_owners};
 use crate::network::observations::Observations;
 use crate::output::{write, write_json};
 use crate::process::log_tail;
@@ -60,13 +60,22 @@ impl<E: Execution> Run<E> {
         for (kind, robot, detail) in found {
             self.judge.report(kind, &robot, now_ns, detail);
         }
-        let ownings = self
-            .stage
-            .heard(|observations| observations.ownings().to_vec());
-        for (robot, at_ns, detail) in two_owners(&self.scenario.site, &ownings, now_ns) {
-            self.judge
-                .report(ViolationKind::TwoOwners, &robot, at_ns, detail);
-        }
+        let (judge, scenario) = (&mut self.judge, &self.scenario);
+        self.stage.heard(|observations| {
+            let ownings = observations.ownings();
+            let owners = two_owners(&scenario.site, ownings, now_ns);
+            let fences = fences_not_grown(scenario, ownings);
+            let nets = two_nets(observations.controlled());
+            for (kind, found) in [
+                (ViolationKind::TwoOwners, owners),
+                (ViolationKind::FenceNotGrown, fences),
+                (ViolationKind::TwoNets, nets),
+            ] {
+                for (robot, at_ns, detail) in found {
+                    judge.report(kind, &robot, at_ns, detail);
+                }
+            }
+        });
         // The listener hears one key prefix, which is this run's own: there is no stranger to blame.
         if let Some(malformed) = self.stage.heard(Observations::malformed) {
             let detail = format!("{} messages could not be decoded", malformed.count);

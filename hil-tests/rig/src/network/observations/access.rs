@@ -20,6 +20,8 @@ pub struct Owning {
     pub robot: String,
     /// Of the grant.
     pub fence: u64,
+    /// Of the mediator that its robot followed then: each journal counts fences of its own.
+    pub journal: u64,
     /// When its request was heard.
     pub requested_ns: Option<u64>,
     /// When the grant was heard.
@@ -118,13 +120,13 @@ impl Accesses {
         }
     }
 
-    /// Takes in a level of either side.
+    /// Takes in a level of either side, which goes by this journal and fence.
     pub(super) fn learn(
         &mut self,
         robot: &str,
         area: &str,
         level: &Level,
-        fence: u64,
+        (journal, fence): (u64, u64),
         at_ns: u64,
     ) -> Deeds {
         let mut deeds = Deeds::default();
@@ -168,6 +170,7 @@ impl Accesses {
                 area: area.to_owned(),
                 robot: robot.to_owned(),
                 fence,
+                journal,
                 requested_ns,
                 granted_ns: at_ns,
                 entered_ns: None,

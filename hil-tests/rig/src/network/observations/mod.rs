@@ -139,9 +139,8 @@ impl Observations {
         }
         for access in &report.access {
             let Some(level) = &access.level else { continue };
-            let deeds = self
-                .accesses
-                .learn(robot, &access.area, level, access.fence, at_ns);
+            let by = (source.journal, access.fence);
+            let deeds = (self.accesses).learn(robot, &access.area, level, by, at_ns);
             let free = self.accesses.is_free_for(robot, &access.area)
                 && !self.controls.is_controlled(robot);
             self.latencies
@@ -171,9 +170,8 @@ impl Observations {
         for grant in &answer.access {
             let Some(level) = &grant.level else { continue };
             let full = self.accesses.is_full_for(robot, &grant.area);
-            let deeds = self
-                .accesses
-                .learn(robot, &grant.area, level, grant.fence, at_ns);
+            let by = (source.journal, grant.fence);
+            let deeds = (self.accesses).learn(robot, &grant.area, level, by, at_ns);
             self.accesses.explain(robot, &grant.area, &grant.waits_for);
             let waits = !grant.waits_for.is_empty();
             self.latencies
@@ -258,6 +256,13 @@ impl Observations {
         self.ownings().iter().rev().any(|owning| {
             owning.robot == robot && owning.area == area && owning.covers(at_ns, tolerance_ns)
         })
+    }
+
+    /// The net that had the discrete control of this robot at this time, if one had.
+    #[must_use]
+    pub fn control_of(&self, robot: &str, at_ns: u64) -> Option<&Controlled> {
+        let mut all = self.controlled().iter().rev();
+        all.find(|own| own.robot == robot && own.covers(at_ns))
     }
 
     /// Whether a net of this name had the discrete control of any robot at this time.

@@ -69,6 +69,7 @@ fn a_run_is_written_down_whatever_is_repeated_or_late() {
         area: "2".into(),
         robot: "a".into(),
         fence: 5,
+        journal: 0,
         requested_ns: Some(10 * MS),
         granted_ns: 12 * MS,
         entered_ns: Some(20 * MS),
