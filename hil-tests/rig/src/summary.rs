@@ -144,6 +144,8 @@ pub struct Violation {
 pub struct MediatorSummary {
     /// How often it was started.
     pub starts: u32,
+    /// Messages, reports and questions that found a full queue; none through the real programs, whose log tells.
+    pub dropped: Option<u64>,
     /// Largest resident memory; none on the simulated clock.
     pub rss_mib: Option<f64>,
     /// Share of one core that the last process used.

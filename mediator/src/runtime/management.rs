@@ -1,4 +1,4 @@
-//! The area management activity: reports in, journal, messages out; its step, which is handed the time, and its thread.
+//! The area management activity: reports in, journal, messages out; its parts, which are handed the time, and its thread.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -12,6 +12,7 @@ use super::orders::Orders;
 use super::question::{Answer, Question};
 use super::repeats::Repeats;
 use super::shared::Shared;
+use super::turn::{Sent, Turn};
 use crate::journal::{ClosedRecord, Entry, OrderRecord, Store, StoreError};
 use crate::manager::{Inside, Manager};
 use contract::wire::MediatorReport;
@@ -284,33 +285,34 @@ pub(super) fn run(
 }
 
 fn run_until_stopped(
-    mut management: Management,
+    management: Management,
     inbox: &Inbox,
     outbox: &Sender<MediatorReport>,
     shared: &Shared,
 ) -> Result<(), String> {
     let mut overflows = Overflows::default();
+    let mut turn = Turn::new(management);
+    let tick = Duration::from_nanos(TICK_NS);
     while !shared.is_stopping() {
-        let turned = if management.is_blocked() {
-            std::thread::sleep(Duration::from_nanos(TICK_NS));
-            management.retry(shared.now_ns())
+        let inputs = if turn.is_blocked() {
+            std::thread::sleep(tick);
+            Vec::new()
         } else {
-            let inputs = inbox.take(Duration::from_nanos(TICK_NS));
-            management.turn(inputs.into_iter(), shared.now_ns())
+            inbox.take(tick)
         };
-        turned.map_err(|error| error.to_string())?;
+        turn.take_in(inputs.into_iter(), shared.now_ns())
+            .map_err(|error| error.to_string())?;
         let now_ns = shared.now_ns();
         overflows.tell(inbox, shared, now_ns);
-        while let Some(message) = management.next_message(now_ns) {
-            match outbox.try_send(message) {
-                Ok(()) => {}
-                Err(TrySendError::Full(_)) => {
-                    shared.dropped_outputs.fetch_add(1, Ordering::Relaxed);
-                }
-                Err(TrySendError::Closed(_)) => return Ok(()),
-            }
+        let goes_on = turn.release(now_ns, |message| match outbox.try_send(message) {
+            Ok(()) => Sent::Taken,
+            Err(TrySendError::Full(_)) => Sent::Full,
+            Err(TrySendError::Closed(_)) => Sent::Closed,
+        });
+        (shared.dropped_outputs).store(turn.dropped(), Ordering::Relaxed);
+        if !goes_on {
+            break;
         }
-        management.answer();
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! The running mediator: two activities on two threads, and what waits between them, bounded in each direction.
 //!
-//! *Management* owns manager and journal, and takes one step after the other; [`Management`] is that step, without thread and
+//! *Management* owns manager and journal, and takes one step after the other; [`Turn`] is that step, without thread and
 //! clock, so that it also runs on a simulated one. *Communication* owns the network and
 //! the control socket. Reports wait in [`Waiting`], where the newest counts; a full queue of messages drops what came last and
 //! counts it: levels are repeated.
@@ -17,6 +17,7 @@ mod question;
 mod repeats;
 mod shared;
 mod threads;
+mod turn;
 mod waiting;
 
 pub use afar::ask_from_afar;
@@ -27,4 +28,5 @@ pub use network::{Settings, report_in};
 pub use question::{Answer, Question, ask};
 pub use shared::Shared;
 pub use threads::{OUTPUTS, Runtime};
+pub use turn::{Sent, Turn};
 pub use waiting::Waiting;

@@ -8,16 +8,19 @@ use std::sync::atomic::Ordering;
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
-use tokio::time::{MissedTickBehavior, interval};
+use tokio::time::sleep;
 
 use crate::activities::news::{Alarm, News};
 use crate::activities::robot_activity::ThreadActivities;
 use crate::process::runner::{ThreadSetup, Timing, Trigger};
+use crate::process::wakes::{Passing, Wakes};
 use crate::realtime::clock::{MILLISECOND_NS, Monotonic, now_ns};
 use crate::realtime::scheduling::promote;
 
 /// How soon the thread that passes wake-ups on notices the end.
 const GLANCE_NS: u64 = 100 * MILLISECOND_NS;
+/// The loop's period where its trigger has none.
+const PERIOD_NS: u64 = 50 * MILLISECOND_NS;
 
 /// Starts the thread. zenoh refuses tokio's current-thread scheduler, so there is one worker beside it.
 ///
@@ -51,41 +54,41 @@ fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>
     let (stop, Alarm { news, wake }) = (Arc::clone(&setup.stop), alarm.clone());
     let name = format!("{}-wake", setup.name);
     // Counted here: a wake-up before the thread's first moment is passed on too.
-    let mut seen = wake.count();
+    let mut passing = Passing::new(&wake);
     Builder::new().name(name).spawn(move || {
         while !stop.load(Ordering::Relaxed) {
-            let count = wake.wait_beyond(&Monotonic, seen, now_ns() + GLANCE_NS);
-            if count != seen {
+            let count = wake.wait_beyond(&Monotonic, passing.seen(), now_ns() + GLANCE_NS);
+            if passing.look(count) {
                 news.tell();
             }
-            seen = count;
         }
     })
 }
 
+/// The period of the loop with this trigger.
+#[must_use]
+pub fn loop_period_ns(trigger: &Trigger) -> u64 {
+    match trigger {
+        Trigger::Period(period_ns) => *period_ns,
+        Trigger::Device | Trigger::Wake(..) => PERIOD_NS,
+    }
+}
+
 async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &News) {
     let mut timing = Timing::new(&setup.trigger, now_ns());
-    let period = match setup.trigger {
-        Trigger::Period(period_ns) => Duration::from_nanos(period_ns),
-        Trigger::Device | Trigger::Wake(..) => Duration::from_millis(50),
-    };
-    let mut ticks = interval(period);
-    ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let mut wakes = Wakes::new(loop_period_ns(&setup.trigger), now_ns());
     let stop = Arc::clone(&setup.stop);
     while !stop.load(Ordering::Relaxed) {
-        let planned = tokio::select! {
-            planned = ticks.tick() => Some(planned),
-            () = news.wait() => None,
-        };
+        let until_tick = Duration::from_nanos(wakes.tick_ns().saturating_sub(now_ns()));
+        tokio::select! {
+            () = sleep(until_tick) => {}
+            () = news.wait() => {}
+        }
         let begin_ns = now_ns();
-        let told_ns = news.take();
-        let late_ns = match (planned, told_ns) {
-            (Some(planned), _) => u64::try_from(planned.elapsed().as_nanos()).unwrap_or(u64::MAX),
-            (None, Some(told_ns)) => begin_ns.saturating_sub(told_ns),
-            // A tick has looked at this news already.
-            (None, None) => continue,
+        let Some(due) = wakes.look(begin_ns, news.take()) else {
+            continue;
         };
-        timing.woken(begin_ns.saturating_sub(late_ns), late_ns);
+        timing.woken(begin_ns.saturating_sub(due.late_ns), due.late_ns);
         timing.runs(activities.running(), &mut setup.report, begin_ns);
         activities.step(now_ns);
         timing.executed(begin_ns..now_ns(), 0, true);

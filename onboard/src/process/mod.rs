@@ -15,4 +15,5 @@ pub mod runtime;
 pub mod signals;
 pub mod supervisor;
 pub mod teleop;
+pub mod wakes;
 mod watchdogs;

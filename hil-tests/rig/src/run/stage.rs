@@ -385,6 +385,7 @@ impl Execution for Stage {
         Some(MediatorRuns {
             summary: MediatorSummary {
                 starts: u32::try_from(mediator.spans_ns().len()).unwrap_or(u32::MAX),
+                dropped: None,
                 rss_mib: Some(round(mediator.usage.largest_rss_mib())),
                 cpu_percent: Some(round(mediator.usage.cpu_percent())),
             },

@@ -2,15 +2,16 @@
 
 use onboard::activities::news::Alarm;
 use onboard::activities::robot_activity::ThreadActivities;
+use onboard::process::asynchronous::loop_period_ns;
 use onboard::process::runner::Trigger;
+use onboard::process::wakes::{Passing, Wakes};
 
 /// The asynchronous thread: its loop runs on news, and with a period of its own.
 pub(super) struct Asynchronous {
     activities: ThreadActivities,
-    period_ns: u64,
-    next_ns: u64,
+    wakes: Wakes,
+    passing: Passing,
     alarm: Alarm,
-    woken: u32,
 }
 
 impl Asynchronous {
@@ -22,23 +23,17 @@ impl Asynchronous {
     ) -> Self {
         Self {
             activities,
-            period_ns: trigger.period_ns(),
-            next_ns: now_ns,
+            wakes: Wakes::new(loop_period_ns(trigger), now_ns),
+            passing: Passing::new(&alarm.wake),
             alarm: alarm.clone(),
-            woken: alarm.wake.count(),
         }
     }
 
     pub(super) fn go_on(&mut self, now_ns: u64) {
-        let count = self.alarm.wake.count();
-        let woken = std::mem::replace(&mut self.woken, count) != count;
-        let told = self.alarm.news.take().is_some() || woken;
-        let ticked = now_ns >= self.next_ns;
-        if ticked {
-            // Periods that were missed are not made up for.
-            self.next_ns = (self.next_ns + self.period_ns).max(now_ns);
+        if self.passing.look(self.alarm.wake.count()) {
+            self.alarm.news.tell();
         }
-        if told || ticked {
+        if self.wakes.look(now_ns, self.alarm.news.take()).is_some() {
             self.activities.step(|| now_ns);
         }
     }

@@ -145,6 +145,7 @@ impl Execution for Stepped<'_> {
         (starts > 0).then(|| MediatorRuns {
             summary: MediatorSummary {
                 starts,
+                dropped: Some(self.dropped + self.mediator.as_ref().map_or(0, |own| own.dropped())),
                 ..MediatorSummary::default()
             },
             spans_ns,

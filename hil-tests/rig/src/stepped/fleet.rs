@@ -46,6 +46,8 @@ pub struct Stepped<'a> {
     pub(super) mediator: Option<SteppedMediator>,
     /// When each start of the mediator began and ended.
     pub(super) mediator_spans_ns: Vec<(u64, Option<u64>)>,
+    /// What found no room at mediators that have ended.
+    pub(super) dropped: u64,
     pub(super) disk: Disk,
     /// The journal's disk, as it was copied last.
     pub(super) journal_copy: Disk,
@@ -164,6 +166,7 @@ impl<'a> Stepped<'a> {
             clones,
             mediator_spans_ns: { mediator.iter() }.map(|_| (START_NS, None)).collect(),
             mediator,
+            dropped: 0,
             second_mediator: None,
             journal_copy: Disk::default(),
             disk,

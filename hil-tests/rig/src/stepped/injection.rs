@@ -206,7 +206,8 @@ impl Stepped<'_> {
 
     fn kill_mediator(&mut self, disk: Disk, now_ns: u64) {
         self.disk = disk;
-        self.mediator = None;
+        let killed = self.mediator.take();
+        self.dropped += killed.map_or(0, |own| own.dropped());
         if let Some((_, end_ns)) = self.mediator_spans_ns.last_mut() {
             end_ns.get_or_insert(now_ns);
         }

@@ -9,7 +9,8 @@ use mediator::journal::Store;
 use mediator::manager::{Manager, Status};
 use mediator::nets::Plan;
 use mediator::runtime::{
-    Answer, Asked, Asker, Management, OUTPUTS, Question, Reply, TICK_NS, Waiting, report_in,
+    Answer, Asked, Asker, Management, OUTPUTS, Question, Reply, Sent, TICK_NS, Turn, Waiting,
+    report_in,
 };
 use mediator::setup::Setup;
 use onboard::cli::Failure;
@@ -39,19 +40,18 @@ impl MediatorPlan {
 
 /// A mediator.
 pub(super) struct SteppedMediator {
-    management: Management,
+    turn: Turn,
     inbox: Waiting,
+    /// Its clock counts from its start.
     started_ns: u64,
     /// When it goes on at the latest.
     wakes_ns: u64,
-    /// When the journal is written and what waits for it may leave, and when its turn was.
-    written_ns: Option<(u64, u64)>,
+    /// When the journal is written and what waits for it may leave.
+    written_ns: Option<u64>,
     asks_ns: u64,
     status: Arc<Mutex<Option<Status>>>,
     /// Areas that an operator has cleared, not taken yet.
     cleared: Arc<Mutex<Vec<String>>>,
-    /// Messages that found a full queue.
-    dropped: u64,
 }
 
 impl SteppedMediator {
@@ -63,9 +63,9 @@ impl SteppedMediator {
             // No two start at once.
             .speaks_as(now_ns | 1);
         let ids = manager.robot_ids();
+        let management = Management::start(manager, store, stored.orders);
         Ok(Self {
-            management: Management::start(manager, store, stored.orders)
-                .map_err(Failure::refused)?,
+            turn: Turn::new(management.map_err(Failure::refused)?),
             inbox: Waiting::new(ids),
             started_ns: now_ns,
             wakes_ns: now_ns,
@@ -73,7 +73,6 @@ impl SteppedMediator {
             asks_ns: now_ns,
             status: Arc::default(),
             cleared: Arc::default(),
-            dropped: 0,
         })
     }
 
@@ -101,7 +100,7 @@ impl SteppedMediator {
         &mut self,
         now_ns: u64,
         disk_ns: u64,
-        send: impl FnMut(MediatorReport),
+        mut send: impl FnMut(MediatorReport),
     ) -> Result<(), Failure> {
         if now_ns >= self.asks_ns {
             self.asks_ns = now_ns + STATUS_NS;
@@ -112,38 +111,32 @@ impl SteppedMediator {
                 return Ok(());
             }
             self.wakes_ns = now_ns + TICK_NS;
-            // Its clock counts from its start.
-            let own_ns = now_ns - self.started_ns;
-            let turned = if self.management.is_blocked() {
-                self.management.retry(own_ns)
-            } else {
-                let inputs = std::iter::from_fn(|| self.inbox.take_next());
-                self.management.turn(inputs, own_ns)
-            };
+            let inputs = std::iter::from_fn(|| self.inbox.take_next());
+            let turned = self.turn.take_in(inputs, now_ns - self.started_ns);
             turned.map_err(Failure::failed)?;
-            self.written_ns = Some((now_ns + disk_ns, own_ns));
+            self.written_ns = Some(now_ns + disk_ns);
         }
-        if let Some((written_ns, own_ns)) = self.written_ns
-            && now_ns >= written_ns
+        if self
+            .written_ns
+            .is_some_and(|written_ns| now_ns >= written_ns)
         {
             self.written_ns = None;
-            self.release(own_ns, send);
+            let mut room = OUTPUTS;
+            self.turn.release(now_ns - self.started_ns, |message| {
+                if room == 0 {
+                    return Sent::Full;
+                }
+                room -= 1;
+                send(message);
+                Sent::Taken
+            });
         }
         Ok(())
     }
 
-    /// What waited for the journal leaves.
-    fn release(&mut self, own_ns: u64, mut send: impl FnMut(MediatorReport)) {
-        let mut room = OUTPUTS;
-        while let Some(message) = self.management.next_message(own_ns) {
-            if room == 0 {
-                self.dropped += 1;
-                continue;
-            }
-            room -= 1;
-            send(message);
-        }
-        self.management.answer();
+    /// Messages, reports and questions that have found no room.
+    pub(super) fn dropped(&self) -> u64 {
+        self.turn.dropped() + self.inbox.dropped()
     }
 
     fn ask(&mut self) {

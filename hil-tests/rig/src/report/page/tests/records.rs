@@ -251,6 +251,7 @@ pub(super) fn overtaking() -> Record {
     summary.robots = vec![member("amr-1", "normal"), member("amr-2", "emergency")];
     summary.mediator = Some(MediatorSummary {
         starts: 1,
+        dropped: None,
         rss_mib: Some(14.0),
         cpu_percent: Some(1.5),
     });
