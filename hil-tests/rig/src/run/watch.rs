@@ -95,7 +95,7 @@ impl<E: Execution> Run<E> {
         let now_s = self.stage.seconds(now_ns);
         // The end of a fault, and the operator's time, give the fleet as much time as if it had just moved.
         let moved_s = self.stage.seconds(self.moved_ns);
-        let over_s = self.scenario.last_fault_over_s(now_s);
+        let over_s = self.scenario.may_stand_until_s(now_s);
         let moved_s = over_s.map_or(moved_s, |over_s| moved_s.max(over_s + HELPED_AFTER_S));
         let ending = if self.is_done() {
             Some(Ending::Done)

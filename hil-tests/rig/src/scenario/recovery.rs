@@ -7,6 +7,9 @@ use super::model::Scenario;
 /// another 3 s; it then has 4 s to bring its bus up and to see good scans for 2 s.
 pub const HELPED_AFTER_S: f64 = 10.0;
 
+/// Nobody ends a run because no robot moves while a fault lasts that lasts no longer than this: the longest that are drawn.
+const WAITED_FOR_S: f64 = 120.0;
+
 /// The bounds that a scenario sets to its fleet after the last of its faults. Times are seconds since the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recovery {
@@ -50,6 +53,18 @@ impl Scenario {
         over.filter(|until_s| *until_s <= at_s).reduce(f64::max)
     }
 
+    /// Until when robots may stand at this time: a fault is over, or one lasts that is worth waiting for.
+    #[must_use]
+    pub fn may_stand_until_s(&self, at_s: f64) -> Option<f64> {
+        let mut waited = self.faults.iter().filter(|own| own.for_s <= WAITED_FOR_S);
+        let lasts = waited.any(|fault| (fault.at_s..fault.until_s()).contains(&at_s));
+        if lasts {
+            Some(at_s)
+        } else {
+            self.last_fault_over_s(at_s)
+        }
+    }
+
     /// Whether the fleet must have gone on by itself at this time: faults are over and none lasts, and it comes through all of
     /// them.
     #[must_use]
@@ -91,6 +106,11 @@ mod tests {
         assert_eq!(scenario.last_fault_over_s(24.0), Some(12.0));
         let asked = [11.0, 15.0, 22.0, 25.0].map(|at_s| scenario.must_have_gone_on(at_s));
         assert_eq!(asked, [false, true, false, true]);
+        let stand = [11.0, 15.0, 22.0].map(|at_s| scenario.may_stand_until_s(at_s));
+        assert_eq!(stand, [Some(11.0), Some(12.0), Some(22.0)]);
+        scenario.faults[0].for_s = 121.0;
+        assert_eq!(scenario.may_stand_until_s(22.0), Some(12.0));
+        scenario.faults[0].for_s = 5.0;
         scenario.faults[1].what = ScriptedKind::LoseJournal;
         assert_eq!((scenario.recovery(), scenario.longest_s()), (None, 342.0));
         assert!(!scenario.must_have_gone_on(50.0));

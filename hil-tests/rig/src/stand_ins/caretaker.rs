@@ -4,7 +4,8 @@
 //!
 //! - a latch that something else is to blame for is reset after 3 s, and again after 3 s if it is still there;
 //! - any other is the robot's own, and ends the run at once; but an uncertain pose has 30 s, since walls may come into view again;
-//! - whatever was to blame, a latch that lasts for 30 s ends the run;
+//! - whatever was to blame, a latch that lasts for 30 s ends the run; as long as a fault of the scenario lasts, its robot has that time
+//!   still before it;
 //! - whoever resets a robot stands beside it, sees where it is and what is behind it, and says so where the fault asks for it;
 //! - a robot that somebody has stopped on purpose is left to whoever did that: a reset would end the stop.
 //!
@@ -45,6 +46,8 @@ pub enum Blame<'a> {
     Faults {
         /// The first has begun.
         begun: bool,
+        /// One lasts that concerns this robot.
+        lasts: bool,
     },
 }
 
@@ -52,7 +55,7 @@ impl Blame<'_> {
     fn is_to_blame(&self, since_ns: u64) -> bool {
         match self {
             Self::Stalls(stalled) => stalled(since_ns.saturating_sub(BLAMED_NS), since_ns),
-            Self::Faults { begun } => *begun,
+            Self::Faults { begun, .. } => *begun,
         }
     }
 }
@@ -112,6 +115,8 @@ pub fn words(
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Caretaker {
     reset_ns: u64,
+    /// When a fault of the scenario lasted last.
+    hindered_ns: u64,
     /// How often it was reset.
     pub resets: u32,
 }
@@ -131,6 +136,9 @@ impl Caretaker {
             .filter(|fault| fault.resumes() == Resumes::Operator)
             .filter(|fault| !stopped || *fault != Fault::OperatorStop)
             .map(|fault| (fault, faults.state(fault).since_ns));
+        if let Blame::Faults { lasts: true, .. } = blame {
+            self.hindered_ns = now_ns;
+        }
         let mut care = Care::None;
         for (fault, since_ns) in latched {
             let lasts_ns = now_ns.saturating_sub(since_ns);
@@ -139,7 +147,8 @@ impl Caretaker {
             }
             let excused = blame.is_to_blame(since_ns);
             let may_end = excused || fault == Fault::PoseUncertain;
-            if !may_end || lasts_ns > STRANDED_NS {
+            let waited_ns = lasts_ns.min(now_ns - self.hindered_ns);
+            if !may_end || waited_ns > STRANDED_NS {
                 return Care::GiveUp(fault);
             }
             let in_time = lasts_ns > RESET_AFTER_NS && now_ns > self.reset_ns + RESET_AFTER_NS;
@@ -160,8 +169,14 @@ mod tests {
     use super::*;
 
     const SECOND_NS: u64 = 1_000_000_000;
-    const FAULTS: Blame<'_> = Blame::Faults { begun: true };
-    const NOBODY: Blame<'_> = Blame::Faults { begun: false };
+    const FAULTS: Blame<'_> = Blame::Faults {
+        begun: true,
+        lasts: false,
+    };
+    const NOBODY: Blame<'_> = Blame::Faults {
+        begun: false,
+        lasts: false,
+    };
 
     fn latched(fault: Fault) -> FaultTable {
         let mut faults = FaultTable::default();
@@ -230,6 +245,20 @@ mod tests {
         );
         let much_later = Caretaker::default().look(&faults, 50 * SECOND_NS, true, FAULTS);
         assert_eq!(much_later, Care::GiveUp(Fault::MotorsOff));
+    }
+
+    #[test]
+    fn whom_a_fault_hinders_for_long_is_given_up_some_time_after_it() {
+        let faults = latched(Fault::BringUpLimit);
+        let mut caretaker = Caretaker::default();
+        let mut look = |at_s: u64, lasts| {
+            let blame = Blame::Faults { begun: true, lasts };
+            caretaker.look(&faults, at_s * SECOND_NS, false, blame)
+        };
+        assert_eq!(look(60, true), Care::Reset);
+        assert_eq!(look(70, true), Care::Reset);
+        assert_eq!(look(99, false), Care::Reset);
+        assert_eq!(look(101, false), Care::GiveUp(Fault::BringUpLimit));
     }
 
     #[test]

@@ -188,6 +188,12 @@ impl Schedule {
             .any(|own| own.fault.what == what && own.robot == robot)
     }
 
+    /// Whether a fault lasts that concerns this robot, or all.
+    pub(super) fn hinders(&self, robot: usize) -> bool {
+        self.lasting()
+            .any(|own| own.robot.is_none_or(|other| other == robot))
+    }
+
     /// How often or how much, where faults of this kind last for this robot; else 0.
     pub(super) fn share(&self, what: ScriptedKind, robot: usize) -> f64 {
         self.most(what, Some(robot), |fault| fault.share)

@@ -271,7 +271,8 @@ impl Stepped<'_> {
             } else {
                 FaultTable::default()
             };
-            let blame = Blame::Faults { begun };
+            let lasts = self.faults.hinders(number);
+            let blame = Blame::Faults { begun, lasts };
             let before = member.caretaker;
             match member.caretaker.look(&faults, now_ns, on_purpose, blame) {
                 Care::None => {}
