@@ -46,6 +46,8 @@ pub struct Scenario {
     pub clutter: Option<Clutter>,
     /// Of many runs on the simulated clock at least this share must reach all goals; none may have a violation.
     pub least_done_share: f64,
+    /// Faults that are drawn begin by this time.
+    pub faults_until_s: f64,
     /// What goes wrong, on the simulated clock.
     pub faults: Vec<ScriptedFault>,
     /// The robots, by identity.

@@ -9,18 +9,68 @@ use redb::StorageBackend;
 /// The bytes of a file; clones share them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Disk {
-    bytes: Arc<Mutex<Vec<u8>>>,
+    file: Arc<Mutex<File>>,
     /// It takes nothing.
     full: Arc<AtomicBool>,
 }
 
+/// What the file holds, and how it was when it was synced last.
+#[derive(Clone, Debug, Default)]
+struct File {
+    bytes: Vec<u8>,
+    /// How long it was.
+    synced_length: usize,
+    /// What was written over since then, in that order: where it began, and what was there.
+    before: Vec<(usize, Vec<u8>)>,
+}
+
+impl File {
+    /// From here on it will be written over, or cut off.
+    fn keep(&mut self, place: std::ops::Range<usize>) {
+        if let Some(bytes) = self.bytes.get(place.start..place.end.min(self.bytes.len())) {
+            self.before.push((place.start, bytes.to_vec()));
+        }
+    }
+
+    fn sync(&mut self) {
+        self.synced_length = self.bytes.len();
+        self.before.clear();
+    }
+
+    /// As it was when it was synced last.
+    fn synced(&self) -> Vec<u8> {
+        let mut bytes = self.bytes.clone();
+        for (start, before) in self.before.iter().rev() {
+            let end = start + before.len();
+            bytes.resize(bytes.len().max(end), 0);
+            bytes[*start..end].copy_from_slice(before);
+        }
+        bytes.resize(self.synced_length, 0);
+        bytes
+    }
+}
+
 impl Disk {
-    /// What a crash at this moment leaves.
-    pub(super) fn copy(&self) -> Self {
+    fn with(bytes: Vec<u8>) -> Self {
+        let mut file = File {
+            bytes,
+            ..File::default()
+        };
+        file.sync();
         Self {
-            bytes: Arc::new(Mutex::new(self.bytes().clone())),
+            file: Arc::new(Mutex::new(file)),
             full: Arc::default(),
         }
+    }
+
+    /// What a crash of the process at this moment leaves: all that it has written.
+    pub(super) fn copy(&self) -> Self {
+        Self::with(self.file().bytes.clone())
+    }
+
+    /// What a loss of power leaves at worst: all that was synced.
+    pub(super) fn synced(&self) -> Self {
+        Self::with(self.file().synced())
     }
 
     /// Whether it takes nothing from now on.
@@ -35,8 +85,8 @@ impl Disk {
         Ok(())
     }
 
-    fn bytes(&self) -> MutexGuard<'_, Vec<u8>> {
-        self.bytes.lock().unwrap_or_else(PoisonError::into_inner)
+    fn file(&self) -> MutexGuard<'_, File> {
+        self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -49,31 +99,64 @@ fn range(offset: u64, length: usize, of: usize) -> io::Result<std::ops::Range<us
 
 impl StorageBackend for Disk {
     fn len(&self) -> io::Result<u64> {
-        Ok(self.bytes().len() as u64)
+        Ok(self.file().bytes.len() as u64)
     }
 
     fn read(&self, offset: u64, out: &mut [u8]) -> io::Result<()> {
-        let bytes = self.bytes();
-        out.copy_from_slice(&bytes[range(offset, out.len(), bytes.len())?]);
+        let file = self.file();
+        out.copy_from_slice(&file.bytes[range(offset, out.len(), file.bytes.len())?]);
         Ok(())
     }
 
     fn set_len(&self, length: u64) -> io::Result<()> {
         self.check_room()?;
         let length = usize::try_from(length).map_err(|_| io::ErrorKind::OutOfMemory)?;
-        self.bytes().resize(length, 0);
+        let mut file = self.file();
+        let end = file.bytes.len();
+        file.keep(length..end);
+        file.bytes.resize(length, 0);
         Ok(())
     }
 
     fn sync_data(&self) -> io::Result<()> {
+        self.file().sync();
         Ok(())
     }
 
     fn write(&self, offset: u64, data: &[u8]) -> io::Result<()> {
         self.check_room()?;
-        let mut bytes = self.bytes();
-        let place = range(offset, data.len(), bytes.len())?;
-        bytes[place].copy_from_slice(data);
+        let mut file = self.file();
+        let place = range(offset, data.len(), file.bytes.len())?;
+        file.keep(place.clone());
+        file.bytes[place].copy_from_slice(data);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loss_of_power_leaves_what_was_synced_and_a_crash_all_that_was_written() {
+        let disk = Disk::default();
+        let bytes = |disk: &Disk| disk.file().bytes.clone();
+        let write = |at, data: &[u8]| disk.write(at, data).expect("there is room");
+        disk.set_len(4).expect("there is room");
+        write(0, b"abcd");
+        assert_eq!(bytes(&disk.synced()), b"");
+        disk.sync_data().expect("synced");
+        // Twice in one place, shorter, longer, and beyond the old end.
+        write(1, b"xy");
+        write(2, b"z");
+        disk.set_len(2).expect("there is room");
+        disk.set_len(6).expect("there is room");
+        write(3, b"123");
+        assert_eq!(bytes(&disk.copy()), b"ax\x00123");
+        assert_eq!(bytes(&disk.synced()), b"abcd");
+        // What it leaves is on the disk of whoever starts from there.
+        assert_eq!(bytes(&disk.copy().synced()), b"ax\x00123");
+        disk.sync_data().expect("synced");
+        assert_eq!(bytes(&disk.synced()), b"ax\x00123");
     }
 }

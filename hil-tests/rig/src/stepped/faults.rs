@@ -9,10 +9,15 @@ use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
 const FAULT_STREAM: u64 = 0x4641_554C;
 /// At most this many are drawn.
 const MOST: f64 = 6.0;
-/// They begin between these times.
-const BEGIN_S: [f64; 2] = [2.0, 90.0];
-/// They last between these times, short ones as often as long ones.
+/// They begin after this time, until one that the scenario says.
+const BEGIN_S: f64 = 2.0;
+/// They last between these times, short ones as often as long ones,
 const LASTS_S: [f64; 2] = [0.05, 12.0];
+/// but for this share of them, which last longer: deadlines of robots and mediator are 30 s and 60 s.
+const LONG: f64 = 0.1;
+const LONG_S: [f64; 2] = [12.0, 120.0];
+/// This share is of the rare kinds.
+const RARE: f64 = 0.05;
 /// Delays are at least as long.
 const LEAST_BY_S: f64 = 0.005;
 
@@ -38,22 +43,32 @@ pub fn faulted(scenario: &Scenario, seed: u64) -> Scenario {
 }
 
 fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFault {
-    let kinds: Vec<ScriptedKind> = { ScriptedKind::DRAWN.into_iter() }
+    let rare = random.unit() < RARE && managed;
+    let kinds: &[ScriptedKind] = if rare {
+        &ScriptedKind::RARE
+    } else {
+        &ScriptedKind::DRAWN
+    };
+    let kinds: Vec<ScriptedKind> = { kinds.iter().copied() }
         .filter(|kind| managed || !kind.needs_mediator())
         .collect();
     let what = kinds[below(random, kinds.len())];
     let keys = what.keys();
     let robot = &scenario.robots[below(random, scenario.robots.len())].id;
     // Drawn in any case, so that a fault does not depend on the kinds of those before it.
-    let [at, lasts, own, share, by] = std::array::from_fn(|_| random.unit());
+    let [at, lasts, long, own, share, by] = std::array::from_fn(|_| random.unit());
+    let lasts_s = if long < LONG { LONG_S } else { LASTS_S };
+    // A clock that is off is slow as often as fast.
+    let slow = what.least_share() < 0.0 && by < 0.5;
+    let sign = if slow { -1.0 } else { 1.0 };
     ScriptedFault {
-        at_s: rounded(BEGIN_S[0] + at * (BEGIN_S[1] - BEGIN_S[0])),
-        for_s: rounded(between(LASTS_S, lasts)),
+        at_s: rounded(BEGIN_S + at * (scenario.faults_until_s - BEGIN_S)),
+        for_s: rounded(between(lasts_s, lasts)),
         what,
         robot: { keys.robot }.and_then(|must| (must || own < 0.5).then(|| robot.clone())),
         share: keys
             .share
-            .then(|| rounded(share * what.most_share() * 10.0) / 10.0),
+            .then(|| sign * rounded(share * what.most_share() * 10.0) / 10.0),
         by_s: keys
             .by_s
             .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
@@ -214,6 +229,15 @@ impl Schedule {
             .filter(|own| own.fault.what == what && own.robot == robot)
             .filter_map(|own| of(&own.fault))
             .fold(0.0, f64::max)
+    }
+
+    /// How fast the clock of a robot gets ahead of the world's, or the mediator's does; negative: how far behind.
+    pub(super) fn drift(&self, robot: Option<usize>) -> f64 {
+        { self.lasting() }
+            .filter(|own| own.fault.what == ScriptedKind::Drift && own.robot == robot)
+            .filter_map(|own| own.fault.share)
+            .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .unwrap_or(0.0)
     }
 
     /// How late threads of a robot are.

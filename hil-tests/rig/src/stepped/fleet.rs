@@ -242,7 +242,7 @@ impl<'a> Stepped<'a> {
         robot.allow(&member.allowed);
         robot.be_late(self.faults.lateness(number));
         robot.hang(&self.faults.hung_threads(number));
-        robot.drift(self.faults.share(ScriptedKind::Drift, number));
+        robot.drift(self.faults.drift(Some(number)));
         member.robot = Some(robot);
         // Whoever stopped it, or tried to, is still there.
         for (what, request) in [

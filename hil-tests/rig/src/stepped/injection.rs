@@ -69,7 +69,12 @@ impl Stepped<'_> {
                 // What it has not written by now is gone.
                 self.kill_mediator(self.disk.copy(), now_ns);
             }
-            (ScriptedKind::KillMediator, _) if again => self.start_mediator(now_ns)?,
+            (ScriptedKind::RebootMediator, _) if begins => {
+                self.kill_mediator(self.disk.synced(), now_ns);
+            }
+            (ScriptedKind::KillMediator | ScriptedKind::RebootMediator, _) if again => {
+                self.start_mediator(now_ns)?;
+            }
             (ScriptedKind::RestoreJournal, _) if begins => self.journal_copy = self.disk.copy(),
             (ScriptedKind::RestoreJournal, _) => {
                 self.kill_mediator(self.journal_copy.copy(), now_ns);
@@ -81,7 +86,11 @@ impl Stepped<'_> {
             (ScriptedKind::LoseJournal, _) if again => self.start_mediator(now_ns)?,
             (ScriptedKind::FullDisk, _) if again => {
                 // One that could not start for want of room does so now.
-                let killed = [ScriptedKind::KillMediator, ScriptedKind::LoseJournal];
+                let killed = [
+                    ScriptedKind::KillMediator,
+                    ScriptedKind::RebootMediator,
+                    ScriptedKind::LoseJournal,
+                ];
                 if !killed.into_iter().any(|what| self.faults.lasts(what, None)) {
                     self.disk.fill(false);
                     self.start_mediator(now_ns)?;
@@ -116,6 +125,15 @@ impl Stepped<'_> {
             (ScriptedKind::Stop, Some(number)) => {
                 let end = again.then_some(Request::Reset);
                 self.ask(number, if begins { Some(Request::Stop) } else { end });
+            }
+            (ScriptedKind::Reset, Some(number)) => {
+                let on_purpose = self.faults.lasts(ScriptedKind::Stop, robot);
+                self.ask(number, (!on_purpose).then_some(Request::Reset));
+            }
+            (ScriptedKind::EndCoordination, _) if begins => self.end_coordinations(),
+            (ScriptedKind::Drift, None) => {
+                let drift = self.faults.drift(None);
+                { self.mediator.iter_mut() }.for_each(|own| own.drift(drift));
             }
             (ScriptedKind::Teleop, Some(number)) if begins => {
                 let teleop = Request::Teleop(Teleop::default());
@@ -155,7 +173,10 @@ impl Stepped<'_> {
                     .iter_mut()
                     .for_each(|own| own.be_late(lateness.clone()));
             }
-            ScriptedKind::Drift => robot.iter_mut().for_each(|own| own.drift(share)),
+            ScriptedKind::Drift => {
+                let drift = self.faults.drift(Some(number));
+                robot.iter_mut().for_each(|own| own.drift(drift));
+            }
             ScriptedKind::LoseFrames => devices.bus.lose(share),
             ScriptedKind::LeaveOp if begins => devices.bus.faults.drop_to_safeop(0),
             ScriptedKind::CutPower if lasts => devices.bus.faults.power_off(0),
@@ -220,7 +241,9 @@ impl Stepped<'_> {
                 self.mediator.is_none() && !self.faults.lasts(ScriptedKind::FullDisk, None)
             })
         {
-            self.mediator = Some(SteppedMediator::start(plan, self.disk.clone(), now_ns)?);
+            let mut mediator = SteppedMediator::start(plan, self.disk.clone(), now_ns)?;
+            mediator.drift(self.faults.drift(None));
+            self.mediator = Some(mediator);
             self.mediator_spans_ns.push((now_ns, None));
         }
         Ok(())

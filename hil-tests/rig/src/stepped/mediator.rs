@@ -15,6 +15,7 @@ use mediator::runtime::{
 use mediator::setup::Setup;
 use onboard::cli::Failure;
 
+use super::clock::shown_ns;
 use super::disk::Disk;
 
 /// How often the rig asks it how everything stands, as an operator would.
@@ -42,8 +43,14 @@ impl MediatorPlan {
 pub(super) struct SteppedMediator {
     turn: Turn,
     inbox: Waiting,
-    /// Its clock counts from its start.
+    /// Its clock counts from its start,
     started_ns: u64,
+    /// gets ahead of the world's this fast,
+    drift: f64,
+    /// is so far ahead, nanoseconds, or behind,
+    ahead_ns: f64,
+    /// and was looked at last then.
+    stepped_ns: u64,
     /// When it goes on at the latest.
     wakes_ns: u64,
     /// When the journal is written and what waits for it may leave.
@@ -68,12 +75,20 @@ impl SteppedMediator {
             turn: Turn::new(management.map_err(Failure::refused)?),
             inbox: Waiting::new(ids),
             started_ns: now_ns,
+            drift: 0.0,
+            ahead_ns: 0.0,
+            stepped_ns: now_ns,
             wakes_ns: now_ns,
             written_ns: None,
             asks_ns: now_ns,
             status: Arc::default(),
             cleared: Arc::default(),
         })
+    }
+
+    /// From now on its clock runs faster than the world's by this share, or slower.
+    pub(super) fn drift(&mut self, share: f64) {
+        self.drift = share;
     }
 
     /// A robot's report arrives.
@@ -102,6 +117,9 @@ impl SteppedMediator {
         disk_ns: u64,
         mut send: impl FnMut(MediatorReport),
     ) -> Result<(), Failure> {
+        self.ahead_ns += (now_ns - self.stepped_ns) as f64 * self.drift;
+        self.stepped_ns = now_ns;
+        let own_ns = shown_ns(now_ns - self.started_ns, self.ahead_ns);
         if now_ns >= self.asks_ns {
             self.asks_ns = now_ns + STATUS_NS;
             self.ask();
@@ -112,7 +130,7 @@ impl SteppedMediator {
             }
             self.wakes_ns = now_ns + TICK_NS;
             let inputs = std::iter::from_fn(|| self.inbox.take_next());
-            let turned = self.turn.take_in(inputs, now_ns - self.started_ns);
+            let turned = self.turn.take_in(inputs, own_ns);
             turned.map_err(Failure::failed)?;
             self.written_ns = Some(now_ns + disk_ns);
         }
@@ -122,7 +140,7 @@ impl SteppedMediator {
         {
             self.written_ns = None;
             let mut room = OUTPUTS;
-            self.turn.release(now_ns - self.started_ns, |message| {
+            self.turn.release(own_ns, |message| {
                 if room == 0 {
                     return Sent::Full;
                 }
@@ -179,6 +197,13 @@ impl SteppedMediator {
         self.put(question, Box::new(drop));
     }
 
+    /// What an operator does with `mediator end NUMBER`.
+    pub(super) fn end(&mut self, coordination: u64) {
+        let coordination = coordination.to_string();
+        // It may have ended by itself by now.
+        self.put(Question::End { coordination }, Box::new(drop));
+    }
+
     /// Areas in which nobody is any more since an operator said so, each once.
     pub(super) fn take_cleared(&mut self) -> Vec<String> {
         std::mem::take(&mut self.cleared.lock().unwrap_or_else(PoisonError::into_inner))
@@ -190,5 +215,34 @@ impl SteppedMediator {
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use contract::wire::RobotReport;
+
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn a_message_that_finds_a_full_queue_is_counted_and_operators_are_answered_all_the_same() {
+        let setup = Setup::of(&testing::site("overtaking")).expect("a good site");
+        let plan = MediatorPlan::new(setup, Vec::new());
+        let Ok(mut own) = SteppedMediator::start(&plan, Disk::default(), TICK_NS) else {
+            panic!("it starts");
+        };
+        own.ask();
+        own.inbox.report(Box::new(RobotReport {
+            robot_id: "amr-1".into(),
+            boot_epoch: 1,
+            sequence: 1,
+            ..RobotReport::default()
+        }));
+        let inputs = std::iter::from_fn(|| own.inbox.take_next());
+        own.turn.take_in(inputs, 1).expect("the disk has room");
+        assert!(own.turn.release(1, |_| Sent::Full));
+        assert_eq!(own.dropped(), 1);
+        assert!(own.take_status().is_some());
     }
 }

@@ -5,8 +5,15 @@
 //! are exchanged with the simulated segment (`bus`), SCIP with the simulated sensor (`lidar`), byte for byte, both in memory.
 //! The mediator's area management runs with its journal, as on its own thread.
 //!
-//! What does not run: zenoh, for which `network` carries the same messages; tokio, whose one loop is stepped; the kernel's
-//! scheduler, network stack and terminals (computing takes no time here); the disk below the journal, which is memory.
+//! What does not run:
+//! - zenoh, for which `network` carries the same messages, and with it the mediator's network and control socket: its thread of
+//!   communication, with which it renews certificates and opens its network anew;
+//! - tokio, whose one loop is stepped: when it runs is decided as on its thread, and the thread that passes wake-ups on is one call;
+//! - of threads beside those of the thread table: those that write log lines and checkpoints, that serve the control socket and the
+//!   desk of who drives by hand (`desk` stands in for it), and that restart what hangs. A reload's files are never read;
+//! - the kernel's scheduler, network stack and terminals (computing takes no time here); the disk below the journal, which is memory;
+//! - a panic, which the whole process would share.
+//!
 //! Where the rig withholds leave for areas, `leave` stands in for communication.
 //!
 //! [`Stepped`] runs the robots of a scenario this way, for [`Run`](crate::run::Run) to judge; [`SteppedRobot`] is one robot.
@@ -28,6 +35,7 @@ mod execution;
 pub mod faults;
 mod fleet;
 mod injection;
+mod late;
 mod leave;
 mod lidar;
 mod mediator;

@@ -33,10 +33,11 @@ use serde_json::Value as Json;
 use sim::world::Random;
 
 use super::asynchronous::Asynchronous;
-use super::clock::STEP_NS;
+use super::clock::{STEP_NS, shown_ns};
 use super::desk::SteppedDesk;
 use super::devices::Devices;
 use super::faults::Lateness;
+use super::late::{Late, late_ns};
 use super::leave::Leave;
 use super::start::{Fleet, Start};
 use super::thread::{Step, Thread, ThreadClock};
@@ -62,6 +63,7 @@ pub struct SteppedRobot {
     threads: Vec<Running>,
     supervisor: Supervisor,
     supervisor_next_ns: u64,
+    supervisor_late: Late,
     machine: Machine,
     requests: VecDeque<Request>,
     /// So many requests so far.
@@ -79,7 +81,7 @@ pub struct SteppedRobot {
     random: Random,
     /// How fast its clock gets ahead of the world's,
     drift: f64,
-    /// how far it is ahead, nanoseconds,
+    /// how far it is ahead, nanoseconds, or behind,
     ahead_ns: f64,
     /// and when it was looked at last.
     stepped_ns: u64,
@@ -108,7 +110,7 @@ impl SteppedRobot {
             ahead_ns,
             mut checkpoints,
         } = start;
-        let now_ns = at_ns + ahead_ns as u64;
+        let now_ns = shown_ns(at_ns, ahead_ns);
         let runtime = Runtime::new(Some(folder.to_owned()))?;
         let id = &plan.robot.identity.id;
         let threads = &plan.robot.threads;
@@ -183,7 +185,8 @@ impl SteppedRobot {
             .map(|(((thread, trigger), clock), (activities, report))| {
                 if thread.trigger == ConfigTrigger::Async {
                     let begin_ns = clock.now_ns();
-                    let own = Asynchronous::new(activities, &trigger, &alarm, begin_ns);
+                    let late = Late::new(boot_epoch ^ 1);
+                    let own = Asynchronous::new(activities, &trigger, (&alarm, late), begin_ns);
                     return Running::Asynchronous(thread.name.clone(), own);
                 }
                 let shared = Arc::clone(&clock);
@@ -219,6 +222,7 @@ impl SteppedRobot {
             threads: running,
             supervisor,
             supervisor_next_ns: now_ns,
+            supervisor_late: Late::new(boot_epoch),
             machine,
             requests: VecDeque::new(),
             asked: 0,
@@ -249,7 +253,7 @@ impl SteppedRobot {
         self.hung = threads.iter().map(|&name| name.to_owned()).collect();
     }
 
-    /// From now on its clock runs faster than the world's by this share.
+    /// From now on its clock runs faster than the world's by this share, or slower.
     pub(super) fn drift(&mut self, share: f64) {
         self.drift = share;
     }
@@ -264,10 +268,13 @@ impl SteppedRobot {
         let passed_ns = (world_ns - self.stepped_ns) as f64;
         self.stepped_ns = world_ns;
         self.ahead_ns += passed_ns * self.drift;
-        let now_ns = world_ns + self.ahead_ns as u64;
+        let now_ns = shown_ns(world_ns, self.ahead_ns);
         let step = Step {
             begin_ns: now_ns,
-            end_ns: world_ns + STEP_NS + (self.ahead_ns + STEP_NS as f64 * self.drift) as u64,
+            end_ns: shown_ns(
+                world_ns + STEP_NS,
+                self.ahead_ns + STEP_NS as f64 * self.drift,
+            ),
             world_ns,
         };
         if let Some(leave) = &mut self.leave {
@@ -283,11 +290,13 @@ impl SteppedRobot {
                 Running::Thread(name, thread) => {
                     thread.go_on(step, || late_ns(&self.late, name, &mut self.random));
                 }
-                Running::Asynchronous(_, asynchronous) => asynchronous.go_on(now_ns),
+                Running::Asynchronous(name, own) => own.go_on((&self.late, name), now_ns),
             }
         }
         let supervised = !self.hung.iter().any(|name| name == SUPERVISOR);
-        if supervised && now_ns >= self.supervisor_next_ns {
+        let due = supervised && now_ns >= self.supervisor_next_ns;
+        let late = (&self.late[..], SUPERVISOR);
+        if self.supervisor_late.runs(due, late, now_ns) {
             self.supervisor_next_ns = now_ns + PERIOD_NS;
             let (requests, replies) = (&mut self.requests, &self.replies);
             let lent = self.desk.lent();
@@ -355,7 +364,7 @@ impl SteppedRobot {
 
     /// Who drives it by hand leaves.
     pub fn let_go(&mut self) {
-        let now_ns = self.stepped_ns + self.ahead_ns as u64;
+        let now_ns = shown_ns(self.stepped_ns, self.ahead_ns);
         self.desk.leave(now_ns);
     }
 
@@ -375,19 +384,6 @@ impl SteppedRobot {
         let all = self.replies.lock();
         all.unwrap_or_else(PoisonError::into_inner).clone()
     }
-}
-
-/// How late a thread of this name wakes up.
-fn late_ns(lateness: &[Lateness], name: &str, random: &mut Random) -> u64 {
-    { lateness.iter() }
-        .filter(|own| own.thread.as_ref().is_none_or(|thread| thread == name))
-        .map(|own| {
-            let is_late = random.unit() < own.share;
-            let late = if is_late { random.unit() } else { 0.0 };
-            (late * own.by_ns as f64) as u64
-        })
-        .max()
-        .unwrap_or(0)
 }
 
 /// How long after the robot a thread starts: less than a period, in whole steps.

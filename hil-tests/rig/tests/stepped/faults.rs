@@ -83,9 +83,10 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
         let summary = ended(&scenario, 3);
         assert!(summary.passed(), "{what:?}: {summary:?}");
         let expected = match what {
-            ScriptedKind::Partition | ScriptedKind::DeadLink | ScriptedKind::KillMediator => {
-                Some("mediator-silent")
-            }
+            ScriptedKind::Partition
+            | ScriptedKind::DeadLink
+            | ScriptedKind::KillMediator
+            | ScriptedKind::RebootMediator => Some("mediator-silent"),
             ScriptedKind::Stop => Some("operator-stop"),
             ScriptedKind::LeaveOp | ScriptedKind::CutPower => Some("bus-lost"),
             ScriptedKind::CutMotors => Some("motors-off"),
@@ -104,7 +105,8 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
             "{what:?}: {lost_frames}"
         );
         let starts = summary.mediator.expect("a mediator").starts;
-        let killed = u32::from(what == ScriptedKind::KillMediator);
+        let kills = [ScriptedKind::KillMediator, ScriptedKind::RebootMediator];
+        let killed = u32::from(kills.contains(&what));
         assert_eq!(starts, 1 + killed, "{what:?}");
     }
 }
@@ -114,18 +116,81 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     let scenario = overtaking();
     let known: Vec<_> = scenario.robots.iter().map(Player::threads).collect();
     let mut seen = Vec::new();
+    let (mut long, mut slow, mut of_mediator) = (0, 0, 0);
     for seed in 0..200 {
         let faults = drawn(&scenario, seed);
         assert_eq!(faults, drawn(&scenario, seed));
         assert!(!faults.is_empty() && faults.len() <= 6);
         for fault in faults {
             assert_eq!(fault.complaints(&known), Vec::<String>::new(), "{fault}");
+            assert!((2.0..=90.0).contains(&fault.at_s) && fault.for_s <= 120.0);
+            long += u32::from(fault.for_s > 30.0);
+            slow += u32::from(fault.share.is_some_and(|share| share < 0.0));
+            let clock = fault.what == ScriptedKind::Drift;
+            of_mediator += u32::from(clock && fault.robot.is_none());
             if !seen.contains(&fault.what) {
                 seen.push(fault.what);
             }
         }
     }
-    assert_eq!(seen.len(), ScriptedKind::DRAWN.len(), "{seen:?}");
+    let expected = ScriptedKind::DRAWN.len() + ScriptedKind::RARE.len();
+    assert_eq!(seen.len(), expected, "{seen:?}");
+    // Of about 700.
+    assert!((20..80).contains(&long), "{long} longer than 30 s");
+    assert!(slow > 3 && of_mediator > 3, "{slow}, {of_mediator}");
+}
+
+#[test]
+fn faults_are_drawn_for_as_long_as_the_scenario_says() {
+    let docking = crate::scenario("docking");
+    let begins_s = (0..50)
+        .flat_map(|seed| drawn(&docking, seed))
+        .map(|own| own.at_s);
+    let last_s = begins_s.fold(0.0, f64::max);
+    assert!(
+        last_s > 200.0 && last_s <= docking.faults_until_s,
+        "{last_s}"
+    );
+}
+
+#[test]
+fn clocks_that_run_slow_or_fast_hinder_nobody() {
+    for robot in [Some("amr-1"), None] {
+        for share in [-0.01, 0.01] {
+            let mut scenario = overtaking();
+            scenario.faults = vec![ScriptedFault {
+                at_s: 5.0,
+                for_s: 60.0,
+                robot: robot.map(str::to_owned),
+                share: Some(share),
+                ..fault(ScriptedKind::Drift)
+            }];
+            let summary = ended(&scenario, 3);
+            assert!(summary.passed(), "{robot:?} {share}: {summary:?}");
+        }
+    }
+}
+
+#[test]
+fn late_communication_delays_what_a_robot_says() {
+    let mut scenario = overtaking();
+    let asked_s = |scenario: &Scenario| -> Vec<f64> {
+        let summary = ended(scenario, 3);
+        assert!(summary.passed(), "{summary:?}");
+        let own = summary.areas.iter().flat_map(|area| &area.owners);
+        let own = own.filter(|own| own.robot == "amr-1");
+        own.filter_map(|own| own.released_s).collect()
+    };
+    let punctual = asked_s(&scenario);
+    scenario.faults = vec![ScriptedFault {
+        at_s: 5.0,
+        for_s: 40.0,
+        share: Some(1.0),
+        by_s: Some(0.5),
+        thread: Some("communication".to_owned()),
+        ..fault(ScriptedKind::LateThreads)
+    }];
+    assert_ne!(asked_s(&scenario), punctual);
 }
 
 #[test]

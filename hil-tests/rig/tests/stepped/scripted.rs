@@ -3,6 +3,9 @@
 //! Each test says what happens, and that it does not happen without the fault. Nothing that is unsafe does; where a fleet does not
 //! come through, the test is to be turned round when it does.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock};
+
 use rig::scenario::{Scenario, ScriptedFault};
 use rig::summary::Summary;
 
@@ -11,10 +14,25 @@ use crate::{ended, plans};
 /// One run with this fault, and one without.
 fn with_and_without(mut scenario: Scenario, fault: &str, seed: u64) -> [Summary; 2] {
     let fault: ScriptedFault = toml::from_str(&fault.replace("; ", "\n")).expect("a fault");
-    let plans = plans(&scenario);
-    let without = ended(&scenario, &plans, seed).1;
+    let without = without_faults(&scenario, seed);
     scenario.faults = vec![fault];
-    [ended(&scenario, &plans, seed).1, without]
+    [ended(&scenario, &plans(&scenario), seed).1, without]
+}
+
+/// The run of a scenario without faults, made once for all tests that compare with it.
+fn without_faults(scenario: &Scenario, seed: u64) -> Summary {
+    type Runs = BTreeMap<(String, u64), Arc<OnceLock<Summary>>>;
+    static RUNS: Mutex<Runs> = Mutex::new(Runs::new());
+    // All that decides a run.
+    let key = (format!("{scenario:?}"), seed);
+    let run = Arc::clone(
+        RUNS.lock()
+            .expect("no test holds it")
+            .entry(key)
+            .or_default(),
+    );
+    let run = run.get_or_init(|| ended(scenario, &plans(scenario), seed).1);
+    run.clone()
 }
 
 /// Three robots that meet, for a while.
@@ -108,6 +126,18 @@ fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
     let lasted_s = |summary: &Summary| summary.coordinations[0].duration_s;
     assert!(lasted_s(&without).is_some_and(|lasted_s| lasted_s < 50.0));
     assert_eq!(lasted_s(&with), None, "{with:?}");
+}
+
+#[test]
+fn a_coordination_that_an_operator_ends_leaves_robots_that_go_on_by_themselves() {
+    let mut scenario = crate::scenario("overtaking");
+    scenario.patience_s = 120.0;
+    let fault = "at_s = 24.0; for_s = 1.0; what = \"end-coordination\"";
+    let [with, without] = with_and_without(scenario, fault, 3);
+    assert!(without.passed(), "{without:?}");
+    assert_eq!(with.violations, [], "{with:?}");
+    let first = |summary: &Summary| summary.coordinations[0].duration_s.expect("it is over");
+    assert!(first(&with) < first(&without), "{with:?}");
 }
 
 /// How often the first robot raised this fault.

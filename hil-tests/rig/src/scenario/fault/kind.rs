@@ -25,6 +25,8 @@ pub enum ScriptedKind {
     CloneRobot,
     /// The mediator is killed, and started again with its journal at the end.
     KillMediator,
+    /// The mediator's computer loses its power, and has it again at the end: of the journal only what was synced is left.
+    RebootMediator,
     /// The mediator's journal is copied; at the end the mediator is killed, and started again with that copy.
     RestoreJournal,
     /// The mediator is killed, and started again at the end without its journal.
@@ -35,15 +37,18 @@ pub enum ScriptedKind {
     ClearAreas,
     /// An operator at the mediator closes every area, and opens them at the end.
     CloseAreas,
+    /// An operator at the mediator ends every coordination that runs.
+    EndCoordination,
     /// The disk below the mediator's journal takes `by_s` for each write.
     SlowDisk,
     /// The disk below the mediator's journal is full.
     FullDisk,
     /// All threads of the robot stand still, or only `thread`, or its supervisor.
     Hang,
-    /// Each wake-up of the robot's threads is late with a probability, by up to `by_s`.
+    /// Each wake-up of the robot's threads and of its supervisor is late with a probability, by up to `by_s`.
     LateThreads,
-    /// The robot's clock runs faster than the others', by this share.
+    /// The robot's clock runs faster than the world's, by this share, or slower where that is negative; without a robot the
+    /// mediator's.
     Drift,
     /// Frames on the robot's bus get lost with a probability.
     LoseFrames,
@@ -87,6 +92,8 @@ pub enum ScriptedKind {
     Pause,
     /// An operator stops the robot, and resets it at the end.
     Stop,
+    /// An operator resets the robot, and again at the end, though nobody asked him to; not one that was stopped on purpose.
+    Reset,
     /// Somebody drives the robot by hand, and sends it on at the end.
     Teleop,
 }
@@ -108,12 +115,12 @@ pub struct Keys {
     pub motion: bool,
 }
 
-/// As a `thread` that hangs: the robot's supervisor.
+/// As a `thread` that hangs or is late: the robot's supervisor.
 pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// Those that are drawn at random: a fleet is expected to come through any of them.
-    pub const DRAWN: [Self; 26] = [
+    pub const DRAWN: [Self; 28] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -121,6 +128,7 @@ impl ScriptedKind {
         Self::DeadLink,
         Self::KillRobot,
         Self::KillMediator,
+        Self::RebootMediator,
         Self::CloseAreas,
         Self::SlowDisk,
         Self::Hang,
@@ -140,7 +148,11 @@ impl ScriptedKind {
         Self::Box,
         Self::Pause,
         Self::Stop,
+        Self::Reset,
     ];
+
+    /// Those that are drawn now and then: robots may need more than resets to go on after them, and mostly do not.
+    pub const RARE: [Self; 3] = [Self::CloneRobot, Self::LoseJournal, Self::SecondMediator];
 
     /// Those that a fleet comes through besides: on each of them but a full disk the robot stops and needs its operator.
     pub const BORNE: [Self; 9] = [
@@ -156,9 +168,10 @@ impl ScriptedKind {
     ];
 
     /// Those after which robots are safe, but may need more than resets to go on.
-    pub const LASTING: [Self; 6] = [
+    pub const LASTING: [Self; 7] = [
         Self::Teleop,
         Self::ClearAreas,
+        Self::EndCoordination,
         Self::CloneRobot,
         Self::RestoreJournal,
         Self::LoseJournal,
@@ -192,7 +205,7 @@ impl ScriptedKind {
             motion: self == Self::Teleop,
         };
         match self {
-            Self::Lose | Self::Repeat => keys(Some(false), true, false),
+            Self::Lose | Self::Repeat | Self::Drift => keys(Some(false), true, false),
             Self::Delay => keys(Some(false), false, true),
             Self::Partition
             | Self::DeadLink
@@ -215,21 +228,23 @@ impl ScriptedKind {
             | Self::Box
             | Self::Pause
             | Self::Stop
+            | Self::Reset
             | Self::Teleop => keys(Some(true), false, false),
             Self::LoseFrames
             | Self::BreakScans
             | Self::AgeScans
             | Self::Slip
-            | Self::WeakBrakes
-            | Self::Drift => keys(Some(true), true, false),
+            | Self::WeakBrakes => keys(Some(true), true, false),
             Self::LateThreads => keys(Some(true), true, true),
             Self::DelayScans => keys(Some(true), false, true),
             Self::KillMediator
+            | Self::RebootMediator
             | Self::RestoreJournal
             | Self::LoseJournal
             | Self::SecondMediator
             | Self::ClearAreas
             | Self::CloseAreas
+            | Self::EndCoordination
             | Self::FullDisk => keys(None, false, false),
             Self::SlowDisk => keys(None, false, true),
         }
@@ -246,14 +261,22 @@ impl ScriptedKind {
                 | Self::Partition
                 | Self::DeadLink
                 | Self::KillMediator
+                | Self::RebootMediator
                 | Self::RestoreJournal
                 | Self::LoseJournal
                 | Self::SecondMediator
                 | Self::ClearAreas
                 | Self::CloseAreas
+                | Self::EndCoordination
                 | Self::SlowDisk
                 | Self::FullDisk
         )
+    }
+
+    /// The least share that it may have.
+    #[must_use]
+    pub fn least_share(self) -> f64 {
+        if self == Self::Drift { -1.0 } else { 0.0 }
     }
 
     /// The largest share that is drawn at random.

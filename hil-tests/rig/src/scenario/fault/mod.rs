@@ -25,7 +25,7 @@ pub struct ScriptedFault {
     /// For this robot; left out where it concerns all, or the mediator.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robot: Option<String>,
-    /// How often, or how much, from 0 to 1.
+    /// How often, or how much, from 0 to 1; of a clock from -1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
     /// By how much, seconds.
@@ -55,14 +55,14 @@ impl ScriptedFault {
         const LONGEST_S: f64 = 3600.0;
         let mut complaints = Vec::new();
         let keys = self.what.keys();
-        for (key, value, most) in [
-            ("at_s", Some(self.at_s), LONGEST_S),
-            ("for_s", Some(self.for_s), LONGEST_S),
-            ("share", self.share, 1.0),
-            ("by_s", self.by_s, 60.0),
+        for (key, value, [least, most]) in [
+            ("at_s", Some(self.at_s), [0.0, LONGEST_S]),
+            ("for_s", Some(self.for_s), [0.0, LONGEST_S]),
+            ("share", self.share, [self.what.least_share(), 1.0]),
+            ("by_s", self.by_s, [0.0, 60.0]),
         ] {
-            if let Some(value) = value.filter(|value| !(0.0..=most).contains(value)) {
-                complaints.push(format!("found {key} = {value}, expected 0 to {most}"));
+            if let Some(value) = value.filter(|value| !(least..=most).contains(value)) {
+                complaints.push(format!("found {key} = {value}, expected {least} to {most}"));
             }
         }
         let mut key = |name: &str, is: bool, may: bool, must: bool| {
@@ -102,8 +102,7 @@ impl ScriptedFault {
             let ids = || robots.iter().map(|(id, _)| *id);
             complaints.extend(unknown("robot", robot, own.is_some(), ids()));
             if let (Some(thread), Some((_, threads))) = (&self.thread, own) {
-                let supervisor = (self.what == ScriptedKind::Hang).then_some(SUPERVISOR);
-                let mut known = threads.iter().copied().chain(supervisor);
+                let mut known = threads.iter().copied().chain([SUPERVISOR]);
                 let is = known.clone().any(|name| name == thread);
                 complaints.extend(unknown("thread", thread, is, &mut known));
             }

@@ -4,6 +4,31 @@ use serde::Deserialize;
 
 use super::*;
 
+#[test]
+fn the_scenario_that_explains_the_keys_names_every_kind_with_its_keys() {
+    let shipped = include_str!("../../../../../config/scenarios/overtaking.toml");
+    let lines = { shipped.lines() }.filter_map(|line| line.strip_prefix("#   "));
+    let page = lines.collect::<Vec<_>>().join(" ");
+    let words: Vec<&str> = { page.split(|c: char| !c.is_ascii_alphanumeric() && c != '-') }
+        .filter(|word| !word.is_empty())
+        .collect();
+    for kind in ScriptedKind::all() {
+        let name = kind.name();
+        assert!(words.contains(&name.as_str()), "{name} is not named");
+    }
+}
+
+#[test]
+fn a_clock_may_run_slow_and_nothing_else_less_than_never() {
+    let fault = |what: &str| -> ScriptedFault {
+        let text = format!("at_s = 1.0\nfor_s = 2.0\nwhat = {what:?}\nshare = -0.001");
+        toml::from_str(&text).expect("a fault")
+    };
+    assert_eq!(fault("drift").complaints(&[]), Vec::<String>::new());
+    let expected = ["found share = -0.001, expected 0 to 1"];
+    assert_eq!(fault("lose").complaints(&[]), expected);
+}
+
 #[derive(Deserialize)]
 struct File {
     faults: Vec<ScriptedFault>,

@@ -24,6 +24,7 @@ pub(super) struct File {
     pub(super) start_delay_s: Option<Spanned<f64>>,
     pub(super) least_clearance_m: Option<Spanned<f64>>,
     pub(super) least_done_share: Option<Spanned<f64>>,
+    pub(super) faults_until_s: Option<Spanned<f64>>,
     #[serde(default)]
     pub(super) withhold_areas: bool,
     #[serde(default)]

@@ -19,6 +19,7 @@ use crate::scenario::problem::Complaints;
 const MOST_ROBOTS: usize = 8;
 const MOST_ROUNDS: u32 = 1_000;
 const DEFAULT_STANDSTILL_S: f64 = 60.0;
+const DEFAULT_FAULTS_UNTIL_S: f64 = 90.0;
 
 /// Turns the keys of a file into a scenario.
 pub(super) struct Reader<'a> {
@@ -272,6 +273,12 @@ impl<'a> Reader<'a> {
                 standstill,
             ),
             start_delay_s: or("start_delay_s", &raw.start_delay_s, 0.0, [0.0, 600.0]),
+            faults_until_s: or(
+                "faults_until_s",
+                &raw.faults_until_s,
+                DEFAULT_FAULTS_UNTIL_S,
+                [2.0, DAY_S],
+            ),
             least_done_share: or("least_done_share", &raw.least_done_share, 1.0, [0.0, 1.0]),
             patience_s: self.number("patience_s", &raw.patience_s, 1.0, DAY_S),
             site: SiteConfig::clone(self.site),
