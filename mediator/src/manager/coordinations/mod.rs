@@ -9,6 +9,7 @@ mod answer;
 mod answers;
 mod candidates;
 mod control;
+mod judging;
 mod running;
 mod situations;
 mod status;
