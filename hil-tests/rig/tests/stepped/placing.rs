@@ -1,7 +1,7 @@
 //! An operator says where the robot stands, and what is behind it.
 
 use description::geometry::Pose2;
-use onboard::process::ctl::{Done, FreeBehind, Place, Placement, Request, Spot};
+use onboard::process::ctl::{FreeBehind, Place, Request, Spot};
 use onboard::symbols::faults::Fault;
 use sim::world::Pose;
 
@@ -88,49 +88,5 @@ fn a_reset_says_nothing_of_where_the_robot_stands() {
         assert!(off_m(&mut bench) < 0.1, "{:?}", bench.belief());
     }
     bench.until_driving();
-    bench.finish();
-}
-
-/// Places it, and waits for what its walls say.
-fn placed(bench: &mut Bench, x_m: f64, y_m: f64, theta_rad: f64) -> (Placement, String) {
-    let spot = Spot::Pose(Pose2::new(x_m, y_m, theta_rad));
-    let (reply, after_s) = bench.answer_to(place(spot, None));
-    let said = reply.as_ref().map(ToString::to_string);
-    let Ok(Done::Placed(placement)) = reply else {
-        panic!("{reply:?}");
-    };
-    assert!((0.9..1.2).contains(&after_s), "{after_s} s");
-    (placement, said.unwrap_or_default())
-}
-
-#[test]
-fn walls_that_contradict_the_operators_word_are_shown() {
-    let mut bench = Bench::driving();
-    bench.ask(Request::Stop);
-    bench.until_standing(3.0);
-    let truth = bench.truth().pose;
-    // Half a turn, and a lane, away from the truth; and across the corridor.
-    for (off_x_m, off_y_m, off_rad) in [(0.0, 0.0, 0.6), (0.0, 0.35, 0.0)] {
-        let (x_m, y_m) = (truth.x_m + off_x_m, truth.y_m + off_y_m);
-        let (wrong, said) = placed(&mut bench, x_m, y_m, truth.theta_rad + off_rad);
-        assert!(wrong.looked && wrong.contradict > 0, "{wrong:?}");
-        assert!(said.contains("contradict"), "{said}");
-    }
-    let (right, said) = placed(&mut bench, truth.x_m, truth.y_m, truth.theta_rad);
-    assert!(
-        right.looked && right.agree > 0 && right.contradict == 0,
-        "{right:?}"
-    );
-    assert!(
-        said.contains("agree") && !said.contains("contradict"),
-        "{said}"
-    );
-    assert!((right.pose.x_m - truth.x_m).hypot(right.pose.y_m - truth.y_m) < 0.05);
-    // Without a lidar nothing says whether it is true.
-    bench.devices.unplug_lidar();
-    bench.watch(1.0);
-    let (unseen, said) = placed(&mut bench, truth.x_m, truth.y_m, truth.theta_rad);
-    assert!(!unseen.looked, "{unseen:?}");
-    assert!(said.contains("nothing confirms"), "{said}");
     bench.finish();
 }
