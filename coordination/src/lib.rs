@@ -9,6 +9,7 @@
 //! * [`protocol`]: flag arrays, the order in which two parties set the flags that they share;
 //! * [`binding`]: nets and protocols together;
 //! * [`activity`]: the life cycle of an activity and the 5C event loop;
+//! * `pnml` (feature `pnml`): nets of other tools, and ours for them;
 //! * `symbols` (feature `symbols`): the symbol table in shared memory.
 //!
 //! # Example
@@ -56,6 +57,8 @@ pub mod binding;
 pub mod event;
 pub mod fsm;
 pub mod petri;
+#[cfg(feature = "pnml")]
+pub mod pnml;
 pub mod protocol;
 #[cfg(feature = "symbols")]
 pub mod symbols;

@@ -359,6 +359,11 @@ const COMMANDS: &[(&str, Run)] = &[
     // coordination/README
     ("cargo run -p coordination --example t_junction", Here),
     (
+        "cargo run -p coordination --features pnml --example pnml -- coordination/tests/pnml/printer.pnml",
+        Here,
+    ),
+    ("cargo test -p coordination --features pnml", ByCi),
+    (
         "cargo run --release -p coordination --example petri_families -- --baseline",
         ByTest {
             file: ".ci/run",
