@@ -1,5 +1,5 @@
 //! `cargo bench -p coordination --bench petri [family]`: the five families of nets at p = 20, ours and
-//! an executor after Fig. 4 of the paper in turns. The example `petri_families` has the full table.
+//! an executor in C after Fig. 4 of the paper in turns. The example `petri_families` has the full table.
 
 #[path = "../examples/petri_families/families.rs"]
 mod families;
@@ -14,6 +14,7 @@ mod reference;
 use std::time::Duration;
 
 use families::Family;
+use figure_4::Rival;
 use measure::{Effort, Mode};
 
 const P: usize = 20;
@@ -30,6 +31,11 @@ fn main() {
         .skip(1)
         .filter(|argument| !argument.starts_with('-'))
         .collect();
+    let rival = Rival::compile();
+    if let Err(error) = &rival {
+        println!("not compared with an executor in C: {error}");
+    }
+    let rival = rival.as_ref().ok();
     for family in Family::ALL {
         let name = family.name();
         if !wanted.is_empty()
@@ -40,14 +46,14 @@ fn main() {
             continue;
         }
         let model = family.model(P);
-        let (ours, theirs) = measure::generation(&model, true, EFFORT);
-        let theirs = theirs.unwrap_or(f64::NAN);
-        println!("{name}({P}) generate:  {ours:9.0} ns         (Fig. 4: {theirs:9.0} ns)");
+        let generation = measure::generation(&model, rival, EFFORT);
+        let (ours, theirs) = (generation.ours, generation.theirs.unwrap_or(f64::NAN));
+        println!("{name}({P}) generate:  {ours:9.0} ns         (C: {theirs:9.0} ns)");
         for mode in [Mode::One, Mode::Saturated] {
-            let (ours, theirs) = measure::evaluation(&model, mode, true, EFFORT);
+            let (ours, theirs) = measure::evaluation(&model, mode, rival, EFFORT);
             let theirs = theirs.map_or(f64::NAN, |theirs| theirs.ns_per_firing());
             println!(
-                "{name}({P}) {:10} {:9.2} ns/firing  (Fig. 4: {theirs:9.2} ns/firing)",
+                "{name}({P}) {:10} {:9.2} ns/firing  (C: {theirs:9.2} ns/firing)",
                 format!("{}:", mode.name()),
                 ours.ns_per_firing(),
             );

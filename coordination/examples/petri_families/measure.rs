@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use coordination::event::EventTable;
 use coordination::petri::{Budget, Executor, NetModel, PlaceId, Structure, TransitionId};
 
-use crate::figure_4::Figure4;
+use crate::figure_4::{Figure4, Numbers, Rival};
 use crate::reference::Reference;
 
 /// Evaluations in a timed batch.
@@ -58,10 +58,13 @@ impl Effort {
     }
 }
 
-/// Medians of one net in one mode.
+/// Medians of one net in one mode, and how long the slowest slices took.
 #[derive(Clone, Copy, Debug)]
 pub struct Figures {
     pub ns_per_evaluation: f64,
+    /// 99 of 100 slices took less.
+    #[allow(dead_code, reason = "the benchmark does not print it")]
+    pub tail_ns_per_evaluation: f64,
     pub firings_per_evaluation: f64,
 }
 
@@ -71,11 +74,21 @@ impl Figures {
     }
 }
 
-/// Nanoseconds to make an executor from the model: ours, and the one of Fig. 4 if `baseline`.
-pub fn generation(model: &NetModel, baseline: bool, effort: Effort) -> (f64, Option<f64>) {
+/// Nanoseconds to make an executor from the model: ours, and the plain one if there is one. Of both,
+/// checking and numbering the model is a part, which `check` is alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Generation {
+    pub ours: f64,
+    pub theirs: Option<f64>,
+    #[allow(dead_code, reason = "the benchmark and the check do not print it")]
+    pub check: f64,
+}
+
+pub fn generation(model: &NetModel, rival: Option<&Rival>, effort: Effort) -> Generation {
     /// Of each in a batch.
     const GENERATIONS: usize = 20;
-    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    let (mut ours, mut theirs, mut check) = (Vec::new(), Vec::new(), Vec::new());
+    let numbers = Numbers::of(&model.structure().expect("the families are sound"));
     let mut batches = 0;
     let begin = Instant::now();
     while effort.wants_more(batches, begin) {
@@ -85,15 +98,24 @@ pub fn generation(model: &NetModel, baseline: bool, effort: Effort) -> (f64, Opt
                 net.expect("the families are sound").executor()
             }));
         }
-        for _ in 0..if baseline { GENERATIONS } else { 0 } {
-            theirs.push(time_one(|| {
-                let structure = black_box(model).structure();
-                Figure4::new(&structure.expect("the families are sound"))
+        for _ in 0..GENERATIONS {
+            check.push(time_one(|| black_box(model).structure()));
+        }
+        for _ in 0..rival.map_or(0, |_| GENERATIONS) {
+            theirs.extend(rival.map(|rival| {
+                time_one(|| {
+                    let structure = black_box(model).structure();
+                    (structure, Figure4::new(rival, &numbers))
+                })
             }));
         }
         batches += 1;
     }
-    (median(ours), baseline.then(|| median(theirs)))
+    Generation {
+        ours: median(ours),
+        theirs: rival.map(|_| median(theirs)),
+        check: median(check),
+    }
 }
 
 /// Nanoseconds to make something; to drop it again is not timed.
@@ -105,11 +127,11 @@ fn time_one<T>(make: impl FnOnce() -> T) -> f64 {
     ns
 }
 
-/// Times evaluations: ours, and those of Fig. 4 if `baseline`, in turns.
+/// Times evaluations: ours, and those of the plain executor if there is one, in turns.
 pub fn evaluation(
     model: &NetModel,
     mode: Mode,
-    baseline: bool,
+    rival: Option<&Rival>,
     effort: Effort,
 ) -> (Figures, Option<Figures>) {
     let net = model
@@ -117,7 +139,8 @@ pub fn evaluation(
         .expect("the families are sound");
     let structure = net.structure();
     let mut ours = net.executor();
-    let mut plain = Figure4::new(structure);
+    let numbers = Numbers::of(structure);
+    let mut plain = rival.map(|rival| Figure4::new(rival, &numbers));
     let mut walk = Walk::new(structure);
     let (mut our_slices, mut their_slices) = (Vec::new(), Vec::new());
     let mut batches = 0;
@@ -133,25 +156,28 @@ pub fn evaluation(
         compare_with_reference(model, &ours, &marking, mode);
         let mut again = ours.clone();
 
-        time_batch(in_slice, &mut our_slices, || {
-            ours.evaluate(mode.budget()).fired
+        time_batch(in_slice, &mut our_slices, |count| {
+            evaluations(&mut ours, count, mode.budget())
         });
         compare_with_traced(&ours, &mut again, mode);
 
-        if baseline {
+        if let Some(plain) = &mut plain {
             plain.set_marking(&marking);
-            compare_plain_with_rule(structure, &mut plain, mode);
+            compare_plain_with_rule(structure, plain, mode);
             let firings = mode.budget().firings;
-            time_batch(in_slice, &mut their_slices, || {
-                plain.evaluate(firings, |_| {})
+            time_batch(in_slice, &mut their_slices, |count| {
+                plain.evaluations(count, firings)
             });
         }
         batches += 1;
     }
-    (
-        figures(&our_slices),
-        baseline.then(|| figures(&their_slices)),
-    )
+    (figures(&our_slices), rival.map(|_| figures(&their_slices)))
+}
+
+/// As the plain executor's function of that name.
+fn evaluations(executor: &mut Executor, count: usize, budget: Budget) -> u64 {
+    let all = (0..count).map(|_| u64::from(executor.evaluate(budget).fired));
+    all.sum()
 }
 
 /// How many times as long one firing takes in a net as in another, measured in turns.
@@ -166,8 +192,8 @@ pub fn ratio_of_ones(model: &NetModel, other: &NetModel, effort: Effort) -> f64 
     let begin = Instant::now();
     while effort.wants_more(batches, begin) {
         for (executor, slices) in executors.iter_mut().zip(&mut slices) {
-            time_batch(FIRINGS_IN_SLICE, slices, || {
-                executor.evaluate(Mode::One.budget()).fired
+            time_batch(FIRINGS_IN_SLICE, slices, |count| {
+                evaluations(executor, count, Mode::One.budget())
             });
         }
         batches += 1;
@@ -184,16 +210,13 @@ struct Slice {
 }
 
 /// A batch of evaluations, in slices that are too short to be disturbed often.
-fn time_batch(in_slice: usize, slices: &mut Vec<Slice>, mut evaluate: impl FnMut() -> u32) {
+fn time_batch(in_slice: usize, slices: &mut Vec<Slice>, mut evaluate: impl FnMut(usize) -> u64) {
     let mut left = EVALUATIONS;
     while left > 0 {
         let count = left.min(in_slice);
         left -= count;
-        let mut fired = 0;
         let start = Instant::now();
-        for _ in 0..count {
-            fired += u64::from(evaluate());
-        }
+        let fired = evaluate(count);
         let ns = start.elapsed().as_nanos();
         slices.push(Slice {
             ns_per_evaluation: ns as f64 / count as f64,
@@ -203,16 +226,21 @@ fn time_batch(in_slice: usize, slices: &mut Vec<Slice>, mut evaluate: impl FnMut
 }
 
 fn figures(slices: &[Slice]) -> Figures {
-    let all = |of: fn(&Slice) -> f64| median(slices.iter().map(of).collect());
+    let all = |of: fn(&Slice) -> f64| slices.iter().map(of).collect();
     Figures {
-        ns_per_evaluation: all(|slice| slice.ns_per_evaluation),
-        firings_per_evaluation: all(|slice| slice.firings_per_evaluation),
+        ns_per_evaluation: median(all(|slice| slice.ns_per_evaluation)),
+        tail_ns_per_evaluation: quantile(all(|slice| slice.ns_per_evaluation), 0.99),
+        firings_per_evaluation: median(all(|slice| slice.firings_per_evaluation)),
     }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    values[(values.len() as f64 * share) as usize]
 }
 
 /// A walk at random through the markings that the net can reach.
@@ -306,21 +334,25 @@ fn compare_with_traced(timed: &Executor, again: &mut Executor, mode: Mode) {
     }
 }
 
-/// The executor of Fig. 4 fires only what is enabled, and leaves nothing that it should fire.
-fn compare_plain_with_rule(net: &Structure, plain: &mut Figure4, mode: Mode) {
+/// The plain executor fires only what is enabled, and leaves nothing that it should fire: in these
+/// families the same as ours, in the order of its own list.
+fn compare_plain_with_rule(net: &Structure, plain: &mut Figure4<'_>, mode: Mode) {
     let mut marked: Vec<_> = net.places().map(|place| plain.is_marked(place)).collect();
     let mut fired = BTreeSet::new();
-    plain.evaluate(mode.budget().firings, |transition| {
+    for transition in plain.traced(mode.budget().firings) {
         assert!(is_enabled(net, &marked, transition));
         fire(net, &mut marked, transition);
         assert!(fired.insert(transition), "fired twice");
-    });
+    }
     for place in net.places() {
         assert_eq!(plain.is_marked(place), marked[place.index()]);
     }
-    if mode == Mode::Saturated {
-        let left =
-            { net.transitions() }.find(|t| !fired.contains(t) && is_enabled(net, &marked, *t));
-        assert_eq!(left, None, "not saturated");
+    match mode {
+        Mode::One => assert_eq!(fired.len(), 1, "one evaluation fires one"),
+        Mode::Saturated => {
+            let left =
+                { net.transitions() }.find(|t| !fired.contains(t) && is_enabled(net, &marked, *t));
+            assert_eq!(left, None, "not saturated");
+        }
     }
 }
