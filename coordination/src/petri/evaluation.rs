@@ -39,3 +39,12 @@ pub struct Evaluation {
     /// [`Executor::limit_search`](super::Executor::limit_search).
     pub remaining: bool,
 }
+
+/// How much may still happen in an evaluation.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::petri) struct Allowance {
+    pub(in crate::petri) firings: u32,
+    pub(in crate::petri) rounds: u32,
+    /// Looks in vain; a search ends when they are used up, but not before its first one.
+    pub(in crate::petri) looks: u32,
+}

@@ -2,10 +2,11 @@
 
 use thiserror::Error;
 
-use super::evaluation::{Budget, Evaluation};
+use super::engine::State;
+use super::evaluation::{Allowance, Budget, Evaluation};
 use super::id::{PlaceId, TransitionId};
 use super::net::Net;
-use super::state::{Allowance, Ports, State};
+use super::ports::Ports;
 use crate::event::EventId;
 
 /// Why an event was refused; nothing changed but the count of refusals.
@@ -80,7 +81,7 @@ impl Executor {
         &self.net
     }
 
-    /// Limits how many groups of 64 transitions an evaluation may look at in vain, beside
+    /// Limits how many groups of 64 transitions an evaluation of a large net may look at in vain, beside
     /// [`SEARCH_PER_FIRING`](Self::SEARCH_PER_FIRING) for each firing of its budget. One that has
     /// done so ends early, with work remaining, and the next goes on behind the last group. With the
     /// limit that it has at first, a net of up to 2,048 transitions never comes to that.
@@ -121,6 +122,7 @@ impl Executor {
     }
 
     /// Fills sources and fires transitions as far as `budget` allows.
+    #[inline]
     pub fn evaluate(&mut self, budget: Budget) -> Evaluation {
         self.run(budget, |_| {})
     }
@@ -143,27 +145,37 @@ impl Executor {
 
     #[inline]
     fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
-        if budget.firings == 1 && budget.rounds > 0 && !self.ports.can_fill() {
-            let looks = self.looks(1);
-            let step = self.state.step(self.net.layout(), &mut self.ports, looks);
-            if let Some((fired, enabled)) = step {
-                on_fire(fired);
-                self.firings += 1;
-                return Evaluation {
-                    fired: 1,
-                    remaining: enabled || self.ports.can_fill(),
-                };
-            }
+        if budget.firings == 1
+            && budget.rounds > 0
+            && let Some((fired, remaining)) = self.state.step(self.net.layout(), &mut self.ports)
+        {
+            on_fire(fired);
+            self.firings += 1;
+            return Evaluation {
+                fired: 1,
+                remaining,
+            };
         }
         self.run_rounds(budget, on_fire)
     }
 
     #[inline(never)]
-    fn run_rounds(&mut self, budget: Budget, on_fire: impl FnMut(usize)) -> Evaluation {
+    fn run_rounds(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
         let looks = self.looks(budget.firings);
         let Self {
             net, state, ports, ..
         } = self;
+        if budget.firings == 1
+            && budget.rounds > 0
+            && let Some((fired, remaining)) = state.step_in_blocks(net.layout(), ports, looks)
+        {
+            on_fire(fired);
+            self.firings += 1;
+            return Evaluation {
+                fired: 1,
+                remaining,
+            };
+        }
         while let Some(source) = ports.next_to_fill() {
             state.flip(net.layout(), net.sources()[source].0);
         }

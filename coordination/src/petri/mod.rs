@@ -30,15 +30,15 @@
 //! now and then: an unlucky rhythm of the others may miss it for ever.
 //!
 //! **In the paper's words** (Section 4.1, Figure 4). What its executor keeps in lists is here in
-//! sets of bits; `layout` explains them.
+//! words of bits: `masks` explains those of most nets, `blocks` those of very large ones.
 //!
 //! | paper | here |
 //! |---|---|
-//! | `place_to_transitions`, `transition_input_place`, `transition_output_place` | per transition, the bits that its firing flips in the conditions of its neighbours |
+//! | `place_to_transitions`, `transition_input_place`, `transition_output_place` | per transition, a mask of the places that it asks for, their marks while it is enabled, those that it changes, and the transitions that may be enabled then |
 //! | `sink_places`, `sink_to_events`, `sink_index` | the net's ports: full sinks in the order in which they filled, each with its event |
-//! | `marking` | the truth of the conditions *this input is marked*, *that output is empty* |
-//! | `places_to_process`, `transitions_to_fire` and what is in them already | the AND of the condition words, and the set of blocks that may have something to fire |
-//! | `places_to_skip` | the same words: what is left over is enabled at the next evaluation |
+//! | `marking` | a bit for each place |
+//! | `places_to_process`, `transitions_to_fire` and what is in them already | the set of transitions to look at |
+//! | `places_to_skip` | the same set: what is left in it is looked at in the next evaluation |
 //! | `marking_history`, `max_number_of_loops` | which transitions have fired in this round, and [`Budget::rounds`]; counted per transition, since a shared resource is passed on many times in one round |
 //!
 //! **Real time:** everything that an [`Executor`] does after it was made is bounded by what it
@@ -70,15 +70,19 @@
 //! assert_eq!(granted, [events.id("grant").expect("the net uses it")]);
 //! ```
 
-mod compile;
+mod bits;
+mod blocks;
+mod demand;
 mod dot;
+mod engine;
 mod evaluation;
 mod executor;
 mod id;
-mod layout;
+mod masks;
 mod model;
 mod net;
-mod state;
+mod ports;
+mod span;
 
 pub use dot::Dot;
 pub use evaluation::{Budget, Evaluation};

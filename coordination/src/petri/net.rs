@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use super::compile::compile;
+use super::engine::{Layout, State, compile};
 use super::id::{PlaceId, TransitionId};
-use super::layout::Layout;
 use super::model::{Element, ModelData, ModelError, NetModel, PlaceKind, Structure};
-use super::state::State;
 use crate::event::{EventId, EventTable};
 
 /// A net ready to run; see [the module](super). A clone is another handle to the same net.

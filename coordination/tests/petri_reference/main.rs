@@ -122,6 +122,7 @@ enum Happening {
         trace: usize,
     },
     Round,
+    Ones(u32),
     Drain(u64),
     Take(usize),
     Perturb {
@@ -140,6 +141,7 @@ fn happening() -> impl Strategy<Value = Happening> {
             trace,
         }),
         2 => Just(Happening::Round),
+        2 => (1..100_u32).prop_map(Happening::Ones),
         3 => any::<u64>().prop_map(Happening::Drain),
         1 => any::<usize>().prop_map(Happening::Take),
         1 => (1..u64::MAX, 0..100_usize)
@@ -163,6 +165,11 @@ fn play(recipe: &Recipe, happenings: &[Happening]) -> usize {
             Happening::Round => {
                 let transitions = pair.model.transitions().len();
                 fired += pair.evaluate(Budget::ROUND, transitions);
+            }
+            Happening::Ones(count) => {
+                fired += (0..count)
+                    .map(|_| pair.evaluate(Budget::ONE, 1))
+                    .sum::<usize>();
             }
             Happening::Drain(mask) => pair.drain(mask),
             Happening::Take(index) => pair.take(index),
@@ -197,6 +204,20 @@ proptest! {
         happenings in proptest::collection::vec(happening(), 1..30),
     ) {
         play(&recipe, &happenings);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Processes one after another with a few places between them, as large nets of masks are.
+    #[test]
+    fn processes_in_order_fire_alike(
+        recipe in nets::recipe(100, 3),
+        happenings in proptest::collection::vec(happening(), 1..30),
+    ) {
+        let in_order = Recipe { wild: 0, shuffled: false, ..recipe };
+        play(&in_order, &happenings);
     }
 }
 

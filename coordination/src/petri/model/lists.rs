@@ -22,6 +22,11 @@ pub(in crate::petri) struct Use {
 }
 
 impl Use {
+    /// The first transition that mentions the place, and the last.
+    pub(in crate::petri) fn transitions(&self) -> [usize; 2] {
+        [self.first, self.last].map(|list| list.saturating_sub(1) as usize / 2)
+    }
+
     /// Whether the first and the last transition that mention the place are in different groups of
     /// `transitions` each.
     pub(in crate::petri) fn spans_groups_of(&self, transitions: usize) -> bool {

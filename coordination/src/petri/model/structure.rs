@@ -77,18 +77,19 @@ impl Structure {
     /// The arcs of all transitions, in order.
     pub(in crate::petri) fn arcs(&self) -> impl Iterator<Item = Arcs<'_>> {
         let mut rest = &*self.places;
-        let lists = self.starts.windows(3).step_by(2);
-        lists
-            .zip(&self.self_loops)
-            .map(move |(ends, &has_self_loop)| {
-                let (places, behind) = rest.split_at((ends[2] - ends[0]) as usize);
-                rest = behind;
-                Arcs {
-                    places,
-                    inputs: (ends[1] - ends[0]) as usize,
-                    has_self_loop,
-                }
-            })
+        let mut start = 0;
+        let ends = self.starts[1..].as_chunks::<2>().0.iter();
+        { ends.zip(&self.self_loops) }.map(move |(&[middle, end], &has_self_loop)| {
+            let (places, behind) = rest.split_at((end - start) as usize);
+            let inputs = (middle - start) as usize;
+            rest = behind;
+            start = end;
+            Arcs {
+                places,
+                inputs,
+                has_self_loop,
+            }
+        })
     }
 
     pub(in crate::petri) fn arcs_of(&self, transition: usize) -> Arcs<'_> {

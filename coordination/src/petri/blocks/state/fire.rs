@@ -1,20 +1,11 @@
-//! Firing; see [the layout](crate::petri::layout).
+//! Firing; see [blocks](crate::petri::blocks).
 
 use super::net_state::State;
-use super::ports::Ports;
 use super::search::Search;
-use crate::petri::layout::{
-    BLOCK, Block, Flip, Layout, More, PortChange, Special, Words, lowest, next_behind,
-};
-
-/// How much may still happen in an evaluation.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::petri) struct Allowance {
-    pub(in crate::petri) firings: u32,
-    pub(in crate::petri) rounds: u32,
-    /// Looks in vain; a search ends when they are used up, but not before its first one.
-    pub(in crate::petri) looks: u32,
-}
+use crate::petri::bits::{lowest, next_behind};
+use crate::petri::blocks::layout::{BLOCK, Block, Flip, Layout, More, Special, Words};
+use crate::petri::evaluation::Allowance;
+use crate::petri::ports::{PortChange, Ports};
 
 impl State {
     /// Fires one transition, unless none is ready or the next one needs several shared places.

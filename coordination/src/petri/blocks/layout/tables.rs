@@ -1,4 +1,8 @@
-//! The tables of a compiled net; see [the layout](super).
+//! The tables of a compiled net; see [blocks](crate::petri::blocks).
+
+use crate::petri::demand::Demand;
+use crate::petri::ports::PortChange;
+use crate::petri::span::Span;
 
 /// Conditions of a transition that have words of their own.
 pub(in crate::petri) const SLOTS: usize = 4;
@@ -67,23 +71,6 @@ pub(in crate::petri) struct Need {
     pub(in crate::petri) value: u64,
 }
 
-/// Some consecutive entries of an array.
-#[derive(Clone, Copy, Debug, Default)]
-pub(in crate::petri) struct Span {
-    pub(in crate::petri) start: u32,
-    pub(in crate::petri) end: u32,
-}
-
-impl Span {
-    pub(in crate::petri) fn contains(self, index: u32) -> bool {
-        (self.start..self.end).contains(&index)
-    }
-
-    pub(in crate::petri) fn of<T>(self, all: &[T]) -> &[T] {
-        &all[self.start as usize..self.end as usize]
-    }
-}
-
 /// What the firing of a special transition changes beside the conditions of its own block.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
@@ -125,13 +112,6 @@ pub(in crate::petri) struct More {
     pub(in crate::petri) marks: Span,
     /// Further blocks that mention them: [`WordBits`].
     pub(in crate::petri) wakes: Span,
-}
-
-/// A source or sink, an index into the net's list of them, changes.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::petri) enum PortChange {
-    SourceEmptied(u16),
-    SinkFilled(u16),
 }
 
 /// A place.
@@ -205,30 +185,6 @@ impl PlaceEntry {
             return &[];
         }
         &all[(self.first & !Self::FLAGS) as usize..self.end as usize]
-    }
-}
-
-/// What a condition asks of its place, and what the transition does to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::petri) enum Demand {
-    /// It is marked, and is emptied.
-    Marked,
-    /// It is marked, and stays so.
-    MarkedAndKept,
-    /// It is empty, and is marked.
-    Empty,
-}
-
-impl Demand {
-    #[inline]
-    pub(in crate::petri) fn is_met(self, marked: bool) -> bool {
-        marked == (self != Self::Empty)
-    }
-
-    /// Whether the place changes.
-    #[inline]
-    pub(in crate::petri) fn changes(self) -> bool {
-        self != Self::MarkedAndKept
     }
 }
 

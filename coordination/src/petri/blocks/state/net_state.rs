@@ -1,7 +1,8 @@
-//! The marking of a net and what is kept beside it; see [the layout](crate::petri::layout).
+//! The marking of a net and what is kept beside it; see [blocks](crate::petri::blocks).
 
+use crate::petri::bits::lowest;
+use crate::petri::blocks::layout::{BLOCK, Block, Layout, Words, users_of};
 use crate::petri::id::PlaceId;
-use crate::petri::layout::{BLOCK, Block, Layout, Words, lowest, users_of};
 
 /// The marking of a net, what has fired in this round, and what fired last.
 #[derive(Clone, Debug)]

@@ -1,7 +1,8 @@
-//! Which transition is next; see [the layout](crate::petri::layout).
+//! Which transition is next; see [blocks](crate::petri::blocks).
 
 use super::net_state::State;
-use crate::petri::layout::{BLOCK, Layout, Words, above, lowest};
+use crate::petri::bits::{above, lowest};
+use crate::petri::blocks::layout::{BLOCK, Layout, Words};
 
 /// The blocks behind one, in turn.
 pub(super) enum Search {

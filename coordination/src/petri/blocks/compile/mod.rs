@@ -1,8 +1,8 @@
 //! From a checked model to the tables that an executor runs.
 
-mod conditions;
 mod firings;
 mod lay_out;
+mod places;
 mod tables;
 
-pub(super) use lay_out::compile;
+pub(in crate::petri) use lay_out::compile;

@@ -1,12 +1,12 @@
-//! Lays a net out; see [the layout](crate::petri::layout).
+//! Lays a net out; see [blocks](crate::petri::blocks).
 
 use super::firings::Firings;
 use super::tables::Tables;
 use crate::event::EventId;
+use crate::petri::blocks::layout::Layout;
+use crate::petri::blocks::state::State;
 use crate::petri::id::PlaceId;
-use crate::petri::layout::Layout;
 use crate::petri::model::Structure;
-use crate::petri::state::State;
 
 /// The tables of `structure`, and its state in the initial marking. `sources` and `sinks` are in the
 /// order of their places.

@@ -1,10 +1,13 @@
-//! Where each condition is, and what the firings of a block flip in it; see [the layout](crate::petri::layout).
+//! Where each condition is, and what the firings of a block flip in it; see [blocks](crate::petri::blocks).
 
-use super::conditions::{Places, for_conditions};
-use crate::petri::layout::{
-    BLOCK, Bits, Block, Demand, Gate, PlaceEntry, Position, SLOTS, Span, lowest, set_words,
+use super::places::Places;
+use crate::petri::bits::lowest;
+use crate::petri::blocks::layout::{
+    BLOCK, Bits, Block, Gate, PlaceEntry, Position, SLOTS, set_words,
 };
+use crate::petri::demand::{Demand, for_conditions};
 use crate::petri::model::{PlaceKind, Structure};
+use crate::petri::span::{Span, span};
 
 /// The conditions of one transition.
 struct Conditions<'a> {
@@ -229,11 +232,4 @@ impl Tables {
 fn users_of(users: &mut [u64], words: usize, shared: u32, when_marked: bool) -> &mut [u64] {
     let set = 2 * shared as usize + usize::from(when_marked);
     &mut users[set * words..][..words]
-}
-
-pub(in crate::petri) fn span(start: usize, end: usize) -> Span {
-    Span {
-        start: start as u32,
-        end: end as u32,
-    }
 }

@@ -1,15 +1,17 @@
-//! What a firing changes beside the local conditions of its block; see [the layout](crate::petri::layout).
+//! What a firing changes beside the local conditions of its block; see [blocks](crate::petri::blocks).
 
-use super::conditions::for_conditions;
-use super::tables::{Tables, span};
+use super::tables::Tables;
 use crate::event::EventId;
-use crate::petri::id::PlaceId;
-use crate::petri::layout::{
-    BLOCK, Block, Demand, Flip, Layout, More, Need, PortChange, Position, SLOTS, Span, Special,
-    WordBits, lowest, set_words, users_of,
+use crate::petri::bits::lowest;
+use crate::petri::blocks::layout::{
+    BLOCK, Block, Flip, Layout, More, Need, Position, SLOTS, Special, WordBits, set_words, users_of,
 };
+use crate::petri::blocks::state::State;
+use crate::petri::demand::{Demand, for_conditions};
+use crate::petri::id::PlaceId;
 use crate::petri::model::{PlaceKind, Structure};
-use crate::petri::state::State;
+use crate::petri::ports::PortChange;
+use crate::petri::span::{Span, span};
 
 /// What else each firing does.
 pub(in crate::petri) struct Firings<'a> {

@@ -1,4 +1,4 @@
-//! How a compiled net lies in memory.
+//! Nets that are too large for [masks](super::masks).
 //!
 //! **Representation.** What a transition needs is a set of conditions: *this input is marked*, *that
 //! output is empty*. The state of a net is the truth of these conditions, one bit each. Transitions
@@ -43,8 +43,10 @@
 //! that may fire is active; (4) the bits of transitions that do not exist are 0 in `conditions[0]`.
 //! Between any two evaluations all of `fresh` is set.
 
-mod tables;
-mod words;
+mod compile;
+mod layout;
+mod state;
 
-pub(super) use tables::*;
-pub(super) use words::*;
+pub(super) use compile::compile;
+pub(super) use layout::Layout;
+pub(super) use state::State;

@@ -1,5 +1,12 @@
 //! The sources and sinks of a running net, as indices into the net's lists of them.
 
+/// A source or sink, an index into the net's list of them, changes.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::petri) enum PortChange {
+    SourceEmptied(u16),
+    SinkFilled(u16),
+}
+
 /// What waits at the sources, and which sinks are full.
 #[derive(Clone, Debug)]
 pub(in crate::petri) struct Ports {
@@ -34,6 +41,15 @@ impl Ports {
         self.waiting[source] += 1;
         if is_empty && self.waiting[source] == 1 {
             self.to_fill.push(source);
+        }
+    }
+
+    /// Takes note of what a firing did.
+    #[inline(always)]
+    pub(in crate::petri) fn change(&mut self, change: PortChange) {
+        match change {
+            PortChange::SourceEmptied(source) => self.emptied(usize::from(source)),
+            PortChange::SinkFilled(sink) => self.filled(usize::from(sink)),
         }
     }
 

@@ -1,6 +1,7 @@
-//! The words of a block, and the search for bits in them; see [the layout](super).
+//! The words of a block; see [blocks](crate::petri::blocks).
 
 use super::tables::{BLOCK, Bits};
+use crate::petri::bits::next_behind;
 
 /// The words of a block while it runs, in registers.
 #[derive(Clone, Copy, Debug)]
@@ -67,27 +68,4 @@ impl Words {
         *left = more;
         lane
     }
-}
-
-/// The bits above bit `lane`.
-#[inline]
-pub(in crate::petri) fn above(lane: usize) -> u64 {
-    (!0 << lane) << 1
-}
-
-/// The lowest bit set above `lane`.
-#[inline]
-pub(in crate::petri) fn next_behind(bits: u64, lane: usize) -> Option<usize> {
-    // Often that is the next one. To test for just this one lets the processor go on with it before
-    // it knows.
-    if bits >> lane & 2 != 0 {
-        Some(lane + 1)
-    } else {
-        lowest(bits & above(lane))
-    }
-}
-
-#[inline]
-pub(in crate::petri) fn lowest(bits: u64) -> Option<usize> {
-    (bits != 0).then_some(bits.trailing_zeros() as usize)
 }

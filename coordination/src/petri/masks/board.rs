@@ -1,0 +1,171 @@
+//! One block that runs, in registers; see [masks](super).
+
+use super::layout::{Layout, Pair, Row};
+use super::state::{Block, State};
+use crate::petri::bits::lowest;
+use crate::petri::ports::{PortChange, Ports};
+use crate::petri::span::Span;
+
+/// What changes while a block runs.
+#[derive(Clone, Copy)]
+pub(super) struct Board {
+    pub(super) marks: u64,
+    pub(super) todo: u64,
+    pub(super) fresh: u64,
+    pub(super) shared: u64,
+    pub(super) active: u64,
+}
+
+/// A transition.
+pub(super) trait Ask: Sized {
+    fn all(layout: &Layout) -> &[Self];
+    fn is_met(&self, board: &Board) -> bool;
+    fn fire(&self, board: &mut Board);
+}
+
+impl Ask for Row {
+    #[inline(always)]
+    fn all(layout: &Layout) -> &[Self] {
+        &layout.rows
+    }
+
+    #[inline(always)]
+    fn is_met(&self, board: &Board) -> bool {
+        self.is_met(board.marks)
+    }
+
+    #[inline(always)]
+    fn fire(&self, board: &mut Board) {
+        board.marks ^= self.flip;
+        board.todo |= self.wakes;
+    }
+}
+
+impl Ask for Pair {
+    #[inline(always)]
+    fn all(layout: &Layout) -> &[Self] {
+        &layout.pairs
+    }
+
+    #[inline(always)]
+    fn is_met(&self, board: &Board) -> bool {
+        self.own.is_met(board.marks) && self.shared.is_met(board.shared)
+    }
+
+    #[inline(always)]
+    fn fire(&self, board: &mut Board) {
+        self.own.fire(board);
+        board.shared ^= self.shared.flip;
+        board.active |= self.shared.wakes;
+    }
+}
+
+/// The ports, and what the transitions of a block do to them.
+pub(super) struct Outside<'a> {
+    /// Empty unless `PORTS`: the net has ports.
+    changes_of: &'a [Span],
+    changes: &'a [PortChange],
+    ports: &'a mut Ports,
+}
+
+impl<'a> Outside<'a> {
+    #[inline(always)]
+    pub(super) fn of<const PORTS: bool>(
+        layout: &'a Layout,
+        ports: &'a mut Ports,
+        block: &Block,
+    ) -> Self {
+        Self {
+            changes_of: if PORTS {
+                &layout.ports_of[block.first..block.end]
+            } else {
+                &[]
+            },
+            changes: &layout.port_changes,
+            ports,
+        }
+    }
+
+    #[inline(always)]
+    fn change(&mut self, lane: usize) {
+        for &change in self.changes_of[lane].of(self.changes) {
+            self.ports.change(change);
+        }
+    }
+}
+
+impl Board {
+    #[inline(always)]
+    pub(super) fn of(state: &State) -> Self {
+        Self {
+            marks: state.now.marks,
+            todo: state.now.todo,
+            fresh: state.now.fresh,
+            shared: state.shared,
+            active: state.active,
+        }
+    }
+
+    /// Of the transitions that are to do and in `among`, the first that is enabled; takes out those
+    /// before it.
+    #[inline(always)]
+    pub(super) fn search(&mut self, all: &[impl Ask], mut among: u64) -> Option<usize> {
+        loop {
+            among &= self.todo;
+            let lane = lowest(among)?;
+            if all[lane].is_met(self) {
+                return Some(lane);
+            }
+            self.todo &= !(among & among.wrapping_neg());
+        }
+    }
+
+    /// Fires `lane`, which is enabled, and what is ready behind it, at most `left`. Returns which fired
+    /// last. All that fired stay to do: they may not fire again in this round.
+    #[inline(always)]
+    pub(super) fn run<const PORTS: bool>(
+        &mut self,
+        all: &[impl Ask],
+        outside: &mut Outside<'_>,
+        mut lane: usize,
+        left: &mut u32,
+        mut on_fire: impl FnMut(usize),
+    ) -> usize {
+        let mut board = *self;
+        let mut more = *left;
+        let mut bit = 1 << lane;
+        let mut rest = &all[lane..];
+        while let [one, behind @ ..] = rest {
+            one.fire(&mut board);
+            board.fresh ^= bit;
+            lane = all.len() - rest.len();
+            on_fire(lane);
+            if PORTS {
+                outside.change(lane);
+            }
+            more -= 1;
+            if more == 0 {
+                break;
+            }
+            // Often the next one is ready. To ask for just this one first lets the processor go on with it
+            // before it knows.
+            bit <<= 1;
+            if board.fresh & bit != 0
+                && let [next, ..] = behind
+                && next.is_met(&board)
+            {
+                rest = behind;
+                continue;
+            }
+            let among = board.fresh & bit.wrapping_neg();
+            let Some(next) = board.search(all, among) else {
+                break;
+            };
+            bit = 1 << next;
+            rest = &all[next..];
+        }
+        *self = board;
+        *left = more;
+        lane
+    }
+}

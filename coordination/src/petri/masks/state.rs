@@ -1,0 +1,157 @@
+//! The marking of a net, and what is to be looked at; see [masks](super).
+
+use super::layout::{BITS, Layout};
+use crate::petri::bits::{above, lowest};
+use crate::petri::id::PlaceId;
+
+/// Up to 64 transitions.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::petri) struct Block {
+    /// The places that only they mention.
+    pub(in crate::petri) marks: u64,
+    /// Those to look at.
+    pub(in crate::petri) todo: u64,
+    /// Those that have not fired in this round.
+    pub(in crate::petri) fresh: u64,
+    // These never change.
+    /// Those that mention shared places.
+    pub(in crate::petri) on_shared: u64,
+    /// The first transition, and the one behind the last.
+    pub(in crate::petri) first: usize,
+    pub(in crate::petri) end: usize,
+}
+
+#[derive(Clone, Debug)]
+pub(in crate::petri) struct State {
+    /// The block that runs.
+    pub(super) now: Block,
+    /// The transition that fired last.
+    pub(super) last: usize,
+    /// The transition that is next to fire, or [`Self::UNKNOWN`].
+    pub(super) next: usize,
+    /// The marks of the shared places.
+    pub(super) shared: u64,
+    /// Index of the block that runs.
+    pub(super) block: usize,
+    /// Index of the block of `last`, if that is not the one that runs.
+    pub(super) last_block: usize,
+    /// Blocks that may have something to do.
+    pub(super) active: u64,
+    /// Blocks with a bit of `fresh` that is 0.
+    pub(super) used: u64,
+    /// All blocks; empty if there is only one.
+    pub(super) blocks: Box<[Block]>,
+}
+
+impl State {
+    /// No transition has this number, nor the one behind it.
+    pub(super) const UNKNOWN: usize = usize::MAX - 1;
+
+    /// With `now` as the only block, or `blocks`. Everything is to do, and the last transition counts
+    /// as the one that fired last.
+    pub(super) fn new(now: Block, blocks: Box<[Block]>, shared: u64) -> Self {
+        let block = blocks.len().saturating_sub(1);
+        let now = blocks.last().copied().unwrap_or(now);
+        Self {
+            last: now.end - 1,
+            now,
+            next: Self::UNKNOWN,
+            shared,
+            block,
+            last_block: block,
+            active: !0 >> (BITS - 1 - block),
+            used: 0,
+            blocks,
+        }
+    }
+
+    #[inline]
+    pub(super) fn is_one_block(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Makes this a copy of a state of the same net.
+    pub(in crate::petri) fn copy_from(&mut self, other: &Self) {
+        let blocks = std::mem::take(&mut self.blocks);
+        *self = Self { blocks, ..*other };
+        self.blocks.copy_from_slice(&other.blocks);
+    }
+
+    pub(in crate::petri) fn is_marked(&self, layout: &Layout, place: PlaceId) -> bool {
+        let spot = layout.spot(place);
+        let block = usize::from(spot.block);
+        let marks = match spot.is_shared() {
+            true => self.shared,
+            false if block == self.block => self.now.marks,
+            false => self.blocks[block].marks,
+        };
+        marks & spot.mask() != 0
+    }
+
+    /// Marks a place that is empty or empties one that is marked. Between two evaluations only.
+    pub(in crate::petri) fn flip(&mut self, layout: &Layout, place: PlaceId) {
+        let spot = layout.spot(place);
+        let is_marked = !self.is_marked(layout, place);
+        self.next = Self::UNKNOWN;
+        let wakes = layout.users[place.index()][usize::from(is_marked)];
+        if spot.is_shared() {
+            self.shared ^= spot.mask();
+            self.active |= wakes;
+            if wakes >> self.block & 1 == 1 {
+                self.now.todo |= self.now.on_shared;
+            }
+            return;
+        }
+        let block = usize::from(spot.block);
+        self.active |= 1 << block;
+        let block = if block == self.block {
+            &mut self.now
+        } else {
+            &mut self.blocks[block]
+        };
+        block.marks ^= spot.mask();
+        block.todo |= wakes;
+    }
+
+    /// Lets another block run.
+    pub(super) fn switch_to(&mut self, block: usize) {
+        if block != self.block {
+            self.blocks[self.block] = self.now;
+            self.now = self.blocks[block];
+            self.block = block;
+        }
+    }
+
+    /// Lets the block run that fired last.
+    #[inline]
+    pub(super) fn load_last(&mut self) {
+        if !(self.now.first..self.now.end).contains(&self.last) {
+            self.switch_to(self.last_block);
+            // A place from outside may have changed since.
+            self.now.todo |= self.now.on_shared;
+        }
+        self.last_block = self.block;
+    }
+
+    /// Lets the next active block run, behind the one that does, around to it, that has something to
+    /// do among those of its transitions that `among` names; `false` if there is none.
+    #[inline(never)]
+    pub(super) fn next_block(&mut self, among: impl Fn(&Block) -> u64) -> bool {
+        loop {
+            let behind = lowest(self.active & above(self.block));
+            let Some(block) = behind.or_else(|| lowest(self.active)) else {
+                return false;
+            };
+            self.switch_to(block);
+            self.now.todo |= self.now.on_shared;
+            if self.now.todo & among(&self.now) != 0 {
+                return true;
+            }
+            self.set_active(false);
+        }
+    }
+
+    pub(super) fn set_active(&mut self, active: bool) {
+        self.active = (self.active & !(1 << self.block)) | u64::from(active) << self.block;
+    }
+}
