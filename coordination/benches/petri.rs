@@ -7,6 +7,8 @@ mod families;
 mod figure_4;
 #[path = "../examples/petri_families/measure.rs"]
 mod measure;
+#[path = "../examples/petri_families/random.rs"]
+mod random;
 #[path = "../tests/petri_reference/reference.rs"]
 #[allow(dead_code, reason = "events are not measured")]
 mod reference;

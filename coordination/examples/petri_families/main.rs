@@ -3,6 +3,7 @@
 //! ```sh
 //! cargo run --release -p coordination --example petri_families
 //! cargo run --release -p coordination --example petri_families -- --baseline
+//! cargo run --release -p coordination --example petri_families -- --shipped
 //! cargo run --release -p coordination --example petri_families -- --bounded
 //! cargo run --release -p coordination --example petri_families -- --check
 //! ```
@@ -27,6 +28,11 @@
 //! timed part, the marking is perturbed at random, and what fires is compared with a simple
 //! executor on sets.
 //!
+//! `--shipped` times whole steps of the nets in `config/nets/`, each as a mediator runs it: flags of its
+//! robots are read, the net fires, its flags are set. Places and transitions are declared in random order.
+//! Steps of many copies of the net are timed together, so that most have something to do; `idle` is a step
+//! that has nothing to do.
+//!
 //! `--bounded` shows that the longest evaluation grows with its budget and not with the net.
 //! `--check` compares ratios with thresholds that have wide margins, and fails with a sentence for
 //! each that is missed; it takes a few seconds. Where there is no C compiler nothing is compared, and
@@ -37,9 +43,12 @@ mod check;
 mod families;
 mod figure_4;
 mod measure;
+mod random;
 #[path = "../../tests/petri_reference/reference.rs"]
 #[allow(dead_code, reason = "events are not measured")]
 mod reference;
+mod shipped;
+mod steps;
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -48,7 +57,7 @@ use families::Family;
 use figure_4::Rival;
 use measure::{Effort, Figures, Mode};
 
-const USAGE: &str = "usage: petri_families [--baseline | --bounded | --check]";
+const USAGE: &str = "usage: petri_families [--baseline | --shipped | --bounded | --check]";
 
 const EFFORT: Effort = Effort {
     least: 7,
@@ -61,6 +70,7 @@ fn main() -> ExitCode {
     match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         [] => families(None),
         ["--baseline"] => families(rival().as_ref()),
+        ["--shipped"] => shipped(),
         ["--bounded"] => bounded::print(),
         ["--check"] if check::passes(rival().as_ref()) => {}
         ["--check"] => return ExitCode::FAILURE,
@@ -110,6 +120,22 @@ fn families(rival: Option<&Rival>) {
                 eprintln!("{name},{p},{generate:.2},{one:.2},{saturated:.2}");
             }
         }
+    }
+}
+
+fn shipped() {
+    println!("net,ns_per_step,p99,firings_per_step,ns_per_firing,ns_per_idle_step");
+    for net in shipped::all() {
+        let found = steps::measure(&net, EFFORT);
+        println!(
+            "{},{:.1},{:.1},{:.2},{:.1},{:.1}",
+            net.name,
+            found.ns_per_step,
+            found.tail_ns_per_step,
+            found.firings_per_step,
+            found.ns_per_firing,
+            found.ns_per_idle_step,
+        );
     }
 }
 

@@ -8,6 +8,7 @@ use coordination::event::EventTable;
 use coordination::petri::{Budget, Executor, NetModel, PlaceId, Structure, TransitionId};
 
 use crate::figure_4::{Figure4, Numbers, Rival};
+use crate::random::Random;
 use crate::reference::Reference;
 
 /// Evaluations in a timed batch.
@@ -53,7 +54,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    fn wants_more(&self, batches: usize, since: Instant) -> bool {
+    pub fn wants_more(&self, batches: usize, since: Instant) -> bool {
         batches < self.least || batches < self.most && since.elapsed() < self.time
     }
 }
@@ -238,7 +239,7 @@ fn median(values: Vec<f64>) -> f64 {
     quantile(values, 0.5)
 }
 
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+pub fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values[(values.len() as f64 * share) as usize]
 }
@@ -246,30 +247,22 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 /// A walk at random through the markings that the net can reach.
 struct Walk {
     marked: Vec<bool>,
-    random: u64,
+    random: Random,
 }
 
 impl Walk {
     fn new(net: &Structure) -> Self {
         Self {
             marked: net.places().map(|place| net.marked(place)).collect(),
-            random: 0x9e37_79b9_7f4a_7c15,
+            random: Random::new(),
         }
-    }
-
-    fn below(&mut self, limit: usize) -> usize {
-        // Xorshift64*.
-        self.random ^= self.random >> 12;
-        self.random ^= self.random << 25;
-        self.random ^= self.random >> 27;
-        (self.random.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 33) as usize % limit
     }
 
     /// Fires up to as many enabled transitions as there are places, each chosen at random.
     fn next_marking(&mut self, net: &Structure) -> Vec<PlaceId> {
-        let steps = self.below(net.place_count());
+        let steps = self.random.below(net.place_count());
         for _ in 0..steps {
-            let first = self.below(net.transition_count());
+            let first = self.random.below(net.transition_count());
             let all = net.transitions();
             let mut in_turn = all.clone().skip(first).chain(all.take(first));
             if let Some(transition) = in_turn.find(|&t| is_enabled(net, &self.marked, t)) {
