@@ -143,14 +143,14 @@ impl Executor {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn run(&mut self, budget: Budget, mut on_fire: impl FnMut(usize)) -> Evaluation {
         if budget.firings == 1
             && budget.rounds > 0
             && let Some((fired, remaining)) = self.state.step(self.net.layout(), &mut self.ports)
         {
             on_fire(fired);
-            self.firings += 1;
+            self.firings = self.firings.wrapping_add(1);
             return Evaluation {
                 fired: 1,
                 remaining,

@@ -163,6 +163,7 @@ impl Net {
             .filter(|&place| self.inner.structure.marked(place))
     }
 
+    #[inline]
     pub(super) fn layout(&self) -> &Layout {
         &self.inner.layout
     }

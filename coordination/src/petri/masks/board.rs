@@ -150,14 +150,16 @@ impl Board {
             // Often the next one is ready. To ask for just this one first lets the processor go on with it
             // before it knows.
             bit <<= 1;
-            if board.fresh & bit != 0
-                && let [next, ..] = behind
-                && next.is_met(&board)
-            {
-                rest = behind;
-                continue;
+            if board.fresh & bit != 0 {
+                if let [next, ..] = behind
+                    && next.is_met(&board)
+                {
+                    rest = behind;
+                    continue;
+                }
+                board.todo &= !bit;
             }
-            let among = board.fresh & bit.wrapping_neg();
+            let among = board.fresh & (bit << 1).wrapping_neg();
             let Some(next) = board.search(all, among) else {
                 break;
             };

@@ -1,7 +1,7 @@
 //! From a checked model to masks; see [masks](super).
 
 use super::cuts::Cuts;
-use super::layout::{BITS, Layout, Pair, Row};
+use super::layout::{BITS, Layout, Pair, Row, Spot};
 use super::state::{Block, State};
 use crate::event::EventId;
 use crate::petri::bits::lowest;
@@ -22,7 +22,7 @@ pub(in crate::petri) fn compile(
         if structure.place_count() <= BITS && structure.transition_count() <= BITS {
             one_word(structure)
         } else {
-            several_words(structure, &Cuts::of(structure)?)
+            several_words(structure, Cuts::of(structure)?)
         };
     if !sources.is_empty() || !sinks.is_empty() {
         add_ports(structure, [sources, sinks], &mut layout);
@@ -83,6 +83,25 @@ impl Block {
     }
 }
 
+/// By bit of a word: the transitions of a block that need the place empty, and those that need it marked.
+type Users = [[u64; 2]; BITS];
+
+/// Those that may be enabled when `row` has fired.
+#[inline(always)]
+fn woken(row: &Row, users: &Users) -> u64 {
+    let mut woken = 0;
+    let (mut emptied, mut filled) = (row.flip & row.value, row.flip & !row.value);
+    while let Some(bit) = lowest(emptied) {
+        woken |= users[bit % BITS][0];
+        emptied &= emptied - 1;
+    }
+    while let Some(bit) = lowest(filled) {
+        woken |= users[bit % BITS][1];
+        filled &= filled - 1;
+    }
+    woken
+}
+
 /// The bits of the places are their numbers.
 fn one_word(structure: &Structure) -> (Layout, State) {
     let mut now = Block::new(0, structure.transition_count());
@@ -92,32 +111,30 @@ fn one_word(structure: &Structure) -> (Layout, State) {
     let mut users = [[0; 2]; BITS];
     let mut rows = Vec::with_capacity(structure.transition_count() + 1);
     for (lane, arcs) in structure.arcs().enumerate() {
-        rows.push(if arcs.has_self_loop {
-            row_with_loop(arcs, lane, &mut users)
+        let mut row = Row::default();
+        if arcs.has_self_loop {
+            for_conditions(arcs, |place, demand| {
+                row.add(1 << (place.index() % BITS), demand);
+                users[place.index() % BITS][usize::from(demand.is_met(true))] |= 1 << lane;
+            });
         } else {
             let (inputs, outputs) = arcs.places.split_at(arcs.inputs);
-            let value = word_of(inputs, lane, &mut users, 1);
-            let mask = value | word_of(outputs, lane, &mut users, 0);
-            Row {
-                mask,
-                value,
-                flip: mask,
-                wakes: 0,
+            for place in inputs {
+                row.value |= 1 << (place.index() % BITS);
+                users[place.index() % BITS][1] |= 1 << lane;
             }
-        });
+            row.mask = row.value;
+            for place in outputs {
+                row.mask |= 1 << (place.index() % BITS);
+                users[place.index() % BITS][0] |= 1 << lane;
+            }
+            row.flip = row.mask;
+        }
+        rows.push(row);
     }
     for (lane, row) in rows.iter_mut().enumerate() {
         // One that changes nothing stays enabled.
-        row.wakes = u64::from(row.flip == 0) << lane;
-        let (mut emptied, mut filled) = (row.flip & row.value, row.flip & !row.value);
-        while let Some(bit) = lowest(emptied) {
-            row.wakes |= users[bit % BITS][0];
-            emptied &= emptied - 1;
-        }
-        while let Some(bit) = lowest(filled) {
-            row.wakes |= users[bit % BITS][1];
-            filled &= filled - 1;
-        }
+        row.wakes = u64::from(row.flip == 0) << lane | woken(row, &users);
     }
     rows.push(Row::NEVER);
     let layout = Layout {
@@ -132,110 +149,110 @@ fn one_word(structure: &Structure) -> (Layout, State) {
     (layout, State::new(now, Box::default(), 0))
 }
 
-/// The word of these places, of which the transition `lane` is a user.
-#[inline(always)]
-fn word_of(places: &[PlaceId], lane: usize, users: &mut [[u64; 2]; BITS], marked: usize) -> u64 {
-    let mut word = 0;
-    for place in places {
-        let bit = place.index() % BITS;
-        word |= 1 << bit;
-        users[bit][marked] |= 1 << lane;
-    }
-    word
-}
-
-#[cold]
-fn row_with_loop(arcs: Arcs<'_>, lane: usize, users: &mut [[u64; 2]; BITS]) -> Row {
-    let mut row = Row::default();
-    for_conditions(arcs, |place, demand| {
-        let bit = place.index() % BITS;
-        row.add(1 << bit, demand);
-        users[bit][usize::from(demand.is_met(true))] |= 1 << lane;
-    });
-    row
-}
-
-fn several_words(structure: &Structure, cuts: &Cuts) -> (Layout, State) {
-    let count = cuts.blocks.len();
-    let transitions = structure.transition_count();
-    let mut blocks: Box<[Block]> = { cuts.blocks.iter() }
+fn several_words(structure: &Structure, cuts: Cuts) -> (Layout, State) {
+    let Cuts { blocks, spots } = cuts;
+    let mut states: Box<[Block]> = { blocks.iter() }
         .map(|block| Block::new(block.start, block.len()))
         .collect();
     let mut shared_marks = 0;
-    for (spot, &is_marked) in cuts.spots.iter().zip(&structure.marked) {
+    for (spot, &is_marked) in spots.iter().zip(&structure.marked) {
         let marks = match spot.is_shared() {
             true => &mut shared_marks,
-            false => &mut blocks[usize::from(spot.block)].marks,
+            false => &mut states[usize::from(spot.block)].marks,
         };
-        *marks |= if is_marked { spot.mask() } else { 0 };
+        *marks |= u64::from(is_marked) << spot.bit;
     }
-    let mut users = vec![[0; 2]; structure.place_count()];
-    // By bit of the shared word and block: the users of the place there.
-    let mut users_in = vec![[0; 2]; BITS * count];
-    let nothing = Pair {
-        own: Row::default(),
-        shared: Row::default(),
-    };
-    let mut pairs = vec![nothing; transitions + 1];
-    pairs[transitions].own = Row::NEVER;
-    for (number, block) in cuts.blocks.iter().enumerate() {
-        for transition in block.clone() {
-            let lane = 1 << (transition - block.start);
-            for_arcs(structure.arcs_of(transition), |place, demand| {
-                let spot = cuts.spots[place.index()];
-                let when = usize::from(demand.is_met(true));
-                if spot.is_shared() {
-                    pairs[transition].shared.add(spot.mask(), demand);
-                    users[place.index()][when] |= 1 << number;
-                    users_in[usize::from(spot.bit) * count + number][when] |= lane;
-                    blocks[number].on_shared |= lane;
-                } else {
-                    pairs[transition].own.add(spot.mask(), demand);
-                    users[place.index()][when] |= lane;
-                }
-            });
-        }
-    }
-    for (number, block) in cuts.blocks.iter().enumerate() {
-        for transition in block.clone() {
-            let Pair {
-                own: row,
-                shared: other,
-            } = &mut pairs[transition];
-            if row.flip | other.flip == 0 {
-                row.wakes = 1 << (transition - block.start);
+    let mut pairs: Vec<Pair> = Vec::with_capacity(structure.transition_count() + 1);
+    // By block, of its own word.
+    let mut users_of = vec![[[0; 2]; BITS]; blocks.len()];
+    // By bit of the shared word: the blocks that need the place empty or marked.
+    let mut blocks_of: Users = [[0; 2]; BITS];
+    let mut all = structure.arcs();
+    for ((number, state), own_users) in states.iter_mut().enumerate().zip(&mut users_of) {
+        // Of the block's own word, and of the shared one.
+        let mut users: [Users; 2] = [[[0; 2]; BITS]; 2];
+        for (lane, arcs) in all.by_ref().take(state.end - state.first).enumerate() {
+            let mut pair = Pair::default();
+            if arcs.has_self_loop {
+                for_conditions(arcs, |place, demand| {
+                    let when = usize::from(demand.is_met(true));
+                    let [own, shared] = words_of(&[place], &spots, lane, when, &mut users);
+                    pair.own.add(own, demand);
+                    pair.shared.add(shared, demand);
+                });
+            } else {
+                let (inputs, outputs) = arcs.places.split_at(arcs.inputs);
+                let [own, shared] = words_of(inputs, &spots, lane, 1, &mut users);
+                (pair.own.value, pair.shared.value) = (own, shared);
+                let [more, further] = words_of(outputs, &spots, lane, 0, &mut users);
+                (pair.own.mask, pair.shared.mask) = (own | more, shared | further);
+                (pair.own.flip, pair.shared.flip) = (pair.own.mask, pair.shared.mask);
             }
-            for_arcs(structure.arcs_of(transition), |place, demand| {
-                if !demand.changes() {
-                    return;
-                }
-                let spot = cuts.spots[place.index()];
-                let when = usize::from(!demand.is_met(true));
-                let wakes = users[place.index()][when];
-                if spot.is_shared() {
-                    other.wakes |= wakes & !(1 << number);
-                    row.wakes |= users_in[usize::from(spot.bit) * count + number][when];
-                } else {
-                    row.wakes |= wakes;
-                }
-            });
+            pairs.push(pair);
+        }
+        for (lane, Pair { own, shared }) in pairs[state.first..].iter_mut().enumerate() {
+            own.wakes = woken(own, &users[0]) | woken(shared, &users[1]);
+            own.wakes |= u64::from(own.flip | shared.flip == 0) << lane;
+            state.on_shared |= u64::from(shared.mask != 0) << lane;
+        }
+        let shared_users;
+        [*own_users, shared_users] = users;
+        for (blocks, users) in blocks_of.iter_mut().zip(&shared_users) {
+            for (blocks, users) in blocks.iter_mut().zip(users) {
+                *blocks |= u64::from(*users != 0) << number;
+            }
         }
     }
-    let (rows, pairs) = match cuts.spots.iter().any(|spot| spot.is_shared()) {
+    for (number, state) in states.iter().enumerate() {
+        for Pair { shared, .. } in &mut pairs[state.first..state.end] {
+            shared.wakes = woken(shared, &blocks_of) & !(1 << number);
+        }
+    }
+    let users = spots.iter().map(|spot| match spot.is_shared() {
+        true => blocks_of[usize::from(spot.bit)],
+        false => users_of[usize::from(spot.block)][usize::from(spot.bit)],
+    });
+    let users = users.collect();
+    pairs.push(Pair {
+        own: Row::NEVER,
+        shared: Row::default(),
+    });
+    let (rows, pairs) = match blocks_of.iter().any(|blocks| blocks[0] | blocks[1] != 0) {
         true => (Box::default(), pairs.into()),
         false => (pairs.iter().map(|pair| pair.own).collect(), Box::default()),
     };
     let layout = Layout {
         rows,
         pairs,
-        spots: cuts.spots.clone().into(),
-        users: users.into(),
+        spots: spots.into(),
+        users,
         has_ports: false,
         ports_of: Box::default(),
         port_changes: Box::default(),
     };
-    let first = blocks[0];
-    (layout, State::new(first, blocks, shared_marks))
+    let first = states[0];
+    (layout, State::new(first, states, shared_marks))
+}
+
+/// The words of these places, own and shared, of which the transition `lane` is a user that needs them
+/// empty or marked.
+#[inline(always)]
+fn words_of(
+    places: &[PlaceId],
+    spots: &[Spot],
+    lane: usize,
+    when: usize,
+    users: &mut [Users; 2],
+) -> [u64; 2] {
+    let (mut own, mut shared) = (0, 0);
+    for place in places {
+        let spot = spots[place.index()];
+        own |= if spot.is_shared() { 0 } else { spot.mask() };
+        shared |= if spot.is_shared() { spot.mask() } else { 0 };
+        let users = &mut users[usize::from(spot.is_shared())];
+        users[usize::from(spot.bit) % BITS][when] |= 1 << lane;
+    }
+    [own, shared]
 }
 
 /// Adds which sources and sinks each transition changes, in the order of its arcs.

@@ -68,23 +68,20 @@ fn blocks(structure: &Structure) -> Option<Vec<Range<usize>>> {
         // The places that some transition of the block is the first to mention fit into its word.
         let (mut places, mut reach) = (0, across);
         let (mut stop, mut fewest) = (start + 1, usize::MAX);
-        let mut ahead = Vec::with_capacity(BITS);
+        let (mut ahead, mut farthest) = ([0; BITS], 0);
         for transition in start..transitions.min(start + BITS) {
             places += usize::from(begin[transition]);
             if places > BITS && transition > start {
                 break;
             }
             reach = reach + usize::from(begin[transition]) - usize::from(end[transition]);
-            ahead.push(reach);
+            ahead[transition - start] = reach;
+            farthest = transition - start + 1;
         }
-        let farthest = ahead.len();
-        for (length, &reach) in ahead
-            .iter()
-            .enumerate()
-            .skip(farthest.saturating_sub(SHORTER + 1))
-        {
+        let nearest = farthest.saturating_sub(SHORTER + 1);
+        for (&reach, length) in ahead[nearest..farthest].iter().zip(nearest + 1..) {
             if reach <= fewest {
-                (stop, fewest) = (start + length + 1, reach);
+                (stop, fewest) = (start + length, reach);
             }
         }
         across = fewest;

@@ -13,6 +13,7 @@ pub(in crate::petri) const BITS: usize = u64::BITS as usize;
 
 /// What a transition asks of a word, and does to it.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(32))]
 pub(in crate::petri) struct Row {
     /// The places that matter.
     pub(in crate::petri) mask: u64,
@@ -40,7 +41,8 @@ impl Row {
 }
 
 /// What a transition of a net with shared places asks and does.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
 pub(in crate::petri) struct Pair {
     pub(in crate::petri) own: Row,
     pub(in crate::petri) shared: Row,

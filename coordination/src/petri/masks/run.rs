@@ -57,11 +57,11 @@ impl State {
     #[inline(always)]
     fn step_own(&mut self, row: &Row) -> usize {
         let fired = self.next;
-        let bit = 1 << ((fired - self.now.first) % BITS);
+        let bit = 1 << (fired.wrapping_sub(self.now.first) % BITS);
         self.now.marks ^= row.flip;
         self.now.todo = (self.now.todo & !bit) | row.wakes;
         self.last = fired;
-        self.next = fired + 1;
+        self.next = fired.wrapping_add(1);
         fired
     }
 

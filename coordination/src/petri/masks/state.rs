@@ -4,21 +4,23 @@ use super::layout::{BITS, Layout};
 use crate::petri::bits::{above, lowest};
 use crate::petri::id::PlaceId;
 
-/// Up to 64 transitions.
+/// Up to 64 transitions. What changes alternates with what does not: so a switch of blocks copies each
+/// word by itself, and does not wait until several that were just written can be read at once.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub(in crate::petri) struct Block {
     /// The places that only they mention.
     pub(in crate::petri) marks: u64,
+    /// The first transition.
+    pub(in crate::petri) first: usize,
     /// Those to look at.
     pub(in crate::petri) todo: u64,
+    /// The transition behind the last.
+    pub(in crate::petri) end: usize,
     /// Those that have not fired in this round.
     pub(in crate::petri) fresh: u64,
-    // These never change.
     /// Those that mention shared places.
     pub(in crate::petri) on_shared: u64,
-    /// The first transition, and the one behind the last.
-    pub(in crate::petri) first: usize,
-    pub(in crate::petri) end: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -116,7 +118,10 @@ impl State {
     /// Lets another block run.
     pub(super) fn switch_to(&mut self, block: usize) {
         if block != self.block {
-            self.blocks[self.block] = self.now;
+            let left = &mut self.blocks[self.block];
+            left.marks = self.now.marks;
+            left.todo = self.now.todo;
+            left.fresh = self.now.fresh;
             self.now = self.blocks[block];
             self.block = block;
         }
