@@ -1,6 +1,6 @@
 //! One block that runs, in registers; see [masks](super).
 
-use super::layout::{Layout, Pair, Row};
+use super::layout::{BITS, Layout, Pair, Row};
 use super::state::{Block, State};
 use crate::petri::bits::lowest;
 use crate::petri::ports::{PortChange, Ports};
@@ -158,12 +158,23 @@ impl Board {
                     continue;
                 }
                 board.todo &= !bit;
+                // Or the one behind it.
+                bit <<= 1;
+                if board.fresh & bit != 0
+                    && let [_, behind @ ..] = behind
+                    && let [next, ..] = behind
+                    && next.is_met(&board)
+                {
+                    rest = behind;
+                    continue;
+                }
+                bit >>= 1;
             }
             let among = board.fresh & (bit << 1).wrapping_neg();
             let Some(next) = board.search(all, among) else {
                 break;
             };
-            bit = 1 << next;
+            bit = 1 << (next % BITS);
             rest = &all[next..];
         }
         *self = board;

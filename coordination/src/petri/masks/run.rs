@@ -68,6 +68,9 @@ impl State {
     /// What the firing of the last one does to ports, and whether something is left to do.
     #[inline(never)]
     fn finish_step(&mut self, layout: &Layout, ports: &mut Ports) -> bool {
+        if !layout.has_ports {
+            return self.find_next(layout);
+        }
         for change in layout.port_changes(self.last) {
             ports.change(*change);
         }
@@ -192,12 +195,12 @@ impl State {
 
     /// Whether a transition is enabled, and if so which is next; between two rounds only. Takes out what
     /// is not, on the way.
-    #[inline]
+    #[inline(never)]
     pub(in crate::petri) fn is_any_enabled(&mut self, layout: &Layout) -> bool {
         self.next != Self::UNKNOWN || self.find_next(layout)
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn find_next(&mut self, layout: &Layout) -> bool {
         self.load_last();
         let behind = above(self.last - self.now.first);
