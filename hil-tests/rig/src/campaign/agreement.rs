@@ -2,7 +2,8 @@
 //!
 //! Each seed that a campaign of the real programs has left is run again on the simulated clock. The order of grants of each
 //! area, and what fired in each coordination, must be the same; durations and lateral errors may differ by what real
-//! threads, a real network and a real kernel make of the times of messages and cycles.
+//! threads, a real network and a real kernel make of the times of messages and cycles. Where the machine stalled in the real run
+//! they are not compared, which is said.
 
 use std::cmp::Ordering;
 use std::fs;
@@ -15,6 +16,7 @@ use super::stepped;
 use crate::machine::Machine;
 use crate::output::write_json;
 use crate::scenario::Scenario;
+use crate::stalls::Stalls;
 use crate::stepped::Plans;
 use crate::summary::{
     AreaSummary, CoordinationSummary, FiringSummary, Holding, RobotSummary, Summary,
@@ -37,6 +39,8 @@ struct Pair {
     duration_s: [f64; 2],
     /// By robot: its largest lateral error, in this order.
     lateral_error_m: Vec<(String, [f64; 2])>,
+    /// How the machine stalled in the real run, where it did so for too long for times and lateral errors to be compared.
+    stalled: Option<Stalls>,
     /// Grants and firings that were compared.
     compared: usize,
     /// Where they do not agree.
@@ -127,6 +131,7 @@ fn compare(real: &Summary, stepped: &Summary) -> Pair {
         seed: real.seed,
         duration_s: [real.duration_s, stepped.duration_s],
         lateral_error_m: Vec::new(),
+        stalled: None,
         compared: 0,
         differences: Vec::new(),
     };
@@ -145,6 +150,11 @@ fn compare(real: &Summary, stepped: &Summary) -> Pair {
     for (one, other) in real.coordinations.iter().zip(&stepped.coordinations) {
         let what = format!("firings of {} {}", one.id, one.number);
         pair.same(&what, [one, other].map(firings));
+    }
+    // What was late then is no difference between the programs and the simulation: only orders are compared.
+    if let Some(stalls) = real.stalls.filter(Stalls::spoil) {
+        pair.stalled = Some(stalls);
+        return pair;
     }
     pair.near(
         "duration in seconds",
@@ -201,6 +211,9 @@ impl Pair {
                 differences => differences,
             }
         );
+        if let Some(stalls) = &self.stalled {
+            onboard::say!("        times and lateral errors are not compared: {stalls}");
+        }
     }
 }
 
@@ -299,6 +312,25 @@ mod tests {
         let pair = compare(&real, &stepped);
         assert_eq!(pair.differences, [""; 0]);
         assert!(pair.compared >= 5);
+    }
+
+    #[test]
+    fn times_of_a_machine_that_stalled_are_not_compared() {
+        let (mut real, mut stepped) = (run(), run());
+        (real.duration_s, real.robots[0].done_s) = (107.0, Some(97.0));
+        for (longest_ms, differences) in [(14.0, 2), (100.0, 0)] {
+            real.stalls = Some(Stalls {
+                count: 6,
+                longest_ms,
+                steal_ms: 0.0,
+            });
+            let pair = compare(&real, &stepped);
+            assert_eq!(pair.differences.len(), differences, "{pair:?}");
+            assert_eq!(pair.stalled.is_some(), differences == 0);
+        }
+        stepped.areas[0].owners.reverse();
+        let pair = compare(&real, &stepped);
+        assert!(pair.differences[0].contains("grants of area 1"));
     }
 
     #[test]

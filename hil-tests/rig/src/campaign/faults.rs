@@ -8,7 +8,7 @@ use onboard::symbols::faults::Fault;
 use serde::Serialize;
 
 use super::cases::{Case, Moments, MomentsOfSeeds};
-use super::shrink::{MOST, Shrinker, Shrunk};
+use super::shrink::{MOST, Shrunk};
 use super::stepped::{Faults, Setup, runs};
 use crate::machine::Machine;
 use crate::output::write_json;
@@ -208,7 +208,7 @@ impl Campaign<'_> {
                 failed.push((run.seed, all));
             }
         }
-        let shrinker = Shrinker::of(self.scenario, self.plans, &setup, self.asked_to_end);
+        let shrinker = setup.shrinker(self.scenario, self.plans, self.asked_to_end);
         let again = shrinker.shrink(&failed, is_bad)?;
         row.bad = { reasons.into_iter().zip(again) }
             .map(|(reason, again)| BadRun { reason, again })

@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 use super::pool::run_all;
+use super::spread::{Spread, spread, together};
 use crate::machine::{Machine, round};
 use crate::output::write_json;
-use crate::percentile::Ranked;
 use crate::process::Process;
 use crate::scenario::Scenario;
 use crate::stalls::Stalls;
@@ -44,14 +44,6 @@ struct Campaign {
     /// Runs that were made once more, since a stall of the machine had spoiled them.
     repeated: usize,
     runs: Vec<Outcome>,
-}
-
-/// Least, median by nearest rank, and most.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Spread {
-    min: f64,
-    p50: f64,
-    max: f64,
 }
 
 /// One run.
@@ -249,32 +241,6 @@ fn sum_up(
         stalls: Stalls::together(runs.iter().filter_map(|run| run.stalls)),
         repeated: runs.iter().filter(|run| run.spoiled.is_some()).count(),
         runs,
-    }
-}
-
-fn spread(values: &[f64]) -> Spread {
-    let ranked = Ranked::of(values.iter().copied());
-    let at = |share: f64| ranked.at(share).unwrap_or_default();
-    Spread {
-        min: at(0.0),
-        p50: at(0.5),
-        max: at(1.0),
-    }
-}
-
-fn together<'a>(latencies: impl Iterator<Item = &'a Latency> + Clone) -> Latency {
-    let largest = |of: fn(&Latency) -> Option<f64>| {
-        latencies
-            .clone()
-            .filter_map(of)
-            .max_by(|a, b| a.total_cmp(b))
-    };
-    let medians = latencies.clone().filter_map(|own| own.p50_ms);
-    Latency {
-        count: latencies.clone().map(|own| own.count).sum(),
-        p50_ms: Ranked::of(medians).at(0.5),
-        p99_ms: largest(|own| own.p99_ms),
-        max_ms: largest(|own| own.max_ms),
     }
 }
 

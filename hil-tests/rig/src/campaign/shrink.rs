@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use onboard::cli::Failure;
 use serde::Serialize;
 
+use super::once::recorded;
 use super::pool::run_all;
-use super::stepped::{Setup, recorded};
 use crate::output::make_folder;
 use crate::run::leave;
 use crate::scenario::{Scenario, ScriptedFault};
@@ -67,33 +67,21 @@ pub struct Shrunk {
 
 /// What is needed to make failed runs again.
 pub struct Shrinker<'a> {
-    scenario: &'a Scenario,
-    plans: &'a Plans,
-    again: &'a Again,
-    jobs: usize,
-    out: &'a Path,
-    asked_to_end: &'a AtomicBool,
+    /// The scenario.
+    pub scenario: &'a Scenario,
+    /// What its robots run.
+    pub plans: &'a Plans,
+    /// What makes the runs again elsewhere.
+    pub again: &'a Again,
+    /// How many at once.
+    pub jobs: usize,
+    /// Gets a folder with the report of each.
+    pub out: &'a Path,
+    /// From then on only the commands are wanted.
+    pub asked_to_end: &'a AtomicBool,
 }
 
-impl<'a> Shrinker<'a> {
-    /// Of runs of a campaign: their reports go to folders in its own; once it is asked to end, only the commands are wanted.
-    #[must_use]
-    pub fn of(
-        scenario: &'a Scenario,
-        plans: &'a Plans,
-        setup: &'a Setup<'_>,
-        asked_to_end: &'a AtomicBool,
-    ) -> Self {
-        Self {
-            scenario,
-            plans,
-            again: &setup.again,
-            jobs: setup.jobs,
-            out: setup.out,
-            asked_to_end,
-        }
-    }
-
+impl Shrinker<'_> {
     /// Shrinks failed runs, each a seed and all its faults; `fails` tells from what came out of a run with some of these whether
     /// it failed. The results have the order of the runs.
     ///

@@ -11,16 +11,15 @@ use onboard::cli::Failure;
 use serde::Serialize;
 
 use super::ledger::{Head, Ledger};
+use super::once::recorded;
 use super::pool::run_all;
 use super::shrink::{Again, Shrinker};
 use super::statistics::Statistics;
 use crate::machine::Machine;
 use crate::output::write_json;
-use crate::record::Record;
-use crate::run::{Run, look_on, record};
 use crate::scenario::{Scenario, ScriptedFault};
+use crate::stepped::Plans;
 use crate::stepped::faults::faulted;
-use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
 
 /// What a campaign is.
@@ -42,6 +41,25 @@ pub struct Setup<'a> {
     pub fresh: bool,
     /// Folder for `campaign.json` and `runs.jsonl`.
     pub out: &'a Path,
+}
+
+impl<'a> Setup<'a> {
+    /// What makes runs of the campaign again that failed, and leaves their reports in its folder.
+    pub(super) fn shrinker(
+        &'a self,
+        scenario: &'a Scenario,
+        plans: &'a Plans,
+        asked_to_end: &'a AtomicBool,
+    ) -> Shrinker<'a> {
+        Shrinker {
+            scenario,
+            plans,
+            again: &self.again,
+            jobs: self.jobs,
+            out: self.out,
+            asked_to_end,
+        }
+    }
 }
 
 /// What goes wrong in the runs of a campaign.
@@ -122,7 +140,7 @@ pub fn campaign(
     if !failed.is_empty() && !asked_to_end.load(Ordering::Relaxed) {
         onboard::say!("{} runs failed, and are made again", failed.len());
     }
-    let shrinker = Shrinker::of(scenario, plans, setup, asked_to_end);
+    let shrinker = setup.shrinker(scenario, plans, asked_to_end);
     let shrunk = shrinker.shrink(&failed, |run, _| !run.passed())?;
     let statistics = Statistics::of(scenario, &summaries, elapsed_s, shrunk);
     statistics.print();
@@ -229,21 +247,4 @@ pub fn summary(
     heeds_leave: bool,
 ) -> Result<Summary, Failure> {
     Ok(recorded(scenario, plans, seed, heeds_leave)?.summary)
-}
-
-/// The same, and all else that is known of the run.
-///
-/// # Errors
-/// As [`summary`].
-pub(super) fn recorded(
-    scenario: &Scenario,
-    plans: &Plans,
-    seed: u64,
-    heeds_leave: bool,
-) -> Result<Record, Failure> {
-    let stepped = Stepped::new(scenario, plans, seed, heeds_leave, false)?;
-    let mut run = Run::new(scenario.clone(), stepped, seed);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
-    run.stop();
-    Ok(record(&run, &ending))
 }
