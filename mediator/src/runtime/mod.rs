@@ -18,6 +18,7 @@ mod repeats;
 mod shared;
 mod threads;
 mod turn;
+mod turning;
 mod waiting;
 
 pub use afar::ask_from_afar;

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use super::communication;
 use super::folder::Folder;
 use super::inbox::Inbox;
-use super::management::{self, Management};
+use super::management::Management;
 use super::network::Settings;
 use super::shared::Shared;
+use super::turning;
 use super::waiting::Waiting;
 use crate::journal::{OrderRecord, Store};
 use crate::manager::Manager;
@@ -43,7 +44,7 @@ impl Runtime {
             let (shared, inbox) = (Arc::clone(&shared), Arc::clone(&inbox));
             spawn("management").spawn(move || {
                 let management = Management::start(manager, store, orders);
-                management::run(management, &inbox, &outbox, &shared)
+                turning::run(management, &inbox, &outbox, &shared)
             })
         };
         let communication = {

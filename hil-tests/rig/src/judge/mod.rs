@@ -38,4 +38,6 @@ pub use nets::two_nets;
 pub use owners::two_owners;
 
 #[cfg(test)]
+mod message_tests;
+#[cfg(test)]
 mod tests;

@@ -1,25 +1,23 @@
-use contract::wire::{
-    AccessGrant, Control, ControlFlag, Instruction, Level, MediatorReport, RobotReport,
-};
+use contract::wire::{AccessGrant, Control, Level, MediatorReport};
 use sim::world::{Pose, Truth, Twist, World, WorldConfig};
 
 use super::*;
 use crate::network::observations::{Observations, Owning};
-use crate::scenario::{Coordination, During, Scenario, ScriptedFault, Stop};
+use crate::scenario::{Coordination, During, Scenario, Stop};
 use crate::testing;
 use crate::violation::ViolationKind;
 
-const MS: u64 = 1_000_000;
+pub(super) const MS: u64 = 1_000_000;
 
-fn overtaking() -> Scenario {
+pub(super) fn overtaking() -> Scenario {
     testing::scenario("overtaking")
 }
 
-fn heard(scenario: &Scenario) -> Observations {
+pub(super) fn heard(scenario: &Scenario) -> Observations {
     Observations::new(&scenario.site, &scenario.nets)
 }
 
-fn truth(at_ms: u64, x_m: f64, y_m: f64) -> Truth {
+pub(super) fn truth(at_ms: u64, x_m: f64, y_m: f64) -> Truth {
     Truth {
         time_ns: at_ms * MS,
         pose: Pose::new(x_m, y_m, 0.0),
@@ -30,7 +28,13 @@ fn truth(at_ms: u64, x_m: f64, y_m: f64) -> Truth {
     }
 }
 
-fn grant(observations: &mut Observations, robot: &str, area: &str, progress: u32, at_ms: u64) {
+pub(super) fn grant(
+    observations: &mut Observations,
+    robot: &str,
+    area: &str,
+    progress: u32,
+    at_ms: u64,
+) {
     let report = MediatorReport {
         robot_id: robot.into(),
         session: 1,
@@ -49,7 +53,7 @@ fn grant(observations: &mut Observations, robot: &str, area: &str, progress: u32
     observations.answer(&report, at_ms * MS);
 }
 
-fn observe(judge: &mut Judge, robot: usize, truth: &Truth, observations: &Observations) {
+pub(super) fn observe(judge: &mut Judge, robot: usize, truth: &Truth, observations: &Observations) {
     let world = World::new(WorldConfig::default()).expect("an empty world");
     judge.observe(&Look {
         robot,
@@ -61,7 +65,7 @@ fn observe(judge: &mut Judge, robot: usize, truth: &Truth, observations: &Observ
     });
 }
 
-fn kinds(judge: &Judge) -> Vec<&str> {
+pub(super) fn kinds(judge: &Judge) -> Vec<&str> {
     { judge.violations().iter() }
         .map(|violation| violation.kind.name())
         .collect()
@@ -247,195 +251,6 @@ fn two_owners_are_found_when_it_is_not_only_the_order_of_hearing() {
     assert_eq!(found(&[own("a", 1000, None), own("b", 2000, None)]), 1);
     let late = [own("b", 2000, Some(3000)), own("a", 1000, Some(2500))];
     assert_eq!(found(&late), 1, "whatever their order");
-}
-
-#[test]
-fn fences_that_do_not_grow_are_found_when_it_is_not_only_the_order_of_hearing() {
-    let mut scenario = overtaking();
-    let own = |robot: &str, fence: u64, asked_ms: u64, granted_ms: u64| Owning {
-        area: "1".into(),
-        robot: robot.into(),
-        fence,
-        journal: 7,
-        requested_ns: Some(asked_ms * MS),
-        granted_ns: granted_ms * MS,
-        entered_ns: None,
-        released_ns: None,
-        returned: false,
-    };
-    let found = |scenario: &Scenario, ownings: &[Owning]| {
-        let found = fences_not_grown(scenario, ownings).into_iter();
-        found
-            .map(|(robot, at_ns, _)| (robot, at_ns / MS))
-            .collect::<Vec<_>>()
-    };
-    let first = own("a", 5, 900, 1000);
-    let good = [
-        first.clone(),
-        own("b", 6, 1400, 1500),
-        own("a", 7, 3000, 3001),
-    ];
-    assert_eq!(found(&scenario, &good), []);
-    let b = |fence, asked_ms| [first.clone(), own("b", fence, asked_ms, 2000)];
-    let of_b = vec![("b".to_owned(), 2000)];
-    assert_eq!(found(&scenario, &b(4, 1400)), of_b, "smaller");
-    assert_eq!(found(&scenario, &b(5, 1400)), of_b, "the same");
-    assert_eq!(
-        found(&scenario, &b(5, 900)),
-        of_b,
-        "the same, whenever it was asked for"
-    );
-    // Granted before it, and heard after it.
-    assert_eq!(found(&scenario, &b(4, 900)), []);
-    // It is told what it has when it registers anew, and has not asked.
-    let again = [first.clone(), own("a", 5, 2000, 2000)];
-    assert_eq!(found(&scenario, &again), []);
-    let mut other = b(4, 1400);
-    other[1].journal = 8;
-    assert_eq!(found(&scenario, &other), [], "another journal");
-    let restored = "at_s = 1.0\nfor_s = 1.0\nwhat = \"restore-journal\"";
-    let restored: ScriptedFault = toml::from_str(restored).expect("a fault");
-    scenario.faults = vec![restored];
-    assert_eq!(found(&scenario, &b(4, 1400)), []);
-}
-
-/// The mediator's word that this coordination commands the robot, `progress` flags far: taken, then sent into area 1.
-fn command(observations: &mut Observations, robot: &str, number: u64, progress: u32, at_ms: u64) {
-    let flag = |by_mediator: bool, area: Option<&str>| ControlFlag {
-        by_mediator,
-        instruction: area.map(|area| Instruction {
-            areas: vec![area.into()],
-            ..Instruction::default()
-        }),
-        ..ControlFlag::default()
-    };
-    let report = MediatorReport {
-        robot_id: robot.into(),
-        session: 1,
-        control: Some(Control {
-            coordination: number,
-            net: "passing".into(),
-            flags: vec![
-                flag(true, None),
-                flag(false, None),
-                flag(true, Some("1")),
-                flag(false, None),
-                flag(true, None),
-                flag(false, None),
-            ],
-            level: Some(Level {
-                progress,
-                ..Level::default()
-            }),
-            ..Control::default()
-        }),
-        ..MediatorReport::default()
-    };
-    observations.answer(&report, at_ms * MS);
-}
-
-/// The robot's word that it is so far.
-fn obeys(observations: &mut Observations, robot: &str, number: u64, progress: u32, at_ms: u64) {
-    let report = RobotReport {
-        robot_id: robot.into(),
-        session: 1,
-        control: Some(Control {
-            coordination: number,
-            level: Some(Level {
-                progress,
-                ..Level::default()
-            }),
-            ..Control::default()
-        }),
-        ..RobotReport::default()
-    };
-    observations.report(&report, at_ms * MS);
-}
-
-#[test]
-fn two_nets_that_command_one_robot_are_found() {
-    let scenario = overtaking();
-    let found = |more: &dyn Fn(&mut Observations)| {
-        let mut observations = heard(&scenario);
-        command(&mut observations, "amr-1", 1, 1, 1000);
-        command(&mut observations, "amr-2", 1, 1, 1000);
-        more(&mut observations);
-        let found = two_nets(observations.controlled()).into_iter();
-        found
-            .map(|(robot, at_ns, _)| (robot, at_ns / MS))
-            .collect::<Vec<_>>()
-    };
-    // The first one is broken off; what was on its way to the other robot is heard after that.
-    let broken_off = |observations: &mut Observations| {
-        command(observations, "amr-1", 2, 1, 2000);
-        command(observations, "amr-2", 1, 1, 2200);
-    };
-    assert_eq!(found(&broken_off), []);
-    let of_1 = vec![("amr-1".to_owned(), 2400)];
-    for robot in ["amr-1", "amr-2"] {
-        let goes_on = |observations: &mut Observations| {
-            command(observations, "amr-1", 2, 1, 2000);
-            command(observations, robot, 1, 3, 2400);
-        };
-        assert_eq!(found(&goes_on), of_1, "{robot} hears both");
-    }
-    // The first robot was let go before.
-    let let_go = |observations: &mut Observations| {
-        obeys(observations, "amr-1", 1, 6, 1900);
-        command(observations, "amr-1", 2, 1, 2000);
-        command(observations, "amr-2", 1, 3, 2400);
-    };
-    assert_eq!(found(&let_go), []);
-}
-
-#[test]
-fn who_enters_what_the_net_in_control_has_not_ordered_is_found() {
-    let scenario = overtaking();
-    let border_m = scenario.site.area("1").expect("there").region.max.xy_m()[0];
-    // Both areas are granted, so that the order alone is judged.
-    let found = |into: f64, commands: &dyn Fn(&mut Observations)| {
-        let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
-        grant(&mut observations, "amr-2", "1", 3, 0);
-        grant(&mut observations, "amr-2", "2", 3, 0);
-        commands(&mut observations);
-        let from_m = border_m - into * 0.6;
-        for at_ms in (0..1500).step_by(20) {
-            let over_m = if at_ms < 1000 { 0.0 } else { into * 1.2 };
-            observe(
-                &mut judge,
-                1,
-                &truth(at_ms, from_m + over_m, -0.5),
-                &observations,
-            );
-        }
-        kinds(&judge)
-            .into_iter()
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
-    };
-    let nobody = |_: &mut Observations| {};
-    let taken = |observations: &mut Observations| {
-        command(observations, "amr-2", 1, 1, 100);
-        obeys(observations, "amr-2", 1, 2, 200);
-    };
-    let sent = |observations: &mut Observations| {
-        taken(observations);
-        command(observations, "amr-2", 1, 3, 300);
-    };
-    let let_go = |observations: &mut Observations| {
-        taken(observations);
-        obeys(observations, "amr-2", 1, 6, 900);
-    };
-    assert_eq!(found(1.0, &nobody), [""; 0]);
-    assert_eq!(found(1.0, &taken), ["uncommanded-entry"]);
-    assert_eq!(found(-1.0, &taken), ["uncommanded-entry"]);
-    // It is sent into area 1 alone.
-    assert_eq!(found(-1.0, &sent), [""; 0]);
-    assert_eq!(found(1.0, &sent), ["uncommanded-entry"]);
-    assert_eq!(found(1.0, &let_go), [""; 0]);
-    // It had not given its control away when it was on its way in.
-    let asked = |observations: &mut Observations| command(observations, "amr-2", 1, 1, 100);
-    assert_eq!(found(1.0, &asked), [""; 0]);
 }
 
 #[test]

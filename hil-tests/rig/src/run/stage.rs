@@ -95,14 +95,12 @@ impl Stage {
         let runtime = Runtime::new(Some(folder.path().join("run")))?;
         let wanted = options.mediator && site.areas_managed;
         if options.secure && !wanted {
-            return Err(Failure::refused(
-                "--secure is for sites with a mediator, with which robots have certificates",
-            ));
+            let why = "--secure is for sites with a mediator, with which robots have certificates";
+            return Err(Failure::refused(why));
         }
         if wanted && !scenario.set.is_empty() {
-            return Err(Failure::refused(
-                "`set` cannot be used with a mediator, which reads the site file itself",
-            ));
+            let why = "`set` cannot be used with a mediator, which reads the site file itself";
+            return Err(Failure::refused(why));
         }
         let mediator = wanted.then(|| {
             MediatorProcess::start(MediatorSetup {
@@ -382,14 +380,15 @@ impl Execution for Stage {
 
     fn mediator(&self) -> Option<MediatorRuns> {
         let mediator = self.mediator.as_ref()?;
+        let spans_ns = mediator.spans_ns().to_vec();
         Some(MediatorRuns {
             summary: MediatorSummary {
-                starts: u32::try_from(mediator.spans_ns().len()).unwrap_or(u32::MAX),
+                starts: u32::try_from(spans_ns.len()).unwrap_or(u32::MAX),
                 dropped: None,
                 rss_mib: Some(round(mediator.usage.largest_rss_mib())),
                 cpu_percent: Some(round(mediator.usage.cpu_percent())),
             },
-            spans_ns: mediator.spans_ns().to_vec(),
+            spans_ns,
         })
     }
 }

@@ -142,9 +142,12 @@ impl Scenario {
             .filter_map(|(number, fault)| Some((number, self.player(fault.robot.as_deref()?)?)))
     }
 
-    /// The same scenario in which no robot drives more rounds than this.
+    /// The same scenario in which no robot drives more rounds than this; drawn faults then begin earlier, by as much.
     #[must_use]
     pub fn with_at_most(mut self, rounds: u32) -> Self {
+        let whole = { self.robots.iter() }.map(|player| player.goal.rounds());
+        let whole = whole.max().unwrap_or(0).max(1);
+        self.faults_until_s *= f64::from(whole.min(rounds)) / f64::from(whole);
         for player in &mut self.robots {
             player.goal.limit_rounds(rounds);
         }

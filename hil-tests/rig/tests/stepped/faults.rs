@@ -147,6 +147,7 @@ fn faults_are_drawn_for_as_long_as_the_scenario_says() {
         .flat_map(|seed| drawn(&docking, seed))
         .map(|own| own.at_s);
     let last_s = begins_s.fold(0.0, f64::max);
+    assert_eq!(docking.clone().with_at_most(1).faults_until_s, 100.0);
     assert!(
         last_s > 200.0 && last_s <= docking.faults_until_s,
         "{last_s}"

@@ -132,7 +132,7 @@ fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
 fn a_coordination_that_an_operator_ends_leaves_robots_that_go_on_by_themselves() {
     let mut scenario = crate::scenario("overtaking");
     scenario.patience_s = 120.0;
-    let fault = "at_s = 24.0; for_s = 1.0; what = \"end-coordination\"";
+    let fault = "at_s = 35.0; for_s = 1.0; what = \"end-coordination\"";
     let [with, without] = with_and_without(scenario, fault, 3);
     assert!(without.passed(), "{without:?}");
     assert_eq!(with.violations, [], "{with:?}");
