@@ -1,7 +1,7 @@
 //! An operator says where the robot stands, and what is behind it.
 
 use description::geometry::Pose2;
-use onboard::process::ctl::{FreeBehind, Place, Request, Spot};
+use onboard::process::ctl::{Done, FreeBehind, Place, Placement, Request, Spot};
 use onboard::symbols::faults::Fault;
 use sim::world::Pose;
 
@@ -88,5 +88,65 @@ fn a_reset_says_nothing_of_where_the_robot_stands() {
         assert!(off_m(&mut bench) < 0.1, "{:?}", bench.belief());
     }
     bench.until_driving();
+    bench.finish();
+}
+
+/// Places it, and waits for what its walls say.
+fn placed(bench: &mut Bench, x_m: f64, y_m: f64, theta_rad: f64) -> (Placement, String) {
+    let spot = Spot::Pose(Pose2::new(x_m, y_m, theta_rad));
+    let (reply, after_s) = bench.answer_to(place(spot, None));
+    let said = reply.as_ref().map(ToString::to_string);
+    let Ok(Done::Placed(placement)) = reply else {
+        panic!("{reply:?}");
+    };
+    assert!((0.9..1.2).contains(&after_s), "{after_s} s");
+    (placement, said.unwrap_or_default())
+}
+
+#[test]
+fn walls_that_contradict_the_operators_word_are_shown() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_standing(3.0);
+    let truth = bench.truth().pose;
+    // Turned, and across the corridor. A small error is one that walls correct.
+    let mut contradicted = 0;
+    for (off_y_m, off_rad) in [
+        (0.0, 0.6),
+        (0.0, -0.6),
+        (0.35, 0.0),
+        (0.8, 0.0),
+        (0.0, 0.25),
+    ] {
+        let (y_m, theta_rad) = (truth.y_m + off_y_m, truth.theta_rad + off_rad);
+        let (wrong, said) = placed(&mut bench, truth.x_m, y_m, theta_rad);
+        let off_m = (wrong.pose.y_m - truth.y_m).abs();
+        if off_m < 0.1 && (wrong.pose.theta_rad - truth.theta_rad).abs() < 0.1 {
+            continue;
+        }
+        assert!(
+            wrong.looked && (wrong.contradict > 0 || wrong.unseen),
+            "{wrong:?}"
+        );
+        assert!(said.contains("contradict"), "{said}");
+        contradicted += 1;
+    }
+    assert!(contradicted >= 2, "{contradicted}");
+    let (right, said) = placed(&mut bench, truth.x_m, truth.y_m, truth.theta_rad);
+    assert!(
+        right.looked && right.agree > 0 && right.contradict == 0,
+        "{right:?}"
+    );
+    assert!(
+        said.contains("agree") && !said.contains("contradict"),
+        "{said}"
+    );
+    assert!((right.pose.x_m - truth.x_m).hypot(right.pose.y_m - truth.y_m) < 0.05);
+    // Without a lidar nothing says whether it is true.
+    bench.devices.unplug_lidar();
+    bench.watch(1.0);
+    let (unseen, said) = placed(&mut bench, truth.x_m, truth.y_m, truth.theta_rad);
+    assert!(!unseen.looked, "{unseen:?}");
+    assert!(said.contains("nothing confirms"), "{said}");
     bench.finish();
 }

@@ -196,6 +196,49 @@ fn a_wheel_that_slips_stops_the_robot_until_a_reset() {
     }
 }
 
+/// What it was told is faster than it is: a ramp that began there would have it speed up before it slows down.
+#[test]
+fn a_hard_stop_begins_at_the_speed_that_the_wheels_have() {
+    // So heavy that it follows slowly, which is not to be taken for wheels that do not obey.
+    let mut bench = Bench::standing_with(&["drive.following_error_m=0.5"]);
+    let heavy = Mechanics {
+        load: 300.0,
+        ..Mechanics::default()
+    };
+    wear(&bench, heavy);
+    let slow_m_s = 0.1;
+    bench.until("it moves", 10.0, |bench| {
+        bench.truth().twist.v_m_s > slow_m_s
+    });
+    let (told_rad_s, _) = bench.devices.drive_faults().statistics().last_rad_s;
+    let told_m_s = told_rad_s * bench.plan.robot.drive.geometry.wheel_radius_m();
+    assert!(told_m_s > 1.5 * slow_m_s, "it lags: {told_m_s} m/s");
+    bench.ask(Request::Stop);
+    // The supervisor is asked ten times a second, and navigation and control pass it on.
+    bench.until("it slows down", 0.5, |bench| {
+        let (now_rad_s, _) = bench.devices.drive_faults().statistics().last_rad_s;
+        now_rad_s < 0.9 * told_rad_s
+    });
+    let before = bench.truth();
+    let (first_rad_s, _) = bench.devices.drive_faults().statistics().last_rad_s;
+    let first_m_s = first_rad_s * bench.plan.robot.drive.geometry.wheel_radius_m();
+    assert!(
+        first_m_s < 1.05 * before.twist.v_m_s + 0.01,
+        "told {first_m_s} m/s at {} m/s",
+        before.twist.v_m_s
+    );
+    let seen = bench.watch(1.0);
+    let speeds = seen.iter().map(|truth| truth.twist.v_m_s);
+    let fastest_m_s = speeds.fold(0.0, f64::max);
+    assert!(
+        fastest_m_s < before.twist.v_m_s + 0.01,
+        "sped up from {} to {fastest_m_s} m/s",
+        before.twist.v_m_s
+    );
+    bench.until_standing(3.0);
+    bench.finish();
+}
+
 /// Encoders are 32-bit floats: after a day their steps are 3 mm.
 #[test]
 fn a_drive_that_has_been_on_for_days_is_driven_as_well_as_a_new_one() {

@@ -86,6 +86,8 @@ pub struct Placement {
     pub contradict: u64,
     /// It has looked at a scan since.
     pub looked: bool,
+    /// That shows none of the walls that should be in view.
+    pub unseen: bool,
 }
 
 impl fmt::Display for Placement {
@@ -105,6 +107,9 @@ impl fmt::Display for Placement {
             (false, ..) => {
                 f.write_str("it has not looked at a scan since, so nothing confirms that")
             }
+            (true, 0, 0) if self.unseen => f.write_str(
+                "none of the walls that should be in view is where it should be, which contradicts that: look where it stands, and say so again",
+            ),
             (true, 0, 0) => f.write_str("no wall in view confirms that"),
             (true, _, 0) => write!(f, "{agree} {} agree", walls(agree)),
             (true, ..) => write!(

@@ -3,6 +3,7 @@
 use coordination::activity::LifeCycleEvent;
 use description::instruction::Instruction;
 use description::threads::ActivityKind;
+use skills::localisation::ScanVerdict;
 use skills::navigator::Instructed;
 
 use super::sent::{Sent, answer};
@@ -144,6 +145,7 @@ impl Supervisor {
                 agree: read.value.walls_agree,
                 contradict: read.value.walls_contradict,
                 looked,
+                unseen: looked && read.value.scan.as_str() == ScanVerdict::Blind.name(),
             };
             answer(pending, &Ok(Done::Placed(placement)));
         }
