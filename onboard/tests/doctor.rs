@@ -137,11 +137,7 @@ fn a_real_bus_is_not_driven_without_real_time_priority_unless_told() {
     let runtime = folder();
     let robot = on_interface(runtime.path(), "lo");
     let mut program = Command::new("setpriv");
-    program.args([
-        "--bounding-set=-sys_nice",
-        "--inh-caps=-sys_nice",
-        env!("CARGO_BIN_EXE_onboard"),
-    ]);
+    program.args(["--bounding-set=-sys_nice", env!("CARGO_BIN_EXE_onboard")]);
     let is_there = Command::new("setpriv").arg("--version").output().is_ok();
     if !is_there || !rustix::process::geteuid().is_root() {
         eprintln!("SKIPPED: takes root and setpriv");

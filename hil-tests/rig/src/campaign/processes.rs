@@ -358,13 +358,10 @@ mod tests {
         assert_eq!((runs[2].collisions, runs[2].longest_wait_s), (1, 9.0));
         let spread = spread(&runs.each_ref().map(|run| run.duration_s));
         assert_eq!((spread.min, spread.p50, spread.max), (10.0, 20.0, 30.0));
-        let unstalled = read(&Json::Null, 4, false, Path::new("x"));
-        assert_eq!(
-            (unstalled.stalls, unstalled.spoiled.is_none()),
-            (None, true)
-        );
+        let quiet = read(&Json::Null, 4, false, Path::new("x"));
+        assert_eq!((quiet.stalls, quiet.spoiled.is_none()), (None, true));
         let scenario = crate::testing::scenario("lap");
-        let runs = [&runs[..], &[unstalled]].concat();
+        let runs = [&runs[..], &[quiet]].concat();
         let all = sum_up(&scenario, Vec::new(), 1, runs);
         let (stalls, repeated) = (all.stalls, all.repeated);
         assert_eq!((stalls.count, stalls.longest_ms, repeated), (6, 9.0, 3));
