@@ -191,7 +191,7 @@ patience_s = 60.0
 standstill_s = 8.0
 faults = [
     { at_s = 4.0, for_s = 1.0, what = "lose-frames", robot = "amr-1", share = 0.001 },
-    { at_s = 6.0, for_s = 100.0, what = "unplug", robot = "amr-1" },
+    { at_s = 6.0, for_s = 600.0, what = "unplug", robot = "amr-1" },
 ]
 
 [robots.amr-1]
