@@ -231,6 +231,10 @@ const COMMANDS: &[(&str, Run)] = &[
         BesideMediator,
     ),
     (
+        "target/debug/mediator keys operator anna --replace --site config/sites/overtaking.toml",
+        BesideMediator,
+    ),
+    (
         "target/debug/mediator status --connect tls/localhost:7447 --identity anna.pem",
         BesideMediator,
     ),
