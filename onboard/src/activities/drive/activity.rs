@@ -124,7 +124,8 @@ impl Drive {
         }
     }
 
-    /// The robot goes on from where another process has left it, if `goes_on`: see [`Self::judge_return`].
+    /// The robot goes on from where another process has left it, if `goes_on`: only a drive that kept its power, and is there at the first
+    /// attempt, may follow.
     #[must_use]
     pub fn going_on(mut self, goes_on: bool) -> Self {
         self.goes_on = goes_on;
