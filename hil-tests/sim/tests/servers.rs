@@ -26,13 +26,13 @@ fn drive() -> SimulatedDrive {
 }
 
 fn serve() -> Served {
+    serve_at(LOCAL)
+}
+
+fn serve_at(address: &str) -> Served {
     let drive = drive();
-    let server = serve_udp(
-        LOCAL.parse().unwrap(),
-        drive.segment,
-        ServeOptions::default(),
-    )
-    .unwrap();
+    let address = address.parse().unwrap();
+    let server = serve_udp(address, drive.segment, ServeOptions::default()).unwrap();
     let socket = UdpSocket::bind(LOCAL).unwrap();
     socket.connect(server.local_addr().unwrap()).unwrap();
     socket
@@ -95,7 +95,8 @@ fn a_taken_port_is_named() {
 
 #[test]
 fn stopping_is_quick_and_frees_the_port() {
-    let Served { server, .. } = serve();
+    // Of its own: a port that is free again may be given to another test at once.
+    let Served { server, .. } = serve_at("127.0.97.1:0");
     let address = server.local_addr().unwrap();
     assert!(server.is_running());
     let asked = Instant::now();
