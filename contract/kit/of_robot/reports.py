@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from .. import page, wire
 from ..checks import Failed
@@ -13,30 +14,32 @@ from . import SUITE
 RATE = "| a level is sent at least every | 200 ms |"
 
 
-def judge_rate(hall: Hall, times: list[float], begin: float, seconds: float) -> None:
-    """That messages came often enough."""
-    inside = [begin, *(at for at in times if begin < at < begin + seconds), begin + seconds]
-    gap, most = max(later - earlier for earlier, later in zip(inside, inside[1:])), page.LEVEL_S + hall.margin_s / 2
-    least = int(seconds / page.LEVEL_S * 0.8)
-    if len(inside) - 2 < least or gap > most:
-        raise Failed(f"at least {least} in {seconds:.0f} s, no gap above {most:.1f} s", f"{len(inside) - 2}, the largest gap {gap:.2f} s")
+def judge_rate(hall: Hall, times: Callable[[], list[float]], seconds: float = 3.0) -> None:
+    """That messages come often enough, in one of three stretches: a busy machine holds robot and kit up now and then."""
+    most, least = page.LEVEL_S + hall.margin_s / 2, int(seconds / page.LEVEL_S * 0.8)
+    stretches = []
+    for _ in range(3):
+        begin = time.monotonic()
+        time.sleep(seconds)
+        inside = [begin, *(at for at in times() if begin < at < begin + seconds), begin + seconds]
+        gap = max(later - earlier for earlier, later in zip(inside, inside[1:]))
+        if len(inside) - 2 >= least and gap <= most:
+            return
+        stretches.append(f"{len(inside) - 2}, the largest gap {gap:.2f} s")
+    raise Failed(f"at least {least} in {seconds:.0f} s, no gap above {most:.1f} s", "; ".join(stretches))
 
 
 @SUITE.check("report-rate", RATE)
 def report_rate(hall: Hall) -> None:
     """Reports come every 200 ms although nothing changes."""
     hall.ahead()
-    begin = time.monotonic()
-    time.sleep(3.0)
-    judge_rate(hall, [said.at for said in hall.said], begin, 3.0)
+    judge_rate(hall, lambda: [said.at for said in hall.said])
 
 
 @SUITE.check("state-rate", "| `PREFIX/robots/ID/state` | `RobotState` | robot, to everybody | on change, and at 5 Hz |")
 def state_rate(hall: Hall) -> None:
     """The state for everybody comes at 5 Hz, with the identity and the boot of the reports."""
-    begin = time.monotonic()
-    time.sleep(3.0)
-    judge_rate(hall, [at for at, _ in hall.states], begin, 3.0)
+    judge_rate(hall, lambda: [at for at, _ in hall.states])
     state = hall.states[-1][1]
     if state is None or (state.robot_id, state.boot_epoch) != (hall.robot_id, hall.boot_epoch):
         raise Failed(f"robot_id {hall.robot_id}, boot_epoch {hall.boot_epoch}", f"{state}".replace("\n", " "))
