@@ -6,6 +6,10 @@ use super::finding::Finding;
 use crate::realtime::memory::{MemoryLock, lock_memory};
 use crate::realtime::scheduling::{CoreClass, Wanted, try_out};
 
+/// Gives the program all rights that it takes; in a group of its own, as README says.
+const GRANT: &str =
+    "sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep \"$(command -v onboard)\"";
+
 /// All of them. `priority`: the highest that the robot's threads want.
 pub fn findings(link: &Link, priority: Option<u8>) -> Vec<Finding> {
     let mut found = Vec::new();
@@ -32,9 +36,7 @@ fn real_time_priority(priority: u8, link: &Link) -> Finding {
                 Link::Interface(_) => Finding::bad,
                 Link::Udp(_) => Finding::weak,
             };
-            judge(SUBJECT, why, format!("FIFO {priority}")).with(
-                "sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep \"$(command -v onboard)\"",
-            )
+            judge(SUBJECT, why, format!("FIFO {priority}")).with(GRANT)
         }
     }
 }
@@ -53,7 +55,8 @@ fn raw_frames(interface: &str) -> Finding {
     const SUBJECT: &str = "raw frames";
     match drivers::ethercat::RawLink::open(interface) {
         Ok(_) => Finding::good(SUBJECT, format!("may be sent on {interface}")),
-        Err(error) => Finding::bad(SUBJECT, error.to_string(), "a socket for EtherCAT frames")
-            .with("sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep \"$(command -v onboard)\""),
+        Err(error) => {
+            Finding::bad(SUBJECT, error.to_string(), "a socket for EtherCAT frames").with(GRANT)
+        }
     }
 }
