@@ -2,9 +2,10 @@
 
 use std::fmt::Debug;
 use std::num::NonZeroU32;
+use std::ptr::null_mut;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use rustix::thread::{clock_nanosleep_absolute, futex};
+use rustix::thread::futex;
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
 /// A clock that threads read and wait on: nanoseconds that never go back.
@@ -34,13 +35,8 @@ impl Clock for Monotonic {
     }
 
     fn sleep_until(&self, at_ns: u64) {
-        let until = timespec(at_ns);
         // The only error that can occur for a valid time is a signal: sleep on.
-        while monotonic_ns() < at_ns {
-            if clock_nanosleep_absolute(ClockId::Monotonic, &until).is_ok() {
-                break;
-            }
-        }
+        while monotonic_ns() < at_ns && !sleep_absolute(at_ns) {}
     }
 
     fn wait_on(&self, word: &AtomicU32, seen: u32, until_ns: u64) {
@@ -57,6 +53,63 @@ impl Clock for Monotonic {
             NonZeroU32::MAX,
         );
     }
+}
+
+/// The C library's sleep to an absolute time; `false` when a signal ended it.
+///
+/// Not rustix's: on 32-bit kernels before 5.1, which lack the call with 64 bits of time, that one sleeps for as long as the
+/// computer has been running. The C library asks such kernels with 32 bits, which count seconds since the start for 68 years.
+fn sleep_absolute(at_ns: u64) -> bool {
+    let until = libc::timespec {
+        tv_sec: libc::time_t::try_from(at_ns / 1_000_000_000).unwrap_or(libc::time_t::MAX),
+        tv_nsec: (at_ns % 1_000_000_000) as _,
+    };
+    // SAFETY: `until` outlives the call, and nothing asks for the time that is left.
+    let result = unsafe {
+        libc::clock_nanosleep(
+            libc::CLOCK_MONOTONIC,
+            libc::TIMER_ABSTIME,
+            &raw const until,
+            null_mut(),
+        )
+    };
+    result == 0
+}
+
+/// Whether this kernel sleeps to absolute times, as every period of a real-time thread asks it to: it is asked for one that has
+/// long passed, which takes no time, or 20 ms where the kernel counts from now.
+///
+/// # Errors
+/// [`RelativeSleep`] when that took as long as the time says, three times.
+pub fn check_absolute_sleep() -> Result<(), RelativeSleep> {
+    check_sleep(|at_ns| {
+        sleep_absolute(at_ns);
+    })
+}
+
+/// A kernel, or a library, that takes an absolute time for a duration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "a sleep until {PASSED_MS} ms after the start of the computer lasts that long, hours later: the kernel takes absolute times for \
+     durations, and no thread can keep a period; expected Linux 5.1 or newer"
+)]
+pub struct RelativeSleep;
+
+const PASSED_MS: u64 = 20;
+
+fn check_sleep(sleep_until: impl Fn(u64)) -> Result<(), RelativeSleep> {
+    const TRIES: usize = 3;
+    // A computer that has just started: that time is still to come.
+    while monotonic_ns() < 2 * PASSED_MS * 1_000_000 {
+        std::thread::yield_now();
+    }
+    // Who is held up by the machine is not held up each time.
+    let at_once = (0..TRIES).any(|_| {
+        let begin_ns = monotonic_ns();
+        sleep_until(PASSED_MS * 1_000_000);
+        monotonic_ns() - begin_ns < PASSED_MS * 1_000_000
+    });
+    at_once.then_some(()).ok_or(RelativeSleep)
 }
 
 /// Nanoseconds of `CLOCK_MONOTONIC`.
@@ -93,6 +146,21 @@ mod tests {
         Monotonic.sleep_until(until);
         assert!(monotonic_ns() >= until);
         Monotonic.sleep_until(0);
+    }
+
+    #[test]
+    fn a_sleep_that_counts_from_now_is_refused() {
+        assert_eq!(check_absolute_sleep(), Ok(()));
+        let relative = |at_ns| std::thread::sleep(std::time::Duration::from_nanos(at_ns));
+        assert_eq!(check_sleep(relative), Err(RelativeSleep));
+    }
+
+    #[test]
+    fn a_time_beyond_what_the_kernel_counts_is_far_away() {
+        // As far as the C library and the kernel go: the thread sleeps, and is left to.
+        let sleeper = std::thread::spawn(|| Monotonic.sleep_until(u64::MAX));
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        assert!(!sleeper.is_finished());
     }
 
     #[test]

@@ -27,7 +27,7 @@ use crate::process::signals::termination_flag;
 use crate::process::supervisor::{Ending, Keeper, Supervisor, ports};
 use crate::process::teleop::{self, Desk};
 use crate::process::watchdogs::Watchdogs;
-use crate::realtime::clock::{SECOND_NS, now_ns, sleep_until};
+use crate::realtime::clock::{SECOND_NS, check_absolute_sleep, now_ns, sleep_until};
 use crate::realtime::latency::{self, keep_cores_awake};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory, populate_memory};
@@ -45,6 +45,7 @@ const JOIN_NS: u64 = 5 * SECOND_NS;
 pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<(), Failure> {
     let logging = Logging::start();
     let plan = Plan::load(files)?;
+    check_absolute_sleep().map_err(Failure::refused)?;
     if !without_real_time {
         check_priority(&plan)?;
     }
