@@ -122,6 +122,17 @@ pub enum SymbolError {
         found: u32,
         expected: u32,
     },
+    /// The robot's program was built for a processor of another width.
+    #[error(
+        "robot `{robot}` (pid {pid}) is a program of {found} bits, and this one has {expected}: they cannot share memory; use the \
+         program of the robot's own package"
+    )]
+    OtherWidth {
+        robot: Box<str>,
+        pid: u32,
+        found: u32,
+        expected: u32,
+    },
     /// The root folder's path leaves no room for the names below it.
     #[error("the path {} is longer than {limit} bytes or not plain text", root.display())]
     BadRoot { root: PathBuf, limit: usize },

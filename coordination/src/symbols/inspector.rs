@@ -56,7 +56,7 @@ impl Inspector {
     /// Opens the symbols of `robot` while it runs. Not for real-time threads.
     ///
     /// # Errors
-    /// If the robot does not run, is still starting, was built with another directory format, or its
+    /// If the robot does not run, is still starting, was built with another directory format or for another width of pointers, or its
     /// shared memory cannot be opened.
     pub fn open(robot: &str, place: &Namespace) -> Result<Self, SymbolError> {
         place.check(robot)?;
@@ -79,6 +79,16 @@ impl Inspector {
                 pid: content.pid,
             });
         };
+        // Shared memory has counters and offsets as wide as a pointer: those of another width would be read as nonsense.
+        let bits = content.bits.unwrap_or_default();
+        if bits != usize::BITS {
+            return Err(SymbolError::OtherWidth {
+                robot: robot.into(),
+                pid,
+                found: bits,
+                expected: usize::BITS,
+            });
+        }
         let run = TableRun::of(&root, robot, &word);
         let visit = Visit(run.clone());
         let blackboard = match Blackboard::open(&run, place) {

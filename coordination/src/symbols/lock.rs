@@ -22,6 +22,8 @@ const LOCK_PAUSE: Duration = Duration::from_millis(5);
 pub(super) struct Content {
     pub(super) pid: Option<u32>,
     pub(super) word: Option<String>,
+    /// Bits of a pointer of the process that owns it, on which the layout of shared memory depends.
+    pub(super) bits: Option<u32>,
     pub(super) ready: bool,
 }
 
@@ -29,8 +31,9 @@ impl Content {
     pub(super) fn to_text(&self) -> String {
         let pid = self.pid.unwrap_or_default();
         let word = self.word.as_deref().unwrap_or_default();
+        let bits = self.bits.unwrap_or_default();
         let state = if self.ready { "ready" } else { "starting" };
-        format!("pid {pid}\nrun {word}\n{state}\n")
+        format!("pid {pid}\nrun {word}\nbits {bits}\n{state}\n")
     }
 
     fn from_text(text: &str) -> Self {
@@ -41,6 +44,7 @@ impl Content {
                 Some(("run", word)) => {
                     content.word = Some(word.to_owned()).filter(|word| TableRun::is_word(word));
                 }
+                Some(("bits", bits)) => content.bits = bits.parse().ok(),
                 _ => content.ready |= line == "ready",
             }
         }
@@ -141,6 +145,7 @@ mod tests {
         let content = Content {
             pid: Some(42),
             word: Some("0123456789ab".to_owned()),
+            bits: Some(usize::BITS),
             ready: true,
         };
         assert_eq!(Content::from_text(&content.to_text()), content);

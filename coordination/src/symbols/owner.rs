@@ -48,6 +48,7 @@ impl Owner {
         let text = Content {
             pid: Some(process::id()),
             word: Some(self.run.word.clone()),
+            bits: Some(usize::BITS),
             ready,
         }
         .to_text();

@@ -37,6 +37,27 @@ fn a_reader_sees_the_newest_value_with_its_stamp() {
 }
 
 #[test]
+fn the_memory_of_a_program_of_another_width_is_not_read() {
+    let room = Room::new();
+    let _table = small_table("a", &room.place);
+    let instance = room.root().join("a.pid");
+    let text = std::fs::read_to_string(&instance).unwrap();
+    let (own, other) = (usize::BITS, 96 - usize::BITS);
+    let of_other = text.replace(&format!("bits {own}"), &format!("bits {other}"));
+    assert_ne!(of_other, text);
+    std::fs::write(&instance, of_other).unwrap();
+    match Inspector::open("a", &room.place) {
+        Err(SymbolError::OtherWidth {
+            found, expected, ..
+        }) => assert_eq!((found, expected), (other, own)),
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("read with {own} bits what has {other}"),
+    }
+    std::fs::write(&instance, text).unwrap();
+    assert!(Inspector::open("a", &room.place).is_ok());
+}
+
+#[test]
 fn the_directory_names_owners_readers_and_sizes() {
     let room = Room::new();
     let table = small_table("a", &room.place);
