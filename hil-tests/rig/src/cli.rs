@@ -131,8 +131,8 @@ struct RunArgs {
     /// Show nothing while it runs
     #[arg(long)]
     headless: bool,
-    /// Folder for summary.json, reports and logs [default: target/rig/SCENARIO, and there `stepped` for many runs on the
-    /// simulated clock]
+    /// Folder for summary.json, reports and logs [default: target/rig/SCENARIO, and there `stepped` on the simulated
+    /// clock]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

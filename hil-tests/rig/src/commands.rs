@@ -84,10 +84,7 @@ pub struct Many {
 pub fn scenario(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
-    let mut out = Path::new(OUT).join(&scenario.name);
-    if request.many.runs > 1 {
-        out = folder_of_many(request, out);
-    }
+    let out = folder_of(request, Path::new(OUT).join(&scenario.name));
     let out = request.out.clone().unwrap_or(out);
     if request.many.fresh && request.many.runs == 1 {
         return Err(Failure::refused("--fresh is for many runs"));
@@ -124,7 +121,7 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
 pub fn campaign(request: &Request) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
     let scenario = loaded(request)?;
-    let out = folder_of_many(request, campaigns(&scenario));
+    let out = folder_of(request, campaigns(&scenario));
     let out = request.out.clone().unwrap_or(out);
     if request.many.stepped {
         stepped_often(&scenario, request, &out, &asked_to_end)
@@ -148,8 +145,8 @@ fn campaigns(scenario: &Scenario) -> PathBuf {
     Path::new(OUT).join("campaign").join(&scenario.name)
 }
 
-/// Where many runs leave what they leave: those on the simulated clock apart from those of the real programs.
-fn folder_of_many(request: &Request, folder: PathBuf) -> PathBuf {
+/// Where runs leave what they leave: those on the simulated clock apart from those of the real programs.
+fn folder_of(request: &Request, folder: PathBuf) -> PathBuf {
     if request.many.stepped {
         folder.join("stepped")
     } else {
