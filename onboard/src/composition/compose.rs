@@ -30,6 +30,7 @@ use crate::composition::replacement::ReloadEnds;
 use crate::fleet::{Began, Setup, Start};
 use crate::realtime::clock::{Clock, Monotonic, now_ns};
 use crate::realtime::log::LogSender;
+use crate::realtime::panic::Panicked;
 use crate::realtime::wake::Wake;
 use crate::symbols::wiring::{
     ChainSymbols, CommunicationFleetSymbols, CommunicationSymbols, DriveSymbols, LidarSymbols,
@@ -67,10 +68,9 @@ pub fn compose(
     mut ports: Vec<(ActivityKind, Port)>,
     (reload, left, began): (ReloadEnds, Option<&Checkpoint>, Began),
     boot_epoch: u64,
-    log: &LogSender,
+    (log, panicked): (&LogSender, &Panicked),
 ) -> Result<Composed, PlanError> {
-    let symbols = wiring.symbols;
-    let beginning = Beginning::of(plan, left, log)?;
+    let (symbols, beginning) = (wiring.symbols, Beginning::of(plan, left, log)?);
     let navigator = &beginning.navigator;
     let (machine, goes_on) = (navigator.machine().clone(), beginning.left.is_some());
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
@@ -91,7 +91,7 @@ pub fn compose(
         Devices::of(plan)?,
         goes_on,
         &scan_wake,
-        log,
+        (log, panicked),
     )?);
     let settings = plan.communication_settings(boot_epoch);
     let communication = compose_communication(
@@ -277,7 +277,7 @@ pub fn compose_devices(
     devices: Devices,
     goes_on: bool,
     scan_wake: &Wake,
-    log: &LogSender,
+    (log, panicked): (&LogSender, &Panicked),
 ) -> Result<Named, PlanError> {
     let drive = Drive::new(
         port(ports, ActivityKind::Drive),
@@ -286,7 +286,8 @@ pub fn compose_devices(
         devices.bus,
         log.clone(),
     )
-    .going_on(goes_on);
+    .going_on(goes_on)
+    .heeding(panicked.clone());
     let lidar = Lidar::new(
         port(ports, ActivityKind::Lidar),
         plan.lidar_settings()?,
@@ -325,8 +326,7 @@ pub fn compose_communication(
     communication
 }
 
-/// Puts activities on the threads of the table, in its order; a thread that looks at scans gets one intake for all of
-/// its activities.
+/// Puts activities on the threads of the table, in its order; a thread that looks at scans gets one intake for all of its activities.
 ///
 /// # Errors
 /// As [`Plan::scan_geometry`].

@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 use super::runner::{ThreadSetup, Trigger};
 use crate::realtime::log;
+use crate::realtime::panic::Panicked;
 use crate::realtime::scheduling::{CoreClass, Wanted};
 use crate::symbols::values::ThreadReport;
 
@@ -51,6 +52,7 @@ impl Bench {
             report,
             stop: Arc::clone(&bench.stop),
             log: log::queue().0,
+            panicked: Panicked::default(),
         };
         (bench, setup)
     }

@@ -31,6 +31,7 @@ use crate::realtime::clock::{SECOND_NS, check_absolute_sleep, now_ns, sleep_unti
 use crate::realtime::latency::{self, keep_cores_awake};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory, populate_memory};
+use crate::realtime::panic::{Panicked, install_hook};
 use crate::realtime::{guard, scheduling};
 use crate::symbols::values::{Name, RobotMode};
 use crate::symbols::wiring::{ACTIVITIES, Wiring};
@@ -53,7 +54,8 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
         read_identity(path.as_ref(), &plan.robot.identity.id).map_err(Failure::refused)?;
     }
     check_cores(&plan)?;
-    crate::realtime::panic::install_hook();
+    let panicked = Panicked::default();
+    install_hook(&panicked);
     let asked_to_end = termination_flag().map_err(Failure::refused)?;
     let wiring = Wiring::build(
         &plan.robot.identity.id,
@@ -99,13 +101,13 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
     let left = Left::take(&mut store, &plan, &log, now_ns())?;
     let store = Background::of(store).map_err(Failure::refused)?;
     let keeper = Keeper::new(Box::new(store), &plan, &left);
-    let watchdogs = Watchdogs::start(&plan.robot.watchdog).map_err(Failure::refused)?;
+    let watchdogs = Watchdogs::start(&plan.robot.watchdog, &panicked).map_err(Failure::refused)?;
     let mut robot = Robot::start(
         files,
         plan,
         wiring,
         (left, keeper),
-        (&log, log_drain),
+        (&log, log_drain, &panicked),
         (locked, guests),
     )?;
     // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
@@ -185,7 +187,7 @@ impl Robot {
         plan: Plan,
         mut wiring: Wiring,
         (left, keeper): (Left, Keeper),
-        (log, log_drain): (&LogSender, log::LogDrain),
+        (log, log_drain, panicked): (&LogSender, log::LogDrain, &Panicked),
         (locked, guests): (bool, Receiver<Guest>),
     ) -> Result<Self, Failure> {
         let boot_epoch = draw_epoch();
@@ -199,7 +201,7 @@ impl Robot {
             ports,
             (reload_ends, left.place.as_deref(), left.began()),
             boot_epoch,
-            log,
+            (log, panicked),
         )
         .map_err(Failure::refused)?;
         if locked && let Err(why) = populate_memory() {
@@ -221,7 +223,8 @@ impl Robot {
             composed.machine,
             log_drain,
             (reload, keeper),
-        );
+        )
+        .heeding(panicked.clone());
         supervisor.heed(&left, now_ns());
         let desk = teleop::spawn(Desk::new(composed.teleop), guests).map_err(Failure::failed)?;
         let mut robot = Self {
@@ -242,6 +245,7 @@ impl Robot {
                 report,
                 stop: Arc::clone(&robot.stop),
                 log: log.clone(),
+                panicked: panicked.clone(),
             };
             let spawned = if thread.trigger == ConfigTrigger::Async {
                 spawn_asynchronous(setup, activities, composed.alarm.clone())

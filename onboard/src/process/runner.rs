@@ -15,10 +15,11 @@ use description::threads::{self, ThreadConfig};
 
 use crate::activities::communication;
 use crate::activities::robot_activity::ThreadActivities;
-use crate::realtime::clock::{Clock, MILLISECOND_NS, Monotonic, now_ns, sleep_until};
+use crate::realtime::clock::{Clock, MILLISECOND_NS, Monotonic};
 use crate::realtime::guard;
 use crate::realtime::log::LogSender;
 use crate::realtime::memory::{page_faults, prefault_stack};
+use crate::realtime::panic::Panicked;
 use crate::realtime::scheduling::{Wanted, granted, promote};
 use crate::realtime::wake::Wake;
 use crate::symbols::values::ThreadReport;
@@ -78,6 +79,8 @@ pub struct ThreadSetup {
     pub stop: Arc<AtomicBool>,
     /// Takes its warnings.
     pub log: LogSender,
+    /// Raised when it panics.
+    pub panicked: Panicked,
 }
 
 impl ThreadSetup {
@@ -101,14 +104,7 @@ fn run(setup: ThreadSetup, activities: ThreadActivities) {
     }
     let clock: Arc<dyn Clock> = Arc::new(Monotonic);
     let mut event_loop = EventLoop::new(setup.trigger, activities, setup.report, clock);
-    let outcome = catch_unwind(AssertUnwindSafe(|| {
-        while !setup.stop.load(Ordering::Relaxed) {
-            event_loop.cycle();
-        }
-    }));
-    if outcome.is_err() {
-        finish_after_panic(&mut event_loop.activities, &setup.stop);
-    }
+    event_loop.run(|| !setup.stop.load(Ordering::Relaxed), &setup.panicked);
     event_loop.end();
 }
 
@@ -139,6 +135,32 @@ impl EventLoop {
         }
     }
 
+    /// Runs for as long as it `goes_on`. After a panic, in an activity or in that question, only what stops the robot is still done.
+    pub fn run(&mut self, mut goes_on: impl FnMut() -> bool, panicked: &Panicked) {
+        let outcome = catch_unwind(AssertUnwindSafe(|| {
+            while goes_on() {
+                self.cycle();
+            }
+        }));
+        if outcome.is_err() {
+            // The hook of a process has raised it already; without one nobody has.
+            panicked.raise();
+            self.finish_after_panic(goes_on);
+        }
+    }
+
+    /// The drive ramps to a stop.
+    fn finish_after_panic(&mut self, mut goes_on: impl FnMut() -> bool) {
+        let clock = self.clock.as_ref();
+        let mut next_ns = clock.now_ns();
+        let mut finished = false;
+        while !finished && goes_on() {
+            next_ns += AFTER_PANIC_PERIOD_NS;
+            clock.sleep_until(next_ns);
+            finished = self.activities.after_panic(clock.now_ns());
+        }
+    }
+
     /// Waits for the trigger, runs every activity's event loop once, and measures that.
     pub fn cycle(&mut self) {
         let clock = self.clock.as_ref();
@@ -162,17 +184,6 @@ impl EventLoop {
     pub fn end(&mut self) {
         self.timing
             .publish_now(&mut self.report, self.clock.now_ns());
-    }
-}
-
-/// What remains to be done when an event loop has panicked: the drive ramps to a stop.
-fn finish_after_panic(activities: &mut ThreadActivities, stop: &AtomicBool) {
-    let mut next_ns = now_ns();
-    let mut finished = false;
-    while !finished && !stop.load(Ordering::Relaxed) {
-        next_ns += AFTER_PANIC_PERIOD_NS;
-        sleep_until(next_ns);
-        finished = activities.after_panic(now_ns());
     }
 }
 

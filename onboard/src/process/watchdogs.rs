@@ -17,7 +17,7 @@ use rustix::ioctl::{Opcode, Updater, ioctl, opcode};
 use sd_notify::NotifyState;
 
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
-use crate::realtime::panic::has_panicked;
+use crate::realtime::panic::Panicked;
 use crate::symbols::faults::{Fault, FaultTable};
 use crate::symbols::values::Mode;
 
@@ -129,11 +129,12 @@ pub struct Watchdogs {
 }
 
 impl Watchdogs {
-    /// Begins to tell them. From here on the supervisor must [`beat`](Pulse::beat).
+    /// Begins to tell them. From here on the supervisor must [`beat`](Pulse::beat). The computer's watchdog is not stopped at the end of a
+    /// program of which a part has `panicked`.
     ///
     /// # Errors
     /// In words, when the computer's watchdog cannot be had, or systemd's is too short.
-    pub fn start(config: &WatchdogConfig) -> Result<Self, String> {
+    pub fn start(config: &WatchdogConfig, panicked: &Panicked) -> Result<Self, String> {
         if let Some(timeout) = sd_notify::watchdog_enabled()
             && timeout < LEAST_SYSTEMD
         {
@@ -152,11 +153,15 @@ impl Watchdogs {
                 )
             })?)),
         };
+        Self::telling(device, panicked)
+    }
+
+    fn telling(device: Option<Box<dyn Device>>, panicked: &Panicked) -> Result<Self, String> {
         let pulse = Arc::new(Pulse::new(now_ns()));
-        let told = Arc::clone(&pulse);
+        let (told, panicked) = (Arc::clone(&pulse), panicked.clone());
         let thread = Builder::new()
             .name("watchdogs".into())
-            .spawn(move || tell(&told, device))
+            .spawn(move || tell(&told, device, &panicked))
             .map_err(|error| format!("thread watchdogs cannot be started: {error}"))?;
         Ok(Self {
             pulse,
@@ -186,14 +191,14 @@ impl Drop for Watchdogs {
     }
 }
 
-fn tell(pulse: &Pulse, mut device: Option<Box<dyn Device>>) {
+fn tell(pulse: &Pulse, mut device: Option<Box<dyn Device>>, panicked: &Panicked) {
     let mut teller = Teller::default();
     while !pulse.over.load(Ordering::Relaxed) {
         teller.tell(pulse, device.as_deref_mut(), now_ns());
         sleep_until(now_ns() + PERIOD_NS);
     }
     notify(&[NotifyState::Stopping]);
-    let released = device.filter(|_| !has_panicked());
+    let released = device.filter(|_| !panicked.is_raised());
     if let Some(error) = released.and_then(|mut device| device.release().err()) {
         tracing::error!(
             "the computer's watchdog cannot be stopped, and will restart the computer: {error}"
@@ -254,6 +259,9 @@ fn notify(states: &[NotifyState<'_>]) {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Read;
+    use std::os::fd::OwnedFd;
+
     use super::*;
 
     /// A watchdog that counts how often it was fed.
@@ -297,6 +305,46 @@ mod tests {
         assert_eq!(pulse.words().1, "stopped: operator-stop, supervisor-silent");
     }
 
+    /// What a device sees of a program that lives for a second: the bytes in order. A pipe stands for the device, which takes the same
+    /// writes; only its time limit cannot be asked for.
+    fn seen_by_the_device(panics: bool) -> Vec<u8> {
+        let (mut device, ours) = std::io::pipe().expect("a pipe");
+        let device_of_program = File::from(OwnedFd::from(ours));
+        let panicked = Panicked::default();
+        let watchdogs = Watchdogs::telling(Some(Box::new(device_of_program)), &panicked);
+        let watchdogs = watchdogs.expect("a thread");
+        let until_ns = now_ns() + SECOND_NS;
+        while now_ns() < until_ns {
+            watchdogs.pulse().beat(now_ns());
+            sleep_until(now_ns() + PERIOD_NS / 5);
+        }
+        if panics {
+            panicked.raise();
+        }
+        drop(watchdogs);
+        let mut seen = Vec::new();
+        // To the end: the program has closed its device.
+        device.read_to_end(&mut seen).expect("a pipe");
+        seen
+    }
+
+    #[test]
+    fn the_device_is_fed_and_stopped_by_the_last_byte_unless_the_program_panicked() {
+        let seen = seen_by_the_device(false);
+        let (last, fed) = seen.split_last().expect("it was fed");
+        assert_eq!([*last], *STOP_WATCHING);
+        // On a machine that stalls it is less often than every quarter of a second.
+        assert!(
+            fed.len() >= 2 && fed.iter().all(|&byte| byte == 0),
+            "{fed:?}"
+        );
+        let seen = seen_by_the_device(true);
+        assert!(
+            seen.len() >= 2 && !seen.contains(&STOP_WATCHING[0]),
+            "{seen:?}"
+        );
+    }
+
     #[test]
     fn what_is_no_watchdog_is_refused() {
         let file = tempfile::NamedTempFile::new().expect("a file");
@@ -309,7 +357,7 @@ mod tests {
                 device: Some(path.to_owned()),
                 ..WatchdogConfig::default()
             };
-            let refused = Watchdogs::start(&config).expect_err(path);
+            let refused = Watchdogs::start(&config, &Panicked::default()).expect_err(path);
             assert!(
                 refused.contains(path) && refused.contains("expected a watchdog"),
                 "{refused}"

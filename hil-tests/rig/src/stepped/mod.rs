@@ -12,7 +12,7 @@
 //! - of threads beside those of the thread table: those that write log lines and checkpoints, that serve the control socket and the
 //!   desk of who drives by hand (`desk` stands in for it), and that restart what hangs. A reload's files are never read;
 //! - the kernel's scheduler, network stack and terminals (computing takes no time here); the disk below the journal, which is memory;
-//! - a panic, which the whole process would share.
+//! - the hook of panics, which is the whole process's: where a thread panics, its event loop says so to its robot alone (`panics`).
 //!
 //! Where the rig withholds leave for areas, `leave` stands in for communication.
 //!
@@ -40,8 +40,11 @@ mod leave;
 mod lidar;
 mod mediator;
 mod network;
+mod panics;
 mod plans;
+mod requests;
 mod robot;
+mod running;
 mod sending_on;
 mod start;
 mod thread;

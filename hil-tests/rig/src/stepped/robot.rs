@@ -1,15 +1,12 @@
 //! One robot's activities on a simulated clock.
 
-use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use coordination::fsm::Machine;
 use coordination::symbols::SymbolTable;
 use description::areas::AreaIndex;
-use description::threads::{ActivityKind, Trigger as ConfigTrigger};
-use drivers::Clock as _;
+use description::threads::ActivityKind;
 use onboard::activities::news::Alarm;
 use onboard::activities::port::Port;
 use onboard::cli::{Failure, Files};
@@ -18,11 +15,11 @@ use onboard::composition::compose::{
 };
 use onboard::composition::plan::{Plan, thread_names};
 use onboard::process::checkpoints::Left;
-use onboard::process::ctl::{Done, Pending, Refusal, Reply, Request};
+use onboard::process::ctl::{Reply, Request};
 use onboard::process::inspect::snapshot;
 use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
-use onboard::process::runner::{EventLoop, Trigger};
+use onboard::process::runner::Trigger;
 use onboard::process::runtime::Runtime;
 use onboard::process::supervisor::{Keeper, PERIOD_NS, Supervisor, ports};
 use onboard::realtime::log;
@@ -32,15 +29,17 @@ use onboard::symbols::wiring::Wiring;
 use serde_json::Value as Json;
 use sim::world::Random;
 
-use super::asynchronous::Asynchronous;
 use super::clock::{STEP_NS, shown_ns};
 use super::desk::SteppedDesk;
 use super::devices::Devices;
 use super::faults::Lateness;
-use super::late::{Late, late_ns};
+use super::late::Late;
 use super::leave::Leave;
+use super::panics::Ends;
+use super::requests::Requests;
+use super::running::Running;
 use super::start::{Fleet, Start};
-use super::thread::{Step, Thread, ThreadClock};
+use super::thread::{Step, ThreadClock};
 use crate::belief::Insight;
 use crate::scenario::SUPERVISOR;
 
@@ -50,14 +49,6 @@ const PHASE_STREAM: u64 = 0x5048_4153;
 /// What hangs the desk of who drives by hand.
 const DESK: &str = "teleop";
 
-/// What has a thread of its own in the robot file.
-enum Running {
-    /// A thread, as it is, and its name.
-    Thread(String, Thread),
-    /// The asynchronous one, and its name: tokio cannot run here.
-    Asynchronous(String, Asynchronous),
-}
-
 /// One robot.
 pub struct SteppedRobot {
     threads: Vec<Running>,
@@ -65,11 +56,8 @@ pub struct SteppedRobot {
     supervisor_next_ns: u64,
     supervisor_late: Late,
     machine: Machine,
-    requests: VecDeque<Request>,
-    /// So many requests so far.
-    asked: usize,
+    requests: Requests,
     desk: SteppedDesk,
-    replies: Arc<Mutex<Vec<(&'static str, Reply)>>>,
     insight: Insight,
     id: String,
     runtime: Runtime,
@@ -85,6 +73,8 @@ pub struct SteppedRobot {
     ahead_ns: f64,
     /// and when it was looked at last.
     stepped_ns: u64,
+    /// How its process ends after a panic.
+    ends: Ends,
     // The shared memory itself, and ports of what does not run here, kept until the robot ends.
     _table: SymbolTable,
     _ports: Vec<(ActivityKind, Port)>,
@@ -128,9 +118,9 @@ impl SteppedRobot {
             // The loader has checked that every activity has a thread.
             Arc::clone(&clocks[own.unwrap_or(0)])
         };
-        let (reload, ends) = Reload::new(files.clone(), plan);
+        let (reload, replacements) = Reload::new(files.clone(), plan);
         let (mut ports, mut handles) = ports(wiring.states);
-        let symbols = wiring.symbols;
+        let (symbols, ends) = (wiring.symbols, Ends::default());
         let left = Left::take(&mut checkpoints, plan, &log, now_ns)?;
         let began = left.began();
         let keeper = Keeper::new(Box::new(checkpoints), plan, &left);
@@ -156,13 +146,21 @@ impl SteppedRobot {
             beginning,
             symbols.chain,
             &mut ports,
-            ends,
+            replacements,
             navigation_end,
         )
         .map_err(Failure::refused)?;
-        let ends = (symbols.drive, symbols.lidar);
+        let of_devices = (symbols.drive, symbols.lidar);
         let ways = devices.ways(plan, clock_of)?;
-        let with_devices = compose_devices(plan, ends, &mut ports, ways, goes_on, &scan_wake, &log);
+        let with_devices = compose_devices(
+            plan,
+            of_devices,
+            &mut ports,
+            ways,
+            goes_on,
+            &scan_wake,
+            (&log, &ends.panicked),
+        );
         activities.extend(with_devices.map_err(Failure::refused)?);
         if let Some((open_session, symbols)) = open_session {
             let communication = compose_communication(
@@ -183,20 +181,9 @@ impl SteppedRobot {
             .zip(activities.into_iter().zip(reports))
             .filter(|(_, (activities, _))| !activities.is_empty())
             .map(|(((thread, trigger), clock), (activities, report))| {
-                if thread.trigger == ConfigTrigger::Async {
-                    let begin_ns = clock.now_ns();
-                    let late = Late::new(boot_epoch ^ 1);
-                    let own = Asynchronous::new(activities, &trigger, (&alarm, late), begin_ns);
-                    return Running::Asynchronous(thread.name.clone(), own);
-                }
-                let shared = Arc::clone(&clock);
-                let body = move || {
-                    let mut own = EventLoop::new(trigger, activities, report, shared);
-                    loop {
-                        own.cycle();
-                    }
-                };
-                Running::Thread(thread.name.clone(), Thread::new(clock, body))
+                let parts = (activities, report);
+                let told = (&alarm, &ends.panicked);
+                Running::new(thread, (trigger, clock), parts, told, boot_epoch)
             })
             .collect();
         let mode = RobotMode {
@@ -215,7 +202,8 @@ impl SteppedRobot {
             machine.clone(),
             drain,
             (reload, keeper),
-        );
+        )
+        .heeding(ends.panicked.clone());
         supervisor.heed(&left, now_ns);
         supervisor.begin();
         Ok(Self {
@@ -224,10 +212,8 @@ impl SteppedRobot {
             supervisor_next_ns: now_ns,
             supervisor_late: Late::new(boot_epoch),
             machine,
-            requests: VecDeque::new(),
-            asked: 0,
+            requests: Requests::default(),
             desk: SteppedDesk::new(symbols.teleop),
-            replies: Arc::default(),
             leave,
             late: Vec::new(),
             hung: Vec::new(),
@@ -235,6 +221,7 @@ impl SteppedRobot {
             drift: 0.0,
             ahead_ns,
             stepped_ns: at_ns,
+            ends,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
             id: id.clone(),
             runtime,
@@ -251,6 +238,23 @@ impl SteppedRobot {
     /// From now on these of its threads do not run; `supervisor` is the main one.
     pub fn hang(&mut self, threads: &[&str]) {
         self.hung = threads.iter().map(|&name| name.to_owned()).collect();
+    }
+
+    /// This of its threads panics when it has ended its present turn; `supervisor` is the main one.
+    pub fn panic(&mut self, thread: &str) {
+        if thread == SUPERVISOR {
+            let now_ns = shown_ns(self.stepped_ns, self.ahead_ns);
+            self.ends.lose_supervisor(now_ns);
+        }
+        for own in self.threads.iter_mut().filter(|own| own.name == thread) {
+            own.panic(&self.ends.panicked);
+        }
+    }
+
+    /// Whether its process has ended, by itself, after a panic.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.ends.over
     }
 
     /// From now on its clock runs faster than the world's by this share, or slower.
@@ -284,36 +288,24 @@ impl SteppedRobot {
             self.desk.step(now_ns);
         }
         for thread in &mut self.threads {
-            match thread {
-                Running::Thread(name, _) | Running::Asynchronous(name, _)
-                    if self.hung.contains(name) => {}
-                Running::Thread(name, thread) => {
-                    thread.go_on(step, || late_ns(&self.late, name, &mut self.random));
-                }
-                Running::Asynchronous(name, own) => own.go_on((&self.late, name), now_ns),
+            if !self.hung.contains(&thread.name) {
+                thread.go_on(step, &self.late, &mut self.random);
             }
         }
-        let supervised = !self.hung.iter().any(|name| name == SUPERVISOR);
+        let hangs = self.hung.iter().any(|name| name == SUPERVISOR);
+        let supervised = !self.ends.is_unsupervised(now_ns) && !hangs;
         let due = supervised && now_ns >= self.supervisor_next_ns;
         let late = (&self.late[..], SUPERVISOR);
         if self.supervisor_late.runs(due, late, now_ns) {
             self.supervisor_next_ns = now_ns + PERIOD_NS;
-            let (requests, replies) = (&mut self.requests, &self.replies);
-            let lent = self.desk.lent();
+            if self.ends.stops(&mut self.supervisor, now_ns) {
+                return;
+            }
             // One at a time, as people are not faster.
-            let mut next = requests.pop_front();
-            self.supervisor.cycle(now_ns, || {
-                let request = next.take()?;
-                let (name, replies) = (request.name(), Arc::clone(replies));
-                let lent = Arc::clone(&lent);
-                Some(Pending::new(request, move |reply| {
-                    if let Ok(Done::Lent(session)) = reply {
-                        lent.store(*session, Ordering::Relaxed);
-                    }
-                    let mut all = replies.lock().unwrap_or_else(PoisonError::into_inner);
-                    all.push((name, reply.clone()));
-                }))
-            });
+            let mut next = self.requests.next(self.desk.lent());
+            if self.supervisor.turn(now_ns, false, || next.take()) {
+                self.ends.stop(&mut self.supervisor, now_ns);
+            }
         }
     }
 
@@ -348,13 +340,12 @@ impl SteppedRobot {
 
     /// A request of an operator, which the supervisor serves when it looks next.
     pub fn ask(&mut self, request: Request) {
-        self.asked += 1;
-        self.requests.push_back(request);
+        self.requests.ask(request);
     }
 
     /// An operator waits for an answer.
     pub fn owes_an_answer(&self) -> bool {
-        self.asked > self.replies().len()
+        self.requests.owes_an_answer()
     }
 
     /// The desk of who drives it by hand, and who sits there.
@@ -368,21 +359,16 @@ impl SteppedRobot {
         self.desk.leave(now_ns);
     }
 
-    /// What operators were refused; not what they ask for again: resets that left faults, and to go on in spite of one.
+    /// What operators were refused; not what they ask for again.
     #[must_use]
     pub fn refused(&self) -> Vec<String> {
-        let replies = self.replies().into_iter();
-        { replies.filter_map(|(name, reply)| Some((name, reply.err()?))) }
-            .filter(|(_, why)| !matches!(why, Refusal::Remaining(_) | Refusal::StoppedByFault))
-            .map(|(name, why)| format!("{name}: {why}"))
-            .collect()
+        self.requests.refused()
     }
 
     /// What operators were answered, in order: the name of the request, and the reply.
     #[must_use]
     pub fn replies(&self) -> Vec<(&'static str, Reply)> {
-        let all = self.replies.lock();
-        all.unwrap_or_else(PoisonError::into_inner).clone()
+        self.requests.replies()
     }
 }
 

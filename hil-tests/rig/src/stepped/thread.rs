@@ -42,6 +42,11 @@ fn suspend(wait: Wait) -> bool {
     true
 }
 
+/// Whether what asks is a thread that runs, and none that is being dropped.
+pub(super) fn runs() -> bool {
+    RUNNING.get().is_some()
+}
+
 /// The clock of a thread.
 #[derive(Debug)]
 pub(super) struct ThreadClock {

@@ -141,7 +141,11 @@ impl Bench {
     fn step(&mut self) {
         self.world.lock().advance_to(self.now_ns);
         let (robot, now_ns) = (&mut self.robot, self.now_ns);
-        self.devices.step(now_ns, || robot.step(now_ns));
+        self.devices.step(now_ns, || {
+            if !robot.has_ended() {
+                robot.step(now_ns);
+            }
+        });
         self.now_ns += MILLISECOND_NS;
     }
 
@@ -169,6 +173,16 @@ impl Bench {
     /// From now on these of its threads do not run.
     pub fn hang(&mut self, threads: &[&str]) {
         self.robot.hang(threads);
+    }
+
+    /// This of its threads panics.
+    pub fn panic(&mut self, thread: &str) {
+        self.robot.panic(thread);
+    }
+
+    /// Whether its process has ended after a panic.
+    pub fn has_ended(&self) -> bool {
+        self.robot.has_ended()
     }
 
     /// From now on this share of a thread's wake-ups is late, by this time at most.

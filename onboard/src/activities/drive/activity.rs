@@ -20,7 +20,7 @@ use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{Clock, MILLISECOND_NS, SECOND_NS};
 use crate::realtime::guard;
 use crate::realtime::log::{Complaints, LogSender};
-use crate::realtime::panic::has_panicked;
+use crate::realtime::panic::Panicked;
 use crate::symbols::faults::Fault;
 use crate::symbols::values::{DriveStatus, Encoders, WheelSetpoints};
 use crate::symbols::wiring::DriveSymbols;
@@ -68,6 +68,8 @@ pub struct Drive {
     pub(super) bring_ups: BringUpLimit,
     pub(super) retry_ns: u64,
     pub(super) complaints: Complaints,
+    /// Any part of the robot's program has.
+    panicked: Panicked,
     pub(super) panicked_ns: u64,
 }
 
@@ -120,8 +122,15 @@ impl Drive {
             bring_ups,
             retry_ns: 0,
             complaints: Complaints::default(),
+            panicked: Panicked::default(),
             panicked_ns: 0,
         }
+    }
+
+    /// Stops the robot when a part of its program has panicked, which this flag tells.
+    #[must_use]
+    pub fn heeding(self, panicked: Panicked) -> Self {
+        Self { panicked, ..self }
     }
 
     /// The robot goes on from where another process has left it, if `goes_on`: only a drive that kept its power, and is there at the first
@@ -142,7 +151,7 @@ impl Drive {
             stale,
             age_ns as f64 / MILLISECOND_NS as f64,
         );
-        if !running || stale || self.latched || has_panicked() {
+        if !running || stale || self.latched || self.panicked.is_raised() {
             self.ramp.stop(now_ns, self.encoders.speeds)
         } else {
             let limit = self.settings.max_wheel_speed_rad_s;
@@ -331,7 +340,8 @@ impl Activity for Drive {
         }
         let operational = self.bus.is_some() && self.port.state() != LifeCycleState::Configuring;
         self.status.operational = u64::from(operational);
-        let follows = operational && self.port.running() && !self.latched && !has_panicked();
+        let follows =
+            operational && self.port.running() && !self.latched && !self.panicked.is_raised();
         self.status.follows = u64::from(follows);
         self.status.status =
             u64::from(self.inputs.status1.0) | u64::from(self.inputs.status2) << 16;

@@ -7,17 +7,16 @@ use skills::drive::STANDING_RAD_S;
 
 use super::supervision::{PERIOD_NS, Supervisor};
 use crate::activities::port::Command;
-use crate::process::ctl::Server;
+use crate::process::ctl::{Pending, Server};
 use crate::process::watchdogs::Pulse;
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
-use crate::realtime::panic::has_panicked;
 use crate::symbols::faults::Fault;
 use crate::symbols::values::Mode;
 
 /// How long a robot may take to stand before the program ends anyway.
 const STANDSTILL_NS: u64 = 3 * SECOND_NS;
 /// How long activities may take to stop once the robot stands.
-const STOPPING_NS: u64 = SECOND_NS;
+pub const STOPPING_NS: u64 = SECOND_NS;
 /// An older encoder reading does not count.
 const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
@@ -43,23 +42,36 @@ impl Supervisor {
                 pulse.beat(now_ns);
             }
             pulse.show(self.mode_value.mode, &self.table);
-            if !asked_to_end.load(Ordering::Relaxed) && !has_panicked() {
-                self.cycle(now_ns, || server.next());
-                continue;
-            }
-            self.hear(now_ns);
-            if self.end(now_ns) {
+            let asked = asked_to_end.load(Ordering::Relaxed);
+            if self.turn(now_ns, asked, || server.next()) {
                 break;
             }
-            self.publish(now_ns);
         }
         self.stop_activities();
         self.publish(now_ns());
-        if has_panicked() {
+        if self.panicked.is_raised() {
             Ending::Panicked
         } else {
             Ending::Asked
         }
+    }
+
+    /// What is due every [`PERIOD_NS`]. True when the robot stands after it was `asked` to end, or a part of it has panicked: then its
+    /// activities may stop.
+    pub fn turn(
+        &mut self,
+        now_ns: u64,
+        asked: bool,
+        next_request: impl FnMut() -> Option<Pending>,
+    ) -> bool {
+        if !asked && !self.panicked.is_raised() {
+            self.cycle(now_ns, next_request);
+            return false;
+        }
+        self.hear(now_ns);
+        let stands = self.end(now_ns);
+        self.publish(now_ns);
+        stands
     }
 
     /// Stops the robot; true when it stands, or when it has had its time.
@@ -70,7 +82,7 @@ impl Supervisor {
             self.mode_value.mode = Mode::Ending as u64;
             self.mode_value.teleop = 0;
             tracing::info!("stopping the robot, then the program");
-            if has_panicked() {
+            if self.panicked.is_raised() {
                 self.raise("supervisor", Fault::Panic, 0.0, now_ns);
             }
         }
@@ -87,13 +99,23 @@ impl Supervisor {
         (fresh && slow) || !bus
     }
 
-    pub(super) fn stop_activities(&mut self) {
+    /// Tells all activities to stop.
+    pub fn tell_to_stop(&mut self) {
         self.handles
             .tell_all(Command::LifeCycle(LifeCycleEvent::Stop));
+    }
+
+    /// Whether all activities say that they have stopped.
+    pub fn have_stopped(&mut self, now_ns: u64) -> bool {
+        self.hear(now_ns);
+        self.handles.not_stopped().next().is_none()
+    }
+
+    pub(super) fn stop_activities(&mut self) {
+        self.tell_to_stop();
         let deadline_ns = now_ns() + STOPPING_NS;
-        while now_ns() < deadline_ns && self.handles.not_stopped().next().is_some() {
+        while now_ns() < deadline_ns && !self.have_stopped(now_ns()) {
             sleep_until(now_ns() + 5 * MILLISECOND_NS);
-            self.hear(now_ns());
         }
         for kind in self.handles.not_stopped() {
             tracing::warn!("{kind} did not stop in time");

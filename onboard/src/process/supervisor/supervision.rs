@@ -16,6 +16,7 @@ use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
 use crate::realtime::clock::MILLISECOND_NS;
 use crate::realtime::log::LogDrain;
+use crate::realtime::panic::Panicked;
 use crate::symbols::faults::{Fault, FaultTable, Resumes};
 use crate::symbols::values::{Mode, RobotMode};
 use crate::symbols::wiring::SupervisorSymbols;
@@ -38,6 +39,7 @@ pub struct Supervisor {
     /// How often somebody has.
     pub(super) sessions: u64,
     pub(super) ending_since_ns: u64,
+    pub(super) panicked: Panicked,
     pub(super) watch: OverrunWatch,
     /// For its names; navigation steps it.
     pub(super) machine: Machine,
@@ -72,6 +74,7 @@ impl Supervisor {
             lease: None,
             sessions: 0,
             ending_since_ns: 0,
+            panicked: Panicked::default(),
             watch,
             machine,
             log,
@@ -82,6 +85,12 @@ impl Supervisor {
             placings: Waiting::default(),
             lost: false,
         }
+    }
+
+    /// Ends the robot when a part of its program has panicked, which this flag tells.
+    #[must_use]
+    pub fn heeding(self, panicked: Panicked) -> Self {
+        Self { panicked, ..self }
     }
 
     /// The process before was stopped, or paused, by people, or by a fault that waits for them: so is this one. Where it ended nobody

@@ -1,0 +1,94 @@
+//! Panics of a robot's program on the simulated clock, and how its process ends after one.
+
+use std::panic::resume_unwind;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use drivers::Clock;
+use onboard::process::runner::EventLoop;
+use onboard::process::supervisor::{STOPPING_NS, Supervisor};
+use onboard::realtime::panic::Panicked;
+
+use super::thread::{Thread, ThreadClock, runs};
+
+/// A program whose main thread has panicked ends after this time.
+const UNSUPERVISED_NS: u64 = 2_000_000_000;
+
+/// A thread that can be told to panic.
+pub(super) struct Panicking {
+    pub(super) thread: Thread,
+    told: Arc<AtomicBool>,
+}
+
+impl Panicking {
+    /// A thread that makes its loop and runs it. Whether it has panicked `panicked` says.
+    pub(super) fn new(
+        clock: Arc<ThreadClock>,
+        make: impl FnOnce(Arc<dyn Clock>) -> EventLoop + 'static,
+        panicked: Panicked,
+    ) -> Self {
+        let told = Arc::<AtomicBool>::default();
+        let (own, hears) = (Arc::clone(&clock), Arc::clone(&told));
+        let body = move || {
+            let mut alive = true;
+            let goes_on = || {
+                if hears.swap(false, Ordering::Relaxed) && std::mem::take(&mut alive) {
+                    // A panic, without the hook, which is the whole process's.
+                    resume_unwind(Box::new("a fault of the scenario"));
+                }
+                // A coroutine is dropped by unwinding it, too, and nothing is left to be done then.
+                runs()
+            };
+            make(own).run(goes_on, &panicked);
+        };
+        let thread = Thread::new(clock, body);
+        Self { thread, told }
+    }
+
+    /// It panics when its present turn is over.
+    pub(super) fn panic(&self) {
+        self.told.store(true, Ordering::Relaxed);
+    }
+}
+
+/// How the process of a robot ends after a panic.
+#[derive(Default)]
+pub(super) struct Ends {
+    /// A part of it has panicked.
+    pub(super) panicked: Panicked,
+    /// So has its main thread.
+    unsupervised: bool,
+    /// Its activities have been told to stop, or nobody is there to tell them: it ends then at the latest.
+    at_ns: Option<u64>,
+    /// It has ended.
+    pub(super) over: bool,
+}
+
+impl Ends {
+    /// The main thread panics.
+    pub(super) fn lose_supervisor(&mut self, now_ns: u64) {
+        self.unsupervised = true;
+        self.at_ns = Some(now_ns + UNSUPERVISED_NS);
+        self.panicked.raise();
+    }
+
+    /// The robot stands after a panic, says its supervisor: activities are to stop.
+    pub(super) fn stop(&mut self, supervisor: &mut Supervisor, now_ns: u64) {
+        supervisor.tell_to_stop();
+        self.at_ns = Some(now_ns + STOPPING_NS);
+    }
+
+    /// Whether it goes on without its supervisor for a while, or ends.
+    pub(super) fn is_unsupervised(&mut self, now_ns: u64) -> bool {
+        self.over |= self.unsupervised && self.at_ns.is_some_and(|at_ns| now_ns >= at_ns);
+        self.unsupervised
+    }
+
+    /// Whether its activities stop.
+    pub(super) fn stops(&mut self, supervisor: &mut Supervisor, now_ns: u64) -> bool {
+        if let Some(at_ns) = self.at_ns {
+            self.over |= supervisor.have_stopped(now_ns) || now_ns >= at_ns;
+        }
+        self.at_ns.is_some()
+    }
+}

@@ -1,0 +1,44 @@
+//! A part of the robot's own program panics.
+
+use onboard::symbols::faults::Fault;
+
+use crate::bench::Bench;
+
+/// A thread panics when its turn is over, for which the lidar's waits longest; a cycle later motors are told to stop.
+const PANICS_WITHIN_S: f64 = 0.12;
+/// A robot at full speed ramps down in 0.2 s, its supervisor sees that it stands, and its activities have a second to stop.
+const ENDS_WITHIN_S: f64 = 3.0;
+
+#[test]
+fn a_panic_of_any_thread_ramps_the_robot_to_a_stop_and_ends_its_process() {
+    for thread in [
+        "fieldbus",
+        "motion",
+        "lidar",
+        "navigation",
+        "communication",
+        "supervisor",
+    ] {
+        let mut bench = Bench::driving();
+        // At full speed: while it accelerates it would go on to until its thread's turn is over.
+        bench.drives_for(2.0);
+        bench.panic(thread);
+        // By its own ramp, which is harder than what the drive's watchdog would leave to friction.
+        bench.is_stopped(PANICS_WITHIN_S, |_| {});
+        let says_so = thread != "supervisor";
+        assert!(!says_so || bench.has(Fault::Panic), "{thread}");
+        bench.until("its process ends", ENDS_WITHIN_S, |bench| bench.has_ended());
+        bench.stands_for(2.0);
+        bench.finish();
+    }
+}
+
+#[test]
+fn a_robot_does_not_stop_for_the_panic_of_another_one_in_the_same_process() {
+    let (mut one, mut other) = (Bench::driving(), Bench::driving());
+    one.panic("navigation");
+    one.until("its process ends", ENDS_WITHIN_S, |bench| bench.has_ended());
+    other.drives_for(3.0);
+    assert!(!other.has(Fault::Panic) && !other.has_ended());
+    other.finish();
+}
