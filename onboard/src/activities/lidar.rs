@@ -20,6 +20,8 @@ use crate::symbols::wiring::LidarSymbols;
 const WAIT_NS: u64 = 100 * MILLISECOND_NS;
 /// Pause between two attempts to connect.
 const RETRY_NS: u64 = 250 * MILLISECOND_NS;
+/// A device whose scans are frozen is connected anew no sooner than this after it was connected.
+const FROZEN_AFTER_NS: u64 = 1000 * MILLISECOND_NS;
 /// Broken scans are reported no more often than this; all are counted.
 const NOTE_NS: u64 = 200 * MILLISECOND_NS;
 
@@ -60,6 +62,10 @@ pub struct Lidar {
     complaints: Complaints,
     /// Why the last read brought no scan, until it is logged.
     trouble: Option<ReadError>,
+    /// When the device was connected, and the last scan before that.
+    connected: (u64, u64),
+    /// The last scan that was frozen, says the motion tube.
+    frozen_scan: u64,
 }
 
 impl Lidar {
@@ -93,13 +99,28 @@ impl Lidar {
             noted_ns: 0,
             complaints: Complaints::default(),
             trouble: None,
+            connected: (0, 0),
+            frozen_scan: 0,
         }
+    }
+
+    /// Whether scans of this connection repeat each other while the robot moves. A firmware that does so may go on when its laser is
+    /// switched off and on.
+    fn is_frozen(&self, now_ns: u64) -> bool {
+        let (since_ns, before) = self.connected;
+        self.frozen_scan > before && now_ns > since_ns + FROZEN_AFTER_NS
     }
 
     fn connect(&mut self) {
         self.device = None;
         if let Some(trouble) = self.trouble.take() {
             self.log.warn(format!("lidar is lost: {trouble}"));
+        }
+        if self.frozen_scan > self.connected.1 {
+            let scan = self.frozen_scan;
+            self.connected.1 = scan;
+            let why = "repeats the one before although the robot moved";
+            self.log.warn(format!("lidar is frozen: scan {scan} {why}"));
         }
         let Settings {
             device, options, ..
@@ -120,6 +141,7 @@ impl Lidar {
                 self.before = self.status;
                 self.status.connections += 1;
                 self.heard_ns = self.clock.now_ns();
+                self.connected = (self.heard_ns, self.value.sequence);
                 self.complaints.forget();
                 self.port.clear(Fault::LidarLost);
                 self.port.step(LifeCycleEvent::Configured);
@@ -155,6 +177,7 @@ impl Lidar {
             .filter(|error| *error != ReadError::Timeout)
             .or(self.trouble);
         match result {
+            Ok(_) if self.is_frozen(after_ns) => self.lose(after_ns),
             Ok(_) => {
                 self.fresh = true;
                 self.heard_ns = after_ns;
@@ -180,6 +203,10 @@ impl Activity for Lidar {
 
     fn life_cycle(&self) -> &LifeCycle {
         self.port.life_cycle()
+    }
+
+    fn communicate_in(&mut self, _now_ns: u64) {
+        self.frozen_scan = self.symbols.tube.read().value.frozen_scan;
     }
 
     fn coordinate(&mut self, _now_ns: u64) {

@@ -203,6 +203,9 @@ impl Activity for MotionTube {
         if let Some(sequence) = self.scans.as_ref().and_then(|scans| scans.broken()) {
             self.port.note(Fault::ScanBroken, sequence as f64);
         }
+        if let Some(sequence) = self.scans.as_ref().and_then(|scans| scans.frozen()) {
+            self.state.frozen_scan = sequence;
+        }
     }
 
     fn coordinate(&mut self, _now_ns: u64) {

@@ -92,4 +92,11 @@ impl ScanIntake {
             Some(Err(_)) => Some(self.raw.value.sequence),
         }
     }
+
+    /// The sequence number of the scan that the last look brought, if it repeated the one before although the robot had moved.
+    #[must_use]
+    pub fn frozen(&self) -> Option<u64> {
+        let frozen = matches!(self.found, Some(Err(AlignError::Frozen { .. })));
+        frozen.then_some(self.raw.value.sequence)
+    }
 }

@@ -33,7 +33,7 @@ layouts! {
     WantedMotion: 80,
     TeleopWish: 48,
     SafeCommand: 24,
-    TubeState: 64,
+    TubeState: 72,
     PoseEstimate: 104,
     Whereabouts: 304,
     NavigationState: 224,

@@ -114,6 +114,8 @@ users! {
         scan: Writer<RangeScan> => "hokuyo",
         /// State of the device.
         status: Writer<LidarStatus> => "hokuyo",
+        /// To know whether its scans are frozen: who knows how the robot moved says so.
+        tube: Reader<TubeState> => "adaptive",
     }
 
     /// Symbols of the navigation activity.

@@ -118,6 +118,25 @@ fn a_covered_lidar_shows_no_free_floor_and_stops_it() {
     bench.finish();
 }
 
+/// Scans that stay the same to the millimetre while the robot drives come from a memory, and not from a turn.
+#[test]
+fn a_lidar_that_repeats_its_last_scan_is_connected_anew_and_drives_on() {
+    let mut bench = Bench::driving();
+    let connections = bench.lidar().connections;
+    disturb(&bench, Disturbance::Repeat { repeats: true });
+    let began_m = bench.truth().distance_m;
+    bench.until_standing(3.0);
+    // It drives a tenth of a metre until it can know, and brakes.
+    let driven_m = bench.truth().distance_m - began_m;
+    assert!((0.1..0.4).contains(&driven_m), "{driven_m} m");
+    // Nobody has told it that anything is over: its laser was switched off and on.
+    bench.until_driving();
+    assert_eq!(bench.lidar().connections, connections + 1);
+    assert_eq!(bench.raised(Fault::LidarLost), 1);
+    assert!(!bench.has(Fault::LidarLost) && !bench.has(Fault::ScanSilent));
+    bench.finish();
+}
+
 /// It streams on, but what it says of itself is asked whenever it is connected.
 #[test]
 fn a_lidar_that_says_that_it_is_not_well_is_not_driven_by() {

@@ -30,6 +30,11 @@ pub enum Disturbance {
         /// Which of the two.
         covered: bool,
     },
+    /// Each scan says what the last one said, until the laser is switched off, or the next one measures again.
+    Repeat {
+        /// Which of the two.
+        repeats: bool,
+    },
     /// It says itself that it does not work well, and measures on; or that it does again.
     Unwell {
         /// Which of the two.

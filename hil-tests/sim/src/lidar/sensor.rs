@@ -30,6 +30,7 @@ pub struct Sensor {
     corrupt_scans: u32,
     frozen: bool,
     covered: bool,
+    repeats: bool,
     unwell: bool,
     silent_until_ns: u64,
     counters: Counters,
@@ -61,6 +62,7 @@ impl Sensor {
             corrupt_scans: 0,
             frozen: false,
             covered: false,
+            repeats: false,
             unwell: false,
             silent_until_ns: 0,
             counters: Counters::default(),
@@ -86,7 +88,7 @@ impl Sensor {
         self.device.be_unwell(self.unwell);
         self.line = Line::new(self.device.bit_rate());
         self.turn_start_ns = now_ns;
-        self.frozen = false;
+        (self.frozen, self.repeats) = (false, false);
     }
 
     /// Something goes wrong.
@@ -106,6 +108,7 @@ impl Sensor {
             Disturbance::CorruptScans { scans } => self.corrupt_scans = scans,
             Disturbance::Freeze { frozen } => self.frozen = frozen,
             Disturbance::Cover { covered } => self.covered = covered,
+            Disturbance::Repeat { repeats } => self.repeats = repeats,
             Disturbance::Unwell { unwell } => {
                 self.unwell = unwell;
                 self.device.be_unwell(unwell);
@@ -155,6 +158,7 @@ impl Sensor {
         if garbled {
             self.device.framing_error();
         }
+        self.repeats &= self.device.is_measuring();
         self.queue_emissions(now_ns);
     }
 
@@ -169,7 +173,9 @@ impl Sensor {
         self.turn_start_ns += late_turns * turn_ns;
         if self.device.is_measuring() && !self.frozen {
             let (start_ns, readings_mm) = (self.turn_start_ns, &mut *self.readings_mm);
-            self.source.measure(start_ns, turn_ns, readings_mm);
+            if !self.repeats {
+                self.source.measure(start_ns, turn_ns, readings_mm);
+            }
             if self.covered {
                 readings_mm.fill(0);
             }

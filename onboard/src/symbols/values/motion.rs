@@ -139,6 +139,8 @@ value! {
         evaluation_ns: u64,
         /// From the footprint to the nearest point of the last scan.
         clearance_m: f64,
+        /// Sequence number of the last scan that repeated the one before although the robot had moved; 0 for none.
+        frozen_scan: u64,
     }
 }
 
