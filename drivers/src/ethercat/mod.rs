@@ -65,5 +65,5 @@ pub use al::{AlState, AlStatus};
 pub use bus::{Bus, Exchange};
 pub use error::{BringUpError, ExchangeError, Phase, ProcessData};
 pub use expectation::{BringUpOptions, Expectation, FoundSubDevice};
-pub use links::{Link, LinkError, RawLink, UdpLink};
+pub use links::{Link, LinkError, RawLink, UdpLink, refused};
 pub use transport::BusCounters;

@@ -7,4 +7,5 @@ mod udp;
 
 pub use link::{Link, LinkError};
 pub use raw::RawLink;
+pub use socket::refused;
 pub use udp::UdpLink;

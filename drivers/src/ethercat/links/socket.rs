@@ -14,6 +14,18 @@ pub struct Socket(pub OwnedFd);
 /// be.
 const NO_ROOM: [Errno; 3] = [Errno::NOBUFS, Errno::NOMEM, Errno::WOULDBLOCK];
 
+/// What becomes of a frame that the system did not take: where it has no room for it now, the frame is lost as on a wire, which the
+/// exchange finds out; any other error is the link's, as when the interface is gone.
+///
+/// # Errors
+/// That error.
+pub fn refused(error: io::Error) -> io::Result<()> {
+    match Errno::from_io_error(&error) {
+        Some(errno) if NO_ROOM.contains(&errno) => Ok(()),
+        _ => Err(error),
+    }
+}
+
 impl Socket {
     /// Sends the frame, or loses it.
     pub fn send(&self, data: &[u8]) -> io::Result<()> {
@@ -22,8 +34,7 @@ impl Socket {
                 Ok(sent) if sent == data.len() => return Ok(()),
                 Ok(_) => return Err(io::ErrorKind::WriteZero.into()),
                 Err(Errno::INTR) => {}
-                Err(error) if NO_ROOM.contains(&error) => return Ok(()),
-                Err(error) => return Err(error.into()),
+                Err(error) => return refused(error.into()),
             }
         }
     }

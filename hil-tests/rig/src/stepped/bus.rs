@@ -5,8 +5,9 @@ use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use drivers::Clock;
-use drivers::ethercat::Link;
+use drivers::ethercat::{Link, refused};
 use onboard::activities::drive::OpenLink;
+use rustix::io::Errno;
 use sim::ethercat::{FaultHandle, Segment};
 use sim::kelo::{DriveHandle, SimulatedDrive};
 use sim::world::Random;
@@ -45,6 +46,10 @@ struct Wire {
     served_ns: u64,
     /// Share of frames that get lost.
     lost_share: f64,
+    /// Share of frames that the network interface refuses, for want of room.
+    refused_share: f64,
+    /// There is no network interface.
+    interface_gone: bool,
     random: Random,
 }
 
@@ -63,6 +68,8 @@ impl Bus {
             spare: Vec::new(),
             served_ns: 0,
             lost_share: 0.0,
+            refused_share: 0.0,
+            interface_gone: false,
             random: Random::new(seed, LOSS_STREAM),
         };
         Self {
@@ -86,11 +93,26 @@ impl Bus {
         lock(&self.wire).lost_share = share;
     }
 
+    /// From now on its network interface refuses this share of frames.
+    pub(super) fn refuse(&self, share: f64) {
+        lock(&self.wire).refused_share = share;
+    }
+
+    /// From now on there is no network interface, or there is.
+    pub(super) fn lose_interface(&self, gone: bool) {
+        lock(&self.wire).interface_gone = gone;
+    }
+
     /// How a robot's process opens its link.
     pub(super) fn opener(&self, clock: &Arc<ThreadClock>) -> OpenLink {
         let (wire, clock) = (Arc::clone(&self.wire), Arc::clone(clock));
         Box::new(move || {
-            lock(&wire).replies.clear();
+            let mut inside = lock(&wire);
+            if inside.interface_gone {
+                return Err("there is no such interface".to_owned());
+            }
+            inside.replies.clear();
+            drop(inside);
             Ok(Box::new(MemoryLink {
                 wire: Arc::clone(&wire),
                 clock: Arc::clone(&clock),
@@ -112,6 +134,12 @@ impl Link for MemoryLink {
     fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()> {
         let now_ns = self.clock.world_ns();
         let wire = &mut *lock(&self.wire);
+        if wire.interface_gone {
+            return refused(Errno::NETDOWN.into());
+        }
+        if wire.refused_share > 0.0 && wire.random.unit() < wire.refused_share {
+            return refused(Errno::NOBUFS.into());
+        }
         let mut frame = wire.spare.pop().unwrap_or_default();
         frame.clear();
         frame.extend_from_slice(ethernet_frame);
@@ -140,6 +168,9 @@ impl Link for MemoryLink {
 
     fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>> {
         loop {
+            if lock(&self.wire).interface_gone {
+                return Err(Errno::NETDOWN.into());
+            }
             // Not held while it sleeps.
             let arrives_ns = match lock(&self.wire).take(buffer, self.clock.world_ns()) {
                 Ok(length) => return Ok(Some(length)),

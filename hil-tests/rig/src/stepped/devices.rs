@@ -65,6 +65,16 @@ impl Devices {
         &self.bus.faults
     }
 
+    /// From now on the network interface of the bus refuses this share of frames, for want of room.
+    pub fn refuse_frames(&self, share: f64) {
+        self.bus.refuse(share);
+    }
+
+    /// From now on the network interface of the bus is gone, or there.
+    pub fn lose_interface(&self, gone: bool) {
+        self.bus.lose_interface(gone);
+    }
+
     /// Faults of the drive.
     #[must_use]
     pub fn drive_faults(&self) -> &DriveHandle {

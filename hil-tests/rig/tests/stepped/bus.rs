@@ -31,6 +31,39 @@ fn short_losses_are_borne_and_a_long_one_survived() {
     bench.finish();
 }
 
+/// As with a queue of the interface that is full (`ENOBUFS`): the same deadlines as for frames that get lost.
+#[test]
+fn frames_that_the_interface_refuses_are_lost_frames_and_only_a_gone_one_is_a_lost_bus() {
+    let mut bench = Bench::driving();
+    for refused_s in [0.001, 0.01] {
+        for _ in 0..5 {
+            bench.devices.refuse_frames(1.0);
+            bench.watch(refused_s);
+            bench.devices.refuse_frames(0.0);
+            bench.drives_for(0.2);
+        }
+    }
+    assert_eq!(bench.raised(Fault::BusLost), 0);
+    bench.is_stopped(WATCHDOG_S, |bench| bench.devices.refuse_frames(1.0));
+    bench.until_raised(Fault::BusLost, 0.1);
+    bench.devices.refuse_frames(0.0);
+    bench.until("the bus is up", 5.0, |bench| !bench.has(Fault::BusLost));
+    bench.until("it drives, or waits for a reset", 10.0, |bench| {
+        if bench.has(Fault::DriveReturned) {
+            bench.ask(Request::Reset);
+        }
+        bench.truth().twist.v_m_s > 0.1
+    });
+    let lost = bench.raised(Fault::BusLost);
+    // Not even for a moment is one driven without an interface.
+    bench.devices.lose_interface(true);
+    bench.until_raised(Fault::BusLost, 0.15);
+    assert_eq!(bench.raised(Fault::BusLost), lost + 1);
+    bench.devices.lose_interface(false);
+    stops_and_drives_on(&mut bench);
+    bench.finish();
+}
+
 #[test]
 fn a_drive_that_leaves_op_is_brought_up_again_until_it_is_too_often() {
     let mut bench = Bench::driving();
