@@ -79,6 +79,8 @@ pub struct Reload {
     plan: Plan,
     hands: ReloadHands,
     under_way: Option<UnderWay>,
+    /// Whoever steps this waits for the thread that reads the files.
+    waits: bool,
 }
 
 impl Reload {
@@ -91,8 +93,23 @@ impl Reload {
             plan: plan.clone(),
             hands,
             under_way: None,
+            waits: false,
         };
         (reload, ends)
+    }
+
+    /// Whoever steps this waits until the files are read: on a simulated clock that takes no time.
+    #[must_use]
+    pub fn waiting(self) -> Self {
+        Self {
+            waits: true,
+            ..self
+        }
+    }
+
+    /// From now on these are the files.
+    pub(super) fn read_from(&mut self, files: Files) {
+        self.files = files;
     }
 
     /// The plan that runs.
@@ -154,7 +171,7 @@ impl Reload {
         };
         let late = now_ns > deadline_ns;
         let (stage, step) = match stage {
-            Stage::Preparing(thread) if thread.is_finished() => match thread.join() {
+            Stage::Preparing(thread) if self.waits || thread.is_finished() => match thread.join() {
                 Ok(Ok(parts)) => {
                     tracing::info!("operator: reload: the files are good; pausing");
                     (Stage::Stopping(parts), Step::Wait)

@@ -10,7 +10,7 @@ use sim::world::Random;
 
 use crate::run::{Run, look_on, record};
 use crate::scenario::{SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
-use crate::stepped::faults::{below, between, rounded};
+use crate::stepped::faults::{FASTEST, below, between, rounded};
 use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
 
@@ -20,9 +20,6 @@ const CASE_STREAM: u64 = 0x4341_5345;
 const DRIVING_M_S: f64 = 0.15;
 /// They last between these times: a robot that must stop has time to.
 const LASTS_S: [f64; 2] = [0.3, 12.0];
-/// Who drives by hand wants at most this.
-const FASTEST_M_S: f64 = 0.4;
-const FASTEST_RAD_S: f64 = 1.0;
 /// Delays are at least as long.
 const LEAST_BY_S: f64 = 0.02;
 
@@ -45,7 +42,7 @@ impl fmt::Display for Case {
 }
 
 impl Case {
-    /// Every kind that the scenario can have; of threads that hang each one besides.
+    /// Every kind that the scenario can have; of threads that hang or panic each one besides.
     #[must_use]
     pub fn all(scenario: &Scenario) -> Vec<Self> {
         let managed = scenario.site.areas_managed && !scenario.withholds_areas;
@@ -56,14 +53,18 @@ impl Case {
             .collect();
         threads.sort_unstable();
         threads.dedup();
-        let hung = threads.into_iter().map(|thread| Self {
-            what: ScriptedKind::Hang,
-            thread: Some(thread.to_owned()),
-        });
+        let of_threads = |what| {
+            let own = move |thread: &&str| Self {
+                what,
+                thread: Some((*thread).to_owned()),
+            };
+            threads.iter().map(own)
+        };
         { ScriptedKind::all() }
             .filter(|what| managed || !what.needs_mediator())
             .map(|what| Self { what, thread: None })
-            .chain(hung)
+            .chain(of_threads(ScriptedKind::Hang))
+            .chain(of_threads(ScriptedKind::Panic))
             .collect()
     }
 
@@ -79,19 +80,24 @@ impl Case {
         // As often all of them as a part.
         let most = self.what.most_share();
         let share = if whole < 0.5 { 1.0 } else { share };
+        // Drawn for none but these: the faults of all other kinds stay as they are.
+        let falls = self.what != ScriptedKind::Slope || random.unit() < 0.5;
+        let sign = if falls { 1.0 } else { -1.0 };
         Some(ScriptedFault {
             at_s: rounded(at_s),
             for_s: rounded(between(LASTS_S, lasts)),
             what: self.what,
             robot: { keys.robot }.map(|_| scenario.robots[robot].id.clone()),
-            share: keys.share.then(|| rounded(share * most * 10.0) / 10.0),
+            share: keys
+                .share
+                .then(|| sign * rounded(share * most * 10.0) / 10.0),
             by_s: keys
                 .by_s
                 .then(|| rounded(between([LEAST_BY_S, self.what.most_by_s()], by))),
             thread: self.thread.clone(),
             pose: None,
             motion: keys.motion.then(|| {
-                [FASTEST_M_S, FASTEST_RAD_S].map(|most| {
+                FASTEST.map(|most| {
                     rounded(most * random.unit()) * if random.unit() < 0.5 { -1.0 } else { 1.0 }
                 })
             }),
@@ -222,7 +228,7 @@ mod tests {
             .map(crate::scenario::Player::threads)
             .collect();
         let cases = Case::all(&scenario);
-        assert_eq!(cases.len(), ScriptedKind::all().count() + 6);
+        assert_eq!(cases.len(), ScriptedKind::all().count() + 2 * 6);
         for case in &cases {
             for seed in 0..20 {
                 let fault = case.draw(&scenario, seed, &moments).expect("they drive");

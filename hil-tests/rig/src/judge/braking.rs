@@ -64,19 +64,25 @@ impl Braking {
         let by_hand = |fault: &&ScriptedFault| fault.what == ScriptedKind::Teleop;
         let stops = |(fault, stopping): &(&ScriptedFault, Stopping)| {
             let mut from_s = fault.at_s + stopping.after_s?;
-            let mut deceleration_m_s2 = stopping.deceleration_m_s2;
+            let (mut deceleration_m_s2, mut pull_m_s2) =
+                (stopping.deceleration_m_s2, stopping.pull_m_s2);
             for (other, theirs) in &own {
                 let meets = other.at_s <= fault.until_s() && theirs.until_s >= fault.at_s;
                 if std::ptr::eq(*other, *fault) || !meets {
                     continue;
                 }
                 deceleration_m_s2 = deceleration_m_s2.min(theirs.deceleration_m_s2);
+                pull_m_s2 += theirs.pull_m_s2;
                 if other.at_s <= from_s {
                     if theirs.disables {
                         from_s = from_s.max(theirs.until_s + stopping.after_s?);
                     }
                     from_s += theirs.delays_s;
                 }
+            }
+            // Motors with power brake as told on any floor.
+            if deceleration_m_s2 <= player.config.drive.unpowered_deceleration_m_s2 {
+                deceleration_m_s2 = (deceleration_m_s2 - pull_m_s2).max(0.0);
             }
             let stop = |from_s, until_s| Stop {
                 fault: fault.what.name(),
@@ -195,6 +201,7 @@ mod tests {
         let hang = "at_s = 10.2, for_s = 0.5, what = \"hang\", robot = \"amr-1\"";
         let late = "at_s = 9.0, for_s = 3.0, what = \"late-threads\", robot = \"amr-1\", share = 0.5, by_s = 0.02";
         let motors = "at_s = 12.0, for_s = 1.0, what = \"cut-motors\", robot = \"amr-1\"";
+        let slope = "at_s = 9.0, for_s = 9.0, what = \"slope\", robot = \"amr-1\", share = -0.1";
         let reversed = "at_s = 9.0, for_s = 9.0, what = \"reverse-motor\", robot = \"amr-1\"";
         let all = [
             // Who hangs looks for scans afterwards.
@@ -203,6 +210,9 @@ mod tests {
             // It stands by then, and goes on to.
             ([UNPLUG, motors], vec![(10.3, 15.0, 1.5), (12.0, 13.0, 1.5)]),
             ([UNPLUG, reversed], vec![(10.3, 15.0, 0.0)]),
+            // Downhill only motors with power brake as on level ground.
+            ([UNPLUG, slope], vec![(10.3, 15.0, 2.0)]),
+            ([slope, motors], vec![(12.0, 13.0, 1.5 - 0.1 * 9.81)]),
         ];
         for (faults, expected) in all {
             assert_eq!(windows(&braking(&faults)), expected, "{faults:?}");

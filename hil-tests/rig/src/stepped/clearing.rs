@@ -41,5 +41,12 @@ impl Stepped<'_> {
             let robots: Vec<&str> = self.robots.iter().map(|own| own.id.as_str()).collect();
             self.observations.cleared(&area, &robots, now_ns);
         }
+        let absent = { self.mediator.as_mut() }.map(SteppedMediator::take_absent);
+        for robot in absent.unwrap_or_default() {
+            let plans = self.plans.robots.iter().take(1);
+            for area in plans.flat_map(|(_, plan)| &plan.site.areas) {
+                self.observations.cleared(&area.id, &[&robot], now_ns);
+            }
+        }
     }
 }

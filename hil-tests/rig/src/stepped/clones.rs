@@ -5,7 +5,7 @@
 //! switched off; where the fault gives no pose, it stays there. What faults do to messages of its robot, they do to the clone's;
 //! no other fault concerns it, and nobody operates it.
 
-use config::RobotConfig;
+use config::{RobotConfig, SiteConfig};
 use onboard::cli::{Failure, Files};
 use onboard::composition::plan::Plan;
 use sim::world::{Pose, SharedWorld};
@@ -47,7 +47,6 @@ struct Running {
 impl ClonedRobot {
     /// Those of a scenario's faults; their bodies have the numbers after the robots'.
     pub(super) fn all(scenario: &Scenario) -> Vec<Self> {
-        let store = store(scenario);
         { scenario.clones().enumerate() }
             .map(|(index, (fault, of))| {
                 let mut config = scenario.robots[of].config.clone();
@@ -57,7 +56,7 @@ impl ClonedRobot {
                     fault,
                     body: scenario.robots.len() + index,
                     config,
-                    store: Pose::new(store.x_m, store.y_m + FAR_M * index as f64, 0.0),
+                    store: store(&scenario.site, 0, index),
                     pose: pose.map(|[x_m, y_m, deg]| Pose::new(x_m, y_m, deg.to_radians())),
                     begun: false,
                     running: None,
@@ -115,9 +114,8 @@ impl ClonedRobot {
     }
 }
 
-/// Where the store begins: off the floor, at its right lower corner.
-fn store(scenario: &Scenario) -> Pose {
-    let site = &scenario.site;
+/// A place in the store, by its column and its number there. The store begins off the floor, at its right lower corner.
+pub(super) fn store(site: &SiteConfig, column: usize, number: usize) -> Pose {
     let walls = site
         .walls
         .iter()
@@ -131,5 +129,6 @@ fn store(scenario: &Scenario) -> Pose {
     };
     let right_m = corners().map(|[x_m, _]| x_m).fold(0.0, f64::max);
     let low_m = corners().map(|[_, y_m]| y_m).fold(0.0, f64::min);
-    Pose::new(right_m + FAR_M, low_m, 0.0)
+    let [x_m, y_m] = [column + 1, number].map(|place| FAR_M * place as f64);
+    Pose::new(right_m + x_m, low_m + y_m, 0.0)
 }

@@ -3,7 +3,7 @@
 use description::instruction::Instruction;
 use onboard::cli::Failure;
 use onboard::process::ctl::{Event, Request};
-use onboard::symbols::faults::Fault;
+use onboard::symbols::faults::{Fault, FaultTable};
 use sim::world::{Truth, TruthRecord, World};
 
 use super::clock::START_NS;
@@ -128,9 +128,14 @@ impl Execution for Stepped<'_> {
 
     fn robot_summary(&self, robot: usize, truth: Option<&Truth>) -> RobotSummary {
         let (own, (_, plan)) = (&self.robots[robot], &self.plans.robots[robot]);
+        let now = own
+            .robot
+            .as_ref()
+            .map_or(FaultTable::default(), |_| own.faults);
         RobotSummary {
-            faults: { Fault::ALL.into_iter() }
-                .map(|fault| (fault.name().to_owned(), own.faults.state(fault).count))
+            faults: { Fault::ALL.into_iter().zip(&own.raised_before) }
+                .map(|(fault, before)| (fault, now.state(fault).count + before))
+                .map(|(fault, count)| (fault.name().to_owned(), count))
                 .filter(|(_, count)| *count > 0)
                 .collect(),
             resets: own.caretaker.resets,

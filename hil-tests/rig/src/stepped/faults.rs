@@ -3,7 +3,7 @@
 use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
-use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
+use crate::scenario::{GRAVITY_M_S2, Scenario, ScriptedFault, ScriptedKind};
 
 /// Faults come from the seed, apart from everything else.
 const FAULT_STREAM: u64 = 0x4641_554C;
@@ -16,10 +16,12 @@ const LASTS_S: [f64; 2] = [0.05, 12.0];
 /// but for this share of them, which last longer: deadlines of robots and mediator are 30 s and 60 s.
 const LONG: f64 = 0.1;
 const LONG_S: [f64; 2] = [12.0, 120.0];
-/// This share is of the rare kinds.
-const RARE: f64 = 0.05;
+/// This share is of kinds after which a fleet may not go on by itself.
+const LASTING: f64 = 0.05;
 /// Delays are at least as long.
 const LEAST_BY_S: f64 = 0.005;
+/// Who drives by hand wants at most this: forward, metres per second, and turning, radians per second.
+pub(crate) const FASTEST: [f64; 2] = [0.4, 1.0];
 
 /// Faults for a scenario, drawn from the seed; in the order of their times.
 #[must_use]
@@ -43,9 +45,9 @@ pub fn faulted(scenario: &Scenario, seed: u64) -> Scenario {
 }
 
 fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFault {
-    let rare = random.unit() < RARE && managed;
-    let kinds: &[ScriptedKind] = if rare {
-        &ScriptedKind::RARE
+    let lasting = random.unit() < LASTING && managed;
+    let kinds: &[ScriptedKind] = if lasting {
+        &ScriptedKind::LASTING
     } else {
         &ScriptedKind::DRAWN
     };
@@ -58,7 +60,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
     // Drawn in any case, so that a fault does not depend on the kinds of those before it.
     let [at, lasts, long, own, share, by] = std::array::from_fn(|_| random.unit());
     let lasts_s = if long < LONG { LONG_S } else { LASTS_S };
-    // A clock that is off is slow as often as fast.
+    // A clock that is off is slow as often as fast, and a slope as often rises as falls.
     let slow = what.least_share() < 0.0 && by < 0.5;
     let sign = if slow { -1.0 } else { 1.0 };
     ScriptedFault {
@@ -74,7 +76,10 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
             .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
         thread: None,
         pose: None,
-        motion: None,
+        motion: keys.motion.then(|| {
+            let [forward, turning] = [share, by].map(|unit| 2.0 * unit - 1.0);
+            [forward * FASTEST[0], turning * FASTEST[1]].map(|wanted| (wanted * 1e3).round() / 1e3)
+        }),
     }
 }
 
@@ -134,6 +139,8 @@ struct Planned {
     fault: ScriptedFault,
     begun: bool,
     over: bool,
+    /// Where its robot headed when it began, in the world.
+    heading_rad: f64,
 }
 
 impl Schedule {
@@ -152,9 +159,22 @@ impl Schedule {
             fault: fault.clone(),
             begun: false,
             over: false,
+            heading_rad: 0.0,
         };
         Self {
             faults: scenario.faults.iter().map(planned).collect(),
+        }
+    }
+
+    /// Which thread a fault concerns, if it is that alone.
+    pub(super) fn thread(&self, fault: usize) -> Option<&str> {
+        { self.faults.get(fault) }.and_then(|planned| planned.fault.thread.as_deref())
+    }
+
+    /// A robot headed there when a fault began that concerns it.
+    pub(super) fn heads(&mut self, fault: usize, heading_rad: f64) {
+        if let Some(own) = self.faults.get_mut(fault) {
+            own.heading_rad = heading_rad;
         }
     }
 
@@ -274,8 +294,17 @@ impl Schedule {
         let slip = self.share(ScriptedKind::Slip, robot);
         let weaker = self.share(ScriptedKind::WeakBrakes, robot);
         let weak = lasts(ScriptedKind::WeakBrakes);
+        let slopes = { self.lasting() }
+            .filter(|own| own.fault.what == ScriptedKind::Slope && own.robot == Some(robot));
+        let slope_m_s2 = slopes.fold([0.0; 2], |[along_x, along_y], own| {
+            let pull_m_s2 = own.fault.share.unwrap_or(0.0) * GRAVITY_M_S2;
+            let (sin, cos) = own.heading_rad.sin_cos();
+            [along_x + pull_m_s2 * cos, along_y + pull_m_s2 * sin]
+        });
         Mechanics {
             slip: [slip, slip / 2.0],
+            slope_m_s2,
+            load: 1.0 + self.share(ScriptedKind::Load, robot),
             braking_m_s2: if weak {
                 braking_m_s2 * (1.0 - weaker)
             } else {
@@ -283,7 +312,6 @@ impl Schedule {
             },
             reversed: [lasts(ScriptedKind::ReverseMotor), false],
             pivot_jammed: lasts(ScriptedKind::JamPivot),
-            ..Mechanics::default()
         }
     }
 

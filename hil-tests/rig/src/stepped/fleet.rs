@@ -18,6 +18,7 @@ use super::faults::Schedule;
 use super::mediator::SteppedMediator;
 use super::network::{Message, MessageKind, Network};
 use super::plans::Plans;
+use super::reloading::Reloading;
 use super::robot::SteppedRobot;
 use super::sending_on::SendingOn;
 use super::start::{Fleet, Start};
@@ -86,10 +87,13 @@ pub(super) enum Leave {
 pub(super) struct Member {
     pub(super) id: String,
     pub(super) devices: Devices,
-    starts_ns: u64,
+    pub(super) starts_ns: u64,
     /// None before it starts, and while it is killed.
     pub(super) robot: Option<SteppedRobot>,
-    pub(super) killed: bool,
+    /// It was started once.
+    pub(super) has_run: bool,
+    /// It was carried away for good.
+    pub(super) gone: bool,
     /// How far its computer's clock was ahead when its process was killed.
     pub(super) ahead_ns: f64,
     /// What its processes leave for the next.
@@ -102,7 +106,11 @@ pub(super) struct Member {
     pub(super) driving_out: DrivingOut,
     /// The operator who sends it on.
     pub(super) sending_on: SendingOn,
+    /// The operator who changes its file, and has it read again.
+    pub(super) reloading: Reloading,
     pub(super) faults: FaultTable,
+    /// How often its processes that have ended raised each fault, in the order of [`Fault::ALL`].
+    pub(super) raised_before: Vec<u64>,
     /// What its symbols said when it was stopped.
     pub(super) symbols: Json,
     /// The areas that the rig has given it leave for.
@@ -146,14 +154,17 @@ impl<'a> Stepped<'a> {
                     devices,
                     starts_ns: START_NS + delay_ns,
                     robot: None,
-                    killed: false,
+                    has_run: false,
+                    gone: false,
                     ahead_ns: 0.0,
                     checkpoints: Checkpoints::default(),
                     was_in: None,
                     caretaker: Caretaker::default(),
                     driving_out: DrivingOut::default(),
                     sending_on: SendingOn::default(),
+                    reloading: Reloading::default(),
                     faults: FaultTable::default(),
+                    raised_before: vec![0; Fault::ALL.len()],
                     symbols: Json::Null,
                     allowed: Vec::new(),
                 })
@@ -209,6 +220,7 @@ impl<'a> Stepped<'a> {
         self.hear();
         self.look_after(self.now_ns());
         self.clear_what_is_empty();
+        self.say_who_is_absent();
         Ok(())
     }
 
@@ -243,7 +255,10 @@ impl<'a> Stepped<'a> {
         robot.be_late(self.faults.lateness(number));
         robot.hang(&self.faults.hung_threads(number));
         robot.drift(self.faults.drift(Some(number)));
-        member.robot = Some(robot);
+        (member.robot, member.has_run) = (Some(robot), true);
+        if self.faults.lasts(ScriptedKind::Reload, Some(number)) {
+            member.reloading.want();
+        }
         // Whoever stopped it, or tried to, is still there.
         for (what, request) in [
             (ScriptedKind::Pause, Request::Pause),
@@ -262,8 +277,7 @@ impl<'a> Stepped<'a> {
             self.apply(change, now_ns)?;
         }
         for number in 0..self.robots.len() {
-            let member = &self.robots[number];
-            if member.robot.is_none() && !member.killed && now_ns >= member.starts_ns {
+            if self.may_start(number, now_ns) {
                 self.start(number, now_ns)?;
             }
         }
@@ -284,6 +298,7 @@ impl<'a> Stepped<'a> {
         for number in 0..self.robots.len() {
             self.step_robot(number, now_ns);
         }
+        self.note_ended();
         for clone in &mut self.clones {
             clone.step(now_ns);
         }

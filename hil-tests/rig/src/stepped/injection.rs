@@ -2,7 +2,7 @@
 
 use onboard::cli::Failure;
 use onboard::process::ctl::{Request, Teleop};
-use onboard::symbols::faults::{Fault, FaultTable};
+use onboard::symbols::faults::FaultTable;
 use sim::lidar::Disturbance;
 use sim::world::{Obstacle, Pose, Shape};
 
@@ -39,25 +39,14 @@ impl Stepped<'_> {
         } = change;
         let again = !begins && !self.faults.lasts(what, robot);
         match (what, robot) {
-            (ScriptedKind::KillRobot | ScriptedKind::RebootRobot, Some(number)) => {
-                let member = &mut self.robots[number];
-                if begins {
-                    let said = self.observations.said(&member.id);
-                    let said = said.filter(|said| !said.state.fsm_state.is_empty());
-                    if let Some(said) = said
-                        && member.faults.state(Fault::PlaceUnknown).active == 0
-                    {
-                        member.was_in = Some(said.state.fsm_state.clone());
-                    }
-                    if what == ScriptedKind::RebootRobot {
-                        member.checkpoints.lose_memory();
-                    }
-                    member.devices.hang_up();
-                    let killed = member.robot.take();
-                    member.ahead_ns = killed.map_or(member.ahead_ns, |robot| robot.ahead_ns());
-                }
-                member.killed = !again;
+            (ScriptedKind::KillRobot | ScriptedKind::RebootRobot, Some(number)) if begins => {
+                self.kill_robot(number, what);
             }
+            (ScriptedKind::Panic, Some(number)) if begins => {
+                let thread = self.faults.thread(fault).map(str::to_owned);
+                self.have_panic(number, thread.as_deref());
+            }
+            (ScriptedKind::Absent, Some(number)) if begins => self.carry_away(number)?,
             (ScriptedKind::CloneRobot, Some(number)) if begins => {
                 self.start_clone(fault, number, now_ns)?;
             }
@@ -130,6 +119,7 @@ impl Stepped<'_> {
                 let on_purpose = self.faults.lasts(ScriptedKind::Stop, robot);
                 self.ask(number, (!on_purpose).then_some(Request::Reset));
             }
+            (ScriptedKind::Reload, Some(number)) => self.robots[number].reloading.want(),
             (ScriptedKind::EndCoordination, _) if begins => self.end_coordinations(),
             (ScriptedKind::Drift, None) => {
                 let drift = self.faults.drift(None);
@@ -178,6 +168,8 @@ impl Stepped<'_> {
                 robot.iter_mut().for_each(|own| own.drift(drift));
             }
             ScriptedKind::LoseFrames => devices.bus.lose(share),
+            ScriptedKind::RefuseFrames => devices.bus.refuse(share),
+            ScriptedKind::LoseInterface => devices.bus.lose_interface(lasts),
             ScriptedKind::LeaveOp if begins => devices.bus.faults.drop_to_safeop(0),
             ScriptedKind::CutPower if lasts => devices.bus.faults.power_off(0),
             ScriptedKind::CutPower => devices.bus.faults.power_on(0),
@@ -196,10 +188,15 @@ impl Stepped<'_> {
             ScriptedKind::Slip
             | ScriptedKind::JamPivot
             | ScriptedKind::ReverseMotor
-            | ScriptedKind::WeakBrakes => {
+            | ScriptedKind::WeakBrakes
+            | ScriptedKind::Load
+            | ScriptedKind::Slope => {
                 let braking_m_s2 = plan.robot.drive.limits.stop_deceleration_m_s2;
-                let mechanics = self.faults.mechanics(number, braking_m_s2);
-                self.world.lock().wear(number, mechanics);
+                let mut world = self.world.lock();
+                if let Some(truth) = world.truth(number).filter(|_| begins) {
+                    self.faults.heads(change.fault, truth.pose.theta_rad);
+                }
+                world.wear(number, self.faults.mechanics(number, braking_m_s2));
             }
             ScriptedKind::BreakScans => devices.lidar.break_scans(share),
             ScriptedKind::DelayScans => devices.lidar.delay(by_ns),
@@ -208,45 +205,14 @@ impl Stepped<'_> {
                 let cover = Disturbance::Cover { covered: lasts };
                 devices.lidar.disturb(cover, now_ns);
             }
+            ScriptedKind::FreezeScans => {
+                let repeat = Disturbance::Repeat { repeats: lasts };
+                devices.lidar.disturb(repeat, now_ns);
+            }
             ScriptedKind::Unplug if lasts => devices.lidar.unplug(),
             ScriptedKind::Unplug => devices.lidar.plug_in(now_ns),
             _ => {}
         }
-    }
-
-    /// Switches on the clone of this fault, with the identity of robot `number`.
-    fn start_clone(&mut self, fault: usize, number: usize, now_ns: u64) -> Result<(), Failure> {
-        let (start, folder) = (self.start_of(number, now_ns), self.plans.folder.below()?);
-        let plan = &self.plans.robots[number];
-        if let Some(clone) = self.clones.iter_mut().find(|own| own.fault == fault) {
-            let robot = clone.begin(&self.world, plan, start, folder)?;
-            robot.allow(&self.robots[number].allowed);
-        }
-        Ok(())
-    }
-
-    fn kill_mediator(&mut self, disk: Disk, now_ns: u64) {
-        self.disk = disk;
-        let killed = self.mediator.take();
-        self.dropped += killed.map_or(0, |own| own.dropped());
-        if let Some((_, end_ns)) = self.mediator_spans_ns.last_mut() {
-            end_ns.get_or_insert(now_ns);
-        }
-    }
-
-    /// Starts the mediator with the journal on its disk, unless it runs: of two faults that have killed it one may last longer.
-    fn start_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        if let Some(plan) =
-            self.plans.mediator.as_ref().filter(|_| {
-                self.mediator.is_none() && !self.faults.lasts(ScriptedKind::FullDisk, None)
-            })
-        {
-            let mut mediator = SteppedMediator::start(plan, self.disk.clone(), now_ns)?;
-            mediator.drift(self.faults.drift(None));
-            self.mediator = Some(mediator);
-            self.mediator_spans_ns.push((now_ns, None));
-        }
-        Ok(())
     }
 
     /// Somebody steps into a robot's way, or puts a box there, unless another robot is there.
@@ -325,6 +291,9 @@ impl Stepped<'_> {
             let held = held || member.driving_out.lasts();
             if let Some(robot) = &mut member.robot {
                 (member.sending_on).look(robot, &faults, held, now_ns);
+                let share = self.faults.share(ScriptedKind::Reload, number);
+                let (files, plan) = &self.plans.robots[number];
+                (member.reloading).look(robot, (files, plan), (share, held), now_ns);
             }
         }
     }

@@ -57,8 +57,10 @@ pub(super) struct SteppedMediator {
     written_ns: Option<u64>,
     asks_ns: u64,
     status: Arc<Mutex<Option<Status>>>,
-    /// Areas that an operator has cleared, not taken yet.
+    /// Areas that an operator has cleared, not taken yet,
     cleared: Arc<Mutex<Vec<String>>>,
+    /// and robots that he has said to be absent.
+    absent: Arc<Mutex<Vec<String>>>,
 }
 
 impl SteppedMediator {
@@ -83,6 +85,7 @@ impl SteppedMediator {
             asks_ns: now_ns,
             status: Arc::default(),
             cleared: Arc::default(),
+            absent: Arc::default(),
         })
     }
 
@@ -202,6 +205,27 @@ impl SteppedMediator {
         let coordination = coordination.to_string();
         // It may have ended by itself by now.
         self.put(Question::End { coordination }, Box::new(drop));
+    }
+
+    /// What an operator does with `mediator absent ROBOT`. It is refused while the robot may still be on its way.
+    pub(super) fn say_absent(&mut self, robot: &str) {
+        let absent = Arc::clone(&self.absent);
+        let robot = robot.to_owned();
+        let question = Question::Absent {
+            robot: robot.clone(),
+        };
+        let reply = Box::new(move |answer| {
+            if let Answer::Done(_) = answer {
+                let mut absent = absent.lock().unwrap_or_else(PoisonError::into_inner);
+                absent.push(robot);
+            }
+        });
+        self.put(question, reply);
+    }
+
+    /// Robots that are nowhere on the floor since an operator said so.
+    pub(super) fn take_absent(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.absent.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Areas in which nobody is any more since an operator said so, each once.

@@ -46,18 +46,17 @@ impl Requests {
     pub(super) fn refused(&self) -> Vec<String> {
         let replies = self.replies().into_iter();
         { replies.filter_map(|(name, reply)| Some((name, reply.err()?))) }
-            .filter(|(name, why)| !is_asked_again(name, why))
+            .filter(|(_, why)| !is_asked_again(why))
             .map(|(name, why)| format!("{name}: {why}"))
             .collect()
     }
 }
 
 /// Whether operators ask again what was refused for this reason: resets that left faults, to go on in spite of one, and to read the files
-/// while that is not possible.
-fn is_asked_again(name: &str, why: &Refusal) -> bool {
-    match why {
-        Refusal::Remaining(_) | Refusal::StoppedByFault => true,
-        Refusal::ReloadTooSlow(_) | Refusal::ByHand => name == Request::Reload.name(),
-        _ => false,
-    }
+/// of a robot that does not come to a stand.
+fn is_asked_again(why: &Refusal) -> bool {
+    matches!(
+        why,
+        Refusal::Remaining(_) | Refusal::StoppedByFault | Refusal::ReloadTooSlow(_)
+    )
 }

@@ -201,7 +201,7 @@ impl SteppedRobot {
             OverrunWatch::of(threads, watched),
             machine.clone(),
             drain,
-            (reload, keeper),
+            (reload.waiting(), keeper),
         )
         .heeding(ends.panicked.clone());
         supervisor.heed(&left, now_ns);
@@ -249,6 +249,11 @@ impl SteppedRobot {
         for own in self.threads.iter_mut().filter(|own| own.name == thread) {
             own.panic(&self.ends.panicked);
         }
+    }
+
+    /// From now on a reload reads these files.
+    pub(super) fn reload_from(&mut self, files: Files) {
+        self.supervisor.reload_from(files);
     }
 
     /// Whether its process has ended, by itself, after a panic.

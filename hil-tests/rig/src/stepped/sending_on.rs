@@ -4,6 +4,7 @@
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::{FaultTable, Resumes};
 
+use super::asking::Asking;
 use super::robot::SteppedRobot;
 
 /// Asked again after this time.
@@ -11,19 +12,12 @@ const AGAIN_NS: u64 = 1_000_000_000;
 
 /// Sends one robot on.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SendingOn {
-    wanted: bool,
-    /// When it was asked, and how many replies there were before.
-    asked: Option<(u64, usize)>,
-}
+pub(super) struct SendingOn(Asking);
 
 impl SendingOn {
     /// Somebody wants the robot to go on.
     pub(super) fn want(&mut self) {
-        *self = Self {
-            wanted: true,
-            asked: None,
-        };
+        self.0.want();
     }
 
     /// Looks after a robot with these faults. Nothing is to be done while it is `held` by whoever paused it or drives it.
@@ -34,20 +28,12 @@ impl SendingOn {
         held: bool,
         now_ns: u64,
     ) {
-        if let Some((at_ns, replies)) = self.asked {
-            let done = { robot.replies().into_iter().skip(replies) }
-                .any(|(name, reply)| name == Request::Resume.name() && reply.is_ok());
-            self.wanted &= !done;
-            if now_ns < at_ns + AGAIN_NS {
-                return;
-            }
-        }
+        let due = self.0.is_due(robot, &Request::Resume, AGAIN_NS, now_ns);
         let latched = faults
             .active()
             .any(|fault| fault.resumes() == Resumes::Operator);
-        if self.wanted && !held && !latched {
-            self.asked = Some((now_ns, robot.replies().len()));
-            robot.ask(Request::Resume);
+        if due && !held && !latched {
+            self.0.ask(robot, Request::Resume, now_ns);
         }
     }
 }

@@ -11,14 +11,8 @@ const ENDS_WITHIN_S: f64 = 3.0;
 
 #[test]
 fn a_panic_of_any_thread_ramps_the_robot_to_a_stop_and_ends_its_process() {
-    for thread in [
-        "fieldbus",
-        "motion",
-        "lidar",
-        "navigation",
-        "communication",
-        "supervisor",
-    ] {
+    // One that talks with nobody has no thread of communication.
+    for thread in ["fieldbus", "motion", "lidar", "navigation", "supervisor"] {
         let mut bench = Bench::driving();
         // At full speed: while it accelerates it would go on to until its thread's turn is over.
         bench.drives_for(2.0);

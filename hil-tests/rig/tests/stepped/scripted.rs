@@ -260,3 +260,80 @@ fn a_robot_that_has_driven_past_its_place_in_the_lay_by_comes_back() {
         assert!(summary.passed(), "{summary:?}");
     }
 }
+
+#[test]
+fn a_robot_on_a_slope_with_a_load_drives_on_and_none_rolls_away() {
+    let mut scenario = crate::scenario("overtaking");
+    let plans = plans(&scenario);
+    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
+    let load = "at_s = 10.0; for_s = 120.0; what = \"load\"; robot = \"amr-1\"; share = 1.0";
+    for share in [-0.08, 0.08] {
+        let slope = format!(
+            "at_s = 24.0; for_s = 60.0; what = \"slope\"; robot = \"amr-1\"; share = {share:?}"
+        );
+        // It must stop downhill, too.
+        let stop = "at_s = 26.0; for_s = 5.0; what = \"stop\"; robot = \"amr-1\"";
+        let motors = "at_s = 36.0; for_s = 5.0; what = \"cut-motors\"; robot = \"amr-1\"";
+        scenario.faults = vec![fault(load), fault(&slope), fault(stop), fault(motors)];
+        let summary = ended(&scenario, &plans, 3).1;
+        assert!(summary.passed(), "{share}: {summary:?}");
+        assert_eq!(
+            raised(&summary, "wheels-disobey"),
+            0,
+            "{share}: {summary:?}"
+        );
+    }
+}
+
+#[test]
+fn a_robot_whose_area_is_free_by_an_operators_word_lets_the_other_one_go_on() {
+    let mut scenario = crate::scenario("overtaking");
+    scenario.patience_s = 60.0;
+    let granted_s = |scenario: &Scenario| {
+        let summary = ended(scenario, &plans(scenario), 3).1;
+        assert_eq!(summary.violations, [], "{summary:?}");
+        let owners = summary.areas.iter().flat_map(|area| &area.owners);
+        let others = owners.filter(|own| own.robot == "amr-2" && own.granted_s > 30.0);
+        others
+            .map(|own| own.granted_s)
+            .fold(f64::INFINITY, f64::min)
+    };
+    // It stands where the other one wants to go: switched off, and then carried away.
+    let [killed_s, absent_s] = ["kill-robot", "absent"].map(|what| {
+        let fault = format!("at_s = 24.0\nfor_s = 40.0\nwhat = \"{what}\"\nrobot = \"amr-1\"");
+        scenario.faults = vec![toml::from_str(&fault).expect("a fault")];
+        granted_s(&scenario)
+    });
+    assert!(absent_s + 10.0 < killed_s, "{absent_s} s, {killed_s} s");
+}
+
+#[test]
+fn a_robot_whose_file_is_read_again_while_it_drives_keeps_to_what_stands_there() {
+    let mut scenario = crate::scenario("lap");
+    for player in &mut scenario.robots {
+        player.goal = rig::scenario::Goal::Laps(1);
+    }
+    let mut top_m_s = |faults: &[&str]| {
+        let faults = faults
+            .iter()
+            .map(|text| toml::from_str(&text.replace("; ", "\n")));
+        scenario.faults = faults.map(|fault| fault.expect("a fault")).collect();
+        let summary = ended(&scenario, &plans(&scenario), 1).1;
+        assert!(summary.passed(), "{summary:?}");
+        (summary.robots[0].max_speed_m_s, summary.duration_s)
+    };
+    let without = top_m_s(&[]);
+    // Before it drives off; and in the middle of its way, from where on the rest takes longer.
+    let all =
+        top_m_s(&["at_s = 0.2; for_s = 300.0; what = \"reload\"; robot = \"amr-1\"; share = 0.5"]);
+    let part =
+        top_m_s(&["at_s = 15.0; for_s = 20.0; what = \"reload\"; robot = \"amr-1\"; share = 0.5"]);
+    assert!(
+        all.0 < 0.55 * without.0 && part.0 > 0.9 * without.0,
+        "{all:?}, {part:?}, {without:?}"
+    );
+    assert!(
+        without.1 < part.1 && part.1 < all.1,
+        "{all:?}, {part:?}, {without:?}"
+    );
+}

@@ -10,6 +10,7 @@ use super::lease::Lease;
 use super::sent::Sent;
 use super::waiting::Waiting;
 use crate::activities::port::{Command, Report};
+use crate::composition::files::Files;
 use crate::process::checkpoints::Left;
 use crate::process::ctl::Pending;
 use crate::process::overruns::{Load, OverrunWatch};
@@ -91,6 +92,11 @@ impl Supervisor {
     #[must_use]
     pub fn heeding(self, panicked: Panicked) -> Self {
         Self { panicked, ..self }
+    }
+
+    /// From now on a reload reads these files.
+    pub fn reload_from(&mut self, files: Files) {
+        self.reload.read_from(files);
     }
 
     /// The process before was stopped, or paused, by people, or by a fault that waits for them: so is this one. Where it ended nobody

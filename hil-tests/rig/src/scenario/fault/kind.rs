@@ -18,6 +18,9 @@ pub enum ScriptedKind {
     DeadLink,
     /// The robot's process is killed, and started again at the end.
     KillRobot,
+    /// A part of the robot's program panics, which ends it once the robot stands: what runs its drive, or `thread`. It is started again at
+    /// the end.
+    Panic,
     /// The robot's computer is switched off, and on again at the end: its process ends, and nothing is left of what it knew.
     RebootRobot,
     /// A second robot with the same identity, plan and configuration is switched on at a pose, or where it is in nobody's way;
@@ -39,6 +42,8 @@ pub enum ScriptedKind {
     CloseAreas,
     /// An operator at the mediator ends every coordination that runs.
     EndCoordination,
+    /// The robot is switched off and carried away for good, and an operator at the mediator says that it is absent.
+    Absent,
     /// The disk below the mediator's journal takes `by_s` for each write.
     SlowDisk,
     /// The disk below the mediator's journal is full.
@@ -52,6 +57,10 @@ pub enum ScriptedKind {
     Drift,
     /// Frames on the robot's bus get lost with a probability.
     LoseFrames,
+    /// The network interface of the robot's bus has no room for frames with a probability, and refuses them.
+    RefuseFrames,
+    /// The network interface of the robot's bus is gone, and there again at the end.
+    LoseInterface,
     /// The robot's drive falls out of OP, once.
     LeaveOp,
     /// The robot's drive loses its power, and has it again at the end.
@@ -74,12 +83,18 @@ pub enum ScriptedKind {
     ReverseMotor,
     /// The robot's motors brake less hard than its file says, by this share.
     WeakBrakes,
+    /// The floor falls away ahead of the robot, by this share of the way, or rises where that is negative.
+    Slope,
+    /// The robot is heavier than its motors are made for, by this share.
+    Load,
     /// Scans of the robot's lidar arrive broken with a probability.
     BreakScans,
     /// What the robot's lidar sends arrives late, by `by_s`.
     DelayScans,
     /// What the robot's lidar sends arrives later and later, by this share of the time that passes.
     AgeScans,
+    /// The robot's lidar repeats its last scan, until its laser is switched off and on.
+    FreezeScans,
     /// Somebody covers the window of the robot's lidar, so that no beam has an echo, and uncovers it at the end.
     CoverLidar,
     /// The robot's lidar is unplugged, and plugged in again at the end.
@@ -94,6 +109,8 @@ pub enum ScriptedKind {
     Stop,
     /// An operator resets the robot, and again at the end, though nobody asked him to; not one that was stopped on purpose.
     Reset,
+    /// An operator lowers the robot's top speed by this share in its file and has that read again, and puts it back at the end.
+    Reload,
     /// Somebody drives the robot by hand, and sends it on at the end.
     Teleop,
 }
@@ -120,7 +137,7 @@ pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// Those that are drawn at random: a fleet is expected to come through any of them.
-    pub const DRAWN: [Self; 28] = [
+    pub const DRAWN: [Self; 35] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -149,10 +166,14 @@ impl ScriptedKind {
         Self::Pause,
         Self::Stop,
         Self::Reset,
+        Self::Panic,
+        Self::RefuseFrames,
+        Self::LoseInterface,
+        Self::Slope,
+        Self::Load,
+        Self::FreezeScans,
+        Self::Reload,
     ];
-
-    /// Those that are drawn now and then: robots may need more than resets to go on after them, and mostly do not.
-    pub const RARE: [Self; 3] = [Self::CloneRobot, Self::LoseJournal, Self::SecondMediator];
 
     /// Those that a fleet comes through besides: on each of them but a full disk the robot stops and needs its operator.
     pub const BORNE: [Self; 9] = [
@@ -167,8 +188,8 @@ impl ScriptedKind {
         Self::WeakBrakes,
     ];
 
-    /// Those after which robots are safe, but may need more than resets to go on.
-    pub const LASTING: [Self; 7] = [
+    /// Those after which robots are safe, but may need more than resets to go on. They are drawn now and then.
+    pub const LASTING: [Self; 8] = [
         Self::Teleop,
         Self::ClearAreas,
         Self::EndCoordination,
@@ -176,6 +197,7 @@ impl ScriptedKind {
         Self::RestoreJournal,
         Self::LoseJournal,
         Self::SecondMediator,
+        Self::Absent,
     ];
 
     /// Every kind.
@@ -200,7 +222,7 @@ impl ScriptedKind {
             robot,
             share,
             by_s,
-            thread: matches!(self, Self::Hang | Self::LateThreads),
+            thread: matches!(self, Self::Hang | Self::LateThreads | Self::Panic),
             pose: self == Self::CloneRobot,
             motion: self == Self::Teleop,
         };
@@ -211,8 +233,11 @@ impl ScriptedKind {
             | Self::DeadLink
             | Self::KillRobot
             | Self::RebootRobot
+            | Self::Panic
             | Self::CloneRobot
+            | Self::Absent
             | Self::Hang
+            | Self::LoseInterface
             | Self::LeaveOp
             | Self::CutPower
             | Self::CutMotors
@@ -222,6 +247,7 @@ impl ScriptedKind {
             | Self::StickEncoder
             | Self::JamPivot
             | Self::ReverseMotor
+            | Self::FreezeScans
             | Self::CoverLidar
             | Self::Unplug
             | Self::Person
@@ -231,10 +257,14 @@ impl ScriptedKind {
             | Self::Reset
             | Self::Teleop => keys(Some(true), false, false),
             Self::LoseFrames
+            | Self::RefuseFrames
             | Self::BreakScans
             | Self::AgeScans
             | Self::Slip
-            | Self::WeakBrakes => keys(Some(true), true, false),
+            | Self::WeakBrakes
+            | Self::Slope
+            | Self::Load
+            | Self::Reload => keys(Some(true), true, false),
             Self::LateThreads => keys(Some(true), true, true),
             Self::DelayScans => keys(Some(true), false, true),
             Self::KillMediator
@@ -268,6 +298,7 @@ impl ScriptedKind {
                 | Self::ClearAreas
                 | Self::CloseAreas
                 | Self::EndCoordination
+                | Self::Absent
                 | Self::SlowDisk
                 | Self::FullDisk
         )
@@ -276,7 +307,10 @@ impl ScriptedKind {
     /// The least share that it may have.
     #[must_use]
     pub fn least_share(self) -> f64 {
-        if self == Self::Drift { -1.0 } else { 0.0 }
+        match self {
+            Self::Drift | Self::Slope => -1.0,
+            _ => 0.0,
+        }
     }
 
     /// The largest share that is drawn at random.
@@ -287,6 +321,9 @@ impl ScriptedKind {
             Self::Drift => 0.0005,
             Self::Slip => 0.3,
             Self::WeakBrakes => 0.6,
+            // Steeper than ramps for wheelchairs are.
+            Self::Slope => 0.08,
+            Self::Reload => 0.5,
             // By the end of the longest one scans are as late as they may be.
             Self::AgeScans => 0.02,
             _ => 1.0,

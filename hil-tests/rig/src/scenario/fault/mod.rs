@@ -10,7 +10,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 pub use kind::{SUPERVISOR, ScriptedKind};
-pub use stopping::Stopping;
+pub use stopping::{GRAVITY_M_S2, Stopping};
 
 /// Something that goes wrong. Times are seconds since the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -13,6 +13,10 @@ const SERVED_WITHIN_S: f64 = 0.1;
 const BELIEVED_S: f64 = 0.05;
 /// and that its sensors stand still after this.
 const STALLED_S: f64 = 0.2;
+/// A thread that panics does so within this time: the lidar's waits for a turn of it.
+const PANICS_WITHIN_S: f64 = 0.12;
+/// The Earth's pull, m/s².
+pub const GRAVITY_M_S2: f64 = 9.81;
 /// At least this share of frames or scans is all of them.
 const ALL: f64 = 1.0;
 /// A command goes through so many threads that may each be late.
@@ -29,6 +33,8 @@ pub struct Stopping {
     pub delays_s: f64,
     /// The hardest that the robot can brake meanwhile, m/s².
     pub deceleration_m_s2: f64,
+    /// How hard the floor pulls at the robot meanwhile, against what brakes it without power, m/s².
+    pub pull_m_s2: f64,
     /// Whoever would stop the robot for something else is not there, and notices it afterwards.
     pub disables: bool,
     /// When what it does to the robot is over.
@@ -46,6 +52,7 @@ impl ScriptedFault {
             shows_driving: false,
             delays_s: 0.0,
             deceleration_m_s2: limits.stop_deceleration_m_s2,
+            pull_m_s2: 0.0,
             disables: false,
             until_s: self.until_s(),
         };
@@ -104,8 +111,11 @@ impl ScriptedFault {
                 shows_driving: true,
                 ..brakes(STALLED_S)
             },
-            ScriptedKind::LoseFrames if share >= ALL => alone,
-            ScriptedKind::LoseFrames => Stopping {
+            // Its process ends when it stands, and its drive holds it until its watchdog lets it stand without power.
+            ScriptedKind::Panic => brakes(PANICS_WITHIN_S),
+            ScriptedKind::LoseInterface => alone,
+            ScriptedKind::LoseFrames | ScriptedKind::RefuseFrames if share >= ALL => alone,
+            ScriptedKind::LoseFrames | ScriptedKind::RefuseFrames => Stopping {
                 delays_s: watchdog_s,
                 ..coasting
             },
@@ -124,6 +134,10 @@ impl ScriptedFault {
             },
             ScriptedKind::Slip | ScriptedKind::WeakBrakes => Stopping {
                 deceleration_m_s2: limits.stop_deceleration_m_s2 * (1.0 - share),
+                ..goes_on
+            },
+            ScriptedKind::Slope => Stopping {
+                pull_m_s2: share.abs() * GRAVITY_M_S2,
                 ..goes_on
             },
             // It pulls where it should brake.

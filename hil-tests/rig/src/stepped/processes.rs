@@ -1,0 +1,150 @@
+//! Processes of a stepped fleet that faults kill and start: robots, their clones, and the mediator.
+
+use description::threads::ActivityKind;
+use onboard::cli::Failure;
+use onboard::symbols::faults::Fault;
+
+use super::clones::store;
+use super::disk::Disk;
+use super::fleet::{Member, Stepped};
+use super::mediator::SteppedMediator;
+use crate::scenario::ScriptedKind;
+
+impl Stepped<'_> {
+    /// A robot's process is killed, or its computer loses its power.
+    pub(super) fn kill_robot(&mut self, number: usize, what: ScriptedKind) {
+        self.remember_state(number);
+        let member = &mut self.robots[number];
+        if what != ScriptedKind::KillRobot {
+            member.checkpoints.lose_memory();
+        }
+        member.end_process();
+    }
+
+    /// The state of a robot's machine, as people heard it last.
+    fn remember_state(&mut self, number: usize) {
+        let member = &mut self.robots[number];
+        let said = self.observations.said(&member.id);
+        let said = said.filter(|said| !said.state.fsm_state.is_empty());
+        if let Some(said) = said
+            && member.faults.state(Fault::PlaceUnknown).active == 0
+        {
+            member.was_in = Some(said.state.fsm_state.clone());
+        }
+    }
+
+    /// What runs on this thread of a robot panics; without one what runs its drive.
+    pub(super) fn have_panic(&mut self, number: usize, thread: Option<&str>) {
+        let (_, plan) = &self.plans.robots[number];
+        let drives =
+            { plan.robot.threads.iter() }.find(|own| own.activities.contains(&ActivityKind::Drive));
+        let thread = thread.or_else(|| drives.map(|own| own.name.as_str()));
+        let robot = self.robots[number].robot.as_mut();
+        if let (Some(robot), Some(thread)) = (robot, thread) {
+            robot.panic(thread);
+        }
+    }
+
+    /// Robots whose processes have ended by themselves.
+    pub(super) fn note_ended(&mut self) {
+        for number in 0..self.robots.len() {
+            let robot = self.robots[number].robot.as_ref();
+            if robot.is_some_and(|robot| robot.has_ended()) {
+                self.remember_state(number);
+                self.robots[number].end_process();
+            }
+        }
+    }
+
+    /// Whether a robot that does not run is to be started.
+    pub(super) fn may_start(&self, number: usize, now_ns: u64) -> bool {
+        let member = &self.robots[number];
+        let lasts = |what| self.faults.lasts(what, Some(number));
+        let killed = lasts(ScriptedKind::KillRobot) || lasts(ScriptedKind::RebootRobot);
+        // What did not run yet has not panicked.
+        let panicked = member.has_run && lasts(ScriptedKind::Panic);
+        let kept = killed || panicked || member.gone;
+        member.robot.is_none() && !kept && now_ns >= member.starts_ns
+    }
+
+    /// A robot is switched off and carried away.
+    ///
+    /// # Errors
+    /// [`Failure`] when something is in the store, where nothing comes.
+    pub(super) fn carry_away(&mut self, number: usize) -> Result<(), Failure> {
+        let member = &mut self.robots[number];
+        member.checkpoints.lose_memory();
+        member.end_process();
+        member.gone = true;
+        let site = &self.plans.robots[number].1.site;
+        let carried = self.world.lock().carry(number, store(site, 1, number));
+        carried.map_err(Failure::failed)
+    }
+
+    /// Tells the mediator again and again that robots are absent which were carried away, until it has understood.
+    pub(super) fn say_who_is_absent(&mut self) {
+        let Some(mediator) = &mut self.mediator else {
+            return;
+        };
+        for (number, member) in self.robots.iter().enumerate() {
+            if self.faults.lasts(ScriptedKind::Absent, Some(number)) {
+                mediator.say_absent(&member.id);
+            }
+        }
+    }
+
+    /// Switches on the clone of this fault, with the identity of robot `number`.
+    pub(super) fn start_clone(
+        &mut self,
+        fault: usize,
+        number: usize,
+        now_ns: u64,
+    ) -> Result<(), Failure> {
+        let (start, folder) = (self.start_of(number, now_ns), self.plans.folder.below()?);
+        let plan = &self.plans.robots[number];
+        if let Some(clone) = self.clones.iter_mut().find(|own| own.fault == fault) {
+            let robot = clone.begin(&self.world, plan, start, folder)?;
+            robot.allow(&self.robots[number].allowed);
+        }
+        Ok(())
+    }
+
+    pub(super) fn kill_mediator(&mut self, disk: Disk, now_ns: u64) {
+        self.disk = disk;
+        let killed = self.mediator.take();
+        self.dropped += killed.map_or(0, |own| own.dropped());
+        if let Some((_, end_ns)) = self.mediator_spans_ns.last_mut() {
+            end_ns.get_or_insert(now_ns);
+        }
+    }
+
+    /// Starts the mediator with the journal on its disk, unless it runs: of two faults that have killed it one may last longer.
+    pub(super) fn start_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
+        if let Some(plan) =
+            self.plans.mediator.as_ref().filter(|_| {
+                self.mediator.is_none() && !self.faults.lasts(ScriptedKind::FullDisk, None)
+            })
+        {
+            let mut mediator = SteppedMediator::start(plan, self.disk.clone(), now_ns)?;
+            mediator.drift(self.faults.drift(None));
+            self.mediator = Some(mediator);
+            self.mediator_spans_ns.push((now_ns, None));
+        }
+        Ok(())
+    }
+}
+
+impl Member {
+    /// Its process is gone, without a farewell.
+    fn end_process(&mut self) {
+        self.devices.hang_up();
+        let Some(mut robot) = self.robot.take() else {
+            return;
+        };
+        self.ahead_ns = robot.ahead_ns();
+        let faults = robot.insight().faults();
+        for (count, fault) in self.raised_before.iter_mut().zip(Fault::ALL) {
+            *count += faults.state(fault).count;
+        }
+    }
+}
