@@ -6,15 +6,14 @@ use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::Duration;
 
 use contract::client::{Client, Situation};
-use contract::floor::Floor;
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use mediator::journal::Store;
 use mediator::manager::{Manager, Status};
 use mediator::runtime::{Answer, Asked, Asker, Input, Management, Question, Ticket, Waiting};
-use mediator::setup::{AreaSetup, RobotSetup, Setup};
+
+use crate::takeover::setup;
 
 const REPORT_NS: u64 = 200_000_000;
 const WRITE_NS: u64 = 50_000_000;
@@ -101,24 +100,7 @@ struct Hall {
 
 impl Hall {
     fn new() -> Self {
-        let robot = |id: &str| RobotSetup {
-            id: id.to_owned(),
-            role: "normal".to_owned(),
-            priority: 0,
-            ages_after: 0,
-            starts_in: Vec::new(),
-        };
-        let area = |id: &str| AreaSetup {
-            id: id.to_owned(),
-            capacity: 1,
-        };
-        let setup = Setup {
-            site: "hall".to_owned(),
-            areas: ["gate", "yard"].map(area).to_vec(),
-            robots: ["amr-1", "amr-2", "amr-3"].map(robot).to_vec(),
-            floor: Floor::default(),
-            silent_after: Duration::from_nanos(SILENT_AFTER_NS),
-        };
+        let setup = setup();
         let disk = Disk::default();
         let (store, stored) = Store::on(disk.clone(), "hall").expect("opens");
         let manager = Manager::new(&setup, &stored, 0).expect("valid");

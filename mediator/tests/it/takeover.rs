@@ -15,8 +15,8 @@ const AREA: &str = "gate";
 /// Long after managers have started, at 0: no robot may still enter what an earlier one has granted.
 const NOW_NS: u64 = 10_000_000_000;
 
-/// An area for one, and three robots that start beside it.
-fn setup() -> Setup {
+/// Two areas for one each, and three robots that start beside them.
+pub fn setup() -> Setup {
     let robot = |id: &str| RobotSetup {
         id: id.to_owned(),
         role: "normal".to_owned(),
