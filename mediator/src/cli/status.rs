@@ -161,6 +161,12 @@ fn describe_robot(robot: &RobotStatus) -> String {
     if robot.is_doubled {
         text += "    a second process reports as this robot, and is refused: end one of them\n";
     }
+    if !robot.second_in.is_empty() {
+        text += &format!(
+            "    a second process stands in {}\n",
+            robot.second_in.join(", ")
+        );
+    }
     if robot.doubled > 0 {
         text += &format!("    found {} times: a second process\n", robot.doubled);
     }

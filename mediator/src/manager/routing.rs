@@ -195,6 +195,9 @@ impl Manager {
         }
         let effects = &mut self.effects;
         let recognised = (self.sessions).recognise(robot, report, ours, now_ns, effects);
+        if recognised.promoted {
+            self.areas.promote_second(robot, report.boot_epoch);
+        }
         if recognised.promoted || self.sessions.is_awaited(robot) {
             // Nothing was granted since: wherever it is, it was before.
             self.areas.forget_place(robot);
@@ -204,9 +207,10 @@ impl Manager {
         }
         if !recognised.counts {
             let session = self.sessions.robot(robot);
-            let second = session.is_heard() && report.site == self.names.site;
-            if second && session.is_of_rival(report.boot_epoch, report.sequence) {
-                self.areas.hold_for_second(robot, report);
+            let second = session.is_heard() && self.sessions.may_be_second(robot, report);
+            if second && report.site == self.names.site {
+                let until_ns = self.sessions.heard_until_ns(now_ns);
+                self.areas.hold_for_second(robot, report, until_ns);
             }
             if news && self.may_stand_elsewhere(robot, report) && self.areas.suspect(robot, report)
             {
@@ -320,10 +324,8 @@ impl Manager {
     pub fn tick(&mut self, now_ns: u64) {
         self.judge_peers(now_ns);
         for robot in 0..self.names.robots().len() {
-            let second = !self.areas.robot(robot).second_in.is_empty();
-            if second && !self.sessions.has_rival(robot, now_ns) {
+            if self.areas.drop_silent_seconds(robot, now_ns) {
                 self.coordinations.look_again_at(robot);
-                self.areas.drop_second(robot);
             }
             if self.sessions.falls_silent(robot, now_ns) {
                 self.coordinations.look_again_at(robot);

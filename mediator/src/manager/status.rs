@@ -60,6 +60,9 @@ pub struct RobotStatus {
     pub refusal: String,
     /// A second process reports beside the one that speaks for it, and is refused.
     pub is_doubled: bool,
+    /// Areas in which such a process stands, by its own word, as long as it is heard.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub second_in: Vec<String>,
     /// How often one was found.
     pub doubled: u64,
     /// What kind of robot it is, by its own word.
@@ -152,6 +155,9 @@ impl View<'_> {
                 .collect(),
             refusal: { session.refused.as_ref() }.map_or_else(String::new, |(_, why)| why.clone()),
             is_doubled: self.sessions.is_doubled(robot, self.now_ns),
+            second_in: { occupant.seconds.areas().into_iter() }
+                .map(|area| self.names.area_id(area))
+                .collect(),
             doubled: session.doubled,
             factsheet: session.factsheet.clone(),
         }

@@ -15,6 +15,7 @@ mod privacy;
 mod program;
 mod random;
 mod scripted;
+mod seconds;
 mod shipped;
 mod sites;
 mod stall;

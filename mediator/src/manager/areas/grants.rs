@@ -89,7 +89,7 @@ impl Areas {
         let bodies = inside.iter().map(|&other| {
             let own = &self.robots[other];
             let has = other != robot && own.has(area);
-            usize::from(has) + usize::from(own.second_in.contains(&area))
+            usize::from(has) + own.seconds.bodies(area)
         });
         bodies.sum()
     }

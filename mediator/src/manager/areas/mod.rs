@@ -22,6 +22,7 @@ mod reservations;
 mod restore;
 mod revocation;
 mod revoking;
+mod seconds;
 mod table;
 mod takeover;
 

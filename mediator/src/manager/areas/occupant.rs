@@ -4,6 +4,7 @@ use contract::wire::Pose;
 
 use super::claim::{Claim, Claims};
 use super::revocation::Revocations;
+use super::seconds::Seconds;
 
 /// Where one robot is, and what it claims.
 #[derive(Clone, Debug, Default)]
@@ -13,8 +14,8 @@ pub(crate) struct Occupant {
     pub(crate) placed: bool,
     /// Areas it reaches into, sorted.
     pub(crate) stands_in: Vec<usize>,
-    /// Areas in which another process with its name stands by its own report, until it is not heard any more.
-    pub(crate) second_in: Vec<usize>,
+    /// Other processes with its name, and where they stand by their own reports.
+    pub(crate) seconds: Seconds,
     /// Areas that it was in and gave back, while it knew where it was; until its report is taken in.
     pub(crate) left: Vec<usize>,
     /// Areas in which it stood when it registered, without a grant.
@@ -69,7 +70,7 @@ impl Occupant {
 
     /// It may be in the area, by a grant or because it stands there.
     pub(crate) fn occupies(&self, area: usize) -> bool {
-        self.has(area) || self.second_in.contains(&area)
+        self.has(area) || self.seconds.are_in(area)
     }
 
     /// The one that speaks for it may be in the area.
@@ -97,6 +98,6 @@ impl Occupant {
     pub(crate) fn leave(&mut self, area: usize) {
         self.stands_in.retain(|&other| other != area);
         self.found_in.retain(|&other| other != area);
-        self.second_in.retain(|&other| other != area);
+        self.seconds.leave(area);
     }
 }

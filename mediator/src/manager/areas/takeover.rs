@@ -121,31 +121,38 @@ impl Areas {
         }
     }
 
-    /// A second process with the robot's name says where it stands, while the first one is heard: it is another body.
-    pub(crate) fn hold_for_second(&mut self, robot: usize, report: &RobotReport) {
+    /// A second process with the robot's name says where it stands, while the first one is heard: it is another body, which counts
+    /// until then.
+    pub(crate) fn hold_for_second(&mut self, robot: usize, report: &RobotReport, until_ns: u64) {
         if !report.located {
             return;
         }
         let areas = { report.stands_in.iter() }.filter_map(|id| self.names.area(id));
-        let mut second_in: Vec<usize> = areas.collect();
-        second_in.sort_unstable();
-        second_in.dedup();
-        self.set_second(robot, second_in);
-    }
-
-    /// Nobody else has the robot's name any more.
-    pub(crate) fn drop_second(&mut self, robot: usize) {
-        self.set_second(robot, Vec::new());
-    }
-
-    fn set_second(&mut self, robot: usize, second_in: Vec<usize>) {
-        let before = std::mem::replace(&mut self.robots[robot].second_in, second_in.clone());
-        for area in before {
-            self.unconcern(area, robot);
-            self.touch(area);
+        for area in areas.collect::<Vec<usize>>() {
+            let seconds = &mut self.robots[robot].seconds;
+            if seconds.hold(area, report.boot_epoch, until_ns) {
+                self.concern(area, robot);
+                self.touch(area);
+            }
         }
-        for area in second_in {
-            self.concern(area, robot);
+    }
+
+    /// Ends the holds of second processes that were heard too long ago. Returns whether there were any.
+    pub(crate) fn drop_silent_seconds(&mut self, robot: usize, now_ns: u64) -> bool {
+        let areas = self.robots[robot].seconds.drop_silent(now_ns);
+        self.free_of_seconds(robot, &areas);
+        !areas.is_empty()
+    }
+
+    /// A second process speaks for the robot from now on: it is not in its own way.
+    pub(crate) fn promote_second(&mut self, robot: usize, boot_epoch: u64) {
+        let areas = self.robots[robot].seconds.promote(boot_epoch);
+        self.free_of_seconds(robot, &areas);
+    }
+
+    fn free_of_seconds(&mut self, robot: usize, areas: &[usize]) {
+        for &area in areas {
+            self.unconcern(area, robot);
             self.touch(area);
         }
     }

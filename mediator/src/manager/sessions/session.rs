@@ -84,6 +84,8 @@ pub(crate) struct Session {
     /// When the process that speaks was taken in; nothing when it is that of the journal, or all is known that those before
     /// it have left.
     taken_in_ns: Option<u64>,
+    /// Number of the last message to the robot when that process was taken in; 0 when it is that of the journal.
+    taken_in_at: u64,
     /// Number of the last message to it when the body had entered all that it could.
     at_rest: Option<u64>,
     pub(crate) silent: bool,
@@ -179,6 +181,7 @@ impl Session {
         self.counted = 0;
         self.registered = false;
         self.taken_in_ns = Some(now_ns);
+        self.taken_in_at = self.sent;
         // One that was offered its session then has heard of it since.
         let at_rest = self.unknown_for_ns(candidate.since_ns) == 0;
         self.at_rest = at_rest.then_some(candidate.after);
@@ -300,19 +303,11 @@ impl Session {
         true
     }
 
-    /// A process has just reported, for all that is known, that is not the one that speaks for the robot. A report of one that has
-    /// spoken before may come late.
-    pub(crate) fn is_of_rival(&self, boot_epoch: u64, sequence: u64) -> bool {
-        self.rival.is_some_and(|rival| {
-            let reports = (rival.boot_epoch, rival.sequence) == (boot_epoch, sequence);
-            reports && (rival.known || !self.is_retired(boot_epoch))
-        })
-    }
-
-    /// A process that does not speak for the robot was heard of late.
-    pub(crate) fn has_rival(&self, now_ns: u64, silent_after_ns: u64) -> bool {
-        self.rival
-            .is_some_and(|rival| now_ns <= rival.heard_ns.saturating_add(silent_after_ns))
+    /// It may be another body's process. One that has spoken for the robot or was found beside it may be gone, and its reports late:
+    /// it lives if it has heard of something that was sent since another one speaks.
+    pub(crate) fn may_be_second(&self, boot_epoch: u64, echo: u64) -> bool {
+        let lives = echo > self.taken_in_at;
+        !self.is_of(boot_epoch) && (lives || !self.is_retired(boot_epoch))
     }
 
     /// A second process runs beside the one that speaks for the robot.

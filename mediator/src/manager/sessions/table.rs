@@ -239,9 +239,14 @@ impl Sessions {
         self.robots[robot].is_doubled(now_ns, self.silent_after_ns)
     }
 
-    /// Whether a process was heard of late that does not speak for the robot.
-    pub(crate) fn has_rival(&self, robot: usize, now_ns: u64) -> bool {
-        self.robots[robot].has_rival(now_ns, self.silent_after_ns)
+    /// Whether the report may be of a living process beside the one that speaks for the robot.
+    pub(crate) fn may_be_second(&self, robot: usize, report: &RobotReport) -> bool {
+        self.robots[robot].may_be_second(report.boot_epoch, echo(report, self.epoch))
+    }
+
+    /// Whoever is heard now counts as heard until then.
+    pub(crate) fn heard_until_ns(&self, now_ns: u64) -> u64 {
+        now_ns.saturating_add(self.silent_after_ns)
     }
 
     /// Whether the robot speaks our version and drives by our site; otherwise it is told why not.

@@ -1,0 +1,133 @@
+//! Second processes with the name of a robot that is heard: each is another body, which stands where it says.
+
+use contract::client::{Client, Situation};
+use contract::timing::SILENT_AFTER_NS;
+use mediator::manager::{Alarm, Manager};
+
+use crate::takeover::{AREA, NOW_NS, begun, robot, start, talk};
+
+const STEP_NS: u64 = SILENT_AFTER_NS / 5;
+
+type Robots = Vec<(Client, Situation)>;
+
+/// The first robot asks for the gate, the third one for the yard; the second one has clones.
+fn asked_for() -> (Manager, Robots) {
+    let mut manager = start(&begun(1), 50, 0);
+    let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    robots[2].1.wanted = vec!["yard".to_owned()];
+    (manager, robots)
+}
+
+fn clone_of_the_second(boot_epoch: u64, area: &str) -> (Client, Situation) {
+    let situation = Situation {
+        located: true,
+        stands_in: vec![area.to_owned()],
+        ..Situation::default()
+    };
+    (Client::new("amr-2", "hall", boot_epoch), situation)
+}
+
+#[test]
+fn each_of_several_is_in_the_way() {
+    let (mut manager, mut robots) = asked_for();
+    robots.push(clone_of_the_second(8, AREA));
+    robots.push(clone_of_the_second(9, "yard"));
+    // Robots report in this order: the clones are heard before anybody is granted anything.
+    robots.rotate_right(2);
+    for round in 0..40 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(
+            !robots[2].0.holds(AREA) && !robots[4].0.holds("yard"),
+            "{round}: {status:?}"
+        );
+        assert_eq!(status.robots[1].second_in, [AREA, "yard"]);
+    }
+    // One goes, which changes nothing for the other.
+    robots.remove(0);
+    for round in 40..50 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    assert!(robots[1].0.holds(AREA) && !robots[3].0.holds("yard"));
+}
+
+#[test]
+fn one_that_was_found_before_and_comes_back_is_in_the_way_again() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    let rounds = |manager: &mut Manager, robots: &mut Robots, rounds: std::ops::Range<u64>| {
+        for round in rounds {
+            talk(manager, robots, NOW_NS + round * STEP_NS);
+        }
+    };
+    robots.push(clone_of_the_second(8, AREA));
+    rounds(&mut manager, &mut robots, 0..30);
+    let first = robots.pop().expect("the clone");
+    // Another one is found meanwhile.
+    robots.push(clone_of_the_second(9, AREA));
+    rounds(&mut manager, &mut robots, 30..70);
+    robots.pop();
+    rounds(&mut manager, &mut robots, 70..80);
+    let told = { manager.alarms() }.filter(|alarm| matches!(alarm, Alarm::Doubled { .. }));
+    assert_eq!(told.count(), 2);
+    robots.push(first);
+    rounds(&mut manager, &mut robots, 80..81);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    for round in 81..120 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
+    }
+}
+
+#[test]
+fn one_that_speaks_for_the_robot_later_is_not_in_its_own_way() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    // The second robot starts again where it stands: its process before still counts as heard.
+    robots[1] = clone_of_the_second(8, AREA);
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    let mut registered = false;
+    for round in 0..20 {
+        let was_registered = registered;
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        registered = robots[1].0.is_registered();
+        assert!(!was_registered || robots[1].0.holds(AREA), "{round}");
+    }
+    assert!(registered);
+}
+
+#[test]
+fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
+    let mut manager = start(&begun(1), 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    // A clone of the second one stands in the gate.
+    robots.push((Client::new("amr-2", "hall", 8), robots[1].1.clone()));
+    robots[3].1.stands_in = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    for round in 0..40 {
+        let now_ns = NOW_NS + round * SILENT_AFTER_NS / 5;
+        let status = talk(&mut manager, &mut robots, now_ns);
+        assert!(
+            robots.iter().all(|(client, _)| !client.holds(AREA)),
+            "{round}: {status:?}"
+        );
+        assert!(!robots[3].0.is_registered());
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(
+        matches!(&alarms[..], [Alarm::Doubled { .. }]),
+        "nobody is accused: {alarms:?}"
+    );
+    // It has gone.
+    robots.pop();
+    let mut now_ns = NOW_NS + 10 * SILENT_AFTER_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    now_ns += SILENT_AFTER_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
+}
