@@ -233,7 +233,8 @@ impl Session {
     /// Whether another mediator is followed. A robot without a registration takes the first that offers one; of the journal that it
     /// heard of last none of before, which has ended and counts on what this process has forgotten since. Else it must have
     /// started later than the present one, which must be gone: it is silent, or the other has its journal. One that stands by
-    /// lets its robots go.
+    /// lets its robots go. A refusal of one with another journal ends no registration: it knows nothing of that, and the mediator
+    /// that gave it, if it is heard again, would not know that the robot has forgotten what rests.
     fn may_follow(&self, message: &MediatorReport, now_ns: u64) -> bool {
         if message.stands_by {
             return false;
@@ -245,7 +246,8 @@ impl Session {
         if !self.is_registered() {
             return (as_late || !same_journal) && (message.session != 0 || silent);
         }
-        self.stands_by && as_late || later && (silent || same_journal)
+        let offers = message.session != 0;
+        offers && (self.stands_by && as_late || later && silent) || later && same_journal
     }
 
     fn note_other(&mut self, now_ns: u64) {

@@ -225,3 +225,27 @@ fn a_made_up_epoch_does_not_mute_the_mediator() {
     assert_eq!(client.receive(&other(70, 3, 10), 4), Received::Stale);
     assert_eq!(client.receive(&other(70, 901, 11), 5), Received::News);
 }
+
+/// Its mediator would not know that it has forgotten what was left out of messages.
+#[test]
+fn a_registered_robot_takes_no_refusal_of_a_mediator_that_has_another_journal() {
+    let mut client = owner();
+    let silent_ns = 2 * SECOND_NS;
+    let refusal = |journal: u64| MediatorReport {
+        session: 0,
+        identity_taken: true,
+        journal,
+        ..other(80, 3, 1)
+    };
+    assert_eq!(client.receive(&refusal(9), silent_ns), Received::Other);
+    assert!(client.holds("1") && client.report().session != 0);
+    // It is followed once it offers a session; one with the journal of its mediator speaks for that.
+    let offer = MediatorReport {
+        journal: 9,
+        ..other(80, 3, 2)
+    };
+    assert_eq!(client.receive(&offer, silent_ns), Received::News);
+    let mut client = owner();
+    assert_eq!(client.receive(&refusal(6), silent_ns), Received::Refused);
+    assert!(!client.holds("1"));
+}
