@@ -199,13 +199,14 @@ def alive_token(fleet: Fleet) -> None:
 
 @SUITE.check("factsheet-counts", "`factsheet`, in its reports until the mediator has one of them")
 def factsheet_counts(fleet: Fleet) -> None:
-    """A report with a factsheet counts like any other, whatever is in it: a long text, a number that is none."""
+    """A report with a factsheet counts like any other, whatever is in it: a long text, a number that is none, a protocol that nobody knows."""
     robot = fleet.robots[0]
     with robot.lock:
         robot.speaks = False
         report = robot.report()
         report.factsheet.manufacturer, report.factsheet.model = "somebody", "x" * 5000
         report.factsheet.front_m, report.factsheet.max_speed_m_s = math.nan, math.inf
+        report.factsheet.protocols.extend([1, 2, 2**31])
         robot.network.put(robot.key, report.SerializeToString())
     fleet.expect(robot, fleet.soon_s, lambda heard: heard.message.robot_sequence >= report.sequence, f"robot_sequence {report.sequence}")
     robot.speaks = True

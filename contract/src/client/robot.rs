@@ -51,7 +51,7 @@ impl Client {
         self
     }
 
-    /// The same, of this kind.
+    /// The same, of this kind. Which protocols it knows, the client says.
     #[must_use]
     pub fn of_kind(mut self, factsheet: Factsheet) -> Self {
         self.session.factsheet = Some(factsheet);

@@ -26,6 +26,10 @@ pub enum Received {
     Nonsense,
 }
 
+/// Numbers of the protocols.
+const AREAS: u32 = 1;
+const CONTROL: u32 = 2;
+
 /// Reports that may still give a lease. More are sent only when far more happens than on any floor; the oldest then gives none.
 const SENT: usize = 256;
 
@@ -309,7 +313,9 @@ impl Session {
             } else {
                 self.floor.say()
             },
-            factsheet: { self.factsheet.clone() }.filter(|_| self.known().is_none()),
+            factsheet: { self.factsheet.as_ref() }
+                .filter(|_| self.known().is_none())
+                .map(|own| self.tell_protocols(own)),
             mediator_epoch: self.mediator_epoch,
             mediator_sequence: self.mediator_sequence,
             mediator_instance: self.instance,
@@ -317,6 +323,16 @@ impl Session {
             mediator_heard: self.hears && !self.stands_by,
             session: self.number,
             ..RobotReport::default()
+        }
+    }
+}
+
+impl Session {
+    fn tell_protocols(&self, factsheet: &Factsheet) -> Factsheet {
+        let control = (!self.without_control).then_some(CONTROL);
+        Factsheet {
+            protocols: [AREAS].into_iter().chain(control).collect(),
+            ..factsheet.clone()
         }
     }
 }

@@ -134,6 +134,16 @@ fn describe_area(area: &AreaStatus) -> String {
     line + "\n"
 }
 
+/// Which protocols a robot says that it knows, after its speed.
+fn known_protocols(protocols: &[u32]) -> String {
+    let numbers: Vec<String> = protocols.iter().map(u32::to_string).collect();
+    match &numbers[..] {
+        [] => String::new(),
+        [one] => format!(", protocol {one}"),
+        all => format!(", protocols {}", all.join(" and ")),
+    }
+}
+
 fn describe_robot(robot: &RobotStatus) -> String {
     let heard = match (robot.session, robot.heard) {
         _ if robot.reports && !robot.heard => {
@@ -151,8 +161,12 @@ fn describe_robot(robot: &RobotStatus) -> String {
     let mut text = format!("  {:<12} {}, {heard}{located}\n", robot.id, robot.role);
     if let Some(own) = &robot.factsheet {
         text += &format!(
-            "    {} {}, {}, at most {} m/s\n",
-            own.manufacturer, own.model, own.software, own.max_speed_m_s
+            "    {} {}, {}, at most {} m/s{}\n",
+            own.manufacturer,
+            own.model,
+            own.software,
+            own.max_speed_m_s,
+            known_protocols(&own.protocols)
         );
     }
     for (area, why) in &robot.waits {

@@ -227,6 +227,10 @@ fn what_kind_of_robot_it_is_outlasts_a_restart_of_the_mediator() {
             .map(|own| own.model.clone())
     };
     assert_eq!(model(&bench).as_deref(), Some("model of amr-2"));
+    let status = bench.manager.status(bench.now_ns);
+    let protocols =
+        { status.robots.iter() }.map(|own| own.factsheet.clone().map(|own| own.protocols));
+    assert!(protocols.eq([Some(vec![1, 2]), Some(vec![1, 2])]));
     assert_eq!(bench.manager.alarms().count(), 0, "none is too large");
     bench.manager = Manager::new(&setup(), &bench.stored, bench.now_ns).expect("a good journal");
     assert_eq!(model(&bench), None);

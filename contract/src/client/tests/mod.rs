@@ -341,3 +341,11 @@ fn a_robot_whose_identity_another_process_has_holds_nothing_and_asks_on() {
     assert_eq!(client.receive(&message(4), 0), Received::Registered);
     assert!(!client.is_identity_taken() && client.refusal().is_empty());
 }
+
+#[test]
+fn a_factsheet_names_the_protocols_that_the_robot_knows() {
+    let client = || Client::new("amr-1", "corridor", 7).of_kind(crate::wire::Factsheet::default());
+    let protocols = |mut client: Client| client.report().factsheet.map(|own| own.protocols);
+    assert_eq!(protocols(client()), Some(vec![1, 2]));
+    assert_eq!(protocols(client().without_control()), Some(vec![1]));
+}

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 
 /// Longer texts are cut off, characters.
 const LONGEST: usize = 80;
+/// More protocols than any robot knows are left out.
+const PROTOCOLS: usize = 8;
 
 /// What kind of robot it is, by its own word. Nothing is granted or refused by it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -21,6 +23,9 @@ pub struct Factsheet {
     pub max_speed_m_s: f64,
     /// How it brakes before a border.
     pub deceleration_m_s2: f64,
+    /// The protocols that it knows, by number; none where it does not say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub protocols: Vec<u32>,
 }
 
 impl Factsheet {
@@ -38,6 +43,7 @@ impl Factsheet {
             reaches_m: [told.front_m, told.rear_m, told.left_m, told.right_m].map(number),
             max_speed_m_s: number(told.max_speed_m_s),
             deceleration_m_s2: number(told.deceleration_m_s2),
+            protocols: told.protocols.iter().copied().take(PROTOCOLS).collect(),
         }
     }
 
@@ -60,6 +66,7 @@ mod tests {
             rear_m: 0.3,
             left_m: 0.4,
             max_speed_m_s: f64::INFINITY,
+            protocols: (1..1000).collect(),
             ..wire::Factsheet::default()
         };
         let known = Factsheet::of(&told);
@@ -67,5 +74,6 @@ mod tests {
         assert!(known.model.starts_with("[2Jxx"));
         assert_eq!((known.reaches_m[0], known.max_speed_m_s), (0.0, 0.0));
         assert!((known.reach_m() - 0.5).abs() < 1e-12);
+        assert_eq!(known.protocols.len(), PROTOCOLS);
     }
 }

@@ -62,6 +62,8 @@ impl Plan {
             right_m: footprint.right_m,
             max_speed_m_s: self.robot.drive.limits.max_speed_m_s,
             deceleration_m_s2: self.robot.navigation.deceleration_m_s2,
+            // The client says which.
+            protocols: Vec::new(),
         }
     }
 
