@@ -2,6 +2,7 @@
 
 mod hall;
 mod intruders;
+mod mediators;
 mod operators;
 mod renewals;
 
