@@ -131,7 +131,7 @@ pub enum Broken {
 pub struct Fleet {
     pub(super) floor: Floor,
     pub(super) robots: Vec<Robot>,
-    second: Option<Second>,
+    pub(super) seconds: Vec<Second>,
     /// The first one, and a spare one while there is one.
     pub(super) mediators: Vec<Mediator>,
     network: Vec<(u64, Message)>,
@@ -159,7 +159,7 @@ impl Fleet {
         Self {
             floor,
             robots,
-            second: None,
+            seconds: Vec::new(),
             mediators: vec![Mediator::new(Journal::of(1), 0)],
             network: Vec::new(),
             cut: None,
@@ -223,7 +223,7 @@ impl Fleet {
             self.deliver(faults, random);
             self.drive(random);
             self.step_robots(faults, random);
-            self.step_second(faults, random);
+            self.step_seconds(faults, random);
             for number in 0..self.mediators.len() {
                 self.step_mediator(number, None, faults, random);
             }
@@ -397,7 +397,7 @@ impl Fleet {
                     let Some((number, robot)) = robot else {
                         continue;
                     };
-                    if let Some(second) = self.second.as_mut().filter(|own| own.robot == number) {
+                    for second in self.seconds.iter_mut().filter(|own| own.robot == number) {
                         second.receive(&message, now_ms);
                     }
                     if let Some(process) = &mut robot.process {
@@ -409,7 +409,7 @@ impl Fleet {
     }
 
     /// All mediators hear robots.
-    fn say(&mut self, report: &RobotReport, faults: Faults, random: &mut Random) {
+    pub(super) fn say(&mut self, report: &RobotReport, faults: Faults, random: &mut Random) {
         for number in 0..self.mediators.len() {
             let message = Message::ToMediator(number, report.clone());
             self.send(message, faults, random);
@@ -506,29 +506,6 @@ impl Fleet {
         }
     }
 
-    /// Somebody switches on a second process of a robot, which ends again.
-    fn step_second(&mut self, faults: Faults, random: &mut Random) {
-        let now_ms = self.now_ms;
-        self.second.take_if(|own| own.is_over(now_ms));
-        if faults.seconds && self.second.is_none() && random.below(100) == 0 {
-            let number = random.below(self.robots.len() as u64) as usize;
-            let robot = &self.robots[number];
-            let registered =
-                { robot.process.as_ref() }.is_some_and(|own| own.client.is_registered());
-            if registered {
-                let second = Second::start(number, &robot.id, &self.floor, now_ms, random);
-                self.second = Some(second);
-                self.tally.seconds += 1;
-            }
-        }
-        if let Some(second) = &mut self.second {
-            second.assert_has_nothing(&self.floor);
-            if let Some(report) = second.step(now_ms) {
-                self.say(&report, faults, random);
-            }
-        }
-    }
-
     /// Judges by where the bodies are, not by what anybody says.
     fn judge(&self) {
         let mut inside: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
@@ -536,6 +513,11 @@ impl Fleet {
         for robot in self.robots.iter().filter(|robot| !robot.was_mistaken) {
             for area in robot.stands_in(&self.floor) {
                 inside.entry(area).or_default().push(&robot.id);
+            }
+        }
+        for second in self.seconds.iter().filter(|own| own.is_there) {
+            for &area in &self.floor.spots[second.spot] {
+                inside.entry(area).or_default().push("a second one");
             }
         }
         for (area, robots) in inside {

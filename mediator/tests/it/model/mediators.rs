@@ -183,7 +183,9 @@ impl Fleet {
             Alarm::Doubled { .. } if tally.seconds > 0 => tally.doubled += 1,
             Alarm::Preempted { .. } => tally.preempted += 1,
             Alarm::Forgotten { .. } if lost || ordered => tally.forgotten += 1,
-            Alarm::Bypassed { .. } if lost || ordered || elsewhere => tally.bypassed += 1,
+            Alarm::Bypassed { .. } if lost || ordered || elsewhere || tally.seconds > 0 => {
+                tally.bypassed += 1
+            }
             Alarm::Adopted { .. } if lost => tally.adopted += 1,
             Alarm::Void { .. } if lost && ordered => tally.void += 1,
             // Reports of long ago tell of mediators that are gone.
@@ -193,7 +195,7 @@ impl Fleet {
             // Of robots that ask for what they do not need, while something hinders them: a second process holds where it says it stands.
             Alarm::Circle { .. } if elsewhere || tally.cuts + tally.seconds > 0 => {}
             // One that has just started and is lost stands wherever it is.
-            Alarm::LetGo { .. } if ordered || elsewhere || tally.lost > 0 => {}
+            Alarm::LetGo { .. } if ordered || elsewhere || tally.lost + tally.seconds > 0 => {}
             alarm => self
                 .accusations
                 .push(format!("{} ms: {alarm}", self.now_ms)),

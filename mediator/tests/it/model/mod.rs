@@ -429,19 +429,9 @@ fn a_second_process_of_a_robot_gets_nothing_and_hinders_nobody() {
         seconds: true,
         ..Faults::NONE
     };
-    let mut tally = Tally::default();
-    let seeds = seeds(60);
-    for &seed in &seeds {
-        let mut random = Random::new(seed);
-        let mut fleet = Fleet::new(Floor::ring(&mut random), seed);
-        survive_one(&mut fleet, seed, faults, 4_000, &mut random);
-        tally += fleet.tally();
-    }
-    let runs = seeds.len() as u64;
-    assert!(
-        tally.seconds > runs && tally.doubled > runs / 2,
-        "{tally:?}"
-    );
+    on_every_floor(60, faults, |runs, tally| {
+        tally.seconds > runs && tally.doubled > runs / 2 && tally.bodies > runs / 2
+    });
 }
 
 #[test]

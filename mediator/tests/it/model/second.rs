@@ -1,17 +1,27 @@
-//! A second process with the identity of a robot: it believes to stand somewhere, asks for areas, and must get none.
+//! Second processes with the identity of a robot, also several at once: each stands somewhere, asks for areas, and must get none. Its
+//! body is put on the floor when nobody is there or may come, and the mediator knows of it: from then on nobody else may drive there.
 
 use contract::client::{Client, Situation};
 use contract::wire::{MediatorReport, RobotReport};
 
+use super::fleet::{Faults, Fleet};
 use super::floor::{Floor, SILENT_NS};
+use super::mediators::Mediator;
+use super::robot::Robot;
 use crate::random::Random;
 
 const REPORT_MS: u64 = 200;
+/// At most so many run at once.
+const AT_ONCE: usize = 2;
 
 pub struct Second {
     pub robot: usize,
     pub client: Client,
     situation: Situation,
+    /// Where its body is, or will be.
+    pub spot: usize,
+    pub is_there: bool,
+    since_ms: u64,
     until_ms: u64,
     report_ms: u64,
 }
@@ -19,12 +29,16 @@ pub struct Second {
 impl Second {
     /// It runs for some seconds.
     pub fn start(robot: usize, id: &str, floor: &Floor, now_ms: u64, random: &mut Random) -> Self {
-        let mut area = || floor.name(random.below(floor.limits.len() as u64) as usize);
-        let [here, there] = [area(), area()].map(str::to_owned);
+        let spot = random.below(floor.outside() as u64) as usize;
+        let there = random.below(floor.limits.len() as u64) as usize;
+        let name = |&area: &usize| floor.name(area).to_owned();
+        let stands_in: Vec<String> = floor.spots[spot].iter().map(name).collect();
         let situation = Situation {
             located: true,
-            stands_in: vec![here.clone()],
-            wanted: vec![here, there],
+            wanted: { stands_in.iter().cloned() }
+                .chain([name(&there)])
+                .collect(),
+            stands_in,
             ..Situation::default()
         };
         Self {
@@ -32,6 +46,9 @@ impl Second {
             client: Client::new(id, &floor.setup.site, random.next() | 1)
                 .on(floor.setup.floor.clone()),
             situation,
+            spot,
+            is_there: false,
+            since_ms: now_ms,
             until_ms: now_ms + random.below(8_000),
             report_ms: 0,
         }
@@ -39,6 +56,11 @@ impl Second {
 
     pub fn is_over(&self, now_ms: u64) -> bool {
         now_ms >= self.until_ms
+    }
+
+    /// Where one before it was, which is heard no more, is not what the mediator knows of this one.
+    pub fn is_known_by_now(&self, now_ms: u64) -> bool {
+        now_ms >= self.since_ms + SILENT_NS / 1_000_000 + 2 * REPORT_MS
     }
 
     pub fn receive(&mut self, message: &MediatorReport, now_ms: u64) {
@@ -63,5 +85,69 @@ impl Second {
             let name = floor.name(area);
             assert!(!self.client.holds(name), "the second process has {name}");
         }
+    }
+}
+
+impl Fleet {
+    /// Somebody switches on a second process of a robot, which ends again.
+    pub fn step_seconds(&mut self, faults: Faults, random: &mut Random) {
+        let now_ms = self.now_ms;
+        self.seconds.retain(|own| !own.is_over(now_ms));
+        if faults.seconds && self.seconds.len() < AT_ONCE && random.below(100) == 0 {
+            let number = random.below(self.robots.len() as u64) as usize;
+            let robot = &self.robots[number];
+            let registered =
+                { robot.process.as_ref() }.is_some_and(|own| own.client.is_registered());
+            if registered {
+                let second = Second::start(number, &robot.id, &self.floor, now_ms, random);
+                self.seconds.push(second);
+                self.tally.seconds += 1;
+            }
+        }
+        for number in 0..self.seconds.len() {
+            if self.may_be_put_down(&self.seconds[number]) {
+                self.seconds[number].is_there = true;
+                self.tally.bodies += 1;
+            }
+            let second = &mut self.seconds[number];
+            second.assert_has_nothing(&self.floor);
+            if let Some(report) = second.step(now_ms) {
+                self.say(&report, faults, random);
+            }
+        }
+    }
+
+    /// Nobody is or may come where its body is to be, and all mediators know of it.
+    fn may_be_put_down(&self, second: &Second) -> bool {
+        if second.is_there || !second.is_known_by_now(self.now_ms) {
+            return false;
+        }
+        let areas = &self.floor.spots[second.spot];
+        let is_away = |robot: &Robot| {
+            let client = robot.process.as_ref().map(|own| &own.client);
+            let has = |&area: &usize| client.is_some_and(|own| own.holds(self.floor.name(area)));
+            let there = robot.stands_in(&self.floor);
+            { areas.iter() }.all(|area| !there.contains(area) && !has(area))
+        };
+        let id = &self.robots[second.robot].id;
+        let is_known = |mediator: &Mediator| {
+            let status =
+                { mediator.manager.as_ref() }.map(|own| own.status(self.now_ms * 1_000_000));
+            status.is_some_and(|status| {
+                let mut robots = status.robots.iter();
+                let second_in = robots.find(|own| own.id == *id).map(|own| &own.second_in);
+                areas.iter().all(|&area| {
+                    let own = &status.areas[area];
+                    let is_held = second_in.is_some_and(|all| all.contains(&own.id));
+                    is_held && own.standing == [id.as_str()] && own.holders.is_empty()
+                })
+            })
+        };
+        let mut others = self.seconds.iter().filter(|own| own.is_there);
+        let is_free = others.all(|own| {
+            let there = &self.floor.spots[own.spot];
+            areas.iter().all(|area| !there.contains(area))
+        });
+        is_free && self.robots.iter().all(is_away) && self.mediators.iter().all(is_known)
     }
 }

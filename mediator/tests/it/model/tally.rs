@@ -66,7 +66,9 @@ tally! {
     asked,
     /// Second processes of robots,
     seconds,
-    /// of which the mediator has told.
+    /// whose bodies came to the floor,
+    bodies,
+    /// and of which the mediator has told.
     doubled,
     /// Messages of long ago that were delivered.
     replayed,
