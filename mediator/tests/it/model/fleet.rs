@@ -132,6 +132,8 @@ pub struct Fleet {
     pub(super) floor: Floor,
     pub(super) robots: Vec<Robot>,
     pub(super) seconds: Vec<Second>,
+    /// When one of those ran last.
+    pub(super) second_ms: u64,
     /// The first one, and a spare one while there is one.
     pub(super) mediators: Vec<Mediator>,
     network: Vec<(u64, Message)>,
@@ -160,6 +162,7 @@ impl Fleet {
             floor,
             robots,
             seconds: Vec::new(),
+            second_ms: 0,
             mediators: vec![Mediator::new(Journal::of(1), 0)],
             network: Vec::new(),
             cut: None,
@@ -347,6 +350,9 @@ impl Fleet {
             let mediator = mediator.map(|number| number as usize);
             self.cut = Some((robot, mediator, self.now_ms + 5_000 + random.below(7_000)));
             self.tally.cuts += 1;
+        }
+        if let Some((robot, ..)) = self.cut {
+            self.robots[robot].lost_ms = self.now_ms;
         }
     }
 

@@ -161,6 +161,24 @@ impl Fleet {
         }
     }
 
+    /// While this coordination ran, a robot of it was lost or out of reach, and so stood wherever it was; or somebody was where
+    /// nobody knew of.
+    fn could_not_get_out_of_the_way(&self, named: &str) -> bool {
+        let now_ns = self.now_ms * 1_000_000;
+        let managers = { self.mediators.iter() }.filter_map(|own| own.manager.as_ref());
+        let mut all = managers.flat_map(|manager| manager.status(now_ns).coordinations);
+        let own = all.find(|own| named == format!("{}/{}", own.id, own.number));
+        own.is_some_and(|own| {
+            let begun_ms = self.now_ms.saturating_sub(own.age_ms);
+            let mut robots = self.robots.iter();
+            self.second_ms >= begun_ms
+                || robots.any(|robot| {
+                    let plays = own.robots.iter().any(|(_, id)| *id == robot.id);
+                    plays && robot.lost_ms >= begun_ms || robot.elsewhere_ms >= begun_ms
+                })
+        })
+    }
+
     /// What people are told must be true.
     fn tell_people(&mut self, alarm: Alarm) {
         let tally = &mut self.tally;
@@ -194,8 +212,13 @@ impl Fleet {
             Alarm::Intruder { .. } | Alarm::Overfull { .. } if elsewhere => tally.intruders += 1,
             // Of robots that ask for what they do not need, while something hinders them: a second process holds where it says it stands.
             Alarm::Circle { .. } if elsewhere || tally.cuts + tally.seconds > 0 => {}
-            // One that has just started and is lost stands wherever it is.
-            Alarm::LetGo { .. } if ordered || elsewhere || tally.lost + tally.seconds > 0 => {}
+            // An area that was closed for good may be the one that robots get out of the way to.
+            Alarm::LetGo { .. } if ordered => {}
+            Alarm::LetGo { ref coordination }
+                if self.could_not_get_out_of_the_way(coordination) =>
+            {
+                self.tally.let_go += 1;
+            }
             alarm => self
                 .accusations
                 .push(format!("{} ms: {alarm}", self.now_ms)),

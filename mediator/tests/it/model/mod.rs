@@ -112,6 +112,12 @@ const JOURNALS: Faults = Faults {
     ..Faults::ALL
 };
 
+/// Robots that are lost, or were given a wrong pose.
+const POSES: Faults = Faults {
+    poses: true,
+    ..RARE
+};
+
 /// Two mediators with a journal each.
 const SPARE: Faults = Faults {
     cuts: true,
@@ -285,11 +291,7 @@ fn operators_may_order_anything_at_any_moment() {
 /// Robots that are lost stand; one that was given a wrong pose is in others' way until it has left, and endangers nobody but itself.
 #[test]
 fn poses_that_are_lost_or_wrong_endanger_nobody_else() {
-    let faults = Faults {
-        poses: true,
-        ..RARE
-    };
-    on_every_floor(100, faults, |runs, tally| {
+    on_every_floor(100, POSES, |runs, tally| {
         tally.lost > runs && tally.mistaken > runs && tally.intruders > runs / 8
     });
 }
@@ -341,6 +343,16 @@ fn what_ten_thousand_runs_have_found_stays_mended() {
         let mut fleet = Fleet::new(floor(&mut random), seed);
         survive_one(&mut fleet, seed, faults, settle_ms, &mut random);
     }
+}
+
+/// A robot that is to get out of the way is lost, and does not: its coordination ends all the same, and the others get on.
+#[test]
+fn a_coordination_ends_though_a_robot_is_lost_and_in_the_way() {
+    let mut random = Random::new(3141);
+    let mut fleet = Fleet::new(Floor::corridor(&mut random), 3141);
+    survive_one(&mut fleet, 3141, POSES, 25_000, &mut random);
+    let tally = fleet.tally();
+    assert_eq!(tally.let_go, 1, "{tally:?}");
 }
 
 /// Whether what is broken is noticed in a run, and how.

@@ -44,7 +44,11 @@ pub struct Robot {
     pub is_away: bool,
     /// What is wrong with its pose, and until when.
     pub mistake: Option<(Mistake, u64)>,
-    /// Its pose was wrong since it last entered an area.
+    /// When it did not know last where it is, or was out of reach,
+    pub lost_ms: u64,
+    /// was elsewhere than others thought,
+    pub elsewhere_ms: u64,
+    /// and whether its pose was wrong since it last entered an area.
     pub was_mistaken: bool,
     /// Such an area, until when, and whether it says that it could not stop before it.
     dream: Option<(usize, u64, bool)>,
@@ -147,6 +151,8 @@ impl Robot {
             hindered_until_ms: 0,
             is_away: false,
             mistake: None,
+            lost_ms: 0,
+            elsewhere_ms: 0,
             was_mistaken: false,
             dream: None,
             process: None,
@@ -306,6 +312,12 @@ impl Robot {
         let mut stands_in = self.stands_in(floor);
         let mistake = self.mistake.map(|(mistake, _)| mistake);
         let is_lost = mistake == Some(Mistake::Lost);
+        if is_lost {
+            self.lost_ms = now_ms;
+        }
+        if self.was_mistaken || self.is_away {
+            self.elsewhere_ms = now_ms;
+        }
         match mistake {
             Some(Mistake::Lost) => stands_in.clear(),
             Some(Mistake::Elsewhere(spot)) => stands_in.clone_from(&floor.spots[spot]),

@@ -105,6 +105,7 @@ impl Fleet {
             }
         }
         for number in 0..self.seconds.len() {
+            self.second_ms = now_ms;
             if self.may_be_put_down(&self.seconds[number]) {
                 self.seconds[number].is_there = true;
                 self.tally.bodies += 1;

@@ -95,6 +95,8 @@ tally! {
     /// Those that ended.
     finished,
     preempted,
+    /// Those that ended though a robot was in the way.
+    let_go,
     /// The emergency robot drove past.
     passed,
     /// Grants asked back, and the answers.
