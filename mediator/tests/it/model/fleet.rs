@@ -45,6 +45,8 @@ pub struct Faults {
     pub poses: bool,
     /// A second mediator runs for a while, with a journal of its own.
     pub spare: bool,
+    /// One that runs when nothing goes wrong any more runs on.
+    pub spare_stays: bool,
     /// Everybody crashes once in this many steps, on average,
     pub every: u64,
     /// and a mediator in one of so many of those in which it writes.
@@ -64,6 +66,7 @@ impl Faults {
         operator: false,
         poses: false,
         spare: false,
+        spare_stays: false,
         every: u64::MAX,
         stops_at: 40,
     };
@@ -79,6 +82,7 @@ impl Faults {
         operator: false,
         poses: false,
         spare: false,
+        spare_stays: false,
         every: 250,
         stops_at: 40,
     };
@@ -154,6 +158,8 @@ pub struct Fleet {
     pub(super) broken: Option<Broken>,
     /// Nothing goes wrong any more.
     pub(super) is_recovered: bool,
+    /// The spare mediator is not switched off any more.
+    pub(super) spare_stays: bool,
 }
 
 impl Fleet {
@@ -176,6 +182,7 @@ impl Fleet {
             stop: None,
             broken: None,
             is_recovered: false,
+            spare_stays: false,
         }
     }
 
@@ -235,8 +242,12 @@ impl Fleet {
     }
 
     /// Whoever is down starts at once, robots know where they are, and operators have put everything back.
-    pub fn recover(&mut self) {
-        self.mediators[0].restart_ms = self.now_ms;
+    pub fn recover(&mut self, faults: Faults) {
+        for mediator in &mut self.mediators {
+            mediator.restart_ms = self.now_ms;
+        }
+        self.spare_stays = faults.spare_stays;
+        self.tally.stays += u64::from(faults.spare_stays && self.mediators.len() == 2);
         self.is_recovered = true;
         self.open_all();
         for robot in &mut self.robots {
@@ -275,9 +286,10 @@ impl Fleet {
         tally
     }
 
-    /// Coordinations that this mediator remembers or runs.
+    /// Coordinations that the mediator which goes on remembers or runs.
     pub fn coordinations(&self) -> Vec<CoordinationStatus> {
-        let manager = self.mediators[0].manager.as_ref();
+        let mut managers = { self.mediators.iter() }.filter_map(|own| own.manager.as_ref());
+        let manager = managers.find(|manager| !manager.stands_by());
         let status = manager.map(|manager| manager.status(self.now_ms * 1_000_000));
         status.map_or_else(Vec::new, |status| status.coordinations)
     }

@@ -28,6 +28,9 @@ impl Mediator {
 impl Fleet {
     /// Somebody switches on a second mediator, and off again.
     pub fn keep_a_spare(&mut self, wanted: bool, random: &mut Random) {
+        if self.spare_stays {
+            return;
+        }
         let two = self.mediators.len() == 2;
         if two && (!wanted || random.below(500) == 0) {
             let spare = self.mediators.pop();

@@ -57,12 +57,19 @@ const FLOORS: [(&str, Place, u64); 3] = [
 /// Faults, then none, then a while in which everyone must get on.
 fn survive_one(fleet: &mut Fleet, seed: u64, faults: Faults, settle_ms: u64, random: &mut Random) {
     fleet.run(20_000, faults, random);
-    get_on(fleet, seed, settle_ms, 10_000, random);
+    get_on(fleet, seed, faults, settle_ms, 10_000, random);
 }
 
 /// Everything in flight arrives, everyone registers again, what is stuck is got out of the way; then all must move.
-fn get_on(fleet: &mut Fleet, seed: u64, settle_ms: u64, for_ms: u64, random: &mut Random) {
-    fleet.recover();
+fn get_on(
+    fleet: &mut Fleet,
+    seed: u64,
+    faults: Faults,
+    settle_ms: u64,
+    for_ms: u64,
+    random: &mut Random,
+) {
+    fleet.recover(faults);
     fleet.run(UNKNOWN_MS + settle_ms, Faults::NONE, random);
     let before = fleet.moves();
     let running: Vec<u64> = { fleet.coordinations().into_iter() }
@@ -124,6 +131,12 @@ const SPARE: Faults = Faults {
     spare: true,
     every: 500,
     ..RARE
+};
+
+/// And both stay.
+const BOTH: Faults = Faults {
+    spare_stays: true,
+    ..SPARE
 };
 
 /// Runs with these faults on each floor. Faults that do not happen prove nothing: `happened` says whether enough did.
@@ -252,7 +265,7 @@ fn a_mediator_may_stop_in_every_step() {
                         1,
                         "{point:?} of step {write}"
                     );
-                    get_on(&mut fleet, seed, settle_ms, 5_000, &mut random);
+                    get_on(&mut fleet, seed, work, settle_ms, 5_000, &mut random);
                     tally += fleet.tally();
                     stops += 1;
                 }
@@ -301,6 +314,14 @@ fn poses_that_are_lost_or_wrong_endanger_nobody_else() {
 fn two_mediators_let_nobody_in_twice() {
     on_every_floor(100, SPARE, |runs, tally| {
         tally.spares > 2 * runs && tally.asked > runs && tally.mediator_crashes > runs
+    });
+}
+
+/// With two mediators robots get on as with one: one of the two stands by, whomever robots follow when nothing goes wrong any more.
+#[test]
+fn one_of_two_mediators_that_stay_goes_on() {
+    on_every_floor(100, BOTH, |runs, tally| {
+        tally.spares > 2 * runs && tally.stays > runs / 2
     });
 }
 

@@ -56,8 +56,10 @@ tally! {
     mistaken,
     /// and stood where they should not.
     intruders,
-    /// Second mediators.
+    /// Second mediators,
     spares,
+    /// of which those that ran when nothing went wrong any more, and stayed.
+    stays,
     /// Writes of the journal that were lost with the power.
     writes_lost,
     /// Journals that were gone or older at the next start,
