@@ -43,6 +43,8 @@ pub struct Faults {
     pub operator: bool,
     /// Robots do not know for seconds where they are, or are wrong about it.
     pub poses: bool,
+    /// Robots take as long as they may from when they cannot stop any more until they reach in.
+    pub slow: bool,
     /// A second mediator runs for a while, with a journal of its own.
     pub spare: bool,
     /// One that runs when nothing goes wrong any more runs on.
@@ -65,6 +67,7 @@ impl Faults {
         cuts: false,
         operator: false,
         poses: false,
+        slow: false,
         spare: false,
         spare_stays: false,
         every: u64::MAX,
@@ -81,6 +84,7 @@ impl Faults {
         cuts: false,
         operator: false,
         poses: false,
+        slow: false,
         spare: false,
         spare_stays: false,
         every: 250,
@@ -130,6 +134,16 @@ pub enum Broken {
     Reckless,
     /// They enter what they were granted, whenever that was.
     NoLease,
+    /// The mediator takes a second process for the first one.
+    PromotesSecond,
+    /// It lets robots into areas that an operator has closed.
+    IgnoresClosed,
+    /// It does not wait until a robot enters nothing any more before it clears what that was granted.
+    ClearsAtOnce,
+    /// It takes every other mediator to be gone.
+    NeverStandsBy,
+    /// Robots are wrong about where they are, and everybody relies on it.
+    WrongPose,
 }
 
 pub struct Fleet {
@@ -160,6 +174,8 @@ pub struct Fleet {
     pub(super) is_recovered: bool,
     /// The spare mediator is not switched off any more.
     pub(super) spare_stays: bool,
+    /// By area: since when an operator has closed it, for all that a single mediator can know.
+    pub(super) closed: BTreeMap<usize, u64>,
 }
 
 impl Fleet {
@@ -183,6 +199,7 @@ impl Fleet {
             broken: None,
             is_recovered: false,
             spare_stays: false,
+            closed: BTreeMap::new(),
         }
     }
 
@@ -217,6 +234,7 @@ impl Fleet {
             self.start_whoever_is_due(random);
             for robot in &mut self.robots {
                 robot.is_hindered = faults.cuts;
+                robot.is_slow = faults.slow;
             }
             if faults.cuts {
                 self.cut_somebody_off(random);
@@ -467,9 +485,12 @@ impl Fleet {
         let now_ms = self.now_ms;
         let (first, lay_by) = (self.floor.first, self.floor.lay_by);
         for index in 0..self.robots.len() {
-            let was = self.robots[index].spot;
+            let (was, did_cross) = (self.robots[index].spot, self.robots[index].crossing);
             self.robots[index].drive(&self.floor, now_ms, random);
             let robot = &self.robots[index];
+            if did_cross.is_none() {
+                self.assert_enters_nothing_closed(robot);
+            }
             let entered_first = robot.spot != was && Some(robot.spot) == first;
             let acquired = { robot.process.as_ref() }.is_some_and(|own| own.client.is_acquired());
             if robot.role == "emergency" && entered_first && acquired {

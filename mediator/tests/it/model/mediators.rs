@@ -39,6 +39,8 @@ impl Fleet {
             }
         } else if wanted && !two && random.below(100) == 0 {
             self.tally.spares += 1;
+            // The other one was told nothing.
+            self.closed.clear();
             let journal = Journal::of(1000 * self.tally.spares);
             self.mediators.push(Mediator::new(journal, self.now_ms));
         }
@@ -73,6 +75,8 @@ impl Fleet {
     }
 
     pub fn crash_mediator(&mut self, number: usize, faults: Faults, random: &mut Random) {
+        // It may have forgotten what it was just told.
+        self.closed.clear();
         let mediator = &mut self.mediators[number];
         if let Some(manager) = mediator.manager.take() {
             self.tally.add_manager(&manager.counters());
@@ -111,6 +115,16 @@ impl Fleet {
             return;
         };
         match report {
+            Some(report)
+                if self.broken == Some(Broken::NeverStandsBy)
+                    && report.mediator_instance != manager.instance() =>
+            {
+                let gone = RobotReport {
+                    mediator_heard: false,
+                    ..report.clone()
+                };
+                manager.report(&gone, now_ns);
+            }
             Some(report) => manager.report(report, now_ns),
             None => manager.tick(now_ns),
         }

@@ -1,8 +1,10 @@
 //! What people do to a fleet: orders at any moment, robots carried away and put back, and poses that are wrong.
 
-use super::fleet::Fleet;
-use super::robot::Mistake;
+use super::UNKNOWN_MS;
+use super::fleet::{Broken, Fleet};
+use super::robot::{Mistake, Robot};
 use crate::random::Random;
+use contract::timing::ENTERS_NO_MORE_NS;
 use mediator::journal::ClosedRecord;
 use mediator::manager::ClearError;
 
@@ -33,7 +35,11 @@ impl Fleet {
         let manager = self.mediators[number].manager.as_mut();
         if let Some(manager) = manager.filter(|_| is_empty) {
             self.tally.orders += 1;
-            match manager.clear(id, true, now_ns) {
+            let early_ns = match self.broken {
+                Some(Broken::ClearsAtOnce) => ENTERS_NO_MORE_NS,
+                _ => 0,
+            };
+            match manager.clear(id, true, now_ns + early_ns) {
                 Ok(of) => self.tally.cleared += u64::from(!of.is_empty()),
                 Err(ClearError::MayEnter { .. }) => self.tally.not_yet_cleared += 1,
                 Err(_) => {}
@@ -92,14 +98,41 @@ impl Fleet {
                 who: "user 1000".to_owned(),
                 ..ClosedRecord::default()
             };
-            manager.close(id, by, now_ns).expect("a known area");
+            if self.broken != Some(Broken::IgnoresClosed) {
+                manager.close(id, by, now_ns).expect("a known area");
+            }
             self.tally.closed += 1;
+            if self.mediators.len() == 1 {
+                self.closed.entry(area).or_insert(self.now_ms);
+            }
         } else {
+            self.closed.remove(&area);
             manager.open(id, now_ns).expect("a known area");
         }
     }
 
+    /// A robot that begins to reach into an area does not while that is closed. What was granted before it may still enter for as
+    /// long as any grant.
+    pub fn assert_enters_nothing_closed(&self, robot: &Robot) {
+        let Some(next) = robot.crossing.filter(|_| !robot.was_mistaken) else {
+            return;
+        };
+        let here = &self.floor.spots[robot.spot];
+        let mut closed = { self.floor.spots[next].iter() }
+            .filter(|area| !here.contains(area))
+            .filter_map(|area| self.closed.get(area));
+        assert!(
+            closed.all(|since_ms| self.now_ms < since_ms + UNKNOWN_MS),
+            "seed {}, {} ms: {} enters a closed area: {}",
+            self.seed,
+            self.now_ms,
+            robot.id,
+            self.explain()
+        );
+    }
+
     pub fn open_all(&mut self) {
+        self.closed.clear();
         let now_ns = self.now_ms * 1_000_000;
         for manager in self
             .mediators
@@ -135,7 +168,7 @@ impl Fleet {
         } else if robot.stands() {
             let elsewhere = random.below(spots) as usize;
             robot.mistake = Some((Mistake::Elsewhere(elsewhere), until_ms));
-            robot.was_mistaken = true;
+            robot.was_mistaken = self.broken != Some(Broken::WrongPose);
             self.tally.mistaken += 1;
         }
     }

@@ -4,6 +4,9 @@ use super::floor::Floor;
 use crate::random::Random;
 use contract::client::{Client, Order, Situation};
 
+/// From when it cannot stop any more until it reaches in, or stands, a robot may take 3.9 s.
+const REACHES_IN_MS: u64 = 3_800;
+
 /// Why a robot says something else than where its body is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mistake {
@@ -37,6 +40,8 @@ pub struct Robot {
     pub reckless: bool,
     /// Or for no lease.
     pub no_lease: bool,
+    /// It takes seconds from when it cannot stop any more until it reaches in.
+    pub is_slow: bool,
     /// Now and then something stands before the border for seconds, and then leaves.
     pub is_hindered: bool,
     hindered_until_ms: u64,
@@ -147,6 +152,7 @@ impl Robot {
             dreams: false,
             reckless: false,
             no_lease: false,
+            is_slow: false,
             is_hindered: false,
             hindered_until_ms: 0,
             is_away: false,
@@ -295,7 +301,8 @@ impl Robot {
                 return;
             }
             self.committed = Some(next);
-            self.until_ms = now_ms + random.below(100);
+            let longest_ms = if self.is_slow { REACHES_IN_MS } else { 100 };
+            self.until_ms = now_ms + random.below(longest_ms);
         }
     }
 

@@ -4,7 +4,7 @@
 use contract::client::{Client, Situation};
 use contract::wire::{MediatorReport, RobotReport};
 
-use super::fleet::{Faults, Fleet};
+use super::fleet::{Broken, Faults, Fleet};
 use super::floor::{Floor, SILENT_NS};
 use super::mediators::Mediator;
 use super::robot::Robot;
@@ -113,8 +113,24 @@ impl Fleet {
             let second = &mut self.seconds[number];
             second.assert_has_nothing(&self.floor);
             if let Some(report) = second.step(now_ms) {
+                let robot = second.robot;
+                let report = self.as_the_first(robot, report);
                 self.say(&report, faults, random);
             }
+        }
+    }
+
+    /// A mediator that takes the second process for the first one hears this.
+    fn as_the_first(&self, robot: usize, report: RobotReport) -> RobotReport {
+        let first = self.robots[robot].process.as_ref();
+        match first.filter(|_| self.broken == Some(Broken::PromotesSecond)) {
+            Some(first) => RobotReport {
+                stands_in: report.stands_in,
+                located: report.located,
+                access: report.access,
+                ..first.client.clone().report()
+            },
+            None => report,
         }
     }
 
