@@ -94,11 +94,14 @@ impl Peers {
     }
 
     /// The epoch that this mediator must have, so that a robot follows it whose mediator is gone, or to which somebody has spoken
-    /// in its name.
+    /// in its name. One that has no registration takes any from another journal. Two mediators that refuse a robot each would
+    /// else outdo each other for ever: it says of neither that it is heard, and at each larger epoch processes before it count as
+    /// living for as long again.
     pub(crate) fn larger_epoch(&self, report: &RobotReport) -> Option<u64> {
         // One of an older version does not say whether its mediator is gone.
         let says = report.mediator_instance != 0 && !report.mediator_heard;
-        let gone = says && self.is_foreign(report) && !self.stands_by;
+        let bound = report.session != 0 || report.mediator_journal == self.journal;
+        let gone = says && bound && self.is_foreign(report) && !self.stands_by;
         let epoch = report.mediator_epoch;
         let ahead = report.mediator_instance == self.instance && epoch > self.epoch;
         let larger = (self.epoch..LAST_NUMBER).contains(&epoch);
@@ -281,6 +284,21 @@ mod tests {
         peers.hear(1, &report(9, 1 << 40, 2), 0);
         peers.decide(0);
         assert!(peers.stands_by);
+    }
+
+    #[test]
+    fn a_robot_that_another_mediator_has_refused_needs_no_larger_epoch() {
+        let peers = Peers::new(8, 6, 2, 1, SILENT_NS);
+        let follows = |session, mediator_journal| RobotReport {
+            session,
+            mediator_journal,
+            mediator_heard: false,
+            ..report(7, 4, 1)
+        };
+        assert_eq!(peers.larger_epoch(&follows(0, 9)), None);
+        assert_eq!(peers.larger_epoch(&follows(5, 9)), Some(5));
+        // It takes nothing older from the journal that it heard of last.
+        assert_eq!(peers.larger_epoch(&follows(0, 6)), Some(5));
     }
 
     #[test]
