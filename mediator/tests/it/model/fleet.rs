@@ -492,8 +492,10 @@ impl Fleet {
                 self.assert_enters_nothing_closed(robot);
             }
             let entered_first = robot.spot != was && Some(robot.spot) == first;
-            let acquired = { robot.process.as_ref() }.is_some_and(|own| own.client.is_acquired());
-            if robot.role == "emergency" && entered_first && acquired {
+            // One that is told to get out of the way of a net may still arrive where it could not stop before.
+            let ordered = { robot.process.as_ref() }
+                .is_some_and(|own| own.client.is_acquired() && own.event() == "go-1");
+            if robot.role == "emergency" && entered_first && ordered {
                 // Judged by the bodies: the robot that it passes stands completely aside.
                 let aside = self.robots.iter().any(|other| {
                     let is_aside = Some(other.spot) == lay_by && other.crossing.is_none();

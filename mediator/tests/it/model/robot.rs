@@ -121,7 +121,7 @@ impl Process {
         self.client.may_be_in(area, now_ms * 1_000_000) || no_lease && self.client.holds(area)
     }
 
-    fn event(&self) -> &str {
+    pub fn event(&self) -> &str {
         let order = self.order.as_ref().filter(|_| !self.stuck);
         order
             .and_then(|order| order.instruction.event.as_deref())
