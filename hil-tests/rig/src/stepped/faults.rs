@@ -51,8 +51,10 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
     } else {
         &ScriptedKind::DRAWN
     };
+    // A fleet does not come to its goals without a robot that is carried away for good.
     let kinds: Vec<ScriptedKind> = { kinds.iter().copied() }
         .filter(|kind| managed || !kind.needs_mediator())
+        .filter(|kind| *kind != ScriptedKind::Absent)
         .collect();
     let what = kinds[below(random, kinds.len())];
     let keys = what.keys();

@@ -137,7 +137,9 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
             }
         }
     }
-    let expected = ScriptedKind::DRAWN.len() + ScriptedKind::LASTING.len();
+    // Without a robot that is carried away for good no fleet comes to its goals.
+    assert!(!seen.contains(&ScriptedKind::Absent));
+    let expected = ScriptedKind::DRAWN.len() + ScriptedKind::LASTING.len() - 1;
     assert_eq!(seen.len(), expected, "{seen:?}");
     // Of about 700.
     assert!((20..80).contains(&long), "{long} longer than 30 s");

@@ -188,7 +188,8 @@ impl ScriptedKind {
         Self::WeakBrakes,
     ];
 
-    /// Those after which robots are safe, but may need more than resets to go on. They are drawn now and then.
+    /// Those after which robots are safe, but may need more than resets to go on. They are drawn now and then, but
+    /// for `absent`: without that robot a fleet does not come to its goals.
     pub const LASTING: [Self; 8] = [
         Self::Teleop,
         Self::ClearAreas,
