@@ -10,8 +10,8 @@ from ..fleet import Fleet, found
 from ..played_robot import PlayedRobot
 from . import SUITE
 
-GONE = ("Then it takes a larger `mediator_epoch`, larger than the robot's too, so that the robot follows it; waits for all robots again; and "
-        "sends each no levels until it has reported under that epoch.")
+GONE = ("Then it takes a larger `mediator_epoch`, larger than the robot's too if that has a registration or knows this `journal`, so that "
+        "the robot follows it; waits for all robots again; and sends each no levels until it has reported under that epoch.")
 LIE = "A smaller lie in its name is believed, and its reports give it away: the mediator then takes a larger number."
 STANDS_BY = ("while robots follow another one that it gives way to, it stands by (`stands_by`), grants and orders nothing, and registers "
              "nobody. The one with more robots goes on")
