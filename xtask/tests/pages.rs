@@ -34,12 +34,47 @@ const OPERATOR: &str = "hil-tests/rig/tests/robots/bad_days/operator.rs";
 const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
 const TELEOP: &str = "hil-tests/rig/tests/robots/bad_days/by_hand.rs";
 const HARDWARE: &str = "the robot's own hardware, and an administrator";
+const BOARD: &str = "a robot's own computer, with the package";
+const CROSS: &str = "a Debian with ARM's compiler and emulator, and a quarter of an hour";
 const PYTHON: &str = "the conformance kit's Python packages";
 const SELFTEST: &str = "contract/kit/selftest/run.py";
 const SERVE: &str = "target/debug/mediator run --site config/sites/overtaking.toml --first-start";
 
 /// All commands of all pages, each once.
 const COMMANDS: &[(&str, Run)] = &[
+    // onboard/INSTALL
+    ("scripts/xu4 toolchain", Needs(CROSS)),
+    ("scripts/xu4 build", Needs(CROSS)),
+    ("scripts/xu4 package", Needs(CROSS)),
+    ("sudo apt install ./onboard_*_armhf.deb", Needs(BOARD)),
+    (
+        "sudo cp /usr/share/onboard/config/robots/amr-1.toml /etc/onboard/robot.toml",
+        Needs(BOARD),
+    ),
+    (
+        "sudo cp /usr/share/onboard/config/sites/corridor.toml /etc/onboard/site.toml",
+        Needs(BOARD),
+    ),
+    (
+        "sudo systemctl enable --now systemd-networkd onboard",
+        Needs(BOARD),
+    ),
+    ("systemctl status onboard", Needs(BOARD)),
+    (
+        "sudo -u onboard onboard inspect --runtime /run/onboard",
+        Needs(BOARD),
+    ),
+    (
+        "sudo -u onboard onboard doctor --robot /etc/onboard/robot.toml --site /etc/onboard/site.toml",
+        Needs(BOARD),
+    ),
+    ("grep xhci /proc/interrupts", Needs(BOARD)),
+    (
+        "echo 3 | sudo tee /proc/irq/NUMBER/smp_affinity_list",
+        Needs(BOARD),
+    ),
+    ("sudo systemctl disable --now irqbalance", Needs(BOARD)),
+    ("sudo apt install linux-image-rt-armmp", Needs(BOARD)),
     // contract/kit/README
     ("cargo build --bin rig --bin onboard", ByCi),
     ("cd contract", Needs(PYTHON)),
