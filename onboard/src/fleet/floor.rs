@@ -9,7 +9,7 @@ use super::Setup;
 
 /// An area counts as left only when the footprint, grown as before a border, is `LEAVING_M` away from it (hysteresis): the
 /// estimate may still move back and forth.
-const LEAVING_M: f64 = 0.05;
+pub const LEAVING_M: f64 = 0.05;
 
 /// Where the robot is, as well as it knows.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,7 +16,7 @@ mod setup;
 #[cfg(test)]
 mod tests;
 
-pub use floor::UncertainPose;
+pub use floor::{LEAVING_M, UncertainPose};
 pub use member::Member;
 pub use orders::Directive;
 pub use sense::{Sense, Troubles};

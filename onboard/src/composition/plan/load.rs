@@ -1,6 +1,7 @@
 //! From two files to the plan.
 
 use config::{ConfigError, RobotConfig, SiteConfig, check_together, load_robot, load_site};
+use skills::borders::BorderGains;
 use skills::schedule::{self, RobotReach};
 use skills::tubes::{TubeReport, TubeSet};
 
@@ -9,6 +10,10 @@ use super::contents::Plan;
 use super::error::PlanError;
 use crate::composition::failure::Failure;
 use crate::composition::files::{Files, overrides};
+use crate::fleet::LEAVING_M;
+
+/// A robot stops at most so far before where it must.
+const STOPS_SHORT_M: f64 = 0.03;
 
 impl Plan {
     /// Loads and checks both files, and builds every part once.
@@ -81,11 +86,14 @@ impl Plan {
     }
 
     fn check_schedules(&self, tube_curvature_1_m: f64) -> Result<(), PlanError> {
-        let lidar = &self.robot.lidar;
+        let (lidar, gains) = (&self.robot.lidar, &self.robot.navigation);
+        let border_m = gains.border_sigma * gains.start_std_m + BorderGains::default().margin_m;
         let reach = RobotReach {
             footprint: self.robot.footprint,
             sees_m: lidar.mount.x_m + lidar.range_max_m,
             tube_curvature_1_m,
+            ahead_of_border_m: border_m + STOPS_SHORT_M,
+            behind_border_m: border_m + LEAVING_M,
         };
         Ok(schedule::check(
             &self.site,

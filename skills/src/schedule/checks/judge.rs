@@ -3,7 +3,7 @@
 use super::findings::Findings;
 use super::reach::RobotReach;
 use super::role::States;
-use super::{perception, states, turns, width};
+use super::{perception, states, turns, waiting, width};
 use description::keys::{KeyError, KeyErrors};
 use description::site::{Site, SiteRobot};
 
@@ -22,6 +22,7 @@ pub fn check(site: &Site, robot: &str, reach: &RobotReach) -> Result<(), KeyErro
     let states = States { site, role, fsm };
     states::check(&states, &mut findings);
     turns::check(&states, reach, &mut findings);
+    waiting::check(&states, reach, &mut findings);
     width::check(&states, &reach.footprint, &mut findings);
     width::start_is_free(site, &reach.footprint, robot, *start, &mut findings);
     KeyErrors::any(findings)

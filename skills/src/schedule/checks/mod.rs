@@ -10,6 +10,7 @@ mod reach;
 mod role;
 mod states;
 mod turns;
+mod waiting;
 mod width;
 
 pub use judge::check;

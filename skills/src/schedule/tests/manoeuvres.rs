@@ -4,6 +4,14 @@ use super::*;
 use description::geometry::Pose2;
 use description::site::{SiteRobot, StopPlace};
 
+const REACH: RobotReach = RobotReach {
+    footprint: FOOTPRINT,
+    sees_m: 4.0,
+    tube_curvature_1_m: 8.0,
+    ahead_of_border_m: 0.31,
+    behind_border_m: 0.36,
+};
+
 fn yard() -> Site {
     let skill = |id: &str, controller| skill(id, controller, &["late"]);
     let stop_at = |place| ControllerConfig::StopAt { place };
@@ -221,11 +229,6 @@ fn what_cannot_be_driven_is_refused_with_the_reason() {
 
 #[test]
 fn a_dock_must_track_the_wall_that_it_goes_up_to() {
-    let reach = RobotReach {
-        footprint: FOOTPRINT,
-        sees_m: 4.0,
-        tube_curvature_1_m: 8.0,
-    };
     let mut yard = yard();
     let robot = SiteRobot {
         role: ROLE.into(),
@@ -234,7 +237,7 @@ fn a_dock_must_track_the_wall_that_it_goes_up_to() {
     };
     yard.robots.insert("one".into(), robot);
     let messages = |yard: &Site| -> Vec<String> {
-        let errors = check(yard, "one", &reach).expect_err("refused");
+        let errors = check(yard, "one", &REACH).expect_err("refused");
         errors.into_iter().map(|error| error.to_string()).collect()
     };
     let docks = |message: &&String| message.starts_with("skills.dock.perception");
@@ -246,9 +249,52 @@ fn a_dock_must_track_the_wall_that_it_goes_up_to() {
     let kind = yard.perception_kinds.get_mut("all").unwrap();
     kind.tracks.append(&mut kind.searches);
     assert_eq!(messages(&yard).iter().find(docks), None);
-    let unknown = check(&yard, "two", &reach).unwrap_err().to_string();
+    let unknown = check(&yard, "two", &REACH).unwrap_err().to_string();
     assert_eq!(
         unknown,
         "robots.two: found robot `two`, which does not exist, expected the name of a robot"
     );
+}
+
+/// 0.40 m of body, with 0.31 m before the one border and 0.36 m behind the other.
+#[test]
+fn an_area_to_wait_in_holds_the_whole_robot() {
+    let told = |length_m: f64, managed: bool, also: bool| {
+        let mut yard = yard();
+        let split_m = 6.0 + length_m;
+        yard.areas_managed = managed;
+        yard.areas[3].region = Rect::new([6.0, -0.4].into(), [split_m, 0.4].into());
+        let beyond = [[split_m, -0.4], [10.0, 0.4]];
+        yard.areas.push(area("c", beyond, Some("out"), 0.4));
+        let mut states = ["a", "b", "c"].map(|id| state(id, id, "drive"));
+        if also {
+            states[1].also.push("a".into());
+        }
+        let fsm = FsmConfig {
+            initial: "a".into(),
+            states: states.into(),
+            transitions: vec![transition("a", "to-b", "b"), transition("b", "to-c", "c")],
+            ..FsmConfig::default()
+        };
+        yard.fsm.insert(ROLE.into(), fsm);
+        let robot = SiteRobot {
+            role: ROLE.into(),
+            start: Pose2::new(2.0, 0.0, 0.0),
+            start_state: None,
+        };
+        yard.robots.insert("one".into(), robot);
+        let errors = check(&yard, "one", &REACH).err();
+        let keys = errors.into_iter().flatten();
+        let found = keys.map(|error| error.to_string());
+        { found }.find(|text| text.contains("where the robot waits"))
+    };
+    assert_eq!(
+        told(1.0, true, false).expect("too short"),
+        format!(
+            "fsm.{ROLE}.states.b: found area `b`, where the robot waits in 1 m of its lane, expected at least 1.07 m: the body and what it keeps from both borders while it knows its place as at its start; or the area behind in the state's `also`"
+        )
+    );
+    assert_eq!(told(1.08, true, false), None, "long enough");
+    assert_eq!(told(1.0, true, true), None, "it waits with what is behind");
+    assert_eq!(told(1.0, false, false), None, "nobody waits for areas");
 }
