@@ -42,7 +42,7 @@ impl Conduct {
             truth: None,
             limits: scenario.limits,
             start_ns,
-            contact: Contact::default(),
+            contact: Contact::new(scenario, start_ns),
             lane: Lane::default(),
             believed: Believed::new(&robot),
             stood_since_ns: None,

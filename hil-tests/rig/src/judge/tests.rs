@@ -155,6 +155,41 @@ fn contact_and_little_clearance_are_found() {
     assert_eq!(kinds(&judge), ["clearance", "collision", "clearance"][..2]);
 }
 
+/// With the tubes' margin for it, until it is away again.
+#[test]
+fn who_is_driven_by_hand_may_come_nearer() {
+    let mut scenario = overtaking();
+    let by_hand =
+        "at_s = 1.0\nfor_s = 2.0\nwhat = \"teleop\"\nrobot = \"amr-1\"\nmotion = [-0.1, 0.0]";
+    scenario.faults = vec![toml::from_str(by_hand).expect("a fault")];
+    let tubes = &scenario.robots[0].config.tubes;
+    let by_hand_m = scenario.limits.clearance_m - tubes.augment_m + tubes.by_hand_augment_m;
+    let looks = |looks: &[(u64, f64)]| {
+        let (mut judge, observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
+        for (at_ms, clearance_m) in looks {
+            let near = Truth {
+                clearance_m: *clearance_m,
+                ..truth(*at_ms, 2.5, -0.5)
+            };
+            observe(&mut judge, 0, &near, &observations);
+        }
+        judge.violations().len()
+    };
+    let (near_m, away_m) = (by_hand_m + 0.005, 0.2);
+    assert_eq!(looks(&[(900, near_m)]), 1, "before");
+    assert_eq!(
+        looks(&[(1500, near_m), (3500, near_m)]),
+        0,
+        "and until it is away"
+    );
+    assert_eq!(looks(&[(1500, near_m), (3500, away_m), (4000, near_m)]), 1);
+    assert_eq!(
+        looks(&[(1500, by_hand_m - 0.005)]),
+        1,
+        "too near by hand as well"
+    );
+}
+
 #[test]
 fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
     let mut scenario = overtaking();
