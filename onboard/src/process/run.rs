@@ -32,7 +32,7 @@ use crate::realtime::latency::{self, keep_cores_awake};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory, populate_memory};
 use crate::realtime::panic::{Panicked, install_hook};
-use crate::realtime::{guard, scheduling};
+use crate::realtime::{guard, scheduling, system_calls};
 use crate::symbols::values::{Name, RobotMode};
 use crate::symbols::wiring::{ACTIVITIES, Wiring};
 
@@ -76,11 +76,16 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
         }
     };
     log.info(format!(
-        "robot {} in site {}{}; {}",
+        "robot {} in site {}{}{}; {}",
         plan.robot.identity.id,
         plan.site.name,
         if guarded {
             ", allocation guard armed"
+        } else {
+            ""
+        },
+        if system_calls::wanted() {
+            ", guard of system calls armed"
         } else {
             ""
         },

@@ -21,6 +21,7 @@ use crate::realtime::log::LogSender;
 use crate::realtime::memory::{page_faults, prefault_stack};
 use crate::realtime::panic::Panicked;
 use crate::realtime::scheduling::{Wanted, granted, promote};
+use crate::realtime::system_calls;
 use crate::realtime::wake::Wake;
 use crate::symbols::values::ThreadReport;
 
@@ -102,6 +103,16 @@ fn run(setup: ThreadSetup, activities: ThreadActivities) {
     for warning in promote(&setup.wanted) {
         setup.log.warn(format!("thread {}: {warning}", setup.name));
     }
+    if setup.wanted.fifo_priority.is_some()
+        && system_calls::wanted()
+        && let Err(error) = system_calls::guard_this_thread(&setup.name)
+    {
+        let text = format!(
+            "thread {}: its system calls are not guarded: {error}",
+            setup.name
+        );
+        setup.log.warn(text);
+    }
     let clock: Arc<dyn Clock> = Arc::new(Monotonic);
     let mut event_loop = EventLoop::new(setup.trigger, activities, setup.report, clock);
     event_loop.run(|| !setup.stop.load(Ordering::Relaxed), &setup.panicked);
@@ -164,15 +175,13 @@ impl EventLoop {
     /// Waits for the trigger, runs every activity's event loop once, and measures that.
     pub fn cycle(&mut self) {
         let clock = self.clock.as_ref();
-        self.timing.wait(&self.trigger, clock);
+        guard::real_time_if(self.activities.running(), || {
+            self.timing.wait(&self.trigger, clock);
+        });
         let running = self.activities.running();
         let begin_ns = clock.now_ns();
         self.timing.runs(running, &mut self.report, begin_ns);
-        if running {
-            guard::real_time(|| self.activities.step(|| clock.now_ns()));
-        } else {
-            self.activities.step(|| clock.now_ns());
-        }
+        guard::real_time_if(running, || self.activities.step(|| clock.now_ns()));
         let span_ns = begin_ns..clock.now_ns();
         let measured = running && self.activities.running();
         self.timing

@@ -5,7 +5,6 @@
 //! [`real_time`] aborts the process with a backtrace.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Set to anything but `0` to arm the guard.
@@ -14,8 +13,9 @@ pub const ENVIRONMENT_VARIABLE: &str = "ONBOARD_ALLOC_GUARD";
 static ARMED: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
-    // Const-initialised and without a destructor, so that reading it never allocates.
-    static FORBIDDEN: Cell<bool> = const { Cell::new(false) };
+    // Const-initialised and without a destructor, so that reading it never allocates. Atomic for who looks while this thread
+    // waits in a system call.
+    static FORBIDDEN: AtomicBool = const { AtomicBool::new(false) };
 }
 
 #[global_allocator]
@@ -54,14 +54,51 @@ unsafe impl GlobalAlloc for GuardedAllocator {
 
 fn check(what: &str, bytes: usize) {
     // The fast path of a program without the guard is one relaxed load.
-    if ARMED.load(Ordering::Relaxed) && FORBIDDEN.with(Cell::get) {
-        FORBIDDEN.with(|forbidden| forbidden.set(false));
+    if ARMED.load(Ordering::Relaxed) && holds() {
+        set(false);
         eprintln!(
             "allocation guard: a real-time thread {what} {bytes} bytes in state running\n{}",
             std::backtrace::Backtrace::force_capture()
         );
         std::process::abort();
     }
+}
+
+/// Whether the rules hold on this thread.
+fn holds() -> bool {
+    FORBIDDEN.with(|forbidden| forbidden.load(Ordering::Relaxed))
+}
+
+/// Returns whether they held before.
+fn set(hold: bool) -> bool {
+    FORBIDDEN.with(|forbidden| {
+        let before = forbidden.load(Ordering::Relaxed);
+        forbidden.store(hold, Ordering::Relaxed);
+        before
+    })
+}
+
+/// Where a thread says whether the rules hold on it.
+#[derive(Clone, Copy)]
+pub(super) struct Mark(*const AtomicBool);
+
+// SAFETY: whoever reads it promises that its thread exists.
+unsafe impl Send for Mark {}
+
+impl Mark {
+    /// Whether the rules hold there.
+    ///
+    /// # Safety
+    /// The thread that the mark came from has not ended, and does not before this returns.
+    pub(super) unsafe fn holds(self) -> bool {
+        // SAFETY: the caller's promise: a thread's mark exists as long as the thread.
+        unsafe { &*self.0 }.load(Ordering::Relaxed)
+    }
+}
+
+/// The mark of this thread.
+pub(super) fn mark() -> Mark {
+    FORBIDDEN.with(|forbidden| Mark(forbidden))
 }
 
 /// Arms the guard when the environment asks for it. Returns whether it is armed.
@@ -71,16 +108,22 @@ pub fn arm_from_environment() -> bool {
     armed
 }
 
-/// Runs `step` under the real-time rules: with the guard armed, an allocation in it aborts the process.
+/// Runs `step` under the real-time rules if it is `running`, else as any code.
+pub fn real_time_if<R>(running: bool, step: impl FnOnce() -> R) -> R {
+    if running { real_time(step) } else { step() }
+}
+
+/// Runs `step` under the real-time rules: with a guard armed, an allocation in it, or a system call that is not its own, aborts
+/// the process.
 pub fn real_time<R>(step: impl FnOnce() -> R) -> R {
-    let before = FORBIDDEN.with(|forbidden| forbidden.replace(true));
+    let before = set(true);
     let _restore = Restore(before);
     step()
 }
 
 /// Runs `step` outside the real-time rules, for the state *configuring*.
 pub fn relaxed<R>(step: impl FnOnce() -> R) -> R {
-    let before = FORBIDDEN.with(|forbidden| forbidden.replace(false));
+    let before = set(false);
     let _restore = Restore(before);
     step()
 }
@@ -90,14 +133,14 @@ struct Restore(bool);
 
 impl Drop for Restore {
     fn drop(&mut self) {
-        FORBIDDEN.with(|forbidden| forbidden.set(self.0));
+        set(self.0);
     }
 }
 
 /// Lifts the rules on this thread for good: a panic is being reported, and the report allocates. Returns whether they held.
 #[must_use]
 pub fn lift_for_panic() -> bool {
-    FORBIDDEN.with(|forbidden| forbidden.replace(false))
+    set(false)
 }
 
 #[cfg(test)]
@@ -107,10 +150,10 @@ mod tests {
     #[test]
     fn the_mark_nests_and_is_restored() {
         real_time(|| {
-            assert!(FORBIDDEN.with(Cell::get));
-            relaxed(|| assert!(!FORBIDDEN.with(Cell::get)));
-            assert!(FORBIDDEN.with(Cell::get));
+            assert!(holds());
+            relaxed(|| assert!(!holds()));
+            assert!(holds());
         });
-        assert!(!FORBIDDEN.with(Cell::get));
+        assert!(!holds());
     }
 }

@@ -1,4 +1,4 @@
-//! What a real-time thread stands on: time, scheduling, memory, measurement, and the guard that proves the rules.
+//! What a real-time thread stands on: time, scheduling, memory, measurement, and the guards that prove the rules.
 //!
 //! Contract: after a thread is promoted, nothing in [`clock`], [`histogram`], [`wake`] or [`guard`] allocates, locks or logs.
 
@@ -10,4 +10,5 @@ pub mod log;
 pub mod memory;
 pub mod panic;
 pub mod scheduling;
+pub mod system_calls;
 pub mod wake;

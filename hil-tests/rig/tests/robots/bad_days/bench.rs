@@ -117,7 +117,7 @@ impl Bench {
         bench
     }
 
-    /// Starts the robot with the allocation guard armed; the one before it is handed back, not touched.
+    /// Starts the robot with both guards armed; the one before it is handed back, not touched.
     pub fn start(&mut self) -> Option<RobotProcess> {
         self.starts += 1;
         let robot = RobotProcess::start(RobotSetup {
@@ -128,7 +128,9 @@ impl Bench {
             set: self.set(),
             runtime: self.runtime_folder(),
             log: self.log_file(),
-            environment: vec![("ONBOARD_ALLOC_GUARD".to_owned(), "1".to_owned())],
+            environment: ["ONBOARD_ALLOC_GUARD", "ONBOARD_SYSTEM_CALL_GUARD"]
+                .map(|guard| (guard.to_owned(), "1".to_owned()))
+                .into(),
         })
         .expect("the robot starts");
         self.robot.replace(robot)
@@ -279,7 +281,8 @@ impl Bench {
         assert_eq!(truth.collisions, 0, "{truth:?}");
         assert!(truth.twist.v_m_s.abs() < 0.02, "{truth:?}");
         assert!(
-            self.log().contains("allocation guard armed"),
+            self.log()
+                .contains("allocation guard armed, guard of system calls armed"),
             "{}",
             self.log()
         );

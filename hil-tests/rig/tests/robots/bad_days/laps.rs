@@ -42,6 +42,7 @@ impl Lap {
             .arg(folder.path().join("out"))
             .env("TMPDIR", folder.path())
             .env("ONBOARD_ALLOC_GUARD", "1")
+            .env("ONBOARD_SYSTEM_CALL_GUARD", "1")
             .stdin(Stdio::null())
             .stdout(log.try_clone().expect("cloned"))
             .stderr(log)
