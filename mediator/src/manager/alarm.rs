@@ -112,6 +112,15 @@ pub enum Alarm {
         robot: String,
         area: String,
     },
+    /// The same of a process that does not speak for the robot.
+    #[error(
+        "a second process of robot `{robot}`, or the last words of one that has ended, says that it is in area `{area}`, into which coordination `{coordination}` has not let it; the coordination ends, and begins again when its areas are empty"
+    )]
+    BypassedBySecond {
+        coordination: String,
+        robot: String,
+        area: String,
+    },
     /// A coordination makes no progress.
     #[error("coordination `{coordination}` has made no progress for {since_s} s: {what}")]
     Still {

@@ -49,10 +49,20 @@ impl Coordinations {
 
     fn step(&mut self, plan: usize, around: &mut Surroundings<'_>) {
         if let Some((robot, area)) = self.bypass(plan, around.areas) {
-            around.effects.alarms.push(Alarm::Bypassed {
-                coordination: self.name(plan),
-                robot: self.names.robot_id(robot),
-                area: self.names.area_id(area),
+            let (coordination, is_its_own) = (self.name(plan), around.areas.robot(robot).has(area));
+            let (robot, area) = (self.names.robot_id(robot), self.names.area_id(area));
+            around.effects.alarms.push(if is_its_own {
+                Alarm::Bypassed {
+                    coordination,
+                    robot,
+                    area,
+                }
+            } else {
+                Alarm::BypassedBySecond {
+                    coordination,
+                    robot,
+                    area,
+                }
             });
             self.end(plan, around);
             return;

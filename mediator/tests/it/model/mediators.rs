@@ -221,6 +221,9 @@ impl Fleet {
             Alarm::Bypassed { .. } if lost || ordered || elsewhere || tally.seconds > 0 => {
                 tally.bypassed += 1
             }
+            Alarm::BypassedBySecond { .. } if tally.robot_crashes + tally.seconds > 0 => {
+                tally.bypassed += 1
+            }
             Alarm::Adopted { .. } if lost => tally.adopted += 1,
             Alarm::Void { .. } if lost && ordered => tally.void += 1,
             // Reports of long ago tell of mediators that are gone.
