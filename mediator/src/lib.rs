@@ -62,7 +62,6 @@ use std::process::ExitCode;
 
 pub mod cli;
 mod draw;
-mod jam;
 pub mod journal;
 pub mod keys;
 pub mod manager;
@@ -70,6 +69,7 @@ pub mod nets;
 pub mod runtime;
 pub mod setup;
 mod site;
+mod whole_floor;
 
 /// Runs the program with these arguments, the first being its name. What it makes is nobody else's. Ends the process after
 /// `--help` and wrong usage.

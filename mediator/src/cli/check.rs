@@ -7,12 +7,13 @@ use std::sync::Arc;
 use config::{NetConfig, SiteConfig};
 use coordination::analysis::{Limits, Proof};
 use coordination::petri::Dot;
+use description::keys::quoted_list;
 
 use super::failure::Failure;
 use super::files::{load_site, nets, plans};
-use crate::jam::{self, MOST, Verdict};
 use crate::nets::Plan;
 use crate::setup::Setup;
+use crate::whole_floor::{self, MOST, Verdict, Waits};
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -26,7 +27,13 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
         text += &format!("  {:<12} by net {}\n", plan.id, plan.net);
     }
     if site.areas_managed {
-        text += &describe_order(&site, &plans);
+        text += &describe_floor(&site, &plans);
+        for plan in plans.iter().filter(|plan| plan.controls()) {
+            text += &format!(
+                "  coordination {} takes discrete control of its robots: its net is judged alone\n",
+                plan.id
+            );
+        }
     }
     let mut refused = 0;
     for net in nets(path)? {
@@ -76,31 +83,61 @@ fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
     text
 }
 
-/// Whether the order in which robots take areas can deadlock them.
-fn describe_order(site: &SiteConfig, plans: &[Arc<Plan>]) -> String {
-    let together: Vec<Vec<usize>> = { plans.iter() }.flat_map(|plan| plan.passages()).collect();
-    match jam::look(site, &together) {
-        Verdict::Never { looked } => {
-            format!("\norder of areas: no deadlock: {looked} placements of robots checked\n")
-        }
-        Verdict::Unknown => {
-            format!("\norder of areas: not decided: more than {MOST} placements of robots\n")
-        }
-        Verdict::May(waits) => {
-            let mut text =
-                "\nwarning: deadlock: by the order of their areas, these robots can wait for each other for ever:\n"
-                    .to_owned();
-            for own in waits {
+/// Whether robots can come to wait for ever, by the order of their areas, the nets, and their machines together.
+fn describe_floor(site: &SiteConfig, plans: &[Arc<Plan>]) -> String {
+    match whole_floor::look(site, plans) {
+        Verdict::Never { looked, deaths } => {
+            let mut text = format!(
+                "\nwhole floor: no robot ever waits for ever: {looked} placements of robots and nets checked\n"
+            );
+            for death in deaths {
+                let areas: Vec<&str> = death.stands_in.iter().map(String::as_str).collect();
                 text += &format!(
-                    "  {} has {} and waits for {}\n",
-                    own.robot,
-                    own.has.join(", "),
-                    own.needs.join(", ")
+                    "  where {} fails in {}, coordination {} may wait for it: take it away, and say so with `mediator clear AREA --taken-away`\n",
+                    death.robot,
+                    quoted_list(&areas, "or"),
+                    death.coordination
                 );
             }
             text
         }
+        Verdict::Unknown => {
+            format!("\nwhole floor: not decided: more than {MOST} placements of robots and nets\n")
+        }
+        Verdict::May { steps, waits } => {
+            let mut text =
+                "\nwarning: deadlock: these robots can come to wait for ever:\n".to_owned();
+            for own in &waits {
+                text += &describe_wait(own);
+            }
+            text + &describe_steps(&steps)
+        }
+        Verdict::Starves { steps, waits } => {
+            "\nwarning: starvation: this robot can wait for ever while others go on:\n".to_owned()
+                + &describe_wait(&waits)
+                + &describe_steps(&steps)
+        }
     }
+}
+
+fn describe_wait(own: &Waits) -> String {
+    let let_into = match &own.let_into[..] {
+        [] => String::new(),
+        areas => format!(", is let into {}", areas.join(", ")),
+    };
+    let (has, needs) = (own.has.join(", "), own.needs.join(", "));
+    format!(
+        "  {} has {has}{let_into} and waits for {needs}\n",
+        own.robot
+    )
+}
+
+fn describe_steps(steps: &[String]) -> String {
+    let mut text = "  after these steps:\n".to_owned();
+    for (number, step) in steps.iter().enumerate() {
+        text += &format!("  {:>4}. {step}\n", number + 1);
+    }
+    text
 }
 
 /// What a net is, and whether it may run.

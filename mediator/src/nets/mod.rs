@@ -22,5 +22,5 @@ pub use load::{PlanError, plans};
 pub use plan::Plan;
 
 pub(crate) use instance::{Instance, Phase};
-pub(crate) use plan::{Cast, Kind};
+pub(crate) use plan::{Cast, Kind, Passage};
 pub(crate) use stored::Unrestorable;

@@ -148,12 +148,4 @@ impl Plan {
     pub(crate) fn controls(&self) -> bool {
         { self.roles.iter() }.any(|role| matches!(role.kind, Kind::Control))
     }
-
-    /// Areas that the net gives to a robot as a whole.
-    pub(crate) fn passages(&self) -> impl Iterator<Item = Vec<usize>> + '_ {
-        self.roles.iter().flat_map(|role| match &role.kind {
-            Kind::Access(passages) => passages.iter().map(|own| own.areas.clone()).collect(),
-            Kind::Control => Vec::new(),
-        })
-    }
 }

@@ -1,0 +1,157 @@
+//! Whether one robot can wait for ever while others go on.
+//!
+//! It can if they can go round and round without it, though all are fair: whatever is possible again and again happens at some
+//! time (strong fairness). What is left of the graph after taking out, again and again, where that would not be so, are the rounds in
+//! which a robot starves (Lichtenstein and Pnueli 1985).
+
+use std::collections::HashSet;
+
+use super::explore::Floor;
+use super::graph::{Edge, Graph, Step};
+
+/// The edges that leave each placement.
+pub(super) struct Leaving<'a> {
+    edges: Vec<&'a Edge>,
+    begins: Vec<usize>,
+}
+
+impl<'a> Leaving<'a> {
+    pub(super) fn of(graph: &'a Graph) -> Self {
+        let mut edges: Vec<&Edge> = graph.edges.iter().collect();
+        edges.sort_by_key(|edge| edge.from);
+        let begins = (0..=graph.states.len())
+            .map(|place| edges.partition_point(|edge| (edge.from as usize) < place))
+            .collect();
+        Self { edges, begins }
+    }
+
+    fn of_place(&self, place: usize) -> &[&'a Edge] {
+        &self.edges[self.begins[place]..self.begins[place + 1]]
+    }
+}
+
+/// The nearest placement of a round in which `robot` starves, if there is one.
+pub(super) fn starves(
+    floor: &Floor,
+    graph: &Graph,
+    leaving: &Leaving<'_>,
+    robot: usize,
+) -> Option<usize> {
+    let goes_on = |step: Step| match step {
+        Step::Moves(own) | Step::IsGranted(own, _) => usize::from(own) == robot,
+        Step::Asks(..) | Step::Fires(..) => false,
+    };
+    // Where it could go on it would, by fairness; where it has nowhere to go it misses nothing.
+    let waits = (0..graph.states.len()).filter(|&place| {
+        let node = usize::from(graph.states[place].robots[robot].node);
+        !floor.routes[robot].next[node].is_empty()
+            && !leaving
+                .of_place(place)
+                .iter()
+                .any(|edge| goes_on(edge.step))
+    });
+    let mut open: Vec<Vec<usize>> = vec![waits.collect()];
+    let mut nearest: Option<usize> = None;
+    while let Some(places) = open.pop() {
+        let allowed: HashSet<usize> = places.iter().copied().collect();
+        for round in rounds(leaving, &places, &allowed) {
+            let inside: HashSet<usize> = round.iter().copied().collect();
+            let edges = || round.iter().flat_map(|&place| leaving.of_place(place));
+            let taken: HashSet<Kind> = edges()
+                .filter(|edge| inside.contains(&(edge.to as usize)))
+                .map(|edge| kind(edge.step))
+                .collect();
+            let missed = edges()
+                .map(|edge| kind(edge.step))
+                .find(|kind| !taken.contains(kind));
+            match missed {
+                Some(missed) => {
+                    let is_possible = |place: usize| {
+                        leaving
+                            .of_place(place)
+                            .iter()
+                            .any(|edge| kind(edge.step) == missed)
+                    };
+                    open.push(
+                        round
+                            .into_iter()
+                            .filter(|&place| !is_possible(place))
+                            .collect(),
+                    );
+                }
+                None if taken.iter().any(|kind| matches!(kind, Kind::Moves(_))) => {
+                    let first = round.iter().copied().min();
+                    nearest = nearest.into_iter().chain(first).min();
+                }
+                None => {}
+            }
+        }
+    }
+    nearest
+}
+
+/// What is fair: a robot drives on whichever way, all else happens as such.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Kind {
+    Moves(u16),
+    Other(Step),
+}
+
+fn kind(step: Step) -> Kind {
+    match step {
+        Step::Moves(robot) => Kind::Moves(robot),
+        step => Kind::Other(step),
+    }
+}
+
+/// Strongly connected components with more than one placement, or an edge to itself (Tarjan 1972, without recursion).
+fn rounds(leaving: &Leaving<'_>, places: &[usize], allowed: &HashSet<usize>) -> Vec<Vec<usize>> {
+    const NONE: usize = usize::MAX;
+    let count = leaving.begins.len();
+    let (mut index, mut low) = (vec![NONE; count], vec![NONE; count]);
+    let mut on_stack = vec![false; count];
+    let (mut stack, mut found, mut next) = (Vec::new(), Vec::new(), 0);
+    for &root in places {
+        if index[root] != NONE {
+            continue;
+        }
+        let mut calls = vec![(root, 0)];
+        while let Some((place, edge)) = calls.pop() {
+            if edge == 0 {
+                (index[place], low[place]) = (next, next);
+                next += 1;
+                stack.push(place);
+                on_stack[place] = true;
+            }
+            let edges = leaving.of_place(place);
+            if let Some(following) = edges.get(edge) {
+                calls.push((place, edge + 1));
+                let to = following.to as usize;
+                if !allowed.contains(&to) {
+                    continue;
+                }
+                if index[to] == NONE {
+                    calls.push((to, 0));
+                } else if on_stack[to] {
+                    low[place] = low[place].min(index[to]);
+                }
+                continue;
+            }
+            if let Some(&(caller, _)) = calls.last() {
+                low[caller] = low[caller].min(low[place]);
+            }
+            if low[place] == index[place] {
+                let begin = { stack.iter() }.rposition(|&own| own == place);
+                let component = stack.split_off(begin.unwrap_or_default());
+                for &own in &component {
+                    on_stack[own] = false;
+                }
+                let to_itself = || edges.iter().any(|edge| edge.to as usize == place);
+                if component.len() > 1 || to_itself() {
+                    found.push(component);
+                }
+            }
+        }
+    }
+    found
+}

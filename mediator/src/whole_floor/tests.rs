@@ -1,0 +1,226 @@
+//! Sites that ship, and sites made worse.
+
+use config::{NetConfig, SiteConfig, parse_net, parse_site};
+use coordination::analysis::Limits;
+
+use super::*;
+use crate::nets::plans;
+use crate::setup::Setup;
+
+fn text(file: &str) -> String {
+    let path = format!("{}/../config/{file}.toml", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).expect("it ships")
+}
+
+fn site(text: &str) -> SiteConfig {
+    parse_site("site.toml", text, &[])
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
+}
+
+fn shipped_net(name: &str) -> NetConfig {
+    parse_net("net.toml", &text(&format!("nets/{name}"))).expect("it ships")
+}
+
+/// With its coordinations.
+fn look_at(text: &str, nets: &[NetConfig]) -> Verdict {
+    let site = site(text);
+    let setup = Setup::of(&site).expect("a good site");
+    let plans = plans(&site, &setup, nets, &Limits::default())
+        .unwrap_or_else(|errors| panic!("{}", errors[0]));
+    look(&site, &plans)
+}
+
+/// Without.
+fn look_alone(text: &str) -> Verdict {
+    look(&site(text), &[])
+}
+
+#[test]
+fn robots_of_the_shipped_sites_never_wait_for_ever() {
+    for name in ["overtaking", "t-junction", "docking"] {
+        let verdict = look_at(&text(&format!("sites/{name}")), &[shipped_net(name)]);
+        let Verdict::Never { looked, deaths } = verdict else {
+            panic!("{name}: {verdict:?}");
+        };
+        assert!(looked > 20, "{name}: {looked}");
+        // A net that takes discrete control is judged alone.
+        assert_eq!(deaths.is_empty(), name == "overtaking");
+        for death in deaths {
+            let missed = |area: &str| death.stands_in.iter().any(|own| own == area);
+            // Whoever fails on docking's one way round stands in the way of those in the access sooner or later.
+            let found = if name == "docking" {
+                missed("access-in") && missed("apron")
+            } else {
+                missed("Cr") && !(missed("R1t") || missed("R2t") || missed("R3t"))
+            };
+            assert!(found, "{name}: {death:?}");
+        }
+    }
+}
+
+#[test]
+fn two_that_keep_what_the_other_needs_block_each_other() {
+    // One has the crossing and waits for the road behind it, which another has that waits for the crossing.
+    let worse = text("sites/t-junction").replace(
+        "lane = \"1-out\", skill",
+        "also = [\"R1o\"], lane = \"1-out\", skill",
+    );
+    let Verdict::May { waits, steps } = look_alone(&worse) else {
+        panic!("it can happen");
+    };
+    assert!(waits.len() >= 2 && !steps.is_empty(), "{waits:?} {steps:?}");
+    for own in &waits {
+        let others = waits.iter().filter(|other| other.robot != own.robot);
+        let theirs: Vec<&String> = others.flat_map(|other| &other.has).collect();
+        assert!(
+            own.needs.iter().any(|area| theirs.contains(&area)),
+            "{waits:?}"
+        );
+    }
+}
+
+#[test]
+fn a_place_kept_before_the_way_there_is_free_blocks_robots() {
+    let worse = text("sites/docking")
+        .replace(
+            "\naccess-in = { area = \"access-in\", skill",
+            "\naccess-in = { area = \"access-in\", also = [\"bay-in\"], skill",
+        )
+        .replace(
+            "also = [\"access-out\", \"gate\"]",
+            "also = [\"access-out\", \"gate\", \"bay-in\"]",
+        );
+    let verdict = look_at(&worse, &[shipped_net("docking")]);
+    assert!(matches!(verdict, Verdict::May { .. }), "{verdict:?}");
+}
+
+/// Lets one robot at a time into an area.
+fn gate(area: &str) -> NetConfig {
+    let mut text = format!("name = \"gate-{area}\"\n[places]\nfree = \"nobody is in\"\n");
+    let mut sections = [String::new(), String::new(), String::new(), String::new()];
+    for role in ["one", "two"] {
+        text += &format!("{role}-may-come = \"it may\"\n{role}-inside = \"it is in\"\n");
+        sections[0] += &format!("[roles.{role}]\nprotocol = \"crossing\"\n");
+        sections[1] += &format!(
+            "{role}-asks = \"{role}.request\"\n{role}-enters = \"{role}.entered\"\n{role}-leaves = \"{role}.released\"\n"
+        );
+        sections[2] += &format!("{role}-go = \"{role}.granted\"\n");
+        sections[3] += &format!(
+            "let-{role}-in = {{ from = [\"{role}-asks\", \"free\"], to = [\"{role}-may-come\", \"{role}-go\"] }}\n\
+             {role}-in = {{ from = [\"{role}-enters\", \"{role}-may-come\"], to = [\"{role}-inside\"] }}\n\
+             {role}-out = {{ from = [\"{role}-leaves\", \"{role}-inside\"], to = [\"free\"] }}\n"
+        );
+    }
+    let [roles, sources, sinks, transitions] = sections;
+    text += &format!(
+        "[sources]\n{sources}[sinks]\n{sinks}[transitions]\n{transitions}{roles}\
+         [protocols.crossing]\nkeeper = \"mediator\"\n\
+         flags = [{{ robot = \"request\" }}, {{ mediator = \"granted\", enters = [\"{area}\"] }}, \
+         {{ robot = \"entered\" }}, {{ robot = \"released\" }}]\n\
+         [ends]\nidle = [\"free\"]\n[situations.nobody]\nmarked = [\"free\"]\n"
+    );
+    parse_net("gate.toml", &text).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
+}
+
+/// Two big robots in docking, of which each takes both lanes of the access, each lane with a gate of its own.
+fn two_gates(edit: impl Fn(String) -> String) -> Verdict {
+    let shipped = text("sites/docking");
+    let (floor, _) = shipped
+        .split_once("[coordinations.access]")
+        .expect("its last part");
+    let (before, rest) = floor.split_once("[robots.amr-2]").expect("a robot");
+    let (_, after) = rest.split_once("[robots.amr-big]").expect("the next one");
+    let mut site = format!("{before}[robots.amr-big]{after}").replace(
+        "[robots.amr-1]\nrole = \"small\"",
+        "[robots.amr-1]\nrole = \"big\"",
+    );
+    for area in ["access-in", "access-out"] {
+        site += &format!(
+            "[coordinations.{area}]\nnet = \"gate-{area}\"\n[coordinations.{area}.situations.nobody]\n\
+             one = {{ robot = \"amr-1\" }}\ntwo = {{ robot = \"amr-big\" }}\n"
+        );
+    }
+    look_at(&edit(site), &[gate("access-in"), gate("access-out")])
+}
+
+#[test]
+fn two_gates_that_are_taken_in_opposite_order_are_found() {
+    let Verdict::May { steps, waits } = two_gates(|site| site) else {
+        panic!("each can have one lane and wait for the other");
+    };
+    let has = |robot: usize, area: &str| waits[robot].let_into.iter().any(|own| own == area);
+    assert_eq!(waits.len(), 2, "{waits:?}");
+    assert!(
+        has(0, "access-in") && has(1, "access-out") || has(1, "access-in") && has(0, "access-out"),
+        "{waits:?}"
+    );
+    assert!(
+        steps.iter().any(|step| step == "`access-in`: let-one-in"),
+        "{steps:#?}"
+    );
+}
+
+/// Each robot comes to the end of its wait once the way between the gates holds both.
+#[test]
+fn the_same_two_gates_with_room_between_them_are_not_refused() {
+    let verdict = two_gates(|site| {
+        site.replace(
+            "also = [\"access-out\", \"gate\"], lane",
+            "also = [\"gate\"], lane",
+        )
+        .replace("also = [\"access-out\"]", "also = []")
+        .replace("also = [\"access-out\", \"bay-in\"]", "also = [\"bay-in\"]")
+        .replace(
+            "also = [\"access-in\", \"bay-out\"], lane",
+            "also = [\"bay-out\"], lane",
+        )
+        .replace("also = [\"access-in\"]", "also = []")
+        .replace("also = [\"access-in\", \"exit\"]", "also = [\"exit\"]")
+    });
+    assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
+}
+
+/// No net lets a robot in that plays no role.
+#[test]
+fn a_robot_that_no_role_is_for_waits_for_ever() {
+    let verdict = look_at(
+        &text("sites/docking").replace(
+            "small-2 = { robot = \"amr-2\" }",
+            "small-2 = { robot = \"amr-1\" }",
+        ),
+        &[shipped_net("docking")],
+    );
+    let Verdict::May { waits, .. } = verdict else {
+        panic!("the net has too few robots, and never begins: {verdict:?}");
+    };
+    assert_eq!(waits.len(), 3, "{waits:?}");
+}
+
+/// The big robot waits until both lanes are free at once, and nothing keeps small ones from coming meanwhile.
+#[test]
+fn a_net_that_lets_others_in_again_and_again_starves_a_robot() {
+    let greedy = text("nets/docking")
+        .replace(
+            "close = { from = [\"big-asks\", \"open\"], to = [\"closed\"] }\n",
+            "",
+        )
+        .replace(
+            "from = [\"closed\", \"in-free\"",
+            "from = [\"big-asks\", \"open\", \"in-free\"",
+        )
+        .replace(
+            "closed = \"the big robot waits until both lanes are free\"\n",
+            "",
+        );
+    let net = parse_net("net.toml", &greedy)
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    // With room for both small ones beside each other, so that they can drive round behind each other.
+    let roomy = text("sites/docking").replace("capacity = 1", "capacity = 3");
+    let Verdict::Starves { waits, steps } = look_at(&roomy, &[net]) else {
+        panic!("it waits while they take turns");
+    };
+    assert_eq!(waits.robot, "amr-big");
+    assert!(!steps.is_empty());
+    let verdict = look_at(&roomy, &[shipped_net("docking")]);
+    assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
+}

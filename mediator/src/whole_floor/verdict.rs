@@ -1,0 +1,49 @@
+//! What is said of a floor.
+
+/// The search ends without a verdict after this many placements of robots: a bound for its time and memory.
+pub(crate) const MOST: usize = 300_000;
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// From every placement every robot can go on.
+    Never {
+        /// How many placements of robots and nets there are.
+        looked: usize,
+        /// By robot and net, where somebody can be missed.
+        deaths: Vec<Death>,
+    },
+    /// Robots can come to wait for ever.
+    May {
+        /// Shortest way there.
+        steps: Vec<String>,
+        waits: Vec<Waits>,
+    },
+    /// One robot can wait for ever while others go on.
+    Starves {
+        /// Shortest way to where they can go round without it.
+        steps: Vec<String>,
+        waits: Waits,
+    },
+    /// There are more than [`MOST`] placements.
+    Unknown,
+}
+
+/// A robot that can never go on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Waits {
+    pub(crate) robot: String,
+    pub(crate) has: Vec<String>,
+    /// Areas that a net keeps for it.
+    pub(crate) let_into: Vec<String>,
+    pub(crate) needs: Vec<String>,
+}
+
+/// A robot dies, and a coordination may not come to a declared end any more without it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Death {
+    pub(crate) robot: String,
+    pub(crate) coordination: String,
+    /// Areas in which it stands then.
+    pub(crate) stands_in: Vec<String>,
+}
