@@ -115,6 +115,9 @@ class Follower:
             return not ended and (message.session != 0 or silent)
         if self.stands_by and message.mediator_epoch >= self.epoch:
             return True
+        if message.session == 0 and not same_journal:
+            # It refuses, and knows nothing of what this robot has.
+            return False
         return message.mediator_epoch > self.epoch and (same_journal or silent)
 
     def note_other(self, now: float) -> None:

@@ -18,6 +18,8 @@ PAST = "A message of a smaller `mediator_epoch`, or for another `boot_epoch`, is
 BEFORE = ("But where a level that comes with that `session` cannot follow its own, the other has heard of a process before this one alone, and the "
           "robot takes its levels over as at a first registration.")
 KEEPS = "It keeps all levels, and takes over the `session`."
+REFUSES = ("Nor does one with another `journal` that refuses it: what it has been registered for it keeps until another mediator offers a "
+           "`session`.")
 NONSENSE = ("Ignore, and count, what no mediator says: an epoch or `sequence` above 2^62, or from the instance that is followed an epoch more "
             "than 2^20 above the last.")
 NEWEST = "Within one epoch of the sender, the message with the largest `sequence` is the newest; ignore older ones."
@@ -90,6 +92,18 @@ def same_epoch(hall: Hall) -> None:
     time.sleep(page.SILENT_S + page.LEVEL_S)
     for epoch in (hall.epoch, hall.epoch - 1):
         not_followed(hall, other_mediator(hall, epoch), f"epoch {epoch} is not larger than {hall.epoch}")
+    hall.speaks = True
+    hall.expect(hall.soon_s, hall.counts, "the mediator that it followed, when it is back")
+
+
+@SUITE.check("other-refusal-ignored", REFUSES)
+def other_refusal(hall: Hall) -> None:
+    """A robot whose mediator is silent keeps its registration when another one, with another journal, refuses it."""
+    hall.speaks = False
+    time.sleep(page.SILENT_S + page.LEVEL_S)
+    refuses = other_mediator(hall, hall.epoch + 10, refusal="no such robot")
+    refuses.session = 0
+    not_followed(hall, refuses, "the other one refuses it")
     hall.speaks = True
     hall.expect(hall.soon_s, hall.counts, "the mediator that it followed, when it is back")
 

@@ -39,6 +39,7 @@ WRONG: dict[str, tuple[type[Robot], list[str]]] = {
     "believes-nonsense": (mediators.BelievesNonsense, ["nonsense-numbers"]),
     "follows-anybody": (mediators.FollowsAnybody, ["other-mediator-ignored", "same-epoch-never"]),
     "takes-late-offers": (mediators.TakesLateOffers, ["late-offer-ignored"]),
+    "takes-refusals": (mediators.TakesRefusals, ["other-refusal-ignored"]),
     "follows-smaller-epochs": (mediators.FollowsSmallerEpochs, ["same-epoch-never"]),
     "never-follows": (mediators.NeverFollows, ["restart-followed"]),
     "forgets-on-restart": (mediators.ForgetsOnRestart, ["restart-followed"]),

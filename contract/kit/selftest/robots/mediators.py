@@ -29,6 +29,14 @@ class TakesLateOffers(Robot):
         return self.session == 0 and message.session != 0 or super().may_follow(message, now)
 
 
+class TakesRefusals(Robot):
+    """It follows a mediator that refuses it, once its own is silent."""
+
+    def may_follow(self, message: Any, now: float) -> bool:
+        silent = now > self.heard_at + page.SILENT_S
+        return super().may_follow(message, now) or silent and message.session == 0 and message.mediator_epoch > self.epoch
+
+
 class FollowsSmallerEpochs(Robot):
     """It follows any other mediator once its own is silent."""
 
