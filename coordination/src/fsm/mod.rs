@@ -8,7 +8,8 @@
 //! An input without a transition in the present state is ignored and counted, never an error,
 //! because a machine cannot decide which events arrive.
 //!
-//! [`Machine::to_net`] makes the equivalent Petri net (the paper's Figure 2).
+//! [`Machine::to_net`] makes the equivalent Petri net (the paper's Figure 2), and [`MachineModel::of_net`]
+//! the machine of a small net.
 //!
 //! **Real time:** [`Machine::step`] takes constant time and does not allocate. Building a model and
 //! compiling it allocate.
@@ -35,9 +36,11 @@
 mod machine;
 mod model;
 mod net;
+mod of_net;
 
 pub use machine::{Machine, OutputId, StateId, Step, Transition};
 pub use model::{MachineModel, ModelError};
+pub use of_net::{OfNetError, OfNetLimits, Unused};
 
 #[cfg(test)]
 mod tests;
