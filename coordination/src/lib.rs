@@ -4,6 +4,7 @@
 //!
 //! * [`analysis`]: what is proved of a net before it may run;
 //! * [`event`]: dense event ids and bounded, wait-free queues of events;
+//! * [`flag`]: Boolean conditions, whose changes are events;
 //! * [`fsm`]: Mealy machines, from a symbolic model to dense tables;
 //! * [`petri`]: Petri nets, from a symbolic model to dense tables that an executor runs;
 //! * [`protocol`]: flag arrays, the order in which two parties set the flags that they share;
@@ -55,6 +56,7 @@ pub mod activity;
 pub mod analysis;
 pub mod binding;
 pub mod event;
+pub mod flag;
 pub mod fsm;
 pub mod petri;
 #[cfg(feature = "pnml")]

@@ -1,6 +1,6 @@
 //! Monitors: conditions that are watched while their skill runs, each raising one event when it becomes true.
 //!
-//! A monitor fires once per schedule; a deviation fires again after the robot was back within half its limit. NaN fires
+//! Each keeps a flag that rises with its condition and stays up: a monitor fires once per schedule; a deviation fires again after the robot was back within half its limit. NaN fires
 //! nothing. Real time.
 //!
 //! When an operator sends on a robot that has strayed, its deviation is known already. It is raised again only when the
@@ -9,6 +9,7 @@
 use crate::perception::corridor::CorridorEstimate;
 use crate::perception::lane_end::LaneEndEstimate;
 use coordination::event::EventId;
+use coordination::flag::{Flag, Monitor as FlagMonitor};
 use description::geometry::Pose2;
 use description::site::{Feature, MonitorKind};
 
@@ -44,11 +45,11 @@ pub struct Situation {
 /// A condition with its event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Monitor {
-    /// Raised when the condition becomes true.
-    pub event: EventId,
     /// The condition.
     pub kind: MonitorKind,
-    fired: bool,
+    /// Whether the condition was true since the schedule began; of a deviation, since the robot was back.
+    flag: Flag,
+    on_flag: FlagMonitor,
     way_back: Option<WayBack>,
 }
 
@@ -99,16 +100,16 @@ impl Monitor {
     #[must_use]
     pub fn new(event: EventId, kind: MonitorKind) -> Self {
         Self {
-            event,
             kind,
-            fired: false,
+            flag: Flag::new(false),
+            on_flag: FlagMonitor::on_rise(event),
             way_back: None,
         }
     }
 
     /// Starts again, as when its skill starts.
     pub fn reset(&mut self) {
-        self.fired = false;
+        self.flag.restart(false);
         self.way_back = None;
     }
 
@@ -123,7 +124,7 @@ impl Monitor {
         if let MonitorKind::Deviation { limit_m } = self.kind {
             let limit_m = limit_m.unwrap_or(situation.deviation_limit_m);
             if situation.lateral_error_m.abs() < limit_m / 2.0 {
-                self.fired = false;
+                self.flag.set(false);
             }
             if let Some(way_back) = &mut self.way_back {
                 if way_back.goes_on(situation, limit_m) {
@@ -132,11 +133,9 @@ impl Monitor {
                 self.way_back = None;
             }
         }
-        if self.fired || !self.holds(situation) {
-            return None;
-        }
-        self.fired = true;
-        Some(self.event)
+        let was_true = self.flag.is_set() || self.holds(situation);
+        let change = self.flag.set(was_true)?;
+        self.on_flag.event_of(change)
     }
 
     fn holds(&self, situation: &Situation) -> bool {
@@ -300,5 +299,32 @@ mod tests {
         assert!(!fired(3.0, 0.25) && fired(3.1, 0.31));
         let mut fired = returning();
         assert!(!fired(0.1, 0.0) && fired(1.0, 0.35), "never away");
+    }
+
+    proptest::proptest! {
+        /// What a monitor fires is what a Boolean by hand would make it fire, whatever the values.
+        #[test]
+        fn a_monitor_is_a_latch_of_its_condition(
+            steps in proptest::collection::vec((proptest::num::f64::ANY, -1.0..1.0_f64, 0u8..8), 0..60),
+        ) {
+            let mut monitor = monitor(MonitorKind::Deviation { limit_m: None });
+            let mut fired = false;
+            for (any, near, what) in steps {
+                if what == 0 {
+                    monitor.reset();
+                    fired = false;
+                }
+                let lateral_error_m = if what == 1 { any } else { near };
+                let situation = Situation {
+                    deviation_limit_m: 0.3,
+                    lateral_error_m,
+                    ..Situation::default()
+                };
+                fired &= !(lateral_error_m.abs() < 0.15);
+                let fires = !fired && lateral_error_m.abs() > 0.3;
+                fired |= fires;
+                proptest::prop_assert_eq!(monitor.step(&situation), fires.then_some(EventId(3)));
+            }
+        }
     }
 }
