@@ -2,6 +2,7 @@
 //! Bruyninckx, *Software patterns and data structures for the runtime coordination of robots*, Frontiers in Robotics and AI
 //! (2024): "the paper" everywhere here.
 //!
+//! * [`acquire_release`]: the protocol by which a resource is acquired from its owner and released;
 //! * [`analysis`]: what is proved of a net before it may run;
 //! * [`event`]: dense event ids and bounded, wait-free queues of events;
 //! * [`flag`]: Boolean conditions, whose changes are events;
@@ -52,6 +53,7 @@
 //! using it afterwards never allocates, locks, logs, waits or makes a system call. Where a function
 //! is not for a real-time thread, its documentation says so.
 
+pub mod acquire_release;
 pub mod activity;
 pub mod analysis;
 pub mod binding;

@@ -2,22 +2,28 @@
 
 use std::sync::Arc;
 
+use coordination::acquire_release::{AcquireRelease, By, Resource};
 use coordination::protocol::{FlagId, Position, Protocol};
 
-use super::model::{self, compiled, flag};
+use super::model::flag;
 use super::names::{ENTERED, GRANTED, MEDIATOR, RELEASED, REQUEST, RETURNED, ROBOT};
 
 /// Protocol 1: request, granted, then entered and released, or returned.
 #[must_use]
 pub fn access() -> Protocol {
-    let mut model = model::model("access");
-    model
-        .array("ask", &[(REQUEST, ROBOT), (GRANTED, MEDIATOR)])
-        .array("pass", &[(ENTERED, ROBOT), (RELEASED, ROBOT)])
-        .array("return", &[(RETURNED, ROBOT)])
-        .follow("ask", "pass")
-        .follow("ask", "return");
-    compiled(&model)
+    Protocol::clone(resource().protocol())
+}
+
+/// An area as a resource: the robot uses what the mediator owns.
+fn resource() -> Resource {
+    let mut area = AcquireRelease::new("access", ROBOT, MEDIATOR);
+    area.keeper(By::Owner)
+        .acquire(REQUEST, GRANTED)
+        .using(ENTERED, By::User)
+        .release(RELEASED)
+        .give_back(RETURNED);
+    area.compile()
+        .expect("the contract's own arrays are consistent; a test compiles them")
 }
 
 /// [`access`] with its flags and positions looked up, for either side. Clones share the protocol.
@@ -25,6 +31,8 @@ pub fn access() -> Protocol {
 pub struct AccessProtocol {
     /// For the two sides.
     pub protocol: Arc<Protocol>,
+    /// What its positions mean.
+    pub resource: Resource,
     /// [`REQUEST`]
     pub request: FlagId,
     /// [`GRANTED`]
@@ -46,7 +54,8 @@ impl AccessProtocol {
     #[must_use]
     #[expect(clippy::new_without_default, reason = "there is nothing to choose")]
     pub fn new() -> Self {
-        let protocol = access();
+        let resource = resource();
+        let protocol = Arc::clone(resource.protocol());
         let at_end_of = |flags: &[FlagId]| {
             { flags.iter() }
                 .try_fold(Position::START, |at, &flag| protocol.after(at, flag))
@@ -62,13 +71,14 @@ impl AccessProtocol {
             returned: flag(RETURNED),
             granted_at: at_end_of(&[request, granted]),
             entered_at: at_end_of(&[request, granted, entered]),
-            protocol: Arc::new(protocol),
+            protocol,
+            resource,
         }
     }
 
     /// At this position the robot has the area: from `granted` until `released` or `returned`.
     #[must_use]
     pub fn is_held(&self, at: Position) -> bool {
-        at == self.granted_at || at == self.entered_at
+        self.resource.is_held(at)
     }
 }

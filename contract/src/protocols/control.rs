@@ -1,7 +1,8 @@
-//! Protocol 2: the mediator acquires and releases the discrete control of a robot.
+//! Protocol 2: the mediator acquires and releases the discrete control of a robot, which the robot owns.
 
 use std::collections::BTreeMap;
 
+use coordination::acquire_release::{AcquireRelease, By, PatternError};
 use coordination::protocol::{ModelError, Protocol};
 
 use super::model;
@@ -16,12 +17,19 @@ use crate::wire::{ControlFlag, ControlPath};
 pub fn control<'a>(
     steps: impl IntoIterator<Item = (&'a str, bool)>,
 ) -> Result<Protocol, ControlError> {
-    let begin = [(ACQUIRE, true), (ACQUIRED, false)];
-    let end = [(RELEASE, true), (RELEASED, false)];
-    let flags = begin.into_iter().chain(steps).chain(end);
-    let flags: Vec<ControlFlag> =
-        { flags.map(|(name, by_mediator)| flag(name, by_mediator)) }.collect();
-    control_paths(&flags, &[])
+    let mut model = AcquireRelease::new("control", MEDIATOR, ROBOT);
+    model
+        .owner_first()
+        .keeper(By::User)
+        .acquire(ACQUIRE, ACQUIRED);
+    for (flag, by_mediator) in steps {
+        model.using(flag, if by_mediator { By::User } else { By::Owner });
+    }
+    model.release(RELEASE).confirm(RELEASED);
+    model.protocol().map_err(|error| match error {
+        PatternError::Model(error) => ControlError::Model(error),
+        error => unreachable!("it acquires and releases: {error}"),
+    })
 }
 
 fn flag(name: &str, by_mediator: bool) -> ControlFlag {

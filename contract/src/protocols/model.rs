@@ -14,13 +14,6 @@ pub(super) fn model(name: &str) -> ProtocolModel {
     model
 }
 
-/// Compiles a protocol that this crate itself declares.
-pub(super) fn compiled(model: &ProtocolModel) -> Protocol {
-    model
-        .compile()
-        .expect("the contract's own arrays are consistent; a test compiles them")
-}
-
 /// A flag of a protocol that this crate itself declares.
 pub(super) fn flag(protocol: &Protocol, name: &str) -> FlagId {
     protocol

@@ -2,22 +2,22 @@
 
 use std::sync::Arc;
 
+use coordination::acquire_release::Revocation;
 use coordination::protocol::{FlagId, Protocol};
 
-use super::model::{self, compiled, flag};
+use super::model::model;
 use super::names::{KEPT, MEDIATOR, REVOKE, ROBOT, YIELDED};
 
 /// Taking a grant back: revoke, then yielded or kept.
 #[must_use]
 pub fn revocation() -> Protocol {
-    let mut model = model::model("revocation");
-    model
-        .array("ask", &[(REVOKE, MEDIATOR)])
-        .array("yield", &[(YIELDED, ROBOT)])
-        .array("keep", &[(KEPT, ROBOT)])
-        .follow("ask", "yield")
-        .follow("ask", "keep");
-    compiled(&model)
+    Protocol::clone(&compiled().protocol)
+}
+
+fn compiled() -> Revocation {
+    let flags = [REVOKE, YIELDED, KEPT];
+    Revocation::compile(model("revocation"), ROBOT, MEDIATOR, flags)
+        .expect("the contract's own arrays are consistent; a test compiles them")
 }
 
 /// [`revocation`] with its flags looked up, for either side. Clones share the protocol.
@@ -38,12 +38,17 @@ impl RevocationProtocol {
     #[must_use]
     #[expect(clippy::new_without_default, reason = "there is nothing to choose")]
     pub fn new() -> Self {
-        let protocol = revocation();
+        let Revocation {
+            protocol,
+            revoke,
+            yielded,
+            kept,
+        } = compiled();
         Self {
-            revoke: flag(&protocol, REVOKE),
-            yielded: flag(&protocol, YIELDED),
-            kept: flag(&protocol, KEPT),
-            protocol: Arc::new(protocol),
+            protocol,
+            revoke,
+            yielded,
+            kept,
         }
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::wire::{ControlFlag, ControlPath};
-use coordination::protocol::{Position, Protocol};
+use coordination::protocol::{Position, Protocol, ProtocolModel};
 
 /// All flags of path `path`, in their order.
 fn path(protocol: &Protocol, path: u16) -> Vec<&str> {
@@ -29,6 +29,42 @@ fn paths_are_numbered_as_the_contract_says() {
     assert_eq!(revocation.paths(), 2);
     assert_eq!(path(&revocation, 0), [REVOKE, YIELDED]);
     assert_eq!(path(&revocation, 1), [REVOKE, KEPT]);
+}
+
+// Robots of before spoke these arrays, and the pattern must make the same of them.
+#[test]
+fn instances_of_the_pattern_are_the_contracts_arrays() {
+    let model = |name| {
+        let mut model = ProtocolModel::new(name, ROBOT, MEDIATOR);
+        model.keeper(MEDIATOR);
+        model
+    };
+    let mut arrays = model("access");
+    arrays
+        .array("ask", &[(REQUEST, ROBOT), (GRANTED, MEDIATOR)])
+        .array("pass", &[(ENTERED, ROBOT), (RELEASED, ROBOT)])
+        .array("return", &[(RETURNED, ROBOT)])
+        .follow("ask", "pass")
+        .follow("ask", "return");
+    assert_eq!(arrays.compile(), Ok(access()));
+    let mut arrays = model("revocation");
+    arrays
+        .array("ask", &[(REVOKE, MEDIATOR)])
+        .array("yield", &[(YIELDED, ROBOT)])
+        .array("keep", &[(KEPT, ROBOT)])
+        .follow("ask", "yield")
+        .follow("ask", "keep");
+    assert_eq!(arrays.compile(), Ok(revocation()));
+    let flags = [
+        flag(ACQUIRE, true),
+        flag(ACQUIRED, false),
+        flag("e1", true),
+        flag("done1", false),
+        flag(RELEASE, true),
+        flag(RELEASED, false),
+    ];
+    let steps = [("e1", true), ("done1", false)];
+    assert_eq!(control_paths(&flags, &[]), control(steps));
 }
 
 #[test]
