@@ -450,29 +450,32 @@ fn events_that_pile_up_are_refused() {
 #[test]
 fn a_net_beyond_the_limits_is_refused_and_says_so() {
     let (net, uses) = gate(6);
-    let states = check(&net, &uses, &Limits::default())
-        .unwrap()
-        .report()
-        .states;
+    // One state after another, and no further.
+    let limits = Limits {
+        nodes: 0,
+        ..Limits::default()
+    };
+    let found = check(&net, &uses, &limits).unwrap().report().states;
+    let states = usize::try_from(found).unwrap();
     for (limits, what) in [
         (
             Limits {
                 states: states - 1,
-                ..Limits::default()
+                ..limits
             },
             "states",
         ),
         (
             Limits {
                 steps: 1000,
-                ..Limits::default()
+                ..limits
             },
             "steps",
         ),
         (
             Limits {
                 looks: 1000,
-                ..Limits::default()
+                ..limits
             },
             "transitions to look at",
         ),
@@ -487,11 +490,8 @@ fn a_net_beyond_the_limits_is_refused_and_says_so() {
             "{refusal}"
         );
     }
-    let exact = Limits {
-        states,
-        ..Limits::default()
-    };
-    assert_eq!(check(&net, &uses, &exact).unwrap().report().states, states);
+    let exact = Limits { states, ..limits };
+    assert_eq!(check(&net, &uses, &exact).unwrap().report().states, found);
 }
 
 #[test]

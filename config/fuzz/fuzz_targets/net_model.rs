@@ -120,7 +120,7 @@ fn fuzz(input: &mut Unstructured<'_>) -> Result<()> {
     let proof = match check(&net, &uses, &LIMITS) {
         Ok(proof) => {
             let report = proof.report();
-            assert!(report.states <= LIMITS.states && report.steps <= LIMITS.steps);
+            assert!(report.states <= LIMITS.states as u128 && report.steps <= LIMITS.steps as u128);
             Some(proof)
         }
         Err(refusal) => {

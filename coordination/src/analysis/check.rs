@@ -6,6 +6,9 @@ use super::never::Never;
 use super::proof::Proof;
 use super::refusal::{Reason, Refusal, Trace};
 use super::report::Report;
+use super::states::States;
+#[cfg(feature = "symbolic")]
+use super::symbolic::Symbolic;
 use super::usage::{Limits, Situation, Use};
 use crate::petri::NetModel;
 
@@ -47,30 +50,59 @@ fn run(
     for &(name, model) in situations {
         let fails = |(reason, trace): Fault| refuse(model.name(), name, reason, trace);
         let closed = Closed::new(model, uses, limits).map_err(|reason| fails((reason, None)))?;
-        let found = Explored::new(closed, limits).map_err(fails)?;
-        let (ends, warnings) = found.prove().map_err(fails)?;
-        never.add(&found);
-        let report = Report {
+        let reading = (closed.layout, closed.counters().to_vec());
+        let mut report = Report {
             net: model.name().to_owned(),
             situation: name.map(str::to_owned),
-            states: found.store.len(),
-            steps: found.edges.len(),
-            ends,
-            warnings,
+            states: 0,
+            steps: 0,
+            ends: Vec::new(),
+            warnings: Vec::new(),
         };
-        let reading = (found.closed.layout, found.closed.counters().to_vec());
+        let states = explore(closed, limits, &mut report, &mut never).map_err(fails)?;
         proofs.push(Proof::new(
             model.clone(),
             uses.to_vec(),
             report,
             reading,
-            found.store,
+            states,
         ));
     }
     match never.reason(&proofs) {
         Some(reason) => Err(refuse(first.name(), first_name, Box::new(reason), None)),
         None => Ok(proofs),
     }
+}
+
+/// One state after another; if there are too many for that, all at once, where that is built in.
+fn explore(
+    closed: Closed<'_>,
+    limits: &Limits,
+    report: &mut Report,
+    never: &mut Never,
+) -> Result<States, Fault> {
+    let found = match Explored::new(closed, limits) {
+        Ok(found) => found,
+        #[cfg(feature = "symbolic")]
+        Err((closed, (reason, None))) if is_too_large(&reason) && limits.nodes > 0 => {
+            let found = Symbolic::new(*closed, limits)?;
+            never.add(&found);
+            let (layout, all) = (found.closed.layout, found.all);
+            (report.states, report.steps) = (all.states, all.steps);
+            (report.ends, report.warnings) = (all.ends, all.warnings);
+            return Ok(States::Together(layout, all.kept, all.meanings));
+        }
+        Err((_, fault)) => return Err(fault),
+    };
+    (report.ends, report.warnings) = found.prove()?;
+    (report.states, report.steps) = (found.store.len() as u128, found.edges.len() as u128);
+    never.add(&found);
+    Ok(States::Each(found.store))
+}
+
+#[cfg(feature = "symbolic")]
+fn is_too_large(reason: &Reason) -> bool {
+    matches!(reason, Reason::TooLarge { .. })
 }
 
 fn refuse(

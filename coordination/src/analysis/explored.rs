@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::closed::{Closed, Move};
 use super::graph;
+use super::never::Found;
 use super::refusal::{Dead, Reason, Trace};
 use super::report::Warning;
 use super::store::Store;
@@ -23,14 +24,53 @@ pub(super) struct Explored<'a> {
     /// The steps that the net takes without news from outside.
     own: Vec<(u32, u32)>,
     /// By transition.
-    pub(super) fired: Vec<bool>,
+    fired: Vec<bool>,
     /// The flags that other parties set.
     set: BTreeSet<(u16, FlagId)>,
+    /// The fault to be named, of those found so far.
+    nearest: Option<Near>,
+}
+
+/// A fault and how far away it is.
+struct Near {
+    distance: u32,
+    rank: u8,
+    state: u32,
+    reason: Box<Reason>,
+}
+
+/// Remembers the nearer of two faults; of two at the same distance, the one that a state has as such,
+/// then one of a step, then that there is no step.
+fn note(nearest: &mut Option<Near>, distance: u32, state: u32, reason: Box<Reason>) {
+    let rank = match *reason {
+        Reason::Exclusion { .. } => 0,
+        Reason::OutOfOrder { .. } => 1,
+        Reason::Unsafe { .. } => 2,
+        Reason::Overflow { .. } => 3,
+        _ => 4,
+    };
+    let known = nearest.as_ref().map(|known| (known.distance, known.rank));
+    if known.is_none_or(|known| (distance, rank) < known) {
+        *nearest = Some(Near {
+            distance,
+            rank,
+            state,
+            reason,
+        });
+    }
+}
+
+fn too_large(what: &'static str, limit: u64) -> Box<Reason> {
+    Box::new(Reason::TooLarge { what, limit })
 }
 
 impl<'a> Explored<'a> {
-    /// Breadth first, so that the way found to each state is a shortest one.
-    pub(super) fn new(closed: Closed<'a>, limits: &Limits) -> Result<Self, Fault> {
+    /// Breadth first, so that the way found to each state is a shortest one. Gives the net back with the
+    /// fault.
+    pub(super) fn new(
+        closed: Closed<'a>,
+        limits: &Limits,
+    ) -> Result<Self, (Box<Closed<'a>>, Fault)> {
         let mut explored = Self {
             store: Store::new(closed.layout.words),
             parents: vec![(0, None)],
@@ -38,35 +78,72 @@ impl<'a> Explored<'a> {
             own: Vec::new(),
             fired: vec![false; closed.transitions()],
             set: BTreeSet::new(),
+            nearest: None,
             closed,
         };
-        explored.store.add(explored.closed.initial());
-        explored.examine(0, explored.closed.initial())?;
-        let (mut state, mut scratch) = (Vec::new(), Vec::new());
-        let (mut next, mut looks) = (0, 0_u64);
-        while (next as usize) < explored.store.len() {
-            state.clear();
-            state.extend_from_slice(explored.store.get(next));
-            looks += explored.expand(next, &state, &mut scratch, limits)?;
-            let too_many = |what, limit| (Box::new(Reason::TooLarge { what, limit }), None);
-            if explored.store.len() > limits.states {
-                return Err(too_many("states", limits.states as u64));
-            }
-            if looks > limits.looks {
-                return Err(too_many("transitions to look at", limits.looks));
-            }
-            next += 1;
+        match explored.search(limits) {
+            Ok(()) => Ok(explored),
+            Err(fault) => Err((Box::new(explored.closed), fault)),
         }
-        Ok(explored)
     }
 
+    fn search(&mut self, limits: &Limits) -> Result<(), Fault> {
+        if limits.states == 0 {
+            return Err((too_large("states", 0), None));
+        }
+        self.store.add(self.closed.initial());
+        if let Some(reason) = self.closed.fault(self.closed.initial()) {
+            return Err((reason, Some(self.trace(0))));
+        }
+        let (mut state, mut scratch) = (Vec::new(), Vec::new());
+        let (mut next, mut looks) = (0, 0_u64);
+        let (mut layer, mut distance) = (1, 0);
+        while (next as usize) < self.store.len() {
+            state.clear();
+            state.extend_from_slice(self.store.get(next));
+            let looked = self.expand(next, distance, &state, &mut scratch, limits);
+            next += 1;
+            let too_large = match looked {
+                Err(reason) => Some(reason),
+                Ok(more) => {
+                    looks += more;
+                    self.exceeds(looks, limits)
+                }
+            };
+            // All states at this distance are known to be looked at, or no more can be.
+            let is_last = next as usize == layer;
+            if let Some(found) = self.nearest.take_if(|_| is_last || too_large.is_some()) {
+                return Err((found.reason, Some(self.trace(found.state))));
+            }
+            if let Some(reason) = too_large {
+                return Err((reason, None));
+            }
+            if is_last {
+                (layer, distance) = (self.store.len(), distance + 1);
+            }
+        }
+        Ok(())
+    }
+
+    fn exceeds(&self, looks: u64, limits: &Limits) -> Option<Box<Reason>> {
+        if self.store.len() > limits.states {
+            return Some(too_large("states", limits.states as u64));
+        }
+        if looks > limits.looks {
+            return Some(too_large("transitions to look at", limits.looks));
+        }
+        None
+    }
+
+    /// Takes all steps from a state. An error says that there are too many.
     fn expand(
         &mut self,
         from: u32,
+        distance: u32,
         state: &[u64],
         scratch: &mut Vec<u64>,
         limits: &Limits,
-    ) -> Result<u64, Fault> {
+    ) -> Result<u64, Box<Reason>> {
         let Self {
             closed,
             store,
@@ -75,13 +152,12 @@ impl<'a> Explored<'a> {
             own,
             fired,
             set,
+            nearest,
         } = self;
         let before = edges.len();
-        let mut fault_at = from;
         let outcome = closed.steps(state, scratch, |step, to| {
             if edges.len() >= limits.steps {
-                let (what, limit) = ("steps", limits.steps as u64);
-                return Err(Box::new(Reason::TooLarge { what, limit }));
+                return Err(too_large("steps", limits.steps as u64));
             }
             match step {
                 Move::Fire(transition) => fired[transition as usize] = true,
@@ -91,15 +167,13 @@ impl<'a> Explored<'a> {
             let number = match store.find(to) {
                 Some(number) => number,
                 None if store.len() > limits.states => {
-                    let (what, limit) = ("states", limits.states as u64);
-                    return Err(Box::new(Reason::TooLarge { what, limit }));
+                    return Err(too_large("states", limits.states as u64));
                 }
                 None => {
                     let number = store.add(to);
                     parents.push((from, Some(step)));
                     if let Some(reason) = closed.fault(to) {
-                        fault_at = number;
-                        return Err(reason);
+                        note(nearest, distance + 1, number, reason);
                     }
                     number
                 }
@@ -110,28 +184,18 @@ impl<'a> Explored<'a> {
             }
             Ok(())
         });
-        let looks = outcome.map_err(|reason| {
-            let trace = match *reason {
-                Reason::TooLarge { .. } => None,
-                _ => Some(self.trace(fault_at)),
-            };
-            (reason, trace)
-        })?;
-        if self.edges.len() == before && self.closed.end(state).is_none() {
-            let reason = Reason::Deadlock {
-                marked: self.closed.marked(state),
-                missed: self.closed.missed(state),
-            };
-            return Err((Box::new(reason), Some(self.trace(from))));
+        let looks = match outcome {
+            Ok(looks) => looks,
+            Err(reason) if matches!(*reason, Reason::TooLarge { .. }) => return Err(reason),
+            Err(reason) => {
+                note(nearest, distance, from, reason);
+                return Ok(1);
+            }
+        };
+        if edges.len() == before && closed.end(state).is_none() {
+            note(nearest, distance, from, Box::new(closed.deadlock(state)));
         }
         Ok(looks)
-    }
-
-    fn examine(&self, number: u32, state: &[u64]) -> Result<(), Fault> {
-        match self.closed.fault(state) {
-            Some(reason) => Err((reason, Some(self.trace(number)))),
-            None => Ok(()),
-        }
     }
 
     /// What only the whole graph tells: the ends reached, and warnings.
@@ -196,18 +260,6 @@ impl<'a> Explored<'a> {
         self.numbers().find(|&state| !can[state as usize])
     }
 
-    /// A transition that did not fire, with the first of the states in which it comes nearest.
-    pub(super) fn explain(&self, transition: usize) -> Dead {
-        let lacks = |state: u32| self.closed.lacking(self.store.get(state), transition);
-        let nearest = self.numbers().min_by_key(|&state| lacks(state).count());
-        let nearest = nearest.unwrap_or(0);
-        Dead {
-            transition: self.closed.transition_name(transition).to_owned(),
-            lacks: lacks(nearest).map(str::to_owned).collect(),
-            nearest: self.trace(nearest),
-        }
-    }
-
     fn numbers(&self) -> std::ops::Range<u32> {
         0..self.store.len() as u32
     }
@@ -221,5 +273,26 @@ impl<'a> Explored<'a> {
         }
         steps.reverse();
         Trace { steps }
+    }
+}
+
+impl Found for Explored<'_> {
+    fn closed(&self) -> &Closed<'_> {
+        &self.closed
+    }
+
+    fn fired(&self) -> &[bool] {
+        &self.fired
+    }
+
+    fn explain(&self, transition: usize) -> Dead {
+        let lacks = |state: u32| self.closed.lacking(self.store.get(state), transition);
+        let nearest = self.numbers().min_by_key(|&state| lacks(state).count());
+        let nearest = nearest.unwrap_or(0);
+        Dead {
+            transition: self.closed.transition_name(transition).to_owned(),
+            lacks: lacks(nearest).map(str::to_owned).collect(),
+            nearest: self.trace(nearest),
+        }
     }
 }

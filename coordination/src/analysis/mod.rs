@@ -81,7 +81,10 @@ mod proof;
 mod refusal;
 mod report;
 mod state;
+mod states;
 mod store;
+#[cfg(feature = "symbolic")]
+mod symbolic;
 mod usage;
 
 pub use check::{check, check_situations};

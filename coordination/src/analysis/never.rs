@@ -2,12 +2,21 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::explored::Explored;
+use super::closed::Closed;
 use super::proof::Proof;
 use super::refusal::{Dead, Reason, Trace};
 
 /// How many transitions that do not fire are explained, in each situation.
-const EXPLAINED: usize = 32;
+pub(super) const EXPLAINED: usize = 32;
+
+/// What a search through all states has found.
+pub(super) trait Found {
+    fn closed(&self) -> &Closed<'_>;
+    /// Whether it fires, by transition.
+    fn fired(&self) -> &[bool];
+    /// A transition that did not fire, with a nearest of the states in which it lacks least.
+    fn explain(&self, transition: usize) -> Dead;
+}
 
 /// What never happens in any situation. Situations may differ in what they leave out, so all goes
 /// by names.
@@ -25,10 +34,10 @@ pub(super) struct Never {
 }
 
 impl Never {
-    pub(super) fn add(&mut self, found: &Explored<'_>) {
-        let closed = &found.closed;
+    pub(super) fn add(&mut self, found: &impl Found) {
+        let closed = found.closed();
         let mut left = EXPLAINED;
-        for (transition, &fired) in found.fired.iter().enumerate() {
+        for (transition, &fired) in found.fired().iter().enumerate() {
             let name = closed.transition_name(transition);
             let sinks = closed.sinks_of(transition).map(str::to_owned);
             if fired {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::report::Report;
 use super::state::Layout;
-use super::store::Store;
+use super::states::States;
 use super::usage::Use;
 use crate::petri::{NetModel, PlaceId};
 use crate::protocol::Position;
@@ -15,7 +15,9 @@ use crate::protocol::Position;
 /// proof, and refuses one of another net or another state.
 ///
 /// Memory: a word of 64 bits per 64 places, per four protocols and per eight sources of flags, for
-/// each state; [`Limits::states`](super::Limits::states) bounds their number. A clone shares it.
+/// each state; [`Limits::states`](super::Limits::states) bounds their number. If there were more, twelve
+/// bytes for each node of their decision diagram; [`Limits::nodes`](super::Limits::nodes) bounds them. A
+/// clone shares it.
 #[derive(Clone, Debug)]
 pub struct Proof {
     proved: Arc<Proved>,
@@ -29,7 +31,7 @@ struct Proved {
     layout: Layout,
     /// By place, for sources of flags: the number of the counter of waiting events.
     counters: Vec<Option<usize>>,
-    states: Store,
+    states: States,
 }
 
 impl Proof {
@@ -39,7 +41,7 @@ impl Proof {
         uses: Vec<Use>,
         report: Report,
         (layout, counters): (Layout, Vec<Option<usize>>),
-        states: Store,
+        states: States,
     ) -> Self {
         Self {
             proved: Arc::new(Proved {
@@ -74,7 +76,8 @@ impl Proof {
     /// Whether the analysis looked at this state: the marked places, the events that wait for each
     /// source of a flag, and up to where the net has read or set each protocol, in the order of
     /// [`uses`](Self::uses). A waiting event whose source is empty counts as if it stood in the source,
-    /// and a complete run as the beginning of the next. One look into a hash table; allocates.
+    /// and a complete run as the beginning of the next. One look into a hash table, or one for each place
+    /// and position into a decision diagram; allocates.
     #[must_use]
     pub fn reaches(
         &self,
@@ -113,6 +116,6 @@ impl Proof {
         for (number, (used, &at)) in uses.iter().zip(positions).enumerate() {
             layout.set_position(&mut state, number, used.after(at));
         }
-        states.find(&state).is_some()
+        states.contains(&state)
     }
 }

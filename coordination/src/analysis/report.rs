@@ -46,10 +46,10 @@ pub struct Report {
     pub net: String,
     /// In which situation it was started, if it has several.
     pub situation: Option<String>,
-    /// How many states it can reach.
-    pub states: usize,
-    /// How many steps there are between them.
-    pub steps: usize,
+    /// How many states it can reach; the largest number if there are more.
+    pub states: u128,
+    /// How many steps there are between them; the largest number if there are more.
+    pub steps: u128,
     /// The ends that it can reach from this situation.
     pub ends: Vec<String>,
     /// What is worth knowing.

@@ -59,6 +59,15 @@ impl Layout {
         *word = *word & !(0xFF << shift) | u64::from(count) << shift;
     }
 
+    /// Whether no more than `most` events wait for any source.
+    #[cfg(feature = "symbolic")]
+    pub(super) fn waits_at_most(self, state: &[u64], most: u8) -> bool {
+        let counts = state[self.waiting_at..]
+            .iter()
+            .flat_map(|word| word.to_le_bytes());
+        counts.max().unwrap_or(0) <= most
+    }
+
     pub(super) fn nothing_waits(self, state: &[u64]) -> bool {
         state[self.waiting_at..].iter().all(|&word| word == 0)
     }

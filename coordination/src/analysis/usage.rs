@@ -1,6 +1,7 @@
 //! What a net is analysed with: protocols, situations, limits.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::flags::NamedProtocol;
 use crate::petri::NetModel;
@@ -75,6 +76,11 @@ pub struct Limits {
     pub steps: usize,
     /// Transitions, sinks and protocols looked at, over all states: what bounds the time.
     pub looks: u64,
+    /// With the feature `symbolic`: nodes of decision diagrams, in which a net is looked at that has more
+    /// states or steps than these limits allow. Each takes some tens of bytes.
+    pub nodes: usize,
+    /// The time for that.
+    pub time: Duration,
     /// Events that may wait for one full source. A net with flags in a good order needs none.
     pub waiting: u8,
 }
@@ -85,6 +91,8 @@ impl Default for Limits {
             states: 200_000,
             steps: 4_000_000,
             looks: 200_000_000,
+            nodes: 4_000_000,
+            time: Duration::from_secs(60),
             waiting: 4,
         }
     }

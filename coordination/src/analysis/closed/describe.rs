@@ -1,7 +1,7 @@
 //! A closed net in names.
 
 use super::super::flags::Outside;
-use super::super::refusal::Step;
+use super::super::refusal::{Reason, Step};
 use super::super::usage::Use;
 use super::net::{Closed, Move};
 use crate::protocol::{FlagId, Position};
@@ -10,6 +10,31 @@ impl Closed<'_> {
     /// The names of all marked places.
     pub(in crate::analysis) fn marked(&self, state: &[u64]) -> Vec<String> {
         self.names_of(self.layout.marking(state).iter().copied())
+    }
+
+    /// That nothing can happen in a state.
+    pub(in crate::analysis) fn deadlock(&self, state: &[u64]) -> Reason {
+        Reason::Deadlock {
+            marked: self.marked(state),
+            missed: self.missed(state),
+        }
+    }
+
+    /// That a transition would put a second token into a place.
+    pub(in crate::analysis) fn second_token(&self, transition: u32, place: u32) -> Reason {
+        Reason::Unsafe {
+            transition: self.transition_name(transition as usize).to_owned(),
+            place: self.places[place as usize].clone(),
+        }
+    }
+
+    /// That an event comes while `waiting` of its kind wait for a source already.
+    pub(in crate::analysis) fn overflow(&self, source: u32, waiting: u8) -> Reason {
+        Reason::Overflow {
+            place: self.places[source as usize].clone(),
+            event: self.event_names[source as usize].clone(),
+            waiting,
+        }
     }
 
     /// What each protocol in the middle of a run waits for.

@@ -22,7 +22,7 @@ impl Closed<'_> {
     }
 
     /// From where the protocol is, marked sinks alone must lead to the flag of every marked sink.
-    fn out_of_order(&self, state: &[u64], number: usize) -> Option<Box<Reason>> {
+    pub(super) fn out_of_order(&self, state: &[u64], number: usize) -> Option<Box<Reason>> {
         let (used, bound) = (&self.uses[number], &self.bound[number]);
         let is_marked = |&&(sink, _): &&(u32, FlagId)| self.layout.is_marked(state, sink);
         let mut pending: Vec<(u32, FlagId)> =

@@ -4,6 +4,10 @@ mod build;
 mod describe;
 mod faults;
 mod net;
+#[cfg(feature = "symbolic")]
+mod parts;
+#[cfg(feature = "symbolic")]
+mod rules;
 mod steps;
 
 pub(super) use net::{Closed, Move};

@@ -7,7 +7,7 @@ use crate::petri::PlaceKind;
 use crate::protocol::{FlagId, Position};
 
 /// A step in numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(in crate::analysis) enum Move {
     /// This transition fires.
     Fire(u32),

@@ -52,17 +52,14 @@ impl Closed<'_> {
     }
 
     fn is_enabled(&self, state: &[u64], transition: u32) -> Result<bool, Box<Reason>> {
-        let (name, arcs) = &self.transitions[transition as usize];
+        let arcs = &self.transitions[transition as usize].1;
         let marked = |&place: &u32| self.layout.is_marked(state, place);
         if !arcs.inputs.iter().all(marked) || arcs.sinks.iter().any(marked) {
             return Ok(false);
         }
         match arcs.internal.iter().find(|place| marked(place)) {
             None => Ok(true),
-            Some(&place) => Err(Box::new(Reason::Unsafe {
-                transition: name.clone(),
-                place: self.places[place as usize].clone(),
-            })),
+            Some(&place) => Err(Box::new(self.second_token(transition, place))),
         }
     }
 
@@ -146,11 +143,7 @@ impl Closed<'_> {
         }
         let waiting = self.layout.waiting(state, counter);
         if waiting >= self.max_waiting {
-            return Err(Box::new(Reason::Overflow {
-                place: self.places[source as usize].clone(),
-                event: self.event_names[source as usize].clone(),
-                waiting,
-            }));
+            return Err(Box::new(self.overflow(source, waiting)));
         }
         self.layout.set_waiting(state, counter, waiting + 1);
         Ok(())

@@ -1,0 +1,305 @@
+//! The search through all states at once, and what it proves.
+
+use std::time::Instant;
+
+use super::super::closed::{Closed, Move};
+use super::super::explored::Fault;
+use super::super::never::{EXPLAINED, Found};
+use super::super::refusal::{Dead, Reason, Trace};
+use super::super::report::Warning;
+use super::super::usage::Limits;
+use super::diagram::{Counts, Exhausted, Grown, Set};
+use super::judge::Finding;
+use super::kept::Kept;
+use super::layers::Layers;
+use super::rules::{Meaning, Rule};
+use super::space::Space;
+
+/// Deep enough for a call per variable.
+const STACK: usize = if cfg!(target_pointer_width = "64") {
+    1 << 30
+} else {
+    1 << 26
+};
+
+/// All states of a net that has no fault, without their diagram.
+pub(in crate::analysis) struct Symbolic<'a> {
+    pub(in crate::analysis) closed: Closed<'a>,
+    pub(in crate::analysis) all: All,
+}
+
+/// What is known of all states.
+pub(in crate::analysis) struct All {
+    pub(in crate::analysis) kept: Kept,
+    pub(in crate::analysis) meanings: Vec<Meaning>,
+    pub(in crate::analysis) states: u128,
+    pub(in crate::analysis) steps: u128,
+    pub(in crate::analysis) ends: Vec<String>,
+    pub(in crate::analysis) warnings: Vec<Warning>,
+    fired: Vec<bool>,
+    /// Why transitions did not fire, by transition.
+    dead: Vec<(usize, Dead)>,
+}
+
+/// How a search for faults ends.
+enum Outcome {
+    All(Box<All>),
+    Fault(Fault),
+    Waits,
+}
+
+impl<'a> Symbolic<'a> {
+    /// Looks at all states; they must not be less than the limits say, but their diagram.
+    pub(in crate::analysis) fn new(closed: Closed<'a>, limits: &Limits) -> Result<Self, Fault> {
+        let looked = std::thread::scope(|scope| {
+            let thread = std::thread::Builder::new().stack_size(STACK);
+            let running = thread.spawn_scoped(scope, || look(&closed, limits));
+            running.map(|running| running.join())
+        });
+        let too_large = |what, limit| (Box::new(Reason::TooLarge { what, limit }), None);
+        match looked {
+            Ok(Ok(Ok(Ok(all)))) => Ok(Self { closed, all }),
+            Ok(Ok(Ok(Err(fault)))) => Err(fault),
+            Ok(Ok(Err(Exhausted::Time))) => {
+                Err(too_large("seconds of looking", limits.time.as_secs()))
+            }
+            Ok(Ok(Err(Exhausted::Nodes))) => {
+                Err(too_large("nodes of decision diagrams", limits.nodes as u64))
+            }
+            Ok(Err(panic)) => std::panic::resume_unwind(panic),
+            Err(_) => Err(too_large("bytes of stack", STACK as u64)),
+        }
+    }
+}
+
+impl Found for Symbolic<'_> {
+    fn closed(&self) -> &Closed<'_> {
+        &self.closed
+    }
+
+    fn fired(&self) -> &[bool] {
+        &self.all.fired
+    }
+
+    fn explain(&self, transition: usize) -> Dead {
+        let known = self
+            .all
+            .dead
+            .iter()
+            .find(|(number, _)| *number == transition);
+        known.map_or_else(
+            || Dead {
+                transition: self.closed.transition_name(transition).to_owned(),
+                lacks: Vec::new(),
+                nearest: Trace::default(),
+            },
+            |(_, dead)| dead.clone(),
+        )
+    }
+}
+
+/// First as if no event ever had to wait, which is true of most nets.
+fn look(closed: &Closed<'_>, limits: &Limits) -> Grown<Result<All, Fault>> {
+    let begun = Instant::now();
+    let mut outcome = Outcome::Waits;
+    for waiting in [0, closed.max_waiting()] {
+        if matches!(outcome, Outcome::Waits) {
+            let space = Space::new(closed, waiting, limits, begun);
+            outcome = Search::new(&space)?.run()?;
+        }
+    }
+    Ok(match outcome {
+        Outcome::All(all) => Ok(*all),
+        Outcome::Fault(fault) => Err(fault),
+        Outcome::Waits => unreachable!("there are variables for all that may wait"),
+    })
+}
+
+/// A search of one space.
+struct Search<'s, 'a> {
+    space: &'s Space<'a>,
+    layers: Layers,
+}
+
+impl<'s, 'a> Search<'s, 'a> {
+    fn new(space: &'s Space<'a>) -> Grown<Self> {
+        let layers = Layers::new(space)?;
+        Ok(Self { space, layers })
+    }
+
+    fn run(mut self) -> Grown<Outcome> {
+        let space = self.space;
+        let is_faulty = |set: &Set| Ok(space.finding(set)?.is_some());
+        let all = space.reach(space.initial()?, is_faulty)?;
+        match space.finding(&all)? {
+            None => self.prove(&all),
+            Some(Finding::Waits) => Ok(Outcome::Waits),
+            Some(Finding::Fault(..)) => self.first_fault(),
+        }
+    }
+
+    /// One of the nearest faults, when there is one.
+    fn first_fault(&mut self) -> Grown<Outcome> {
+        let space = self.space;
+        for distance in 0.. {
+            let Some(layer) = self.layers.at(distance, space)? else {
+                break;
+            };
+            match space.finding(layer)? {
+                None => {}
+                Some(Finding::Waits) => return Ok(Outcome::Waits),
+                Some(Finding::Fault(state, reason)) => {
+                    let trace = self.layers.trace(distance, &state, space)?;
+                    return Ok(Outcome::Fault((reason, Some(trace))));
+                }
+            }
+        }
+        unreachable!("the faulty state is at some distance")
+    }
+
+    fn prove(mut self, all: &Set) -> Grown<Outcome> {
+        let (space, closed) = (self.space, self.space.closed);
+        let (mut ends, mut warnings) = (Vec::new(), Vec::new());
+        if closed.end_names().next().is_none() {
+            warnings.push(Warning::NoEnds);
+            if let Some(fault) = self.unfinished(all)? {
+                return Ok(Outcome::Fault(fault));
+            }
+        } else {
+            let mut targets = space.empty();
+            for (name, end) in closed.end_names().zip(space.ends()?) {
+                let own = end.and(all)?.minus(&targets)?;
+                if !own.is_empty() {
+                    ends.push(name.to_owned());
+                }
+                targets = targets.union(&own)?;
+            }
+            let can = space.can_reach(all, targets, |_| true)?;
+            if let Some((state, trace)) = self.layers.nearest(&all.minus(&can)?, space)? {
+                let marked = closed.marked(&state);
+                let fault = (Box::new(Reason::Livelock { marked }), Some(trace));
+                return Ok(Outcome::Fault(fault));
+            }
+        }
+        let mut counts = Counts::default();
+        let (mut fired, mut steps) = (vec![false; closed.transitions()], 0_u128);
+        let mut set = std::collections::BTreeSet::new();
+        for rule in &space.rules.rules {
+            let applies = space.applies(all, rule)?;
+            steps = steps.saturating_add(applies.count(&mut counts));
+            match rule.step {
+                _ if applies.is_empty() => {}
+                Move::Fire(transition) => fired[transition as usize] = true,
+                Move::Set(protocol, flag) => drop(set.insert((protocol, flag))),
+                _ => {}
+            }
+            space.breathe()?;
+        }
+        for (protocol, flag) in set
+            .iter()
+            .filter_map(|&(number, flag)| closed.unread(number, flag))
+        {
+            let (protocol, flag) = (protocol.to_owned(), flag.to_owned());
+            warnings.push(Warning::Unread { protocol, flag });
+        }
+        if let Some(trace) = self.endless(all)? {
+            if !closed.allows_endless() {
+                return Ok(Outcome::Fault((Box::new(Reason::Endless), Some(trace))));
+            }
+            warnings.push(Warning::NeverRests { trace });
+        }
+        let dead = self.dead(all, &fired)?;
+        Ok(Outcome::All(Box::new(All {
+            kept: all.keep(),
+            meanings: space.rules.meanings.clone(),
+            states: all.count(&mut counts),
+            steps,
+            ends,
+            warnings,
+            fired,
+            dead,
+        })))
+    }
+
+    fn unfinished(&mut self, all: &Set) -> Grown<Option<Fault>> {
+        let (space, closed) = (self.space, self.space.closed);
+        for (number, used) in closed.protocols().iter().enumerate() {
+            let Some(&start) = space.rules.numbers.positions[number].first() else {
+                continue;
+            };
+            let can = space.can_reach(all, all.with(start)?, |_| true)?;
+            if let Some((state, trace)) = self.layers.nearest(&all.minus(&can)?, space)? {
+                let reason = Reason::Unfinished {
+                    protocol: used.name.clone(),
+                    missed: closed.missing(&state, number),
+                    marked: closed.marked(&state),
+                };
+                return Ok(Some((Box::new(reason), Some(trace))));
+            }
+        }
+        Ok(None)
+    }
+
+    /// How it gets to where it can go on for ever by itself, if it can.
+    fn endless(&mut self, all: &Set) -> Grown<Option<Trace>> {
+        let space = self.space;
+        let recurring = space.closed.recurring();
+        let again = |rule: &&Rule| recurring.contains(&rule.step);
+        let again: Vec<&Rule> = space.rules.rules.iter().filter(again).collect();
+        if again.is_empty() {
+            return Ok(None);
+        }
+        let mut circling = all.clone();
+        loop {
+            let mut can = space.empty();
+            for rule in &again {
+                can = can.union(&space.before(&circling, rule)?.and(&circling)?)?;
+                space.breathe()?;
+            }
+            if can == circling {
+                break;
+            }
+            circling = can;
+        }
+        let leads = space.can_reach(all, circling, Move::is_own)?;
+        let nearest = self.layers.nearest(&leads, space)?;
+        Ok(nearest.map(|(_, trace)| trace))
+    }
+
+    /// Why transitions did not fire: where they come nearest.
+    fn dead(&mut self, all: &Set, fired: &[bool]) -> Grown<Vec<(usize, Dead)>> {
+        let (space, closed) = (self.space, self.space.closed);
+        let mut dead = Vec::new();
+        for rule in &space.rules.rules {
+            let Move::Fire(transition) = rule.step else {
+                continue;
+            };
+            let transition = transition as usize;
+            if fired[transition] || dead.len() == EXPLAINED {
+                continue;
+            }
+            let asked = closed.asked(transition);
+            let asked = |variable: &u32| match space.rules.meanings[*variable as usize] {
+                Meaning::Marked(place) => asked.contains(&place),
+                _ => false,
+            };
+            let tests: Vec<_> = { rule.guard.iter() }
+                .filter(|test| asked(&test.variable))
+                .copied()
+                .collect();
+            let near = space.nearest_to(all, &tests)?;
+            if let Some((state, nearest)) = self.layers.nearest(&near, space)? {
+                let lacks = closed.lacking(&state, transition).map(str::to_owned);
+                dead.push((
+                    transition,
+                    Dead {
+                        transition: closed.transition_name(transition).to_owned(),
+                        lacks: lacks.collect(),
+                        nearest,
+                    },
+                ));
+            }
+        }
+        Ok(dead)
+    }
+}

@@ -1,0 +1,75 @@
+//! An order of variables in which those that steps touch together stand near each other, so that
+//! diagrams stay small.
+
+use super::rules::Rules;
+
+/// `order[new]` is the old number: as declared, or greedily, whichever keeps rules shorter.
+pub(super) fn order(rules: &Rules) -> Vec<u32> {
+    let variables = rules.meanings.len();
+    let mut groups: Vec<Vec<u32>> = Vec::with_capacity(rules.rules.len());
+    for rule in &rules.rules {
+        let mut group: Vec<u32> = rule.literals().map(|literal| literal.variable).collect();
+        group.sort_unstable();
+        group.dedup();
+        groups.push(group);
+    }
+    let declared: Vec<u32> = (0..variables as u32).collect();
+    let greedy = greedy(variables, &groups);
+    if span(&greedy, &groups) < span(&declared, &groups) {
+        greedy
+    } else {
+        declared
+    }
+}
+
+/// How far the variables of rules are apart, over all rules.
+fn span(order: &[u32], groups: &[Vec<u32>]) -> u64 {
+    let mut place = vec![0_u32; order.len()];
+    for (&variable, number) in order.iter().zip(0..) {
+        place[variable as usize] = number;
+    }
+    let span = |group: &Vec<u32>| {
+        let places = group.iter().map(|&variable| place[variable as usize]);
+        let least = places.clone().min().unwrap_or(0);
+        u64::from(places.max().unwrap_or(0) - least)
+    };
+    groups.iter().map(span).sum()
+}
+
+/// Next comes the variable whose rules have most of their variables in the order already; of
+/// several the one that was touched last.
+fn greedy(variables: usize, groups: &[Vec<u32>]) -> Vec<u32> {
+    let mut member = vec![Vec::new(); variables];
+    for (number, group) in groups.iter().enumerate() {
+        for &variable in group {
+            member[variable as usize].push(number as u32);
+        }
+    }
+    let mut near = vec![(0.0_f64, 0_usize); variables];
+    let mut left: Vec<u32> = (0..variables as u32).collect();
+    let mut order = Vec::with_capacity(variables);
+    while !left.is_empty() {
+        let nearest = |&variable: &u32| {
+            let (sum, touched) = near[variable as usize];
+            let among = member[variable as usize].len().max(1);
+            (sum / among as f64, touched)
+        };
+        let mut best = 0;
+        for at in 1..left.len() {
+            if nearest(&left[at]) > nearest(&left[best]) {
+                best = at;
+            }
+        }
+        let chosen = left.remove(best);
+        order.push(chosen);
+        for &number in &member[chosen as usize] {
+            let group = &groups[number as usize];
+            for &other in group {
+                let (sum, touched) = &mut near[other as usize];
+                *sum += 1.0 / group.len() as f64;
+                *touched = order.len();
+            }
+        }
+    }
+    order
+}
