@@ -36,7 +36,7 @@ const MOST_CACHED: usize = 1 << 20;
 pub(super) type Counts = SatCountCache<Saturating<u128>, BuildHasherDefault<FxHasher>>;
 
 /// A set of states, each being the variables that are true in it.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) struct Set(ZBDDFunction);
 
 /// Where the nodes of all sets are.
@@ -142,6 +142,31 @@ impl Set {
     /// All states with this variable turned round.
     pub(super) fn toggled(&self, variable: u32) -> Grown<Self> {
         Ok(Self(self.0.change(variable)?))
+    }
+
+    /// The first variable that is true in one of the states.
+    pub(super) fn top(&self) -> Option<u32> {
+        self.0
+            .with_manager_shared(|manager, edge| match manager.get_node(edge) {
+                Node::Inner(node) => Some(node.level()),
+                Node::Terminal(_) => None,
+            })
+    }
+
+    /// The states with the first variable, which is taken out of them, and those without it.
+    pub(super) fn split(&self) -> (Self, Self) {
+        match self.0.cofactors() {
+            Some((with, without)) => (Self(with), Self(without)),
+            None => (self.clone(), self.clone()),
+        }
+    }
+
+    /// These states with this variable put in, and others `without` it; neither has it or one before it.
+    pub(super) fn on_top(&self, variable: u32, without: &Self) -> Grown<Self> {
+        if self.is_empty() {
+            return Ok(without.clone());
+        }
+        self.toggled(variable)?.union(without)
     }
 
     /// The states with this variable.

@@ -9,11 +9,12 @@ use super::super::refusal::{Dead, Reason, Trace};
 use super::super::report::Warning;
 use super::super::usage::Limits;
 use super::diagram::{Counts, Exhausted, Grown, Set};
-use super::judge::Finding;
+use super::judge::Faulty;
 use super::kept::Kept;
 use super::layers::Layers;
 use super::rules::{Meaning, Rule};
 use super::space::Space;
+use super::sweep::{Sweep, Way};
 
 /// Deep enough for a call per variable.
 const STACK: usize = if cfg!(target_pointer_width = "64") {
@@ -129,26 +130,27 @@ impl<'s, 'a> Search<'s, 'a> {
 
     fn run(mut self) -> Grown<Outcome> {
         let space = self.space;
-        let is_faulty = |set: &Set| Ok(space.finding(set)?.is_some());
-        let all = space.reach(space.initial()?, is_faulty)?;
-        match space.finding(&all)? {
-            None => self.prove(&all),
-            Some(Finding::Waits) => Ok(Outcome::Waits),
-            Some(Finding::Fault(..)) => self.first_fault(),
+        let all = space.reach(&space.initial()?)?;
+        let faulty = space.faulty(&all)?;
+        if faulty.waits {
+            return Ok(Outcome::Waits);
         }
+        if faulty.kinds.iter().all(Set::is_empty) {
+            return self.prove(&all);
+        }
+        self.first_fault(&faulty)
     }
 
-    /// One of the nearest faults, when there is one.
-    fn first_fault(&mut self) -> Grown<Outcome> {
+    /// One of the nearest faults, and of these one of the first kind.
+    fn first_fault(&mut self, faulty: &Faulty) -> Grown<Outcome> {
         let space = self.space;
         for distance in 0.. {
             let Some(layer) = self.layers.at(distance, space)? else {
                 break;
             };
-            match space.finding(layer)? {
-                None => {}
-                Some(Finding::Waits) => return Ok(Outcome::Waits),
-                Some(Finding::Fault(state, reason)) => {
+            for kind in &faulty.kinds {
+                if let Some(state) = layer.and(kind)?.any() {
+                    let reason = space.reason(&state)?;
                     let trace = self.layers.trace(distance, &state, space)?;
                     return Ok(Outcome::Fault((reason, Some(trace))));
                 }
@@ -174,7 +176,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 }
                 targets = targets.union(&own)?;
             }
-            let can = space.can_reach(all, targets, |_| true)?;
+            let can = space.can_reach(all, &targets, |_| true)?;
             if let Some((state, trace)) = self.layers.nearest(&all.minus(&can)?, space)? {
                 let marked = closed.marked(&state);
                 let fault = (Box::new(Reason::Livelock { marked }), Some(trace));
@@ -227,7 +229,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let Some(&start) = space.rules.numbers.positions[number].first() else {
                 continue;
             };
-            let can = space.can_reach(all, all.with(start)?, |_| true)?;
+            let can = space.can_reach(all, &all.with(start)?, |_| true)?;
             if let Some((state, trace)) = self.layers.nearest(&all.minus(&can)?, space)? {
                 let reason = Reason::Unfinished {
                     protocol: used.name.clone(),
@@ -251,17 +253,15 @@ impl<'s, 'a> Search<'s, 'a> {
         }
         let mut circling = all.clone();
         loop {
-            let mut can = space.empty();
-            for rule in &again {
-                can = can.union(&space.before(&circling, rule)?.and(&circling)?)?;
-                space.breathe()?;
-            }
+            let rules = again.iter().copied();
+            let before = Sweep::of_rules(space, Way::Backwards, rules).once(&circling)?;
+            let can = before.and(&circling)?;
             if can == circling {
                 break;
             }
             circling = can;
         }
-        let leads = space.can_reach(all, circling, Move::is_own)?;
+        let leads = space.can_reach(all, &circling, Move::is_own)?;
         let nearest = self.layers.nearest(&leads, space)?;
         Ok(nearest.map(|(_, trace)| trace))
     }

@@ -2,120 +2,110 @@
 
 use super::super::refusal::Reason;
 use super::diagram::{Grown, Set};
-use super::rules::{Literal, TrapKind};
+use super::rules::{Literal, Trap, TrapKind};
 use super::space::Space;
+use super::sweep::{Sweep, Way};
 
-/// What is wrong with one of the states.
-pub(super) enum Finding {
-    /// This state, by its true variables, is faulty.
-    Fault(Vec<u32>, Box<Reason>),
-    /// An event has to wait for a source, for which there are no variables yet.
-    Waits,
+/// The faulty ones of some states, by how the search names them: those of the first kind first.
+pub(super) struct Faulty {
+    pub(super) kinds: Vec<Set>,
+    /// Whether an event has to wait for a source for which there are no variables yet.
+    pub(super) waits: bool,
 }
 
 impl Space<'_> {
-    /// A fault of one of these states. Faults of the same kind as the explicit search names first
-    /// are named first here.
-    pub(super) fn finding(&self, set: &Set) -> Grown<Option<Finding>> {
-        if let Some(state) = self.excluded(set)? {
-            return Ok(self.fault_as_such(state));
+    pub(super) fn faulty(&self, set: &Set) -> Grown<Faulty> {
+        let as_such = |tests: &Trap| matches!(tests.kind, TrapKind::Unsafe { .. });
+        let (second, more): (Vec<_>, Vec<_>) = self.rules.traps.iter().partition(|t| as_such(t));
+        let trapped = |traps: Vec<&Trap>| {
+            let tests = traps.iter().map(|trap| &*trap.tests);
+            Sweep::of_tests(self, tests).once(set)
+        };
+        let overflows = trapped(more)?;
+        let waits = self.rules.waiting < self.closed.max_waiting() && !overflows.is_empty();
+        let kinds = vec![
+            self.excluded(set)?,
+            self.out_of_order(set)?,
+            trapped(second)?,
+            overflows,
+            self.stuck(set)?,
+        ];
+        Ok(Faulty { kinds, waits })
+    }
+
+    /// What is wrong with a faulty state, by its true variables.
+    pub(super) fn reason(&self, variables: &[u32]) -> Grown<Box<Reason>> {
+        let state = self.state(variables);
+        if let Some(reason) = self.closed.fault(&state) {
+            return Ok(reason);
         }
-        for protocol in 0..self.closed.protocols().len() {
-            if let Some(state) = self.out_of_order(set, protocol)? {
-                return Ok(self.fault_as_such(state));
+        let only = self.diagram.only(variables.iter().copied())?;
+        for trap in &self.rules.traps {
+            if !self.that(&only, &trap.tests)?.is_empty() {
+                return Ok(Box::new(match trap.kind {
+                    TrapKind::Unsafe { transition, place } => {
+                        self.closed.second_token(transition, place)
+                    }
+                    TrapKind::Overflow { source } => {
+                        self.closed.overflow(source, self.rules.waiting)
+                    }
+                }));
             }
         }
-        if let Some(found) = self.trapped(set)? {
-            return Ok(Some(found));
-        }
-        Ok(self.stuck(set)?.any().map(|stuck| {
-            let state = self.state(&stuck);
-            let reason = self.closed.deadlock(&state);
-            Finding::Fault(stuck, Box::new(reason))
-        }))
+        Ok(Box::new(self.closed.deadlock(&state)))
     }
 
-    fn fault_as_such(&self, state: Vec<u32>) -> Option<Finding> {
-        let reason = self.closed.fault(&self.state(&state))?;
-        Some(Finding::Fault(state, reason))
-    }
-
-    /// A state with two marked places of an exclusion.
-    fn excluded(&self, set: &Set) -> Grown<Option<Vec<u32>>> {
+    /// The states with two marked places of an exclusion.
+    fn excluded(&self, set: &Set) -> Grown<Set> {
+        let mut found = self.empty();
         for places in self.closed.exclusions() {
             let (mut none, mut one) = (set.clone(), self.empty());
             for place in places {
                 let variable = self.rules.numbers.places[place as usize];
-                let two = one.with(variable)?;
-                if let Some(state) = two.any() {
-                    return Ok(Some(state));
-                }
-                one = one.union(&none.with(variable)?)?;
+                found = found.union(&one.with(variable)?)?;
+                one = one.without(variable)?.union(&none.with(variable)?)?;
                 none = none.without(variable)?;
             }
         }
-        Ok(None)
+        Ok(found)
     }
 
-    /// A state with a marked sink whose flag is not next. Looks at every combination of marked sinks
-    /// and a position that occurs.
-    fn out_of_order(&self, set: &Set, protocol: usize) -> Grown<Option<Vec<u32>>> {
-        let numbers = &self.rules.numbers;
-        let sinks: Vec<u32> = self.closed.sinks_of_protocol(protocol).collect();
-        // With the sinks looked at so far either marked or not, and how many of them are.
-        let mut split = vec![(set.clone(), 0)];
-        for sink in sinks {
-            let variable = numbers.places[sink as usize];
-            let mut finer = Vec::with_capacity(split.len() + 1);
-            for (part, marked) in split {
-                let (with, without) = (part.with(variable)?, part.without(variable)?);
-                finer.extend([(with, marked + 1), (without, marked)]);
+    /// The states with a marked sink whose flag is not next. Looks at every combination of a protocol's
+    /// marked sinks and its position that occurs.
+    fn out_of_order(&self, set: &Set) -> Grown<Set> {
+        let (numbers, mut found) = (&self.rules.numbers, self.empty());
+        for protocol in 0..self.closed.protocols().len() {
+            // With the sinks looked at so far either marked or not, and how many of them are.
+            let mut parts = vec![(set.clone(), 0)];
+            for sink in self.closed.sinks_of_protocol(protocol) {
+                let variable = numbers.places[sink as usize];
+                let mut finer = Vec::with_capacity(parts.len() + 1);
+                for (part, marked) in parts {
+                    let (with, without) = (part.with(variable)?, part.without(variable)?);
+                    finer.extend([(with, marked + 1), (without, marked)]);
+                }
+                finer.retain(|(part, _)| !part.is_empty());
+                parts = finer;
             }
-            finer.retain(|(part, _)| !part.is_empty());
-            split = finer;
-        }
-        for (part, _) in split.into_iter().filter(|&(_, marked)| marked > 0) {
-            for &variable in &numbers.positions[protocol] {
-                let Some(state) = part.with(variable)?.any() else {
-                    continue;
-                };
-                if self.closed.is_out_of_order(&self.state(&state), protocol) {
-                    return Ok(Some(state));
+            for (part, _) in parts.into_iter().filter(|&(_, marked)| marked > 0) {
+                for &variable in &numbers.positions[protocol] {
+                    let part = part.with(variable)?;
+                    let state = part.any().map(|state| self.state(&state));
+                    if state.is_some_and(|state| self.closed.is_out_of_order(&state, protocol)) {
+                        found = found.union(&part)?;
+                    }
                 }
             }
+            self.breathe()?;
         }
-        Ok(None)
-    }
-
-    fn trapped(&self, set: &Set) -> Grown<Option<Finding>> {
-        for trap in &self.rules.traps {
-            let Some(state) = self.that(set, &trap.tests)?.any() else {
-                continue;
-            };
-            let reason = match trap.kind {
-                TrapKind::Unsafe { transition, place } => {
-                    self.closed.second_token(transition, place)
-                }
-                TrapKind::Overflow { .. } if self.rules.waiting < self.closed.max_waiting() => {
-                    return Ok(Some(Finding::Waits));
-                }
-                TrapKind::Overflow { source } => self.closed.overflow(source, self.rules.waiting),
-            };
-            return Ok(Some(Finding::Fault(state, Box::new(reason))));
-        }
-        Ok(None)
+        Ok(found)
     }
 
     /// The states in which nothing can happen and which are no ends.
     fn stuck(&self, set: &Set) -> Grown<Set> {
-        let mut stuck = set.clone();
-        for rule in &self.rules.rules {
-            if stuck.is_empty() {
-                return Ok(stuck);
-            }
-            stuck = stuck.minus(&self.applies(&stuck, rule)?)?;
-            self.breathe()?;
-        }
+        let rules = self.rules.rules.iter();
+        let goes_on = Sweep::of_rules(self, Way::Stays, rules).once(set)?;
+        let mut stuck = set.minus(&goes_on)?;
         for end in self.ends()? {
             stuck = stuck.minus(&end)?;
         }

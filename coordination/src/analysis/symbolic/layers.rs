@@ -4,6 +4,7 @@ use super::super::refusal::Trace;
 use super::diagram::{Grown, Set};
 use super::rules::{Literal, Rule};
 use super::space::Space;
+use super::sweep::{Sweep, Way};
 
 /// As many layers as were asked for so far; the next follows from the last.
 pub(super) struct Layers {
@@ -26,11 +27,8 @@ impl Layers {
             let Some(last) = self.layers.last().filter(|last| !last.is_empty()) else {
                 return Ok(None);
             };
-            let mut next = space.empty();
-            for rule in &space.rules.rules {
-                next = next.union(&space.after(last, rule)?)?;
-                space.breathe()?;
-            }
+            let rules = space.rules.rules.iter();
+            let next = Sweep::of_rules(space, Way::Forwards, rules).once(last)?;
             let next = next.minus(&self.seen)?;
             self.seen = self.seen.union(&next)?;
             self.layers.push(next);

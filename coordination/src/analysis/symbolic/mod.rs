@@ -14,6 +14,7 @@ mod layers;
 mod order;
 pub(super) mod rules;
 mod space;
+mod sweep;
 
 pub(super) use found::Symbolic;
 pub(super) use kept::Kept;

@@ -7,14 +7,13 @@ use super::super::usage::Limits;
 use super::diagram::{Diagram, Exhausted, Grown, Set};
 use super::order::order;
 use super::rules::{Literal, Rule, Rules};
+use super::sweep::{Sweep, Way};
 
 /// A closed net with the diagram that its states are in.
 pub(super) struct Space<'a> {
     pub(super) closed: &'a Closed<'a>,
     pub(super) rules: Rules,
     pub(super) diagram: Diagram,
-    /// The numbers of rules, those first that touch the lowest variables only.
-    pub(super) upwards: Vec<usize>,
     ends_at: Instant,
 }
 
@@ -28,20 +27,11 @@ impl<'a> Space<'a> {
         let mut rules = closed.rules(waiting);
         let order = order(&rules);
         rules.reorder(&order, closed);
-        let top = |&rule: &usize| {
-            rules.rules[rule]
-                .literals()
-                .map(|literal| literal.variable)
-                .min()
-        };
-        let mut upwards: Vec<usize> = (0..rules.rules.len()).collect();
-        upwards.sort_by_key(|rule| std::cmp::Reverse(top(rule)));
         let diagram = Diagram::new(rules.meanings.len() as u32, limits.nodes);
         Self {
             closed,
             rules,
             diagram,
-            upwards,
             ends_at: begun + limits.time,
         }
     }
@@ -133,54 +123,31 @@ impl<'a> Space<'a> {
         way(set, only)
     }
 
-    /// All states that rules lead to from `from`. Asks `stop` now and then whether to go on.
-    pub(super) fn reach(&self, from: Set, mut stop: impl FnMut(&Set) -> Grown<bool>) -> Grown<Set> {
-        let mut reached = from;
-        for pass in 1_u64.. {
-            let before = reached.clone();
-            for &number in &self.upwards {
-                let rule = &self.rules.rules[number];
-                loop {
-                    let more = reached.union(&self.after(&reached, rule)?)?;
-                    if more == reached {
-                        break;
-                    }
-                    reached = more;
-                }
-                self.breathe()?;
-            }
-            if before == reached || pass.is_power_of_two() && stop(&reached)? {
-                break;
-            }
-        }
-        Ok(reached)
+    /// All states that rules lead to from `from`.
+    pub(super) fn reach(&self, from: &Set) -> Grown<Set> {
+        Sweep::of_rules(self, Way::Forwards, self.rules.rules.iter()).all(from, None)
     }
 
-    /// Those of the states `within` from which steps `along` which one may go lead to `targets` without leaving them.
+    /// Those of the states `within` from which steps `along` which one may go lead to `targets` without
+    /// leaving them.
     pub(super) fn can_reach(
         &self,
         within: &Set,
-        targets: Set,
+        targets: &Set,
         along: impl Fn(Move) -> bool,
     ) -> Grown<Set> {
-        let mut can = targets;
-        loop {
-            let before = can.clone();
-            for &number in &self.upwards {
-                let rule = &self.rules.rules[number];
-                while along(rule.step) {
-                    let way = self.before(&can, rule)?.and(within)?;
-                    let more = can.union(&way)?;
-                    if more == can {
-                        break;
-                    }
-                    can = more;
-                }
-                self.breathe()?;
-            }
-            if before == can || can == *within {
-                return Ok(can);
-            }
+        let rules = self.rules.rules.iter().filter(|rule| along(rule.step));
+        Sweep::of_rules(self, Way::Backwards, rules).all(targets, Some(within))
+    }
+}
+
+impl Set {
+    /// The states with a variable that is not behind the first one, and without it.
+    pub(super) fn split_at(&self, variable: u32, space: &Space<'_>) -> (Self, Self) {
+        if self.top() == Some(variable) {
+            self.split()
+        } else {
+            (space.empty(), self.clone())
         }
     }
 }
