@@ -1,9 +1,11 @@
 //! An order of variables in which those that steps touch together stand near each other, so that
 //! diagrams stay small.
 
+use std::cmp::Reverse;
+
 use super::rules::Rules;
 
-/// `order[new]` is the old number: as declared, or greedily, whichever keeps rules shorter.
+/// `order[new]` is the old number: as declared, or greedily, whichever keeps rules shorter and lower.
 pub(super) fn order(rules: &Rules) -> Vec<u32> {
     let variables = rules.meanings.len();
     let mut groups: Vec<Vec<u32>> = Vec::with_capacity(rules.rules.len());
@@ -15,29 +17,34 @@ pub(super) fn order(rules: &Rules) -> Vec<u32> {
     }
     let declared: Vec<u32> = (0..variables as u32).collect();
     let greedy = greedy(variables, &groups);
-    if span(&greedy, &groups) < span(&declared, &groups) {
+    if cost(&greedy, &groups) < cost(&declared, &groups) {
         greedy
     } else {
         declared
     }
 }
 
-/// How far the variables of rules are apart, over all rules.
-fn span(order: &[u32], groups: &[Vec<u32>]) -> u64 {
+/// How far the variables of rules are apart, and how far up they begin, over all rules.
+fn cost(order: &[u32], groups: &[Vec<u32>]) -> u64 {
     let mut place = vec![0_u32; order.len()];
     for (&variable, number) in order.iter().zip(0..) {
         place[variable as usize] = number;
     }
-    let span = |group: &Vec<u32>| {
+    let cost = |group: &Vec<u32>| {
         let places = group.iter().map(|&variable| place[variable as usize]);
         let least = places.clone().min().unwrap_or(0);
-        u64::from(places.max().unwrap_or(0) - least)
+        let span = places.max().unwrap_or(0) - least;
+        u64::from(span) + order.len() as u64 - u64::from(least)
     };
-    groups.iter().map(span).sum()
+    groups.iter().map(cost).sum()
 }
 
+/// A variable that this many times as many rules touch as others comes last: else what it joins would
+/// be pulled apart.
+const HUB_MORE: usize = 4;
+
 /// Next comes the variable whose rules have most of their variables in the order already; of
-/// several the one that was touched last.
+/// several the one that was touched last, then the one that fewest rules touch.
 fn greedy(variables: usize, groups: &[Vec<u32>]) -> Vec<u32> {
     let mut member = vec![Vec::new(); variables];
     for (number, group) in groups.iter().enumerate() {
@@ -48,11 +55,19 @@ fn greedy(variables: usize, groups: &[Vec<u32>]) -> Vec<u32> {
     let mut near = vec![(0.0_f64, 0_usize); variables];
     let mut left: Vec<u32> = (0..variables as u32).collect();
     let mut order = Vec::with_capacity(variables);
+    let rules: usize = member.iter().map(Vec::len).sum();
+    let many = HUB_MORE * rules.div_ceil(variables.max(1));
     while !left.is_empty() {
         let nearest = |&variable: &u32| {
             let (sum, touched) = near[variable as usize];
-            let among = member[variable as usize].len().max(1);
-            (sum / among as f64, touched)
+            let among = member[variable as usize].len();
+            let is_hub = among > many;
+            let nearness = sum / among.max(1) as f64;
+            (
+                if is_hub { -1.0 } else { nearness },
+                touched,
+                Reverse(among),
+            )
         };
         let mut best = 0;
         for at in 1..left.len() {

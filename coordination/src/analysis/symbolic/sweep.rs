@@ -191,6 +191,9 @@ impl<'s> Sweep<'s> {
             let with = self.all_from(&with, limit_with.clone(), at + 1)?;
             let without = self.all_from(&without, limit_without.clone(), at + 1)?;
             found = with.on_top(at, &without)?;
+            if within.as_ref() == Some(&found) {
+                break;
+            }
             let mut more = found.clone();
             for &part in &self.parts[at as usize] {
                 let led = self.led(part, &more)?;
