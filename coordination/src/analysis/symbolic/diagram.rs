@@ -88,6 +88,11 @@ impl Set {
         })
     }
 
+    /// How many nodes its diagram has.
+    pub(super) fn nodes(&self) -> usize {
+        self.0.node_count()
+    }
+
     /// How many states; the largest number if there are more.
     pub(super) fn count(&self, counts: &mut Counts) -> u128 {
         let variables = self

@@ -9,9 +9,8 @@ use super::super::refusal::{Dead, Reason, Trace};
 use super::super::report::Warning;
 use super::super::usage::Limits;
 use super::diagram::{Counts, Exhausted, Grown, Set};
-use super::judge::Faulty;
 use super::kept::Kept;
-use super::layers::Layers;
+use super::layers::Ways;
 use super::rules::{Meaning, Rule};
 use super::space::Space;
 use super::sweep::{Sweep, Way};
@@ -106,7 +105,7 @@ fn look(closed: &Closed<'_>, limits: &Limits) -> Grown<Result<All, Fault>> {
     for waiting in [0, closed.max_waiting()] {
         if matches!(outcome, Outcome::Waits) {
             let space = Space::new(closed, waiting, limits, begun);
-            outcome = Search::new(&space)?.run()?;
+            outcome = search(&space)?;
         }
     }
     Ok(match outcome {
@@ -119,44 +118,31 @@ fn look(closed: &Closed<'_>, limits: &Limits) -> Grown<Result<All, Fault>> {
 /// A search of one space.
 struct Search<'s, 'a> {
     space: &'s Space<'a>,
-    layers: Layers,
+    ways: Ways,
 }
 
-impl<'s, 'a> Search<'s, 'a> {
-    fn new(space: &'s Space<'a>) -> Grown<Self> {
-        let layers = Layers::new(space)?;
-        Ok(Self { space, layers })
+fn search(space: &Space<'_>) -> Grown<Outcome> {
+    let all = space.reach(&space.initial()?)?;
+    let ways = Ways::new(all.clone(), space)?;
+    let mut search = Search { space, ways };
+    let faulty = space.faulty(&all)?;
+    if faulty.waits {
+        return Ok(Outcome::Waits);
     }
-
-    fn run(mut self) -> Grown<Outcome> {
-        let space = self.space;
-        let all = space.reach(&space.initial()?)?;
-        let faulty = space.faulty(&all)?;
-        if faulty.waits {
-            return Ok(Outcome::Waits);
-        }
-        if faulty.kinds.iter().all(Set::is_empty) {
-            return self.prove(&all);
-        }
-        self.first_fault(&faulty)
+    match search.ways.nearest(&faulty.kinds, space)? {
+        None => search.prove(&all),
+        Some((state, trace)) => Ok(Outcome::Fault((space.reason(&state)?, Some(trace)))),
     }
+}
 
-    /// One of the nearest faults, and of these one of the first kind.
-    fn first_fault(&mut self, faulty: &Faulty) -> Grown<Outcome> {
-        let space = self.space;
-        for distance in 0.. {
-            let Some(layer) = self.layers.at(distance, space)? else {
-                break;
-            };
-            for kind in &faulty.kinds {
-                if let Some(state) = layer.and(kind)?.any() {
-                    let reason = space.reason(&state)?;
-                    let trace = self.layers.trace(distance, &state, space)?;
-                    return Ok(Outcome::Fault((reason, Some(trace))));
-                }
-            }
+impl Search<'_, '_> {
+    /// One of the nearest of these states, as the search of each state has them.
+    fn nearest(&mut self, targets: Set) -> Grown<Option<(Vec<u64>, Trace)>> {
+        if targets.is_empty() {
+            return Ok(None);
         }
-        unreachable!("the faulty state is at some distance")
+        let found = self.ways.nearest(&[targets], self.space)?;
+        Ok(found.map(|(state, trace)| (self.space.state(&state), trace)))
     }
 
     fn prove(mut self, all: &Set) -> Grown<Outcome> {
@@ -177,7 +163,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 targets = targets.union(&own)?;
             }
             let can = space.can_reach(all, &targets, |_| true)?;
-            if let Some((state, trace)) = self.layers.nearest(&all.minus(&can)?, space)? {
+            if let Some((state, trace)) = self.nearest(all.minus(&can)?)? {
                 let marked = closed.marked(&state);
                 let fault = (Box::new(Reason::Livelock { marked }), Some(trace));
                 return Ok(Outcome::Fault(fault));
@@ -230,7 +216,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 continue;
             };
             let can = space.can_reach(all, &all.with(start)?, |_| true)?;
-            if let Some((state, trace)) = self.layers.nearest(&all.minus(&can)?, space)? {
+            if let Some((state, trace)) = self.nearest(all.minus(&can)?)? {
                 let reason = Reason::Unfinished {
                     protocol: used.name.clone(),
                     missed: closed.missing(&state, number),
@@ -262,7 +248,7 @@ impl<'s, 'a> Search<'s, 'a> {
             circling = can;
         }
         let leads = space.can_reach(all, &circling, Move::is_own)?;
-        let nearest = self.layers.nearest(&leads, space)?;
+        let nearest = self.nearest(leads)?;
         Ok(nearest.map(|(_, trace)| trace))
     }
 
@@ -288,7 +274,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 .copied()
                 .collect();
             let near = space.nearest_to(all, &tests)?;
-            if let Some((state, nearest)) = self.layers.nearest(&near, space)? {
+            if let Some((state, nearest)) = self.nearest(near)? {
                 let lacks = closed.lacking(&state, transition).map(str::to_owned);
                 dead.push((
                     transition,

@@ -1,4 +1,4 @@
-//! States by their distance from the initial one, and the steps to them.
+//! States by their distance, and the shortest ways to them.
 
 use super::super::refusal::Trace;
 use super::diagram::{Grown, Set};
@@ -6,68 +6,118 @@ use super::rules::{Literal, Rule};
 use super::space::Space;
 use super::sweep::{Sweep, Way};
 
-/// As many layers as were asked for so far; the next follows from the last.
-pub(super) struct Layers {
+/// States by their distance: as many layers as were asked for so far, the last perhaps empty.
+struct Layers {
     layers: Vec<Set>,
     seen: Set,
 }
 
 impl Layers {
-    pub(super) fn new(space: &Space<'_>) -> Grown<Self> {
-        let initial = space.initial()?;
-        Ok(Self {
-            layers: vec![initial.clone()],
-            seen: initial,
-        })
-    }
-
-    /// The states at a distance; none if that is beyond the farthest.
-    pub(super) fn at(&mut self, distance: usize, space: &Space<'_>) -> Grown<Option<&Set>> {
-        while self.layers.len() <= distance {
-            let Some(last) = self.layers.last().filter(|last| !last.is_empty()) else {
-                return Ok(None);
-            };
-            let rules = space.rules.rules.iter();
-            let next = Sweep::of_rules(space, Way::Forwards, rules).once(last)?;
-            let next = next.minus(&self.seen)?;
-            self.seen = self.seen.union(&next)?;
-            self.layers.push(next);
+    fn new(first: Set) -> Self {
+        Self {
+            layers: vec![first.clone()],
+            seen: first,
         }
-        Ok(self.layers.get(distance).filter(|layer| !layer.is_empty()))
     }
 
-    /// One of the nearest of these states, and how to get there.
+    /// Adds the next layer; false if there is none.
+    fn add(&mut self, way: Way, within: &Set, space: &Space<'_>) -> Grown<bool> {
+        let last = &self.layers[self.layers.len() - 1];
+        let rules = space.rules.rules.iter();
+        let next = Sweep::of_rules(space, way, rules).once(last)?;
+        let next = next.minus(&self.seen)?.and(within)?;
+        self.seen = self.seen.union(&next)?;
+        let is_new = !next.is_empty();
+        self.layers.push(next);
+        Ok(is_new)
+    }
+}
+
+/// Ways from the initial state, searched from both ends at once: layers near an end are small.
+pub(super) struct Ways {
+    ahead: Layers,
+    /// All states.
+    all: Set,
+}
+
+impl Ways {
+    /// `all` are the states that there are.
+    pub(super) fn new(all: Set, space: &Space<'_>) -> Grown<Self> {
+        let ahead = Layers::new(space.initial()?);
+        Ok(Self { ahead, all })
+    }
+
+    /// A nearest one of these states by its true variables, and how to get there. Of several kinds of
+    /// states that are equally near, the first is taken.
     pub(super) fn nearest(
         &mut self,
-        targets: &Set,
+        kinds: &[Set],
         space: &Space<'_>,
-    ) -> Grown<Option<(Vec<u64>, Trace)>> {
-        for distance in 0.. {
-            let Some(layer) = self.at(distance, space)? else {
-                break;
+    ) -> Grown<Option<(Vec<u32>, Trace)>> {
+        let mut targets = space.empty();
+        for kind in kinds {
+            targets = targets.union(&kind.and(&self.all)?)?;
+        }
+        let mut back = Layers::new(targets);
+        let mut ahead = 0;
+        let meeting = loop {
+            let (near, far) = (
+                &self.ahead.layers[ahead],
+                &back.layers[back.layers.len() - 1],
+            );
+            let meeting = near.and(far)?;
+            if !meeting.is_empty() {
+                break meeting;
+            }
+            let is_known = ahead + 1 < self.ahead.layers.len();
+            let goes_on = if is_known {
+                ahead += 1;
+                !self.ahead.layers[ahead].is_empty()
+            } else if near.nodes() <= far.nodes() {
+                ahead += 1;
+                self.ahead.add(Way::Forwards, &self.all, space)?
+            } else {
+                back.add(Way::Backwards, &self.all, space)?
             };
-            if let Some(found) = layer.and(targets)?.any() {
-                let trace = self.trace(distance, &found, space)?;
-                return Ok(Some((space.state(&found), trace)));
+            if !goes_on {
+                return Ok(None);
+            }
+        };
+        let mut way = self.ahead.layers[..ahead].to_vec();
+        way.push(meeting);
+        back.layers.pop();
+        for layer in back.layers.iter().rev() {
+            let last = &way[way.len() - 1];
+            let rules = space.rules.rules.iter();
+            let next = Sweep::of_rules(space, Way::Forwards, rules).once(last)?;
+            way.push(next.and(layer)?);
+        }
+        let Some(ends) = way.pop() else {
+            return Ok(None);
+        };
+        for kind in kinds {
+            if let Some(state) = ends.and(kind)?.any() {
+                let trace = trace(&way, &state, space)?;
+                return Ok(Some((state, trace)));
             }
         }
         Ok(None)
     }
+}
 
-    /// The steps to a state at this distance, given by its true variables.
-    pub(super) fn trace(&self, distance: usize, state: &[u32], space: &Space<'_>) -> Grown<Trace> {
-        let mut steps = Vec::with_capacity(distance);
-        let mut state = state.to_vec();
-        for layer in self.layers[..distance].iter().rev() {
-            let Some((rule, before)) = last_step(layer, &state, space)? else {
-                break;
-            };
-            steps.push(space.closed.name(rule.step));
-            state = before;
-        }
-        steps.reverse();
-        Ok(Trace { steps })
+/// The steps through these layers to a state behind the last, given by its true variables.
+fn trace(layers: &[Set], state: &[u32], space: &Space<'_>) -> Grown<Trace> {
+    let mut steps = Vec::with_capacity(layers.len());
+    let mut state = state.to_vec();
+    for layer in layers.iter().rev() {
+        let Some((rule, before)) = last_step(layer, &state, space)? else {
+            break;
+        };
+        steps.push(space.closed.name(rule.step));
+        state = before;
     }
+    steps.reverse();
+    Ok(Trace { steps })
 }
 
 /// A rule that leads from the layer to this state, and from where.
