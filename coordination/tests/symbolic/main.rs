@@ -5,6 +5,7 @@ mod nets;
 
 mod agreement;
 mod drawn;
+mod large;
 
 use coordination::analysis::{Limits, Proof, Refusal, Use, check};
 use coordination::petri::NetModel;

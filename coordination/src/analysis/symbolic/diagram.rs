@@ -83,9 +83,13 @@ impl Diagram {
 
 impl Set {
     pub(super) fn is_empty(&self) -> bool {
-        self.0.with_manager_shared(|manager, edge| {
-            edge.node_id() == ZBDDFunction::empty(manager).as_edge(manager).node_id()
-        })
+        self.0
+            .with_manager_shared(|manager, edge| match manager.get_node(edge) {
+                Node::Inner(_) => false,
+                Node::Terminal(_) => {
+                    edge.node_id() == ZBDDFunction::empty(manager).as_edge(manager).node_id()
+                }
+            })
     }
 
     /// How many nodes its diagram has.

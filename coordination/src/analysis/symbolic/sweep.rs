@@ -2,6 +2,9 @@
 //! variable that it touches, so that what is above need not be gone through for each rule.
 
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
+
+use oxidd::util::FxHasher;
 
 use super::diagram::{Grown, Set};
 use super::rules::{Literal, Rule};
@@ -25,6 +28,12 @@ enum Part<'r> {
     Tests(&'r [Literal]),
 }
 
+/// What was found already.
+type Known<K> = HashMap<K, Set, BuildHasherDefault<FxHasher>>;
+
+/// How many parts of a diagram are gone through before the clock is looked at.
+const BREATH: u32 = 64;
+
 /// Rules by the first variable that they touch.
 pub(super) struct Sweep<'s> {
     space: &'s Space<'s>,
@@ -32,8 +41,10 @@ pub(super) struct Sweep<'s> {
     parts: Vec<Vec<Part<'s>>>,
     /// By variable, the first from there on that rules touch although it is false.
     open: Vec<u32>,
-    once: HashMap<Set, Set>,
-    closed: HashMap<(Set, Option<Set>, u32), Set>,
+    once: Known<Set>,
+    closed: Known<(Set, Option<Set>, u32)>,
+    /// How many parts were gone through.
+    visited: u32,
 }
 
 impl<'s> Sweep<'s> {
@@ -94,9 +105,18 @@ impl<'s> Sweep<'s> {
             way,
             parts,
             open,
-            once: HashMap::new(),
-            closed: HashMap::new(),
+            once: Known::default(),
+            closed: Known::default(),
+            visited: 0,
         }
+    }
+
+    fn breathe(&mut self) -> Grown<()> {
+        self.visited = self.visited.wrapping_add(1);
+        if self.visited % BREATH == 0 {
+            return self.space.breathe();
+        }
+        Ok(())
     }
 
     fn led(&self, part: Part<'_>, set: &Set) -> Grown<Set> {
@@ -130,17 +150,21 @@ impl<'s> Sweep<'s> {
             }
             open = self.open[open as usize + 1];
         }
-        if let Some(top) = top {
-            found = found.union(&self.once_at(set, top)?)?;
+        let Some(top) = top else {
+            return Ok(found);
+        };
+        let led = self.once_at(set, top)?;
+        if found.is_empty() {
+            return Ok(led);
         }
-        Ok(found)
+        found.union(&led)
     }
 
     fn once_at(&mut self, set: &Set, top: u32) -> Grown<Set> {
         if let Some(known) = self.once.get(set) {
             return Ok(known.clone());
         }
-        self.space.breathe()?;
+        self.breathe()?;
         let (with, without) = set.split();
         let with = self.once_from(&with, top + 1)?;
         let without = self.once_from(&without, top + 1)?;
@@ -182,7 +206,7 @@ impl<'s> Sweep<'s> {
         if let Some(known) = self.closed.get(&key) {
             return Ok(known.clone());
         }
-        self.space.breathe()?;
+        self.breathe()?;
         let limits = within.as_ref().map(|limit| limit.split_at(at, self.space));
         let (limit_with, limit_without) = limits.clone().unzip();
         let mut found = set.clone();
