@@ -3,7 +3,7 @@
 //! (2024): "the paper" everywhere here.
 //!
 //! * [`acquire_release`]: the protocol by which a resource is acquired from its owner and released;
-//! * [`analysis`]: what is proved of a net before it may run;
+//! * [`analysis`]: what is proved of a net before it may run; large nets with the feature `symbolic`;
 //! * [`event`]: dense event ids and bounded, wait-free queues of events;
 //! * [`flag`]: Boolean conditions, whose changes are events;
 //! * [`fsm`]: Mealy machines, from a symbolic model to dense tables;

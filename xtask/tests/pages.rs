@@ -402,6 +402,7 @@ const COMMANDS: &[(&str, Run)] = &[
         Here,
     ),
     ("cargo test -p coordination --features pnml", ByCi),
+    ("cargo test -p coordination --features symbolic", ByCi),
     (
         "cargo run --release -p coordination --example petri_families -- --baseline",
         ByTest {

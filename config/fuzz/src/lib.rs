@@ -12,6 +12,8 @@ pub const LIMITS: Limits = Limits {
     states: 2_000,
     steps: 20_000,
     looks: 200_000,
+    nodes: 0,
+    time: std::time::Duration::ZERO,
     waiting: 2,
 };
 

@@ -39,6 +39,12 @@
 //! What is found is a [`Proof`], which belongs to this net, its initial marking and its protocols.
 //! [`NetBinding`](crate::binding::NetBinding) runs nets with a proof only.
 //!
+//! States are looked at one after another. With the feature `symbolic`, a net that has more of them than
+//! [`Limits::states`] or more steps than [`Limits::steps`] is looked at as a set of states, in decision
+//! diagrams with up to [`Limits::nodes`] nodes, and with the same result: a fault is one of the nearest,
+//! and among equally near ones both searches name exclusions first, then the order of flags, then second
+//! tokens, overflows and stops.
+//!
 //! Not for real-time threads. Time and memory are bounded by [`Limits`]; a net that exceeds them is
 //! refused, never passed.
 //!

@@ -5,6 +5,7 @@ mod nets;
 
 mod agreement;
 mod drawn;
+mod families;
 mod large;
 
 use coordination::analysis::{Limits, Proof, Refusal, Use, check};

@@ -5,7 +5,12 @@ use std::cmp::Reverse;
 
 use super::rules::Rules;
 
-/// `order[new]` is the old number: as declared, or greedily, whichever keeps rules shorter and lower.
+/// A variable that this many times as many rules touch as the mean comes last: else what it joins would
+/// be pulled apart. Each is tried.
+const HUB_TIMES: [usize; 3] = [4, 16, 64];
+
+/// `order[new]` is the old number: as declared or greedily, with or without some last, whichever
+/// keeps rules shortest and lowest.
 pub(super) fn order(rules: &Rules) -> Vec<u32> {
     let variables = rules.meanings.len();
     let mut groups: Vec<Vec<u32>> = Vec::with_capacity(rules.rules.len());
@@ -15,13 +20,23 @@ pub(super) fn order(rules: &Rules) -> Vec<u32> {
         group.dedup();
         groups.push(group);
     }
-    let declared: Vec<u32> = (0..variables as u32).collect();
-    let greedy = greedy(variables, &groups);
-    if cost(&greedy, &groups) < cost(&declared, &groups) {
-        greedy
-    } else {
-        declared
+    let mut touching = vec![0_usize; variables];
+    for &variable in groups.iter().flatten() {
+        touching[variable as usize] += 1;
     }
+    let all: usize = touching.iter().sum();
+    let mean = all.div_ceil(variables.max(1));
+    let declared: Vec<u32> = (0..variables as u32).collect();
+    let mut orders = vec![declared.clone()];
+    for times in HUB_TIMES {
+        let is_hub = |variable: u32| touching[variable as usize] > times * mean;
+        let (last, mut first): (Vec<u32>, Vec<u32>) = declared.iter().partition(|&&v| is_hub(v));
+        first.extend(last);
+        orders.push(first);
+        orders.push(greedy(variables, &groups, is_hub));
+    }
+    let best = orders.into_iter().min_by_key(|order| cost(order, &groups));
+    best.unwrap_or(declared)
 }
 
 /// How far the variables of rules are apart, and how far up they begin, over all rules.
@@ -39,13 +54,9 @@ fn cost(order: &[u32], groups: &[Vec<u32>]) -> u64 {
     groups.iter().map(cost).sum()
 }
 
-/// A variable that this many times as many rules touch as others comes last: else what it joins would
-/// be pulled apart.
-const HUB_MORE: usize = 4;
-
 /// Next comes the variable whose rules have most of their variables in the order already; of
 /// several the one that was touched last, then the one that fewest rules touch.
-fn greedy(variables: usize, groups: &[Vec<u32>]) -> Vec<u32> {
+fn greedy(variables: usize, groups: &[Vec<u32>], is_hub: impl Fn(u32) -> bool) -> Vec<u32> {
     let mut member = vec![Vec::new(); variables];
     for (number, group) in groups.iter().enumerate() {
         for &variable in group {
@@ -55,16 +66,13 @@ fn greedy(variables: usize, groups: &[Vec<u32>]) -> Vec<u32> {
     let mut near = vec![(0.0_f64, 0_usize); variables];
     let mut left: Vec<u32> = (0..variables as u32).collect();
     let mut order = Vec::with_capacity(variables);
-    let rules: usize = member.iter().map(Vec::len).sum();
-    let many = HUB_MORE * rules.div_ceil(variables.max(1));
     while !left.is_empty() {
         let nearest = |&variable: &u32| {
             let (sum, touched) = near[variable as usize];
             let among = member[variable as usize].len();
-            let is_hub = among > many;
             let nearness = sum / among.max(1) as f64;
             (
-                if is_hub { -1.0 } else { nearness },
+                if is_hub(variable) { -1.0 } else { nearness },
                 touched,
                 Reverse(among),
             )

@@ -113,7 +113,7 @@ impl<'s> Sweep<'s> {
 
     fn breathe(&mut self) -> Grown<()> {
         self.visited = self.visited.wrapping_add(1);
-        if self.visited % BREATH == 0 {
+        if self.visited.is_multiple_of(BREATH) {
             return self.space.breathe();
         }
         Ok(())
