@@ -8,6 +8,7 @@ mod flood;
 mod growth;
 mod kills;
 mod lanes;
+mod large_nets;
 mod liveliness;
 mod model;
 mod plans;
