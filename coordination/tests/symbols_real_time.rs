@@ -93,6 +93,20 @@ fn symbols_do_not_allocate() {
     assert_eq!(worker.join().unwrap(), 0);
 }
 
+#[test]
+fn added_symbols_do_not_allocate_and_say_whether_they_were_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (table, ..) = handles(&Namespace::new(folder.path(), "rt_"));
+    let mut writer = table.add::<Scan>("lidar", "rear").unwrap();
+    let mut reader = table.reader::<Scan>("tube", "rear").unwrap();
+    let worker = std::thread::spawn(move || {
+        let used = use_symbols(&mut writer, &mut reader);
+        let asking = allocations(|| assert!(!reader.is_removed()));
+        used + asking
+    });
+    assert_eq!(worker.join().unwrap(), 0);
+}
+
 const ROLE: &str = "REAL_TIME_TEST_ROLE";
 const ROOT: &str = "REAL_TIME_TEST_ROOT";
 

@@ -36,7 +36,32 @@ const SERVICE_NAME: &str = "symbols";
 pub(super) struct Blackboard {
     pub(super) reader: ReaderPort,
     factory: PortFactory<Service, Key>,
-    _node: Node<Service>,
+    node: Node<Service>,
+}
+
+/// Another blackboard of the same run, for what is added while it is used.
+#[derive(Debug)]
+pub(super) struct PageBoard {
+    pub(super) reader: ReaderPort,
+    factory: PortFactory<Service, Key>,
+}
+
+impl PageBoard {
+    /// The one writing port.
+    pub(super) fn writer(&self, run: &TableRun) -> Result<WriterPort, SymbolError> {
+        self.factory
+            .writer_builder()
+            .create()
+            .map_err(failed(run, "open the shared memory for writing"))
+    }
+
+    fn new(run: &TableRun, factory: PortFactory<Service, Key>) -> Result<Self, SymbolError> {
+        let reader = factory
+            .reader_builder()
+            .create()
+            .map_err(failed(run, "open the shared memory for reading"))?;
+        Ok(Self { reader, factory })
+    }
 }
 
 impl Blackboard {
@@ -48,7 +73,7 @@ impl Blackboard {
     ) -> Result<Self, SymbolError> {
         let node = node(run, place)?;
         let creator = node
-            .service_builder(&service_name(run)?)
+            .service_builder(&service_name(run, SERVICE_NAME)?)
             .blackboard_creator::<Key>()
             .max_nodes(MAX_PROCESSES)
             .max_readers(MAX_PROCESSES);
@@ -62,11 +87,37 @@ impl Blackboard {
     pub(super) fn open(run: &TableRun, place: &Namespace) -> Result<Self, SymbolError> {
         let node = node(run, place)?;
         let factory = node
-            .service_builder(&service_name(run)?)
+            .service_builder(&service_name(run, SERVICE_NAME)?)
             .blackboard_opener::<Key>()
             .open()
             .map_err(failed(run, "open the shared memory"))?;
         Self::with_reader(run, node, factory)
+    }
+
+    /// Creates the blackboard of page `page` with the entries that `fill` adds.
+    pub(super) fn create_page(
+        &self,
+        run: &TableRun,
+        page: u64,
+        fill: impl FnOnce(Adder) -> Adder,
+    ) -> Result<PageBoard, SymbolError> {
+        let creator = { self.node.service_builder(&page_name(run, page)?) }
+            .blackboard_creator::<Key>()
+            .max_nodes(MAX_PROCESSES)
+            .max_readers(MAX_PROCESSES);
+        let factory = fill(creator)
+            .create()
+            .map_err(failed(run, "create the shared memory of an added symbol"))?;
+        PageBoard::new(run, factory)
+    }
+
+    /// Opens the blackboard of page `page`, which another process has created.
+    pub(super) fn open_page(&self, run: &TableRun, page: u64) -> Result<PageBoard, SymbolError> {
+        let factory = { self.node.service_builder(&page_name(run, page)?) }
+            .blackboard_opener::<Key>()
+            .open()
+            .map_err(failed(run, "open the shared memory of an added symbol"))?;
+        PageBoard::new(run, factory)
     }
 
     /// The one writing port, from which the owners' handles come.
@@ -89,7 +140,7 @@ impl Blackboard {
         Ok(Self {
             reader,
             factory,
-            _node: node,
+            node,
         })
     }
 }
@@ -114,8 +165,12 @@ fn node(run: &TableRun, place: &Namespace) -> Result<Node<Service>, SymbolError>
         .map_err(failed(run, "register with the shared memory"))
 }
 
-fn service_name(run: &TableRun) -> Result<ServiceName, SymbolError> {
-    ServiceName::new(SERVICE_NAME).map_err(failed(run, "name the service"))
+fn service_name(run: &TableRun, name: &str) -> Result<ServiceName, SymbolError> {
+    ServiceName::new(name).map_err(failed(run, "name the service"))
+}
+
+fn page_name(run: &TableRun, page: u64) -> Result<ServiceName, SymbolError> {
+    service_name(run, &format!("{SERVICE_NAME}-{page}"))
 }
 
 pub(super) fn failed<E: Debug>(

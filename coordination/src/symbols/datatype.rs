@@ -1,5 +1,7 @@
 //! What a symbol's value may be.
 
+use std::fmt;
+
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Plain data that can be a symbol's value.
@@ -11,11 +13,61 @@ use iceoryx2::prelude::ZeroCopySend;
 pub trait Datatype: bytemuck::Pod + Send + Sync {
     /// The datatype's part of the semantic id: 1 to 40 ASCII letters, digits, `_` or `-`.
     const NAME: &'static str;
+
+    /// The metamodel that the datatype conforms to: a URI of up to 80 characters. It says what name and layout mean; who gives
+    /// datatypes a meaning of their own, with units and frames, names the document that says which.
+    const METAMODEL: &'static str = METAMODEL;
 }
 
-/// Names the datatypes of symbols: `datatype!(Scan, "range_scan")`.
+/// The metamodel of symbols that this crate documents: one plain value of a fixed layout (`repr(C)`, no pointers, every bit pattern
+/// valid) with a monotonic stamp in nanoseconds, of which there is one for each datatype and model.
+pub const METAMODEL: &str = "urn:coordination:symbols:1";
+
+/// What a symbol is, for whoever finds it: which model, of which datatype, by which metamodel.
+///
+/// Datatype and model together are unique in a table; the metamodel says how they are to be understood.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SemanticId {
+    /// The URI of what the datatype conforms to.
+    pub metamodel: String,
+    /// The datatype's name.
+    pub datatype: String,
+    /// Which of the datatype's symbols.
+    pub model: String,
+}
+
+impl SemanticId {
+    /// The semantic id of the symbol (`T`, `model`).
+    pub fn of<T: Datatype>(model: impl Into<String>) -> Self {
+        Self {
+            metamodel: T::METAMODEL.to_owned(),
+            datatype: T::NAME.to_owned(),
+            model: model.into(),
+        }
+    }
+}
+
+/// `urn:coordination:symbols:1#encoders/drive`
+impl fmt::Display for SemanticId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{}#{}/{}",
+            self.metamodel, self.datatype, self.model
+        )
+    }
+}
+
+/// Names the datatypes of symbols: `datatype!(Scan, "range_scan")`; with a metamodel of their own,
+/// `datatype!(Scan, "range_scan", "urn:example:scans:1")`.
 #[macro_export]
 macro_rules! datatype {
+    ($type:ty, $name:literal, $metamodel:expr) => {
+        impl $crate::symbols::Datatype for $type {
+            const NAME: &'static str = $name;
+            const METAMODEL: &'static str = $metamodel;
+        }
+    };
     ($type:ty, $name:literal) => {
         impl $crate::symbols::Datatype for $type {
             const NAME: &'static str = $name;

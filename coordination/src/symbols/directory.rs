@@ -3,14 +3,17 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::namespace::check_name;
-use super::{Datatype, SymbolError};
+use super::{Datatype, SemanticId, SymbolError};
 
 /// The key of the directory in the blackboard.
 pub(super) const DIRECTORY_KEY: u64 = 0;
 /// To be raised with every change of the layout below.
-pub(super) const FORMAT: u32 = 1;
+pub(super) const FORMAT: u32 = 2;
+/// The page of what was declared before the table was built: the table's own blackboard.
+pub(super) const DECLARED: u64 = 0;
 
 const NAME_LIMIT: usize = 40;
+const URI_LIMIT: usize = 80;
 const MAX_SYMBOLS: usize = 128;
 /// One bit each in the set of readers.
 const MAX_ACTIVITIES: usize = 32;
@@ -28,6 +31,22 @@ pub struct SymbolInfo {
     pub readers: Vec<String>,
     /// The size of one value, without its time stamp.
     pub size_bytes: usize,
+    /// What the datatype's name and layout conform to: [`Datatype::METAMODEL`].
+    pub metamodel: String,
+    /// Whether it was added while the robot ran, and can be removed.
+    pub is_added: bool,
+}
+
+impl SymbolInfo {
+    /// The symbol's semantic id with its metamodel.
+    #[must_use]
+    pub fn semantic_id(&self) -> SemanticId {
+        SemanticId {
+            metamodel: self.metamodel.clone(),
+            datatype: self.datatype.clone(),
+            model: self.model.clone(),
+        }
+    }
 }
 
 /// Text of up to [`NAME_LIMIT`] bytes, padded with zeros.
@@ -49,11 +68,44 @@ impl Name {
     }
 }
 
+/// A URI of up to [`URI_LIMIT`] visible ASCII characters, padded with zeros.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Uri([u8; URI_LIMIT]);
+
+impl Uri {
+    fn new(uri: &str) -> Result<Self, SymbolError> {
+        let has_scheme = uri.split_once(':').is_some_and(|(scheme, rest)| {
+            scheme.starts_with(|first: char| first.is_ascii_alphabetic()) && !rest.is_empty()
+        });
+        if uri.len() > URI_LIMIT || !has_scheme || !uri.bytes().all(|byte| byte.is_ascii_graphic())
+        {
+            return Err(SymbolError::BadMetamodel {
+                found: uri.into(),
+                limit: URI_LIMIT,
+            });
+        }
+        let mut bytes = [0; URI_LIMIT];
+        bytes[..uri.len()].copy_from_slice(uri.as_bytes());
+        Ok(Self(bytes))
+    }
+
+    fn text(&self) -> String {
+        let end = self.0.iter().position(|&byte| byte == 0);
+        String::from_utf8_lossy(&self.0[..end.unwrap_or(URI_LIMIT)]).into_owned()
+    }
+}
+
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Row {
+    metamodel: Uri,
     datatype: Name,
     model: Name,
+    /// The blackboard that its value is in, as two words: [`DECLARED`], or a number that no other symbol of this run ever has.
+    page: [u32; 2],
+    /// Not removed.
+    used: u32,
     owner: u32,
     readers: u32,
     size_bytes: u32,
@@ -82,8 +134,13 @@ impl Datatype for Directory {
 pub(super) struct RowId(usize);
 
 impl RowId {
+    /// Its key in the blackboard of the table.
     pub(super) fn key(self) -> u64 {
         self.0 as u64 + 1
+    }
+
+    pub(super) fn index(self) -> usize {
+        self.0
     }
 }
 
@@ -94,13 +151,15 @@ impl Directory {
         directory
     }
 
-    /// Adds a symbol, unless its semantic id is taken.
+    /// Adds a symbol on `page`, unless its semantic id is taken.
     pub(super) fn add<T: Datatype>(
         &mut self,
         owner: &str,
         model: &str,
+        page: u64,
     ) -> Result<RowId, SymbolError> {
-        let datatype_name = Name::new("the datatype", T::NAME)?;
+        let metamodel = Uri::new(T::METAMODEL)?;
+        let datatype = Name::new("the datatype", T::NAME)?;
         let model_name = Name::new("the model", model)?;
         if let Some(row) = self.find(T::NAME, model) {
             return Err(SymbolError::Duplicate {
@@ -110,7 +169,11 @@ impl Directory {
                 second: owner.into(),
             });
         }
-        let number = self.rows().len();
+        // A row that was given back keeps its number, because others keep theirs.
+        let number = self.rows[..self.count()]
+            .iter()
+            .position(|row| row.used == 0);
+        let number = number.unwrap_or(self.count());
         if number >= MAX_SYMBOLS {
             return Err(SymbolError::TooMany {
                 what: "symbols",
@@ -119,15 +182,34 @@ impl Directory {
         }
         let owner = self.activity(owner)?;
         self.rows[number] = Row {
-            datatype: datatype_name,
+            metamodel,
+            datatype,
             model: model_name,
+            page: [page as u32, (page >> 32) as u32],
+            used: 1,
             owner,
             readers: 0,
             size_bytes: size_of::<T>() as u32,
             taken: 0,
         };
-        self.symbol_count += 1;
+        self.symbol_count = self.symbol_count.max(number as u32 + 1);
         Ok(RowId(number))
+    }
+
+    /// Withdraws a symbol.
+    pub(super) fn remove(&mut self, row: RowId) {
+        self.rows[row.0] = Row::zeroed();
+    }
+
+    /// The page that a symbol's value is in.
+    pub(super) fn page(&self, row: RowId) -> u64 {
+        self.rows[row.0].page()
+    }
+
+    /// Whether the row is still that of the symbol on `page`.
+    pub(super) fn is_on(&self, row: RowId, page: u64) -> bool {
+        let row = &self.rows[row.0];
+        row.used != 0 && row.page() == page
     }
 
     /// The row of the symbol of type `T` called `model`; the error tells unknown from mistyped.
@@ -153,8 +235,8 @@ impl Directory {
             return Ok(row);
         }
         let known = self.list_ids().into();
-        let same_model = self.rows().iter().position(|row| row.model.text() == model);
-        Err(match same_model.map(RowId) {
+        let same_model = self.rows().find(|(_, row)| row.model.text() == model);
+        Err(match same_model.map(|(row, _)| row) {
             Some(row) => SymbolError::Mistyped {
                 asked_by: asked_by(),
                 datatype: datatype(),
@@ -172,27 +254,34 @@ impl Directory {
         })
     }
 
-    /// Notes that `reader` reads the symbol.
-    pub(super) fn add_reader(&mut self, row: RowId, reader: &str) -> Result<(), SymbolError> {
+    /// Notes that `reader` reads the symbol; the number of the reader.
+    pub(super) fn add_reader(&mut self, row: RowId, reader: &str) -> Result<u32, SymbolError> {
         let reader = self.activity(reader)?;
         self.rows[row.0].readers |= 1 << reader;
-        Ok(())
+        Ok(reader)
     }
 
-    pub(super) fn set_taken(&mut self, row: RowId) {
-        self.rows[row.0].taken = 1;
+    /// Notes that a reader does not read the symbol any more.
+    pub(super) fn remove_reader(&mut self, row: RowId, reader: u32) {
+        self.rows[row.0].readers &= !(1 << reader);
+    }
+
+    pub(super) fn set_taken(&mut self, row: RowId, is_taken: bool) {
+        self.rows[row.0].taken = is_taken.into();
     }
 
     pub(super) fn is_taken(&self, row: RowId) -> bool {
         self.rows[row.0].taken != 0
     }
 
-    /// The symbols whose writers nobody has taken.
+    /// The declared symbols whose writers nobody has taken.
     pub(super) fn not_taken(&self) -> Vec<String> {
-        let rows = self.rows().iter().enumerate();
-        rows.filter(|(_, row)| row.taken == 0)
+        let not_taken = self
+            .rows()
+            .filter(|(_, row)| row.page() == DECLARED && row.taken == 0);
+        not_taken
             .map(|(number, row)| {
-                let owner = self.owner(RowId(number));
+                let owner = self.owner(number);
                 format!("{}/{} of `{owner}`", row.datatype.text(), row.model.text())
             })
             .collect()
@@ -212,40 +301,48 @@ impl Directory {
                 .map(|activity| self.activity_name(activity))
                 .collect(),
             size_bytes: row.size_bytes as usize,
+            metamodel: row.metamodel.text(),
+            is_added: row.page() != DECLARED,
         };
-        self.rows().iter().map(info).collect()
+        self.rows().map(|(_, row)| info(row)).collect()
     }
 
     fn find(&self, datatype: &str, model: &str) -> Option<RowId> {
         let same = |row: &Row| row.datatype.text() == datatype && row.model.text() == model;
-        self.rows().iter().position(same).map(RowId)
+        let mut rows = self.rows();
+        rows.find_map(|(number, row)| same(row).then_some(number))
     }
 
     fn list_ids(&self) -> String {
-        let ids: Vec<String> = self
-            .rows()
-            .iter()
-            .map(|row| format!("{}/{}", row.datatype.text(), row.model.text()))
-            .collect();
+        let id = |row: &Row| format!("{}/{}", row.datatype.text(), row.model.text());
+        let ids: Vec<String> = self.rows().map(|(_, row)| id(row)).collect();
         ids.join(", ")
     }
 
     fn activity(&mut self, name: &str) -> Result<u32, SymbolError> {
         let name = Name::new("the activity", name)?;
-        let count = self.activity_count;
-        let known = &self.activities[..count as usize];
+        let count = (self.activity_count as usize).min(MAX_ACTIVITIES);
+        let known = &self.activities[..count];
         if let Some(number) = known.iter().position(|other| *other == name) {
             return Ok(number as u32);
         }
-        let Some(free) = self.activities.get_mut(count as usize) else {
-            return Err(SymbolError::TooMany {
-                what: "activities",
-                limit: MAX_ACTIVITIES,
-            });
+        // The place of one that no symbol names any more serves again.
+        let number = match count < MAX_ACTIVITIES {
+            true => Some(count as u32),
+            false => (0..MAX_ACTIVITIES as u32).find(|&number| !self.is_named(number)),
         };
-        *free = name;
-        self.activity_count += 1;
-        Ok(count)
+        let number = number.ok_or(SymbolError::TooMany {
+            what: "activities",
+            limit: MAX_ACTIVITIES,
+        })?;
+        self.activities[number as usize] = name;
+        self.activity_count = self.activity_count.max(number + 1);
+        Ok(number)
+    }
+
+    fn is_named(&self, activity: u32) -> bool {
+        let names = |row: &Row| row.owner == activity || row.readers & (1 << activity) != 0;
+        self.rows().any(|(_, row)| names(row))
     }
 
     fn activity_name(&self, number: u32) -> String {
@@ -253,8 +350,22 @@ impl Directory {
         name.map_or_else(String::new, Name::text)
     }
 
-    /// The rows in use; the count may come from another process and is not trusted.
-    fn rows(&self) -> &[Row] {
-        &self.rows[..(self.symbol_count as usize).min(MAX_SYMBOLS)]
+    /// The symbols that are there.
+    fn rows(&self) -> impl Iterator<Item = (RowId, &Row)> {
+        let numbered = self.rows[..self.count()].iter().enumerate();
+        numbered
+            .filter(|(_, row)| row.used != 0)
+            .map(|(number, row)| (RowId(number), row))
+    }
+
+    /// How many rows are or were in use; the count may come from another process and is not trusted.
+    fn count(&self) -> usize {
+        (self.symbol_count as usize).min(MAX_SYMBOLS)
+    }
+}
+
+impl Row {
+    fn page(&self) -> u64 {
+        u64::from(self.page[0]) | u64::from(self.page[1]) << 32
     }
 }

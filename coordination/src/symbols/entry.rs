@@ -1,7 +1,6 @@
 //! The handles through which symbols are written and read.
 
 use std::fmt;
-use std::sync::Arc;
 use std::sync::atomic::{Ordering, fence};
 
 use iceoryx2::port::reader::EntryHandle;
@@ -13,22 +12,25 @@ use super::{Datatype, Stamped};
 
 /// The right to write one symbol; there is one per symbol.
 ///
-/// It keeps the shared memory alive, so the order in which handles and the table are dropped does
-/// not matter.
+/// Its owner acquires it from the table and releases it by dropping it; then it can be acquired again, and begins with a value that was
+/// never written. It keeps the shared memory alive, so the order in which handles and the table are dropped does not matter.
+///
+/// Dropping it takes a lock and is not for real-time threads.
 pub struct Writer<T: Datatype> {
     handle: EntryHandleMut<Service, Key, Stamped<T>>,
     /// After `handle`, which lies in it.
-    _owner: Arc<dyn Send + Sync>,
+    _hold: Box<dyn Send + Sync>,
 }
 
 impl<T: Datatype> Writer<T> {
+    /// `hold` keeps the memory, and gives the symbol back when it is dropped.
     pub(super) fn new(
         handle: EntryHandleMut<Service, Key, Stamped<T>>,
-        owner: Arc<dyn Send + Sync>,
+        hold: Box<dyn Send + Sync>,
     ) -> Self {
         let mut writer = Self {
             handle,
-            _owner: owner,
+            _hold: hold,
         };
         // Touches both buffers, so that the first real writes find their pages mapped.
         for _ in 0..2 {
@@ -61,24 +63,49 @@ impl<T: Datatype> fmt::Debug for Writer<T> {
     }
 }
 
+/// Beside the value of an added symbol: whether the symbol was removed.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Presence {
+    pub(super) removed: u64,
+}
+
+impl Datatype for Presence {
+    const NAME: &'static str = "symbol_presence";
+}
+
 /// The right to read one symbol, for one thread at a time; any number exist.
+///
+/// Dropping it lets the directory show that this activity reads no more, which takes a lock and is not for real-time threads.
 pub struct Reader<T: Datatype> {
     handle: EntryHandle<Service, Key, Stamped<T>>,
+    /// Of an added symbol: whether it was removed.
+    presence: Option<EntryHandle<Service, Key, Stamped<Presence>>>,
     retries: u64,
-    /// After `handle`, which lies in it.
-    _owner: Arc<dyn Send + Sync>,
+    /// After the handles, which lie in it.
+    _hold: Box<dyn Send + Sync>,
 }
 
 impl<T: Datatype> Reader<T> {
     pub(super) fn new(
         handle: EntryHandle<Service, Key, Stamped<T>>,
-        owner: Arc<dyn Send + Sync>,
+        presence: Option<EntryHandle<Service, Key, Stamped<Presence>>>,
+        hold: Box<dyn Send + Sync>,
     ) -> Self {
         Self {
             handle,
+            presence,
             retries: 0,
-            _owner: owner,
+            _hold: hold,
         }
+    }
+
+    /// Whether the symbol was removed from the table: then the value stays what it is. Never of a symbol that was declared before
+    /// the table was built. Real time: copies 16 bytes from shared memory.
+    #[must_use]
+    pub fn is_removed(&self) -> bool {
+        let presence = self.presence.as_ref();
+        presence.is_some_and(|presence| presence.get().value.removed != 0)
     }
 
     /// The newest value. Real time: lock-free; it is read again when the owner published during

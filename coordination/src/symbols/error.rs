@@ -18,6 +18,14 @@ pub enum SymbolError {
         limit: usize,
         allowed: &'static str,
     },
+    /// A metamodel is no URI, or a long one.
+    #[error("the metamodel `{found}` must be a URI of up to {limit} visible ASCII characters")]
+    BadMetamodel { found: Box<str>, limit: usize },
+    /// A symbol that was declared at the start was to be removed.
+    #[error(
+        "{datatype}/{model} was declared before the table was built and stays; only added symbols can be removed"
+    )]
+    NotAdded { datatype: Box<str>, model: Box<str> },
     /// A semantic id was declared twice.
     #[error(
         "symbol {datatype}/{model} is declared by `{first}` and again by `{second}`; it can have one owner"
@@ -96,7 +104,7 @@ pub enum SymbolError {
         model: Box<str>,
         owner: Box<str>,
     },
-    /// The one writer of a symbol was already handed out.
+    /// The one writer of a symbol was handed out, and not dropped since.
     #[error("`{owner}` took the writer of {datatype}/{model} twice")]
     WriterTaken {
         owner: Box<str>,

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::sync::{Mutex, PoisonError};
 
 use super::blackboard::{Blackboard, failed};
-use super::directory::{DIRECTORY_KEY, Directory, FORMAT};
+use super::directory::{DECLARED, DIRECTORY_KEY, Directory, FORMAT};
 use super::entry::Reader;
 use super::lock::{self, Seen};
+use super::page::Page;
 use super::sweep;
 use super::table_run::TableRun;
 use super::{Datatype, Namespace, SymbolError, SymbolInfo};
@@ -102,7 +103,7 @@ impl Inspector {
             .entry(&DIRECTORY_KEY)
             .map_err(failed(&run, "open the directory"))?;
         let shared = Arc::new(Shared { blackboard, visit });
-        let mut directory = Reader::<Directory>::new(handle, shared.clone());
+        let mut directory = Reader::<Directory>::new(handle, None, Box::new(Arc::clone(&shared)));
         let found = directory.read().value.format;
         if found != FORMAT {
             return Err(SymbolError::OtherFormat {
@@ -131,16 +132,36 @@ impl Inspector {
     /// A reader of the symbol (`T`, `model`). The directory does not list it.
     ///
     /// # Errors
-    /// If nobody owns the symbol, or its type differs.
+    /// If nobody owns the symbol, also if it was removed just now, or its type differs.
     pub fn reader<T: Datatype>(&self, model: &str) -> Result<Reader<T>, SymbolError> {
-        let row = self.read_directory().look_up::<T>(ASKED_BY, model)?;
-        let handle = self
-            .shared
-            .blackboard
-            .reader
-            .entry(&row.key())
-            .map_err(failed(&self.shared.visit.0, "open a symbol for reading"))?;
-        Ok(Reader::new(handle, self.shared.clone()))
+        let run = &self.shared.visit.0;
+        let mut missed = None;
+        loop {
+            let directory = self.read_directory();
+            let row = directory.look_up::<T>(ASKED_BY, model)?;
+            let number = directory.page(row);
+            if number == DECLARED {
+                let entry = self.shared.blackboard.reader.entry(&row.key());
+                let handle = entry.map_err(failed(run, "open a symbol for reading"))?;
+                let hold = Box::new(Arc::clone(&self.shared));
+                return Ok(Reader::new(handle, None, hold));
+            }
+            match (self.added(number), missed) {
+                (Ok(reader), _) => return Ok(reader),
+                (Err(error), Some(before)) if before == number => return Err(error),
+                // It may have been removed since. If it came again, its page is another.
+                (Err(_), _) => missed = Some(number),
+            }
+        }
+    }
+
+    /// A reader of an added symbol.
+    fn added<T: Datatype>(&self, number: u64) -> Result<Reader<T>, SymbolError> {
+        let run = &self.shared.visit.0;
+        let page = Page::open(&self.shared.blackboard, run, number)?;
+        let (handle, presence) = (page.value::<T>(run)?, page.presence(run)?);
+        let hold = Box::new((page, Arc::clone(&self.shared)));
+        Ok(Reader::new(handle, Some(presence), hold))
     }
 
     /// The robot that is looked at.

@@ -1,11 +1,21 @@
 //! The symbol table (the paper's Section 3.3): what the activities of a robot share, in shared
 //! memory.
 //!
-//! A symbol is one plain value with a time stamp. Its semantic id is the pair (datatype, model),
-//! for example `encoders` / `drive`, and unique; exactly one activity owns it and writes it, any
+//! A symbol is one plain value with a time stamp. Its [`SemanticId`] is datatype and model, for example `encoders` / `drive`, which
+//! are unique together, and the metamodel that the datatype conforms to, a URI; exactly one activity owns it and writes it, any
 //! number reads it. Start-up has two phases: owners [declare](TableBuilder::declare), the table is
 //! [built](TableBuilder::build), then owners take their [`Writer`] and others look up a [`Reader`].
 //! [`SymbolTable::seal`] ends it.
+//!
+//! **Acquire and release.** The writer of a symbol is acquired by its owner and released when it is dropped; then it can be acquired
+//! again. A reader acquires and releases too, and the directory shows who reads now. Here the owner of what is acquired is the table,
+//! which answers at once, so that no protocol is needed as between [machines](crate::acquire_release).
+//!
+//! **While the robot runs**, a thread that is not a real-time one can [add](SymbolTable::add) symbols and
+//! [remove](SymbolTable::remove) them, also after the table was sealed: seal fixes who uses the declared symbols, which is all that
+//! real-time threads use. An added symbol has a page of shared memory of its own, which the directory names, so that handles of other
+//! symbols are not touched. A reader of a removed symbol is [told](Reader::is_removed), and the page is freed with the last handle.
+//! What an inspector that was killed had open stays until the robot ends.
 //!
 //! Any other process of the same user can look into a running robot with an [`Inspector`]; other
 //! users can neither read nor write any of it. One robot id runs once per [`Namespace`]. The shared
@@ -55,16 +65,18 @@ mod datatype;
 mod directory;
 mod entry;
 mod error;
+mod held;
 mod inspector;
 mod lock;
 mod namespace;
 mod owner;
+mod page;
 mod service;
 mod sweep;
 mod table;
 mod table_run;
 
-pub use datatype::{Datatype, Stamped};
+pub use datatype::{Datatype, METAMODEL, SemanticId, Stamped};
 pub use directory::SymbolInfo;
 pub use entry::{Reader, Writer};
 pub use error::SymbolError;

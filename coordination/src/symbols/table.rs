@@ -1,12 +1,15 @@
-//! The owner's side: declare, build, hand out, seal.
+//! The owner's side: declare, build, hand out, seal; add and remove.
 
+use std::collections::HashMap;
 use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
-use super::blackboard::{Adder, Blackboard, WriterPort, failed};
-use super::directory::{DIRECTORY_KEY, Directory, RowId};
+use super::blackboard::{Adder, Blackboard, failed};
+use super::directory::{DECLARED, DIRECTORY_KEY, Directory, RowId};
 use super::entry::{Reader, Writer};
+use super::held::{Added, Held, Hold, Memory, Shared, State};
 use super::owner::Owner;
+use super::page::Page;
 use super::sweep::Removed;
 use super::{Datatype, Namespace, Stamped, SymbolError, SymbolInfo};
 
@@ -39,7 +42,7 @@ impl TableBuilder {
         owner: &str,
         model: &str,
     ) -> Result<&mut Self, SymbolError> {
-        let row = self.directory.add::<T>(owner, model)?;
+        let row = self.directory.add::<T>(owner, model, DECLARED)?;
         self.adders.push(Box::new(move |adder: Adder| {
             let never_written = Stamped {
                 stamp_ns: 0,
@@ -77,25 +80,30 @@ impl TableBuilder {
         let handle = port
             .entry::<Stamped<Directory>>(&DIRECTORY_KEY)
             .map_err(failed(&run, "open the directory"))?;
-        let shared = Arc::new(Shared {
+        let memory = Arc::new(Memory {
             port,
             blackboard,
             owner,
         });
-        let directory_writer = Writer::new(handle, shared.clone());
+        let state = State {
+            directory,
+            directory_writer: Writer::new(handle, Box::new(Arc::clone(&memory))),
+            generation: 0,
+            sealed: false,
+            last_page: DECLARED,
+            pages: HashMap::new(),
+            reading: HashMap::new(),
+        };
         let table = SymbolTable {
-            state: Mutex::new(State {
-                directory,
-                directory_writer,
-                generation: 0,
-                sealed: false,
+            shared: Arc::new(Shared {
+                state: Mutex::new(state),
+                memory,
             }),
-            shared,
             removed_at_start,
         };
-        table.lock().publish();
+        table.shared.lock().publish();
         // Last, so that nobody opens a table whose directory is not yet there.
-        table.shared.owner.publish()?;
+        table.shared.memory.owner.publish()?;
         Ok(table)
     }
 }
@@ -106,97 +114,151 @@ impl fmt::Debug for TableBuilder {
     }
 }
 
-/// What has to live as long as any handle; dropped in this order.
-struct Shared {
-    port: WriterPort,
-    blackboard: Blackboard,
-    owner: Owner,
-}
-
-struct State {
-    directory: Box<Directory>,
-    directory_writer: Writer<Directory>,
-    generation: u64,
-    sealed: bool,
-}
-
-impl State {
-    fn publish(&mut self) {
-        // Not a time: the directory only tells its versions apart.
-        self.generation += 1;
-        self.directory_writer
-            .write(self.generation, &self.directory);
-    }
-}
-
 /// The symbols of one running robot; there is one per robot and place.
 ///
 /// The shared memory lives until the table and all its handles are dropped, and is then removed.
 pub struct SymbolTable {
-    state: Mutex<State>,
     shared: Arc<Shared>,
     removed_at_start: Removed,
 }
 
 impl SymbolTable {
-    /// Hands `owner` the writer of its symbol (`T`, `model`), once.
+    /// Hands `owner` the writer of its symbol (`T`, `model`), of which there is one at a time.
     ///
     /// # Errors
-    /// If the table is sealed, the symbol is unknown or of another type or owner, or its writer is
-    /// taken.
+    /// If the symbol is declared and the table is sealed, the symbol is unknown or of another type or owner, or its writer is taken.
     pub fn writer<T: Datatype>(&self, owner: &str, model: &str) -> Result<Writer<T>, SymbolError> {
-        let mut state = self.lock();
+        let mut state = self.shared.lock();
         let row = state.look_up::<T>(owner, model)?;
-        let found = state.directory.owner(row);
-        if found != owner {
-            return Err(SymbolError::NotOwner {
-                asked_by: owner.into(),
-                datatype: T::NAME.into(),
-                model: model.into(),
-                owner: found.into(),
-            });
-        }
+        state.check_owner::<T>(row, owner, model)?;
         if state.directory.is_taken(row) {
             return Err(SymbolError::WriterTaken {
-                owner: found.into(),
+                owner: owner.into(),
                 datatype: T::NAME.into(),
                 model: model.into(),
             });
         }
-        let handle = self
-            .shared
-            .port
-            .entry::<Stamped<T>>(&row.key())
-            .map_err(failed(&self.shared.owner.run, "open a symbol for writing"))?;
-        state.directory.set_taken(row);
-        state.publish();
-        Ok(Writer::new(handle, self.shared.clone()))
+        self.take_writer(&mut state, row)
     }
 
-    /// Looks up the symbol (`T`, `model`) for the activity `reader`, and notes it as a reader.
+    fn take_writer<T: Datatype>(
+        &self,
+        state: &mut State,
+        row: RowId,
+    ) -> Result<Writer<T>, SymbolError> {
+        let memory = &self.shared.memory;
+        let page = state.page_of(row);
+        let handle = match &page {
+            Some(page) => page.value_mut::<T>(&memory.owner.run)?,
+            None => { memory.port.entry::<Stamped<T>>(&row.key()) }
+                .map_err(failed(&memory.owner.run, "open a symbol for writing"))?,
+        };
+        state.directory.set_taken(row, true);
+        state.publish();
+        let hold = self.hold(state, row, page, Held::Writer);
+        Ok(Writer::new(handle, Box::new(hold)))
+    }
+
+    /// Looks up the symbol (`T`, `model`) for the activity `reader`, and notes it as a reader for as long as it has the handle.
     ///
     /// # Errors
-    /// If the table is sealed, the symbol is unknown or of another type, or the list of readers is full.
+    /// If the symbol is declared and the table is sealed, the symbol is unknown or of another type, or the list of readers is full.
     pub fn reader<T: Datatype>(&self, reader: &str, model: &str) -> Result<Reader<T>, SymbolError> {
-        let mut state = self.lock();
+        let mut state = self.shared.lock();
         let row = state.look_up::<T>(reader, model)?;
-        let handle = self
-            .shared
-            .blackboard
-            .reader
-            .entry::<Stamped<T>>(&row.key())
-            .map_err(failed(&self.shared.owner.run, "open a symbol for reading"))?;
-        state.directory.add_reader(row, reader)?;
+        let memory = &self.shared.memory;
+        let run = &memory.owner.run;
+        let page = state.page_of(row);
+        let (handle, presence) = match &page {
+            Some(page) => (page.value::<T>(run)?, Some(page.presence(run)?)),
+            None => {
+                let handle = memory.blackboard.reader.entry::<Stamped<T>>(&row.key());
+                let handle = handle.map_err(failed(run, "open a symbol for reading"))?;
+                (handle, None)
+            }
+        };
+        let activity = state.directory.add_reader(row, reader)?;
+        let number = state.directory.page(row);
+        *{ state.reading.entry((number, row.index(), activity)) }.or_default() += 1;
         state.publish();
-        Ok(Reader::new(handle, self.shared.clone()))
+        let hold = self.hold(&state, row, page, Held::Reader(activity));
+        Ok(Reader::new(handle, presence, Box::new(hold)))
     }
 
-    /// Ends start-up: no more handles are given. Fails if a declared symbol has no writer.
+    fn hold(&self, state: &State, row: RowId, page: Option<Arc<Page>>, held: Held) -> Hold {
+        Hold {
+            row,
+            number: state.directory.page(row),
+            held,
+            _page: page,
+            shared: Arc::clone(&self.shared),
+        }
+    }
+
+    /// Adds the symbol (`T`, `model`) of `owner` to the running table and hands out its writer: at any time, also after
+    /// [`seal`](Self::seal), by a thread that is not a real-time one. The symbol has shared memory of its own, a page, so that nothing
+    /// of other symbols is touched; [`writer`](Self::writer) and [`reader`](Self::reader) give handles of it until it is
+    /// [removed](Self::remove).
+    ///
+    /// # Errors
+    /// If a name cannot be used, there is such a symbol, the directory is full, or the shared memory cannot be made.
+    pub fn add<T: Datatype>(&self, owner: &str, model: &str) -> Result<Writer<T>, SymbolError> {
+        let mut state = self.shared.lock();
+        let memory = &self.shared.memory;
+        let run = &memory.owner.run;
+        let number = state.last_page + 1;
+        let row = state.directory.add::<T>(owner, model, number)?;
+        state.last_page = number;
+        let page = Page::create::<T>(&memory.blackboard, run, number);
+        let added = page.and_then(|page| {
+            Ok(Added {
+                presence: page.presence_mut(run)?,
+                page: Arc::new(page),
+            })
+        });
+        let taken = added.and_then(|added| {
+            state.pages.insert(number, added);
+            self.take_writer(&mut state, row)
+        });
+        if taken.is_err() {
+            state.directory.remove(row);
+            state.pages.remove(&number);
+        }
+        taken
+    }
+
+    /// Removes the symbol (`T`, `model`), which `owner` has added: it leaves the directory at once, and its readers are
+    /// [told](Reader::is_removed). Handles of it go on working, on values that nobody else finds; its memory is freed with the last of
+    /// them. Not for real-time threads.
+    ///
+    /// # Errors
+    /// If the symbol is unknown or of another type or owner, or was declared before the table was built.
+    pub fn remove<T: Datatype>(&self, owner: &str, model: &str) -> Result<(), SymbolError> {
+        let mut state = self.shared.lock();
+        let row = state.directory.look_up::<T>(owner, model)?;
+        state.check_owner::<T>(row, owner, model)?;
+        let number = state.directory.page(row);
+        let Some(added) = state.pages.remove(&number) else {
+            return Err(SymbolError::NotAdded {
+                datatype: T::NAME.into(),
+                model: model.into(),
+            });
+        };
+        state.directory.remove(row);
+        state.publish();
+        state.reading.retain(|&(page, ..), _| page != number);
+        drop(state);
+        added.withdraw();
+        Ok(())
+    }
+
+    /// Ends start-up: no more handles are given of declared symbols, so that whatever runs in real time has what it will ever have.
+    /// Fails if a declared symbol has no writer. Symbols can still be [added](Self::add), and handles of those are given.
     ///
     /// # Errors
     /// [`SymbolError::NotTaken`] with every such symbol.
     pub fn seal(&self) -> Result<(), SymbolError> {
-        let mut state = self.lock();
+        let mut state = self.shared.lock();
         let not_taken = state.directory.not_taken();
         if !not_taken.is_empty() {
             return Err(SymbolError::NotTaken {
@@ -210,41 +272,26 @@ impl SymbolTable {
     }
 
     /// All symbols, in the order of their declaration.
+    #[must_use]
     pub fn directory(&self) -> Vec<SymbolInfo> {
-        self.lock().directory.list()
+        self.shared.lock().directory.list()
     }
 
     /// The robot that the table belongs to.
+    #[must_use]
     pub fn robot(&self) -> &str {
-        &self.shared.owner.run.robot
+        &self.shared.memory.owner.run.robot
     }
 
     /// What a killed process had left of this robot, and building the table removed.
+    #[must_use]
     pub fn removed_at_start(&self) -> &Removed {
         &self.removed_at_start
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        // Every change of the state is complete before anything can panic.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl fmt::Debug for SymbolTable {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "SymbolTable({})", self.robot())
-    }
-}
-
-impl State {
-    fn look_up<T: Datatype>(&self, asked_by: &str, model: &str) -> Result<RowId, SymbolError> {
-        if self.sealed {
-            return Err(SymbolError::Sealed {
-                asked_by: asked_by.into(),
-                datatype: T::NAME.into(),
-                model: model.into(),
-            });
-        }
-        self.directory.look_up::<T>(asked_by, model)
     }
 }

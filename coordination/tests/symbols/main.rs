@@ -1,5 +1,6 @@
 //! The symbol table as its users see it: within a process, and from other processes.
 
+mod changing;
 mod common;
 mod processes;
 mod within;

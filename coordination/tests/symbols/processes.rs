@@ -6,6 +6,9 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::{MetadataExt, chown};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use coordination::symbols::{
@@ -64,13 +67,52 @@ fn child() {
             assert_eq!(reader.read().stamp_ns, 77);
             wait();
         }
+        "owner with pages" => {
+            let table = small_table("a", &place);
+            let _first = table.add::<Encoders>("arm", "elbow").unwrap();
+            let second = table.add::<Encoders>("arm", "wrist").unwrap();
+            table.remove::<Encoders>("arm", "wrist").unwrap();
+            wait();
+            drop(second);
+        }
+        "follower" => {
+            let inspector = Inspector::open("a", &place).unwrap();
+            let ended = Arc::new(AtomicBool::new(false));
+            let ends = Arc::clone(&ended);
+            let follow = thread::spawn(move || {
+                let look = || {
+                    let mut reader = inspector.reader::<Encoders>("extra")?;
+                    let value = reader.read().value;
+                    assert_eq!(value.left_rad.to_bits(), value.right_rad.to_bits());
+                    Ok(value.left_rad)
+                };
+                while !ends.load(Ordering::Relaxed) {
+                    let directory = inspector.directory();
+                    assert_eq!(&directory[0].model, "drive");
+                    // It is there for less time than opening takes, most times.
+                    if let Err(error) = look() {
+                        assert!(matches!(error, SymbolError::Unknown { .. }), "{error}");
+                    }
+                }
+                assert_eq!(inspector.directory().len(), 3);
+                assert_eq!(look().unwrap(), -1.0, "the one that is there at the end");
+            });
+            wait();
+            ended.store(true, Ordering::Relaxed);
+            follow.join().unwrap();
+        }
         "late inspector" => assert!(Inspector::open("a", &place).is_err()),
         role => panic!("no role {role}"),
     }
 }
 
+/// A process that reads the symbol `extra` whenever it is there.
+pub fn follower(room: &Room) -> Process {
+    Process::ready("follower", room)
+}
+
 /// A child in one role; killed with SIGKILL when dropped.
-struct Process {
+pub struct Process {
     child: Child,
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
@@ -112,7 +154,7 @@ impl Process {
         process
     }
 
-    fn end(mut self) {
+    pub fn end(mut self) {
         self.input = None;
         assert!(self.child.wait().unwrap().success());
     }
@@ -245,6 +287,25 @@ fn what_a_killed_owner_leaves_can_be_removed() {
     assert!(removed.paths.len() > 2, "{removed:?}");
     room.assert_nothing_left(&words);
     assert!(remove_stale("a", &room.place).unwrap().is_empty());
+}
+
+#[test]
+fn pages_of_a_killed_owner_are_swept_by_the_next_start() {
+    let room = Room::new();
+    let owner = Process::ready("owner with pages", &room);
+    let mut words = room.words();
+    let with_pages = shared_memory(&words).len();
+    owner.kill();
+    assert_eq!(
+        shared_memory(&words).len(),
+        with_pages,
+        "there is something to remove"
+    );
+    let table = small_table("a", &room.place);
+    assert_eq!(shared_memory(&words), [""; 0]);
+    words.extend(room.words());
+    drop(table);
+    room.assert_nothing_left(&words);
 }
 
 #[test]

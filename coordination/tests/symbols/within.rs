@@ -121,8 +121,7 @@ fn a_wrong_request_says_what_there_is() {
         message(table.writer::<Scan>("drive", "front").unwrap_err()),
         "`drive` wants to write range_scan/front, which `lidar` owns"
     );
-    let writer = table.writer::<Scan>("lidar", "front").unwrap();
-    drop(writer);
+    let _writer = table.writer::<Scan>("lidar", "front").unwrap();
     assert_eq!(
         message(table.writer::<Scan>("lidar", "front").unwrap_err()),
         "`lidar` took the writer of range_scan/front twice"

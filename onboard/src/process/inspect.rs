@@ -1,5 +1,6 @@
 //! `onboard inspect`: every symbol and every thread of a running robot, seen from another process.
 
+use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
@@ -109,10 +110,10 @@ fn only(seen: Vec<Seen>, name: &str) -> Result<Vec<Seen>, Failure> {
 }
 
 fn look(inspector: &Inspector) -> Result<Vec<Seen>, SymbolError> {
-    inspector
-        .directory()
-        .into_iter()
-        .map(|info| see(inspector, info))
+    let seen = inspector.directory().into_iter();
+    seen.map(|info| see(inspector, info))
+        // Symbols that were added can be removed in between.
+        .filter(|seen| !matches!(seen, Err(SymbolError::Unknown { .. })))
         .collect()
 }
 
@@ -181,8 +182,8 @@ fn as_json_object(robot: &str, seen: &[Seen]) -> Json {
     let symbols: Vec<Json> = seen
         .iter()
         .map(|seen| {
-            json!({ "datatype": seen.info.datatype, "model": seen.info.model, "owner": seen.info.owner,
-                "readers": seen.info.readers, "size_bytes": seen.info.size_bytes, "age_ms": seen.age_ms,
+            json!({ "datatype": seen.info.datatype, "model": seen.info.model, "metamodel": seen.info.metamodel,
+                "added": seen.info.is_added, "owner": seen.info.owner, "readers": seen.info.readers, "size_bytes": seen.info.size_bytes, "age_ms": seen.age_ms,
                 "value": seen.value })
         })
         .collect();
@@ -194,16 +195,24 @@ fn table(robot: &str, seen: &[Seen], characters: usize) -> String {
     let (threads, symbols): (Vec<&Seen>, Vec<&Seen>) = seen
         .iter()
         .partition(|seen| seen.info.datatype == ThreadReport::NAME);
+    let metamodels: BTreeSet<&str> = { seen.iter() }
+        .map(|seen| seen.info.metamodel.as_str())
+        .collect();
+    let metamodels: Vec<&str> = metamodels.into_iter().collect();
     let mut text = format!(
-        "robot {robot}\n\n{:<34} {:<15} {:>9}  {}\n",
-        "symbol (datatype/model)", "owner", "age ms", "value; readers"
+        "robot {robot}; symbols conform to {}\n\n{:<34} {:<15} {:>9}  {}\n",
+        metamodels.join(", "),
+        "symbol (datatype/model)",
+        "owner",
+        "age ms",
+        "value; readers"
     );
     for seen in symbols {
         let age = seen
             .age_ms
             .map_or("never".to_owned(), |age_ms| format!("{age_ms:.1}"));
         text += &format!(
-            "{:<34} {:<15} {age:>9}  {}; {}\n",
+            "{:<34} {:<15} {age:>9}  {}; {}{}\n",
             format!("{}/{}", seen.info.datatype, seen.info.model),
             seen.info.owner,
             shown(seen, characters),
@@ -211,7 +220,8 @@ fn table(robot: &str, seen: &[Seen], characters: usize) -> String {
                 "-".to_owned()
             } else {
                 seen.info.readers.join(" ")
-            }
+            },
+            if seen.info.is_added { "; added" } else { "" }
         );
     }
     if threads.is_empty() {
