@@ -49,8 +49,8 @@ pub use diagnostic::{ConfigError, Problem, ProblemKind};
 pub use load::{load_net, load_robot, load_site, parse_net, parse_robot, parse_site};
 pub use loaded::{Loaded, RobotConfig, SiteConfig};
 pub use net::{
-    MEDIATOR, NetArray, NetCommand, NetConfig, NetFile, NetFlag, NetParty, NetPlace, NetProtocol,
-    NetRole, NetSet, NetSituation, NetTransition,
+    MEDIATOR, NetArray, NetCommand, NetConfig, NetFile, NetFlag, NetMetamodel, NetParty, NetPlace,
+    NetProtocol, NetRole, NetSet, NetSituation, NetTransition,
 };
 pub use origin::Origin;
 pub use overrides::Override;

@@ -16,6 +16,8 @@ use crate::tree;
 
 /// No file nests deeper.
 const DEEPEST: usize = 8;
+/// What a file says of itself, in files of every kind: nothing to set from outside.
+pub(crate) const OF_THE_FILE: &str = "metamodel";
 
 /// One `key=value`, such as `drive.max_speed_m_s=0.3`.
 ///
@@ -54,7 +56,8 @@ impl Override {
             return Err(problem(key.trim(), "nothing".to_owned(), expected).into());
         }
         let top = keys.first().map_or("", |(part, _)| part.as_str());
-        let sections: Vec<&str> = Robot::KEYS.iter().chain(Site::KEYS).copied().collect();
+        let sections = Robot::KEYS.iter().chain(Site::KEYS).copied();
+        let sections: Vec<&str> = sections.filter(|&key| key != OF_THE_FILE).collect();
         if !sections.contains(&top) {
             let expected = format!("one of {}", description::keys::quoted_list(&sections, "or"));
             let mut wrong = problem(key.trim(), format!("`{top}`"), &expected);

@@ -194,7 +194,7 @@ fn numbers_and_keys() {
             key: "battery",
             line: "[battery]",
             found: "unknown key `battery`",
-            expected: "at the top of the file: `identity`",
+            expected: "at the top of the file: `metamodel`, `identity`",
             hint: "",
         },
         Mistake {
@@ -900,4 +900,29 @@ fn every_shipped_robot_fits_the_sites_that_name_it() {
                 .unwrap_or_else(|error| panic!("{id} in {name}: {}", lines(&error)));
         }
     }
+}
+
+#[test]
+fn a_file_may_name_its_metamodel_and_no_other() {
+    let with = |urn: &str| format!("metamodel = \"{urn}\"\n{ROBOT}");
+    let known = parse_robot("amr-1.toml", &with("urn:kelo-onboard:robot:1"), &[]);
+    let without = parse_robot("amr-1.toml", ROBOT, &[]);
+    assert_eq!(known.unwrap().value, without.unwrap().value);
+    let error = fails("amr-1.toml", &with("urn:kelo-onboard:robot:2")).expect("refused");
+    let text = lines(&error);
+    assert!(text.contains("amr-1.toml:1: metamodel: found"), "{text}");
+    for part in [
+        "metamodel",
+        "urn:kelo-onboard:robot:2",
+        "urn:kelo-onboard:robot:1",
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+    let site = "metamodel = \"urn:kelo-onboard:robot:1\"\n";
+    let error = config::parse_site("s.toml", site, &[]).expect_err("a robot's");
+    assert!(
+        lines(&error).contains("urn:kelo-onboard:site:1"),
+        "{}",
+        lines(&error)
+    );
 }

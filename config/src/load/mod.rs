@@ -188,13 +188,16 @@ mod tests {
     use description::robot::Robot;
     use description::site::Site;
 
+    use crate::overrides::OF_THE_FILE;
+
     /// Else an override could belong to both files.
     #[test]
-    fn no_section_is_in_both_files() {
-        assert!(
-            Robot::KEYS
-                .iter()
-                .all(|section| !Site::KEYS.contains(section))
-        );
+    fn no_section_that_can_be_set_is_in_both_files() {
+        let both = Robot::KEYS
+            .iter()
+            .filter(|section| Site::KEYS.contains(section));
+        assert_eq!(both.collect::<Vec<_>>(), [&OF_THE_FILE]);
+        let error = crate::Override::parse("metamodel=x").expect_err("of both");
+        assert!(error.to_string().contains("metamodel"), "{error}");
     }
 }

@@ -10,7 +10,7 @@ use ::coordination::protocol::Protocol;
 use crate::origin::Origin;
 use description::geometry::Pose2;
 use description::keys::{
-    Id, List, Map, Name, Need, Optional, POSITION, Pose, SPEED, Text, Texts, Truth,
+    Id, List, Map, Name, Need, Optional, POSITION, Pose, SPEED, Text, Texts, Truth, Word,
 };
 
 /// The mediator's name as a party of protocols; no role may have it.
@@ -52,10 +52,21 @@ impl DerefMut for NetConfig {
     }
 }
 
+description::words! {
+    /// What a net file conforms to: the keys that `config/KEYS.md` lists and what they mean. It changes when a file of before would
+    /// mean something else.
+    pub enum NetMetamodel {
+        /// The first.
+        V1 "urn:kelo-onboard:net:1",
+    }
+}
+
 description::section! {
     /// A net file says how robots in roles and the mediator coordinate: the flags that they set, and the Petri net by
     /// which the mediator decides.
     pub struct NetFile {
+        /// What the file conforms to; another one is refused.
+        pub metamodel: NetMetamodel as Word => NetMetamodel::V1,
         /// The net's name.
         pub name: String as Id("the net's name"),
         /// What it is for.

@@ -6,6 +6,6 @@ mod data;
 mod rules;
 
 pub use data::{
-    MEDIATOR, NetArray, NetCommand, NetConfig, NetFile, NetFlag, NetParty, NetPlace, NetProtocol,
-    NetRole, NetSet, NetSituation, NetTransition,
+    MEDIATOR, NetArray, NetCommand, NetConfig, NetFile, NetFlag, NetMetamodel, NetParty, NetPlace,
+    NetProtocol, NetRole, NetSet, NetSituation, NetTransition,
 };

@@ -21,9 +21,9 @@ pub use tubes::{AdaptPolicy, DetourPolicy, Horizon, MovingPolicy, Tubes};
 pub use watchdog::Watchdog;
 
 use crate::geometry::Footprint;
-use crate::keys::{Count, Id, Map, Need, Quantity, Table, TableOrDefaults, Text};
-use crate::section;
+use crate::keys::{Count, Id, Map, Need, Quantity, Table, TableOrDefaults, Text, Word};
 use crate::threads::ThreadConfig;
+use crate::{section, words};
 
 pub(crate) const LENGTH: Quantity = Quantity::new("a length", "m").above(0.0).at_most(5.0);
 pub(crate) const ACCELERATION: Quantity = Quantity::new("an acceleration", "m/s²")
@@ -33,9 +33,20 @@ pub(crate) const GAIN: Quantity = Quantity::new("a gain", "").above(0.0).at_most
 pub(crate) const DURATION: Quantity = Quantity::new("a duration", "s").above(0.0).at_most(60.0);
 pub(crate) const TIMEOUT_MS: Count = Count::new("a time in ms", 1, 10_000);
 
+words! {
+    /// What a robot file conforms to: the keys that `config/KEYS.md` lists, their units and what they mean. It changes when a file
+    /// of before would mean something else.
+    pub enum RobotMetamodel {
+        /// The first.
+        V1 "urn:kelo-onboard:robot:1",
+    }
+}
+
 section! {
     /// A robot file says what one robot is made of.
     pub struct Robot {
+        /// What the file conforms to; another one is refused.
+        pub metamodel: RobotMetamodel as Word => RobotMetamodel::V1,
         /// Who it is.
         pub identity: Identity as Table("a section [identity]"),
         /// The floor that it covers.

@@ -18,8 +18,8 @@ pub use skills::{ControllerConfig, SkillConfig, StopPlace, TurnDirection};
 use std::collections::BTreeMap;
 
 use crate::geometry::Point2;
-use crate::keys::{Each, Id, KeyError, Map, Need, Page, Section, Source, Table, Truth};
-use crate::section;
+use crate::keys::{Each, Id, KeyError, Map, Need, Page, Section, Source, Table, Truth, Word};
+use crate::{section, words};
 
 /// A site. All lengths are metres in the `map` frame, x east, y north.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,10 +52,21 @@ pub struct Site {
     pub coordinations: BTreeMap<String, CoordinationConfig>,
 }
 
+words! {
+    /// What a site file conforms to: the keys that `config/KEYS.md` lists, their units and what they mean. It changes when a file of
+    /// before would mean something else.
+    pub enum SiteMetamodel {
+        /// The first.
+        V1 "urn:kelo-onboard:site:1",
+    }
+}
+
 section! {
     /// A site file says where robots drive and what they do there. All lengths are metres in the `map` frame, x east,
     /// y north.
     pub struct SiteFile {
+        /// What the file conforms to; another one is refused.
+        pub metamodel: SiteMetamodel as Word => SiteMetamodel::V1,
         /// The site's name.
         pub name: String as Id("the site's name"),
         /// Solid walls, as the lidar sees them.
