@@ -9,11 +9,14 @@ use std::collections::{BTreeSet, HashSet, VecDeque};
 use coordination::analysis::{Limits, Reason, Situation, check, check_situations};
 use coordination::petri::NetModel;
 
+/// A name, inputs and outputs.
+type Transition = (String, Vec<String>, Vec<String>);
+
 /// Places, marked or not; transitions with their inputs and outputs.
 #[derive(Clone, Default)]
 struct Net {
     places: Vec<(String, bool)>,
-    transitions: Vec<(String, Vec<String>, Vec<String>)>,
+    transitions: Vec<Transition>,
 }
 
 impl Net {
@@ -159,7 +162,10 @@ fn referendum(voters: usize) -> Net {
 /// deadlock. All of these are safe, and each transition can fire.
 type Published = (usize, &'static str, bool);
 
-const PUBLISHED: &[(&str, fn(usize) -> Net, &[Published])] = &[
+/// A family's name, its nets, and what is published of them.
+type Family = (&'static str, fn(usize) -> Net, &'static [Published]);
+
+const PUBLISHED: &[Family] = &[
     (
         "Philosophers",
         philosophers,
@@ -216,18 +222,17 @@ const PUBLISHED: &[(&str, fn(usize) -> Net, &[Published])] = &[
 /// The net in two situations: as it is, and one in which transitions fire that give each place an input
 /// and an output, which a net here must have. A clock that ticks for ever may keep it from stopping.
 fn models(net: &Net, ticks: bool) -> [NetModel; 2] {
-    let of = |arcs: fn(&(String, Vec<String>, Vec<String>)) -> &Vec<String>,
-              others: fn(&(String, Vec<String>, Vec<String>)) -> &Vec<String>|
-     -> BTreeSet<&str> {
+    // Those in one list of arcs of a transition and not in the other.
+    type Arcs = fn(&Transition) -> &Vec<String>;
+    let of = |arcs: Arcs, others: Arcs| -> BTreeSet<&str> {
         let changed = net.transitions.iter().flat_map(|transition| {
             let other = others(transition);
-            arcs(transition)
-                .iter()
-                .filter(move |place| !other.contains(place))
+            { arcs(transition).iter() }.filter(move |place| !other.contains(place))
         });
         changed.map(String::as_str).collect()
     };
-    let (taken, put) = (of(|t| &t.1, |t| &t.2), of(|t| &t.2, |t| &t.1));
+    let (inputs, outputs): (Arcs, Arcs) = (|t| &t.1, |t| &t.2);
+    let (taken, put) = (of(inputs, outputs), of(outputs, inputs));
     let without = |set: &BTreeSet<&str>| -> Vec<&str> {
         let places = net.places.iter().map(|(place, _)| place.as_str());
         places.filter(|place| !set.contains(place)).collect()
