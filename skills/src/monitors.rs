@@ -320,7 +320,7 @@ mod tests {
                     lateral_error_m,
                     ..Situation::default()
                 };
-                fired &= !(lateral_error_m.abs() < 0.15);
+                fired &= lateral_error_m.is_nan() || lateral_error_m.abs() >= 0.15;
                 let fires = !fired && lateral_error_m.abs() > 0.3;
                 fired |= fires;
                 proptest::prop_assert_eq!(monitor.step(&situation), fires.then_some(EventId(3)));

@@ -82,6 +82,8 @@ mod closed;
 mod explored;
 pub(crate) mod flags;
 mod graph;
+#[cfg(feature = "symbolic")]
+mod kept;
 mod never;
 mod proof;
 mod refusal;

@@ -1,10 +1,12 @@
 //! The states that a proof reaches, each of them or as one set.
 
 #[cfg(feature = "symbolic")]
+use super::closed::rule::Meaning;
+#[cfg(feature = "symbolic")]
+use super::kept::Kept;
+#[cfg(feature = "symbolic")]
 use super::state::Layout;
 use super::store::Store;
-#[cfg(feature = "symbolic")]
-use super::symbolic::{Kept, rules::Meaning};
 
 /// All states that an analysis looked at.
 #[derive(Debug)]

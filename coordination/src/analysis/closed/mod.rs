@@ -7,6 +7,8 @@ mod net;
 #[cfg(feature = "symbolic")]
 mod parts;
 #[cfg(feature = "symbolic")]
+pub(super) mod rule;
+#[cfg(feature = "symbolic")]
 mod rules;
 mod steps;
 

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::super::symbolic::rules::Meaning;
 use super::net::{Closed, Move, Set};
+use super::rule::Meaning;
 
 impl Closed<'_> {
     pub(in crate::analysis) fn max_waiting(&self) -> u8 {

@@ -1,7 +1,7 @@
 //! A closed net as rules over variables.
 
-use super::super::symbolic::rules::{Literal, Meaning, Numbers, Rule, Rules, Trap, TrapKind};
 use super::net::{Bound, Closed, Move};
+use super::rule::{Literal, Meaning, Numbers, Rule, Rules, Trap, TrapKind};
 use crate::protocol::Position;
 
 impl Closed<'_> {

@@ -11,7 +11,7 @@ use oxidd::{
     BooleanFunction, BooleanVecSet, Function, HasLevel, Manager, ManagerRef, Node, NodeID,
 };
 
-use super::kept::{HERE, Kept, NOWHERE};
+use super::super::kept::{HERE, Kept, NOWHERE};
 
 /// The time or the memory is used up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

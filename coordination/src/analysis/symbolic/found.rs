@@ -2,16 +2,16 @@
 
 use std::time::Instant;
 
+use super::super::closed::rule::{Meaning, Rule};
 use super::super::closed::{Closed, Move};
 use super::super::explored::Fault;
+use super::super::kept::Kept;
 use super::super::never::{EXPLAINED, Found};
 use super::super::refusal::{Dead, Reason, Trace};
 use super::super::report::Warning;
 use super::super::usage::Limits;
 use super::diagram::{Counts, Exhausted, Grown, Set};
-use super::kept::Kept;
 use super::layers::Ways;
-use super::rules::{Meaning, Rule};
 use super::space::Space;
 use super::sweep::{Sweep, Way};
 

@@ -1,8 +1,8 @@
 //! What is wrong with states as such, and with what they do next.
 
+use super::super::closed::rule::{Literal, Trap, TrapKind};
 use super::super::refusal::Reason;
 use super::diagram::{Grown, Set};
-use super::rules::{Literal, Trap, TrapKind};
 use super::space::Space;
 use super::sweep::{Sweep, Way};
 

@@ -1,8 +1,8 @@
 //! States by their distance, and the shortest ways to them.
 
+use super::super::closed::rule::{Literal, Rule};
 use super::super::refusal::Trace;
 use super::diagram::{Grown, Set};
-use super::rules::{Literal, Rule};
 use super::space::Space;
 use super::sweep::{Sweep, Way};
 

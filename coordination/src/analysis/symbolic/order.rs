@@ -3,7 +3,7 @@
 
 use std::cmp::Reverse;
 
-use super::rules::Rules;
+use super::super::closed::rule::Rules;
 
 /// A variable that this many times as many rules touch as the mean comes last: else what it joins would
 /// be pulled apart. Each is tried.

@@ -2,12 +2,11 @@
 
 use std::time::Instant;
 
-use super::super::closed::{Closed, Move};
+use super::super::closed::Closed;
+use super::super::closed::rule::{Literal, Rule, Rules};
 use super::super::usage::Limits;
 use super::diagram::{Diagram, Exhausted, Grown, Set};
 use super::order::order;
-use super::rules::{Literal, Rule, Rules};
-use super::sweep::{Sweep, Way};
 
 /// A closed net with the diagram that its states are in.
 pub(super) struct Space<'a> {
@@ -121,23 +120,6 @@ impl<'a> Space<'a> {
             return Ok(all);
         };
         way(set, only)
-    }
-
-    /// All states that rules lead to from `from`.
-    pub(super) fn reach(&self, from: &Set) -> Grown<Set> {
-        Sweep::of_rules(self, Way::Forwards, self.rules.rules.iter()).all(from, None)
-    }
-
-    /// Those of the states `within` from which steps `along` which one may go lead to `targets` without
-    /// leaving them.
-    pub(super) fn can_reach(
-        &self,
-        within: &Set,
-        targets: &Set,
-        along: impl Fn(Move) -> bool,
-    ) -> Grown<Set> {
-        let rules = self.rules.rules.iter().filter(|rule| along(rule.step));
-        Sweep::of_rules(self, Way::Backwards, rules).all(targets, Some(within))
     }
 }
 

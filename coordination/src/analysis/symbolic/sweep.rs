@@ -6,8 +6,9 @@ use std::hash::BuildHasherDefault;
 
 use oxidd::util::FxHasher;
 
+use super::super::closed::Move;
+use super::super::closed::rule::{Literal, Rule};
 use super::diagram::{Grown, Set};
-use super::rules::{Literal, Rule};
 use super::space::Space;
 
 /// Where rules are followed to.
@@ -234,5 +235,24 @@ impl<'s> Sweep<'s> {
         }
         self.closed.insert(key, found.clone());
         Ok(found)
+    }
+}
+
+impl Space<'_> {
+    /// All states that rules lead to from `from`.
+    pub(super) fn reach(&self, from: &Set) -> Grown<Set> {
+        Sweep::of_rules(self, Way::Forwards, self.rules.rules.iter()).all(from, None)
+    }
+
+    /// Those of the states `within` from which steps `along` which one may go lead to `targets` without
+    /// leaving them.
+    pub(super) fn can_reach(
+        &self,
+        within: &Set,
+        targets: &Set,
+        along: impl Fn(Move) -> bool,
+    ) -> Grown<Set> {
+        let rules = self.rules.rules.iter().filter(|rule| along(rule.step));
+        Sweep::of_rules(self, Way::Backwards, rules).all(targets, Some(within))
     }
 }

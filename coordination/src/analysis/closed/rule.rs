@@ -1,7 +1,7 @@
 //! The steps of a closed net as rules over true and false.
 
-use super::super::closed::{Closed, Move};
 use super::super::state::Layout;
+use super::net::{Closed, Move};
 
 /// What a rule asks of a variable, and what it makes of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
