@@ -7,8 +7,8 @@
 //! ```
 //!
 //! An [`AcquireRelease`] declares such a protocol with names of its own; what is in brackets is left out unless it is declared.
-//! [Compiled](AcquireRelease::compile), it is a [`Resource`]: a [`Protocol`] and what each of its positions means, its [`Phase`].
-//! A [`User`] and an [`Owner`] are the two roles on a [`Side`], whatever connects it to the other side: a
+//! [Compiled](AcquireRelease::compile), it is a [`Resource`]: a [`Protocol`](crate::protocol::Protocol) and what each of its positions means, its [`Phase`].
+//! A [`User`] and an [`Owner`] are the two roles on a [`Side`](crate::protocol::Side), whatever connects it to the other side: a
 //! [`channel`](crate::protocol::channel) between threads, or [replicas](crate::protocol::Replica) between machines.
 //!
 //! An owner that wants a resource back asks by a protocol of its own beside this one, a [`Revocation`], because nobody can set a
