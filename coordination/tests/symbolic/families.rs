@@ -1,6 +1,7 @@
 //! Safe families of the Model Checking Contest (<https://mcc.lip6.fr>), written from the definitions in
-//! their model forms. The forms and the contest's raw results name the sizes of the state spaces that
-//! stand here, large ones to five digits, and who has a deadlock.
+//! their model forms as we remember them. So are the sizes of the state spaces that stand here, large ones
+//! to five digits, and who has a deadlock: nobody has held them against the forms yet. `SharedMemory` is
+//! modelled so that its size is the one remembered.
 //!
 //! Small ones are also compared with a plain explorer.
 
