@@ -1,5 +1,7 @@
 //! A state machine and the net it converts to do the same.
 
+mod machines;
+
 use coordination::event::{EventId, EventTable};
 use coordination::fsm::{Machine, MachineModel};
 use coordination::petri::{Budget, Executor, PlaceKind};
@@ -108,21 +110,7 @@ proptest! {
             (0u8..6, 0u8..5), (0u8..6, proptest::collection::vec(0u8..7, 0..5)), 1..30),
         inputs in proptest::collection::vec(0u8..8, 0..80),
     ) {
-        let mut model = MachineModel::new("random");
-        for state in 0..6 {
-            model.state(format!("s{state}"));
-        }
-        model.initial("s0");
-        // A ring keeps every state reachable.
-        for state in 0..6 {
-            model.transition(&format!("s{state}"), "ring", &format!("s{}", (state + 1) % 6), &[]);
-        }
-        for (&(from, on), (to, outputs)) in &arcs {
-            // Outputs may repeat, and be inputs too.
-            let outputs: Vec<String> = outputs.iter().map(|o| format!("e{o}")).collect();
-            let outputs: Vec<&str> = outputs.iter().map(String::as_str).collect();
-            model.transition(&format!("s{from}"), &format!("e{on}"), &format!("s{to}"), &outputs);
-        }
+        let model = machines::drawn(&arcs);
         let mut events = EventTable::new();
         let mut machine = model.compile(&mut events).unwrap();
         let net = machine.to_net().compile(&mut events).unwrap();

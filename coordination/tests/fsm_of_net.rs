@@ -1,5 +1,7 @@
 //! The machine of a small net, and the way there and back.
 
+mod machines;
+
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use coordination::event::{EventId, EventTable};
@@ -299,20 +301,7 @@ proptest! {
         arcs in proptest::collection::hash_map(
             (0u8..6, 0u8..5), (0u8..6, proptest::collection::vec(0u8..7, 0..5)), 1..30),
     ) {
-        let mut model = MachineModel::new("random");
-        for state in 0..6 {
-            model.state(format!("s{state}"));
-        }
-        model.initial("s0");
-        // A ring keeps every state reachable.
-        for state in 0..6 {
-            model.transition(&format!("s{state}"), "ring", &format!("s{}", (state + 1) % 6), &[]);
-        }
-        for (&(from, on), (to, outputs)) in &arcs {
-            let outputs: Vec<String> = outputs.iter().map(|o| format!("e{o}")).collect();
-            let outputs: Vec<&str> = outputs.iter().map(String::as_str).collect();
-            model.transition(&format!("s{from}"), &format!("e{on}"), &format!("s{to}"), &outputs);
-        }
+        let model = machines::drawn(&arcs);
         let machine = model.compile(&mut EventTable::new()).unwrap();
         let net = machine.to_net().compile(&mut EventTable::new()).unwrap();
         let back = MachineModel::of_net(&net, &OfNetLimits::default()).unwrap();

@@ -1,7 +1,7 @@
 //! Monitors: conditions that are watched while their skill runs, each raising one event when it becomes true.
 //!
-//! Each keeps a flag that rises with its condition and stays up: a monitor fires once per schedule; a deviation fires again after the robot was back within half its limit. NaN fires
-//! nothing. Real time.
+//! Each keeps a flag that rises with its condition and stays up: a monitor fires once per schedule; a deviation fires again
+//! after the robot was back within half its limit. NaN fires nothing. Real time.
 //!
 //! When an operator sends on a robot that has strayed, its deviation is known already. It is raised again only when the
 //! robot gets farther off than turning back takes, or does not come closer for `NEARER_S`.

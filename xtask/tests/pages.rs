@@ -401,8 +401,7 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo run -p coordination --features pnml --example pnml -- coordination/tests/pnml/printer.pnml",
         Here,
     ),
-    ("cargo test -p coordination --features pnml", ByCi),
-    ("cargo test -p coordination --features symbolic", ByCi),
+    ("cargo test -p coordination --features pnml,symbolic", ByCi),
     (
         "cargo run --release -p coordination --example petri_families -- --baseline",
         ByTest {

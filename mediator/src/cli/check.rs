@@ -13,7 +13,7 @@ use super::failure::Failure;
 use super::files::{load_site, nets, plans};
 use crate::nets::Plan;
 use crate::setup::Setup;
-use crate::whole_floor::{self, MOST, Verdict, Waits};
+use crate::whole_floor::{self, Verdict, Waits};
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -101,8 +101,10 @@ fn describe_floor(site: &SiteConfig, plans: &[Arc<Plan>]) -> String {
             }
             text
         }
-        Verdict::Unknown => {
-            format!("\nwhole floor: not decided: more than {MOST} placements of robots and nets\n")
+        Verdict::Unknown { looked } => {
+            format!(
+                "\nwhole floor: not decided: more than {looked} placements of robots and nets\n"
+            )
         }
         Verdict::May { steps, waits } => {
             let mut text =

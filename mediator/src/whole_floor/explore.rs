@@ -1,6 +1,7 @@
 //! What can happen next, and all placements that can be reached.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use config::SiteConfig;
@@ -9,7 +10,7 @@ use super::gate_net::GateNet;
 use super::graph::{Edge, Graph, Step};
 use super::route::Route;
 use super::state::{Areas, RobotState, State, join};
-use super::verdict::MOST;
+use super::verdict::{MOST, MOST_PLACES};
 use crate::nets::Plan;
 use description::keys::quoted_list;
 
@@ -57,28 +58,30 @@ impl Floor {
         }
     }
 
-    /// All that can be reached, or none when that is too much.
-    pub(super) fn explore(&self) -> Option<Graph> {
+    /// All that can be reached, or how many placements were found when that was too much.
+    pub(super) fn explore(&self) -> Result<Graph, usize> {
         let mut graph = Graph::default();
-        let mut numbers: HashMap<State, u32> = HashMap::new();
+        let mut numbers: HashMap<Rc<State>, u32> = HashMap::new();
         let mut start = self.start();
         self.follow(&mut start);
-        numbers.insert(start.clone(), 0);
+        let start = Rc::new(start);
+        numbers.insert(Rc::clone(&start), 0);
         graph.states.push(start);
+        let most = MOST.min(MOST_PLACES / self.routes.len().max(1));
         let mut next = 0;
         while next < graph.states.len() {
             let from = next as u32;
-            let state = graph.states[next].clone();
+            let state = Rc::clone(&graph.states[next]);
             next += 1;
             for (step, mut after) in self.steps(&state) {
                 self.follow(&mut after);
                 let known = numbers.get(&after).copied();
                 let to = match known {
                     Some(to) => to,
-                    None if graph.states.len() == MOST => return None,
+                    None if graph.states.len() == most => return Err(most),
                     None => {
-                        let to = graph.states.len() as u32;
-                        numbers.insert(after.clone(), to);
+                        let (to, after) = (graph.states.len() as u32, Rc::new(after));
+                        numbers.insert(Rc::clone(&after), to);
                         graph.states.push(after);
                         to
                     }
@@ -86,7 +89,7 @@ impl Floor {
                 graph.edges.push(Edge { from, to, step });
             }
         }
-        Some(graph)
+        Ok(graph)
     }
 
     /// A step in words, by what it leads to.

@@ -1,5 +1,7 @@
 //! The graph of all placements, and questions about what can be reached in it.
 
+use std::rc::Rc;
+
 use super::state::State;
 
 /// What leads from one placement to the next.
@@ -25,7 +27,7 @@ pub(super) struct Edge {
 /// Placements in the order in which they were found, the nearest first.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
-    pub(super) states: Vec<State>,
+    pub(super) states: Vec<Rc<State>>,
     pub(super) edges: Vec<Edge>,
 }
 
@@ -89,7 +91,7 @@ impl Graph {
         let mut steps = Vec::new();
         let mut at = place;
         while let Some(edge) = found[at] {
-            steps.push((edge.step, &self.states[at]));
+            steps.push((edge.step, &*self.states[at]));
             at = edge.from as usize;
         }
         steps.reverse();

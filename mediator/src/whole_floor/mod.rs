@@ -23,7 +23,7 @@ use std::sync::Arc;
 use config::SiteConfig;
 
 use crate::nets::Plan;
-pub(crate) use verdict::{MOST, Verdict, Waits};
+pub(crate) use verdict::{Verdict, Waits};
 
 use explore::Floor;
 
@@ -34,7 +34,7 @@ mod tests;
 pub(crate) fn look(site: &SiteConfig, plans: &[Arc<Plan>]) -> Verdict {
     let floor = Floor::new(site, plans);
     match floor.explore() {
-        Some(graph) => judge::judge(&floor, &graph),
-        None => Verdict::Unknown,
+        Ok(graph) => judge::judge(&floor, &graph),
+        Err(looked) => Verdict::Unknown { looked },
     }
 }

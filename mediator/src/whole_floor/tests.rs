@@ -3,6 +3,7 @@
 use config::{NetConfig, SiteConfig, parse_net, parse_site};
 use coordination::analysis::Limits;
 
+use super::verdict::MOST_PLACES;
 use super::*;
 use crate::nets::plans;
 use crate::setup::Setup;
@@ -223,4 +224,24 @@ fn a_net_that_lets_others_in_again_and_again_starves_a_robot() {
     assert!(!steps.is_empty());
     let verdict = look_at(&roomy, &[shipped_net("docking")]);
     assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
+}
+
+/// A bound for time and memory, also where robots are many.
+#[test]
+fn a_floor_with_too_many_robots_is_not_decided() {
+    let mut crowded = text("sites/docking").replace("capacity = 1", "capacity = 64");
+    let (floor, coordinations) = { crowded }
+        .split_once("[coordinations.access]")
+        .map(|(floor, rest)| (floor.to_owned(), rest.to_owned()))
+        .expect("its last part");
+    crowded = floor;
+    for robot in 10..50 {
+        crowded += &format!(
+            "[robots.amr-{robot}]\nrole = \"small\"\nstart = {{ x_m = 1.5, y_m = -0.5, theta_rad = 0.0 }}\nstart_state = \"to-gate\"\n"
+        );
+    }
+    crowded += &format!("[coordinations.access]{coordinations}");
+    let verdict = look_at(&crowded, &[shipped_net("docking")]);
+    let most = MOST_PLACES / 43;
+    assert_eq!(verdict, Verdict::Unknown { looked: most });
 }

@@ -1,7 +1,9 @@
 //! What is said of a floor.
 
 /// The search ends without a verdict after this many placements of robots: a bound for its time and memory.
-pub(crate) const MOST: usize = 300_000;
+pub(super) const MOST: usize = 300_000;
+/// And after so many places of robots in them, for sites of many robots.
+pub(super) const MOST_PLACES: usize = 3_000_000;
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,8 +27,11 @@ pub(crate) enum Verdict {
         steps: Vec<String>,
         waits: Waits,
     },
-    /// There are more than [`MOST`] placements.
-    Unknown,
+    /// There are more placements than were looked at.
+    Unknown {
+        /// How many that were.
+        looked: usize,
+    },
 }
 
 /// A robot that can never go on.

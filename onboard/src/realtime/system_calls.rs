@@ -3,7 +3,7 @@
 //! When the environment variable [`ENVIRONMENT_VARIABLE`] is set, each real-time thread gives the kernel a filter (seccomp). Calls
 //! of [`ALLOWED`] pass at full speed. Every other one waits until a thread of this process has looked: inside
 //! [`guard::real_time`] it aborts the process and says which thread called what; outside, while a bus is
-//! brought up or a device opened, the call goes on.
+//! brought up or a device opened, the call goes on. A call is judged by its number: what it reads or writes is not looked at.
 
 use std::io;
 use std::mem::offset_of;
