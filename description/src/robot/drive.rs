@@ -79,7 +79,8 @@ section! {
         /// How far a wheel's rim may move within a second beyond what the wheel was told, before the robot stops until an
         /// operator has looked.
         pub following_error_m: f64 as Quantity::new("a length", "m").above(0.0).at_most(0.5) => 0.02,
-        /// Whether the drive's emergency bits are set when a wheel does not obey: it then stops by itself, in its own way.
+        /// Whether the drive's emergency bits are set when a wheel does not obey, so that it stops by itself, in its own way; and
+        /// once the robot stands after a drive fault, a bad voltage or an emergency stop: it then has no power until it is reset.
         pub emergency_bits: bool as Truth => false,
     }
 }

@@ -10,18 +10,21 @@ use crate::bench::Bench;
 const BELIEVED_S: f64 = 0.05;
 const OVERTEMPERATURE_1: u16 = 0x0200;
 
+type Inject = fn(&DriveHandle);
+
+/// What a drive reports of itself.
+const REPORTED: [(Fault, Inject); 3] = [
+    // Still enough for the motors, which the stop needs.
+    (Fault::BusVoltage, |drive| drive.set_bus_voltage(Some(18.0))),
+    (Fault::DriveFault, |drive| {
+        drive.set_status1_bits(OVERTEMPERATURE_1, 0)
+    }),
+    (Fault::MotorsOff, |drive| drive.set_emergency_stop(true)),
+];
+
 #[test]
 fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agrees() {
-    type Inject = fn(&DriveHandle);
-    let cases: [(Fault, Inject); 3] = [
-        // Still enough for the motors, which the stop needs.
-        (Fault::BusVoltage, |drive| drive.set_bus_voltage(Some(18.0))),
-        (Fault::DriveFault, |drive| {
-            drive.set_status1_bits(OVERTEMPERATURE_1, 0)
-        }),
-        (Fault::MotorsOff, |drive| drive.set_emergency_stop(true)),
-    ];
-    for (fault, inject) in cases {
+    for (fault, inject) in REPORTED {
         let mut bench = Bench::driving();
         bench.is_stopped(BELIEVED_S, |bench| inject(bench.devices.drive_faults()));
         bench.until_raised(fault, 1.0);
@@ -34,6 +37,38 @@ fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agr
         bench.until_driving();
         assert!(!bench.has(fault));
         bench.finish();
+    }
+}
+
+/// The stop itself is commanded, as long as the wheels obey.
+#[test]
+fn with_emergency_bits_a_drive_with_a_fault_has_no_power_from_its_stop_to_its_reset() {
+    let emergencies = |bench: &Bench| bench.devices.drive_faults().statistics().emergency;
+    for (fault, inject) in REPORTED {
+        for asked in [true, false] {
+            let name = fault.name();
+            let mut bench = Bench::driving_with(&[&format!("drive.emergency_bits={asked}")]);
+            inject(bench.devices.drive_faults());
+            bench.until_raised(fault, 1.0);
+            bench.until("it rolls no more", 2.0, |bench| {
+                assert_eq!(emergencies(bench), 0, "{name}: while it rolls");
+                bench.truth().twist.v_m_s.abs() < 0.01
+            });
+            bench.stands_for(2.0);
+            assert_eq!(emergencies(&bench) > 1000, asked, "{name}");
+            // A drive that has recovered is held all the same.
+            bench.devices.drive_faults().clear_faults();
+            bench.stands_for(1.0);
+            let before = emergencies(&bench);
+            bench.stands_for(1.0);
+            assert_eq!(emergencies(&bench) > before, asked, "{name}: recovered");
+            bench.ask(Request::Reset);
+            bench.until_driving();
+            let before = emergencies(&bench);
+            bench.drives_for(1.0);
+            assert_eq!(emergencies(&bench), before, "{name}: driving");
+            bench.finish();
+        }
     }
 }
 

@@ -62,6 +62,10 @@ pub struct Drive {
     pub(super) holding: Holding,
     /// Wheels do not obey.
     pub(super) disobeys: bool,
+    /// The drive reports a fault, a bad voltage, or an emergency stop.
+    pub(super) ails: bool,
+    /// It is left to stop by itself, until an operator resets it.
+    pub(super) emergency: bool,
     /// It was said which encoder moves otherwise than its wheel's speed.
     pub(super) contradicted: bool,
     pub(super) latched: bool,
@@ -117,6 +121,8 @@ impl Drive {
             obedience: Obedience::new(obedience_rad),
             holding: Holding::default(),
             disobeys: false,
+            ails: false,
+            emergency: false,
             contradicted: false,
             latched: false,
             bring_ups,
@@ -169,14 +175,17 @@ impl Drive {
             LifeCycleState::Running | LifeCycleState::Paused
         );
         let (found, angles) = (self.encoders.speeds, self.encoders.angles);
-        let current_a = if self.holding.relaxes(speeds, found, angles, now_ns) {
+        let stands = self.holding.relaxes(speeds, found, angles, now_ns);
+        // A stop is commanded as long as the wheels obey. Once they stand, nothing that the drive does by itself may move them.
+        self.emergency |= self.settings.emergency_bits && (self.disobeys || self.ails && stands);
+        let current_a = if stands {
             self.settings.stop_current_a
         } else {
             self.settings.drive_current_a
         };
         let setpoint = if !enabled {
             Setpoint::Off
-        } else if self.disobeys && self.settings.emergency_bits {
+        } else if self.emergency {
             Setpoint::Emergency { current_a }
         } else {
             Setpoint::Speeds { speeds, current_a }
@@ -225,6 +234,7 @@ impl Drive {
         let voltage = self.settings.voltage;
         let found = self.health.judge(&self.inputs, voltage, now_ns);
         if let Some((fault, figure)) = found {
+            self.ails |= fault != Fault::DriveStalled;
             self.latch(fault, figure);
         }
         let stamp_ns = std::mem::replace(&mut self.sensed_ns, self.inputs.sensor_stamp_ns);

@@ -107,6 +107,7 @@ impl Drive {
                 self.port.clear(fault);
             }
             (self.disobeys, self.contradicted) = (false, false);
+            (self.ails, self.emergency) = (false, false);
         }
         if self.bus.is_none() {
             // A drive that comes at once is the one that the operator expects.
