@@ -29,6 +29,8 @@ pub struct Counters {
     /// Robots looked at to decide which mediator goes on, and who plays a role: as many for each report, however many robots the
     /// site has.
     pub looks: u64,
+    /// Coordinations let go on: those for which a report is news, however many run.
+    pub steps: u64,
 }
 
 /// What is to be done outside, in the order in which it came up.

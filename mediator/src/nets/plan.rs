@@ -25,6 +25,8 @@ pub struct Plan {
     pub(crate) preempt: Option<PreemptPlan>,
     /// Areas into which only this net lets robots.
     pub(crate) governed: Vec<usize>,
+    /// These, and those that its flags keep for robots: areas into which others may be let when it changes.
+    pub(crate) concerned: Vec<usize>,
     /// What a token in an internal place means.
     pub(crate) meanings: BTreeMap<String, String>,
 }
@@ -78,6 +80,11 @@ impl Script {
             flags,
             paths,
         }
+    }
+
+    /// Areas that its flags keep for the robot.
+    pub(crate) fn areas(&self) -> impl Iterator<Item = usize> + '_ {
+        self.enters.iter().flatten().copied()
     }
 
     /// What the robot does when it is let go.

@@ -3,21 +3,33 @@
 
 use std::collections::BTreeSet;
 
-use crate::nets::Plan;
+use crate::nets::{Kind, Plan};
+
+/// A role of a plan, in one of its situations.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    pub(super) plan: usize,
+    pub(super) situation: usize,
+    pub(super) role: usize,
+    /// Who may play it is a question of how the robot is, and not only of its name.
+    pub(super) is_control: bool,
+}
 
 /// What is known of who fits, and what is to be looked at again.
 #[derive(Clone, Debug)]
 pub(super) struct Candidates {
     /// By plan, situation and role.
-    pub(super) fit: Vec<Vec<Vec<BTreeSet<usize>>>>,
-    /// By robot: plans with a role that it may play.
-    pub(super) plans_of: Vec<Vec<usize>>,
+    fit: Vec<Vec<Vec<BTreeSet<usize>>>>,
+    /// By robot: the roles that it may play with its discrete control.
+    controls_of: Vec<Vec<Part>>,
+    /// By robot: whether it counted as mute when it was judged last; none before.
+    was_mute: Vec<Option<bool>>,
     /// Robots of which there is news, each once.
     pub(super) news: Vec<usize>,
     pub(super) has_news: Vec<bool>,
     /// Robots that count as mute.
     pub(super) mute: Vec<usize>,
-    /// By plan: a robot that may play in it, or an area that its net governs, has changed since it was tried last.
+    /// By plan: who fits its roles, or an area that its net governs, has changed since it was tried last.
     pub(super) due: Vec<bool>,
     /// How often a robot was judged for a role.
     pub(super) looks: u64,
@@ -31,19 +43,14 @@ impl Candidates {
                 .map(|situation| vec![BTreeSet::new(); situation.casts.len()]);
             casts.collect()
         };
-        let plays = |plan: &Plan, robot: usize| {
-            let mut casts = { plan.situations.iter() }.flat_map(|own| &own.casts);
-            casts.any(|cast| cast.names(robot))
-        };
-        let plans_of = |robot: usize| {
-            let all = plans.iter().enumerate();
-            all.filter(|(_, plan)| plays(plan.as_ref(), robot))
-                .map(|(index, _)| index)
-                .collect()
+        let controls_of = |robot: usize| {
+            let parts = parts_of(plans, robot);
+            parts.filter(|part| part.is_control).collect()
         };
         Self {
             fit: plans.iter().map(|plan| situations(plan.as_ref())).collect(),
-            plans_of: (0..robots).map(plans_of).collect(),
+            controls_of: (0..robots).map(controls_of).collect(),
+            was_mute: vec![None; robots],
             news: (0..robots).collect(),
             has_news: vec![true; robots],
             mute: Vec::new(),
@@ -66,6 +73,31 @@ impl Candidates {
         }
     }
 
+    /// The roles of a robot that are to be judged anew: who has leave to play a role of protocol 1 changes only when it falls mute,
+    /// or is heard again.
+    pub(super) fn parts_to_judge(
+        &mut self,
+        plans: &[impl AsRef<Plan>],
+        robot: usize,
+        is_mute: bool,
+    ) -> Vec<Part> {
+        match self.was_mute[robot].replace(is_mute) == Some(is_mute) {
+            true => self.controls_of[robot].clone(),
+            false => parts_of(plans, robot).collect(),
+        }
+    }
+
+    /// Whether a robot fits a role.
+    pub(super) fn put(&mut self, part: Part, robot: usize, fits: bool) {
+        self.looks += 1;
+        let fit = &mut self.fit[part.plan][part.situation][part.role];
+        let changed = match fits {
+            true => fit.insert(robot),
+            false => fit.remove(&robot),
+        };
+        self.due[part.plan] |= changed;
+    }
+
     pub(super) fn note_plan(&mut self, plan: usize) {
         self.due[plan] = true;
     }
@@ -82,4 +114,23 @@ impl Candidates {
             .map(|fit| fit.iter().copied().take(roles.len()).collect())
             .collect()
     }
+}
+
+/// All roles that a robot may play.
+fn parts_of(plans: &[impl AsRef<Plan>], robot: usize) -> impl Iterator<Item = Part> {
+    plans.iter().enumerate().flat_map(move |(plan, own)| {
+        let situations = own.as_ref().situations.iter().enumerate();
+        situations.flat_map(move |(situation, situation_plan)| {
+            let roles = situation_plan.casts.iter().zip(&own.as_ref().roles);
+            let named = roles
+                .enumerate()
+                .filter(move |(_, (cast, _))| cast.names(robot));
+            named.map(move |(role, (_, role_plan))| Part {
+                plan,
+                situation,
+                role,
+                is_control: matches!(role_plan.kind, Kind::Control),
+            })
+        })
+    })
 }

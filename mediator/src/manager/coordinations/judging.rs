@@ -2,7 +2,6 @@
 
 use super::running::Coordinations;
 use super::surroundings::Surroundings;
-use crate::nets::Kind;
 
 impl Coordinations {
     /// There may be news of a robot: of what it does, or of what it has.
@@ -15,11 +14,13 @@ impl Coordinations {
         self.candidates.looks
     }
 
-    /// Judges anew what has changed.
+    /// Judges anew what has changed, and notes for what runs it is news.
+
     pub(super) fn judge_news(&mut self, around: &mut Surroundings<'_>) {
         while let Some(area) = around.areas.take_news() {
             if let Some(plan) = self.governor_of(area) {
                 self.candidates.note_plan(plan);
+                self.note_running(plan);
             }
         }
         let mut mute = std::mem::take(&mut self.candidates.mute);
@@ -38,26 +39,15 @@ impl Coordinations {
     }
 
     fn judge(&mut self, robot: usize, around: &Surroundings<'_>) {
+        self.note_running_with(robot);
         let is_mute = self.is_mute(robot, around.now_ns);
         let is_controlled = self.control_of(robot).is_some();
-        let own = &mut self.candidates;
-        for &plan in &own.plans_of[robot] {
-            own.due[plan] = true;
-            let roles = &self.plans[plan].roles;
-            for (situation, fit) in self.plans[plan].situations.iter().zip(&mut own.fit[plan]) {
-                for ((cast, role), fit) in situation.casts.iter().zip(roles).zip(fit) {
-                    own.looks += 1;
-                    let fits = match role.kind {
-                        Kind::Access(_) => cast.names(robot),
-                        Kind::Control => !is_controlled && Self::fits(robot, cast, around),
-                    };
-                    if fits && !is_mute {
-                        fit.insert(robot);
-                    } else {
-                        fit.remove(&robot);
-                    }
-                }
-            }
+        let parts = self.candidates.parts_to_judge(&self.plans, robot, is_mute);
+        for part in parts {
+            let cast = &self.plans[part.plan].situations[part.situation].casts[part.role];
+            let is_free =
+                !part.is_control || !is_controlled && Self::is_as_wanted(robot, cast, around);
+            self.candidates.put(part, robot, is_free && !is_mute);
         }
     }
 }

@@ -22,6 +22,18 @@ struct Running {
     /// Its plan. A plan runs once at a time.
     plan: usize,
     instance: Instance,
+    /// There is news for it: of its robots, of areas that its net governs, or of robots that wait for those.
+    is_due: bool,
+}
+
+impl Running {
+    fn new(plan: usize, instance: Instance) -> Self {
+        Self {
+            plan,
+            instance,
+            is_due: true,
+        }
+    }
 }
 
 /// What happened to an area that is kept for a robot.
@@ -40,6 +52,8 @@ pub(crate) struct Coordinations {
     running: Vec<Running>,
     /// Number of the last coordination.
     number: u64,
+    /// What runs is let go on then, without news as well.
+    pub(super) look_again_ns: u64,
     /// By plan: not started again before.
     pub(super) held_off_ns: Vec<u64>,
     /// By robot.
@@ -62,6 +76,7 @@ impl Coordinations {
             names: Arc::clone(names),
             running: Vec::new(),
             number: 0,
+            look_again_ns: 0,
             held_off_ns: vec![0; plans.len()],
             answers: vec![Answer::default(); names.robots().len()],
             governed,
@@ -92,7 +107,7 @@ impl Coordinations {
                     let area = |id: &str| names.area(id);
                     let own = &all.plans[plan];
                     let instance = Instance::restore(own, number, record, robot, area, now_ns)?;
-                    Ok(Running { plan, instance })
+                    Ok(Running::new(plan, instance))
                 });
             match restored {
                 Ok(running) => all.running.push(running),
@@ -189,7 +204,7 @@ impl Coordinations {
 
     pub(super) fn begin(&mut self, plan: usize, instance: Instance) {
         self.look_again_at_all(&instance);
-        self.running.push(Running { plan, instance });
+        self.running.push(Running::new(plan, instance));
     }
 
     /// Ends what runs by a plan, and remembers it.
@@ -215,11 +230,37 @@ impl Coordinations {
         now_ns: u64,
         effects: &mut Effects,
     ) {
-        if let Some(instance) = self.get_mut(plan) {
-            let old = std::mem::replace(instance, next);
+        if let Some(own) = self.running.iter_mut().find(|own| own.plan == plan) {
+            let old = std::mem::replace(own, Running::new(plan, next)).instance;
             self.look_again_at_all(&old);
             self.remember(&old, now_ns, effects);
         }
+    }
+
+    /// There is news for what runs by a plan.
+    pub(super) fn note_running(&mut self, plan: usize) {
+        for own in self.running.iter_mut().filter(|own| own.plan == plan) {
+            own.is_due = true;
+        }
+    }
+
+    /// There is news for whatever a robot plays a role in.
+    pub(super) fn note_running_with(&mut self, robot: usize) {
+        for own in &mut self.running {
+            own.is_due |= own.instance.role_of(robot).is_some();
+        }
+    }
+
+    /// There may be news for all that runs.
+    pub(super) fn note_all_running(&mut self) {
+        self.running.iter_mut().for_each(|own| own.is_due = true);
+    }
+
+    /// The plans that run and for which there is news, in the order of their start; from now on there is none.
+    pub(super) fn take_running_due(&mut self) -> Vec<usize> {
+        let due = self.running.iter_mut();
+        due.filter_map(|own| std::mem::take(&mut own.is_due).then_some(own.plan))
+            .collect()
     }
 
     /// Whether they are in a coordination may have changed.

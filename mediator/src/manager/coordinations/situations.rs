@@ -45,15 +45,19 @@ impl Coordinations {
         })
     }
 
-    /// A robot is as the role of a situation wants it.
+    /// A robot may play the role of a situation, and is as that wants it.
     pub(super) fn fits(robot: usize, cast: &Cast, around: &Surroundings<'_>) -> bool {
+        cast.names(robot) && Self::is_as_wanted(robot, cast, around)
+    }
+
+    /// A robot is as the role of a situation wants it.
+    pub(super) fn is_as_wanted(robot: usize, cast: &Cast, around: &Surroundings<'_>) -> bool {
         let occupant = around.areas.robot(robot);
         let within = |region: &description::geometry::Rect| {
             { occupant.pose.as_ref() }
                 .is_some_and(|pose| region.contains([pose.x_m, pose.y_m].into()))
         };
-        cast.names(robot)
-            && around.sessions.is_heard(robot)
+        around.sessions.is_heard(robot)
             && !around.sessions.robot(robot).without_control
             && occupant.located
             && occupant.placed

@@ -15,7 +15,8 @@ impl Coordinations {
         if self.plans.is_empty() || !around.sessions.awaited().is_empty() {
             return;
         }
-        for plan in self.plans_that_run() {
+        self.judge_news(around);
+        for plan in self.take_running_due() {
             self.step(plan, around);
         }
         for plan in 0..self.plans.len() {
@@ -67,8 +68,9 @@ impl Coordinations {
             self.end(plan, around);
             return;
         }
+        around.effects.counters.steps += 1;
         let mut changed = self.exchange(plan, around);
-        for _ in 0..STEPS {
+        for step in 1..=STEPS {
             let Some(instance) = self.get_mut(plan) else {
                 return;
             };
@@ -87,6 +89,9 @@ impl Coordinations {
             changed |= went_on;
             if !went_on {
                 break;
+            }
+            if step == STEPS {
+                self.note_running(plan);
             }
         }
         if changed {

@@ -14,11 +14,15 @@ pub(crate) struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
-    /// A coordination has changed: its robots are told, and it may let others into areas.
+    /// A coordination has changed: its robots are told, and it may let them or others into areas.
     pub(super) fn news_for(&mut self, instance: &Instance) {
         for robot in instance.robots() {
             self.effects.tell(robot);
+            // Areas that are not its net's: it has, or had, leave for no others.
+            self.areas.touch_what_waits(robot);
         }
-        self.areas.touch_all();
+        for &area in &instance.plan.concerned {
+            self.areas.touch(area);
+        }
     }
 }

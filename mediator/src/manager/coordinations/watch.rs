@@ -5,10 +5,14 @@ use super::surroundings::Surroundings;
 use crate::manager::alarm::Alarm;
 use crate::nets::{Instance, Phase};
 
+/// What runs is let go on this often without news as well.
+const LOOK_AGAIN_NS: u64 = 200_000_000;
+
 impl Coordinations {
     /// Raises the alarm for what stands still, and has robots get out of the way.
     pub(crate) fn watch(&mut self, around: &mut Surroundings<'_>) {
         self.listen(around);
+        self.look_again_at_what_runs(around.now_ns);
         for plan in self.plans_that_run() {
             let everybody_is_here = around.sessions.awaited().is_empty();
             let Some(instance) = self.get_mut(plan) else {
@@ -45,6 +49,14 @@ impl Coordinations {
                 });
                 self.break_off(plan, around);
             }
+        }
+    }
+
+    /// That time has passed is no news of anybody.
+    fn look_again_at_what_runs(&mut self, now_ns: u64) {
+        if now_ns >= self.look_again_ns && !self.plans_that_run().is_empty() {
+            self.look_again_ns = now_ns.saturating_add(LOOK_AGAIN_NS);
+            self.note_all_running();
         }
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::loader::{Loader, PlanError, nanoseconds};
-use crate::nets::plan::{Kind, Plan, SituationPlan};
+use crate::nets::plan::{Kind, Plan, Script, SituationPlan};
 use crate::setup::Setup;
 use config::{NetConfig, SiteConfig};
 use coordination::analysis::Limits;
@@ -108,6 +108,14 @@ impl<'a> Loader<'a> {
         if !self.errors.is_empty() {
             return None;
         }
+        let yields = preempt.iter().flat_map(|own| &own.yields);
+        let scripts =
+            { roles.iter().map(|role| &role.script) }.chain(yields.map(|yields| &yields.script));
+        let mut concerned: Vec<usize> = { governed.iter().copied() }
+            .chain(scripts.flat_map(Script::areas))
+            .collect();
+        concerned.sort_unstable();
+        concerned.dedup();
         Some(Plan {
             id: self.id.to_owned(),
             net: net.name.clone(),
@@ -116,6 +124,7 @@ impl<'a> Loader<'a> {
             situations,
             preempt,
             governed,
+            concerned,
             meanings: { net.places.iter() }
                 .filter(|place| place.kind == PlaceKind::Internal)
                 .map(|place| (place.id.clone(), place.about.clone()))
