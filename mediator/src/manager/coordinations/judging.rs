@@ -15,7 +15,6 @@ impl Coordinations {
     }
 
     /// Judges anew what has changed, and notes for what runs it is news.
-
     pub(super) fn judge_news(&mut self, around: &mut Surroundings<'_>) {
         while let Some(area) = around.areas.take_news() {
             if let Some(plan) = self.governor_of(area) {
