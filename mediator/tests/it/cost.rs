@@ -1,9 +1,13 @@
 //! What a report costs does not grow with the fleet: counted, not timed.
 
+use std::sync::Arc;
+
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use mediator::journal::Stored;
 use mediator::manager::Manager;
+use mediator::nets::Plan;
+use mediator::setup::Setup;
 
 use crate::sites;
 
@@ -20,8 +24,7 @@ struct Fleet {
 
 impl Fleet {
     /// All stand in a hall.
-    fn new(robots: usize) -> Self {
-        let (setup, plans) = sites::idle(robots, NETS);
+    fn new((setup, plans): (Setup, Vec<Arc<Plan>>)) -> Self {
         let stored = Stored {
             journal: 1,
             ..Stored::default()
@@ -44,9 +47,15 @@ impl Fleet {
     }
 
     fn report(&mut self, robot: usize) {
+        self.ask(robot, &[]);
+    }
+
+    /// A report of a robot that wants to be in these areas.
+    fn ask(&mut self, robot: usize, areas: &[&str]) {
         let situation = Situation {
             located: true,
             stands_in: vec!["hall".to_owned()],
+            wanted: areas.iter().map(|&area| area.to_owned()).collect(),
             ..Situation::default()
         };
         let client = &mut self.robots[robot];
@@ -76,8 +85,42 @@ impl Fleet {
 
 #[test]
 fn a_report_costs_the_same_in_a_large_fleet() {
-    let [small, large] = [100, 1000].map(|robots| Fleet::new(robots).looks());
+    let [small, large] = [100, 1000].map(|robots| Fleet::new(sites::idle(robots, NETS)).looks());
     assert_eq!(small, large);
     // Whom it follows, and the one role of each net.
     assert!((NETS as u64..2 * NETS as u64).contains(&small), "{small}");
+}
+
+#[test]
+fn what_runs_goes_on_when_there_is_news_for_it_and_not_with_each_report() {
+    let mut fleet = Fleet::new(sites::crossings(100, NETS));
+    let status = fleet.manager.status(fleet.now_ns);
+    assert_eq!(
+        status.coordinations.iter().filter(|own| !own.over).count(),
+        NETS
+    );
+    fleet.hear();
+    // These play no role, until they ask for a crossing.
+    let bystanders = 10..10 + REPORTS as usize;
+    bystanders.clone().for_each(|robot| fleet.report(robot));
+    let before = fleet.manager.counters();
+    for robot in bystanders.clone() {
+        fleet.now_ns += STEP_NS;
+        fleet.report(robot);
+    }
+    let after = fleet.manager.counters();
+    assert_eq!(
+        (after.reports - before.reports, after.steps),
+        (REPORTS, before.steps)
+    );
+    // One that asks is let in at once. The three that play there play in all other nets too, which look at them once.
+    let (robot, area) = (bystanders.start, "Cr-7");
+    for _ in 0..3 {
+        fleet.now_ns += STEP_NS;
+        fleet.ask(robot, &["hall", area]);
+        fleet.hear();
+    }
+    assert!(fleet.robots[robot].holds(area));
+    let steps = fleet.manager.counters().steps - before.steps;
+    assert!((1..2 * NETS as u64).contains(&steps), "{steps}");
 }

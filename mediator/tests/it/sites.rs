@@ -9,7 +9,7 @@ use description::site::FsmTransition;
 use mediator::nets::{Plan, plans};
 use mediator::setup::Setup;
 
-use crate::program::site::{idle_coordination, idle_net};
+use crate::program::site::{idle_coordination, idle_net, shipped_net};
 use crate::program::{OVERTAKING, Site};
 
 const ROBOTS: &str = r#"
@@ -112,28 +112,60 @@ pub fn crossing(rooms: usize) -> (Setup, Vec<Arc<Plan>>) {
     planned(&site("rooms", &own.text()), "t-junction")
 }
 
+/// A hall for any number of robots, and this many crossings, each with a net whose roles any of them may play.
+pub fn crossings(robots: usize, crossings: usize) -> (Setup, Vec<Arc<Plan>>) {
+    let nets: Vec<(String, String)> = (0..crossings)
+        .map(|crossing| {
+            let text = shipped_net("t-junction")
+                .replace("[\"Cr\"]", &format!("[\"Cr-{crossing}\"]"))
+                .replace("\"t-junction\"", &format!("\"crossing-{crossing}\""));
+            (format!("crossing-{crossing}"), text)
+        })
+        .collect();
+    let role = "{ role = \"normal\" }";
+    let coordination = |(net, _): &(String, String)| {
+        format!(
+            "[coordinations.{net}]\nnet = \"{net}\"\nsituations.all-outside = {{ west = {role}, east = {role}, south = {role} }}\n"
+        )
+    };
+    let areas = (0..crossings).map(|crossing| (format!("Cr-{crossing}"), 1));
+    let coordinations = nets.iter().map(coordination).collect();
+    in_a_hall(robots, areas, coordinations, nets)
+}
+
 /// A hall for any number of robots, with this many nets that would take one of them in, and whose situation never comes.
 pub fn idle(robots: usize, nets: usize) -> (Setup, Vec<Arc<Plan>>) {
     let all = (0..nets).map(|net| idle_net(&format!("idle-{net}")));
-    let all: Vec<(String, String)> = all.collect();
     let coordinations =
         (0..nets).map(|net| idle_coordination(&format!("idle-{net}"), "hall", "gate"));
+    let gate = ("gate".to_owned(), 1);
+    in_a_hall(robots, [gate], coordinations.collect(), all.collect())
+}
+
+/// Robots in a hall that holds all of them, other areas, and nets of the site's own.
+fn in_a_hall(
+    robots: usize,
+    others: impl IntoIterator<Item = (String, u32)>,
+    coordinations: String,
+    own_nets: Vec<(String, String)>,
+) -> (Setup, Vec<Arc<Plan>>) {
     let capacity = u32::try_from(robots).expect("a small number");
+    let mut areas = vec![("hall".to_owned(), capacity)];
+    areas.extend(others);
     let own = Site {
         name: "rooms".into(),
-        areas: vec![("hall".to_owned(), capacity), ("gate".to_owned(), 1)],
+        areas,
         robots: (0..robots)
             .map(|robot| (format!("amr-{robot:04}"), "normal", 0))
             .collect(),
         events: Vec::new(),
-        more: coordinations.collect(),
+        more: coordinations,
         nets: Vec::new(),
-        own_nets: all.clone(),
+        own_nets,
     };
     let site = site("rooms", &own.text());
     let setup = Setup::of(&site).expect("the site makes sense");
-    let nets: Vec<NetConfig> = all
-        .iter()
+    let nets: Vec<NetConfig> = { own.own_nets.iter() }
         .map(|(name, text)| parse_net(name, text).expect("it makes sense"))
         .collect();
     let plans = plans(&site, &setup, &nets, &Limits::default())

@@ -18,7 +18,7 @@ impl Surroundings<'_> {
     pub(super) fn news_for(&mut self, instance: &Instance) {
         for robot in instance.robots() {
             self.effects.tell(robot);
-            // Areas that are not its net's: it has, or had, leave for no others.
+            // Whether it is let into others depends on who controls it.
             self.areas.touch_what_waits(robot);
         }
         for &area in &instance.plan.concerned {

@@ -54,7 +54,7 @@ impl Coordinations {
 
     /// That time has passed is no news of anybody.
     fn look_again_at_what_runs(&mut self, now_ns: u64) {
-        if now_ns >= self.look_again_ns && !self.plans_that_run().is_empty() {
+        if now_ns >= self.look_again_ns && self.instances().next().is_some() {
             self.look_again_ns = now_ns.saturating_add(LOOK_AGAIN_NS);
             self.note_all_running();
         }
