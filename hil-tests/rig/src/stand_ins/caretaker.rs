@@ -83,8 +83,8 @@ pub fn words(
     let is_any = |kinds: &[Fault]| kinds.iter().any(|&kind| faults.state(kind).active != 0);
     let truth = world.truth(robot);
     let lost = is_any(&[Fault::PoseUncertain, Fault::PlaceUnknown]);
-    if !lost && is_any(&[Fault::DriveStalled]) {
-        // Its drive still says how fast it was: nobody can say on what it stands before it says that it does.
+    if is_any(&[Fault::DriveStalled]) {
+        // Its drive still says how fast it was: nobody can say where it stands, or on what, before it says that it does.
         return vec![Request::Reset];
     }
     if lost && !is_any(&[Fault::OperatorStop]) {

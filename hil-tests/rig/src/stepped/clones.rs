@@ -41,6 +41,7 @@ pub(super) struct ClonedRobot {
 struct Running {
     robot: SteppedRobot,
     devices: Devices,
+    panicked: bool,
     _folder: Folder,
 }
 
@@ -72,6 +73,14 @@ impl ClonedRobot {
         }
     }
 
+    /// Its name, when its process has panicked since this was asked last.
+    pub(super) fn panics_now(&mut self) -> Option<String> {
+        let running = self.running.as_mut()?;
+        let panicked = running.robot.has_panicked() && !running.panicked;
+        running.panicked |= panicked;
+        panicked.then(|| self.config.identity.id.clone())
+    }
+
     /// It is put onto the floor and switched on, with what its robot's processes start with; symbols live in the folder.
     ///
     /// # Errors
@@ -98,6 +107,7 @@ impl ClonedRobot {
         let running = self.running.insert(Running {
             robot,
             devices,
+            panicked: false,
             _folder: folder,
         });
         Ok(&mut running.robot)

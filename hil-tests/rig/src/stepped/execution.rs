@@ -121,8 +121,11 @@ impl Execution for Stepped<'_> {
             all.map(move |why| (ViolationKind::Instruction, id.clone(), why))
                 .collect::<Vec<_>>()
         };
+        let panicked = { self.panicked.iter().cloned() }
+            .map(|(id, detail)| (ViolationKind::RobotEnd, id, detail));
         { self.robots.iter().flat_map(refused) }
             .chain(devices)
+            .chain(panicked)
             .collect()
     }
 
@@ -185,5 +188,32 @@ mod tests {
         assert_eq!((found.len(), found[0].at_s), (1, 0.5));
         assert_eq!(found[0].kind, ViolationKind::Malformed);
         assert_eq!(found[0].detail, "2 messages could not be decoded");
+    }
+
+    #[test]
+    fn a_panic_that_no_fault_tells_of_is_a_violation() {
+        let mut scenario = testing::scenario("overtaking");
+        let fault = "at_s = 4.0\nfor_s = 1.0\nwhat = \"panic\"\nrobot = \"amr-1\"";
+        scenario.faults = vec![toml::from_str(fault).expect("a fault")];
+        let plans = Plans::of(&scenario).expect("plans");
+        let stepped = Stepped::new(&scenario, &plans, 1, true, false).expect("built");
+        let mut run = Run::new(scenario, stepped, 1);
+        let goes_on = |run: &mut Run<Stepped<'_>>, seconds: u64| {
+            for _ in 0..seconds * 1_000_000_000 / LOOK_NS {
+                assert_eq!(run.step().expect("it runs"), None);
+            }
+        };
+        // Robots start one after the other.
+        goes_on(&mut run, 8);
+        let own = run.stage.robots[1].robot.as_mut().expect("it runs");
+        own.panic("navigation");
+        goes_on(&mut run, 6);
+        run.stop();
+        let found = run.judge.violations();
+        let kinds: Vec<_> = { found.iter() }
+            .map(|own| (own.kind, own.robot.as_str()))
+            .collect();
+        assert_eq!(kinds, [(ViolationKind::RobotEnd, "amr-2")], "{found:?}");
+        assert!(run.stage.robots[1].robot.is_some(), "it was started again");
     }
 }

@@ -57,6 +57,8 @@ pub struct Stepped<'a> {
     pub(super) faults: Schedule,
     /// A latch that nobody is to end.
     pub(super) stranded: Option<Fault>,
+    /// Processes that have panicked by themselves, each with its robot.
+    pub(super) panicked: Vec<(String, String)>,
     /// What stands in a robot's way.
     pub(super) in_the_way: Vec<(ScriptedKind, usize, ObstacleId)>,
     pub(super) network: Network,
@@ -94,6 +96,8 @@ pub(super) struct Member {
     pub(super) has_run: bool,
     /// It was carried away for good.
     pub(super) gone: bool,
+    /// A fault of the scenario has its process panic, or the judge knows that it panicked by itself.
+    pub(super) panics: bool,
     /// How far its computer's clock was ahead when its process was killed.
     pub(super) ahead_ns: f64,
     /// What its processes leave for the next.
@@ -156,6 +160,7 @@ impl<'a> Stepped<'a> {
                     robot: None,
                     has_run: false,
                     gone: false,
+                    panics: false,
                     ahead_ns: 0.0,
                     checkpoints: Checkpoints::default(),
                     was_in: None,
@@ -183,6 +188,7 @@ impl<'a> Stepped<'a> {
             disk,
             faults: Schedule::new(scenario),
             stranded: None,
+            panicked: Vec::new(),
             in_the_way: Vec::new(),
             network: Network::new(seed),
             told: Told::default(),
@@ -298,10 +304,11 @@ impl<'a> Stepped<'a> {
         for number in 0..self.robots.len() {
             self.step_robot(number, now_ns);
         }
-        self.note_ended();
         for clone in &mut self.clones {
             clone.step(now_ns);
         }
+        self.note_panicked(now_ns);
+        self.note_ended();
         for message in self.network.take_sent() {
             self.send(message, now_ns);
         }

@@ -4,7 +4,8 @@ use description::threads::ActivityKind;
 use onboard::cli::Failure;
 use onboard::symbols::faults::Fault;
 
-use super::clones::store;
+use super::clock::START_NS;
+use super::clones::{ClonedRobot, store};
 use super::disk::Disk;
 use super::fleet::{Member, Stepped};
 use super::mediator::SteppedMediator;
@@ -39,9 +40,25 @@ impl Stepped<'_> {
         let drives =
             { plan.robot.threads.iter() }.find(|own| own.activities.contains(&ActivityKind::Drive));
         let thread = thread.or_else(|| drives.map(|own| own.name.as_str()));
-        let robot = self.robots[number].robot.as_mut();
+        let Member { robot, panics, .. } = &mut self.robots[number];
         if let (Some(robot), Some(thread)) = (robot, thread) {
             robot.panic(thread);
+            *panics = true;
+        }
+    }
+
+    /// Processes that panic although no fault of the scenario has them do so: that is the program's own fault.
+    pub(super) fn note_panicked(&mut self, now_ns: u64) {
+        let at_s = now_ns.saturating_sub(START_NS) as f64 / 1e9;
+        let robots = self.robots.iter_mut().filter_map(|member| {
+            let panicked = member.robot.as_ref()?.has_panicked() && !member.panics;
+            member.panics |= panicked;
+            panicked.then(|| member.id.clone())
+        });
+        let clones = self.clones.iter_mut().filter_map(ClonedRobot::panics_now);
+        for id in robots.chain(clones) {
+            let detail = format!("a thread of its program panicked at {at_s:.1} s, and it ended");
+            self.panicked.push((id, detail));
         }
     }
 
@@ -142,6 +159,7 @@ impl Member {
             return;
         };
         self.ahead_ns = robot.ahead_ns();
+        self.panics = false;
         let faults = robot.insight().faults();
         for (count, fault) in self.raised_before.iter_mut().zip(Fault::ALL) {
             *count += faults.state(fault).count;

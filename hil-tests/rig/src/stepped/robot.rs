@@ -262,6 +262,12 @@ impl SteppedRobot {
         self.ends.over
     }
 
+    /// Whether a part of its program has panicked, because it was told to or by itself.
+    #[must_use]
+    pub fn has_panicked(&self) -> bool {
+        self.ends.panicked.is_raised()
+    }
+
     /// From now on its clock runs faster than the world's by this share, or slower.
     pub(super) fn drift(&mut self, share: f64) {
         self.drift = share;

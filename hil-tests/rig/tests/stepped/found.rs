@@ -110,6 +110,15 @@ fn a_robot_that_was_wrong_about_an_area_is_let_in_again_by_the_same_order() {
     passes("overtaking", 64, &[frozen]);
 }
 
+/// Whoever looks after it says where it stands when its drive says so, too.
+#[test]
+fn a_robot_whose_sensors_are_frozen_while_it_loses_its_place_is_not_placed_before_it_stands() {
+    let frozen = fault(35.98, 9.936, ScriptedKind::FreezeSensors, "amr-1");
+    passes("overtaking", 13, &[frozen]);
+    let frozen = fault(59.0, 7.344, ScriptedKind::FreezeSensors, "amr-1");
+    passes("overtaking", 51, &[frozen]);
+}
+
 /// It stops with its nose to the lay-by's wall.
 #[test]
 fn a_robot_that_finds_no_way_is_driven_out_by_hand_and_goes_on() {
