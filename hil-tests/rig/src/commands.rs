@@ -2,18 +2,18 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use onboard::cli::Failure;
 
 use crate::campaign::faults::Times;
-use crate::campaign::shrink::Again;
+use crate::campaign::shrink::{Again, Shrunk};
 use crate::campaign::stepped::Faults;
 use crate::campaign::{agreement, faults, processes, stepped};
 use crate::output::{end_flag, write};
-use crate::run::{Options, Run, finish, look_on, run};
+use crate::run::{Options, Run, finish, run};
 use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
 use crate::stepped::faults::faulted;
 use crate::stepped::{Plans, Stepped};
@@ -318,19 +318,28 @@ fn stepped_once(
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
     let plans = plans(&scenario, request)?;
-    let scenario = if request.many.faults {
+    let setup = setup(&scenario, request, out);
+    let faulted = if request.many.faults {
         faulted(&scenario, request.seed)
     } else {
-        scenario
+        scenario.clone()
     };
-    let stepped = Stepped::new(&scenario, &plans, request.seed, true, true)?;
-    let mut run = Run::new(scenario, stepped, request.seed);
-    let ending = look_on(&mut run, request.headless, asked_to_end)?;
+    let faults = faulted.faults.clone();
+    let stepped = Stepped::new(&faulted, &plans, request.seed, true, true)?;
+    let mut run = Run::new(faulted, stepped, request.seed);
+    let ending = run.run_to_end(request.headless, asked_to_end);
     let trace = run.stage.take_trace().unwrap_or_default();
     write(out, "trace.csv", &trace.table.text())?;
     write(out, "others.csv", &trace.others.text())?;
     let notes = write(out, "notes.txt", &(trace.notes.join("\n") + "\n"))?;
     onboard::say!("wrote trace.csv, others.csv and {}", notes.display());
     run.scenario.name.push_str(" (stepped)");
-    finish(run, out, &ending)
+    let finished = finish(run, out, &ending);
+    if finished.is_err() && !faults.is_empty() && !asked_to_end.load(Ordering::Relaxed) {
+        onboard::say!("the run failed, and is made again with fewer faults:");
+        let shrinker = setup.shrinker(&scenario, &plans, asked_to_end);
+        let shrunk = shrinker.shrink(&[(request.seed, faults)], |run, _| !run.passed())?;
+        shrunk.iter().for_each(Shrunk::print);
+    }
+    finished
 }

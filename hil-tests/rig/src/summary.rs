@@ -275,11 +275,14 @@ impl Summary {
         self.is_done() && self.violations.is_empty()
     }
 
-    /// The stalls that may be to blame for what went wrong; none: the run passed, no stall was long enough, or a robot collided,
-    /// for which nothing is an excuse.
+    /// The stalls that may be to blame for what went wrong; none: the run passed, no stall was long enough, or something happened
+    /// for which nothing is an excuse, such as a collision.
     #[must_use]
     pub fn spoiled_by(&self) -> Option<Stalls> {
-        let excused = !self.passed() && self.robots.iter().all(|robot| robot.collisions == 0);
+        let excused = !self.passed() && self.robots.iter().all(|robot| robot.collisions == 0) && {
+            self.violations.iter()
+        }
+        .all(|own| own.kind.may_come_of_a_stall());
         self.stalls.filter(|stalls| excused && stalls.spoil())
     }
 
@@ -325,6 +328,42 @@ impl Latency {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stall_excuses_what_late_threads_cost_and_nothing_else() {
+        let of = |kinds: &[ViolationKind]| Summary {
+            outcome: DONE.to_owned(),
+            stalls: Some(Stalls {
+                count: 1,
+                longest_ms: 31.0,
+                steal_ms: 0.0,
+            }),
+            violations: { kinds.iter() }
+                .map(|&kind| Violation {
+                    kind,
+                    robot: "amr-1".to_owned(),
+                    at_s: 1.0,
+                    detail: String::new(),
+                })
+                .collect(),
+            ..Summary::default()
+        };
+        let spoiled = |kinds: &[ViolationKind]| of(kinds).spoiled_by().is_some();
+        assert!(!spoiled(&[]), "it passed");
+        assert!(spoiled(&[ViolationKind::Clearance, ViolationKind::Heading]));
+        assert!(!spoiled(&[
+            ViolationKind::Heading,
+            ViolationKind::TwoOwners
+        ]));
+        for kind in [ViolationKind::EntryWithoutGrant, ViolationKind::RobotEnd] {
+            assert!(!spoiled(&[kind]), "{kind}");
+        }
+        let stuck = Summary {
+            outcome: "not complete".to_owned(),
+            ..of(&[])
+        };
+        assert!(stuck.spoiled_by().is_some());
+    }
 
     #[test]
     fn percentiles_are_by_nearest_rank() {

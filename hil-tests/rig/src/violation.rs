@@ -55,8 +55,29 @@ kinds! {
     Instruction = "instruction", "The robot refused an instruction of its operator.";
     RobotEnd = "robot-end", "A robot's process ended by itself, or badly.";
     MediatorEnd = "mediator-end", "The mediator's process ended by itself, or badly.";
+    BrokenOff = "broken-off", "A run on the simulated clock panicked, or could not go on.";
     Malformed = "malformed", "A message on the network could not be decoded.";
     StuckAfterFaults = "stuck-after-faults", "The robot did not reach its goals after faults that a fleet must come through.";
+}
+
+impl ViolationKind {
+    /// Whether a stall of the machine can be to blame for it: what robots promise of their accuracy, and what braking late costs.
+    /// For all else nothing is an excuse.
+    #[must_use]
+    pub const fn may_come_of_a_stall(self) -> bool {
+        matches!(
+            self,
+            Self::Clearance
+                | Self::UnsafeSpeed
+                | Self::LateralError
+                | Self::Speed
+                | Self::Docking
+                | Self::StopPose
+                | Self::StopBorder
+                | Self::Pose
+                | Self::Heading
+        )
+    }
 }
 
 impl fmt::Display for ViolationKind {

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use onboard::cli::Failure;
 use sim::world::Random;
 
-use crate::run::{Run, look_on, record};
+use crate::run::{Ending, Run, record};
 use crate::scenario::{SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
 use crate::stepped::faults::{FASTEST, below, between, rounded};
 use crate::stepped::{Plans, Stepped};
@@ -149,7 +149,11 @@ impl Moments {
     pub fn find(scenario: &Scenario, plans: &Plans, seed: u64) -> Result<Self, Failure> {
         let stepped = Stepped::new(scenario, plans, seed, true, false)?;
         let mut run = Run::new(scenario.clone(), stepped, seed);
-        let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
+        let ending = run.run_to_end(true, &AtomicBool::new(false));
+        if let Ending::BrokenOff(why) = &ending {
+            let why = format_args!("seed {seed}: the run without faults broke off: {why}");
+            return Err(Failure::failed(why));
+        }
         run.stop();
         let driving_s = run.tracks().iter().map(|track| {
             { track.path.points().iter() }

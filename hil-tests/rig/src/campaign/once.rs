@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use onboard::cli::Failure;
 
 use crate::record::Record;
-use crate::run::{Run, look_on, record};
+use crate::run::{Run, record};
 use crate::scenario::Scenario;
 use crate::stepped::{Plans, Stepped};
 
@@ -21,7 +21,7 @@ pub(super) fn recorded(
 ) -> Result<Record, Failure> {
     let stepped = Stepped::new(scenario, plans, seed, heeds_leave, false)?;
     let mut run = Run::new(scenario.clone(), stepped, seed);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false))?;
+    let ending = run.run_to_end(true, &AtomicBool::new(false));
     run.stop();
     Ok(record(&run, &ending))
 }

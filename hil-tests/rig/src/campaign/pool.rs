@@ -1,5 +1,6 @@
 //! Runs with one seed after the other, several at once.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -28,7 +29,10 @@ pub(super) fn run_all<T: Send>(
                     if number >= runs {
                         break;
                     }
-                    match one(number) {
+                    // A panic here is no run's own, but one of what draws or reports it.
+                    let made = catch_unwind(AssertUnwindSafe(|| one(number)));
+                    let panicked = format_args!("run {number} of {runs}, from 0, panicked");
+                    match made.unwrap_or_else(|_| Err(Failure::failed(panicked))) {
                         Ok(outcome) => {
                             done(&outcome, finished.fetch_add(1, Ordering::Relaxed) + 1);
                             lock(&outcomes).push((number, outcome));

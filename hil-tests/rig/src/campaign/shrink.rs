@@ -159,7 +159,7 @@ impl Shrinker<'_> {
 
 impl Shrunk {
     /// Prints the command, and where the report is.
-    pub(super) fn print(&self) {
+    pub fn print(&self) {
         if self.faults < self.of_faults {
             onboard::say!("    with {} of {} faults:", self.faults, self.of_faults);
         }

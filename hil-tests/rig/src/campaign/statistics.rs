@@ -228,6 +228,14 @@ fn quantities(runs: &[Summary]) -> Vec<Quantity> {
             "leave withheld until it had waited, times",
             of_robots(&|robot| robot.withheld as f64),
         ),
+        (
+            "reset by an operator, times",
+            of_robots(&|robot| f64::from(robot.resets)),
+        ),
+        (
+            "driven out by hand, times",
+            of_robots(&|robot| f64::from(robot.driven_out)),
+        ),
         ("held by the motion tubes, s", figure(&|one| one.held_s)),
         ("longest stand, s", figure(&|one| one.longest_stand_s)),
         (

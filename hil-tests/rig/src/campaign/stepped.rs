@@ -45,7 +45,7 @@ pub struct Setup<'a> {
 
 impl<'a> Setup<'a> {
     /// What makes runs of the campaign again that failed, and leaves their reports in its folder.
-    pub(super) fn shrinker(
+    pub fn shrinker(
         &'a self,
         scenario: &'a Scenario,
         plans: &'a Plans,

@@ -19,4 +19,6 @@ pub enum Ending {
     RobotEnded(String, ExitStatus),
     /// The mediator ended by itself.
     MediatorEnded(ExitStatus),
+    /// A run on the simulated clock panicked, or could not go on, for this reason.
+    BrokenOff(String),
 }

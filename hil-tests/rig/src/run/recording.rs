@@ -226,6 +226,7 @@ fn in_words<E: Execution>(run: &Run<E>, ending: &Ending) -> String {
             run.stage.seconds(run.stage.now_ns())
         )),
         Ending::RobotEnded(id, status) => format!("robot {id} ended by itself with {status}"),
+        Ending::BrokenOff(why) => format!("broken off: {why}"),
         Ending::MediatorEnded(status) => format!("the mediator ended by itself with {status}"),
     }
 }

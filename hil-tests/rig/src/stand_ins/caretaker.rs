@@ -42,10 +42,10 @@ pub enum Blame<'a> {
     /// Through the real programs: a stall of the machine, within 2 s before the latch. Tells whether it stalled between two
     /// times.
     Stalls(&'a dyn Fn(u64, u64) -> bool),
-    /// On the simulated clock, where nothing stalls: faults of the scenario, since what they leave may show late.
+    /// On the simulated clock, where nothing stalls: faults of the scenario.
     Faults {
-        /// The first has begun.
-        begun: bool,
+        /// Tells whether one that concerns this robot may be to blame for a latch of this time.
+        blamed: &'a dyn Fn(u64) -> bool,
         /// One lasts that concerns this robot.
         lasts: bool,
     },
@@ -55,7 +55,7 @@ impl Blame<'_> {
     fn is_to_blame(&self, since_ns: u64) -> bool {
         match self {
             Self::Stalls(stalled) => stalled(since_ns.saturating_sub(BLAMED_NS), since_ns),
-            Self::Faults { begun, .. } => *begun,
+            Self::Faults { blamed, .. } => blamed(since_ns),
         }
     }
 }
@@ -170,11 +170,11 @@ mod tests {
 
     const SECOND_NS: u64 = 1_000_000_000;
     const FAULTS: Blame<'_> = Blame::Faults {
-        begun: true,
+        blamed: &|_| true,
         lasts: false,
     };
     const NOBODY: Blame<'_> = Blame::Faults {
-        begun: false,
+        blamed: &|_| false,
         lasts: false,
     };
 
@@ -252,7 +252,10 @@ mod tests {
         let faults = latched(Fault::BringUpLimit);
         let mut caretaker = Caretaker::default();
         let mut look = |at_s: u64, lasts| {
-            let blame = Blame::Faults { begun: true, lasts };
+            let blame = Blame::Faults {
+                blamed: &|_| true,
+                lasts,
+            };
             caretaker.look(&faults, at_s * SECOND_NS, false, blame)
         };
         assert_eq!(look(60, true), Care::Reset);

@@ -20,6 +20,10 @@ const LONG_S: [f64; 2] = [12.0, 120.0];
 const LASTING: f64 = 0.05;
 /// Delays are at least as long.
 const LEAST_BY_S: f64 = 0.005;
+/// What a fault leaves shows so long after its end,
+const SHOWS_LATE_NS: u64 = 60_000_000_000;
+/// and a robot says when by its own clock, which may be this far off.
+const CLOCKS_DIFFER_NS: u64 = 100_000_000;
 /// Who drives by hand wants at most this: forward, metres per second, and turning, radians per second.
 pub(crate) const FASTEST: [f64; 2] = [0.4, 1.0];
 
@@ -145,6 +149,13 @@ struct Planned {
     heading_rad: f64,
 }
 
+impl Planned {
+    /// It is this robot's, or all robots'.
+    fn concerns(&self, robot: usize) -> bool {
+        self.robot.is_none_or(|own| own == robot)
+    }
+}
+
 impl Schedule {
     /// What who drives by hand wants, by a fault's number: forward, metres per second, and turning, radians per second.
     pub(super) fn motion(&self, fault: usize) -> [f64; 2] {
@@ -180,14 +191,18 @@ impl Schedule {
         }
     }
 
-    /// Whether any has begun.
-    pub(super) fn has_begun(&self) -> bool {
-        self.faults.iter().any(|own| own.begun)
+    /// Whether one that concerns this robot, or all, may be to blame for what its robot raised at this time.
+    pub(super) fn are_blamed(&self, robot: usize, raised_ns: u64) -> bool {
+        { self.faults.iter() }
+            .filter(|own| own.begun && own.concerns(robot))
+            .any(|own| {
+                raised_ns + CLOCKS_DIFFER_NS >= own.from_ns && raised_ns < own.to_ns + SHOWS_LATE_NS
+            })
     }
 
     /// Whether there were any, and all are over.
     pub(super) fn are_over(&self) -> bool {
-        self.has_begun() && self.faults.iter().all(|own| own.over)
+        !self.faults.is_empty() && self.faults.iter().all(|own| own.over)
     }
 
     /// What begins or ends now.
@@ -227,8 +242,7 @@ impl Schedule {
 
     /// Whether a fault lasts that concerns this robot, or all.
     pub(super) fn hinders(&self, robot: usize) -> bool {
-        self.lasting()
-            .any(|own| own.robot.is_none_or(|other| other == robot))
+        self.lasting().any(|own| own.concerns(robot))
     }
 
     /// How often or how much, where faults of this kind last for this robot; else 0.
@@ -320,8 +334,7 @@ impl Schedule {
     /// What happens to messages from and to a robot.
     pub(super) fn weather(&self, robot: usize) -> Weather {
         let mut weather = Weather::default();
-        let concerns = |own: &&Planned| own.robot.is_none_or(|other| other == robot);
-        for own in self.lasting().filter(concerns) {
+        for own in self.lasting().filter(|own| own.concerns(robot)) {
             let share = own.fault.share.unwrap_or(0.0);
             match own.fault.what {
                 ScriptedKind::Lose => weather.lost = weather.lost.max(share),

@@ -249,7 +249,7 @@ impl Stepped<'_> {
     /// Plays the operator: resets robots that have latched, drives those out that find no way once all faults are over, and
     /// notes one that is not to be helped.
     pub(super) fn look_after(&mut self, now_ns: u64) {
-        let (begun, over) = (self.faults.has_begun(), self.faults.are_over());
+        let over = self.faults.are_over();
         for number in 0..self.robots.len() {
             let on_purpose = self.faults.lasts(ScriptedKind::Stop, Some(number));
             let member = &mut self.robots[number];
@@ -261,7 +261,10 @@ impl Stepped<'_> {
                 FaultTable::default()
             };
             let lasts = self.faults.hinders(number);
-            let blame = Blame::Faults { begun, lasts };
+            let blame = Blame::Faults {
+                blamed: &|since_ns| self.faults.are_blamed(number, since_ns),
+                lasts,
+            };
             let before = member.caretaker;
             match member.caretaker.look(&faults, now_ns, on_purpose, blame) {
                 Care::None => {}

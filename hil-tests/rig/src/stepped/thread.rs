@@ -122,6 +122,15 @@ impl Clock for ThreadClock {
     }
 }
 
+/// No coroutine runs any more, also when what ran has panicked.
+struct Resumed;
+
+impl Drop for Resumed {
+    fn drop(&mut self) {
+        RUNNING.set(None);
+    }
+}
+
 /// A thread.
 pub(super) struct Thread {
     coroutine: Coroutine<(), Wait, ()>,
@@ -185,8 +194,9 @@ impl Thread {
         let ahead_ns = world_ns.wrapping_sub(begin_ns);
         clock.world_ahead_ns.store(ahead_ns, Ordering::Relaxed);
         RUNNING.set(self.suspender.get());
+        let resumed = Resumed;
         let result = self.coroutine.resume(());
-        RUNNING.set(None);
+        drop(resumed);
         if let CoroutineResult::Yield(wait) = result {
             self.wait = wait;
         }
@@ -303,9 +313,12 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "in a thread")]
-    fn a_panic_in_a_thread_is_the_steps_own() {
+    fn a_panic_in_a_thread_is_the_steps_own_and_nothing_runs_afterwards() {
         let clock = Arc::new(ThreadClock::new(0));
-        Thread::new(clock, || panic!("in a thread")).go_on(step(0), || 0);
+        let mut thread = Thread::new(clock, || panic!("in a thread"));
+        let stepped = std::panic::AssertUnwindSafe(|| thread.go_on(step(0), || 0));
+        let panic = std::panic::catch_unwind(stepped).expect_err("it panics");
+        assert_eq!(panic.downcast_ref(), Some(&"in a thread"));
+        assert!(!runs());
     }
 }
