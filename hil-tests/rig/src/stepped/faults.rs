@@ -3,7 +3,7 @@
 use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
-use crate::scenario::{GRAVITY_M_S2, Scenario, ScriptedFault, ScriptedKind};
+use crate::scenario::{GRAVITY_M_S2, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
 
 /// Faults come from the seed, apart from everything else.
 const FAULT_STREAM: u64 = 0x4641_554C;
@@ -50,21 +50,27 @@ pub fn faulted(scenario: &Scenario, seed: u64) -> Scenario {
 
 fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFault {
     let lasting = random.unit() < LASTING && managed;
-    let kinds: &[ScriptedKind] = if lasting {
-        &ScriptedKind::LASTING
+    let kinds: &[&[ScriptedKind]] = if lasting {
+        &[&ScriptedKind::LASTING]
     } else {
-        &ScriptedKind::DRAWN
+        &[&ScriptedKind::DRAWN, &ScriptedKind::BORNE]
     };
     // A fleet does not come to its goals without a robot that is carried away for good.
-    let kinds: Vec<ScriptedKind> = { kinds.iter().copied() }
+    let kinds: Vec<ScriptedKind> = { kinds.iter().copied().flatten().copied() }
         .filter(|kind| managed || !kind.needs_mediator())
         .filter(|kind| *kind != ScriptedKind::Absent)
         .collect();
     let what = kinds[below(random, kinds.len())];
     let keys = what.keys();
-    let robot = &scenario.robots[below(random, scenario.robots.len())].id;
+    let player = &scenario.robots[below(random, scenario.robots.len())];
+    let robot = &player.id;
     // Drawn in any case, so that a fault does not depend on the kinds of those before it.
-    let [at, lasts, long, own, share, by] = std::array::from_fn(|_| random.unit());
+    let [at, lasts, long, own, share, by, alone] = std::array::from_fn(|_| random.unit());
+    let (_, mut threads) = player.threads();
+    threads.push(SUPERVISOR);
+    let thread = threads[below(random, threads.len())];
+    // As often one thread as all, or as the one that drives.
+    let thread = (keys.thread && alone < 0.5).then(|| thread.to_owned());
     let lasts_s = if long < LONG { LONG_S } else { LASTS_S };
     // A clock that is off is slow as often as fast, and a slope as often rises as falls.
     let slow = what.least_share() < 0.0 && by < 0.5;
@@ -80,7 +86,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
         by_s: keys
             .by_s
             .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
-        thread: None,
+        thread,
         pose: None,
         motion: keys.motion.then(|| {
             let [forward, turning] = [share, by].map(|unit| 2.0 * unit - 1.0);

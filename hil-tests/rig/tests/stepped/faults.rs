@@ -121,7 +121,8 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     let known: Vec<_> = scenario.robots.iter().map(Player::threads).collect();
     let mut seen = Vec::new();
     let (mut long, mut slow, mut of_mediator) = (0, 0, 0);
-    for seed in 0..200 {
+    let mut threads = Vec::new();
+    for seed in 0..400 {
         let faults = drawn(&scenario, seed);
         assert_eq!(faults, drawn(&scenario, seed));
         assert!(!faults.is_empty() && faults.len() <= 6);
@@ -132,6 +133,7 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
             slow += u32::from(fault.share.is_some_and(|share| share < 0.0));
             let clock = fault.what == ScriptedKind::Drift;
             of_mediator += u32::from(clock && fault.robot.is_none());
+            threads.extend(fault.thread.clone().map(|thread| (fault.what, thread)));
             if !seen.contains(&fault.what) {
                 seen.push(fault.what);
             }
@@ -139,10 +141,21 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     }
     // Without a robot that is carried away for good no fleet comes to its goals.
     assert!(!seen.contains(&ScriptedKind::Absent));
-    let expected = ScriptedKind::DRAWN.len() + ScriptedKind::LASTING.len() - 1;
+    let expected = ScriptedKind::all().count() - 1;
     assert_eq!(seen.len(), expected, "{seen:?}");
-    // Of about 700.
-    assert!((20..80).contains(&long), "{long} longer than 30 s");
+    for what in [
+        ScriptedKind::Hang,
+        ScriptedKind::Panic,
+        ScriptedKind::LateThreads,
+    ] {
+        let own = threads.iter().filter(|(kind, _)| *kind == what);
+        let mut names: Vec<_> = own.map(|(_, thread)| thread).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert!(names.len() > 2, "{what:?}: {names:?}");
+    }
+    // Of about 1,400.
+    assert!((40..160).contains(&long), "{long} longer than 30 s");
     assert!(slow > 3 && of_mediator > 3, "{slow}, {of_mediator}");
 }
 

@@ -136,7 +136,7 @@ pub struct Keys {
 pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
-    /// Those that are drawn at random: a fleet is expected to come through any of them.
+    /// A fleet is expected to come through any of them. They are drawn at random, as the next ones are.
     pub const DRAWN: [Self; 35] = [
         Self::Lose,
         Self::Repeat,
@@ -175,7 +175,7 @@ impl ScriptedKind {
         Self::Reload,
     ];
 
-    /// Those that a fleet comes through besides: on each of them but a full disk the robot stops and needs its operator.
+    /// Those that a fleet comes through besides, but slowly: on each of them but a full disk the robot stops and needs its operator.
     pub const BORNE: [Self; 9] = [
         Self::FullDisk,
         Self::RebootRobot,
