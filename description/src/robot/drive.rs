@@ -76,6 +76,9 @@ section! {
         pub hold_ms: u32 as TIMEOUT_MS => 20,
         /// Bring-ups of a lost bus within a minute, attempts in vain included; one more needs an operator.
         pub bringups_per_minute: u32 as Count::new("a count", 1, 16) => 3,
+        /// How long a program that starts afresh waits for its drive, and drives by itself when it comes. One that comes later waits
+        /// for an operator: it may have been the emergency stop that was released.
+        pub awaited_s: f64 as Quantity::new("a duration", "s").at_least(0.0).at_most(60.0) => 1.0,
         /// How far a wheel's rim may move within a second beyond what the wheel was told, before the robot stops until an
         /// operator has looked.
         pub following_error_m: f64 as Quantity::new("a length", "m").above(0.0).at_most(0.5) => 0.02,

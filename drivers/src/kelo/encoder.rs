@@ -16,11 +16,22 @@ const FORGOTTEN_S: f64 = 1.0;
 /// Share of the way by which the drive may measure its speed wrongly.
 const SPEED_ERROR: f64 = 0.05;
 
-/// A wheel's encoder moves otherwise than its speed.
+/// What an encoder measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measured {
+    /// The left wheel.
+    Left,
+    /// The right wheel.
+    Right,
+    /// The pivot.
+    Pivot,
+}
+
+/// An encoder moves otherwise than the speed of what it measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EncoderContradiction {
-    /// Of the right wheel, else of the left one.
-    pub right: bool,
+    /// Which.
+    pub of: Measured,
     /// How far it has turned lately by the speed that the drive reports,
     pub expected_rad: f64,
     /// and by its encoder.
@@ -31,16 +42,20 @@ pub struct EncoderContradiction {
 
 impl fmt::Display for EncoderContradiction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let wheel = if self.right { "right" } else { "left" };
+        let whose = match self.of {
+            Measured::Left => "left wheel's",
+            Measured::Right => "right wheel's",
+            Measured::Pivot => "pivot's",
+        };
         let (expected, found) = (self.expected_rad, self.found_rad);
         write!(
             f,
-            "the {wheel} wheel's encoder has turned by {found:.2} rad within a second, expected {expected:.2} rad by its speed"
+            "the {whose} encoder has turned by {found:.2} rad within a second, expected {expected:.2} rad by its speed"
         )
     }
 }
 
-/// Reads one wheel's encoder.
+/// Reads one encoder, a wheel's or the pivot's.
 ///
 /// Real time: nothing here allocates, locks or panics.
 #[derive(Debug, Clone, Copy, Default)]

@@ -22,7 +22,7 @@ mod setpoint;
 pub use drive::{
     INPUTS_BYTES, MAX_WHEEL_SPEED_RAD_S, MIN_WHEEL_SPEED_RAD_S, OUTPUTS_BYTES, PRODUCT_CODES,
 };
-pub use encoder::{EncoderContradiction, WheelEncoder};
+pub use encoder::{EncoderContradiction, Measured, WheelEncoder};
 pub use faults::{Faults, StampWatch, VoltageLimits};
 pub use feedback::Feedback;
 pub use inputs::{Imu, Inputs, MotorInputs, Status};

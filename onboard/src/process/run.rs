@@ -121,7 +121,10 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
         robot.supervisor.run(&asked_to_end, &server, pulse)
     }));
     if ending.is_err() {
+        robot.supervisor.keep_stopped(now_ns());
         sleep_until(now_ns() + 2 * SECOND_NS);
+        // Where it stands now.
+        robot.supervisor.keep_stopped(now_ns());
     }
     robot.end();
     drop(awake);

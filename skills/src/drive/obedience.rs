@@ -18,6 +18,8 @@ const FORGOTTEN_S: f64 = 1.0;
 const LONGEST_STEP_NS: u64 = 20 * MILLISECOND_NS;
 /// A wheel that was told to stand for this long, and does, stays where it is.
 const RESTS_NS: u64 = 500 * MILLISECOND_NS;
+/// And one that was told to stand for this long is to do so: how far it creeps from then on counts, however slow it is.
+const RESTS_AT_LAST_NS: u64 = 1000 * MILLISECOND_NS;
 
 /// What disobeys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +69,9 @@ pub struct Obedience {
     /// How far a wheel may turn beyond what it was told.
     limit_rad: f64,
     judged_ns: Option<u64>,
-    /// Since when both were told to stand, and do.
+    /// Since when both were told to stand,
+    told_to_stand_ns: u64,
+    /// and do.
     rests_since_ns: u64,
     wheels: [Wheel; 2],
 }
@@ -105,6 +109,7 @@ impl Obedience {
         Self {
             limit_rad,
             judged_ns: None,
+            told_to_stand_ns: 0,
             rests_since_ns: 0,
             wheels: [Wheel::default(); 2],
         }
@@ -129,6 +134,7 @@ impl Obedience {
         let found = [found.left_rad_s, found.right_rad_s];
         let Some(judged_ns) = self.judged_ns.replace(now_ns) else {
             self.wheels = found.map(|speed| Wheel::begin(speed, now_ns));
+            self.told_to_stand_ns = now_ns;
             return None;
         };
         let elapsed_ns = now_ns.saturating_sub(judged_ns).min(LONGEST_STEP_NS);
@@ -153,13 +159,15 @@ impl Obedience {
         now_ns: u64,
     ) {
         if told != WheelSpeeds::STANDING {
-            self.rests_since_ns = now_ns;
+            (self.told_to_stand_ns, self.rests_since_ns) = (now_ns, now_ns);
             self.wheels
                 .iter_mut()
                 .for_each(|own| own.rests_at_rad = None);
             return;
         }
         let stands = found.iter().all(|speed| speed.abs() < STANDING_RAD_S);
+        let rests = stands && now_ns.saturating_sub(self.rests_since_ns) > RESTS_NS
+            || now_ns.saturating_sub(self.told_to_stand_ns) > RESTS_AT_LAST_NS;
         for (wheel, angle_rad) in self.wheels.iter_mut().zip(angles_rad) {
             match wheel.rests_at_rad {
                 Some(at_rad) => {
@@ -168,9 +176,7 @@ impl Obedience {
                         wheel.beyond_rad = rolled_rad;
                     }
                 }
-                None if now_ns.saturating_sub(self.rests_since_ns) > RESTS_NS && stands => {
-                    wheel.rests_at_rad = Some(angle_rad);
-                }
+                None if rests => wheel.rests_at_rad = Some(angle_rad),
                 None => {}
             }
         }
@@ -309,6 +315,21 @@ mod tests {
         };
         let (cycle, what) = found(9000, drive, rolls).expect("found");
         assert!((6700..7500).contains(&cycle), "{cycle} {what}");
+    }
+
+    #[test]
+    fn a_wheel_that_never_comes_to_rest_is_found_however_slowly_it_creeps() {
+        // At 1 to 2 cm/s: slower than what is found by speed, and faster than what stands.
+        for creep_rad_s in [0.22, 0.3, 0.37] {
+            let creeps = |_, asked, speed, side: usize| {
+                let least = if side == 0 { creep_rad_s } else { 0.0 };
+                follows(asked, speed).max(least)
+            };
+            // It is told to stand from 2.2 s on.
+            let (cycle, what) = found(9000, drive, creeps).expect("found");
+            assert!((3200..5200).contains(&cycle), "{cycle} {what}");
+            assert_eq!(what.part, Part::Left);
+        }
     }
 
     #[test]

@@ -53,6 +53,8 @@ struct Report<'a> {
     scenario: &'a str,
     machine: Machine,
     agreeing: usize,
+    /// Seeds whose times and lateral errors were compared as well.
+    timed: usize,
     pairs: &'a [Pair],
 }
 
@@ -72,14 +74,24 @@ pub fn agreement(scenario: &Scenario, plans: &Plans, real: &Path) -> Result<(), 
     }
     let agreeing = pairs.iter().filter(|pair| pair.differences.is_empty());
     let agreeing = agreeing.count();
+    let timed = pairs.iter().filter(|pair| pair.stalled.is_none()).count();
     let report = Report {
         scenario: &scenario.name,
         machine: Machine::here(),
         agreeing,
+        timed,
         pairs: &pairs,
     };
     let file = write_json(real, "agreement.json", &report)?;
-    onboard::say!("{agreeing} of {} seeds agree", pairs.len());
+    onboard::say!(
+        "{agreeing} of {} seeds agree; times and lateral errors were compared in {timed}{}",
+        pairs.len(),
+        if timed == 0 {
+            ": make real runs while the machine is quiet"
+        } else {
+            ""
+        }
+    );
     onboard::say!("wrote {}", file.display());
     if agreeing == pairs.len() {
         return Ok(());

@@ -81,7 +81,6 @@ pub fn words(
     was_in: Option<&str>,
 ) -> Vec<Request> {
     let is_any = |kinds: &[Fault]| kinds.iter().any(|&kind| faults.state(kind).active != 0);
-    let truth = world.truth(robot);
     let lost = is_any(&[Fault::PoseUncertain, Fault::PlaceUnknown]);
     if is_any(&[Fault::DriveStalled]) {
         // Its drive still says how fast it was: nobody can say where it stands, or on what, before it says that it does.
@@ -91,24 +90,34 @@ pub fn words(
         // One that finds its place again drives on: whoever has more to say stops it first, and waits until it stands.
         return vec![Request::Stop];
     }
-    let place = truth.filter(|_| lost).map(|truth| {
-        let [x_m, y_m, theta_rad] = [truth.pose.x_m, truth.pose.y_m, truth.pose.theta_rad]
-            .map(|exact| (exact * PARTS).round() / PARTS);
-        Request::Place(Place {
-            at: Spot::Pose(Pose2::new(x_m, y_m, theta_rad)),
-            state: was_in
-                .filter(|_| is_any(&[Fault::PlaceUnknown]))
-                .map(str::to_owned),
-        })
-    });
-    let way_m = if lost || is_any(&ASK_BEHIND) {
-        world.free_behind_m(robot, LOOK_BEHIND_M)
-    } else {
-        0.0
-    };
-    let behind = (way_m > 0.0).then_some(Request::FreeBehind(FreeBehind { way_m }));
-    let words = [place, behind, Some(Request::Reset)];
+    let was_in = was_in.filter(|_| is_any(&[Fault::PlaceUnknown]));
+    let place = lost.then(|| place(world, robot, was_in)).flatten();
+    let behind = (lost || is_any(&ASK_BEHIND)).then(|| free_behind(world, robot));
+    let words = [place, behind.flatten(), Some(Request::Reset)];
     words.into_iter().flatten().collect()
+}
+
+/// What who stands beside a robot sees of where it is and of what is behind it.
+#[must_use]
+pub fn where_it_is(world: &World, robot: usize) -> Vec<Request> {
+    let words = [place(world, robot, None), free_behind(world, robot)];
+    words.into_iter().flatten().collect()
+}
+
+fn place(world: &World, robot: usize, state: Option<&str>) -> Option<Request> {
+    let pose = world.truth(robot)?.pose;
+    let [x_m, y_m, theta_rad] =
+        [pose.x_m, pose.y_m, pose.theta_rad].map(|exact| (exact * PARTS).round() / PARTS);
+    Some(Request::Place(Place {
+        at: Spot::Pose(Pose2::new(x_m, y_m, theta_rad)),
+        state: state.map(str::to_owned),
+    }))
+}
+
+/// None: there is no way.
+fn free_behind(world: &World, robot: usize) -> Option<Request> {
+    let way_m = world.free_behind_m(robot, LOOK_BEHIND_M);
+    (way_m > 0.0).then_some(Request::FreeBehind(FreeBehind { way_m }))
 }
 
 /// Looks after one robot.

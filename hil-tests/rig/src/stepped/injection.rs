@@ -12,7 +12,7 @@ use super::fleet::{Member, Stepped};
 use super::mediator::SteppedMediator;
 use super::robot::SteppedRobot;
 use crate::scenario::ScriptedKind;
-use crate::stand_ins::caretaker::{Blame, Care, words};
+use crate::stand_ins::caretaker::{Blame, Care, where_it_is, words};
 
 /// People and boxes come this far ahead of a robot's `base_link`,
 const AHEAD_M: f64 = 1.5;
@@ -118,6 +118,12 @@ impl Stepped<'_> {
             (ScriptedKind::Reset, Some(number)) => {
                 let on_purpose = self.faults.lasts(ScriptedKind::Stop, robot);
                 self.ask(number, (!on_purpose).then_some(Request::Reset));
+            }
+            (ScriptedKind::Place, Some(number)) => {
+                let words = where_it_is(&self.world.lock(), number);
+                if let Some(robot) = &mut self.robots[number].robot {
+                    words.into_iter().for_each(|word| robot.ask_unwanted(word));
+                }
             }
             (ScriptedKind::Reload, Some(number)) => self.robots[number].reloading.want(),
             (ScriptedKind::EndCoordination, _) if begins => self.end_coordinations(),

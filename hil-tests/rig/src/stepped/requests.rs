@@ -2,53 +2,94 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use onboard::process::ctl::{Done, Pending, Refusal, Reply, Request};
 
 /// The requests of one robot's operators.
 #[derive(Default)]
 pub(super) struct Requests {
-    waiting: VecDeque<Request>,
+    waiting: VecDeque<(Request, Wanted)>,
     /// So many so far.
     asked: usize,
-    replies: Arc<Mutex<Vec<(&'static str, Reply)>>>,
+    answered: Arc<Mutex<Vec<Answered>>>,
+}
+
+/// Who wants it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    /// Somebody who looks after the robot.
+    InNeed,
+    /// Somebody who says so at a bad moment.
+    ByNobody,
+}
+
+struct Answered {
+    name: &'static str,
+    reply: Reply,
+    wanted: Wanted,
 }
 
 impl Requests {
     pub(super) fn ask(&mut self, request: Request) {
         self.asked += 1;
-        self.waiting.push_back(request);
+        self.waiting.push_back((request, Wanted::InNeed));
+    }
+
+    /// A request at a bad moment, which may be refused for that.
+    pub(super) fn ask_unwanted(&mut self, request: Request) {
+        self.asked += 1;
+        self.waiting.push_back((request, Wanted::ByNobody));
     }
 
     /// The next one, for the supervisor. The number of a session at the desk goes to `lent`.
     pub(super) fn next(&mut self, lent: Arc<AtomicU64>) -> Option<Pending> {
-        let request = self.waiting.pop_front()?;
-        let (name, replies) = (request.name(), Arc::clone(&self.replies));
+        let (request, wanted) = self.waiting.pop_front()?;
+        let (name, answered) = (request.name(), Arc::clone(&self.answered));
         Some(Pending::new(request, move |reply| {
             if let Ok(Done::Lent(session)) = reply {
                 lent.store(*session, Ordering::Relaxed);
             }
-            let mut all = replies.lock().unwrap_or_else(PoisonError::into_inner);
-            all.push((name, reply.clone()));
+            let mut all = answered.lock().unwrap_or_else(PoisonError::into_inner);
+            all.push(Answered {
+                name,
+                reply: reply.clone(),
+                wanted,
+            });
         }))
     }
 
     pub(super) fn owes_an_answer(&self) -> bool {
-        self.asked > self.replies().len()
+        self.asked > self.answered().len()
     }
 
     pub(super) fn replies(&self) -> Vec<(&'static str, Reply)> {
-        let all = self.replies.lock();
-        all.unwrap_or_else(PoisonError::into_inner).clone()
+        let all = self.answered();
+        { all.iter() }
+            .map(|own| (own.name, own.reply.clone()))
+            .collect()
     }
 
     pub(super) fn refused(&self) -> Vec<String> {
-        let replies = self.replies().into_iter();
-        { replies.filter_map(|(name, reply)| Some((name, reply.err()?))) }
-            .filter(|(_, why)| !is_asked_again(why))
-            .map(|(name, why)| format!("{name}: {why}"))
+        let all = self.answered();
+        { all.iter() }
+            .filter_map(|own| Some((own, own.reply.as_ref().err()?)))
+            .filter(|(own, why)| !is_asked_again(why) && !own.is_at_a_bad_moment(why))
+            .map(|(own, why)| format!("{}: {why}", own.name))
             .collect()
+    }
+
+    fn answered(&self) -> MutexGuard<'_, Vec<Answered>> {
+        let all = self.answered.lock();
+        all.unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Answered {
+    /// Whether nobody wanted it, and it was refused for the moment at which it was said.
+    fn is_at_a_bad_moment(&self, why: &Refusal) -> bool {
+        let moment = matches!(why, Refusal::MayMove | Refusal::ByHand);
+        moment && self.wanted == Wanted::ByNobody
     }
 }
 

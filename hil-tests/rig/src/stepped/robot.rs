@@ -305,6 +305,9 @@ impl SteppedRobot {
         }
         let hangs = self.hung.iter().any(|name| name == SUPERVISOR);
         let supervised = !self.ends.is_unsupervised(now_ns) && !hangs;
+        if !supervised && self.ends.over {
+            self.supervisor.keep_stopped(now_ns);
+        }
         let due = supervised && now_ns >= self.supervisor_next_ns;
         let late = (&self.late[..], SUPERVISOR);
         if self.supervisor_late.runs(due, late, now_ns) {
@@ -352,6 +355,11 @@ impl SteppedRobot {
     /// A request of an operator, which the supervisor serves when it looks next.
     pub fn ask(&mut self, request: Request) {
         self.requests.ask(request);
+    }
+
+    /// A request of an operator at a bad moment, which may be refused for that.
+    pub(super) fn ask_unwanted(&mut self, request: Request) {
+        self.requests.ask_unwanted(request);
     }
 
     /// An operator waits for an answer.

@@ -117,6 +117,26 @@ fn a_drive_that_was_gone_or_without_power_waits_for_an_operator_when_it_is_back(
     }
 }
 
+/// Somebody may have held the emergency stop while the program was started.
+#[test]
+fn a_drive_that_comes_after_the_program_waits_for_an_operator_unless_its_file_has_it_awaited() {
+    for (awaited_s, by_itself) in [("1.0", false), ("30.0", true)] {
+        let mut bench = Bench::standing_with(&[&format!("drive.awaited_s={awaited_s}")]);
+        let faults = bench.devices.bus_faults().clone();
+        faults.disappear(0);
+        bench.stands_for(5.0);
+        faults.reappear(0);
+        if !by_itself {
+            bench.until_raised(Fault::DriveReturned, 5.0);
+            bench.stands_for(5.0);
+            bench.ask(Request::Reset);
+        }
+        bench.until_driving();
+        assert_eq!(bench.raised(Fault::DriveReturned), u64::from(!by_itself));
+        bench.finish();
+    }
+}
+
 #[test]
 fn a_cable_that_was_loose_for_a_moment_stops_it_for_a_moment() {
     let mut bench = Bench::driving();

@@ -40,6 +40,24 @@ fn low_voltage_motor_faults_and_the_emergency_stop_hold_it_until_an_operator_agr
     }
 }
 
+/// Whoever presses it wants the robot to stay where it is, however soon it is released.
+#[test]
+fn an_emergency_stop_that_is_released_at_once_holds_it_as_well() {
+    for pressed_s in [0.03, 0.1, 0.19] {
+        let mut bench = Bench::driving();
+        bench.devices.drive_faults().set_emergency_stop(true);
+        bench.watch(pressed_s);
+        bench.devices.drive_faults().set_emergency_stop(false);
+        bench.until_raised(Fault::MotorsOff, 0.2);
+        bench.until_standing(2.0);
+        bench.stands_for(5.0);
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        assert!(!bench.has(Fault::MotorsOff));
+        bench.finish();
+    }
+}
+
 /// The stop itself is commanded, as long as the wheels obey.
 #[test]
 fn with_emergency_bits_a_drive_with_a_fault_has_no_power_from_its_stop_to_its_reset() {

@@ -1,6 +1,7 @@
 //! A part of the robot's own program panics.
 
 use onboard::symbols::faults::Fault;
+use rig::scenario::{ScriptedFault, ScriptedKind};
 
 use crate::bench::Bench;
 
@@ -35,4 +36,27 @@ fn a_robot_does_not_stop_for_the_panic_of_another_one_in_the_same_process() {
     other.drives_for(3.0);
     assert!(!other.has(Fault::Panic) && !other.has_ended());
     other.finish();
+}
+
+#[test]
+fn a_robot_that_is_started_again_after_a_panic_waits_for_an_operator() {
+    for thread in ["navigation", "supervisor"] {
+        let mut scenario = crate::scenario("overtaking");
+        scenario.faults = vec![ScriptedFault {
+            at_s: 24.0,
+            for_s: 4.0,
+            what: ScriptedKind::Panic,
+            robot: Some("amr-1".to_owned()),
+            share: None,
+            by_s: None,
+            thread: Some(thread.to_owned()),
+            pose: None,
+            motion: None,
+        }];
+        let (_, summary) = crate::ended(&scenario, &crate::plans(&scenario), 3);
+        assert!(summary.passed(), "{thread}: {summary:?}");
+        let own = &summary.robots[0];
+        let stopped = own.faults.iter().any(|(name, _)| name == "operator-stop");
+        assert!(stopped && own.resets > 0, "{thread}: {own:?}");
+    }
 }

@@ -171,6 +171,23 @@ fn an_encoder_that_sticks_stops_the_robot() {
     }
 }
 
+/// It steers by that angle: what does not seem to turn, it turns farther.
+#[test]
+fn a_pivot_encoder_that_sticks_stops_the_robot_as_soon_as_it_steers() {
+    let mut bench = Bench::driving();
+    bench.devices.drive_faults().stick_pivot_encoder(true);
+    let before = bench.truth();
+    bench.until_raised(Fault::EncoderBroken, 60.0);
+    bench.until_standing(1.0);
+    let clear_m = bench.truth().clearance_m;
+    assert!(clear_m > 0.1, "{clear_m} m, from {before:?}");
+    bench.devices.drive_faults().stick_pivot_encoder(false);
+    bench.stands_for(3.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}
+
 #[test]
 fn a_wheel_that_slips_stops_the_robot_until_a_reset() {
     for slip in [[0.3, 0.0], [0.0, 0.3]] {
@@ -200,7 +217,11 @@ fn a_wheel_that_slips_stops_the_robot_until_a_reset() {
 #[test]
 fn a_hard_stop_begins_at_the_speed_that_the_wheels_have() {
     // So heavy that it follows slowly, which is not to be taken for wheels that do not obey.
-    let mut bench = Bench::standing_with(&["drive.following_error_m=0.5"]);
+    let mut bench = Bench::standing_with(&[
+        "drive.following_error_m=0.1",
+        "tubes.augment_m=0.2",
+        "tubes.by_hand_augment_m=0.2",
+    ]);
     let heavy = Mechanics {
         load: 300.0,
         ..Mechanics::default()

@@ -120,8 +120,8 @@ pub struct Kelo {
     /// Wheel angles (left, right) that the encoders call 0.
     zero_rad: Option<(f64, f64)>,
     frozen: Option<(u64, DriveFeedback)>,
-    /// Where the left and the right wheel's encoder got stuck.
-    stuck_rad: [Option<f64>; 2],
+    /// Where the encoders of the left and the right wheel and of the pivot got stuck.
+    stuck_rad: [Option<f64>; 3],
 }
 
 impl Kelo {
@@ -137,7 +137,7 @@ impl Kelo {
             setpoint_ts_ns: 0,
             zero_rad: Some((0.0, 0.0)),
             frozen: None,
-            stuck_rad: [None; 2],
+            stuck_rad: [None; 3],
         }
     }
 
@@ -147,14 +147,14 @@ impl Kelo {
         self.handle.clone()
     }
 
-    /// What the left and the right wheel's encoder say, those that are stuck included.
-    fn read_encoders(&mut self, feedback: &DriveFeedback, stuck: [bool; 2]) -> [f64; 2] {
-        let mut read_rad = [feedback.left_rad, feedback.right_rad];
-        for wheel in 0..2 {
-            if stuck[wheel] {
-                read_rad[wheel] = *self.stuck_rad[wheel].get_or_insert(read_rad[wheel]);
+    /// What the encoders of the left and the right wheel and of the pivot say, those that are stuck included.
+    fn read_encoders(&mut self, feedback: &DriveFeedback, stuck: [bool; 3]) -> [f64; 3] {
+        let mut read_rad = [feedback.left_rad, feedback.right_rad, feedback.pivot_rad];
+        for ((read_rad, stuck), at_rad) in read_rad.iter_mut().zip(stuck).zip(&mut self.stuck_rad) {
+            if stuck {
+                *read_rad = *at_rad.get_or_insert(*read_rad);
             } else {
-                self.stuck_rad[wheel] = None;
+                *at_rad = None;
             }
         }
         read_rad
@@ -234,10 +234,12 @@ impl Application for Kelo {
             .get_or_insert((feedback.left_rad, feedback.right_rad));
         let ahead_rad = injected.encoders_ahead_rad;
         let zero = (zero.0 - ahead_rad, zero.1 - ahead_rad);
-        let [left_rad, right_rad] = self.read_encoders(&feedback, injected.encoder_stuck);
+        let [left_rad, right_rad, pivot_rad] =
+            self.read_encoders(&feedback, injected.encoder_stuck);
         let feedback = DriveFeedback {
             left_rad,
             right_rad,
+            pivot_rad,
             ..feedback
         };
         let mut inputs = sensors::inputs(&feedback, &command, zero);

@@ -122,6 +122,11 @@ impl DriveHandle {
         self.with(|shared| shared.injected.encoder_stuck[1] = stuck);
     }
 
+    /// The same of the pivot's.
+    pub fn stick_pivot_encoder(&self, stuck: bool) {
+        self.with(|shared| shared.injected.encoder_stuck[2] = stuck);
+    }
+
     /// Ends every injected fault.
     pub fn clear_faults(&self) {
         self.with(|shared| {

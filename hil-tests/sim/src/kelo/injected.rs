@@ -10,6 +10,6 @@ pub(super) struct Injected {
     pub emergency_stop: bool,
     pub sensors_frozen: bool,
     pub encoders_ahead_rad: f64,
-    /// Of the left and of the right wheel.
-    pub encoder_stuck: [bool; 2],
+    /// Of the left and of the right wheel, and of the pivot.
+    pub encoder_stuck: [bool; 3],
 }

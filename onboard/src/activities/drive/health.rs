@@ -11,6 +11,8 @@ const FAULT_NS: u64 = 50 * MILLISECOND_NS;
 const STALL_NS: u64 = 200 * MILLISECOND_NS;
 /// How long a drive may take to power its motors when told to; after that, an emergency stop is assumed.
 const POWER_NS: u64 = 200 * MILLISECOND_NS;
+/// One that has powered them says so in each frame: how long it may say otherwise.
+const UNPOWERED_NS: u64 = 20 * MILLISECOND_NS;
 
 /// What is known of a drive since its bus came up.
 #[derive(Debug)]
@@ -19,6 +21,8 @@ pub(super) struct Health {
     pub(super) told_to_power: bool,
     stamps: StampWatch,
     bad_since_ns: u64,
+    /// It has powered them since it was told to.
+    powered: bool,
     unpowered_since_ns: u64,
 }
 
@@ -28,6 +32,7 @@ impl Default for Health {
             told_to_power: false,
             stamps: StampWatch::new(),
             bad_since_ns: 0,
+            powered: false,
             unpowered_since_ns: 0,
         }
     }
@@ -53,6 +58,8 @@ impl Health {
             return self.judge_power(inputs, now_ns);
         }
         self.unpowered_since_ns = 0;
+        // What a fault of the drive takes from the motors, they have back a while after it.
+        self.powered &= inputs.status1.all(Status::ENABLED_BOTH);
         if self.bad_since_ns == 0 {
             self.bad_since_ns = now_ns;
         }
@@ -79,11 +86,14 @@ impl Health {
     /// An emergency stop cuts the motors' power, and no other status bit shows it: without a latch, its release would set
     /// the robot in motion.
     fn judge_power(&mut self, inputs: &Inputs, now_ns: u64) -> Option<(Fault, f64)> {
-        if !self.told_to_power || inputs.status1.all(Status::ENABLED_BOTH) {
+        let powers = inputs.status1.all(Status::ENABLED_BOTH);
+        self.powered = self.told_to_power && (powers || self.powered);
+        let most_ns = if self.powered { UNPOWERED_NS } else { POWER_NS };
+        if !self.told_to_power || powers {
             self.unpowered_since_ns = 0;
         } else if self.unpowered_since_ns == 0 {
             self.unpowered_since_ns = now_ns;
-        } else if now_ns - self.unpowered_since_ns > POWER_NS {
+        } else if now_ns - self.unpowered_since_ns > most_ns {
             let lasted_ms = (now_ns - self.unpowered_since_ns) / MILLISECOND_NS;
             return Some((Fault::MotorsOff, lasted_ms as f64));
         }

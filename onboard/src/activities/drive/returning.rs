@@ -6,7 +6,7 @@ use drivers::ethercat::Bus;
 use super::activity::Drive;
 use super::health::Health;
 use super::holding::Holding;
-use super::settings::{GONE_NS, RETRY_NS, SWITCHED_ON_NS};
+use super::settings::{GONE_NS, RETRY_NS};
 use super::wheels::Wheels;
 use crate::symbols::faults::Fault;
 
@@ -62,15 +62,19 @@ impl Drive {
     }
 
     /// A drive that was without power, or gone for long, does not go on by itself: somebody may have released an emergency
-    /// stop. One that is switched on together with this computer may take a while; but where this process goes on from another
-    /// one's checkpoint, the drive was on before, and must have stayed so.
+    /// stop. One that is switched on together with this computer may take as long as its file allows; but where this process goes
+    /// on from another one's checkpoint, the drive was on before, and must have stayed so.
     fn judge_return(&mut self, lost_power: bool) {
         let now_ns = self.clock.now_ns();
         let (gone_since_ns, returned_after_ns) = if self.status.bring_ups > 0 {
             (self.answered_ns, GONE_NS)
         } else {
             // A first attempt that was good has not sought it at all.
-            let returned_after_ns = if self.goes_on { 0 } else { SWITCHED_ON_NS };
+            let returned_after_ns = if self.goes_on {
+                0
+            } else {
+                self.settings.awaited_ns
+            };
             (self.sought_ns.unwrap_or(now_ns), returned_after_ns)
         };
         let was_on = self.status.bring_ups > 0 || self.goes_on;

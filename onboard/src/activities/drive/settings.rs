@@ -8,10 +8,8 @@ use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
 /// Pause between two attempts to bring the bus up.
 pub(super) const RETRY_NS: u64 = 500 * MILLISECOND_NS;
 
-/// A drive that was gone for longer, from its last answer until it is up again, waits for an operator,
+/// A drive that was gone for longer, from its last answer until it is up again, waits for an operator.
 pub(super) const GONE_NS: u64 = SECOND_NS;
-/// and so does one that was not there when the program started and takes longer to come.
-pub(super) const SWITCHED_ON_NS: u64 = 30 * SECOND_NS;
 
 /// How long a drive may take to leave OP when the program ends.
 pub(super) const SHUT_DOWN_NS: u64 = 100 * MILLISECOND_NS;
@@ -31,6 +29,8 @@ pub struct Settings {
     pub hold_ns: u64,
     /// Bring-ups in a minute before an operator is needed.
     pub bring_ups_per_minute: usize,
+    /// One that was not there when the program started afresh, and takes longer to come, waits for an operator.
+    pub awaited_ns: u64,
     /// Fastest wheel speed that may ever be sent.
     pub max_wheel_speed_rad_s: f64,
     /// Wheel deceleration of a stop.

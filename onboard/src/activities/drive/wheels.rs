@@ -1,18 +1,21 @@
 //! What the drive's encoders say, in the robot's terms.
 
 use description::wheels::{EncoderAngles, WheelSpeeds};
-use drivers::kelo::{EncoderContradiction, Feedback, WheelEncoder};
+use drivers::kelo::{EncoderContradiction, Feedback, Measured, WheelEncoder};
 
 use crate::symbols::values::Encoders;
 
-/// An encoder whose angle moves otherwise than its speed says, by more than this within a second, is broken.
-const APART_RAD: f64 = 0.5;
+/// An encoder of a wheel whose angle moves otherwise than its speed says, by more than this within a second, is broken,
+const WHEEL_APART_RAD: f64 = 0.5;
+/// and so is the pivot's: by as much the robot would be wrong about where it turns to.
+const PIVOT_APART_RAD: f64 = 0.15;
 
-/// Both wheels' encoders.
+/// The encoders of both wheels, and of the pivot between them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Wheels {
     left: WheelEncoder,
     right: WheelEncoder,
+    pivot: WheelEncoder,
 }
 
 impl Wheels {
@@ -31,6 +34,8 @@ impl Wheels {
             right_rad_s,
             ..
         } = *feedback;
+        // The angle itself is absolute, and is taken as it is.
+        (self.pivot).read(feedback.pivot_rad, feedback.pivot_rad_s, now_ns);
         Encoders {
             angles: EncoderAngles {
                 left_rad: self.left.read(left_rad, left_rad_s, now_ns),
@@ -43,21 +48,23 @@ impl Wheels {
         }
     }
 
-    /// The encoder whose angle and speed are farther apart, when that is too far.
+    /// The encoder whose angle and speed are farthest apart, when that is too far.
     pub(super) fn contradict(&self) -> Option<EncoderContradiction> {
-        let [left, right] = [self.left, self.right].map(|encoder| encoder.apart_rad().abs());
-        let (right, worst) = if left > right {
-            (false, &self.left)
-        } else {
-            (true, &self.right)
-        };
-        let apart_rad = worst.apart_rad();
+        let encoders = [
+            (Measured::Left, &self.left, WHEEL_APART_RAD),
+            (Measured::Right, &self.right, WHEEL_APART_RAD),
+            (Measured::Pivot, &self.pivot, PIVOT_APART_RAD),
+        ];
+        let share = |encoder: &WheelEncoder, most_rad: f64| encoder.apart_rad().abs() / most_rad;
+        let (of, worst, _) = { encoders.into_iter() }
+            .filter(|(_, encoder, most_rad)| share(encoder, *most_rad) > 1.0)
+            .max_by(|one, other| share(one.1, one.2).total_cmp(&share(other.1, other.2)))?;
         let (expected_rad, found_rad) = worst.turned_rad();
-        (apart_rad.abs() > APART_RAD).then_some(EncoderContradiction {
-            right,
+        Some(EncoderContradiction {
+            of,
             expected_rad,
             found_rad,
-            apart_rad,
+            apart_rad: worst.apart_rad(),
         })
     }
 }
@@ -69,15 +76,22 @@ mod tests {
 
     #[test]
     fn the_encoder_that_sticks_is_named_with_what_it_should_have_turned() {
-        for right in [false, true] {
+        for (sticks, most_rad) in [
+            (Measured::Left, 0.5),
+            (Measured::Right, 0.5),
+            (Measured::Pivot, 0.15),
+        ] {
             let mut wheels = Wheels::default();
             let found = (1..=1000_u16).find_map(|cycle| {
-                let turned_rad = 7.0 * f32::from(cycle) * 1e-3;
+                let at_s = f32::from(cycle) * 1e-3;
+                let turned_rad = |of, rad_s: f32| if of == sticks { 0.0 } else { rad_s * at_s };
                 let feedback = Feedback {
-                    left_rad: if right { turned_rad } else { 0.0 },
-                    right_rad: if right { 0.0 } else { turned_rad },
+                    left_rad: turned_rad(Measured::Left, 7.0),
+                    right_rad: turned_rad(Measured::Right, 7.0),
+                    pivot_rad: turned_rad(Measured::Pivot, 2.0),
                     left_rad_s: 7.0,
                     right_rad_s: 7.0,
+                    pivot_rad_s: 2.0,
                     ..Feedback::default()
                 };
                 let now_ns = u64::from(cycle) * MILLISECOND_NS;
@@ -87,9 +101,9 @@ mod tests {
             let found = found.expect("it sticks");
             let apart_rad = found.expected_rad - found.found_rad;
             assert!(
-                found.right == right
+                found.of == sticks
                     && found.found_rad.abs() < 0.01
-                    && (0.5..0.6).contains(&apart_rad),
+                    && (most_rad..most_rad + 0.1).contains(&apart_rad),
                 "{found}"
             );
         }

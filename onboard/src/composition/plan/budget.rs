@@ -18,6 +18,10 @@ use crate::fleet::LEAVE_AGE_NS;
 
 /// A tube that is exactly long enough is.
 const ROUNDING_M: f64 = 1e-9;
+/// What is kept from everything is for what scans and steps leave out; of this part of it wheels may make use that do not obey.
+const WHEELS_SHARE: f64 = 0.5;
+/// Without so many scans a robot that sees nothing drives on, at most.
+const MOST_SCANS: u32 = 5;
 
 /// Something that may hang, and what passes until the wheels brake.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +68,11 @@ pub struct Budget {
     pub planned: Lateness,
     /// What can happen.
     pub cases: Vec<Lateness>,
+    /// How far wheels may move beyond what they were told, `drive.following_error_m`, and what of the room that is kept from
+    /// everything is for that.
+    pub wheels_m: [f64; 2],
+    /// Without scans the robot stops after this time. Each evaluation counts how old its scan is.
+    pub unseen: Duration,
 }
 
 impl Budget {
@@ -131,6 +140,8 @@ impl Budget {
                     &[&adapts, &controls, &watchdog],
                 ),
             ],
+            wheels_m: [drive.following_error_m, WHEELS_SHARE * least_room(plan).1],
+            unseen: Duration::from_millis(u64::from(plan.robot.lidar.scan_timeout_ms)),
         }
     }
 
@@ -170,11 +181,44 @@ impl Budget {
                 ),
             ));
         }
+        let [found_m, most_m] = budget.wheels_m;
+        if found_m > most_m + ROUNDING_M {
+            let expected = format!("at most {most_m:.3}, half of {}", least_room(plan).0);
+            let found = found_m.to_string();
+            errors.push(KeyError::new("drive.following_error_m", found, expected));
+        }
         errors.extend(too_short(plan));
+        errors.extend(unseen_too_long(plan));
         errors.extend(enters_too_late(plan));
         KeyErrors::any(errors)?;
         Ok(budget)
     }
+}
+
+/// The least room that the tubes keep from everything, with its key.
+fn least_room(plan: &Plan) -> (&'static str, f64) {
+    let parameters = &plan.robot.tubes;
+    let (own_m, by_hand_m) = (parameters.augment_m, parameters.by_hand_augment_m);
+    if by_hand_m < own_m {
+        ("tubes.by_hand_augment_m", by_hand_m)
+    } else {
+        ("tubes.augment_m", own_m)
+    }
+}
+
+/// From one scan to the next.
+fn scan_period(plan: &Plan) -> Duration {
+    Duration::from_secs_f64(f64::from(1 + plan.robot.lidar.skip) / URG_04LX_HZ)
+}
+
+/// A robot that sees nothing must not drive on for long.
+fn unseen_too_long(plan: &Plan) -> Option<KeyError> {
+    let found_ms = plan.robot.lidar.scan_timeout_ms;
+    let most = scan_period(plan) * MOST_SCANS;
+    (Duration::from_millis(u64::from(found_ms)) > most).then(|| {
+        let expected = format!("at most {MOST_SCANS} scans, {}", ms(most));
+        KeyError::new("lidar.scan_timeout_ms", found_ms.to_string(), expected)
+    })
 }
 
 /// Timeouts that a thread which keeps its time would run into.
@@ -182,8 +226,7 @@ fn too_short(plan: &Plan) -> Vec<KeyError> {
     let (robot, threads) = (&plan.robot, &plan.robot.threads);
     let pause = |kind| longest_pause(threads, kind);
     let ms = |ms: u32| Duration::from_millis(u64::from(ms));
-    let scan_s = f64::from(1 + robot.lidar.skip) / URG_04LX_HZ;
-    let scans = ("a scan".to_owned(), Duration::from_secs_f64(scan_s));
+    let scans = ("a scan".to_owned(), scan_period(plan));
     let pairs = [
         (
             "control.command_timeout_ms",
@@ -277,6 +320,17 @@ impl fmt::Display for Budget {
             let (way_m, delay_ms) = (case.way_m(self.speed_m_s), case.delay().as_secs_f64() * 1e3);
             write!(f, "\n{:<28} {way_m:.3} {delay_ms:>6}  {case}", case.who)?;
         }
-        Ok(())
+        let unseen_ms = self.unseen.as_secs_f64() * 1e3;
+        write!(
+            f,
+            "\n{:<28}       {unseen_ms:>6}  lidar.scan_timeout_ms; each evaluation counts how old its scan is",
+            "no scan comes"
+        )?;
+        let [found_m, most_m] = self.wheels_m;
+        write!(
+            f,
+            "\n{:<28} {found_m:.3}         drive.following_error_m, of {most_m:.3} that the tubes keep from everything for it",
+            "wheels do not obey"
+        )
     }
 }

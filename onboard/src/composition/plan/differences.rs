@@ -66,6 +66,7 @@ fn fixed_in_drive(ours: &Drive, theirs: &Drive) -> Option<String> {
         setpoint_timeout_ms,
         hold_ms,
         bringups_per_minute,
+        awaited_s,
         following_error_m,
         emergency_bits,
     );

@@ -145,6 +145,7 @@ impl Plan {
             setpoint_timeout_ns: ns_from_ms(drive.setpoint_timeout_ms),
             hold_ns: ns_from_ms(drive.hold_ms),
             bring_ups_per_minute: drive.bringups_per_minute as usize,
+            awaited_ns: (drive.awaited_s * 1e9) as u64,
             max_wheel_speed_rad_s: drive.limits.max_wheel_speed_rad_s,
             stop_deceleration_rad_s2: commanded_stop_m_s2(drive.limits.stop_deceleration_m_s2)
                 / drive.geometry.wheel_radius_m(),

@@ -69,9 +69,18 @@ impl Supervisor {
             return false;
         }
         self.hear(now_ns);
+        if self.panicked.is_raised() {
+            self.keep_stopped(now_ns);
+        }
         let stands = self.end(now_ns);
         self.publish(now_ns);
         stands
+    }
+
+    /// Keeps the robot as stopped: the process after one in which something panicked waits for an operator.
+    pub fn keep_stopped(&mut self, now_ns: u64) {
+        let stopped = Mode::Stopped as u64;
+        self.keeper.keep(&mut self.symbols, stopped, now_ns);
     }
 
     /// Stops the robot; true when it stands, or when it has had its time.

@@ -46,7 +46,7 @@ pub struct Supervisor {
     pub(super) machine: Machine,
     log: LogDrain,
     pub(super) reload: Reload,
-    keeper: Keeper,
+    pub(super) keeper: Keeper,
     pub(super) sent: Option<Sent>,
     pub(super) resets: Waiting,
     pub(super) placings: Waiting,
@@ -254,7 +254,13 @@ impl Supervisor {
                 self.limit_speed(1000);
             }
             Some((thread, Load::Degraded)) => {
-                tracing::warn!("thread {thread} overruns: driving at half speed");
+                let stands = self.stopped_by().next().is_some();
+                let drives = if stands {
+                    "the robot stands"
+                } else {
+                    "driving at half speed"
+                };
+                tracing::warn!("thread {thread} overruns: {drives}");
                 self.limit_speed(500);
             }
             Some((thread, load @ (Load::Overloaded | Load::Hung))) => {

@@ -109,6 +109,8 @@ pub enum ScriptedKind {
     Stop,
     /// An operator resets the robot, and again at the end, though nobody asked him to; not one that was stopped on purpose.
     Reset,
+    /// An operator says where the robot is and how far the floor behind it is free, and again at the end, though nobody asked him to.
+    Place,
     /// An operator lowers the robot's top speed by this share in its file and has that read again, and puts it back at the end.
     Reload,
     /// Somebody drives the robot by hand, and sends it on at the end.
@@ -137,7 +139,7 @@ pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// A fleet is expected to come through any of them. They are drawn at random, as the next ones are.
-    pub const DRAWN: [Self; 35] = [
+    pub const DRAWN: [Self; 36] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -173,6 +175,7 @@ impl ScriptedKind {
         Self::Load,
         Self::FreezeScans,
         Self::Reload,
+        Self::Place,
     ];
 
     /// Those that a fleet comes through besides, but slowly: on each of them but a full disk the robot stops and needs its operator.
@@ -256,6 +259,7 @@ impl ScriptedKind {
             | Self::Pause
             | Self::Stop
             | Self::Reset
+            | Self::Place
             | Self::Teleop => keys(Some(true), false, false),
             Self::LoseFrames
             | Self::RefuseFrames

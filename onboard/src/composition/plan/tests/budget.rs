@@ -44,6 +44,25 @@ fn more_lateness_than_the_tubes_plan_for() {
 }
 
 #[test]
+fn wheels_that_may_disobey_farther_and_scans_that_may_be_missed_longer_than_anybody_plans_for() {
+    for (set, key, expected) in [
+        (
+            "drive.following_error_m=0.04",
+            "drive.following_error_m",
+            "at most 0.030, half of tubes.by_hand_augment_m",
+        ),
+        (
+            "lidar.scan_timeout_ms=600",
+            "lidar.scan_timeout_ms",
+            "at most 5 scans, 500 ms",
+        ),
+    ] {
+        let problems = fails_with(&[set]);
+        assert_eq!(problems, [(key.to_owned(), expected.to_owned())]);
+    }
+}
+
+#[test]
 fn a_robot_that_would_enter_an_area_long_after_its_lease() {
     let slow = robot("amr-1", &["navigation.deceleration_m_s2=0.1"]);
     let managed = SITE.replace("\nmanaged = false\n", "\nmanaged = true\n");
