@@ -127,6 +127,8 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
         robot.supervisor.keep_stopped(now_ns());
     }
     robot.end();
+    // One that panicked while the robot ended already.
+    robot.supervisor.log_panic();
     drop(awake);
     drop(watchdogs);
     drop(server);

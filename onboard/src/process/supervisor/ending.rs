@@ -71,10 +71,18 @@ impl Supervisor {
         self.hear(now_ns);
         if self.panicked.is_raised() {
             self.keep_stopped(now_ns);
+            self.log_panic();
         }
         let stands = self.end(now_ns);
         self.publish(now_ns);
         stands
+    }
+
+    /// Logs what a real-time thread that panicked had no time to say.
+    pub fn log_panic(&self) {
+        if let Some(words) = self.panicked.take_words() {
+            tracing::error!("{words}");
+        }
     }
 
     /// Keeps the robot as stopped: the process after one in which something panicked waits for an operator.
