@@ -35,6 +35,7 @@ kinds! {
     CollisionRunInto = "collision-run-into", "Something ran into a robot that stood.";
     Clearance = "clearance", "The robot came too near to something.";
     EntryWithoutGrant = "entry-without-grant", "The robot was in an area without a grant.";
+    Lease = "lease", "The robot entered an area long after it had heard the mediator last.";
     OverCapacity = "over-capacity", "More robots were in an area than it holds.";
     TwoOwners = "two-owners", "More robots had an area at once than it holds.";
     FenceNotGrown = "fence-not-grown", "A grant of an area had no larger fence than an earlier one.";

@@ -1,5 +1,6 @@
 //! Who is in which area by truth, against the grants that an independent listener heard.
 
+use contract::timing::{ENTERS_WITHIN_NS, LEASE_NS};
 use description::geometry::Rect;
 use sim::world::{Pose, Rectangle, Truth};
 
@@ -94,6 +95,9 @@ impl Areas {
             presence.excused |= before.is_none() && presence.inside;
             if presence.inside && !was_inside && before.is_some() {
                 presence.entered_ns = Some(truth.time_ns);
+                if let Some(detail) = without_lease(&robot.id, &area.id, look) {
+                    violations.report(ViolationKind::Lease, &robot.name, truth.time_ns, detail);
+                }
             }
             if let Some(entered_ns) = presence.entered_ns
                 && truth.time_ns >= entered_ns + HEARING_NS
@@ -158,6 +162,18 @@ impl Areas {
             }
         }
     }
+}
+
+/// What is wrong with an entry now: the robot heard the mediator so long ago that another one may have been let in.
+fn without_lease(robot: &str, area: &str, look: &Look<'_>) -> Option<String> {
+    let from_ns = look.observations.lease_from_ns(robot)?;
+    let age_ns = look.truth.time_ns.saturating_sub(from_ns);
+    (age_ns > LEASE_NS + ENTERS_WITHIN_NS + HEARING_NS).then(|| {
+        format!(
+            "entered area {area} {:.2} s after it sent the last report that the mediator answered",
+            age_ns as f64 / 1e9
+        )
+    })
 }
 
 /// What is wrong with an entry at this time: the net in control of the robot has not ordered it into the area.

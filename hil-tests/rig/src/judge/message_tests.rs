@@ -57,6 +57,42 @@ fn fences_that_do_not_grow_are_found_when_it_is_not_only_the_order_of_hearing() 
     assert_eq!(found(&scenario, &b(4, 1400)), []);
 }
 
+#[test]
+fn who_enters_long_after_it_has_heard_the_mediator_is_found() {
+    let scenario = overtaking();
+    let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
+    let outside = |at_ms| truth(at_ms, 9.0, 0.0);
+    let inside = |at_ms| truth(at_ms, 3.0, -0.4);
+    grant(&mut observations, "amr-1", "1", 2, 100);
+    observe(&mut judge, 0, &outside(100), &observations);
+    // Without word of what arrives, as on a real network, it is not judged.
+    observe(&mut judge, 0, &inside(60_000), &observations);
+    observe(&mut judge, 0, &outside(60_100), &observations);
+    let report = RobotReport {
+        robot_id: "amr-1".into(),
+        boot_epoch: 7,
+        sequence: 1,
+        ..RobotReport::default()
+    };
+    let echo = MediatorReport {
+        robot_id: "amr-1".into(),
+        boot_epoch: 7,
+        robot_sequence: 1,
+        ..MediatorReport::default()
+    };
+    observations.report(&report, 61_000 * MS);
+    observations.delivered(&echo);
+    for (at_ms, found) in [(65_900, 0), (66_100, 1)] {
+        observe(&mut judge, 0, &inside(at_ms), &observations);
+        let leases = kinds(&judge)
+            .iter()
+            .filter(|kind| **kind == "lease")
+            .count();
+        assert_eq!(leases, found, "{:?}", judge.violations());
+        observe(&mut judge, 0, &outside(at_ms + 20), &observations);
+    }
+}
+
 /// The mediator's word that this coordination commands the robot, `progress` flags far: taken, then sent into area 1.
 fn command(observations: &mut Observations, robot: &str, number: u64, progress: u32, at_ms: u64) {
     let flag = |by_mediator: bool, area: Option<&str>| ControlFlag {

@@ -292,7 +292,13 @@ impl<'a> Stepped<'a> {
             let mediator = match message.kind {
                 MessageKind::Report => &mut self.mediator,
                 MessageKind::SecondReport => &mut self.second_mediator,
-                MessageKind::State | MessageKind::Answer => continue,
+                MessageKind::Answer => {
+                    if let Ok(answer) = decode::<MediatorReport>(&message.bytes) {
+                        self.observations.delivered(&answer);
+                    }
+                    continue;
+                }
+                MessageKind::State => continue,
             };
             if let Some(mediator) = mediator {
                 // The loader has checked both names.

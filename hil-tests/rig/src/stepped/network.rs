@@ -136,23 +136,36 @@ impl Network {
         std::mem::take(&mut lock(&self.lines).sent)
     }
 
-    /// The next message that has arrived. Answers have been put into the inboxes of all who use their robot's key.
+    /// The next message that has arrived. Answers have been put into the inboxes of all who use their robot's key, if the sessions of
+    /// any are not dead; else they are passed over.
     pub(super) fn arrived(&mut self, now_ns: u64) -> Option<Message> {
+        loop {
+            let message = self.next_arrived(now_ns)?;
+            if message.kind != MessageKind::Answer || self.put(&message) {
+                return Some(message);
+            }
+        }
+    }
+
+    fn next_arrived(&mut self, now_ns: u64) -> Option<Message> {
         let next = self.under_way.first_entry()?;
         if next.key().0 > now_ns {
             return None;
         }
-        let message = next.remove();
-        if message.kind == MessageKind::Answer {
-            let robot = message.robot;
-            let lines = lock(&self.lines);
-            for (&(_, session), inbox) in lines.inboxes.range((robot, 0)..=(robot, u64::MAX)) {
-                if !lines.is_dead(robot, session) {
-                    inbox.put(message.bytes.clone());
-                }
+        Some(next.remove())
+    }
+
+    /// Puts an answer into the inboxes for it; whether there are any.
+    fn put(&self, message: &Message) -> bool {
+        let (robot, mut heard) = (message.robot, false);
+        let lines = lock(&self.lines);
+        for (&(_, session), inbox) in lines.inboxes.range((robot, 0)..=(robot, u64::MAX)) {
+            if !lines.is_dead(robot, session) {
+                inbox.put(message.bytes.clone());
+                heard = true;
             }
         }
-        Some(message)
+        heard
     }
 }
 

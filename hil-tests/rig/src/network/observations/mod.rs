@@ -8,6 +8,7 @@
 mod access;
 mod control;
 mod latency;
+mod leases;
 mod registrations;
 
 use std::collections::BTreeMap;
@@ -17,6 +18,7 @@ use contract::wire::{MediatorReport, RobotReport, RobotState};
 
 use access::Accesses;
 use control::Controls;
+use leases::Leases;
 use registrations::{Order, Registrations, Source};
 
 pub use access::{Owning, Waiting};
@@ -67,6 +69,7 @@ pub struct Observations {
     accesses: Accesses,
     controls: Controls,
     latencies: Latencies,
+    leases: Leases,
     malformed: Option<Malformed>,
 }
 
@@ -84,6 +87,7 @@ impl Observations {
             accesses: Accesses::new(capacities),
             controls: Controls::default(),
             latencies: Latencies::new(governed(nets)),
+            leases: Leases::default(),
             malformed: None,
         }
     }
@@ -118,6 +122,7 @@ impl Observations {
     /// What a robot told the mediator.
     pub fn report(&mut self, report: &RobotReport, at_ns: u64) {
         let robot = &report.robot_id;
+        (self.leases).sent(robot, report.boot_epoch, report.sequence, at_ns);
         if report.session == 0 {
             // Before its session a restarted robot does not know its earlier levels.
             return;
@@ -190,6 +195,18 @@ impl Observations {
         if self.registrations.hear(source) {
             self.controls.free_all(at_ns);
         }
+    }
+
+    /// An answer that was heard when it left has reached its robot.
+    pub fn delivered(&mut self, answer: &MediatorReport) {
+        let (robot, boot) = (&answer.robot_id, answer.boot_epoch);
+        self.leases.echoed(robot, boot, answer.robot_sequence);
+    }
+
+    /// From when on the robot's lease runs; none: not known.
+    #[must_use]
+    pub fn lease_from_ns(&self, robot: &str) -> Option<u64> {
+        self.leases.from_ns(robot)
     }
 
     /// A message that could not be decoded.
