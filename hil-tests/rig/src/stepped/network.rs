@@ -212,3 +212,126 @@ impl Drop for Line {
 fn lock(lines: &Mutex<Lines>) -> MutexGuard<'_, Lines> {
     lines.lock().unwrap_or_else(PoisonError::into_inner)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+    const GOOD: Weather = Weather {
+        lost: 0.0,
+        repeated: 0.0,
+        delay_ns: 0.0,
+    };
+
+    fn report(number: u64) -> Message {
+        Message {
+            robot: 0,
+            kind: MessageKind::Report,
+            bytes: number.to_le_bytes().to_vec(),
+        }
+    }
+
+    /// Numbers of the reports that arrive, and how long each took, one being sent each millisecond in the weather of its number.
+    fn arrived(seed: u64, count: u64, weather: impl Fn(u64) -> Weather) -> Vec<(u64, u64)> {
+        let mut network = Network::new(seed);
+        let mut arrived = Vec::new();
+        for step in 0..count * 10 + 100_000 {
+            // Ten steps for each millisecond, so that what takes less is told apart.
+            let now_ns = step * MS / 10;
+            if step % 10 == 0 && step / 10 < count {
+                network.send(report(step / 10), weather(step / 10), now_ns);
+            }
+            while let Some(message) = network.arrived(now_ns) {
+                let number = message.bytes.try_into().map(u64::from_le_bytes);
+                let number = number.expect("eight bytes");
+                arrived.push((number, now_ns - number * MS));
+            }
+        }
+        arrived
+    }
+
+    #[test]
+    fn in_good_weather_each_message_arrives_once_and_soon() {
+        let all = arrived(1, 2000, |_| GOOD);
+        let numbers: Vec<u64> = all.iter().map(|(number, _)| *number).collect();
+        assert_eq!(numbers, (0..2000).collect::<Vec<_>>());
+        let took = |most: bool| {
+            all.iter()
+                .map(|(_, ns)| *ns)
+                .reduce(if most { u64::max } else { u64::min })
+        };
+        assert_eq!(
+            (took(false), took(true)),
+            (Some(2 * MS / 10), Some(9 * MS / 10))
+        );
+        assert_eq!(all, arrived(1, 2000, |_| GOOD));
+        assert_ne!(all, arrived(2, 2000, |_| GOOD));
+    }
+
+    #[test]
+    fn messages_get_lost_repeated_and_late_as_often_as_the_weather_says() {
+        let lost = arrived(1, 2000, |_| Weather { lost: 0.3, ..GOOD });
+        assert!((1300..1500).contains(&lost.len()), "{}", lost.len());
+        assert!(arrived(1, 2000, |_| Weather { lost: 1.0, ..GOOD }).is_empty());
+        let twice = arrived(1, 2000, |_| Weather {
+            repeated: 0.3,
+            ..GOOD
+        });
+        assert!((2500..2700).contains(&twice.len()), "{}", twice.len());
+        let late = arrived(1, 2000, |_| Weather {
+            delay_ns: 50.0 * MS as f64,
+            ..GOOD
+        });
+        assert_eq!(late.len(), 2000);
+        let overtakes = late.windows(2).filter(|pair| pair[1].0 < pair[0].0).count();
+        assert!(overtakes > 500, "{overtakes}");
+        let slowest = late.iter().map(|(_, ns)| *ns).max();
+        assert!(
+            slowest.is_some_and(|ns| (45 * MS..=51 * MS).contains(&ns)),
+            "{slowest:?}"
+        );
+    }
+
+    #[test]
+    fn what_happened_to_some_messages_changes_nothing_for_later_ones() {
+        let storm = |number: u64| Weather {
+            lost: if number < 500 { 0.5 } else { 0.0 },
+            ..GOOD
+        };
+        let after = arrived(3, 1000, storm);
+        let calm = arrived(3, 1000, |_| GOOD);
+        let later = |all: &[(u64, u64)]| {
+            all.iter()
+                .copied()
+                .filter(|own| own.0 >= 500)
+                .collect::<Vec<_>>()
+        };
+        assert!(after.len() < 900);
+        assert_eq!(later(&after), later(&calm));
+    }
+
+    #[test]
+    fn a_dead_link_carries_nothing_until_the_robot_opens_another_one() {
+        let mut network = Network::new(1);
+        let open = |network: &Network, robot| network.session_of(robot)(None).expect("a line");
+        let (own, other) = (open(&network, 0), open(&network, 1));
+        network.kill_sessions(0);
+        for line in [&own, &other] {
+            line.send_report(vec![1]).expect("sent");
+        }
+        let sent: Vec<usize> = network.take_sent().iter().map(|own| own.robot).collect();
+        assert_eq!(sent, [1]);
+        drop(own);
+        open(&network, 0).send_state(vec![2]).expect("sent");
+        let sent = network.take_sent();
+        assert_eq!((sent.len(), sent[0].kind), (1, MessageKind::State));
+        // Nobody hears what is said to a robot without an inbox.
+        let answer = Message {
+            kind: MessageKind::Answer,
+            ..report(0)
+        };
+        network.send(answer, GOOD, 0);
+        assert_eq!(network.arrived(10 * MS), None);
+    }
+}
