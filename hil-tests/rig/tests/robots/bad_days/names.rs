@@ -37,6 +37,8 @@ fn a_robot_whose_fleet_port_is_taken_drives_and_a_second_one_of_its_name_is_refu
 fn it_waits_for_devices_that_come_late() {
     once_more_if_late(|| {
         let mut bench = Bench::new();
+        // Else whoever released an emergency stop could have it drive off.
+        bench.more.push("drive.awaited_s=30.0".to_owned());
         bench.devices.lidar_faults.unplug();
         bench.devices.bus_faults.disappear(0);
         bench.start();
