@@ -7,7 +7,8 @@ use onboard::symbols::faults::{Fault, FaultTable};
 use sim::world::{Truth, TruthRecord, World};
 
 use super::clock::START_NS;
-use super::fleet::{Leave, Member, Stepped};
+use super::fleet::{Leave, Stepped};
+use super::member::Member;
 use super::robot::SteppedRobot;
 use crate::belief::Belief;
 use crate::network::mediator_status::Told;

@@ -16,6 +16,7 @@ use super::disk::Disk;
 use super::driving_out::DrivingOut;
 use super::faults::Schedule;
 use super::mediator::SteppedMediator;
+use super::member::Member;
 use super::network::{Message, MessageKind, Network};
 use super::plans::Plans;
 use super::reloading::Reloading;
@@ -84,41 +85,6 @@ pub(super) enum Leave {
     Withheld,
     /// The rig, and robots do not listen.
     Ignored,
-}
-
-pub(super) struct Member {
-    pub(super) id: String,
-    pub(super) devices: Devices,
-    pub(super) starts_ns: u64,
-    /// None before it starts, and while it is killed.
-    pub(super) robot: Option<SteppedRobot>,
-    /// It was started once.
-    pub(super) has_run: bool,
-    /// It was carried away for good.
-    pub(super) gone: bool,
-    /// A fault of the scenario has its process panic, or the judge knows that it panicked by itself.
-    pub(super) panics: bool,
-    /// How far its computer's clock was ahead when its process was killed.
-    pub(super) ahead_ns: f64,
-    /// What its processes leave for the next.
-    pub(super) checkpoints: Checkpoints,
-    /// State of its machine when its process was killed, as people remember it.
-    pub(super) was_in: Option<String>,
-    /// The operator who resets it.
-    pub(super) caretaker: Caretaker,
-    /// The operator who drives it by hand.
-    pub(super) driving_out: DrivingOut,
-    /// The operator who sends it on.
-    pub(super) sending_on: SendingOn,
-    /// The operator who changes its file, and has it read again.
-    pub(super) reloading: Reloading,
-    pub(super) faults: FaultTable,
-    /// How often its processes that have ended raised each fault, in the order of [`Fault::ALL`].
-    pub(super) raised_before: Vec<u64>,
-    /// What its symbols said when it was stopped.
-    pub(super) symbols: Json,
-    /// The areas that the rig has given it leave for.
-    pub(super) allowed: Vec<bool>,
 }
 
 impl<'a> Stepped<'a> {

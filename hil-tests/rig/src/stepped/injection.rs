@@ -8,8 +8,9 @@ use sim::world::{Obstacle, Pose, Shape};
 
 use super::disk::Disk;
 use super::faults::Change;
-use super::fleet::{Member, Stepped};
+use super::fleet::Stepped;
 use super::mediator::SteppedMediator;
+use super::member::Member;
 use super::robot::SteppedRobot;
 use crate::scenario::ScriptedKind;
 use crate::stand_ins::caretaker::{Blame, Care, where_it_is, words};

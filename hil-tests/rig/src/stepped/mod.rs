@@ -41,6 +41,7 @@ mod late;
 mod leave;
 mod lidar;
 mod mediator;
+mod member;
 mod network;
 mod panics;
 mod plans;

@@ -7,8 +7,9 @@ use onboard::symbols::faults::Fault;
 use super::clock::START_NS;
 use super::clones::{ClonedRobot, store};
 use super::disk::Disk;
-use super::fleet::{Member, Stepped};
+use super::fleet::Stepped;
 use super::mediator::SteppedMediator;
+use super::member::Member;
 use crate::scenario::ScriptedKind;
 
 impl Stepped<'_> {
