@@ -15,7 +15,9 @@ use skills::map::SemanticMap;
 use skills::perception::corridor::CorridorTracker;
 use skills::perception::line::LineFitter;
 use skills::scan::{AlignedScan, ScanGeometry};
-use skills::tubes::{KnownRanges, MotionTubes, StopRules, Surroundings, TubeId, TubeSet};
+use skills::tubes::{
+    BruteForce, KnownRanges, MotionTubes, StopRules, Surroundings, TubeId, TubeSet,
+};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -111,28 +113,6 @@ impl Scene {
     }
 }
 
-/// Every tube as a limit per beam.
-fn limits(set: &TubeSet) -> Vec<Vec<f32>> {
-    let beams = set.geometry().beams;
-    set.ids()
-        .map(|id| {
-            let mut limits_m = vec![0.0; beams];
-            for (beam, range_m) in set.compared(id) {
-                limits_m[beam] = range_m;
-            }
-            limits_m
-        })
-        .collect()
-}
-
-fn all_above(ranges_m: &[f32], limits_m: &[f32]) -> bool {
-    // No early way out, so that the compiler compares many at once.
-    ranges_m
-        .iter()
-        .zip(limits_m)
-        .fold(true, |all, (range_m, limit_m)| all & (range_m > limit_m))
-}
-
 /// One set of tubes: generation, reaction to a scan, evaluation beside brute force.
 fn measure(name: &str, parameters: &Tubes) -> Result<(), Box<dyn std::error::Error>> {
     let geometry = ScanGeometry::urg_04lx(Pose2::new(0.28, 0.0, 0.0), 4.0);
@@ -191,13 +171,11 @@ fn measure(name: &str, parameters: &Tubes) -> Result<(), Box<dyn std::error::Err
     evaluate(&usable).show_tubes(&what, usable.len());
     let what = format!("  of these the {} free, of {:.0}", free.len(), mean(&free));
     evaluate(&free).show_tubes(&what, free.len());
-    let limits = limits(&set);
-    let ranges_m = &known.as_array()[..geometry.beams];
+    let all = BruteForce::of(&set);
     let brute = times(2_000, || {
         timed(|| {
             for &id in &usable {
-                let limits_m = &limits[id.0 as usize];
-                black_box(all_above(black_box(ranges_m), limits_m));
+                black_box(all.is_free(id, black_box(&known)));
             }
         })
     });

@@ -357,6 +357,13 @@ const COMMANDS: &[(&str, Run)] = &[
     ),
     ("cargo run --example tube_timing", Here),
     (
+        "cargo run --release --bin rig -- bench",
+        ByTest {
+            file: "hil-tests/rig/tests/robots/bench.rs",
+            naming: "\"bench\"",
+        },
+    ),
+    (
         "cargo test --test it localisation::timing -- --ignored --nocapture",
         Here,
     ),

@@ -12,7 +12,7 @@ use onboard::cli::Failure;
 use crate::campaign::faults::Times;
 use crate::commands::{self, Many, Request};
 use crate::scenario::{Changes, LONGEST_DRIVEN_H};
-use crate::{devices, map};
+use crate::{bench, devices, map};
 
 /// The campaign of single faults,
 const FAULTS: &str = "faults";
@@ -52,6 +52,8 @@ enum Command {
     Clutter(TrialArgs),
     /// Draw a site file: walls, lanes, areas, zones, starts
     Map(MapArgs),
+    /// How fast and how punctual the parts of a robot are on this machine, each beside a rival
+    Bench(bench::options::Options),
     /// Run the devices of one robot alone until Ctrl-C
     Devices(devices::Setup),
 }
@@ -316,12 +318,8 @@ impl AgreementArgs {
             seed: 1,
             many: Many {
                 stepped: true,
-                faults: false,
-                without_faults: false,
-                fault: Vec::new(),
-                fresh: false,
                 runs: 1,
-                jobs: None,
+                ..Many::default()
             },
             headless: true,
             out: self.real,
@@ -357,6 +355,7 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Course(own) => commands::scenario(&own.request("course")),
         Command::Clutter(own) => commands::scenario(&own.request("clutter")),
         Command::Map(own) => map::map(&own.site, own.out),
+        Command::Bench(own) => bench::command::bench(&own),
         Command::Devices(own) => devices::devices(&own),
     };
     match result {

@@ -51,7 +51,7 @@ pub struct Request {
 }
 
 /// Many runs, and the simulated clock.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 pub struct Many {
     /// Run on a simulated clock, without threads and devices
     #[arg(long)]

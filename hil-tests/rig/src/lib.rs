@@ -27,15 +27,17 @@
 //! The modules, from the lowest level to the highest:
 //!
 //! - [`shapes`], [`lanes`], [`testbed`]: a world and the devices of its robots, built from the users' own files;
+//!   [`interfaces`]: a fieldbus without wires;
 //! - [`process`]: robots and the mediator as child processes: this program, started with a hidden subcommand;
 //! - [`network`]: what robots and mediator say, heard as any third party could; [`belief`]: what a robot believes;
 //! - [`stand_ins`]: the rig in the place of people and of the mediator;
 //! - [`goals`], [`judge`], [`violation`], [`figures`]: how far robots are, what went wrong, what was measured;
 //!   [`percentile`]: one rule for medians and percentiles;
 //! - [`run`], [`stepped`], [`campaign`]: one run, the two ways to run it, and many runs;
-//! - [`commands`], [`map`](mod@map), [`devices`], [`cli`]: what the program does.
+//! - [`commands`], [`map`](mod@map), [`devices`], [`bench`](mod@bench), [`cli`]: what the program does.
 
 pub mod belief;
+pub mod bench;
 pub mod campaign;
 pub mod cli;
 pub mod commands;
@@ -43,6 +45,7 @@ pub mod devices;
 pub mod figures;
 pub mod folder;
 pub mod goals;
+pub mod interfaces;
 pub mod judge;
 pub mod lanes;
 pub mod machine;

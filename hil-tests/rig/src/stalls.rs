@@ -4,6 +4,7 @@
 
 use std::fmt;
 use std::fs;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -15,7 +16,7 @@ use sim::rt::{monotonic_ns, promote};
 
 const PERIOD_NS: u64 = 1_000_000;
 /// What is overslept by more is a stall.
-const STALL_NS: u64 = 5_000_000;
+pub(crate) const STALL_NS: u64 = 5_000_000;
 /// A stall this long costs a robot what it judges itself by: frames, setpoints, scans.
 const SPOILS_MS: f64 = 15.0;
 /// Above every thread of robots and devices.
@@ -120,6 +121,15 @@ impl StallWatch {
             longest_ms: longest_ns.unwrap_or(0) as f64 / 1e6,
             steal_ms: 0.0,
         }
+    }
+
+    /// From when to when it stalled, each, for stalls that ended at or after a time.
+    #[must_use]
+    pub fn spans_since(&self, start_ns: u64) -> Vec<Range<u64>> {
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
+        of.map(|&(end_ns, length_ns)| end_ns - length_ns..end_ns)
+            .collect()
     }
 
     /// Whether the machine stalled at any time from one to another.
@@ -231,6 +241,8 @@ mod tests {
         let watch = StallWatch::start().expect("threads");
         // Long ago, so that those of this test's own do not count.
         *watch.seen.lock().expect("not poisoned") = vec![(100, 20)];
+        assert_eq!(watch.spans_since(100).first(), Some(&(80..100)));
+        assert_ne!(watch.spans_since(101).first(), Some(&(80..100)));
         for (from_ns, to_ns, expected) in [(0, 79, false), (0, 80, true), (90, 95, true)] {
             assert_eq!(
                 watch.stalled(from_ns, to_ns),

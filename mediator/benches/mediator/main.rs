@@ -1,16 +1,15 @@
-//! `cargo bench -p mediator [steps] [load] [sessions] [latency]`: what the mediator can do.
+//! `cargo bench -p mediator [steps] [load] [sessions]`: what the mediator can do.
 //!
 //! * `steps`: the manager alone, from the bytes of a report to the bytes of the answers, with the journal in memory and on
 //!   disk;
 //! * `load`: the real program over zenoh on the loopback, at ten thousand reports a second;
 //! * `sessions`: the real program with a thousand robots on a session each, on a floor with fifty nets; for comparison with a
-//!   hundred, and with a certificate each;
-//! * `latency`: the real program with few robots: from a request to the grant of a free area, and from a robot's flag to the
-//!   mediator's command that its net has been waiting to give.
+//!   hundred, and with a certificate each.
+//!
+//! How soon it answers few robots with nothing in its way is measured by `rig bench --only mediator`.
 
 mod figures;
 mod floor;
-mod latency;
 mod load;
 #[path = "../../tests/it/program/mod.rs"]
 mod program;
@@ -27,11 +26,10 @@ fn main() {
         .skip(1)
         .filter(|argument| !argument.starts_with('-'))
         .collect();
-    let parts: [(&str, fn()); 4] = [
+    let parts: [(&str, fn()); 3] = [
         ("steps", steps::run),
         ("load", load::run),
         ("sessions", sessions::run),
-        ("latency", latency::run),
     ];
     println!("{}", figures::machine());
     for (name, run) in parts {

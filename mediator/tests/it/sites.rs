@@ -9,8 +9,9 @@ use description::site::FsmTransition;
 use mediator::nets::{Plan, plans};
 use mediator::setup::Setup;
 
+use crate::program::Site;
+use crate::program::site::OVERTAKING;
 use crate::program::site::{idle_coordination, idle_net, shipped_net};
-use crate::program::{OVERTAKING, Site};
 
 const ROBOTS: &str = r#"
 [robots.slow]

@@ -45,6 +45,7 @@ pub use adapt::stop_rules::StopRules;
 pub use error::{Refusal, TubeError};
 pub use memory::checkpoint::FloorCheckpoint;
 pub use memory::known::KnownRanges;
+pub use set::brute_force::BruteForce;
 pub use set::report::TubeReport;
 pub use set::tube_set::{Surroundings, TubeId, TubeSet};
 

@@ -166,8 +166,8 @@ impl Areas {
 
 /// What is wrong with an entry now: the robot heard the mediator so long ago that another one may have been let in.
 fn without_lease(robot: &str, area: &str, look: &Look<'_>) -> Option<String> {
-    let from_ns = look.observations.lease_from_ns(robot)?;
-    let age_ns = look.truth.time_ns.saturating_sub(from_ns);
+    let began_ns = look.observations.lease_began_ns(robot)?;
+    let age_ns = look.truth.time_ns.saturating_sub(began_ns);
     (age_ns > LEASE_NS + ENTERS_WITHIN_NS + HEARING_NS).then(|| {
         format!(
             "entered area {area} {:.2} s after it sent the last report that the mediator answered",

@@ -44,7 +44,7 @@ impl Usage {
             self.largest_rss_kib = self.largest_rss_kib.max(rss_kib);
         }
         if let Some(ticks) = processor_ticks(&read("stat")) {
-            self.cpu_s = ticks as f64 / rustix::param::clock_ticks_per_second() as f64;
+            self.cpu_s = seconds(ticks);
             self.elapsed_s = self.began.elapsed().as_secs_f64();
         }
     }
@@ -71,6 +71,17 @@ impl Usage {
 pub fn resident_mib(pid: u32) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
     Some(resident_kib(&status)? as f64 / 1024.0)
+}
+
+/// Processor time that a process has had by now, seconds.
+#[must_use]
+pub fn processor_s(pid: u32) -> Option<f64> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    Some(seconds(processor_ticks(&stat)?))
+}
+
+fn seconds(ticks: u64) -> f64 {
+    ticks as f64 / rustix::param::clock_ticks_per_second() as f64
 }
 
 fn resident_kib(status: &str) -> Option<u64> {
@@ -104,5 +115,6 @@ mod tests {
         usage.look();
         assert!(usage.largest_rss_mib() > 0.1);
         assert!(resident_mib(std::process::id()).is_some_and(|now_mib| now_mib > 0.1));
+        assert!(processor_s(std::process::id()).is_some_and(|now_s| now_s >= 0.0));
     }
 }

@@ -75,6 +75,12 @@ impl Member {
         }
     }
 
+    /// The number of its process, once it was started.
+    #[must_use]
+    pub fn process_id(&self) -> Option<u32> {
+        self.process.as_ref().map(RobotProcess::id)
+    }
+
     /// What it shows of itself; none before it runs.
     pub(super) fn insight(&mut self, place: &Namespace) -> Option<&mut Insight> {
         if self.insight.is_none() {

@@ -37,7 +37,7 @@ use super::late::Late;
 use super::leave::Leave;
 use super::panics::Ends;
 use super::requests::Requests;
-use super::running::Running;
+use super::running::{Running, phase_ns};
 use super::start::{Fleet, Start};
 use super::thread::{Step, ThreadClock};
 use crate::belief::Insight;
@@ -389,13 +389,4 @@ impl SteppedRobot {
     pub fn replies(&self) -> Vec<(&'static str, Reply)> {
         self.requests.replies()
     }
-}
-
-/// How long after the robot a thread starts: less than a period, in whole steps.
-fn phase_ns(trigger: &Trigger, random: &mut Random) -> u64 {
-    let Trigger::Period(period_ns) = trigger else {
-        return 0;
-    };
-    let slots = (period_ns / STEP_NS).max(1);
-    (random.unit() * slots as f64) as u64 * STEP_NS
 }

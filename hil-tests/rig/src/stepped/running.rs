@@ -13,6 +13,7 @@ use onboard::symbols::values::ThreadReport;
 use sim::world::Random;
 
 use super::asynchronous::Asynchronous;
+use super::clock::STEP_NS;
 use super::faults::Lateness;
 use super::late::{Late, late_ns};
 use super::panics::Panicking;
@@ -81,4 +82,13 @@ impl Running {
             What::Asynchronous(_) => {}
         }
     }
+}
+
+/// How long after the robot a thread starts: less than a period, in whole steps.
+pub(super) fn phase_ns(trigger: &Trigger, random: &mut Random) -> u64 {
+    let Trigger::Period(period_ns) = trigger else {
+        return 0;
+    };
+    let slots = (period_ns / STEP_NS).max(1);
+    (random.unit() * slots as f64) as u64 * STEP_NS
 }

@@ -4,9 +4,10 @@
 //! Where these are missing it is skipped, and says so.
 
 use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use rig::interfaces::{Pair, said};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::late::once_more_if_late;
@@ -20,14 +21,14 @@ fn soem_turns_a_wheel_of_the_simulated_robot() {
     once_more_if_late(|| {
         let _turn = Turn::of_robots(1);
         let python = std::env::var("RIG_PYTHON").unwrap_or_else(|_| "python3".to_owned());
-        let import = run(Command::new(&python).args(["-c", "import pysoem"]));
+        let import = said(Command::new(&python).args(["-c", "import pysoem"]));
         if let Err(why) = import {
             println!(
                 "skipped: {python} has no pysoem (pip install pysoem, RIG_PYTHON names another): {why}"
             );
             return;
         }
-        let pair = match Pair::new() {
+        let pair = match Pair::new("rs") {
             Ok(pair) => pair,
             Err(why) => {
                 println!(
@@ -57,57 +58,6 @@ fn soem_turns_a_wheel_of_the_simulated_robot() {
             "the link to the lidar was left behind"
         );
     });
-}
-
-/// Runs a program to its end; what it said when it failed.
-fn run(command: &mut Command) -> Result<Output, String> {
-    let output = command
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|error| error.to_string())?;
-    if output.status.success() {
-        Ok(output)
-    } else {
-        let said = String::from_utf8_lossy(&output.stderr);
-        Err(said.lines().last().unwrap_or("it said nothing").to_owned())
-    }
-}
-
-/// Two interfaces joined by a virtual cable, removed when it is dropped.
-struct Pair {
-    near: String,
-    far: String,
-}
-
-impl Pair {
-    fn new() -> Result<Self, String> {
-        // A name of this process's own; interface names are short.
-        let number = std::process::id();
-        let pair = Self {
-            near: format!("rsn{number}"),
-            far: format!("rsf{number}"),
-        };
-        let (near, far) = (&pair.near, &pair.far);
-        ip(&["link", "add", near, "type", "veth", "peer", "name", far])?;
-        for name in [near, far] {
-            // Frames of the kernel's own do not belong on a fieldbus.
-            let key = format!("/proc/sys/net/ipv6/conf/{name}/disable_ipv6");
-            let _ = std::fs::write(key, "1");
-            ip(&["link", "set", name, "up"])?;
-        }
-        Ok(pair)
-    }
-}
-
-impl Drop for Pair {
-    fn drop(&mut self) {
-        // Removing one end removes the other; not made is as good as removed.
-        let _ = ip(&["link", "delete", &self.near]);
-    }
-}
-
-fn ip(arguments: &[&str]) -> Result<Output, String> {
-    run(Command::new("ip").args(arguments))
 }
 
 /// `rig devices` as a process.

@@ -40,6 +40,8 @@ pub struct Counters {
     pub scans: u64,
     /// Scans of a stream dropped because the line was too slow or nobody read.
     pub dropped_scans: u64,
+    /// When the last byte of the newest scan was handed to the host, on the monotonic clock; 0 before the first.
+    pub scan_ended_ns: u64,
     /// Bytes handed to the host, garbled ones included.
     pub bytes: u64,
     /// Bytes garbled because the bit rates differed, in both directions.

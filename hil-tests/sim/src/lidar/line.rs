@@ -108,6 +108,14 @@ impl Line {
         &left[..left.len().min(usize::try_from(may).unwrap_or(usize::MAX))]
     }
 
+    /// This number of the ready bytes has the last one of a scan.
+    #[must_use]
+    pub fn ends_scan(&self, bytes: usize) -> bool {
+        let first = self.queue.front();
+        first
+            .is_some_and(|first| first.kind == Kind::Scan && self.sent + bytes >= first.bytes.len())
+    }
+
     /// Takes note that this number of the ready bytes has left.
     pub fn advance(&mut self, bytes: usize) {
         self.sent += bytes;
@@ -161,6 +169,18 @@ mod tests {
         line.push(emission(10_000, Kind::Reply, None), SECOND_NS);
         let sent = drain(&mut line, SECOND_NS, SECOND_NS);
         assert!((1915..=1920).contains(&sent), "{sent}");
+    }
+
+    #[test]
+    fn the_last_byte_of_a_scan_is_known() {
+        let mut line = Line::new(750_000);
+        assert!(!line.ends_scan(0));
+        line.push(emission(100, Kind::Reply, None), SECOND_NS);
+        line.push(emission(200, Kind::Scan, None), SECOND_NS);
+        assert!(!line.ends_scan(100));
+        line.advance(100);
+        line.advance(150);
+        assert!(!line.ends_scan(49) && line.ends_scan(50));
     }
 
     #[test]

@@ -223,6 +223,9 @@ impl Sensor {
             if written == 0 {
                 return Ok(());
             }
+            if self.line.ends_scan(written) {
+                self.counters.scan_ended_ns = now_ns;
+            }
             self.counters.bytes += written as u64;
             self.counters.garbled_bytes += if garbled { written as u64 } else { 0 };
             self.line.advance(written);

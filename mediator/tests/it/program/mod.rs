@@ -22,7 +22,7 @@ use mediator::manager::Status;
 use mediator::runtime::{Answer, Question, ask};
 use zenoh::Wait;
 
-pub use site::{OVERTAKING, Site};
+pub use site::Site;
 
 /// A free endpoint on the loopback. It has an address of its own: on the common one, the port of a program that is started again may
 /// meanwhile be another one's, or that of any connection.

@@ -45,7 +45,7 @@ impl Leases {
     }
 
     /// When the robot's lease has begun last; none: no echo has reached it.
-    pub(super) fn from_ns(&self, robot: &str) -> Option<u64> {
+    pub(super) fn began_ns(&self, robot: &str) -> Option<u64> {
         self.0.get(robot)?.from_ns
     }
 }
@@ -58,19 +58,19 @@ mod tests {
     fn a_lease_runs_from_when_the_newest_echoed_report_was_sent() {
         let mut leases = Leases::default();
         leases.echoed("amr-1", 7, 1);
-        assert_eq!(leases.from_ns("amr-1"), None);
+        assert_eq!(leases.began_ns("amr-1"), None);
         for sequence in 1..=5 {
             leases.sent("amr-1", 7, sequence, 100 * sequence);
         }
         leases.echoed("amr-1", 7, 3);
-        assert_eq!(leases.from_ns("amr-1"), Some(300));
+        assert_eq!(leases.began_ns("amr-1"), Some(300));
         // One that comes late, one of another boot, and one that nobody has sent.
         for (boot, sequence) in [(7, 2), (8, 5), (7, 9)] {
             leases.echoed("amr-1", boot, sequence);
-            assert_eq!(leases.from_ns("amr-1"), Some(300));
+            assert_eq!(leases.began_ns("amr-1"), Some(300));
         }
         leases.echoed("amr-1", 7, 5);
-        assert_eq!(leases.from_ns("amr-1"), Some(500));
-        assert_eq!(leases.from_ns("amr-2"), None);
+        assert_eq!(leases.began_ns("amr-1"), Some(500));
+        assert_eq!(leases.began_ns("amr-2"), None);
     }
 }

@@ -205,8 +205,8 @@ impl Observations {
 
     /// From when on the robot's lease runs; none: not known.
     #[must_use]
-    pub fn lease_from_ns(&self, robot: &str) -> Option<u64> {
-        self.leases.from_ns(robot)
+    pub fn lease_began_ns(&self, robot: &str) -> Option<u64> {
+        self.leases.began_ns(robot)
     }
 
     /// A message that could not be decoded.

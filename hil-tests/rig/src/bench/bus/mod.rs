@@ -1,0 +1,106 @@
+//! One cycle of the fieldbus, from the outputs to the inputs: our EtherCAT MainDevice beside SOEM, on the same simulated drive behind a
+//! virtual pair of interfaces, at the period of a robot.
+
+mod cycle;
+mod ours;
+mod soem;
+
+use std::time::Duration;
+
+use onboard::cli::Failure;
+use sim::ethercat::{Segment, ServeOptions, ServerHandle, serve_raw, serve_udp};
+use sim::kelo::{KeloOptions, SimulatedDrive};
+use sim::plant::TestStand;
+
+use self::cycle::Cycle;
+use self::ours::{Ours, Place as Bus};
+use self::soem::Soem;
+use super::place::{Place, last_core};
+use super::report::{PartReport, Unit};
+use super::windows::{Contender, Meter};
+use crate::interfaces::Pair;
+
+/// From one exchange to the next: that of the fieldbus thread.
+const PERIOD: Duration = Duration::from_millis(1);
+/// That of the fieldbus thread.
+const PRIORITY: u8 = 80;
+/// Of the simulated segment, above the MainDevices'.
+const SEGMENT_PRIORITY: u8 = 90;
+/// Measures for so long. Without a pair of interfaces ours is measured over UDP, and alone.
+///
+/// # Errors
+/// [`Failure`] when ours cannot be measured.
+pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(), Failure> {
+    let (place, without) = Place::wanted(PRIORITY, last_core());
+    part.notes.extend(without);
+    let period = PERIOD;
+    let cycle = Cycle { period, place };
+    let pair = Pair::new("rb");
+    let raw = { pair.as_ref().ok() }.map(|pair| serve_raw(&pair.near, segment(), options()));
+    let (served, bus): (ServerHandle, Bus) = match (&pair, raw) {
+        (Ok(pair), Some(Ok(served))) => (served, Bus::Interface(pair.far.clone())),
+        (pair, raw) => {
+            let why = { pair.as_ref().err().cloned() }
+                .or_else(|| Some(raw?.err()?.to_string()))
+                .unwrap_or_default();
+            part.notes.push(format!(
+                "SOEM is left out, and ours goes over UDP: no virtual pair of interfaces, which needs CAP_NET_ADMIN and CAP_NET_RAW \
+                 ({why})"
+            ));
+            over_udp()?
+        }
+    };
+    let mut contenders: Vec<Box<dyn Contender>> = vec![Box::new(Ours::new(cycle, bus.clone()))];
+    if let Bus::Interface(interface) = &bus {
+        match Soem::find(cycle, interface) {
+            Ok(rival) => contenders.push(Box::new(rival)),
+            Err(why) => part.notes.push(why),
+        }
+    }
+    let title = format!("bus cycle every {} ms", PERIOD.as_millis());
+    let result = meter.compare(part, (&title, Unit::Us), time, contenders);
+    // Before the interfaces go.
+    drop(served);
+    result
+}
+
+/// A drive on a test stand.
+fn segment() -> Segment {
+    let stand = Box::new(TestStand::new());
+    SimulatedDrive::new(stand, KeloOptions::default()).segment
+}
+
+fn options() -> ServeOptions {
+    ServeOptions {
+        priority: Some(SEGMENT_PRIORITY),
+    }
+}
+
+fn over_udp() -> Result<(ServerHandle, Bus), Failure> {
+    let any_port = ([127, 0, 0, 1], 0).into();
+    let served = serve_udp(any_port, segment(), options()).map_err(Failure::refused)?;
+    let address = served.local_addr();
+    let address = address.ok_or_else(|| Failure::failed("the segment has no address"))?;
+    Ok((served, Bus::Udp(address)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn our_cycles_are_measured_again_and_again_on_one_segment() {
+        let Ok((_served, bus)) = over_udp() else {
+            panic!("no segment")
+        };
+        let (place, _) = Place::wanted(10, last_core());
+        let period = PERIOD;
+        let mut ours = Ours::new(Cycle { period, place }, bus);
+        for _ in 0..2 {
+            let mut samples = Vec::new();
+            let worked = ours.window(20 * PERIOD, &mut samples);
+            assert!(worked.is_ok(), "{worked:?}");
+            assert_eq!(samples.len(), 20);
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! A whole robot, the real program on simulated devices: how soon it drives, how soon a scan reaches the wheels, and what all of it takes of
+//! the computer. It has no rival.
+
+mod chase;
+mod eyes;
+mod running;
+mod starts;
+mod usage;
+mod wheel;
+
+use std::cell::Cell;
+use std::time::Duration;
+
+use onboard::cli::Failure;
+
+use self::running::Running;
+use self::starts::Starts;
+use self::usage::{Memory, Processor};
+use self::wheel::ScanToWheel;
+use super::place::{Place, last_core};
+use super::report::{PartReport, Unit};
+use super::windows::Meter;
+use crate::scenario::{Changes, load_shipped};
+
+/// One robot on a floor without a mediator.
+const SCENARIO: &str = "lap";
+
+/// Priority of who watches the robot: above its own and its devices' threads.
+const WATCHES: u8 = 95;
+
+/// Measures for so long, and at least one start.
+///
+/// # Errors
+/// [`Failure`] when the robot does not start or ends.
+pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(), Failure> {
+    let scenario = load_shipped(SCENARIO, &Changes::default())?;
+    let what = ("start of a robot to its first setpoint", Unit::S);
+    meter.alone(part, what, time / 4, Starts(&scenario))?;
+    if meter.is_over() {
+        return Ok(());
+    }
+    let robot = Running::start(&scenario)?;
+    let missed = Cell::new(0);
+    let what = ("last byte of a scan to its setpoint", Unit::Ms);
+    let (place, without) = Place::wanted(WATCHES, last_core());
+    part.notes.extend(without);
+    let wheel = ScanToWheel::new(robot.eyes()?, place, &missed);
+    meter.alone(part, what, time / 2, wheel)?;
+    if missed.get() > 0 {
+        let missed = missed.get();
+        let note = format!("of {missed} scans the setpoint was not seen before the next scan");
+        part.notes.push(note);
+    }
+    let what = ("resident memory of a robot that drives", Unit::MiB);
+    meter.alone(part, what, time / 8, Memory(robot.id()))?;
+    let what = ("processor time of a robot that drives", Unit::Percent);
+    meter.alone(part, what, time / 8, Processor(robot.id()))
+}

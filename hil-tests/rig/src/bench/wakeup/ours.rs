@@ -1,0 +1,78 @@
+//! A thread with the clock and the priority of a robot's.
+
+use std::time::Duration;
+
+use onboard::cli::Failure;
+use onboard::realtime::clock::sleep_until;
+use onboard::realtime::latency::keep_cores_awake;
+use onboard::realtime::memory::prefault_stack;
+use sim::rt::monotonic_ns;
+
+use super::cycle::{Cycle, as_counted};
+use crate::bench::samples::Sample;
+use crate::bench::windows::Contender;
+
+/// Cycles in which a thread warms up.
+const WARM_UP: u64 = 20;
+
+/// A thread of each window's own.
+pub(super) struct Ours(pub(super) Cycle);
+
+impl Contender for Ours {
+    fn name(&self) -> String {
+        "onboard".to_owned()
+    }
+
+    fn window(&mut self, length: Duration, into: &mut Vec<Sample>) -> Result<(), Failure> {
+        let cycle = self.0;
+        let cycles = cycle.count(length);
+        // As onboard and cyclictest do: without it cores sleep deeply. Where it is not allowed, it is not for cyclictest either.
+        let _awake = keep_cores_awake();
+        let thread = std::thread::Builder::new().name("wakeup".to_owned());
+        let thread = thread.spawn(move || sleep(cycle, cycles));
+        let late_ns = thread.map_err(Failure::failed)?.join();
+        let late_ns = late_ns.map_err(|_| Failure::failed("the measuring thread panicked"))??;
+        into.extend(late_ns.into_iter().map(as_counted));
+        Ok(())
+    }
+}
+
+/// How late each wake-up was, nanoseconds.
+fn sleep(cycle: Cycle, cycles: u64) -> Result<Vec<u64>, Failure> {
+    let mut late_ns = Vec::with_capacity(cycles as usize);
+    prefault_stack();
+    cycle.place.take()?;
+    let period_ns = cycle.period.as_nanos() as u64;
+    let mut planned_ns = monotonic_ns();
+    for number in 0..cycles + WARM_UP {
+        planned_ns += period_ns;
+        sleep_until(planned_ns);
+        let now_ns = monotonic_ns();
+        if number >= WARM_UP {
+            late_ns.push(now_ns.saturating_sub(planned_ns));
+        }
+        // As cyclictest does: what was missed is not made up for.
+        while planned_ns + period_ns <= now_ns {
+            planned_ns += period_ns;
+        }
+    }
+    Ok(late_ns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::place::{Place, last_core};
+
+    #[test]
+    fn each_wake_up_is_measured_but_those_that_warm_up() {
+        let (place, _) = Place::wanted(10, last_core());
+        let period = Duration::from_millis(1);
+        let mut ours = Ours(Cycle { period, place });
+        let mut samples = Vec::new();
+        let worked = ours.window(50 * period, &mut samples);
+        assert!(worked.is_ok(), "{worked:?}");
+        assert_eq!(samples.len(), 50);
+        assert!(samples.iter().all(|sample| sample.value % 1_000.0 == 0.0));
+    }
+}
