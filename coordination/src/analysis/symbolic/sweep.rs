@@ -65,7 +65,10 @@ impl<'s> Sweep<'s> {
                 Way::Backwards => Some(literal.after),
                 _ => literal.before,
             });
-            may_be_false[first as usize] |= guard != Some(Some(true));
+            // A later stage may change what the guard has left.
+            let mut later = rule.stages.iter().flatten().flatten();
+            let is_staged = way == Way::Backwards && later.any(|l| l.variable == first);
+            may_be_false[first as usize] |= is_staged || guard != Some(Some(true));
             parts[first as usize].push(Part::Rule(rule));
         }
         Self::new(space, way, parts, &may_be_false)
