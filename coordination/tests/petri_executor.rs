@@ -5,7 +5,8 @@ mod counting;
 
 use coordination::event::{EventId, EventTable};
 use coordination::petri::{
-    Binding, Budget, Executor, Net, NetModel, OfferError, PlaceId, TransitionId, WrongMarking,
+    Binding, Budget, Executor, Net, NetModel, Obstacle, OfferError, PlaceId, TransitionId,
+    WrongMarking,
 };
 use counting::allocations;
 
@@ -51,6 +52,11 @@ fn running_does_not_allocate() {
                 fired += executor.evaluate(budget).fired;
                 fired += executor.evaluate_traced(Budget::ROUND, &mut trace).fired;
                 fired += executor.evaluate(Budget::ONE).fired;
+                let next = executor.enabled().next();
+                if let Some(next) = next {
+                    executor.fire(next).expect("it is enabled");
+                    fired += 1;
+                }
                 let mut kept = 0;
                 executor.drain_sinks(|_| {
                     kept += 1;
@@ -248,4 +254,54 @@ fn a_reset_forgets_what_waits_and_begins_anew() {
         assert!(executor.evaluate_traced(Budget::ROUND, trace).fired > 3);
     }
     assert_eq!(traces[0], traces[1]);
+}
+
+#[test]
+fn obstacles_are_named() {
+    let mut model = NetModel::new("gate");
+    model.source("asked", Binding::event("ask"));
+    model.sink("granted", Binding::event("grant"));
+    model.place("free").mark("free").place("inside");
+    model.source("left", Binding::event("leave"));
+    model.transition("enter", &["asked", "free"], &["inside", "granted"]);
+    model.transition("leave", &["inside", "left"], &["free"]);
+    let mut events = EventTable::new();
+    let net = model.compile(&mut events).unwrap();
+    let [enter, leave] = ["enter", "leave"].map(|name| net.transition_id(name).unwrap());
+    let [ask, left] = ["ask", "leave"].map(|name| events.id(name).unwrap());
+    let mut gate = net.executor();
+    let why = |gate: &Executor, transition| -> Vec<String> {
+        let obstacles = gate.why_not(transition);
+        obstacles.map(|obstacle| obstacle.describe(&net)).collect()
+    };
+    assert_eq!(why(&gate, enter), ["no event fills `asked`"]);
+    assert_eq!(
+        why(&gate, leave),
+        [
+            "`inside` is empty",
+            "no event fills `left`",
+            "`free` is full"
+        ]
+    );
+    // An event that waits counts, and is used up.
+    gate.offer(ask).unwrap();
+    gate.offer(ask).unwrap();
+    assert!(gate.is_enabled(enter));
+    gate.fire(enter).unwrap();
+    assert_eq!((gate.firings(), gate.marked_sinks().len()), (1, 1));
+    gate.offer(left).unwrap();
+    gate.fire(leave).unwrap();
+    assert_eq!(why(&gate, enter), ["nobody has taken `granted`"]);
+    assert_eq!(
+        gate.fire(enter).unwrap_err().to_string(),
+        "output place 1 is full"
+    );
+    assert_eq!(gate.drain_sinks(|_| true), 1);
+    // The executor goes on from there by itself.
+    assert_eq!(gate.evaluate(Budget::default()).fired, 1);
+    assert_eq!(gate.waiting(net.place_id("asked").unwrap()), 0);
+    let unknown = TransitionId(7);
+    assert_eq!(why(&gate, unknown), ["the net has no transition 7"]);
+    let strange = Obstacle::Empty(PlaceId(99));
+    assert_eq!(strange.describe(&net), "`?` is empty");
 }

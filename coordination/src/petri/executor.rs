@@ -38,11 +38,11 @@ pub struct WrongMarking {
 /// net says so; everything else costs what it touches.
 #[derive(Clone, Debug)]
 pub struct Executor {
-    net: Net,
-    state: State,
-    ports: Ports,
+    pub(super) net: Net,
+    pub(super) state: State,
+    pub(super) ports: Ports,
     search_limit: u32,
-    firings: u64,
+    pub(super) firings: u64,
     refused: u64,
 }
 
@@ -176,9 +176,7 @@ impl Executor {
                 remaining,
             };
         }
-        while let Some(source) = ports.next_to_fill() {
-            state.flip(net.layout(), net.sources()[source].0);
-        }
+        fill_sources(net, state, ports);
         let mut left = Allowance {
             firings: budget.firings,
             rounds: budget.rounds,
@@ -385,5 +383,12 @@ impl Executor {
     #[must_use]
     pub fn refused(&self) -> u64 {
         self.refused
+    }
+}
+
+/// Fills empty sources with what waits for them.
+pub(super) fn fill_sources(net: &Net, state: &mut State, ports: &mut Ports) {
+    while let Some(source) = ports.next_to_fill() {
+        state.flip(net.layout(), net.sources()[source].0);
     }
 }

@@ -72,6 +72,7 @@
 
 mod bits;
 mod blocks;
+mod by_hand;
 mod demand;
 mod dot;
 mod engine;
@@ -84,6 +85,7 @@ mod net;
 mod ports;
 mod span;
 
+pub use by_hand::Obstacle;
 pub use dot::Dot;
 pub use evaluation::{Budget, Evaluation};
 pub use executor::{Executor, OfferError, WrongMarking};

@@ -7,7 +7,9 @@ mod reference;
 use std::collections::BTreeSet;
 
 use coordination::event::EventTable;
-use coordination::petri::{Binding, Budget, Executor, NetModel, OfferError, PlaceId, TransitionId};
+use coordination::petri::{
+    Binding, Budget, Executor, NetModel, Obstacle, OfferError, PlaceId, TransitionId,
+};
 use nets::{EVENTS, Random, Recipe};
 use proptest::prelude::*;
 use reference::{Outcome, Reference};
@@ -101,6 +103,33 @@ impl Pair {
         self.ours.set_marking(&ids).unwrap();
     }
 
+    /// Fires the `index`-th of those that are enabled, and one that is not.
+    fn fire(&mut self, index: usize) -> usize {
+        let enabled = self.simple.enabled_next();
+        let id = |transition: usize| TransitionId(transition as u16);
+        let found: Vec<_> = self.ours.enabled().map(TransitionId::index).collect();
+        assert_eq!(found, enabled);
+        let all = self.model.transitions().len();
+        let other = index % all;
+        if !enabled.contains(&other) {
+            let obstacle = self.ours.why_not(id(other)).next().unwrap();
+            assert_eq!(self.ours.fire(id(other)), Err(obstacle));
+            assert!(!self.simple.fire_by_hand(other));
+        }
+        assert_eq!(
+            self.ours.fire(id(all)),
+            Err(Obstacle::Unknown(id(all))),
+            "there is no such transition"
+        );
+        if enabled.is_empty() {
+            return 0;
+        }
+        let transition = enabled[index % enabled.len()];
+        assert_eq!(self.ours.fire(id(transition)), Ok(()));
+        assert!(self.simple.fire_by_hand(transition));
+        1
+    }
+
     fn compare(&self) {
         let marking: BTreeSet<_> = self.ours.marking().map(PlaceId::index).collect();
         assert_eq!(marking, self.simple.marking);
@@ -125,6 +154,7 @@ enum Happening {
     Ones(u32),
     Drain(u64),
     Take(usize),
+    Fire(usize),
     Perturb {
         seed: u64,
         percent: usize,
@@ -144,6 +174,7 @@ fn happening() -> impl Strategy<Value = Happening> {
         2 => (1..100_u32).prop_map(Happening::Ones),
         3 => any::<u64>().prop_map(Happening::Drain),
         1 => any::<usize>().prop_map(Happening::Take),
+        2 => any::<usize>().prop_map(Happening::Fire),
         1 => (1..u64::MAX, 0..100_usize)
             .prop_map(|(seed, percent)| Happening::Perturb { seed, percent }),
     ]
@@ -173,6 +204,7 @@ fn play(recipe: &Recipe, happenings: &[Happening]) -> usize {
             }
             Happening::Drain(mask) => pair.drain(mask),
             Happening::Take(index) => pair.take(index),
+            Happening::Fire(index) => fired += pair.fire(index),
             Happening::Perturb { seed, percent } => {
                 pair.set_marking(&mut Random(seed), percent);
             }
@@ -280,6 +312,7 @@ fn a_very_large_net_fires_alike() {
         pair.offer(step % EVENTS);
         let rounds = 1 + step as u32 % 3;
         fired += pair.evaluate(Budget { firings: 9, rounds }, 9);
+        fired += pair.fire(step * 37);
         if step % 10 == 9 {
             pair.drain(!0);
             pair.set_marking(&mut Random(step as u64), 40);

@@ -5,12 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use coordination::petri::{NetModel, PlaceKind};
 
+#[derive(Clone)]
 struct Transition {
     inputs: BTreeSet<usize>,
     outputs: BTreeSet<usize>,
 }
 
 /// A net that runs, place by place and transition by transition.
+#[derive(Clone)]
 pub struct Reference {
     transitions: Vec<Transition>,
     /// Source to event name.
@@ -87,12 +89,36 @@ impl Reference {
         known
     }
 
-    pub fn evaluate(&mut self, firings: usize, rounds: u32) -> Outcome {
+    fn fill_sources(&mut self) {
         for (source, waiting) in &mut self.waiting {
             if *waiting > 0 && self.marking.insert(*source) {
                 *waiting -= 1;
             }
         }
+    }
+
+    /// The transitions that are enabled once sources are filled.
+    pub fn enabled_next(&self) -> Vec<usize> {
+        let mut next = self.clone();
+        next.fill_sources();
+        let all = 0..next.transitions.len();
+        all.filter(|&transition| next.enabled(transition)).collect()
+    }
+
+    /// Fires one out of turn; `false` if it is not enabled.
+    pub fn fire_by_hand(&mut self, transition: usize) -> bool {
+        let is_enabled = self.enabled_next().contains(&transition);
+        if is_enabled {
+            let last = self.last;
+            self.fill_sources();
+            self.fire(transition);
+            self.last = last;
+        }
+        is_enabled
+    }
+
+    pub fn evaluate(&mut self, firings: usize, rounds: u32) -> Outcome {
+        self.fill_sources();
         let mut fired = Vec::new();
         let mut round = 1;
         let mut in_round = BTreeSet::new();
