@@ -5,7 +5,7 @@
 //! What is proved is what runs: a net is bound with the [`Proof`](crate::analysis::Proof) that its
 //! [analysis](crate::analysis) has found, in a state that the proof reaches, and the state of a binding is the analysis's: a
 //! marking, events that wait, positions of protocols. The sides are [`End`](crate::protocol::End)s or
-//! [`Replica`](crate::protocol::Replica)s.
+//! [`Replica`](crate::protocol::Replica)s, or of both kinds as [`AnySide`](crate::protocol::AnySide)s.
 //!
 //! `examples/t_junction.rs` shows it whole: three robots and a mediator, each on its own thread.
 //!

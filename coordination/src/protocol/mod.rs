@@ -22,7 +22,7 @@
 //! Two threads share a protocol through the two [`End`]s of a [`channel`]. Two machines each hold a
 //! [`Replica`] and send each other its [`Level`], as often as they like: a level that is repeated,
 //! late or out of order changes nothing, and the next one makes up for a lost one. Both are a
-//! [`Side`].
+//! [`Side`], and either is an [`AnySide`].
 //!
 //! **Real time:** building and compiling a model allocates. Setting, polling and aborting do not
 //! allocate or wait; an [`End`] is wait-free.
@@ -49,6 +49,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod any_side;
 mod channel;
 mod cursor;
 mod error;
@@ -59,6 +60,7 @@ mod replica;
 mod sync;
 mod tree;
 
+pub use any_side::AnySide;
 pub use channel::{End, channel, channel_at};
 pub use cursor::{AbortError, Change, SetError, Side};
 pub use error::{ModelError, Problem};

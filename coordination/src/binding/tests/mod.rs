@@ -2,6 +2,7 @@
 
 mod aborts;
 mod fit;
+mod kinds;
 mod lossy;
 mod net;
 mod proof;
