@@ -15,7 +15,8 @@ pub trait Datatype: bytemuck::Pod + Send + Sync {
     const NAME: &'static str;
 
     /// The metamodel that the datatype conforms to: a URI of up to 80 characters. It says what name and layout mean; who gives
-    /// datatypes a meaning of their own, with units and frames, names the document that says which.
+    /// datatypes a meaning of their own, with units and frames, names the document that says which. Who asks for a
+    /// symbol by another metamodel than its owner's is refused.
     const METAMODEL: &'static str = METAMODEL;
 }
 

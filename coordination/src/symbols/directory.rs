@@ -221,6 +221,17 @@ impl Directory {
         let asked_by = || asked_by.into();
         let datatype = || T::NAME.into();
         if let Some(row) = self.find(T::NAME, model) {
+            let metamodel = self.rows[row.0].metamodel.text();
+            if metamodel != T::METAMODEL {
+                return Err(SymbolError::OtherMetamodel {
+                    asked_by: asked_by(),
+                    datatype: datatype(),
+                    model: model.into(),
+                    owner: self.owner(row).into(),
+                    expected: T::METAMODEL.into(),
+                    found: metamodel.into(),
+                });
+            }
             let found_bytes = self.rows[row.0].size_bytes as usize;
             if found_bytes != size_of::<T>() {
                 return Err(SymbolError::OtherLayout {

@@ -84,6 +84,18 @@ pub enum SymbolError {
         owner: Box<str>,
         known: Box<str>,
     },
+    /// The datatype is understood by another metamodel than the one who asks conforms to.
+    #[error(
+        "`{asked_by}` reads {datatype}/{model} by the metamodel `{expected}`, but `{owner}` writes it by `{found}`"
+    )]
+    OtherMetamodel {
+        asked_by: Box<str>,
+        datatype: Box<str>,
+        model: Box<str>,
+        owner: Box<str>,
+        expected: Box<str>,
+        found: Box<str>,
+    },
     /// Two types of different sizes claim the same datatype name.
     #[error(
         "`{asked_by}` reads {datatype}/{model} as {expected_bytes} bytes, but `{owner}` writes {found_bytes} bytes"

@@ -263,6 +263,48 @@ struct Nameless {
 }
 coordination::datatype!(Nameless, "nameless", "no uri");
 
+/// The name and the size of [`Torque`], and another meaning.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct OldTorque {
+    torque_mnm: f64,
+}
+coordination::datatype!(OldTorque, "torque", "urn:example:arms:1");
+
+#[test]
+fn another_metamodel_is_refused() {
+    let room = Room::new();
+    let (table, ..) = sealed(&room);
+    let mut torque = table.add::<Torque>("arm", "elbow").unwrap();
+    torque.write(1, &Torque { torque_nm: 2.0 });
+    let inspector = Inspector::open("a", &room.place).unwrap();
+    let refused = |asked_by: &str| {
+        format!(
+            "`{asked_by}` reads torque/elbow by the metamodel `urn:example:arms:1`, but `arm` writes it by `urn:example:arms:2`"
+        )
+    };
+    let message = |error: Option<SymbolError>| error.unwrap().to_string();
+    assert_eq!(
+        message(table.reader::<OldTorque>("watch", "elbow").err()),
+        refused("watch")
+    );
+    assert_eq!(
+        message(inspector.reader::<OldTorque>("elbow").err()),
+        refused("inspector")
+    );
+    assert_eq!(
+        message(table.writer::<OldTorque>("arm", "elbow").err()),
+        refused("arm")
+    );
+    assert_eq!(
+        message(table.remove::<OldTorque>("arm", "elbow").err()),
+        refused("arm")
+    );
+    assert_eq!(readers(&table, "elbow"), [""; 0], "nobody got in");
+    let mut reader = inspector.reader::<Torque>("elbow").unwrap();
+    assert_eq!(reader.read().value.torque_nm, 2.0);
+}
+
 #[test]
 fn a_semantic_id_names_its_metamodel() {
     let room = Room::new();
