@@ -2,5 +2,6 @@
 
 mod changing;
 mod common;
+mod example;
 mod processes;
 mod within;
