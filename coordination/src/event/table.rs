@@ -6,6 +6,7 @@ use thiserror::Error;
 
 /// A dense event id, valid in the [`EventTable`] that gave it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EventId(pub u16);
 
 impl EventId {

@@ -75,20 +75,26 @@ pub enum ModelError {
 }
 
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 struct Arc {
     from: String,
     on: String,
     to: String,
+    #[cfg_attr(feature = "serde", serde(default))]
     outputs: Vec<String>,
 }
 
 /// A machine in names. Adding to it never fails; [`check`](Self::check) and
 /// [`compile`](Self::compile) say what is wrong with the whole.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct MachineModel {
     name: String,
     states: Vec<String>,
     initial: Vec<String>,
+    #[cfg_attr(feature = "serde", serde(default, rename = "transitions"))]
     arcs: Vec<Arc>,
 }
 

@@ -2,6 +2,7 @@
 
 /// How much one evaluation may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Budget {
     /// The most firings.
     pub firings: u32,
@@ -31,6 +32,7 @@ impl Default for Budget {
 
 /// What one evaluation did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Evaluation {
     /// How many transitions fired.
     pub fired: u32,

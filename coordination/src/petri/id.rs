@@ -2,6 +2,7 @@
 
 /// A dense place id, valid in the [`Net`](super::Net) that gave it; ids count in the model's order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlaceId(pub u16);
 
 impl PlaceId {
@@ -18,6 +19,7 @@ impl PlaceId {
 
 /// A dense transition id, valid in the [`Net`](super::Net) that gave it; ids count in the model's order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TransitionId(pub u16);
 
 impl TransitionId {

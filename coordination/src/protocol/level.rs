@@ -4,6 +4,7 @@ use super::tree::{Position, Protocol};
 
 /// How far one side knows a protocol to be. This is what sides on two machines send each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Level {
     /// Which protocol, in a numbering that both sides agreed on.
     pub protocol: u16,

@@ -7,6 +7,8 @@ use super::graph::{Array, Graph};
 use super::tree::{ABORTED, Flag, FlagId, Party, Protocol};
 
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 struct NamedArray {
     name: String,
     /// Flags and their owners.
@@ -16,12 +18,17 @@ struct NamedArray {
 /// A protocol in names. Adding to it never fails; [`check`](Self::check) and
 /// [`compile`](Self::compile) say what is wrong with the whole.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ProtocolModel {
     name: String,
     parties: [String; 2],
+    #[cfg_attr(feature = "serde", serde(default))]
     keepers: Vec<String>,
+    #[cfg_attr(feature = "serde", serde(default))]
     starts: Vec<String>,
     arrays: Vec<NamedArray>,
+    #[cfg_attr(feature = "serde", serde(default))]
     follows: Vec<(String, String)>,
 }
 

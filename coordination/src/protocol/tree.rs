@@ -4,6 +4,7 @@ use std::fmt;
 
 /// One of the two parties of a protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Party {
     /// The party that the model names first.
     First,
@@ -30,6 +31,7 @@ impl Party {
 
 /// A dense flag id, valid in the [`Protocol`] that gave it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FlagId(pub u16);
 
 impl FlagId {

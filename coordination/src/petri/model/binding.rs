@@ -2,6 +2,7 @@
 
 /// What a source or a sink is bound to.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Binding {
     /// An event of that name.
     Event(String),
@@ -40,6 +41,7 @@ impl Binding {
 
 /// Who marks and who empties a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PlaceKind {
     /// The net's transitions mark and empty it.
     Internal,

@@ -4,6 +4,8 @@ mod binding;
 mod check;
 mod data;
 mod error;
+#[cfg(feature = "serde")]
+mod form;
 mod lists;
 mod names;
 mod net_model;
