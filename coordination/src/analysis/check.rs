@@ -2,10 +2,11 @@
 
 use super::closed::Closed;
 use super::explored::{Explored, Fault};
+use super::invariants::prove;
 use super::never::Never;
 use super::proof::Proof;
 use super::refusal::{Reason, Refusal, Trace};
-use super::report::Report;
+use super::report::{ByInvariants, Report};
 use super::states::States;
 #[cfg(feature = "symbolic")]
 use super::symbolic::Symbolic;
@@ -49,7 +50,9 @@ fn run(
     let mut never = Never::default();
     for &(name, model) in situations {
         let fails = |(reason, trace): Fault| refuse(model.name(), name, reason, trace);
-        let closed = Closed::new(model, uses, limits).map_err(|reason| fails((reason, None)))?;
+        let closed = Closed::new(model, uses, limits);
+        let mut closed = closed.map_err(|reason| fails((reason, None)))?;
+        let by_invariants = prove(model, &mut closed);
         let reading = (closed.layout, closed.counters().to_vec());
         let mut report = Report {
             net: model.name().to_owned(),
@@ -58,8 +61,10 @@ fn run(
             steps: 0,
             ends: Vec::new(),
             warnings: Vec::new(),
+            by_invariants,
         };
-        let states = explore(closed, limits, &mut report, &mut never).map_err(fails)?;
+        let states = explore(closed, limits, &mut report, &mut never)
+            .map_err(|fault| fails(with_what_is_known(fault, &report.by_invariants)))?;
         proofs.push(Proof::new(
             model.clone(),
             uses.to_vec(),
@@ -98,6 +103,16 @@ fn explore(
     (report.states, report.steps) = (found.store.len() as u128, found.edges.len() as u128);
     never.add(&found);
     Ok(States::Each(found.store))
+}
+
+/// Adds to a search that was not finished what was known before.
+pub(super) fn with_what_is_known((mut reason, trace): Fault, known: &ByInvariants) -> Fault {
+    if let Reason::TooLarge { proved, .. } = &mut *reason
+        && *known != ByInvariants::default()
+    {
+        *proved = known.to_string();
+    }
+    (reason, trace)
 }
 
 #[cfg(feature = "symbolic")]

@@ -29,6 +29,8 @@ pub(super) struct Explored<'a> {
     set: BTreeSet<(u16, FlagId)>,
     /// The fault to be named, of those found so far.
     nearest: Option<Near>,
+    /// Whether states are judged, or only listed.
+    judges: bool,
 }
 
 /// A fault and how far away it is.
@@ -61,7 +63,12 @@ fn note(nearest: &mut Option<Near>, distance: u32, state: u32, reason: Box<Reaso
 }
 
 fn too_large(what: &'static str, limit: u64) -> Box<Reason> {
-    Box::new(Reason::TooLarge { what, limit })
+    let proved = String::new();
+    Box::new(Reason::TooLarge {
+        what,
+        limit,
+        proved,
+    })
 }
 
 impl<'a> Explored<'a> {
@@ -71,6 +78,23 @@ impl<'a> Explored<'a> {
         closed: Closed<'a>,
         limits: &Limits,
     ) -> Result<Self, (Box<Closed<'a>>, Fault)> {
+        Self::explore(closed, limits, true)
+    }
+
+    /// As [`new`](Self::new), but the only faults are those after which it is not defined what happens: a
+    /// second token, or an overflow.
+    pub(super) fn listed(
+        closed: Closed<'a>,
+        limits: &Limits,
+    ) -> Result<Self, (Box<Closed<'a>>, Fault)> {
+        Self::explore(closed, limits, false)
+    }
+
+    fn explore(
+        closed: Closed<'a>,
+        limits: &Limits,
+        judges: bool,
+    ) -> Result<Self, (Box<Closed<'a>>, Fault)> {
         let mut explored = Self {
             store: Store::new(closed.layout.words),
             parents: vec![(0, None)],
@@ -79,6 +103,7 @@ impl<'a> Explored<'a> {
             fired: vec![false; closed.transitions()],
             set: BTreeSet::new(),
             nearest: None,
+            judges,
             closed,
         };
         match explored.search(limits) {
@@ -92,7 +117,9 @@ impl<'a> Explored<'a> {
             return Err((too_large("states", 0), None));
         }
         self.store.add(self.closed.initial());
-        if let Some(reason) = self.closed.fault(self.closed.initial()) {
+        if self.judges
+            && let Some(reason) = self.closed.fault(self.closed.initial())
+        {
             return Err((reason, Some(self.trace(0))));
         }
         let (mut state, mut scratch) = (Vec::new(), Vec::new());
@@ -153,6 +180,7 @@ impl<'a> Explored<'a> {
             fired,
             set,
             nearest,
+            judges,
         } = self;
         let before = edges.len();
         let outcome = closed.steps(state, scratch, |step, to| {
@@ -172,7 +200,7 @@ impl<'a> Explored<'a> {
                 None => {
                     let number = store.add(to);
                     parents.push((from, Some(step)));
-                    if let Some(reason) = closed.fault(to) {
+                    if *judges && let Some(reason) = closed.fault(to) {
                         note(nearest, distance + 1, number, reason);
                     }
                     number
@@ -192,7 +220,7 @@ impl<'a> Explored<'a> {
                 return Ok(1);
             }
         };
-        if edges.len() == before && closed.end(state).is_none() {
+        if *judges && edges.len() == before && closed.end(state).is_none() {
             note(nearest, distance, from, Box::new(closed.deadlock(state)));
         }
         Ok(looks)
@@ -255,17 +283,20 @@ impl<'a> Explored<'a> {
     }
 
     /// States are numbered by their distance, so the first is a nearest.
-    fn first_that_cannot_reach(&self, targets: impl Iterator<Item = u32>) -> Option<u32> {
+    pub(super) fn first_that_cannot_reach(
+        &self,
+        targets: impl Iterator<Item = u32>,
+    ) -> Option<u32> {
         let can = graph::can_reach(self.store.len(), &self.edges, targets);
         self.numbers().find(|&state| !can[state as usize])
     }
 
-    fn numbers(&self) -> std::ops::Range<u32> {
+    pub(super) fn numbers(&self) -> std::ops::Range<u32> {
         0..self.store.len() as u32
     }
 
     /// The steps that led to a state when it was first found.
-    fn trace(&self, mut state: u32) -> Trace {
+    pub(super) fn trace(&self, mut state: u32) -> Trace {
         let mut steps = Vec::new();
         while let (parent, Some(step)) = self.parents[state as usize] {
             steps.push(self.closed.name(step));

@@ -27,6 +27,7 @@ pub(crate) fn check_names(protocols: &[NamedProtocol<'_>]) -> Result<(), Box<Rea
         return Err(Box::new(Reason::TooLarge {
             what: "protocols",
             limit: u16::MAX.into(),
+            proved: String::new(),
         }));
     }
     let mut seen = std::collections::HashSet::new();

@@ -9,23 +9,45 @@ pub(super) fn can_reach(
     edges: &Edges,
     targets: impl Iterator<Item = u32>,
 ) -> Vec<bool> {
-    let (begins, sources) = by_target(states, edges);
-    let mut can = vec![false; states];
-    let mut waiting = Vec::new();
-    for target in targets {
-        if !std::mem::replace(&mut can[target as usize], true) {
-            waiting.push(target);
-        }
+    Backwards::new(states, edges).can_reach(targets)
+}
+
+/// The steps sorted by where they lead, for several questions to one graph.
+pub(super) struct Backwards {
+    begins: Vec<u32>,
+    sources: Vec<u32>,
+}
+
+impl Backwards {
+    pub(super) fn new(states: usize, edges: &Edges) -> Self {
+        let (begins, sources) = by_target(states, edges);
+        Self { begins, sources }
     }
-    while let Some(state) = waiting.pop() {
-        let range = begins[state as usize] as usize..begins[state as usize + 1] as usize;
-        for &before in &sources[range] {
-            if !std::mem::replace(&mut can[before as usize], true) {
-                waiting.push(before);
+
+    /// From where one step leads to `state`.
+    fn before(&self, state: u32) -> &[u32] {
+        let state = state as usize;
+        &self.sources[self.begins[state] as usize..self.begins[state + 1] as usize]
+    }
+
+    /// For each state, whether one of the `targets` can be reached from it.
+    pub(super) fn can_reach(&self, targets: impl Iterator<Item = u32>) -> Vec<bool> {
+        let mut can = vec![false; self.begins.len() - 1];
+        let mut waiting = Vec::new();
+        for target in targets {
+            if !std::mem::replace(&mut can[target as usize], true) {
+                waiting.push(target);
             }
         }
+        while let Some(state) = waiting.pop() {
+            for &before in self.before(state) {
+                if !std::mem::replace(&mut can[before as usize], true) {
+                    waiting.push(before);
+                }
+            }
+        }
+        can
     }
-    can
 }
 
 /// The first state from which one can go on for ever along these steps.
@@ -40,13 +62,12 @@ fn endless(states: usize, edges: &Edges) -> Vec<bool> {
     for &(from, _) in edges {
         out[from as usize] += 1;
     }
-    let (begins, sources) = by_target(states, edges);
+    let backwards = Backwards::new(states, edges);
     let mut waiting: Vec<u32> = (0..states as u32)
         .filter(|&s| out[s as usize] == 0)
         .collect();
     while let Some(state) = waiting.pop() {
-        let range = begins[state as usize] as usize..begins[state as usize + 1] as usize;
-        for &before in &sources[range] {
+        for &before in backwards.before(state) {
             out[before as usize] -= 1;
             if out[before as usize] == 0 {
                 waiting.push(before);

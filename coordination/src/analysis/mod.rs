@@ -39,11 +39,17 @@
 //! What is found is a [`Proof`], which belongs to this net, its initial marking and its protocols.
 //! [`NetBinding`](crate::binding::NetBinding) runs nets with a proof only.
 //!
+//! [Place invariants](place_invariants()) come first: what follows from arcs alone, safety of places and exclusions,
+//! is not looked for any more, and is known even of a net that is too large for the rest.
+//!
 //! States are looked at one after another. With the feature `symbolic`, a net that has more of them than
 //! [`Limits::states`] or more steps than [`Limits::steps`] is looked at as a set of states, in decision
 //! diagrams with up to [`Limits::nodes`] nodes, and with the same result: a fault is one of the nearest,
 //! and among equally near ones both searches name exclusions first, then the order of flags, then second
 //! tokens, overflows and stops.
+//!
+//! [`properties`] answers what other tools for nets answer, whether a net may run or not: deadlock, reachable
+//! markings, liveness of each transition.
 //!
 //! Not for real-time threads. Time and memory are bounded by [`Limits`]; a net that exceeds them is
 //! refused, never passed.
@@ -80,12 +86,15 @@
 mod check;
 mod closed;
 mod explored;
+mod findings;
 pub(crate) mod flags;
 mod graph;
+mod invariants;
 #[cfg(feature = "symbolic")]
 mod kept;
 mod never;
 mod proof;
+mod properties;
 mod refusal;
 mod report;
 mod state;
@@ -96,9 +105,12 @@ mod symbolic;
 mod usage;
 
 pub use check::{check, check_situations};
+pub use findings::Liveness;
+pub use invariants::{PlaceInvariant, PlaceInvariants, place_invariants};
 pub use proof::Proof;
+pub use properties::{Marking, Properties, properties};
 pub use refusal::{Dead, Reason, Refusal, Step, Trace};
-pub use report::{Report, Warning};
+pub use report::{ByInvariants, Report, Warning};
 pub use usage::{Limits, Situation, Use};
 
 #[cfg(test)]

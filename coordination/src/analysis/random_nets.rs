@@ -3,10 +3,12 @@
 
 use std::sync::Arc;
 
-use crate::analysis::{Limits, Proof, Reason, Use, check};
+use super::closed::Closed;
+use super::explored::Explored;
+use crate::analysis::{Limits, Marking, Proof, Reason, Use, check, place_invariants, properties};
 use crate::binding::NetBinding;
 use crate::event::EventTable;
-use crate::petri::{Binding, Budget, NetModel};
+use crate::petri::{Binding, Budget, NetModel, PlaceKind};
 use crate::protocol::{End, Party, Protocol, ProtocolModel, Side, channel};
 
 /// By robot.
@@ -204,5 +206,65 @@ fn what_passes_never_blocks() {
     assert!(
         blocked * 2 > refused,
         "only {blocked} of {refused} refused nets blocked"
+    );
+}
+
+/// What invariants say holds in every state that is looked at, and what follows from them is so.
+#[test]
+fn invariants_hold_in_every_state() {
+    let mut random = Random(0x0123_4567_89ab_cdef);
+    let (mut sums, mut exclusions) = (0, 0);
+    for _ in 0..300 {
+        let (mut net, protocols, _) = draw(&mut random);
+        let internal = |net: &NetModel| -> Vec<String> {
+            let internal = net
+                .places()
+                .filter(|place| place.kind == PlaceKind::Internal);
+            internal.map(|place| place.name.to_owned()).collect()
+        };
+        let places = internal(&net);
+        let [one, other] = [0, 1].map(|_| &places[random.below(places.len())]);
+        if one != other {
+            net.exclusion("both", &[one, other]);
+        }
+        let invariants = place_invariants(&net);
+        assert!(invariants.is_complete);
+        let uses: Vec<Use> = { protocols.iter() }
+            .map(|(name, protocol)| Use::new(name, Arc::clone(protocol), Party::Second))
+            .collect();
+        let limits = Limits::default();
+        let closed = Closed::of_any(&net, &uses, &limits).unwrap();
+        let Ok(explored) = Explored::listed(closed, &limits) else {
+            continue;
+        };
+        let number = |place: &str| explored.closed.place_number(place).unwrap();
+        for invariant in &invariants.found {
+            sums += 1;
+            for state in 0..explored.store.len() as u32 {
+                let state = explored.store.get(state);
+                let is_marked =
+                    |place: &str| explored.closed.layout.is_marked(state, number(place));
+                let marked = { invariant.places.iter() }
+                    .filter(|(place, _)| is_marked(place))
+                    .map(|&(_, weight)| u64::from(weight));
+                assert_eq!(marked.sum::<u64>(), invariant.tokens, "{invariant}");
+            }
+        }
+        if let Some(exclusion) = net.exclusions().next()
+            && invariants.excludes(&exclusion.places)
+        {
+            exclusions += 1;
+            let [one, other] = exclusion.places[..] else {
+                panic!("there are two");
+            };
+            let both = [Marking::new(&[one, other], &[])];
+            let found = properties(&net, &uses, &limits, &both).unwrap();
+            assert_eq!(found.by_invariants.exclusions, ["both"]);
+            assert_eq!(found.reached, [None]);
+        }
+    }
+    assert!(
+        sums > 500 && exclusions > 20,
+        "{sums} sums, {exclusions} exclusions"
     );
 }

@@ -9,6 +9,7 @@ use crate::protocol::ABORTED;
 
 /// One step of a closed net, in names.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Step {
     /// A transition fires.
@@ -64,6 +65,7 @@ impl fmt::Display for Step {
 
 /// The steps from the initial state to another; printed as `robot sets request; t1; t2`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Trace {
     /// The steps, in their order.
     pub steps: Vec<Step>,
@@ -120,6 +122,9 @@ pub enum Reason {
     /// There is nothing to analyse.
     #[error("it has no situation, so it never starts")]
     NoSituation,
+    /// A question names a place that the net does not have.
+    #[error("it has no place `{place}`")]
+    UnknownPlace { place: String },
     /// Two protocols in use have the same name.
     #[error("two protocols are called `{protocol}`")]
     TwoProtocols { protocol: String },
@@ -165,10 +170,13 @@ pub enum Reason {
         expected: String,
     },
     /// The analysis was not finished.
-    #[error(
-        "it is too large to analyse: more than {limit} {what}; nothing is known about the rest"
-    )]
-    TooLarge { what: &'static str, limit: u64 },
+    #[error("it is too large to analyse: more than {limit} {what}; {}", known(.proved))]
+    TooLarge {
+        what: &'static str,
+        limit: u64,
+        /// What place invariants prove all the same; empty if they prove nothing.
+        proved: String,
+    },
     /// A firing would put a second token into a place.
     #[error(
         "it is not safe: transition `{transition}` would put a second token into place `{place}`"
@@ -289,6 +297,15 @@ fn joined<T: fmt::Display>(parts: &[T]) -> String {
     match parts.len().saturating_sub(SHOWN) {
         0 => shown.join("; "),
         more => format!("{}; and {more} more", shown.join("; ")),
+    }
+}
+
+fn known(proved: &str) -> String {
+    match proved {
+        "" => "nothing is known about the rest".to_owned(),
+        proved => {
+            format!("place invariants prove {proved}, and nothing else is known about the rest")
+        }
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use super::refusal::Trace;
+use super::refusal::{Trace, quoted};
 
 /// What is worth knowing, but no reason to refuse a net.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Warning {
@@ -39,8 +40,31 @@ impl fmt::Display for Warning {
     }
 }
 
+/// What follows from [place invariants](super::place_invariants()) alone, without a look at any state.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ByInvariants {
+    /// Whether it is safe: no internal place ever holds a second token.
+    pub is_safe: bool,
+    /// The exclusions that hold.
+    pub exclusions: Vec<String>,
+}
+
+impl fmt::Display for ByInvariants {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let exclusions = quoted(&self.exclusions);
+        match (self.is_safe, self.exclusions.is_empty()) {
+            (false, true) => formatter.write_str("nothing"),
+            (true, true) => formatter.write_str("that it is safe"),
+            (false, false) => write!(formatter, "exclusion {exclusions}"),
+            (true, false) => write!(formatter, "that it is safe, and exclusion {exclusions}"),
+        }
+    }
+}
+
 /// What an analysis looked at; part of a [`Proof`](super::Proof).
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Report {
     /// The net.
     pub net: String,
@@ -54,4 +78,6 @@ pub struct Report {
     pub ends: Vec<String>,
     /// What is worth knowing.
     pub warnings: Vec<Warning>,
+    /// What was proved before any state was looked at.
+    pub by_invariants: ByInvariants,
 }

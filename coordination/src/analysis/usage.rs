@@ -69,6 +69,7 @@ pub struct Situation<'a> {
 
 /// How far an analysis goes before it gives up and refuses the net.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
     /// States. Each takes some tens of bytes.
     pub states: usize,

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use coordination::analysis::{Reason, Refusal, Report, Warning};
+use coordination::analysis::{
+    Limits, Liveness, Marking, Properties, Reason, Refusal, Report, Warning, properties,
+};
 
 use super::drawn::{Random, draw};
 use super::{each, together};
@@ -86,4 +88,68 @@ fn verdicts_and_lengths_of_traces_are_the_same_on_random_nets() {
         let count = met.get(verdict).copied().unwrap_or(0);
         assert!(count >= least, "{verdict}: {count} times, of {met:?}");
     }
+}
+
+/// What is true of a net, with traces by their lengths.
+fn told(found: Result<Properties, Refusal>) -> String {
+    let found = match found {
+        Ok(found) => found,
+        Err(refusal) => return format!("{} after {:?}", kind(&refusal), length(&refusal)),
+    };
+    let mut liveness = found
+        .transitions
+        .iter()
+        .map(|(name, liveness)| match liveness {
+            Liveness::Dead => format!("{name} is dead"),
+            Liveness::Dies(trace) => format!("{name} dies after {}", trace.steps.len()),
+            Liveness::Live => format!("{name} lives"),
+        });
+    let steps = |trace: &Option<_>| {
+        let trace: Option<&coordination::analysis::Trace> = trace.as_ref();
+        trace.map(|trace| trace.steps.len())
+    };
+    let reached: Vec<_> = found.reached.iter().map(steps).collect();
+    format!(
+        "{} states, {} steps, deadlock {:?}, {reached:?}, {}, {:?}",
+        found.states,
+        found.steps,
+        steps(&found.deadlock),
+        liveness.by_ref().collect::<Vec<_>>().join(", "),
+        found.by_invariants
+    )
+}
+
+#[test]
+fn properties_are_the_same_on_random_nets() {
+    let mut random = Random(0x1357_9bdf_2468_ace1);
+    let (mut live, mut dying, mut halts, mut refused) = (0, 0, 0, 0);
+    for number in 0..1500 {
+        let (net, uses) = draw(&mut random);
+        let names: Vec<String> = net.places().map(|place| place.name.to_owned()).collect();
+        let one = &names[random.below(names.len())];
+        let other = &names[random.below(names.len())];
+        let asked = [
+            Marking::new(&[one, other], &[]),
+            Marking::new(&[one], &[other]),
+        ];
+        let [each, together] = [(usize::MAX, 0), (0, usize::MAX)].map(|(states, nodes)| {
+            let all = Limits::default();
+            let limits = Limits {
+                states: all.states.min(states),
+                nodes: all.nodes.min(nodes),
+                ..all
+            };
+            properties(&net, &uses, &limits, &asked)
+        });
+        match &each {
+            Err(_) => refused += 1,
+            Ok(found) if found.deadlock.is_some() => halts += 1,
+            Ok(found) if found.is_live() => live += 1,
+            Ok(_) => dying += 1,
+        }
+        let texts = format!("{:?}\n{:?}", each.as_ref().err(), together.as_ref().err());
+        assert_eq!(told(together), told(each), "net {number}: {texts}");
+    }
+    let all = [live, dying, halts, refused];
+    assert!(all.iter().all(|&count| count >= 20), "{all:?}");
 }

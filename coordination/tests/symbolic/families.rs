@@ -1,26 +1,35 @@
-//! Safe families of the Model Checking Contest (<https://mcc.lip6.fr>), written from the definitions in
-//! their model forms as we remember them. So are the sizes of the state spaces that stand here, large ones
-//! to five digits, and who has a deadlock: nobody has held them against the forms yet. `SharedMemory` is
-//! modelled so that its size is the one remembered.
-//!
-//! Small ones are also compared with a plain explorer.
+//! Safe families of the Model Checking Contest (<https://mcc.lip6.fr>), written from their definitions.
 
-use std::collections::{BTreeSet, HashSet, VecDeque};
-
-use coordination::analysis::{Limits, Reason, Situation, check, check_situations};
 use coordination::petri::NetModel;
 
 /// A name, inputs and outputs.
-type Transition = (String, Vec<String>, Vec<String>);
+pub type Transition = (String, Vec<String>, Vec<String>);
 
 /// Places, marked or not; transitions with their inputs and outputs.
 #[derive(Clone, Default)]
-struct Net {
-    places: Vec<(String, bool)>,
-    transitions: Vec<Transition>,
+pub struct Net {
+    pub places: Vec<(String, bool)>,
+    pub transitions: Vec<Transition>,
 }
 
 impl Net {
+    /// As a model of ours.
+    pub fn model(&self) -> NetModel {
+        let mut model = NetModel::new("family");
+        for (place, marked) in &self.places {
+            model.place(place);
+            if *marked {
+                model.mark(place);
+            }
+        }
+        for (name, inputs, outputs) in &self.transitions {
+            let [inputs, outputs] =
+                [inputs, outputs].map(|list| list.iter().map(String::as_str).collect::<Vec<_>>());
+            model.transition(name, &inputs, &outputs);
+        }
+        model
+    }
+
     fn place(&mut self, name: String, marked: bool) {
         self.places.push((name, marked));
     }
@@ -36,7 +45,7 @@ impl Net {
 }
 
 /// Each takes either fork first, then the other, and puts both down at once.
-fn philosophers(count: usize) -> Net {
+pub fn philosophers(count: usize) -> Net {
     let mut net = Net::default();
     for own in 0..count {
         let at = |what: &str| format!("{what} {own}");
@@ -61,8 +70,9 @@ fn philosophers(count: usize) -> Net {
     net
 }
 
-/// Processors that work, use their own memory, or queue for the bus to another's.
-fn shared_memory(count: usize) -> Net {
+/// Processors that work, use their own memory, or queue for the bus to another's. One comes to an end with
+/// its own only while no other uses it.
+pub fn shared_memory(count: usize) -> Net {
     let mut net = Net::default();
     net.place("bus".into(), true);
     for own in 0..count {
@@ -76,7 +86,8 @@ fn shared_memory(count: usize) -> Net {
             net.place(at(what), marked);
         }
         net.transition(at("begin own"), [at("active")], [at("own")]);
-        net.transition(at("end own"), [at("own")], [at("active")]);
+        let (using, done) = ([at("own"), at("memory")], [at("active"), at("memory")]);
+        net.transition(at("end own"), using, done);
         net.transition(at("request"), [at("active")], [at("queue")]);
         for other in (0..count).filter(|&other| other != own) {
             let (access, memory) = (format!("access {own} {other}"), format!("memory {other}"));
@@ -91,7 +102,7 @@ fn shared_memory(count: usize) -> Net {
 }
 
 /// Dekker's algorithm: one raises a flag, takes it back if another's is up, or enters if none is.
-fn dekker(count: usize) -> Net {
+pub fn dekker(count: usize) -> Net {
     let mut net = Net::default();
     for own in 0..count {
         let at = |what: &str| format!("{what} {own}");
@@ -122,7 +133,7 @@ fn dekker(count: usize) -> Net {
 }
 
 /// Multiples are struck out by any of their divisors that is left.
-fn eratosthenes(last: usize) -> Net {
+pub fn eratosthenes(last: usize) -> Net {
     let mut net = Net::default();
     for number in 2..=last {
         net.place(number.to_string(), true);
@@ -138,7 +149,7 @@ fn eratosthenes(last: usize) -> Net {
 }
 
 /// Once it has begun, each votes for or against.
-fn referendum(voters: usize) -> Net {
+pub fn referendum(voters: usize) -> Net {
     let mut net = Net::default();
     net.place("ready".into(), true);
     let voting = (0..voters).map(|own| format!("voting {own}")).collect();
@@ -157,244 +168,4 @@ fn referendum(voters: usize) -> Net {
         }
     }
     net
-}
-
-/// What the contest publishes: the family's parameter, the size of the state space, whether it has a
-/// deadlock. All of these are safe, and each transition can fire.
-type Published = (usize, &'static str, bool);
-
-/// A family's name, its nets, and what is published of them.
-type Family = (&'static str, fn(usize) -> Net, &'static [Published]);
-
-const PUBLISHED: &[Family] = &[
-    (
-        "Philosophers",
-        philosophers,
-        &[
-            (5, "243", true),
-            (10, "59049", true),
-            (20, "3486784401", true),
-            (50, "7.1790e23", true),
-            (100, "5.1538e47", true),
-        ],
-    ),
-    (
-        "SharedMemory",
-        shared_memory,
-        &[
-            (5, "1863", false),
-            (10, "1830519", false),
-            (20, "4.4515e11", false),
-        ],
-    ),
-    (
-        "Dekker",
-        dekker,
-        &[
-            (10, "6144", false),
-            (15, "278528", false),
-            (20, "11534336", false),
-            (50, "2.9273e16", false),
-        ],
-    ),
-    (
-        "Eratosthenes",
-        eratosthenes,
-        &[
-            (10, "32", true),
-            (20, "2048", true),
-            (50, "1.7180e10", true),
-            (100, "1.8889e22", true),
-        ],
-    ),
-    (
-        "Referendum",
-        referendum,
-        &[
-            (10, "59050", true),
-            (15, "14348908", true),
-            (20, "3486784402", true),
-            (50, "7.1790e23", true),
-            (100, "5.1538e47", true),
-        ],
-    ),
-];
-
-/// The net in two situations: as it is, and one in which transitions fire that give each place an input
-/// and an output, which a net here must have. A clock that ticks for ever may keep it from stopping.
-fn models(net: &Net, ticks: bool) -> [NetModel; 2] {
-    // Those in one list of arcs of a transition and not in the other.
-    type Arcs = fn(&Transition) -> &Vec<String>;
-    let of = |arcs: Arcs, others: Arcs| -> BTreeSet<&str> {
-        let changed = net.transitions.iter().flat_map(|transition| {
-            let other = others(transition);
-            { arcs(transition).iter() }.filter(move |place| !other.contains(place))
-        });
-        changed.map(String::as_str).collect()
-    };
-    let (inputs, outputs): (Arcs, Arcs) = (|t| &t.1, |t| &t.2);
-    let (taken, put) = (of(inputs, outputs), of(outputs, inputs));
-    let without = |set: &BTreeSet<&str>| -> Vec<&str> {
-        let places = net.places.iter().map(|(place, _)| place.as_str());
-        places.filter(|place| !set.contains(place)).collect()
-    };
-    let (never_put, never_taken) = (without(&put), without(&taken));
-    [false, true].map(|is_other| {
-        let mut model = NetModel::new("family");
-        for (place, marked) in &net.places {
-            model.place(place);
-            let at_first = match is_other {
-                false => *marked,
-                true => never_taken.contains(&place.as_str()),
-            };
-            if at_first {
-                model.mark(place);
-            }
-        }
-        for (name, inputs, outputs) in &net.transitions {
-            let [inputs, outputs] =
-                [inputs, outputs].map(|list| list.iter().map(String::as_str).collect::<Vec<_>>());
-            model.transition(name, &inputs, &outputs);
-        }
-        // Once, in the other situation: what nothing empties is emptied, then what nothing fills is filled.
-        model.place("off").place("emptied");
-        model.transition("wait", &["off"], &["off"]);
-        model.transition(
-            "empty",
-            &[&never_taken[..], &["off"]].concat(),
-            &["emptied"],
-        );
-        model.transition("fill", &["emptied"], &never_put);
-        if is_other {
-            model.mark("off");
-        }
-        if ticks || is_other {
-            model.place("clock").mark("clock").allow_endless();
-            model.transition("tick", &["clock"], &["clock"]);
-        }
-        model
-    })
-}
-
-/// In words as the contest has them: all digits, or five.
-fn digits(count: u128, like: &str) -> String {
-    match like.contains('e') {
-        // Counted no further.
-        true if count == u128::MAX && like.parse::<f64>().is_ok_and(|most| most > count as f64) => {
-            like.to_owned()
-        }
-        true => format!("{:.4e}", count as f64),
-        false => count.to_string(),
-    }
-}
-
-#[test]
-fn verdicts_are_those_that_the_contest_publishes() {
-    let limits = Limits {
-        states: 0,
-        ..Limits::default()
-    };
-    let mut instances = 0;
-    for (family, net, published) in PUBLISHED {
-        for &(size, states, deadlock) in *published {
-            let net = net(size);
-            let name = format!("{family} {size}");
-            // With a clock it goes on, so that all states are counted; without, it may stop.
-            let [own, other] = models(&net, true);
-            let situations =
-                [("own", &own), ("other", &other)].map(|(name, model)| Situation { name, model });
-            let proofs = check_situations(&situations[..], &[], &limits);
-            let proofs = proofs.unwrap_or_else(|refusal| panic!("{name}: {refusal}"));
-            assert_eq!(digits(proofs[0].report().states, states), states, "{name}");
-
-            let [own, _] = models(&net, false);
-            let refusal = check(&own, &[], &limits).unwrap_err();
-            let stops = matches!(*refusal.reason, Reason::Deadlock { .. });
-            assert_eq!(stops, deadlock, "{name}: {refusal}");
-            instances += 1;
-        }
-    }
-    assert!(instances >= 20);
-}
-
-/// Reads a net on its own terms, one marking after another: how many there are, how far the nearest
-/// one without a step is, and the transitions that fire. None if a second token would come.
-fn explore(net: &Net) -> Option<(u128, Option<usize>, BTreeSet<&str>)> {
-    let first: BTreeSet<&str> = { net.places.iter() }
-        .filter_map(|(place, marked)| marked.then_some(place.as_str()))
-        .collect();
-    let mut seen = HashSet::from([first.clone()]);
-    let mut waiting = VecDeque::from([(first, 0)]);
-    let (mut stops, mut fired) = (None, BTreeSet::new());
-    while let Some((marking, distance)) = waiting.pop_front() {
-        let mut goes_on = false;
-        for (name, inputs, outputs) in &net.transitions {
-            if !inputs.iter().all(|place| marking.contains(place.as_str())) {
-                continue;
-            }
-            goes_on = true;
-            fired.insert(name.as_str());
-            let mut next = marking.clone();
-            next.retain(|place| !inputs.iter().any(|input| input == place));
-            for place in outputs {
-                if !next.insert(place) {
-                    return None;
-                }
-            }
-            if seen.insert(next.clone()) {
-                waiting.push_back((next, distance + 1));
-            }
-        }
-        if !goes_on && stops.is_none() {
-            stops = Some(distance);
-        }
-    }
-    Some((seen.len() as u128, stops, fired))
-}
-
-#[test]
-fn a_plain_explorer_says_the_same_of_small_ones() {
-    let limits = Limits {
-        states: 0,
-        ..Limits::default()
-    };
-    for (net, sizes) in [
-        (philosophers as fn(usize) -> Net, 2..7),
-        (shared_memory, 2..6),
-        (dekker, 2..9),
-        (eratosthenes, 6..21),
-        (referendum, 1..8),
-    ] {
-        for size in sizes {
-            let net = net(size);
-            let (states, stops, fired) = explore(&net).expect("it is safe");
-            assert_eq!(fired.len(), net.transitions.len());
-            let [own, other] = models(&net, true);
-            let situations =
-                [("own", &own), ("other", &other)].map(|(name, model)| Situation { name, model });
-            let proofs = check_situations(&situations[..], &[], &limits)
-                .unwrap_or_else(|refusal| panic!("{refusal}"));
-            assert_eq!(proofs[0].report().states, states);
-            let [own, _] = models(&net, false);
-            let refusal = check(&own, &[], &limits).unwrap_err();
-            let found = match *refusal.reason {
-                Reason::Deadlock { .. } => refusal.trace.map(|trace| trace.steps.len()),
-                _ => None,
-            };
-            assert_eq!(found, stops, "{size}");
-
-            // A token too many in some place that is filled is a second one.
-            let mut spoilt = net.clone();
-            let filled = &spoilt.transitions[0].2[0];
-            let place = spoilt
-                .places
-                .iter()
-                .position(|(place, _)| place == filled)
-                .unwrap();
-            spoilt.places[place].1 = true;
-            let refusal = check(&models(&spoilt, false)[0], &[], &limits).unwrap_err();
-            let is_unsafe = matches!(*refusal.reason, Reason::Unsafe { .. });
-            assert_eq!(is_unsafe, explore(&spoilt).is_none(), "{refusal}");
-        }
-    }
 }

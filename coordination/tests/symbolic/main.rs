@@ -5,8 +5,10 @@ mod nets;
 
 mod agreement;
 mod drawn;
+mod explorer;
 mod families;
 mod large;
+mod published;
 
 use coordination::analysis::{Limits, Proof, Refusal, Use, check};
 use coordination::petri::NetModel;

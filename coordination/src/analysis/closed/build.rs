@@ -7,15 +7,42 @@ use super::super::refusal::Reason;
 use super::super::state::Layout;
 use super::super::usage::{Limits, Use};
 use super::net::{Arcs, Bound, Closed, Set};
-use crate::petri::{NetModel, PlaceKind};
+use crate::petri::{ModelError, NetModel, PlaceKind};
 
 impl<'a> Closed<'a> {
+    /// The net must compile.
     pub(in crate::analysis) fn new(
         model: &NetModel,
         uses: &'a [Use],
         limits: &Limits,
     ) -> Result<Self, Box<Reason>> {
-        let errors = model.check();
+        Self::build(model, uses, limits, |_| true)
+    }
+
+    /// A net that is only looked at may have places that nothing fills, or nothing empties.
+    pub(in crate::analysis) fn of_any(
+        model: &NetModel,
+        uses: &'a [Use],
+        limits: &Limits,
+    ) -> Result<Self, Box<Reason>> {
+        Self::build(model, uses, limits, |error| {
+            !matches!(
+                error,
+                ModelError::UnboundSource { .. }
+                    | ModelError::UnboundSink { .. }
+                    | ModelError::IsolatedPlace { .. }
+            )
+        })
+    }
+
+    fn build(
+        model: &NetModel,
+        uses: &'a [Use],
+        limits: &Limits,
+        matters: impl Fn(&ModelError) -> bool,
+    ) -> Result<Self, Box<Reason>> {
+        let mut errors = model.check();
+        errors.retain(matters);
         if !errors.is_empty() {
             return Err(Box::new(Reason::Model(errors)));
         }
@@ -34,6 +61,7 @@ impl<'a> Closed<'a> {
             event_sources: Vec::new(),
             event_sinks: Vec::new(),
             exclusions: Vec::new(),
+            safe: vec![false; model.places().len()],
             ends: Vec::new(),
             at_end: vec![0; model.places().len().div_ceil(64)],
             initial: Vec::new(),

@@ -75,7 +75,10 @@ pub(in crate::analysis) struct Closed<'a> {
     pub(super) bound: Vec<Bound>,
     pub(super) event_sources: Vec<u32>,
     pub(super) event_sinks: Vec<u32>,
+    /// Those that are to be looked at.
     pub(super) exclusions: Vec<Set>,
+    /// By place: whether it is known never to hold a second token.
+    pub(super) safe: Vec<bool>,
     pub(super) ends: Vec<Set>,
     /// Every place but sources of events.
     pub(super) at_end: Vec<u64>,
@@ -96,6 +99,23 @@ impl<'a> Closed<'a> {
 
     pub(in crate::analysis) fn transition_name(&self, transition: usize) -> &str {
         &self.transitions[transition].0
+    }
+
+    /// Takes note of what need not be looked at any more: places that hold at most one token, and exclusions
+    /// that hold.
+    pub(in crate::analysis) fn know(
+        &mut self,
+        is_safe: impl Fn(&str) -> bool,
+        holds: impl Fn(&str) -> bool,
+    ) {
+        self.safe = self.places.iter().map(|place| is_safe(place)).collect();
+        self.exclusions.retain(|exclusion| !holds(&exclusion.name));
+    }
+
+    /// The number of the place with this name. Searches.
+    pub(in crate::analysis) fn place_number(&self, name: &str) -> Option<u32> {
+        let mut places = self.places.iter().zip(0..);
+        places.find_map(|(place, number)| (place == name).then_some(number))
     }
 
     /// By place, for sources of flags: the number of the counter of waiting events.

@@ -81,7 +81,8 @@ impl Closed<'_> {
         }
         let new = |&place: &u32| Literal::turns(variable(place), false, true);
         guard.extend(arcs.sinks.iter().map(new));
-        for &place in &arcs.internal {
+        let unsure = |place: &&u32| !self.safe[**place as usize];
+        for &place in arcs.internal.iter().filter(unsure) {
             let mut tests = guard.clone();
             tests.push(Literal::is(variable(place), true));
             let kind = TrapKind::Unsafe { transition, place };

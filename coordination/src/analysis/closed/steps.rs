@@ -51,7 +51,11 @@ impl Closed<'_> {
         Ok(looks)
     }
 
-    fn is_enabled(&self, state: &[u64], transition: u32) -> Result<bool, Box<Reason>> {
+    pub(in crate::analysis) fn is_enabled(
+        &self,
+        state: &[u64],
+        transition: u32,
+    ) -> Result<bool, Box<Reason>> {
         let arcs = &self.transitions[transition as usize].1;
         let marked = |&place: &u32| self.layout.is_marked(state, place);
         if !arcs.inputs.iter().all(marked) || arcs.sinks.iter().any(marked) {

@@ -1,7 +1,5 @@
 //! The search through all states at once, and what it proves.
 
-use std::time::Instant;
-
 use super::super::closed::rule::{Meaning, Rule};
 use super::super::closed::{Closed, Move};
 use super::super::explored::Fault;
@@ -10,17 +8,11 @@ use super::super::never::{EXPLAINED, Found};
 use super::super::refusal::{Dead, Reason, Trace};
 use super::super::report::Warning;
 use super::super::usage::Limits;
-use super::diagram::{Counts, Exhausted, Grown, Set};
+use super::deep::{Looked, deep, in_spaces};
+use super::diagram::{Counts, Grown, Set};
 use super::layers::Ways;
 use super::space::Space;
 use super::sweep::{Sweep, Way};
-
-/// Deep enough for a call per variable.
-const STACK: usize = if cfg!(target_pointer_width = "64") {
-    1 << 30
-} else {
-    1 << 26
-};
 
 /// All states of a net that has no fault, without their diagram.
 pub(in crate::analysis) struct Symbolic<'a> {
@@ -41,34 +33,11 @@ pub(in crate::analysis) struct All {
     dead: Vec<(usize, Dead)>,
 }
 
-/// How a search for faults ends.
-enum Outcome {
-    All(Box<All>),
-    Fault(Fault),
-    Waits,
-}
-
 impl<'a> Symbolic<'a> {
     /// Looks at all states; they must not be less than the limits say, but their diagram.
     pub(in crate::analysis) fn new(closed: Closed<'a>, limits: &Limits) -> Result<Self, Fault> {
-        let looked = std::thread::scope(|scope| {
-            let thread = std::thread::Builder::new().stack_size(STACK);
-            let running = thread.spawn_scoped(scope, || look(&closed, limits));
-            running.map(|running| running.join())
-        });
-        let too_large = |what, limit| (Box::new(Reason::TooLarge { what, limit }), None);
-        match looked {
-            Ok(Ok(Ok(Ok(all)))) => Ok(Self { closed, all }),
-            Ok(Ok(Ok(Err(fault)))) => Err(fault),
-            Ok(Ok(Err(Exhausted::Time))) => {
-                Err(too_large("seconds of looking", limits.time.as_secs()))
-            }
-            Ok(Ok(Err(Exhausted::Nodes))) => {
-                Err(too_large("nodes of decision diagrams", limits.nodes as u64))
-            }
-            Ok(Err(panic)) => std::panic::resume_unwind(panic),
-            Err(_) => Err(too_large("bytes of stack", STACK as u64)),
-        }
+        let all = deep(limits, || in_spaces(&closed, limits, search))?;
+        Ok(Self { closed, all: *all })
     }
 }
 
@@ -98,40 +67,23 @@ impl Found for Symbolic<'_> {
     }
 }
 
-/// First as if no event ever had to wait, which is true of most nets.
-fn look(closed: &Closed<'_>, limits: &Limits) -> Grown<Result<All, Fault>> {
-    let begun = Instant::now();
-    let mut outcome = Outcome::Waits;
-    for waiting in [0, closed.max_waiting()] {
-        if matches!(outcome, Outcome::Waits) {
-            let space = Space::new(closed, waiting, limits, begun);
-            outcome = search(&space)?;
-        }
-    }
-    Ok(match outcome {
-        Outcome::All(all) => Ok(*all),
-        Outcome::Fault(fault) => Err(fault),
-        Outcome::Waits => unreachable!("there are variables for all that may wait"),
-    })
-}
-
 /// A search of one space.
 struct Search<'s, 'a> {
     space: &'s Space<'a>,
     ways: Ways,
 }
 
-fn search(space: &Space<'_>) -> Grown<Outcome> {
+fn search(space: &Space<'_>) -> Grown<Looked<Box<All>>> {
     let all = space.reach(&space.initial()?)?;
     let ways = Ways::new(all.clone(), space)?;
     let mut search = Search { space, ways };
     let faulty = space.faulty(&all)?;
     if faulty.waits {
-        return Ok(Outcome::Waits);
+        return Ok(Looked::Waits);
     }
     match search.ways.nearest(&faulty.kinds, space)? {
         None => search.prove(&all),
-        Some((state, trace)) => Ok(Outcome::Fault((space.reason(&state)?, Some(trace)))),
+        Some((state, trace)) => Ok(Looked::Fault((space.reason(&state)?, Some(trace)))),
     }
 }
 
@@ -145,13 +97,13 @@ impl Search<'_, '_> {
         Ok(found.map(|(state, trace)| (self.space.state(&state), trace)))
     }
 
-    fn prove(mut self, all: &Set) -> Grown<Outcome> {
+    fn prove(mut self, all: &Set) -> Grown<Looked<Box<All>>> {
         let (space, closed) = (self.space, self.space.closed);
         let (mut ends, mut warnings) = (Vec::new(), Vec::new());
         if closed.end_names().next().is_none() {
             warnings.push(Warning::NoEnds);
             if let Some(fault) = self.unfinished(all)? {
-                return Ok(Outcome::Fault(fault));
+                return Ok(Looked::Fault(fault));
             }
         } else {
             let mut targets = space.empty();
@@ -166,7 +118,7 @@ impl Search<'_, '_> {
             if let Some((state, trace)) = self.nearest(all.minus(&can)?)? {
                 let marked = closed.marked(&state);
                 let fault = (Box::new(Reason::Livelock { marked }), Some(trace));
-                return Ok(Outcome::Fault(fault));
+                return Ok(Looked::Fault(fault));
             }
         }
         let mut counts = Counts::default();
@@ -192,12 +144,12 @@ impl Search<'_, '_> {
         }
         if let Some(trace) = self.endless(all)? {
             if !closed.allows_endless() {
-                return Ok(Outcome::Fault((Box::new(Reason::Endless), Some(trace))));
+                return Ok(Looked::Fault((Box::new(Reason::Endless), Some(trace))));
             }
             warnings.push(Warning::NeverRests { trace });
         }
         let dead = self.dead(all, &fired)?;
-        Ok(Outcome::All(Box::new(All {
+        Ok(Looked::All(Box::new(All {
             kept: all.keep(),
             meanings: space.rules.meanings.clone(),
             states: all.count(&mut counts),

@@ -13,8 +13,18 @@ pub(super) struct Faulty {
     pub(super) waits: bool,
 }
 
+/// The states that would take a step after which it is not defined what happens.
+pub(super) struct Trapped {
+    /// To a second token in a place.
+    pub(super) second: Set,
+    /// To one event too many.
+    pub(super) overflows: Set,
+    /// Whether an event has to wait for a source for which there are no variables yet.
+    pub(super) waits: bool,
+}
+
 impl Space<'_> {
-    pub(super) fn faulty(&self, set: &Set) -> Grown<Faulty> {
+    pub(super) fn trapped(&self, set: &Set) -> Grown<Trapped> {
         let as_such = |tests: &Trap| matches!(tests.kind, TrapKind::Unsafe { .. });
         let (second, more): (Vec<_>, Vec<_>) = self.rules.traps.iter().partition(|t| as_such(t));
         let trapped = |traps: Vec<&Trap>| {
@@ -22,11 +32,23 @@ impl Space<'_> {
             Sweep::of_tests(self, tests).once(set)
         };
         let overflows = trapped(more)?;
-        let waits = self.rules.waiting < self.closed.max_waiting() && !overflows.is_empty();
+        Ok(Trapped {
+            waits: self.rules.waiting < self.closed.max_waiting() && !overflows.is_empty(),
+            second: trapped(second)?,
+            overflows,
+        })
+    }
+
+    pub(super) fn faulty(&self, set: &Set) -> Grown<Faulty> {
+        let Trapped {
+            second,
+            overflows,
+            waits,
+        } = self.trapped(set)?;
         let kinds = vec![
             self.excluded(set)?,
             self.out_of_order(set)?,
-            trapped(second)?,
+            second,
             overflows,
             self.stuck(set)?,
         ];
@@ -39,6 +61,11 @@ impl Space<'_> {
         if let Some(reason) = self.closed.fault(&state) {
             return Ok(reason);
         }
+        self.trap(variables)
+    }
+
+    /// What a state would do wrong next, by its true variables.
+    pub(super) fn trap(&self, variables: &[u32]) -> Grown<Box<Reason>> {
         let only = self.diagram.only(variables.iter().copied())?;
         for trap in &self.rules.traps {
             if !self.that(&only, &trap.tests)?.is_empty() {
@@ -52,7 +79,7 @@ impl Space<'_> {
                 }));
             }
         }
-        Ok(Box::new(self.closed.deadlock(&state)))
+        Ok(Box::new(self.closed.deadlock(&self.state(variables))))
     }
 
     /// The states with two marked places of an exclusion.
@@ -101,11 +128,16 @@ impl Space<'_> {
         Ok(found)
     }
 
-    /// The states in which nothing can happen and which are no ends.
-    fn stuck(&self, set: &Set) -> Grown<Set> {
+    /// The states in which nothing can happen.
+    pub(super) fn blocked(&self, set: &Set) -> Grown<Set> {
         let rules = self.rules.rules.iter();
         let goes_on = Sweep::of_rules(self, Way::Stays, rules).once(set)?;
-        let mut stuck = set.minus(&goes_on)?;
+        set.minus(&goes_on)
+    }
+
+    /// The states in which nothing can happen and which are no ends.
+    fn stuck(&self, set: &Set) -> Grown<Set> {
+        let mut stuck = self.blocked(set)?;
         for end in self.ends()? {
             stuck = stuck.minus(&end)?;
         }

@@ -6,12 +6,15 @@
 //! faulty they are collected again by their distance, and the nearest faulty one is named, with a
 //! shortest way there ([`layers`]).
 
+mod deep;
 mod diagram;
 mod found;
 mod judge;
 mod layers;
+mod list;
 mod order;
 mod space;
 mod sweep;
 
 pub(super) use found::Symbolic;
+pub(super) use list::list;

@@ -1,0 +1,84 @@
+//! What is said of a net as such: invariants, liveness, markings.
+
+mod nets;
+
+use coordination::analysis::{
+    Limits, Liveness, Marking, Reason, Trace, check, place_invariants, properties,
+};
+use coordination::petri::NetModel;
+use nets::gate;
+
+#[test]
+fn invariants_come_first_and_are_known_of_large_nets() {
+    let (mut net, uses) = gate(3);
+    net.exclusion("one inside", &["r0 in", "r1 in", "r2 in"]);
+    let proof = check(&net, &uses, &Limits::default()).unwrap();
+    let by_invariants = &proof.report().by_invariants;
+    assert!(by_invariants.is_safe);
+    assert_eq!(by_invariants.exclusions, ["one inside"]);
+    let few = Limits {
+        states: 5,
+        nodes: 0,
+        ..Limits::default()
+    };
+    let refusal = check(&net, &uses, &few).unwrap_err();
+    assert_eq!(
+        refusal.to_string(),
+        "net `gate`: it is too large to analyse: more than 5 states; place invariants prove \
+         that it is safe, and exclusion `one inside`, and nothing else is known about the rest"
+    );
+    // One of them need not give the road back, and then two can be on it: nothing is proved of that.
+    net.place("spare").mark("spare");
+    net.transition("slips in", &["spare"], &["r1 in"]);
+    net.transition("is mended", &["r1 in"], &["spare"]);
+    let invariants = place_invariants(&net);
+    assert!(!invariants.excludes(&["r0 in", "r1 in"]) && !invariants.is_safe("r1 in"));
+    let refusal = check(&net, &uses, &Limits::default()).unwrap_err();
+    assert!(matches!(
+        *refusal.reason,
+        Reason::Unsafe { .. } | Reason::Exclusion { .. }
+    ));
+}
+
+#[test]
+fn questions_about_unknown_places_and_broken_nets_are_refused() {
+    let (net, uses) = gate(1);
+    let asked = [Marking::new(&["free"], &[]), Marking::new(&[], &["freeze"])];
+    let refusal = properties(&net, &uses, &Limits::default(), &asked).unwrap_err();
+    assert_eq!(refusal.to_string(), "net `gate`: it has no place `freeze`");
+    let found = properties(&net, &uses, &Limits::default(), &asked[..1]).unwrap();
+    assert_eq!(found.reached, [Some(Trace::default())]);
+    assert!(found.is_live() && found.deadlock.is_none());
+    let refusal = properties(&NetModel::new("none"), &[], &Limits::default(), &[]).unwrap_err();
+    assert_eq!(
+        refusal.to_string(),
+        "net `none`: net `none` has no transitions"
+    );
+}
+
+#[test]
+fn a_transition_may_fire_and_die_without_a_deadlock() {
+    let mut net = NetModel::new("start-up");
+    net.place("cold").mark("cold").place("warm").place("hot");
+    net.place("never");
+    net.transition("start", &["cold"], &["warm"]);
+    net.transition("heat", &["warm"], &["hot"]);
+    net.transition("cool", &["hot"], &["warm"]);
+    net.transition("break", &["never", "hot"], &["cold", "never"]);
+    let found = properties(&net, &[], &Limits::default(), &[]).unwrap();
+    let liveness: Vec<String> = { found.transitions.iter() }
+        .map(|(name, liveness)| match liveness {
+            Liveness::Dead => format!("{name} is dead"),
+            Liveness::Dies(trace) => format!("{name} dies after {trace}"),
+            Liveness::Live => format!("{name} lives"),
+        })
+        .collect();
+    let expected = [
+        "start dies after start",
+        "heat lives",
+        "cool lives",
+        "break is dead",
+    ];
+    assert_eq!(liveness, expected);
+    assert!(!found.is_live() && !found.is_quasi_live());
+}
