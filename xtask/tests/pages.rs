@@ -408,7 +408,19 @@ const COMMANDS: &[(&str, Run)] = &[
         "cargo run -p coordination --features pnml --example pnml -- coordination/tests/pnml/printer.pnml",
         Here,
     ),
-    ("cargo test -p coordination --features pnml,symbolic", ByCi),
+    ("cargo run -p coordination --example machine_and_net", Here),
+    ("cargo run -p coordination --example lossy_link", Here),
+    (
+        "cargo run -p coordination --features symbols --example registration",
+        ByTest {
+            file: "coordination/tests/symbols/example.rs",
+            naming: "examples/registration.rs",
+        },
+    ),
+    (
+        "cargo test -p coordination --features pnml,symbolic,serde",
+        ByCi,
+    ),
     (
         "cargo run --release -p coordination --example petri_families -- --baseline",
         ByTest {
