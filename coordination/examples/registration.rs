@@ -84,7 +84,7 @@ pub fn run() -> Result<Vec<String>, Box<dyn Error>> {
     ));
     let mut watch = inspector.reader::<Joint>("elbow")?;
 
-    for step in 1..=3 {
+    for step in 1..=3_u32 {
         let angle_rad = f64::from(step) / 10.0;
         drive.write(
             step.into(),
