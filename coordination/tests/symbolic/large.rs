@@ -8,7 +8,7 @@ use coordination::petri::{NetModel, PlaceKind};
 use super::{each, nets::gate};
 
 /// For machines that do much else; a second or some without.
-const LONG: Duration = Duration::from_secs(120);
+const LONG: Duration = Duration::from_secs(50);
 
 #[test]
 fn a_gate_with_a_hundred_robots_passes() {
