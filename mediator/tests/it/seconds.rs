@@ -20,13 +20,16 @@ fn asked_for() -> (Manager, Robots) {
     (manager, robots)
 }
 
-fn clone_of_the_second(boot_epoch: u64, area: &str) -> (Client, Situation) {
-    let situation = Situation {
+fn stands_in(area: &str) -> Situation {
+    Situation {
         located: true,
         stands_in: vec![area.to_owned()],
         ..Situation::default()
-    };
-    (Client::new("amr-2", "hall", boot_epoch), situation)
+    }
+}
+
+fn clone_of_the_second(boot_epoch: u64, area: &str) -> (Client, Situation) {
+    (Client::new("amr-2", "hall", boot_epoch), stands_in(area))
 }
 
 #[test]
@@ -130,4 +133,74 @@ fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
     now_ns += SILENT_AFTER_NS;
     talk(&mut manager, &mut robots, now_ns);
     assert!(robots[0].0.holds(AREA));
+}
+
+/// Of another robot, or of the one that was let in: its body meets the clone's.
+#[test]
+fn one_that_appears_where_somebody_was_let_in_takes_back_what_was_not_entered_yet() {
+    for of in ["amr-2", "amr-1"] {
+        let (mut manager, mut robots) = asked_for();
+        talk(&mut manager, &mut robots, NOW_NS);
+        assert!(robots[0].0.holds(AREA) && robots[2].0.holds("yard"));
+        let now_ns = NOW_NS + STEP_NS;
+        let (mut clone, situation) = (Client::new(of, "hall", 8), stands_in(AREA));
+        clone.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+        manager.report(&clone.report(), now_ns);
+        manager.tick(now_ns);
+        assert_eq!(manager.counters().revocations, 1, "{of}");
+        let status = manager.status(now_ns);
+        assert!(status.areas[0].closed && !status.areas[1].closed, "{of}");
+        // It was not in there, and gives it back. It is let in when the clone has gone.
+        robots.push((clone, situation));
+        talk(&mut manager, &mut robots, now_ns);
+        assert!(
+            !robots[0].0.holds(AREA) && robots[2].0.holds("yard"),
+            "{of}"
+        );
+        robots.pop();
+        for round in 2..20 {
+            talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        }
+        assert!(robots[0].0.holds(AREA), "{of}");
+        assert_eq!(manager.counters().revocations, 1, "{of}");
+        let alarms: Vec<Alarm> = manager.alarms().collect();
+        assert!(alarms.is_empty(), "nobody is accused: {alarms:?}");
+    }
+}
+
+#[test]
+fn one_that_appears_where_somebody_is_takes_nothing_back() {
+    for of in ["amr-2", "amr-1"] {
+        let (mut manager, mut robots) = asked_for();
+        talk(&mut manager, &mut robots, NOW_NS);
+        robots[0].1.stands_in = vec![AREA.to_owned()];
+        talk(&mut manager, &mut robots, NOW_NS);
+        robots.push((Client::new(of, "hall", 8), stands_in(AREA)));
+        for round in 1..10 {
+            talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+            assert!(robots[0].0.holds(AREA), "{of}");
+        }
+        assert_eq!(manager.counters().revocations, 0, "{of}");
+    }
+}
+
+/// It asks to speak for the silent robot, and stands where another one was let in.
+#[test]
+fn a_process_that_does_not_speak_for_its_robot_yet_takes_back_what_was_not_entered_yet() {
+    let (mut manager, mut robots) = asked_for();
+    robots.remove(1);
+    assert_eq!(manager.status(NOW_NS).robots[1].id, "amr-2");
+    for round in 0..10 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    assert!(robots[0].0.holds(AREA));
+    let now_ns = NOW_NS + 10 * STEP_NS;
+    let (mut next, situation) = (Client::new("amr-2", "hall", 8), stands_in(AREA));
+    next.step(situation, now_ns, SILENT_AFTER_NS);
+    manager.report(&next.report(), now_ns);
+    manager.tick(now_ns);
+    assert!(!next.is_registered());
+    assert_eq!(manager.counters().revocations, 1);
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(!robots[0].0.holds(AREA));
 }

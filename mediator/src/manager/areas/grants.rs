@@ -15,11 +15,13 @@ impl Areas {
         effects: &mut Effects,
     ) {
         while let Some(area) = self.next_changed() {
-            let own = &mut self.areas[area];
-            let fits = own.concerned.len() <= own.capacity as usize;
+            let own = &self.areas[area];
+            let seconds =
+                { own.concerned.iter() }.map(|&robot| self.robots[robot].seconds.bodies(area));
+            let fits = own.concerned.len() + seconds.sum::<usize>() <= own.capacity as usize;
             if own.queue.is_empty() && fits && own.closed.is_none() {
                 // Nobody waits, and there cannot be too many.
-                own.overfull = false;
+                (self.areas[area].overfull, self.areas[area].crowded) = (false, false);
                 continue;
             }
             let inside: Vec<usize> = self.occupants(area).collect();
@@ -61,7 +63,7 @@ impl Areas {
             let intruded =
                 { inside.iter() }.any(|&other| other != robot && self.robots[other].intrudes(area));
             let others = self.bodies_besides(robot, area, &inside);
-            if self.areas[area].overfull || intruded || others >= capacity {
+            if self.areas[area].crowded || intruded || others >= capacity {
                 return;
             }
             let stands_there = self.robots[robot].stands_in(area);
@@ -121,7 +123,8 @@ impl Areas {
         effects.tell(robot);
     }
 
-    /// Notices when an area holds more than it can, and when that is over.
+    /// Notices when an area holds more than it can, and when that is over. All bodies count that may be there, also those of
+    /// processes that do not speak for their robot; who has said so of itself is told to people.
     fn judge_capacity(
         &mut self,
         area: usize,
@@ -130,15 +133,18 @@ impl Areas {
         effects: &mut Effects,
     ) {
         let capacity = self.areas[area].capacity;
-        if inside.len() <= capacity as usize {
-            self.areas[area].overfull = false;
-            return;
-        }
+        // As long as somebody has not reported, it may have left: nothing is granted anyway.
+        let is_known = sessions.awaited().is_empty();
+        let bodies = inside.iter().map(|&robot| {
+            let own = &self.robots[robot];
+            usize::from(own.may_be_or_come_in(area)) + own.seconds.bodies(area)
+        });
+        let crowded = is_known && bodies.sum::<usize>() > capacity as usize;
         let inside: Vec<usize> = { inside.iter().copied() }
             .filter(|&robot| self.robots[robot].is_or_will_be_in(area))
             .collect();
-        // As long as somebody has not reported, it may have left: nothing is granted anyway.
-        let overfull = sessions.awaited().is_empty() && inside.len() > capacity as usize;
+        let overfull = is_known && inside.len() > capacity as usize;
+        self.areas[area].crowded = crowded;
         let was_overfull = std::mem::replace(&mut self.areas[area].overfull, overfull);
         if overfull && !was_overfull {
             effects.alarms.push(Alarm::Overfull {

@@ -4,7 +4,8 @@
 //!   when it was last heard. A silent robot goes on occupying what it occupied.
 //! * **Queue.** Requests wait in the order of priority, then of asking.
 //! * **Grant.** Given when the area's other occupants leave room; whoever stands in the area already comes first. An intruder, or
-//!   more robots than the area holds, close it to everyone until it is right again.
+//!   more bodies than the area holds, those of second processes included, close it to everyone until it is right again, and grants
+//!   that are not used yet are asked back.
 //! * **Closing.** An operator closes an area: grants that are not used yet are asked back, and nobody is let in who does not stand
 //!   there already.
 //! * **Fence.** Every grant of an area has a larger number than all before it, so a message about an older grant is recognised

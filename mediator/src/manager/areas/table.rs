@@ -34,6 +34,8 @@ pub(crate) struct Area {
     pub(super) concerned: Vec<usize>,
     /// More robots were in it than it holds when it was last looked at.
     pub(super) overfull: bool,
+    /// More bodies may have been, those of processes that do not speak for their robot included.
+    pub(super) crowded: bool,
     /// An operator has closed it.
     pub(crate) closed: Option<ClosedRecord>,
     /// Something changed, and a waiting robot may now fit.
@@ -69,6 +71,7 @@ impl Areas {
             queue: Vec::new(),
             concerned: Vec::new(),
             overfull: false,
+            crowded: false,
             closed: None,
             changed: false,
             is_news: false,
@@ -122,7 +125,7 @@ impl Areas {
         let intruded = self
             .occupants(area)
             .any(|robot| self.robots[robot].intrudes(area));
-        self.areas[area].overfull || intruded || self.areas[area].closed.is_some()
+        self.areas[area].crowded || intruded || self.areas[area].closed.is_some()
     }
 
     /// What a report says of an area.
