@@ -140,8 +140,8 @@ impl Manager {
         Ok(names.collect())
     }
 
-    /// An operator says that a robot is nowhere on the floor: it has no area any more, and is not awaited until it is heard
-    /// again, also after later starts. Returns the areas that it has lost.
+    /// An operator says that a robot is nowhere on the floor: it has no area and asks for none any more, and is not awaited until
+    /// it is heard again, also after later starts. Returns the areas that it has lost.
     ///
     /// # Errors
     /// [`AbsentError`] when there is no such robot, it is heard, or it may still enter an area.
@@ -166,6 +166,8 @@ impl Manager {
             self.take_out(robot, area, now_ns);
         }
         self.sessions.give_up(robot);
+        self.areas.withdraw(robot, &mut self.effects);
+        self.effects.tell(robot);
         self.coordinations.look_again_at(robot);
         self.store_robot(robot);
         self.areas.touch_all();

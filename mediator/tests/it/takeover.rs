@@ -337,6 +337,45 @@ fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
 }
 
 #[test]
+fn a_robot_that_is_said_to_be_absent_asks_for_nothing_any_more() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-1", &[AREA]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    assert_eq!(
+        talk(&mut manager, &mut robots, NOW_NS).areas[0]
+            .waiting
+            .len(),
+        1
+    );
+    let second = robots.remove(1);
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    assert_eq!(manager.absent("amr-2", now_ns), Ok(Vec::new()));
+    assert!(manager.status(now_ns).areas[0].waiting.is_empty());
+    keep(&mut manager, &mut stored);
+    assert!(
+        start(&stored, 51, now_ns).status(now_ns).areas[0]
+            .waiting
+            .is_empty()
+    );
+    // It comes back, asks anew, and has its turn.
+    robots.push(second);
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert_eq!(status.areas[0].waiting.len(), 1, "{status:?}");
+    robots[0].1.wanted.clear();
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[2].0.holds(AREA));
+    let alarms: Vec<String> = manager.alarms().map(|alarm| alarm.to_string()).collect();
+    assert!(
+        !alarms.iter().any(|text| text.contains("ignored")),
+        "{alarms:?}"
+    );
+}
+
+#[test]
 fn clearing_an_area_says_nothing_of_a_robot_that_may_be_anywhere() {
     let mut setup = setup();
     setup.robots[2].starts_in = vec!["yard".to_owned()];

@@ -32,7 +32,7 @@ impl Areas {
             }
             self.serve_area(area, inside, sessions, reservations, effects);
         }
-        self.revoke_what_is_kept(reservations, effects);
+        self.revoke_what_is_kept(sessions, reservations, effects);
     }
 
     fn serve_area(
@@ -56,7 +56,7 @@ impl Areas {
         // Whoever stands there already comes first: letting somebody else in would only make it worse.
         order.sort_by_key(|&robot| (!self.robots[robot].stands_in(area), !kept.contains(&robot)));
         for robot in order {
-            if !sessions.is_heard(robot) || !self.robots[robot].located {
+            if !self.can_use_grants(robot, sessions) {
                 // It could not use the grant; the next one may.
                 continue;
             }

@@ -9,17 +9,20 @@ use super::table::Areas;
 use crate::journal::Entry;
 use crate::manager::alarm::BadReport;
 use crate::manager::effects::Effects;
+use crate::manager::sessions::Sessions;
 
 impl Areas {
-    /// Asks for grants back that stand in the way of what coordinations keep for others.
+    /// Asks for grants back that stand in the way of what coordinations keep for others that can use it.
     pub(super) fn revoke_what_is_kept(
         &mut self,
+        sessions: &Sessions,
         reservations: &dyn Reservations,
         effects: &mut Effects,
     ) {
         for Reserved { area, robot } in reservations.open() {
             let others: Vec<usize> = self.occupants(area).collect();
             if !self.robots[robot].waits_for(area)
+                || !self.can_use_grants(robot, sessions)
                 || others.len() < self.areas[area].capacity as usize
             {
                 continue;

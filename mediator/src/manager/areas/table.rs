@@ -14,6 +14,7 @@ use crate::journal::{ClosedRecord, Entry};
 use crate::manager::alarm::BadReport;
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
+use crate::manager::sessions::Sessions;
 use crate::setup::Setup;
 
 /// No array was run so often, no area was granted so often: what is taken over from a robot leaves room to count on.
@@ -101,6 +102,11 @@ impl Areas {
 
     pub(crate) fn robot(&self, robot: usize) -> &Occupant {
         &self.robots[robot]
+    }
+
+    /// It is heard, and knows where it is: what it is granted it can use.
+    pub(crate) fn can_use_grants(&self, robot: usize, sessions: &Sessions) -> bool {
+        sessions.is_heard(robot) && self.robots[robot].located
     }
 
     /// Robots that may be in the area.
@@ -269,6 +275,20 @@ impl Areas {
     /// An operator says that a robot is not in an area.
     pub(crate) fn leave(&mut self, robot: usize, area: usize) {
         self.robots[robot].leave(area);
+    }
+
+    /// A robot that is nowhere asks for nothing: its requests end, and it asks anew when it is back.
+    pub(crate) fn withdraw(&mut self, robot: usize, effects: &mut Effects) {
+        let waits: Vec<usize> = self.robots[robot].waits().collect();
+        for area in waits {
+            self.dequeue(area, robot);
+            if let Some(claim) = self.robots[robot].claims.get_mut(area) {
+                claim.abort();
+            }
+            self.unconcern(area, robot);
+            self.touch(area);
+            self.store_claim(robot, area, effects);
+        }
     }
 
     /// Ends a robot's hold on an area, if it has one.

@@ -76,10 +76,13 @@ impl Coordinations {
             };
             let mut went_on = false;
             for role in 0..instance.participants().len() {
-                let robot = around.areas.robot(instance.participants()[role].robot);
+                let number = instance.participants()[role].robot;
+                let robot = around.areas.robot(number);
+                let can = around.areas.can_use_grants(number, around.sessions);
                 went_on |= instance.follow_access(
                     role,
-                    |area| robot.waits_for(area),
+                    // Who cannot use a grant has nothing kept for it: it would keep everybody else out, perhaps for ever.
+                    |area| can && robot.waits_for(area),
                     |area| robot.holds(area),
                     |area| robot.has_entered(area),
                 );
@@ -102,8 +105,8 @@ impl Coordinations {
         }
     }
 
-    /// A role of protocol 1 whose robot wants nothing of the net goes to the one that has waited longest for it: nets serve whoever
-    /// comes, not those that were there first.
+    /// A role of protocol 1 whose robot wants nothing of the net, or cannot use what it wants, goes to the one that has waited
+    /// longest for it: nets serve whoever comes, not those that were there first.
     fn exchange(&mut self, plan: usize, around: &Surroundings<'_>) -> bool {
         let Some(instance) = self.get(plan) else {
             return false;
@@ -112,13 +115,16 @@ impl Coordinations {
             return false;
         };
         let areas_of = |robot: usize| around.areas.robot(robot);
+        let can = |robot: usize| around.areas.can_use_grants(robot, around.sessions);
         let mut takes: Vec<(usize, usize)> = Vec::new();
         for (role, cast) in instance.plan.situations[situation].casts.iter().enumerate() {
             let Some(open) = instance.open_areas(role) else {
                 continue;
             };
-            let present = areas_of(instance.participants()[role].robot);
-            if { open.iter() }.any(|&area| present.occupies(area) || present.waits_for(area)) {
+            let number = instance.participants()[role].robot;
+            let (present, can_go) = (areas_of(number), can(number));
+            let wants = |area: usize| can_go && present.waits_for(area);
+            if { open.iter() }.any(|&area| present.occupies(area) || wants(area)) {
                 continue;
             }
             // Those who wait are few, however many robots may play the role.
@@ -131,7 +137,7 @@ impl Coordinations {
                 .filter(|&(_, robot)| {
                     instance.role_of(robot).is_none()
                         && takes.iter().all(|&(_, taken)| taken != robot)
-                        && around.sessions.is_heard(robot)
+                        && can(robot)
                         && cast.names(robot)
                 })
                 .min();

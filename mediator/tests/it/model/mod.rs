@@ -384,6 +384,40 @@ fn a_coordination_ends_though_a_robot_is_lost_and_in_the_way() {
     assert_eq!(tally.let_go, 1, "{tally:?}");
 }
 
+/// One robot is heard no more, and asks for the access for ever: it stands in nobody's way, and the net lets the others in.
+#[test]
+fn a_robot_that_asks_and_is_heard_no_more_keeps_nobody_out_for_ever() {
+    let seeds = seeds(60);
+    let mut lost = 0;
+    for &seed in &seeds {
+        let mut random = Random::new(seed);
+        let mut fleet = Fleet::new(Floor::docking(&mut random), seed);
+        fleet.run(10_000, RARE, &mut random);
+        fleet.recover(RARE);
+        let asks = (0..500).find_map(|_| {
+            fleet.run(20, Faults::NONE, &mut random);
+            fleet.lose_one_that_asks()
+        });
+        let Some(robot) = asks else { continue };
+        lost += 1;
+        // Its last words may come 2 s late.
+        fleet.run(UNKNOWN_MS + 3_000, Faults::NONE, &mut random);
+        fleet.look_after(robot, random.chance(50));
+        fleet.run(10_000, Faults::NONE, &mut random);
+        let before = fleet.moves();
+        fleet.run(10_000, Faults::NONE, &mut random);
+        for (other, (before, after)) in before.iter().zip(fleet.moves()).enumerate() {
+            assert!(
+                other == robot || after > *before,
+                "seed {seed}: robot {other} has not moved, since robot {robot} is heard no more: {}",
+                fleet.explain()
+            );
+        }
+        fleet.assert_no_violation_was_claimed();
+    }
+    assert!(lost * 2 >= seeds.len(), "{lost} of {}", seeds.len());
+}
+
 /// Whether what is broken is noticed in a run, and how.
 fn is_noticed(
     broken: Broken,

@@ -67,6 +67,52 @@ impl Fleet {
         }
     }
 
+    /// The process of a robot ends for good that asks for an area, and stands where all of them fit. Returns which, if there is one.
+    pub fn lose_one_that_asks(&mut self) -> Option<usize> {
+        let now_ns = self.now_ms * 1_000_000;
+        let manager = self.mediators.first()?.manager.as_ref()?;
+        let areas = manager.status(now_ns).areas;
+        let all = self.robots.len();
+        let lost = self.robots.iter().position(|robot| {
+            let asks = areas.iter().any(|area| area.waiting.contains(&robot.id));
+            let holds = { areas.iter().zip(&self.floor.limits) }.any(|(area, &limit)| {
+                let mut holders = area.holders.iter();
+                (limit as usize) < all && holders.any(|(id, _)| *id == robot.id)
+            });
+            let mut stands_in = robot.stands_in(&self.floor).into_iter();
+            asks && !holds
+                && robot.stands()
+                && stands_in.all(|area| self.floor.limits[area] as usize >= all)
+        })?;
+        let robot = &mut self.robots[lost];
+        let was = robot.spot;
+        robot.is_taken_to(was);
+        Some(lost)
+    }
+
+    /// People see that a robot is not where it was let in, if it was, before it counted as silent. Or they say that it is absent, and
+    /// carry it away, as they must where it is awaited.
+    pub fn look_after(&mut self, robot: usize, is_absent: bool) {
+        let (now_ns, outside) = (self.now_ms * 1_000_000, self.floor.outside());
+        let there = self.robots[robot].stands_in(&self.floor);
+        let id = &self.robots[robot].id;
+        let manager = self.mediators[0].manager.as_mut().expect("it runs");
+        let status = manager.status(now_ns);
+        if is_absent || status.awaited.contains(id) {
+            manager
+                .absent(id, now_ns)
+                .expect("it enters nothing any more");
+            self.robots[robot].is_taken_to(outside);
+            return;
+        }
+        for (area, own) in status.areas.iter().enumerate() {
+            if !there.contains(&area) && own.holders.iter().any(|(holder, _)| holder == id) {
+                // Somebody else may be in it.
+                let _ = manager.clear(&own.id, false, now_ns);
+            }
+        }
+    }
+
     fn end_a_coordination(&mut self, number: usize, random: &mut Random) {
         let now_ns = self.now_ms * 1_000_000;
         let Some(manager) = self.mediators[number].manager.as_mut() else {
