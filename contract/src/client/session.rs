@@ -36,7 +36,7 @@ const SENT: usize = 256;
 /// No mediator has a larger epoch or sequence: what says so is nonsense.
 pub const LAST_NUMBER: u64 = 1 << 62;
 /// The mediator that a robot follows does not raise its epoch by more at once.
-const EPOCH_STEP: u64 = 1 << 20;
+pub const EPOCH_STEP: u64 = 1 << 20;
 
 /// Other mediators that speak to this robot.
 #[derive(Clone, Copy, Debug)]

@@ -7,7 +7,7 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-use contract::client::LAST_NUMBER;
+use contract::client::{EPOCH_STEP, LAST_NUMBER};
 use contract::timing::DOUBLED_AFTER_NS;
 use contract::wire::RobotReport;
 
@@ -29,6 +29,10 @@ struct Follower {
 /// register again and again.
 const ASK_PAUSE_NS: u64 = 2_000_000_000;
 
+/// For robots' sake the epoch grows by at most this much in the life of a process, so that also those follow that have heard its
+/// first one only. The rest of [`EPOCH_STEP`] is for those that it takes by itself, one in [`ASK_PAUSE_NS`].
+const MOST_GROWTH: u64 = EPOCH_STEP - (1 << 16);
+
 /// What this mediator knows of others.
 #[derive(Clone, Debug)]
 pub(crate) struct Peers {
@@ -37,6 +41,8 @@ pub(crate) struct Peers {
     /// 0: it has none that others know.
     pub(crate) journal: u64,
     pub(crate) epoch: u64,
+    /// With which it has started.
+    first_epoch: u64,
     silent_after_ns: u64,
     followers: Vec<Follower>,
     /// Robots that follow somebody and are not silent, by when they were heard.
@@ -64,6 +70,7 @@ impl Peers {
             instance,
             journal,
             epoch,
+            first_epoch: epoch,
             silent_after_ns,
             followers: vec![Follower::default(); robots],
             heard: BTreeSet::new(),
@@ -96,16 +103,24 @@ impl Peers {
     /// The epoch that this mediator must have, so that a robot follows it whose mediator is gone, or to which somebody has spoken
     /// in its name. One that has no registration takes any from another journal. Two mediators that refuse a robot each would
     /// else outdo each other for ever: it says of neither that it is heard, and at each larger epoch processes before it count as
-    /// living for as long again.
+    /// living for as long again. And none is taken that robots would not believe.
     pub(crate) fn larger_epoch(&self, report: &RobotReport) -> Option<u64> {
         // One of an older version does not say whether its mediator is gone.
         let says = report.mediator_instance != 0 && !report.mediator_heard;
         let bound = report.session != 0 || report.mediator_journal == self.journal;
         let gone = says && bound && self.is_foreign(report) && !self.stands_by;
         let epoch = report.mediator_epoch;
-        let ahead = report.mediator_instance == self.instance && epoch > self.epoch;
-        let larger = (self.epoch..LAST_NUMBER).contains(&epoch);
-        (larger && (gone || ahead)).then(|| epoch + 1)
+        let most = self
+            .first_epoch
+            .saturating_add(MOST_GROWTH)
+            .min(LAST_NUMBER);
+        let larger = (self.epoch..most).contains(&epoch);
+        (larger && (gone || self.is_ahead(report))).then(|| epoch + 1)
+    }
+
+    /// The robot has heard this mediator with an epoch that it does not have: somebody has spoken in its name, or the robot lies.
+    pub(crate) fn is_ahead(&self, report: &RobotReport) -> bool {
+        report.mediator_instance == self.instance && report.mediator_epoch > self.epoch
     }
 
     /// All are to be asked what they have, for this robot's sake. Returns whether they are now, and not later.

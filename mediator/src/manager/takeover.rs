@@ -53,7 +53,8 @@ impl Manager {
         }
         let larger = self.peers.larger_epoch(report);
         // Once for each time that it is lost: until it has followed this mediator it is not accounted for.
-        let lost = self.peers.is_foreign(report) && !self.sessions.robot(robot).unaccounted;
+        let is_elsewhere = self.peers.is_foreign(report) || self.peers.is_ahead(report);
+        let lost = is_elsewhere && !self.sessions.robot(robot).unaccounted;
         if larger.is_some() || lost || self.peers.asks(robot) {
             if !self.peers.ask(robot, now_ns) {
                 // Nothing is granted until it is taken in, and it is not before all were asked.
@@ -165,9 +166,9 @@ impl Manager {
         for &area in &areas {
             self.take_out(robot, area, now_ns);
         }
-        self.sessions.give_up(robot);
         self.areas.withdraw(robot, &mut self.effects);
         self.effects.tell(robot);
+        self.sessions.give_up(robot);
         self.coordinations.look_again_at(robot);
         self.store_robot(robot);
         self.areas.touch_all();

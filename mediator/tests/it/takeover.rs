@@ -336,6 +336,77 @@ fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
     );
 }
 
+/// It says that it has heard this mediator with an epoch that its followers would not believe, and goes on saying so.
+#[test]
+fn one_robot_that_makes_up_epochs_of_this_mediator_mutes_nobody() {
+    const REACHED: u64 = 1 << 21;
+    for made_up in [REACHED, (1 << 62) - 2, (1 << 62) - 1] {
+        let mut stored = begun(1);
+        let mut manager = start(&stored, 60, 0);
+        let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+        robots.push(robot("amr-3", &[]));
+        talk(&mut manager, &mut robots, NOW_NS);
+        let (mut liar, situation) = robots.pop().expect("the third one");
+        robots[0].1.wanted = vec![AREA.to_owned()];
+        let mut now_ns = NOW_NS;
+        for _ in 0..20 {
+            now_ns += SILENT_AFTER_NS / 5;
+            liar.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+            let mut lie = liar.report();
+            assert_eq!(lie.mediator_instance, 60);
+            lie.mediator_epoch = made_up;
+            manager.report(&lie, now_ns);
+            let status = talk(&mut manager, &mut robots, now_ns);
+            assert_eq!(
+                status.awaited,
+                ["amr-3"],
+                "it may have been granted anything"
+            );
+            let heard = { robots.iter() }.all(|(client, _)| {
+                client.is_registered() && !client.is_mediator_silent(now_ns, SILENT_AFTER_NS)
+            });
+            assert!(heard, "{made_up}: {status:?}");
+        }
+        assert_eq!(manager.epoch(), 2, "all were asked once");
+        let told = { manager.alarms() }.filter(
+            |alarm| matches!(alarm, Alarm::OlderJournal { found, .. } if *found == made_up),
+        );
+        assert_eq!(told.count(), 1);
+        keep(&mut manager, &mut stored);
+        assert_eq!(start(&stored, 61, now_ns).epoch(), 3);
+        // Somebody revokes its certificate, and sees to it.
+        now_ns += ENTERS_NO_MORE_NS;
+        talk(&mut manager, &mut robots, now_ns);
+        assert_eq!(manager.absent("amr-3", now_ns), Ok(Vec::new()));
+        talk(&mut manager, &mut robots, now_ns);
+        assert!(robots[0].0.holds(AREA));
+    }
+}
+
+/// Whatever it makes up, by steps or at once: who was out of reach meanwhile follows this mediator all the same.
+#[test]
+fn epochs_that_are_made_up_step_by_step_do_not_outrun_robots_that_are_out_of_reach() {
+    let mut manager = start(&begun(1), 60, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    robots.push(robot("amr-3", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    let away = robots.remove(0);
+    let mut now_ns = NOW_NS;
+    for _ in 0..10 {
+        now_ns += 3 * SILENT_AFTER_NS;
+        let (liar, situation) = &mut robots[1];
+        liar.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+        let mut lie = liar.report();
+        lie.mediator_epoch = manager.epoch() + (1 << 19);
+        manager.report(&lie, now_ns);
+        talk(&mut manager, &mut robots, now_ns);
+    }
+    robots.push(away);
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[2].0.is_registered());
+    assert_eq!(robots[2].0.mediator_epoch(), manager.epoch());
+}
+
 #[test]
 fn a_robot_that_is_said_to_be_absent_asks_for_nothing_any_more() {
     let mut stored = begun(1);
