@@ -54,6 +54,7 @@ pub(super) fn orders(which: &Which) -> Result<(), Failure> {
 fn unexpected(answer: Answer) -> Failure {
     match answer {
         Answer::Refused(why) => Failure::Refused(format!("refused: {why}")),
+        Answer::Underway(what) => Failure::Failed(what),
         answer => Failure::Failed(format!("unexpected answer: {answer:?}")),
     }
 }

@@ -212,7 +212,7 @@ fn as_line(answer: &Answer) -> String {
     serde_json::to_string(answer).expect("an answer is always JSON")
 }
 
-/// Has management answer. A question that is given up is not carried out later.
+/// Has management answer. A question that is given up is not carried out later; what is being carried out then says so.
 async fn put(question: Question, who: String, inbox: &Inbox) -> Answer {
     let (reply, answer) = sync_channel(1);
     // The client may have gone.
@@ -226,18 +226,6 @@ async fn put(question: Question, who: String, inbox: &Inbox) -> Answer {
     if !inbox.ask(asked) {
         return Answer::Refused("the mediator is overloaded; ask again".to_owned());
     }
-    let waited = tokio::task::spawn_blocking(move || {
-        let in_time = answer.recv_timeout(PATIENCE).ok();
-        if in_time.is_some() || ticket.give_up() {
-            return in_time;
-        }
-        // It is being carried out.
-        answer.recv_timeout(PATIENCE).ok()
-    });
-    waited.await.ok().flatten().unwrap_or_else(|| {
-        Answer::Refused(
-            "the mediator is stopping, or its journal's disk is slow or full: its log says which"
-                .to_owned(),
-        )
-    })
+    let waited = tokio::task::spawn_blocking(move || ticket.wait_for(&answer, PATIENCE));
+    { waited.await }.unwrap_or_else(|_| Answer::Refused("the mediator is stopping".to_owned()))
 }

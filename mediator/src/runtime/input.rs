@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
+use std::time::Duration;
 
 use contract::wire::RobotReport;
 
@@ -56,17 +58,46 @@ impl Asked {
     /// By which it is given up.
     #[must_use]
     pub fn ticket(&self) -> Ticket {
-        Ticket(Arc::clone(&self.taken))
+        Ticket {
+            taken: Arc::clone(&self.taken),
+            is_order: self.question.is_order(),
+        }
     }
 }
 
 /// Of a question that waits.
-pub struct Ticket(Arc<AtomicBool>);
+pub struct Ticket {
+    taken: Arc<AtomicBool>,
+    is_order: bool,
+}
 
 impl Ticket {
     /// Gives the question up. Returns whether it is not carried out: else it is, and is answered soon.
     #[must_use]
     pub fn give_up(&self) -> bool {
-        !self.0.swap(true, Ordering::AcqRel)
+        !self.taken.swap(true, Ordering::AcqRel)
+    }
+
+    /// Waits for the answer, and then gives the question up. One that is being carried out by then is waited for as long again; an
+    /// order that is not answered even then takes effect all the same, when its journal can be written.
+    #[must_use]
+    pub fn wait_for(self, answer: &Receiver<Answer>, patience: Duration) -> Answer {
+        let in_time = answer.recv_timeout(patience).ok();
+        let given_up = in_time.is_none() && self.give_up();
+        let told = in_time.or_else(|| {
+            { !given_up }
+                .then(|| answer.recv_timeout(patience).ok())
+                .flatten()
+        });
+        told.unwrap_or_else(|| match given_up || !self.is_order {
+            true => Answer::Refused(
+                "the mediator is stopping, or its journal's disk is slow or full: its log says which"
+                    .to_owned(),
+            ),
+            false => Answer::Underway(
+                "the order is being carried out, and takes effect once the journal can be written, unless the mediator stops before: its log says what is wrong with the disk, and `mediator orders` then what became of the order"
+                    .to_owned(),
+            ),
+        })
     }
 }

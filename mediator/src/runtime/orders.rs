@@ -29,7 +29,7 @@ impl Orders {
         let (done, answer) = match answer {
             Answer::Done(text) => (true, text.clone()),
             Answer::Refused(why) => (false, why.clone()),
-            Answer::Status(_) | Answer::Orders(_) => return,
+            Answer::Status(_) | Answer::Orders(_) | Answer::Underway(_) => return,
         };
         let record = OrderRecord {
             at: asker.at,

@@ -102,6 +102,8 @@ pub enum Answer {
     Done(String),
     /// Not done, and why.
     Refused(String),
+    /// An order that is being carried out, and takes effect later than anybody waits for.
+    Underway(String),
     /// To [`Question::Orders`], the oldest first.
     Orders(Vec<OrderRecord>),
 }

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
 
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
@@ -26,6 +27,7 @@ struct Disk {
     now_ns: Arc<AtomicU64>,
     /// With the next write.
     stalls: Arc<AtomicBool>,
+    full: Arc<AtomicBool>,
 }
 
 impl Disk {
@@ -63,6 +65,9 @@ impl redb::StorageBackend for Disk {
     }
 
     fn write(&self, offset: u64, data: &[u8]) -> io::Result<()> {
+        if self.full.load(Ordering::Relaxed) {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
         let start = usize::try_from(offset).expect("small");
         self.bytes()[start..start + data.len()].copy_from_slice(data);
         Ok(())
@@ -250,6 +255,43 @@ fn stall() {
     let now_ns = hall.disk.now_ns();
     let leases = { hall.robots.iter() }.all(|(client, _)| client.has_lease(now_ns));
     assert!(leases && hall.robots[0].0.is_registered());
+}
+
+/// It is carried out before the write that fails, and is written, and answered, when there is room.
+#[test]
+fn an_order_that_the_disk_does_not_take_is_not_said_to_be_refused() {
+    let mut hall = Hall::new();
+    hall.run(3_000_000_000);
+    hall.disk.full.store(true, Ordering::Relaxed);
+    let (ticket, answer) = hall.ask(close("gate"));
+    hall.turn();
+    assert!(hall.management.is_blocked() && answer.try_recv().is_err());
+    match ticket.wait_for(&answer, Duration::ZERO) {
+        Answer::Underway(text) => assert!(
+            text.contains("once the journal can be written") && text.contains("mediator orders"),
+            "{text}"
+        ),
+        other => panic!("{other:?}"),
+    }
+    // What is not taken in is given up, and refused.
+    let (ticket, answer) = hall.ask(close("yard"));
+    let given_up = ticket.wait_for(&answer, Duration::ZERO);
+    assert!(matches!(given_up, Answer::Refused(_)), "{given_up:?}");
+    hall.disk.full.store(false, Ordering::Relaxed);
+    let now_ns = hall.disk.now_ns.fetch_add(STALL_NS, Ordering::Relaxed) + STALL_NS;
+    hall.management.retry(now_ns).expect("there is room");
+    let status = hall.status();
+    let closed: Vec<bool> = status.areas.iter().map(|area| area.closed).collect();
+    assert_eq!(closed, [true, false]);
+    let (_, answer) = hall.ask(Question::Orders);
+    hall.turn();
+    match answer.try_recv() {
+        Ok(Answer::Orders(orders)) => {
+            assert!(orders.len() == 1 && orders[0].done, "{orders:?}");
+            assert_eq!(orders[0].order, "close gate");
+        }
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
