@@ -19,9 +19,8 @@ impl Areas {
             let seconds =
                 { own.concerned.iter() }.map(|&robot| self.robots[robot].seconds.bodies(area));
             let fits = own.concerned.len() + seconds.sum::<usize>() <= own.capacity as usize;
-            if own.queue.is_empty() && fits && own.closed.is_none() {
-                // Nobody waits, and there cannot be too many.
-                (self.areas[area].overfull, self.areas[area].crowded) = (false, false);
+            if own.queue.is_empty() && fits && !self.is_closed(area) {
+                // Nobody waits, and there are not too many.
                 continue;
             }
             let inside: Vec<usize> = self.occupants(area).collect();

@@ -433,3 +433,17 @@ fn more_robots_than_an_area_holds_take_back_what_was_not_entered_yet() {
     assert!(!bench.areas.is_closed(0));
     assert_eq!((bench.holder(), bench.effects.alarms.len()), (None, 1));
 }
+
+#[test]
+fn one_intruder_takes_back_what_was_not_entered_yet_though_two_would_fit() {
+    let mut bench = Bench::holding(2, 0);
+    bench.ask(0);
+    bench.serve();
+    bench.report(1, false, (0, 0, 0));
+    bench.report(1, true, (0, 0, 0));
+    // Nobody waits, and there are not too many.
+    (0..2).for_each(|_| bench.serve());
+    assert!(bench.areas.is_closed(0));
+    assert_eq!(bench.effects.counters.revocations, 1);
+    assert_eq!(bench.areas.revocations_of(0, None)[0].fence, 1);
+}
