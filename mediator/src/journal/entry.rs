@@ -98,6 +98,13 @@ pub struct AccessRecord {
     pub fence: u64,
     /// Its place in the order of requests; 0 when none is waiting.
     pub ticket: u64,
+    /// Later requests that were granted before it, by which it ages.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub passed: u32,
+}
+
+fn is_zero(number: &u32) -> bool {
+    *number == 0
 }
 
 impl AccessRecord {
@@ -108,6 +115,7 @@ impl AccessRecord {
             level,
             fence,
             ticket: 0,
+            passed: 0,
         }
     }
 }

@@ -37,6 +37,7 @@ fn entries() -> Vec<Entry> {
                 level,
                 fence: 9,
                 ticket: 7,
+                passed: 3,
             },
         },
         Entry::Fence {

@@ -17,6 +17,11 @@ pub(crate) struct RobotName {
 }
 
 impl RobotName {
+    /// Whether it goes before others of its priority when enough of them have gone before it.
+    pub(crate) fn ages(&self) -> bool {
+        self.ages_after > 0
+    }
+
     /// Who goes first, when so many later requests have gone before its own.
     pub(crate) fn priority_after(&self, passed: u32) -> u32 {
         let aged = passed.checked_div(self.ages_after).unwrap_or(0);

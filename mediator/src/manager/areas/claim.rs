@@ -52,6 +52,7 @@ impl Claim {
         Ok(Self {
             fence: record.fence,
             ticket: record.ticket,
+            passed: record.passed,
             ..Self::of(
                 protocol,
                 Replica::resume(&protocol.protocol, MEDIATOR_PARTY, record.level)?,
@@ -97,7 +98,7 @@ impl Claim {
             return false;
         }
         self.fence = fence;
-        self.ticket = 0;
+        (self.ticket, self.passed) = (0, 0);
         self.mention.renew();
         true
     }
@@ -136,7 +137,7 @@ impl Claim {
         if self.replica.abort().is_ok() {
             self.mention.renew();
             self.fence = 0;
-            self.ticket = 0;
+            (self.ticket, self.passed) = (0, 0);
         }
     }
 
@@ -180,6 +181,7 @@ impl Claim {
             level: self.level(),
             fence: self.fence,
             ticket: self.ticket,
+            passed: self.passed,
         }
     }
 }

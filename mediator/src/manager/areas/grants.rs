@@ -113,7 +113,7 @@ impl Areas {
         occupant.found_in.retain(|&other| other != area);
         self.areas[area].fence = fence;
         self.dequeue(area, robot);
-        self.pass(area, ticket);
+        self.pass(area, ticket, effects);
         effects.counters.grants += 1;
         reservations.granted(robot, area, effects);
         self.store_fence(area, effects);

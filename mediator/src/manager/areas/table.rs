@@ -180,13 +180,14 @@ impl Areas {
         (Reverse(name.priority_after(passed)), ticket)
     }
 
-    /// A request was granted; those that have waited for longer age.
-    pub(super) fn pass(&mut self, area: usize, granted: u64) {
+    /// A request was granted; those that have waited for longer age, where the site lets them.
+    pub(super) fn pass(&mut self, area: usize, granted: u64, effects: &mut Effects) {
         let mut queue = std::mem::take(&mut self.areas[area].queue);
-        for &robot in &queue {
+        for &robot in { queue.iter() }.filter(|&&robot| self.names.robots()[robot].ages()) {
             let claim = self.robots[robot].claims.get_mut(area);
             if let Some(claim) = claim.filter(|claim| claim.ticket < granted) {
                 claim.passed = claim.passed.saturating_add(1);
+                self.store_claim(robot, area, effects);
             }
         }
         queue.sort_by_key(|&robot| self.rank(area, robot));

@@ -61,7 +61,7 @@ impl Bench {
         Self::holding(1, fence)
     }
 
-    fn holding(capacity: u32, fence: u64) -> Self {
+    fn setup(capacity: u32) -> Setup {
         let robot = |(id, priority): (&str, u32)| RobotSetup {
             id: id.into(),
             role: "normal".into(),
@@ -69,7 +69,7 @@ impl Bench {
             ages_after: if priority == 0 { 2 } else { 0 },
             starts_in: Vec::new(),
         };
-        let setup = Setup {
+        Setup {
             site: "hall".into(),
             areas: vec![AreaSetup {
                 id: "gate".into(),
@@ -78,7 +78,11 @@ impl Bench {
             robots: [("a", 0), ("b", 0), ("first", 1)].map(robot).into(),
             floor: Floor::default(),
             silent_after: Duration::from_secs(1),
-        };
+        }
+    }
+
+    fn holding(capacity: u32, fence: u64) -> Self {
+        let setup = Self::setup(capacity);
         let names = Arc::new(Names::new(&setup).expect("valid"));
         let mut stored = Stored::default();
         stored.fences.insert("gate".into(), fence);
@@ -173,7 +177,7 @@ fn a_request_that_others_pass_ages() {
     assert_eq!(bench.areas.area(0).queue, [2, 0]);
     // The first two tickets are theirs.
     for (granted, queue) in [(1, [2, 0]), (3, [2, 0]), (4, [0, 2])] {
-        bench.areas.pass(0, granted);
+        bench.areas.pass(0, granted, &mut bench.effects);
         assert_eq!(bench.areas.area(0).queue, queue, "{granted}");
     }
     bench.serve();
@@ -446,4 +450,27 @@ fn one_intruder_takes_back_what_was_not_entered_yet_though_two_would_fit() {
     assert!(bench.areas.is_closed(0));
     assert_eq!(bench.effects.counters.revocations, 1);
     assert_eq!(bench.areas.revocations_of(0, None)[0].fence, 1);
+}
+
+#[test]
+fn how_often_others_have_passed_a_request_outlives_a_restart() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.ask(2);
+    let mut stored = Stored::default();
+    let mut pass = |bench: &mut Bench, granted| {
+        bench.areas.pass(0, granted, &mut bench.effects);
+        bench
+            .effects
+            .entries
+            .drain(..)
+            .for_each(|entry| stored.apply(entry));
+        let names = Arc::clone(&bench.areas.names);
+        let setup = Bench::setup(1);
+        bench.areas = Areas::restore(&setup, &names, &stored, 0).expect("its own");
+        bench.areas.area(0).queue.clone()
+    };
+    // The first two tickets are theirs; the first robot ages after two passes.
+    assert_eq!(pass(&mut bench, 3), [2, 0]);
+    assert_eq!(pass(&mut bench, 4), [0, 2]);
 }
