@@ -86,6 +86,13 @@ impl World {
         }
     }
 
+    /// Somebody was granted the area, and is not in it for all that the mediator knows.
+    pub(super) fn is_granted(&self, area: u8) -> bool {
+        let status = self.manager.get().status(now_ns(self.tick));
+        let area = &status.areas[usize::from(area)];
+        !area.holders.is_empty() && area.standing.is_empty()
+    }
+
     pub(super) fn clear(&mut self, area: u8) -> Option<()> {
         let (id, later_ns) = (AREAS[usize::from(area)], self.order_ns());
         let mut done = false;

@@ -17,6 +17,8 @@ pub struct Outcome {
     pub states: usize,
     /// Steps that were tried.
     pub steps: usize,
+    /// Grants that an operator has ended before the robot was in the area.
+    pub cleared: usize,
     /// The most actions on a shortest way to a state.
     pub depth: usize,
     /// The shortest way to a violation, and what it is.
@@ -41,7 +43,7 @@ pub fn search(
     // By state: the one before, and the action from there.
     let mut ways: Vec<(u32, Action)> = vec![(0, Action::Tick)];
     let mut frontier: Vec<(u32, World)> = vec![(0, start)];
-    let steps = AtomicUsize::new(0);
+    let (steps, cleared) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let mut depth = 0;
     loop {
         let next: Mutex<Vec<Next>> = Mutex::new(Vec::new());
@@ -69,6 +71,9 @@ pub fn search(
                                     continue;
                                 };
                                 steps.fetch_add(1, Ordering::Relaxed);
+                                if matches!(action, Action::Clear(area) if world.is_granted(area)) {
+                                    cleared.fetch_add(1, Ordering::Relaxed);
+                                }
                                 if let Some(what) = after.violation() {
                                     let found = Some((*index, Some(action), what));
                                     *wrong.lock().expect("no panic") = found;
@@ -115,6 +120,7 @@ pub fn search(
             return Outcome {
                 states: ways.len(),
                 steps: steps.into_inner(),
+                cleared: cleared.into_inner(),
                 depth,
                 found,
             };
