@@ -144,6 +144,10 @@ pub enum Broken {
     NeverStandsBy,
     /// Robots are wrong about where they are, and everybody relies on it.
     WrongPose,
+    /// The mediator asks for no grant back.
+    NeverRevokes,
+    /// It takes no notice of where second processes of robots stand.
+    IgnoresSeconds,
 }
 
 pub struct Fleet {

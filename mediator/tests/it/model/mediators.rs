@@ -131,6 +131,9 @@ impl Fleet {
         let entries: Vec<_> = manager.entries().collect();
         let alarms: Vec<_> = manager.alarms().collect();
         let mut messages: Vec<_> = std::iter::from_fn(|| manager.next_message(now_ns)).collect();
+        if self.broken == Some(Broken::NeverRevokes) {
+            messages.iter_mut().for_each(|own| own.revocations.clear());
+        }
         alarms.into_iter().for_each(|alarm| self.tell_people(alarm));
         for entry in &entries {
             match entry {

@@ -500,6 +500,8 @@ fn what_is_broken_is_noticed() {
         (Broken::ClearsAtOnce, slow, "are in it", 100, 1),
         (Broken::NeverStandsBy, BOTH, "has not moved", RUNS, 1),
         (Broken::WrongPose, poses, "are in it", RUNS, 1),
+        (Broken::NeverRevokes, cuts, "enters a closed area", 200, 1),
+        (Broken::IgnoresSeconds, seconds, "are in it", RUNS, 1),
     ] {
         for (name, floor, settle_ms) in FLOORS {
             let noticed =

@@ -120,8 +120,15 @@ impl Fleet {
         }
     }
 
-    /// A mediator that takes the second process for the first one hears this.
+    /// A mediator that takes the second process for the first one hears this, or one that takes no notice of where it stands.
     fn as_the_first(&self, robot: usize, report: RobotReport) -> RobotReport {
+        if self.broken == Some(Broken::IgnoresSeconds) {
+            let stands_in = Vec::new();
+            return RobotReport {
+                stands_in,
+                ..report
+            };
+        }
         let first = self.robots[robot].process.as_ref();
         match first.filter(|_| self.broken == Some(Broken::PromotesSecond)) {
             Some(first) => RobotReport {
@@ -156,7 +163,10 @@ impl Fleet {
                 areas.iter().all(|&area| {
                     let own = &status.areas[area];
                     let is_held = second_in.is_some_and(|all| all.contains(&own.id));
-                    is_held && own.standing == [id.as_str()] && own.holders.is_empty()
+                    let stands = is_held && own.standing == [id.as_str()];
+                    let ignored =
+                        self.broken == Some(Broken::IgnoresSeconds) && own.standing.is_empty();
+                    (stands || ignored) && own.holders.is_empty()
                 })
             })
         };
