@@ -57,9 +57,9 @@ fn a_net_can_be_written_by_hand_and_is_checked() {
     // What is wrong with the net is the net's to say, what is wrong with the form is not.
     let wrong = read(&text.replace(r#""inside"], outputs"#, r#""outside"], outputs"#)).unwrap();
     assert!(wrong.check()[0].to_string().contains("`outside`"));
-    let error = read(&text.replace("inputs", "imputs")).unwrap_err();
+    let error = read(&text.replace("inputs", "feeds")).unwrap_err();
     assert!(
-        error.to_string().contains("unknown field `imputs`"),
+        error.to_string().contains("unknown field `feeds`"),
         "{error}"
     );
     let both = text.replace(
