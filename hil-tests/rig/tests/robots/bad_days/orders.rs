@@ -187,6 +187,15 @@ fn watch(runtime: &Runtime, until: &AtomicBool) -> BTreeMap<String, Vec<u64>> {
     seen
 }
 
+/// Has somebody end when it is dropped.
+struct Ends<'a>(&'a AtomicBool);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 #[test]
 fn a_reload_goes_through_pause_and_reconfigure_and_takes_limits() {
     once_more_if_late(|| {
@@ -217,9 +226,11 @@ fn a_reload_goes_through_pause_and_reconfigure_and_takes_limits() {
         let over = AtomicBool::new(false);
         let seen = std::thread::scope(|scope| {
             let watcher = scope.spawn(|| watch(&runtime, &over));
+            // Also where what follows panics: the scope waits for the watcher.
+            let ends = Ends(&over);
             bench.ask("reload");
             bench.until_driving();
-            over.store(true, Ordering::Relaxed);
+            drop(ends);
             watcher.join().expect("it watches")
         });
         for activity in ["navigation", "motion-tube", "control"] {
