@@ -66,4 +66,5 @@ pub mod summary;
 pub mod testbed;
 #[cfg(test)]
 mod testing;
+pub mod threads;
 pub mod violation;

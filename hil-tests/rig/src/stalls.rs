@@ -7,12 +7,13 @@ use std::fs;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
 
 use onboard::realtime::clock::sleep_until;
 use rustix::thread::{CpuSet, sched_setaffinity};
 use serde::{Deserialize, Serialize};
 use sim::rt::{monotonic_ns, promote};
+
+use crate::threads::Threads;
 
 const PERIOD_NS: u64 = 1_000_000;
 /// What is overslept by more is a stall.
@@ -68,9 +69,9 @@ impl fmt::Display for Stalls {
 pub struct StallWatch {
     /// When each ended, and how long it was, nanoseconds.
     seen: Arc<Mutex<Vec<(u64, u64)>>>,
-    stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<()>>,
     steal_ms: f64,
+    // One for each core.
+    _threads: Threads,
 }
 
 impl StallWatch {
@@ -79,26 +80,25 @@ impl StallWatch {
     /// # Errors
     /// The operating system's.
     pub fn start() -> std::io::Result<Self> {
-        let mut watch = Self {
-            seen: Arc::default(),
-            stop: Arc::default(),
-            threads: Vec::new(),
-            steal_ms: steal_ms(),
-        };
+        let (seen, steal_ms) = (Arc::<Mutex<Vec<_>>>::default(), steal_ms());
+        let mut threads = Threads::default();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         for core in 0..cores {
-            let (seen, stop) = (Arc::clone(&watch.seen), Arc::clone(&watch.stop));
-            let thread = std::thread::Builder::new().name(format!("stalls-{core}"));
-            watch.threads.push(thread.spawn(move || {
+            let seen = Arc::clone(&seen);
+            threads.spawn(format!("stalls-{core}"), move |stop| {
                 let mut own = CpuSet::new();
                 own.set(core);
                 // Unpinned it still sees stalls of the whole machine.
                 let _ = sched_setaffinity(None, &own);
                 let _ = promote(PRIORITY);
-                look(&seen, &stop, monotonic_ns, sleep_until);
-            })?);
+                look(&seen, stop, monotonic_ns, sleep_until);
+            })?;
         }
-        Ok(watch)
+        Ok(Self {
+            seen,
+            steal_ms,
+            _threads: threads,
+        })
     }
 
     /// What it has seen.
@@ -172,16 +172,6 @@ fn steal_ms() -> f64 {
         .and_then(|ticks| ticks.parse::<f64>().ok())
         .unwrap_or(0.0)
         * 10.0
-}
-
-impl Drop for StallWatch {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            // It wakes every millisecond.
-            let _ = thread.join();
-        }
-    }
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ faults! {
     OdometrySilent = 30, "odometry-silent", ByItself,
         "scans arrive, but nothing says how the robot moved meanwhile, so it stops: see what else is said of the bus, the drive and the motion thread; it drives on once scans have been good for a while";
     EncoderBroken = 31, "encoder-broken", Operator,
-        "a wheel's encoder moves otherwise than the speed that the drive reports for it, the log says which and how far: check the drive, then run `onboard ctl reset`";
+        "an encoder of a wheel or of the pivot moves otherwise than the speed that the drive reports for it, the log says which and how far: check the drive, then run `onboard ctl reset`";
     DriveStalled = 32, "drive-stalled", Operator,
         "the drive answers, but its sensors have stood still for 200 ms: switch it off and on, then run `onboard ctl reset`";
     FloorUnknown = 33, "floor-unknown", Operator,

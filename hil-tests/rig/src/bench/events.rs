@@ -11,6 +11,7 @@ use onboard::realtime::clock::{Monotonic, SECOND_NS, sleep_until};
 use onboard::realtime::wake::Wake;
 use sim::rt::monotonic_ns;
 
+use super::measuring::Measuring;
 use super::place::{Place, cores, last_core};
 use super::report::{PartReport, Unit};
 use super::samples::Sample;
@@ -133,8 +134,7 @@ impl<W: Way> Contender for Threads<W> {
         let (mut send, mut receive) = W::ends();
         let events = length.as_nanos() as u64 / PERIOD_NS;
         let (from, to) = (self.from, self.to);
-        // On threads of their own, whose priority ends with them.
-        let receiver = thread("receiver", move || {
+        let receiver = Measuring::spawn("receiver", move || {
             let mut samples = Vec::with_capacity(events as usize);
             to.take()?;
             loop {
@@ -146,7 +146,7 @@ impl<W: Way> Contender for Threads<W> {
                 samples.push(Sample::from_to(sent_ns, now_ns));
             }
         })?;
-        let sender = thread("sender", move || {
+        let sender = Measuring::spawn("sender", move || {
             from.take()?;
             let mut at_ns = monotonic_ns();
             for _ in 0..events {
@@ -157,19 +157,10 @@ impl<W: Way> Contender for Threads<W> {
             send(END);
             Ok(())
         })?;
-        let panicked = |_| Failure::failed("a measuring thread panicked");
-        sender.join().map_err(panicked)??;
-        into.extend(receiver.join().map_err(panicked)??);
+        sender.end()?;
+        into.extend(receiver.end()?);
         Ok(())
     }
-}
-
-fn thread<T: Send + 'static>(
-    name: &str,
-    work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
-) -> Result<std::thread::JoinHandle<Result<T, Failure>>, Failure> {
-    let thread = std::thread::Builder::new().name(name.to_owned());
-    thread.spawn(work).map_err(Failure::failed)
 }
 
 #[cfg(test)]

@@ -3,15 +3,14 @@
 use std::fs::File;
 use std::hint::black_box;
 use std::io::{Seek, SeekFrom, Write};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use onboard::cli::Failure;
 
 use super::place::cores;
 use crate::folder::Folder;
+use crate::threads::Threads;
 
 /// More than the caches of a core hold.
 const COPIED_BYTES: usize = 16 << 20;
@@ -23,8 +22,7 @@ const WRITES: Duration = Duration::from_millis(100);
 /// Loads the machine until it is dropped, all threads without priority: for each core one that copies memory, and one for all that
 /// writes to disk.
 pub struct Load {
-    stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<()>>,
+    threads: Threads,
     // Has the file that is written.
     _folder: Folder,
 }
@@ -38,8 +36,7 @@ impl Load {
         let folder = Folder::new()?;
         let mut file = File::create_new(folder.path().join("load")).map_err(Failure::refused)?;
         let mut load = Self {
-            stop: Arc::default(),
-            threads: Vec::new(),
+            threads: Threads::default(),
             _folder: folder,
         };
         for _ in cores() {
@@ -65,25 +62,13 @@ impl Load {
         &mut self,
         make: impl FnOnce() -> W + Send + 'static,
     ) -> Result<(), Failure> {
-        let stop = Arc::clone(&self.stop);
-        let thread = std::thread::Builder::new().name("load".to_owned());
-        let thread = thread.spawn(move || {
+        let works = self.threads.spawn("load".to_owned(), move |stop| {
             let mut work = make();
             while !stop.load(Ordering::Relaxed) {
                 work();
             }
         });
-        self.threads.push(thread.map_err(Failure::failed)?);
-        Ok(())
-    }
-}
-
-impl Drop for Load {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            let _ = thread.join();
-        }
+        works.map_err(Failure::failed)
     }
 }
 
@@ -94,7 +79,7 @@ mod tests {
     #[test]
     fn a_load_ends_and_leaves_nothing() {
         let load = Load::begin().unwrap_or_else(|failure| panic!("{failure:?}"));
-        assert_eq!(load.threads.len(), cores().len() + 1);
+        assert_eq!(load.threads.count(), cores().len() + 1);
         let folder = load._folder.path().to_owned();
         assert!(folder.join("load").exists());
         drop(load);

@@ -7,14 +7,17 @@
 //! The modules, from the lowest level to the highest:
 //!
 //! - [`samples`]: what was measured, and percentiles of it; [`report`]: `bench.json`; [`table`]: the same for people;
-//! - [`windows`]: contenders that take turns; [`place`]: cores and priorities of the threads that measure; [`load`]: other work;
+//! - [`windows`]: contenders that take turns; [`measuring`], [`place`], [`cycle`]: threads that measure, their cores and priorities, and how
+//!   they repeat it; [`load`]: other work;
 //! - [`wakeup`], [`symbols`], [`events`], [`bus`], [`tubes`], [`robot`], [`mediator`]: the parts;
 //! - [`options`], [`command`]: the command line, and all parts in a row.
 
 pub mod bus;
 pub mod command;
+pub mod cycle;
 pub mod events;
 pub mod load;
+pub mod measuring;
 pub mod mediator;
 pub mod options;
 pub mod place;

@@ -55,6 +55,12 @@ impl Sample {
         }
     }
 
+    /// How late something was, in whole µs, as `cyclictest` counts, and without a time, which it does not tell.
+    #[must_use]
+    pub fn counted_in_us(late_ns: u64) -> Self {
+        Self::sometime((late_ns / 1_000 * 1_000) as f64)
+    }
+
     fn lies_in(&self, stall: &Range<u64>) -> bool {
         match self.when_ns {
             Some((began_ns, ended_ns)) => stall.start <= ended_ns && stall.end >= began_ns,

@@ -41,7 +41,6 @@ pub(super) struct ClonedRobot {
 struct Running {
     robot: SteppedRobot,
     devices: Devices,
-    panicked: bool,
     _folder: Folder,
 }
 
@@ -73,12 +72,10 @@ impl ClonedRobot {
         }
     }
 
-    /// Its name, when its process has panicked since this was asked last.
-    pub(super) fn panics_now(&mut self) -> Option<String> {
+    /// Its process, while it is switched on, and its name.
+    pub(super) fn running(&mut self) -> Option<(&mut SteppedRobot, &String)> {
         let running = self.running.as_mut()?;
-        let panicked = running.robot.has_panicked() && !running.panicked;
-        running.panicked |= panicked;
-        panicked.then(|| self.config.identity.id.clone())
+        Some((&mut running.robot, &self.config.identity.id))
     }
 
     /// It is put onto the floor and switched on, with what its robot's processes start with; symbols live in the folder.
@@ -107,7 +104,6 @@ impl ClonedRobot {
         let running = self.running.insert(Running {
             robot,
             devices,
-            panicked: false,
             _folder: folder,
         });
         Ok(&mut running.robot)

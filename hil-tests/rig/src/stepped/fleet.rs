@@ -126,7 +126,6 @@ impl<'a> Stepped<'a> {
                     robot: None,
                     has_run: false,
                     gone: false,
-                    panics: false,
                     ahead_ns: 0.0,
                     checkpoints: Checkpoints::default(),
                     was_in: None,

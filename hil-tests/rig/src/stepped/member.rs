@@ -22,8 +22,6 @@ pub(super) struct Member {
     pub(super) has_run: bool,
     /// It was carried away for good.
     pub(super) gone: bool,
-    /// A fault of the scenario has its process panic, or the judge knows that it panicked by itself.
-    pub(super) panics: bool,
     /// How far its computer's clock was ahead when its process was killed.
     pub(super) ahead_ns: f64,
     /// What its processes leave for the next.

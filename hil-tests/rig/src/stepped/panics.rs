@@ -56,6 +56,8 @@ impl Panicking {
 pub(super) struct Ends {
     /// A part of it has panicked.
     pub(super) panicked: Panicked,
+    /// That is no news: a fault of the scenario has it do so, or it was asked before.
+    known: bool,
     /// So has its main thread.
     unsupervised: bool,
     /// Its activities have been told to stop, or nobody is there to tell them: it ends then at the latest.
@@ -70,6 +72,18 @@ impl Ends {
         self.unsupervised = true;
         self.at_ns = Some(now_ns + UNSUPERVISED_NS);
         self.panicked.raise();
+    }
+
+    /// A fault of the scenario has a part of it panic.
+    pub(super) fn expect_panic(&mut self) {
+        self.known = true;
+    }
+
+    /// Whether a part of it has panicked by itself since this was asked last.
+    pub(super) fn panics_by_itself(&mut self) -> bool {
+        let news = self.panicked.is_raised() && !self.known;
+        self.known |= news;
+        news
     }
 
     /// The robot stands after a panic, says its supervisor: activities are to stop.

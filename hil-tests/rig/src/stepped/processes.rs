@@ -41,25 +41,25 @@ impl Stepped<'_> {
         let drives =
             { plan.robot.threads.iter() }.find(|own| own.activities.contains(&ActivityKind::Drive));
         let thread = thread.or_else(|| drives.map(|own| own.name.as_str()));
-        let Member { robot, panics, .. } = &mut self.robots[number];
+        let robot = self.robots[number].robot.as_mut();
         if let (Some(robot), Some(thread)) = (robot, thread) {
+            robot.ends().expect_panic();
             robot.panic(thread);
-            *panics = true;
         }
     }
 
     /// Processes that panic although no fault of the scenario has them do so: that is the program's own fault.
     pub(super) fn note_panicked(&mut self, now_ns: u64) {
         let at_s = now_ns.saturating_sub(START_NS) as f64 / 1e9;
-        let robots = self.robots.iter_mut().filter_map(|member| {
-            let panicked = member.robot.as_ref()?.has_panicked() && !member.panics;
-            member.panics |= panicked;
-            panicked.then(|| member.id.clone())
-        });
-        let clones = self.clones.iter_mut().filter_map(ClonedRobot::panics_now);
-        for id in robots.chain(clones) {
-            let detail = format!("a thread of its program panicked at {at_s:.1} s, and it ended");
-            self.panicked.push((id, detail));
+        let robots = { self.robots.iter_mut() }
+            .filter_map(|member| Some((member.robot.as_mut()?, &member.id)));
+        let clones = self.clones.iter_mut().filter_map(ClonedRobot::running);
+        for (robot, id) in robots.chain(clones) {
+            if robot.ends().panics_by_itself() {
+                let detail =
+                    format!("a thread of its program panicked at {at_s:.1} s, and it ended");
+                self.panicked.push((id.clone(), detail));
+            }
         }
     }
 
@@ -160,7 +160,6 @@ impl Member {
             return;
         };
         self.ahead_ns = robot.ahead_ns();
-        self.panics = false;
         let faults = robot.insight().faults();
         for (count, fault) in self.raised_before.iter_mut().zip(Fault::ALL) {
             *count += faults.state(fault).count;

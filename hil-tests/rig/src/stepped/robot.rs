@@ -262,10 +262,9 @@ impl SteppedRobot {
         self.ends.over
     }
 
-    /// Whether a part of its program has panicked, because it was told to or by itself.
-    #[must_use]
-    pub fn has_panicked(&self) -> bool {
-        self.ends.panicked.is_raised()
+    /// How its process ends after a panic.
+    pub(super) fn ends(&mut self) -> &mut Ends {
+        &mut self.ends
     }
 
     /// From now on its clock runs faster than the world's by this share, or slower.

@@ -26,17 +26,33 @@ impl Turn {
             std::thread::sleep(LOOK);
         }
     }
+
+    /// Waits until nobody else has any: for a test that keeps all others from their time.
+    pub fn of_the_machine() -> Self {
+        // It keeps what it has got, or those who want less would always be before it; so only one may wait like this.
+        let gate = std::iter::once_with(|| file("all"));
+        let all = gate.chain(rooms()).inspect(|room| {
+            if let Err(error) = room.lock() {
+                panic!("a room cannot be locked: {error}");
+            }
+        });
+        Self {
+            _rooms: all.collect(),
+        }
+    }
 }
 
 /// One file for each robot that has room.
 fn rooms() -> impl Iterator<Item = File> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    (0..cores * ROBOTS_PER_CORE).map(|room| {
-        let path = std::env::temp_dir().join(format!("rig-tests-take-turns-{room}"));
-        let mut options = File::options();
-        let room = options.create(true).truncate(false).write(true).open(&path);
-        room.unwrap_or_else(|error| panic!("{} cannot be opened: {error}", path.display()))
-    })
+    (0..cores * ROBOTS_PER_CORE).map(|room| file(&room.to_string()))
+}
+
+fn file(name: &str) -> File {
+    let path = std::env::temp_dir().join(format!("rig-tests-take-turns-{name}"));
+    let mut options = File::options();
+    let room = options.create(true).truncate(false).write(true).open(&path);
+    room.unwrap_or_else(|error| panic!("{} cannot be opened: {error}", path.display()))
 }
 
 /// Locks it, if nobody has.

@@ -1,7 +1,6 @@
 //! One cycle of the fieldbus, from the outputs to the inputs: our EtherCAT MainDevice beside SOEM, on the same simulated drive behind a
 //! virtual pair of interfaces, at the period of a robot.
 
-mod cycle;
 mod ours;
 mod soem;
 
@@ -12,9 +11,9 @@ use sim::ethercat::{Segment, ServeOptions, ServerHandle, serve_raw, serve_udp};
 use sim::kelo::{KeloOptions, SimulatedDrive};
 use sim::plant::TestStand;
 
-use self::cycle::Cycle;
 use self::ours::{Ours, Place as Bus};
 use self::soem::Soem;
+use super::cycle::Cycle;
 use super::place::{Place, last_core};
 use super::report::{PartReport, Unit};
 use super::windows::{Contender, Meter};
@@ -26,6 +25,7 @@ const PERIOD: Duration = Duration::from_millis(1);
 const PRIORITY: u8 = 80;
 /// Of the simulated segment, above the MainDevices'.
 const SEGMENT_PRIORITY: u8 = 90;
+
 /// Measures for so long. Without a pair of interfaces ours is measured over UDP, and alone.
 ///
 /// # Errors

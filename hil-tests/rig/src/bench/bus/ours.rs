@@ -11,10 +11,13 @@ use onboard::realtime::latency::keep_cores_awake;
 use sim::kelo::VENDOR_ID;
 use sim::rt::monotonic_ns;
 
-use super::cycle::{Cycle, DEADLINE};
+use crate::bench::cycle::Cycle;
+use crate::bench::measuring::Measuring;
 use crate::bench::samples::Sample;
 use crate::bench::windows::Contender;
 
+/// An answer that comes later is lost, to the rival as well.
+pub(super) const DEADLINE: Duration = Duration::from_millis(5);
 /// Time without outputs after which the drive stops by itself.
 const WATCHDOG_MS: u32 = 100;
 
@@ -64,19 +67,14 @@ impl Contender for Ours {
         let bus = Bus::bring_up(self.bus.link()?, &expected, BringUpOptions::default());
         let (bus, cycle) = (bus.map_err(Failure::failed)?, self.cycle);
         let _awake = keep_cores_awake();
-        let thread = std::thread::Builder::new().name("fieldbus".to_owned());
-        let thread = thread.spawn(move || exchanges(bus, cycle, length));
-        let samples = thread.map_err(Failure::failed)?.join();
-        let panicked = |_| Failure::failed("the measuring thread panicked");
-        into.extend(samples.map_err(panicked)??);
+        into.extend(Measuring::spawn("fieldbus", move || exchanges(bus, cycle, length))?.end()?);
         Ok(())
     }
 }
 
 /// Exchanges process data; a frame that is lost took until its deadline.
 fn exchanges(mut bus: Bus, cycle: Cycle, length: Duration) -> Result<Vec<Sample>, Failure> {
-    let period_ns = cycle.period.as_nanos() as u64;
-    let cycles = length.as_nanos() as u64 / period_ns.max(1);
+    let (period_ns, cycles) = (cycle.period.as_nanos() as u64, cycle.count(length));
     let mut samples = Vec::with_capacity(cycles as usize);
     let (outputs, mut inputs) = ([0; kelo::OUTPUTS_BYTES], [0; kelo::INPUTS_BYTES]);
     cycle.place.take()?;

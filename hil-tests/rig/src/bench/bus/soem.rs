@@ -1,11 +1,12 @@
 //! SOEM, the Simple Open EtherCAT Master, as pysoem carries it: its own functions in C, called from Python.
 
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
 use onboard::cli::Failure;
 
-use super::cycle::{Cycle, DEADLINE};
+use super::ours::DEADLINE;
+use crate::bench::cycle::Cycle;
 use crate::bench::samples::Sample;
 use crate::bench::windows::Contender;
 use crate::interfaces::said;
@@ -49,21 +50,15 @@ impl Contender for Soem {
 
     fn window(&mut self, length: Duration, into: &mut Vec<Sample>) -> Result<(), Failure> {
         let place = self.cycle.place;
-        let output = Command::new(&self.python)
+        let mut command = Command::new(&self.python);
+        command
             .args(["-c", SCRIPT, &self.interface])
             .arg(length.as_nanos().to_string())
             .arg(self.cycle.period.as_nanos().to_string())
             .arg(DEADLINE.as_micros().to_string())
             .arg(place.priority.unwrap_or(0).to_string())
-            .arg(place.core.to_string())
-            .stdin(Stdio::null())
-            .output()
-            .map_err(Failure::failed)?;
-        if !output.status.success() {
-            let said = String::from_utf8_lossy(&output.stderr);
-            let said = said.lines().last().unwrap_or("it said nothing");
-            return Err(Failure::failed(format_args!("{}: {said}", output.status)));
-        }
+            .arg(place.core.to_string());
+        let output = said(&mut command).map_err(Failure::failed)?;
         into.extend(samples(&String::from_utf8_lossy(&output.stdout)));
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use onboard::cli::Failure;
 use serde::Deserialize;
 
-use super::cycle::{Cycle, as_counted};
+use crate::bench::cycle::Cycle;
 use crate::bench::samples::Sample;
 use crate::bench::windows::Contender;
 use crate::folder::Folder;
@@ -100,7 +100,7 @@ impl Thread {
             .filter_map(|(late_us, count)| Some((late_us.parse().ok()?, *count)))
             .chain([later]);
         all.flat_map(|(late_us, count): (u64, u64)| {
-            (0..count).map(move |_| as_counted(late_us.saturating_mul(1_000)))
+            (0..count).map(move |_| Sample::counted_in_us(late_us.saturating_mul(1_000)))
         })
     }
 }

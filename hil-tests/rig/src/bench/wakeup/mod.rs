@@ -1,7 +1,6 @@
 //! How late a thread wakes up that sleeps until absolute times: ours, beside `cyclictest` with the same period, priority and core, while
 //! the machine has nothing else to do and under load.
 
-mod cycle;
 mod cyclictest;
 mod ours;
 
@@ -9,9 +8,9 @@ use std::time::Duration;
 
 use onboard::cli::Failure;
 
-use self::cycle::Cycle;
 use self::cyclictest::Cyclictest;
 use self::ours::Ours;
+use super::cycle::Cycle;
 use super::load::Load;
 use super::place::{Place, last_core};
 use super::report::{PartReport, Unit};

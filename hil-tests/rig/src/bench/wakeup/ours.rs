@@ -8,7 +8,8 @@ use onboard::realtime::latency::keep_cores_awake;
 use onboard::realtime::memory::prefault_stack;
 use sim::rt::monotonic_ns;
 
-use super::cycle::{Cycle, as_counted};
+use crate::bench::cycle::Cycle;
+use crate::bench::measuring::Measuring;
 use crate::bench::samples::Sample;
 use crate::bench::windows::Contender;
 
@@ -28,11 +29,8 @@ impl Contender for Ours {
         let cycles = cycle.count(length);
         // As onboard and cyclictest do: without it cores sleep deeply. Where it is not allowed, it is not for cyclictest either.
         let _awake = keep_cores_awake();
-        let thread = std::thread::Builder::new().name("wakeup".to_owned());
-        let thread = thread.spawn(move || sleep(cycle, cycles));
-        let late_ns = thread.map_err(Failure::failed)?.join();
-        let late_ns = late_ns.map_err(|_| Failure::failed("the measuring thread panicked"))??;
-        into.extend(late_ns.into_iter().map(as_counted));
+        let late_ns = Measuring::spawn("wakeup", move || sleep(cycle, cycles))?.end()?;
+        into.extend(late_ns.into_iter().map(Sample::counted_in_us));
         Ok(())
     }
 }

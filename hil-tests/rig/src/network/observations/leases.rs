@@ -21,12 +21,7 @@ struct Lease {
 impl Leases {
     /// The robot sends a report.
     pub(super) fn sent(&mut self, robot: &str, boot: u64, sequence: u64, at_ns: u64) {
-        if !self.0.contains_key(robot) {
-            self.0.insert(robot.to_owned(), Lease::default());
-        }
-        let Some(own) = self.0.get_mut(robot) else {
-            return;
-        };
+        let own = self.0.entry(robot.to_owned()).or_default();
         if own.sent.len() == MOST_SENT {
             own.sent.pop_front();
         }

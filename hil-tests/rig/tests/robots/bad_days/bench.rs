@@ -72,8 +72,11 @@ pub struct Bench {
 impl Bench {
     /// World and devices, at the start pose of the site, with copies of the files that ship.
     pub fn new() -> Self {
+        Self::in_turn(Turn::of_robots(1))
+    }
+
+    fn in_turn(turn: Turn) -> Self {
         static BENCHES: AtomicU32 = AtomicU32::new(0);
-        let turn = Turn::of_robots(1);
         let folder = tempfile::tempdir().expect("a temporary folder");
         for (from, to) in [
             ("robots/amr-1.toml", "robot.toml"),
@@ -111,10 +114,18 @@ impl Bench {
 
     /// The same, with a robot that already drives.
     pub fn driving() -> Self {
-        let mut bench = Self::new();
-        bench.start();
-        bench.until_driving();
-        bench
+        Self::new().drives()
+    }
+
+    /// The same, while no other test has a robot.
+    pub fn driving_alone() -> Self {
+        Self::in_turn(Turn::of_the_machine()).drives()
+    }
+
+    fn drives(mut self) -> Self {
+        self.start();
+        self.until_driving();
+        self
     }
 
     /// Starts the robot with both guards armed; the one before it is handed back, not touched.

@@ -1,12 +1,10 @@
-//! The computer has more to do than it has time for.
+//! The computer has more to do than it has time for, and so would the robots of other tests: these have none beside them.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use rustix::thread::{CpuSet, sched_setaffinity};
-use sim::rt::promote;
+use rig::bench::place::{Place, cores};
+use rig::threads::Threads;
 
 use crate::bad_days::bench::Bench;
 use crate::late::once_more_if_late;
@@ -16,53 +14,33 @@ const ABOVE_ALL: u8 = 98;
 /// Threads late beyond measure show within a second, and twice more, or cost the bus at once.
 const STOPS_WITHIN: Duration = Duration::from_secs(6);
 
-/// Threads that work, one on each core, until they are dropped.
-struct Hogs {
-    stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<()>>,
-}
-
-impl Hogs {
-    /// Each works for a while, and rests for a while; with a priority of its own, or with that of everybody.
-    fn start(priority: Option<u8>, works: Duration, rests: Duration) -> Self {
-        let stop = Arc::new(AtomicBool::new(false));
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let hog = |core: usize| {
-            let stop = Arc::clone(&stop);
-            std::thread::spawn(move || {
-                let mut own = CpuSet::new();
-                own.set(core);
-                let _ = sched_setaffinity(None, &own);
-                let _ = priority.map(promote);
-                while !stop.load(Ordering::Relaxed) {
-                    let begun = Instant::now();
-                    while begun.elapsed() < works {
-                        std::hint::spin_loop();
-                    }
-                    std::thread::sleep(rests);
+/// Threads that work, one on each core, until they are dropped: each for a while, and rests for a while; with a priority of its own, or
+/// with that of everybody.
+fn hogs(priority: Option<u8>, works: Duration, rests: Duration) -> Threads {
+    let mut hogs = Threads::default();
+    for core in cores() {
+        let hog = hogs.spawn("hog".to_owned(), move |stop| {
+            // Without the right to a priority it is one hog more of the other kind.
+            let _ = Place { priority, core }.take();
+            while !stop.load(Ordering::Relaxed) {
+                let begun = Instant::now();
+                while begun.elapsed() < works {
+                    std::hint::spin_loop();
                 }
-            })
-        };
-        let threads = (0..cores).map(hog).collect();
-        Self { stop, threads }
+                std::thread::sleep(rests);
+            }
+        });
+        hog.expect("a thread");
     }
-}
-
-impl Drop for Hogs {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            let _ = thread.join();
-        }
-    }
+    hogs
 }
 
 #[test]
 fn work_of_others_on_the_same_cores_does_not_hold_it_up() {
     once_more_if_late(|| {
-        let mut bench = Bench::driving();
+        let mut bench = Bench::driving_alone();
         bench.until_fast();
-        let hogs = Hogs::start(None, Duration::from_secs(1), Duration::ZERO);
+        let hogs = hogs(None, Duration::from_secs(1), Duration::ZERO);
         bench.drives_for(Duration::from_secs(5));
         assert!(!bench.publishes("overruns") && !bench.publishes("command-stale"));
         drop(hogs);
@@ -73,11 +51,11 @@ fn work_of_others_on_the_same_cores_does_not_hold_it_up() {
 #[test]
 fn one_that_gets_no_time_stops_and_goes_on_after_a_reset_when_it_has_time_again() {
     once_more_if_late(|| {
-        let mut bench = Bench::driving();
+        let mut bench = Bench::driving_alone();
         bench.until_fast();
         // A fifth of the time is left.
         let [works, rests] = [40, 10].map(Duration::from_millis);
-        let hogs = Hogs::start(Some(ABOVE_ALL), works, rests);
+        let hogs = hogs(Some(ABOVE_ALL), works, rests);
         bench.until_standing(STOPS_WITHIN);
         bench.stands_for(Duration::from_secs(1));
         drop(hogs);
