@@ -156,6 +156,13 @@ impl Ledger {
     }
 }
 
+impl Drop for Open {
+    fn drop(&mut self) {
+        // Not by closing alone: a program that another thread is starting has the file, and with it the lock, for an instant more.
+        let _ = self.file.unlock();
+    }
+}
+
 impl Head {
     /// Why the runs of another head do not count; none: they do.
     fn differs_from(&self, other: &Self) -> Option<String> {
