@@ -330,11 +330,19 @@ fn stepped_once(
     let stepped = Stepped::new(&faulted, &plans, request.seed, true, true)?;
     let mut run = Run::new(faulted, stepped, request.seed);
     let ending = run.run_to_end(request.headless, asked_to_end);
-    let trace = run.stage.take_trace().unwrap_or_default();
-    write(out, "trace.csv", &trace.table.text())?;
-    write(out, "others.csv", &trace.others.text())?;
-    let notes = write(out, "notes.txt", &(trace.notes.join("\n") + "\n"))?;
-    onboard::say!("wrote trace.csv, others.csv and {}", notes.display());
+    if let Some(traces) = run.stage.take_traces() {
+        for (robot, trace) in run.scenario.robots.iter().zip(&traces.robots) {
+            let id = &robot.id;
+            write(out, &format!("trace-{id}.csv"), &trace.table.text())?;
+            let notes = trace.notes.join("\n") + "\n";
+            write(out, &format!("notes-{id}.txt"), &notes)?;
+        }
+        let others = write(out, "others.csv", &traces.others.text())?;
+        onboard::say!(
+            "wrote {}, and traces and notes of each robot",
+            others.display()
+        );
+    }
     run.scenario.name.push_str(" (stepped)");
     let finished = finish(run, out, &ending);
     if finished.is_err() && !faults.is_empty() && !asked_to_end.load(Ordering::Relaxed) {

@@ -9,6 +9,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const PARALLEL_RAD: f64 = 0.1;
 /// Lanes that differ by less need no curve: the junction is crossed straight.
 const STRAIGHT_RAD: f64 = 0.3;
+/// Such a robot is on the other lane within so many radii.
+const STRAIGHT_RADII: f64 = 4.0;
 /// A junction turn is at most this sharp.
 const SHARPEST_RAD: f64 = 2.6;
 /// A robot that has turned by more is on its way round.
@@ -186,7 +188,8 @@ impl Fillet {
 }
 
 /// At a junction: along the incoming lane, round a curve, onto the outgoing lane. A robot that is already too close to
-/// the other lane for the curve gets a tighter one, down to the tightest.
+/// the other lane for the curve gets a tighter one, down to the tightest. Straight on, it is on the outgoing lane four radii after
+/// the end of the incoming one, wherever it begins.
 ///
 /// # Errors
 /// [`TrackError::TooSharp`], or for lanes without a curve those of [`shift`].
@@ -198,7 +201,10 @@ pub fn turn(
     from: Pose2,
 ) -> Result<Track, TrackError> {
     let Some(fillet) = Fillet::between(incoming, outgoing, radius_m)? else {
-        return shift(outgoing, 0.0, 4.0 * radius_m, max_curvature_1_m, from);
+        let within_m = STRAIGHT_RADII * radius_m;
+        let begun_m = outgoing.along_m(from.position()) - outgoing.along_m(incoming.b);
+        let left_m = (within_m - begun_m).clamp(0.0, within_m);
+        return shift(outgoing, 0.0, left_m, max_curvature_1_m, from);
     };
     let turn_rad = fillet.turn_rad;
     if let Some(rest) = rest_of_turn(turn_rad, radius_m, max_curvature_1_m, outgoing, from) {

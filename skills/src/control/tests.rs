@@ -291,6 +291,25 @@ fn a_junction_turn_joins_the_lanes_left_and_right() {
 }
 
 #[test]
+fn straight_on_ends_where_it_would_have_wherever_it_is_begun_again() {
+    let outgoing = Segment::new(Point2::new(12.4, 0.0), Point2::new(16.0, 0.0));
+    for (begun_m, aside_m, end_m) in [
+        (9.0, 0.05, 13.0),
+        (10.0, 0.0, 14.0),
+        (12.0, 0.02, 14.0),
+        (13.9, 0.0, 14.1),
+        // What cannot be corrected until there takes longer.
+        (13.9, 0.1, 14.42),
+        (15.0, 0.0, 15.2),
+    ] {
+        let pose = Pose2::new(begun_m, aside_m, 0.0);
+        let track = manoeuvre::turn(1.0, 2.5, &LANE, &outgoing, pose).unwrap();
+        let end = track.pose_at(track.length_m());
+        assert!((end.x_m - end_m).abs() < 0.01, "{begun_m}: {end:?}");
+    }
+}
+
+#[test]
 fn straight_on_at_a_junction_is_a_shift() {
     let outgoing = Segment::new(Point2::new(6.0, 0.1), Point2::new(12.0, 0.1));
     let mut pose = Pose2::new(4.0, 0.0, 0.0);

@@ -23,7 +23,7 @@ use super::reloading::Reloading;
 use super::robot::SteppedRobot;
 use super::sending_on::SendingOn;
 use super::start::{Fleet, Start};
-use super::trace::Trace;
+use super::trace::Traces;
 use crate::folder::Folder;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
@@ -72,7 +72,7 @@ pub struct Stepped<'a> {
     /// Nobody has looked since time passed.
     pub(super) fresh: bool,
     /// Of the first robot, when they are wanted.
-    trace: Option<Trace>,
+    traces: Option<Traces>,
     folder: Folder,
 }
 
@@ -166,7 +166,7 @@ impl<'a> Stepped<'a> {
             epochs: Random::new(seed, EPOCH_STREAM),
             next_ns: START_NS,
             fresh: false,
-            trace: traced.then(Trace::default),
+            traces: traced.then(|| Traces::of(scenario.robots.len())),
             folder: plans.folder.below()?,
         })
     }
@@ -196,8 +196,8 @@ impl<'a> Stepped<'a> {
     }
 
     /// Traces, when they were wanted.
-    pub fn take_trace(&mut self) -> Option<Trace> {
-        self.trace.take()
+    pub fn take_traces(&mut self) -> Option<Traces> {
+        self.traces.take()
     }
 
     /// What a new process of a robot starts with.
@@ -358,19 +358,20 @@ impl<'a> Stepped<'a> {
     fn hear(&mut self) {
         let now_ns = self.now_ns();
         let world = self.world.lock();
+        if let Some(traces) = &mut self.traces {
+            traces.add_others(now_ns, world.obstacles().map(|(_, shape)| shape));
+        }
         for (number, member) in self.robots.iter_mut().enumerate() {
             let Some(robot) = &mut member.robot else {
                 continue;
             };
             let faults = robot.insight().faults();
-            let trace = &mut self.trace;
-            if let Some(trace) = trace.as_mut().filter(|_| number == 0)
+            if let Some(traces) = &mut self.traces
                 && let Some(truth) = world.truth(number)
             {
-                let belief = robot.insight().look();
+                let (trace, belief) = (&mut traces.robots[number], robot.insight().look());
                 trace.note(now_ns, &belief, &member.faults, &faults);
                 trace.add(&truth, &belief);
-                trace.add_others(now_ns, world.obstacles().map(|(_, shape)| shape));
             }
             member.faults = faults;
         }

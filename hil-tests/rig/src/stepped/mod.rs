@@ -63,4 +63,4 @@ pub use fleet::Stepped;
 pub use plans::Plans;
 pub use robot::SteppedRobot;
 pub use start::{Fleet, Start};
-pub use trace::Trace;
+pub use trace::{Trace, Traces};

@@ -46,13 +46,42 @@ impl Lines {
     }
 }
 
-/// Traces of one robot; of a run that takes longer than an hour, its last part.
+/// Traces of all robots and of what stands in their way; of a run that takes longer than an hour, its last part.
+#[derive(Clone, Debug)]
+pub struct Traces {
+    /// Those of each robot.
+    pub robots: Vec<Trace>,
+    /// One line for each look and each disc or box: time, number, place.
+    pub others: Lines,
+}
+
+impl Traces {
+    pub(super) fn of(robots: usize) -> Self {
+        Self {
+            robots: vec![Trace::default(); robots],
+            others: Lines::of("t_s,number,x_m,y_m\n"),
+        }
+    }
+
+    pub(super) fn add_others(&mut self, now_ns: u64, shapes: impl Iterator<Item = Shape>) {
+        let at_s = (now_ns - START_NS) as f64 / 1e9;
+        for (number, shape) in shapes.enumerate() {
+            let [x_m, y_m] = match shape {
+                Shape::Wall(_) => continue,
+                Shape::Disc { centre_m, .. } => centre_m,
+                Shape::Box { pose, .. } => [pose.x_m, pose.y_m],
+            };
+            // Writing to a string cannot fail.
+            let _ = writeln!(self.others.next(), "{at_s:.2},{number},{x_m:.3},{y_m:.3}");
+        }
+    }
+}
+
+/// Traces of one robot.
 #[derive(Clone, Debug)]
 pub struct Trace {
     /// One line for each look: time, truth, belief, command, as comma-separated values.
     pub table: Lines,
-    /// One line for each look and each disc or box: time, number, place.
-    pub others: Lines,
     /// What the robot reported.
     pub notes: Vec<String>,
     /// Of the robot's machine.
@@ -67,7 +96,6 @@ impl Default for Trace {
                  believed_x_m,believed_y_m,believed_theta_rad,std_x_m,std_y_m,std_theta_rad,\
                  state,skill,verdict,reason\n",
             ),
-            others: Lines::of("t_s,number,x_m,y_m\n"),
             notes: Vec::new(),
             state: String::new(),
         }
@@ -98,19 +126,6 @@ impl Trace {
             }
         }
         self.state.clone_from(&belief.state);
-    }
-
-    pub(super) fn add_others(&mut self, now_ns: u64, shapes: impl Iterator<Item = Shape>) {
-        let at_s = (now_ns - START_NS) as f64 / 1e9;
-        for (number, shape) in shapes.enumerate() {
-            let [x_m, y_m] = match shape {
-                Shape::Wall(_) => continue,
-                Shape::Disc { centre_m, .. } => centre_m,
-                Shape::Box { pose, .. } => [pose.x_m, pose.y_m],
-            };
-            // Writing to a string cannot fail.
-            let _ = writeln!(self.others.next(), "{at_s:.2},{number},{x_m:.3},{y_m:.3}");
-        }
     }
 
     pub(super) fn add(&mut self, truth: &Truth, belief: &Belief) {

@@ -54,6 +54,12 @@ fn a_robot_that_restarts_in_the_middle_of_a_turn_finishes_it() {
     passes("t-junction", 21, &[killed(24.836, 0.255, "amr-3")]);
 }
 
+#[test]
+fn a_robot_that_is_placed_behind_a_crossing_does_not_cross_it_again() {
+    let covered = fault(24.0, 10.0, ScriptedKind::CoverLidar, "amr-3");
+    passes("t-junction", 35, &[covered]);
+}
+
 /// Nobody has looked at the floor behind it but the process before.
 #[test]
 fn a_robot_that_restarts_in_the_dock_backs_out_of_it() {
