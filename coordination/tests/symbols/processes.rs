@@ -1,5 +1,6 @@
 //! Other processes: this test binary runs itself again, as an owner or as an inspector.
 
+use std::collections::BTreeSet;
 use std::env;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
@@ -361,8 +362,12 @@ fn killed_inspectors_leave_nothing_behind_either() {
 #[test]
 fn an_owner_killed_at_any_moment_of_its_start_can_be_removed() {
     let room = Room::new();
-    let mut left = Vec::new();
-    for step in 0..20 {
+    let mut left = BTreeSet::new();
+    for step in 0..60 {
+        // On a machine that has other things to do an owner is not far yet when it is killed.
+        if step >= 20 && left.len() >= 2 {
+            break;
+        }
         let fuse = Duration::from_micros(60 * step * step);
         let mut owner = Process::start("killed while building", &room, fuse);
         owner.child.wait().unwrap();
@@ -370,10 +375,8 @@ fn an_owner_killed_at_any_moment_of_its_start_can_be_removed() {
         assert!(Inspector::open("a", &room.place).is_err());
         let removed = remove_stale("a", &room.place).unwrap();
         room.assert_nothing_left(&words);
-        left.push(removed.paths.len());
+        left.insert(removed.paths.len());
     }
     // Otherwise the moments were all too early or all too late, and nothing was tested.
-    left.sort_unstable();
-    left.dedup();
     assert!(left.len() >= 2, "{left:?}");
 }
