@@ -3,7 +3,7 @@
 //! The floor has places, each a crossing and three rooms around it. Nets let one robot at a time over each crossing, whichever
 //! come; as many other nets would take in any robot, and wait for a situation that does not come. A robot that has crossed asks for a room in which there is always room: those requests are measured.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::net::TcpListener;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -32,10 +32,8 @@ const REPORT: Duration = Duration::from_millis(200);
 /// How long a robot drives over a crossing: at least, and by up to how much longer. No two places keep step.
 const CROSSES_MS: u64 = 200;
 const LONGER_MS: u64 = 200;
-/// All robots are looked at so often.
-const LOOKS: Duration = Duration::from_millis(20);
-/// In so many parts, one after the other.
-const PARTS: usize = 20;
+/// Robots whose time has come are looked for so often.
+const LOOKS: Duration = Duration::from_millis(1);
 /// So many sessions are opened at once, so that the machine that plays a thousand robots is not the measure.
 const OPENED_AT_ONCE: usize = 50;
 const WARM_UP: Duration = Duration::from_secs(20);
@@ -84,12 +82,17 @@ struct Robot {
     client: Client,
     publisher: Publisher<'static>,
     _session: zenoh::Session,
-    place: usize,
     room: usize,
     /// Since when it is on the crossing, and for how long it will be.
     crosses: Option<(Instant, Duration)>,
     random: Random,
-    reported: Option<Instant>,
+    /// Its crossing, and the rooms around it.
+    crossing: String,
+    rooms: [String; ROOMS],
+    /// When it is to be looked at, though it hears nothing.
+    next: Instant,
+    /// When it reports, though there is no news.
+    due: Instant,
     asked: Option<Instant>,
     sent: u64,
     moves: u64,
@@ -123,11 +126,13 @@ impl Robot {
             client: Client::new(id, "rooms", 1 + number as u64),
             publisher: publisher.expect("it publishes"),
             _session: session,
-            place: number % PLACES,
             room: 0,
             crosses: None,
             random: Random::new(number as u64),
-            reported: None,
+            crossing: format!("Cr-{}", number % PLACES),
+            rooms: std::array::from_fn(|room| format!("room-{}-{room}", number % PLACES)),
+            next: Instant::now(),
+            due: Instant::now(),
             asked: None,
             sent: 0,
             moves: 0,
@@ -135,13 +140,13 @@ impl Robot {
     }
 
     fn name_of(&self, room: usize) -> String {
-        format!("room-{}-{}", self.place, room % ROOMS)
+        self.rooms[room % ROOMS].clone()
     }
 
     /// Drives as far as grants allow, and reports when that is due.
     fn step(&mut self, now: Instant, now_ns: u64) {
         let (here, there) = (self.name_of(self.room), self.name_of(self.room + 1));
-        let crossing = format!("Cr-{}", self.place);
+        let crossing = self.crossing.clone();
         match self.crosses {
             None if self.client.holds(&crossing) && self.client.holds(&here) => {
                 let takes_ms = CROSSES_MS + self.random.below(LONGER_MS);
@@ -171,20 +176,33 @@ impl Robot {
             ..Situation::default()
         };
         let news = self.client.step(situation, now_ns, SILENT_NS);
-        let due = self.reported.is_none_or(|at| now >= at + REPORT);
+        let due = now >= self.due;
         if !news && !due {
+            self.wait(now);
             return;
         }
         if asks && news && self.asked.is_none() && !self.client.holds(&there) {
             self.asked = Some(Instant::now());
         }
-        self.reported = Some(now);
+        // News does not put it off: or else robots that heard something at the same time would report together ever after.
+        while self.due <= now {
+            self.due += REPORT;
+        }
+        self.wait(now);
         self.sent += 1;
         let report = self.client.report().encode_to_vec();
         self.publisher
             .put(report)
             .wait()
             .expect("the session is open");
+    }
+
+    /// Until the next report is due, or it is half way or all the way over the crossing.
+    fn wait(&mut self, now: Instant) {
+        let ways = { self.crosses.iter() }
+            .flat_map(|&(since, takes)| [since + takes / 2, since + takes])
+            .filter(|at| *at > now);
+        self.next = ways.fold(self.due, Instant::min);
     }
 
     /// Returns how long the room that it has asked for took.
@@ -203,38 +221,37 @@ struct Floor {
     robots: Vec<Robot>,
     inbox: Receiver<(usize, Instant, MediatorReport)>,
     begun: Instant,
-    bytes: (u64, u64),
+    heard: u64,
+    bytes: u64,
 }
 
 impl Floor {
     fn run(&mut self, time: Duration) -> Vec<u64> {
         let until = Instant::now() + time;
         let mut times = Vec::new();
-        let (mut looked, mut part) = (Instant::now(), 0);
+        let mut looked = Instant::now();
         while Instant::now() < until {
-            let mut heard = BTreeMap::new();
-            let mut patience = LOOKS / PARTS as u32;
+            let mut heard = BTreeSet::new();
+            let mut patience = LOOKS;
             while let Ok((number, at, message)) = self.inbox.recv_timeout(patience) {
                 patience = Duration::ZERO;
-                self.bytes.0 += 1;
-                self.bytes.1 += message.encoded_len() as u64;
+                self.heard += 1;
+                self.bytes += message.encoded_len() as u64;
                 let now_ns = self.begun.elapsed().as_nanos() as u64;
                 times.extend(self.robots[number].hear(&message, at, now_ns));
-                heard.insert(number, ());
+                heard.insert(number);
                 if heard.len() >= 100 {
                     break;
                 }
             }
             let now = Instant::now();
             let now_ns = self.begun.elapsed().as_nanos() as u64;
-            for number in heard.into_keys() {
+            for number in heard {
                 self.robots[number].step(now, now_ns);
             }
-            // Not all at once: that would be a burst.
-            if now >= looked + LOOKS / PARTS as u32 {
+            if now >= looked + LOOKS {
                 looked = now;
-                part = (part + 1) % PARTS;
-                for robot in self.robots.iter_mut().skip(part).step_by(PARTS) {
+                for robot in self.robots.iter_mut().filter(|own| own.next <= now) {
                     robot.step(now, now_ns);
                 }
             }
@@ -311,14 +328,21 @@ fn measure(count: usize, secure: bool) {
         });
         robots.extend(opened);
     }
+    // Not all at once: that would be a burst, five times a second.
+    let now = Instant::now();
+    for (number, robot) in robots.iter_mut().enumerate() {
+        robot.due = now + REPORT * number as u32 / count as u32;
+        robot.next = robot.due;
+    }
     let mut floor = Floor {
         robots,
         inbox,
         begun: Instant::now(),
-        bytes: (0, 0),
+        heard: 0,
+        bytes: 0,
     };
     floor.run(WARM_UP);
-    floor.bytes = (0, 0);
+    (floor.heard, floor.bytes) = (0, 0);
     floor.robots.iter_mut().for_each(|robot| robot.sent = 0);
     let (moves, cpu, rss_mib) = (floor.moves(), program.cpu_time(), program.rss_mib());
     let begun = Instant::now();
@@ -329,18 +353,19 @@ fn measure(count: usize, secure: bool) {
     let cpu_s = (program.cpu_time() - cpu).as_secs_f64();
     let nets = status.coordinations.iter().filter(|own| !own.over).count();
     println!(
-        "\n{count} robots on {count} sessions{}, {} areas, {nets} nets run, {took_s:.1} s: {:.0} reports/s, {:.0} moves/s\n\
+        "\n{count} robots on {count} sessions{}, {} areas, {nets} nets run, {took_s:.1} s: {:.0} reports/s, {:.0} messages/s, {:.0} moves/s\n\
          request -> grant: median {}, p99 {}, max {} ({} grants); a message has {:.0} bytes\n\
          mediator: {:.1} % of a core, {:.1} us for each report; resident {rss_mib:.1} MiB, then {:.1} MiB",
         if secure { " with certificates" } else { "" },
         site.areas.len(),
         reports as f64 / took_s,
+        floor.heard as f64 / took_s,
         (floor.moves() - moves) as f64 / took_s,
         ms(times.per_mille(500)),
         ms(times.per_mille(990)),
         ms(times.max()),
         times.count(),
-        floor.bytes.1 as f64 / floor.bytes.0.max(1) as f64,
+        floor.bytes as f64 / floor.heard.max(1) as f64,
         100.0 * cpu_s / took_s,
         1e6 * cpu_s / reports.max(1) as f64,
         program.rss_mib()

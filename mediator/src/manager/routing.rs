@@ -353,6 +353,11 @@ impl Manager {
         self.go_on(now_ns);
     }
 
+    /// Repeats levels that are due by now, between two ticks: few at a time, so that news does not wait behind many.
+    pub fn repeat_levels(&mut self, now_ns: u64) {
+        self.sessions.keep_up(now_ns, &mut self.effects);
+    }
+
     // ---------------------------------------------------------------- messages out
 
     /// The next message to send, to the robot that it names; nothing when all have heard the news.

@@ -13,6 +13,8 @@ use contract::wire::MediatorReport;
 
 /// Time passes for the manager at least this often.
 pub const TICK_NS: u64 = 20_000_000;
+/// Levels are repeated this often, while there is something to do at all.
+const REPEATS_NS: u64 = 2_000_000;
 /// A journal that the disk does not take is tried again after this time.
 const RETRY_NS: u64 = 1_000_000_000;
 /// That it still does not is said again after this time.
@@ -36,6 +38,7 @@ pub struct Management {
     repeats: Repeats,
     blocked: Option<Blocked>,
     next_tick_ns: u64,
+    next_repeats_ns: u64,
 }
 
 impl Management {
@@ -59,6 +62,7 @@ impl Management {
             repeats: Repeats::default(),
             blocked: None,
             next_tick_ns: 0,
+            next_repeats_ns: 0,
         })
     }
 
@@ -91,6 +95,10 @@ impl Management {
         if now_ns >= self.next_tick_ns {
             self.manager.tick(now_ns);
             self.next_tick_ns = now_ns + TICK_NS;
+            self.next_repeats_ns = now_ns + REPEATS_NS;
+        } else if now_ns >= self.next_repeats_ns {
+            self.manager.repeat_levels(now_ns);
+            self.next_repeats_ns = now_ns + REPEATS_NS;
         }
         self.entries.clear();
         self.entries.extend(self.manager.entries());
