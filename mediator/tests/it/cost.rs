@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contract::client::{Client, Situation};
-use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use contract::timing::{ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS, SILENT_AFTER_NS};
 use mediator::journal::Stored;
 use mediator::manager::Manager;
 use mediator::nets::Plan;
@@ -89,6 +89,29 @@ fn a_report_costs_the_same_in_a_large_fleet() {
     assert_eq!(small, large);
     // Whom it follows, and the one role of each net.
     assert!((NETS as u64..2 * NETS as u64).contains(&small), "{small}");
+}
+
+#[test]
+fn levels_of_a_large_fleet_are_repeated_few_at_a_time_and_none_too_late() {
+    const ROBOTS: usize = 1000;
+    const LOOK_NS: u64 = 2_000_000;
+    let mut fleet = Fleet::new(sites::idle(ROBOTS, 1));
+    fleet.hear();
+    // All have heard at the same time, the worst case.
+    let told_ns = fleet.now_ns;
+    let mut heard = vec![0; ROBOTS];
+    while fleet.now_ns < told_ns + 2 * LEVEL_PERIOD_NS {
+        fleet.now_ns += LOOK_NS;
+        fleet.manager.repeat_levels(fleet.now_ns);
+        let mut together = 0;
+        while let Some(message) = fleet.manager.next_message(fleet.now_ns) {
+            let robot: usize = message.robot_id["amr-".len()..].parse().expect("a number");
+            heard[robot] += 1;
+            together += 1;
+        }
+        assert!(together <= 16, "{together} at once");
+    }
+    assert!(heard.iter().all(|&times| times >= 1), "{heard:?}");
 }
 
 #[test]
