@@ -37,6 +37,8 @@ pub struct Belief {
     pub verdict: u64,
     /// Why, as a number of the tubes' reasons.
     pub reason: u64,
+    /// Why navigation does not go on, and the area that it waits for, in words; empty while it goes on.
+    pub hold: String,
     /// Something keeps it from driving that has nothing to do with where it wants to go: a fault, an operator, or what stands in
     /// its way.
     pub kept: bool,
@@ -94,6 +96,11 @@ impl Insight {
             skill: navigation.skill.as_str().to_owned(),
             verdict: tubes.verdict,
             reason: tubes.reason,
+            hold: [navigation.hold, navigation.waiting_for]
+                .map(|name| name.as_str().to_owned())
+                .join(" ")
+                .trim()
+                .to_owned(),
             kept: faulty || forbidden.contains(&hold.as_str()),
         };
         belief.kept |= belief.is_held();

@@ -2,7 +2,7 @@
 //!
 //! A clone has a body, devices, symbols and a session of its own, and its robot's plan and configuration: it believes to stand
 //! where its robot starts. Before its fault begins and after it has ended its body stands in a store, far off the floor, and is
-//! switched off; where the fault gives no pose, it stays there. What faults do to messages of its robot, they do to the clone's;
+//! switched off; where the fault gives no pose, or a robot is near there, it stays there. What faults do to messages of its robot, they do to the clone's;
 //! no other fault concerns it, and nobody operates it.
 
 use config::{RobotConfig, SiteConfig};
@@ -17,6 +17,8 @@ use super::start::Start;
 use crate::folder::Folder;
 use crate::scenario::Scenario;
 
+/// No nearer than this to another robot: its `base_link` from that one's.
+const APART_M: f64 = 1.5;
 /// From the floor to the store, and from one clone in it to the next: beyond the reach of every lidar.
 const FAR_M: f64 = 10.0;
 
@@ -81,7 +83,7 @@ impl ClonedRobot {
     /// It is put onto the floor and switched on, with what its robot's processes start with; symbols live in the folder.
     ///
     /// # Errors
-    /// [`Failure`] when something is where it is to stand, or a part of it cannot be built.
+    /// [`Failure`] when a part of it cannot be built.
     pub(super) fn begin(
         &mut self,
         world: &SharedWorld,
@@ -95,8 +97,17 @@ impl ClonedRobot {
             ..start
         };
         if let Some(pose) = self.pose {
-            let carried = world.lock().carry(self.body, pose);
-            carried.map_err(Failure::failed)?;
+            let mut world = world.lock();
+            let near = { (0..).map_while(|number| world.truth(number)).enumerate() }.any(
+                |(number, truth)| {
+                    let off_m = (truth.pose.x_m - pose.x_m).hypot(truth.pose.y_m - pose.y_m);
+                    number != self.body && off_m < APART_M
+                },
+            );
+            if !near {
+                // Where something else stands nobody can be put.
+                let _ = world.carry(self.body, pose);
+            }
         }
         let devices = Devices::of(world, &self.config.identity.id, plan, now_ns)?;
         let robot = SteppedRobot::new(plan, files, folder.path(), &devices, start)?;

@@ -87,7 +87,17 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
             .by_s
             .then(|| rounded(between([LEAST_BY_S, what.most_by_s()], by))),
         thread,
-        pose: None,
+        // As often in the middle of an area as in nobody's way.
+        pose: (keys.pose && alone < 0.5).then(|| {
+            let areas = &scenario.site.areas;
+            let region = areas[((share * areas.len() as f64) as usize).min(areas.len() - 1)].region;
+            let [x_m, y_m] = [
+                region.min.x_m + region.max.x_m,
+                region.min.y_m + region.max.y_m,
+            ]
+            .map(|twice| (twice * 500.0).round() / 1e3);
+            [x_m, y_m, (by * 360.0).round()]
+        }),
         motion: keys.motion.then(|| {
             let [forward, turning] = [share, by].map(|unit| 2.0 * unit - 1.0);
             [forward * FASTEST[0], turning * FASTEST[1]].map(|wanted| (wanted * 1e3).round() / 1e3)

@@ -47,6 +47,10 @@ impl Stepped<'_> {
                 let thread = self.faults.thread(fault).map(str::to_owned);
                 self.have_panic(number, thread.as_deref());
             }
+            (ScriptedKind::EndRobot, Some(number)) if begins => {
+                let robot = self.robots[number].robot.as_mut();
+                robot.into_iter().for_each(|own| own.ends().told = true);
+            }
             (ScriptedKind::Absent, Some(number)) if begins => self.carry_away(number)?,
             (ScriptedKind::CloneRobot, Some(number)) if begins => {
                 self.start_clone(fault, number, now_ns)?;

@@ -1,4 +1,4 @@
-//! Panics of a robot's program on the simulated clock, and how its process ends after one.
+//! Panics of a robot's program on the simulated clock, and how its process ends after one, or when it is told to.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -51,9 +51,11 @@ impl Panicking {
     }
 }
 
-/// How the process of a robot ends after a panic.
+/// How the process of a robot ends after a panic, or when it is told to.
 #[derive(Default)]
 pub(super) struct Ends {
+    /// It has been told to.
+    pub(super) told: bool,
     /// A part of it has panicked.
     pub(super) panicked: Panicked,
     /// That is no news: a fault of the scenario has it do so, or it was asked before.
@@ -86,7 +88,7 @@ impl Ends {
         news
     }
 
-    /// The robot stands after a panic, says its supervisor: activities are to stop.
+    /// The robot that is to end stands, says its supervisor: activities are to stop.
     pub(super) fn stop(&mut self, supervisor: &mut Supervisor, now_ns: u64) {
         supervisor.tell_to_stop();
         self.at_ns = Some(now_ns + STOPPING_NS);
@@ -100,8 +102,13 @@ impl Ends {
 
     /// Whether its activities stop.
     pub(super) fn stops(&mut self, supervisor: &mut Supervisor, now_ns: u64) -> bool {
-        if let Some(at_ns) = self.at_ns {
-            self.over |= supervisor.have_stopped(now_ns) || now_ns >= at_ns;
+        if let Some(at_ns) = self.at_ns
+            && !self.over
+        {
+            self.over = supervisor.have_stopped(now_ns) || now_ns >= at_ns;
+            if self.over && !self.panicked.is_raised() {
+                supervisor.arrive();
+            }
         }
         self.at_ns.is_some()
     }

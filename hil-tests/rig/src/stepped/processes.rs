@@ -63,7 +63,7 @@ impl Stepped<'_> {
         }
     }
 
-    /// Robots whose processes have ended by themselves.
+    /// Robots whose processes have ended after a panic, or because they were told to.
     pub(super) fn note_ended(&mut self) {
         for number in 0..self.robots.len() {
             let robot = self.robots[number].robot.as_ref();
@@ -79,9 +79,9 @@ impl Stepped<'_> {
         let member = &self.robots[number];
         let lasts = |what| self.faults.lasts(what, Some(number));
         let killed = lasts(ScriptedKind::KillRobot) || lasts(ScriptedKind::RebootRobot);
-        // What did not run yet has not panicked.
-        let panicked = member.has_run && lasts(ScriptedKind::Panic);
-        let kept = killed || panicked || member.gone;
+        // What did not run yet has not ended.
+        let ended = lasts(ScriptedKind::Panic) || lasts(ScriptedKind::EndRobot);
+        let kept = killed || member.has_run && ended || member.gone;
         member.robot.is_none() && !kept && now_ns >= member.starts_ns
     }
 

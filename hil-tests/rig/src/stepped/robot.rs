@@ -73,7 +73,7 @@ pub struct SteppedRobot {
     ahead_ns: f64,
     /// and when it was looked at last.
     stepped_ns: u64,
-    /// How its process ends after a panic.
+    /// How its process ends after a panic, or when it is told to.
     ends: Ends,
     // The shared memory itself, and ports of what does not run here, kept until the robot ends.
     _table: SymbolTable,
@@ -256,7 +256,7 @@ impl SteppedRobot {
         self.supervisor.reload_from(files);
     }
 
-    /// Whether its process has ended, by itself, after a panic.
+    /// Whether its process has ended, after a panic or because it was told to.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.ends.over
@@ -316,7 +316,7 @@ impl SteppedRobot {
             }
             // One at a time, as people are not faster.
             let mut next = self.requests.next(self.desk.lent());
-            if self.supervisor.turn(now_ns, false, || next.take()) {
+            if self.supervisor.turn(now_ns, self.ends.told, || next.take()) {
                 self.ends.stop(&mut self.supervisor, now_ns);
             }
         }

@@ -86,6 +86,7 @@ pub struct Trace {
     pub notes: Vec<String>,
     /// Of the robot's machine.
     state: String,
+    hold: String,
 }
 
 impl Default for Trace {
@@ -98,6 +99,7 @@ impl Default for Trace {
             ),
             notes: Vec::new(),
             state: String::new(),
+            hold: String::new(),
         }
     }
 }
@@ -116,6 +118,12 @@ impl Trace {
         if belief.state != self.state {
             note(format!("state {} -> {}", self.state, belief.state));
         }
+        if belief.hold != self.hold {
+            match &*belief.hold {
+                "" => note("goes on".to_owned()),
+                hold => note(format!("stops: {hold}")),
+            }
+        }
         for fault in Fault::ALL {
             let (before, after) = (before.state(fault), after.state(fault));
             if after.count > before.count {
@@ -126,6 +134,7 @@ impl Trace {
             }
         }
         self.state.clone_from(&belief.state);
+        self.hold.clone_from(&belief.hold);
     }
 
     pub(super) fn add(&mut self, truth: &Truth, belief: &Belief) {

@@ -57,8 +57,9 @@ fn the_fleet_bears_everything_else() {
     goes_on(|kind| !kind.needs_mediator() && !named(kind));
 }
 
-const PROCESSES: [ScriptedKind; 6] = [
+const PROCESSES: [ScriptedKind; 7] = [
     ScriptedKind::KillRobot,
+    ScriptedKind::EndRobot,
     ScriptedKind::Panic,
     ScriptedKind::Reload,
     ScriptedKind::Hang,

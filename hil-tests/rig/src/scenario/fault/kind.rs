@@ -18,13 +18,15 @@ pub enum ScriptedKind {
     DeadLink,
     /// The robot's process is killed, and started again at the end.
     KillRobot,
+    /// The robot's program is told to end, as by a service manager, and started again at the end.
+    EndRobot,
     /// A part of the robot's program panics, which ends it once the robot stands: what runs its drive, or `thread`. It is started again at
     /// the end.
     Panic,
     /// The robot's computer is switched off, and on again at the end: its process ends, and nothing is left of what it knew.
     RebootRobot,
-    /// A second robot with the same identity, plan and configuration is switched on at a pose, or where it is in nobody's way;
-    /// at the end it is switched off and carried away.
+    /// A second robot with the same identity, plan and configuration is switched on at a pose, or, as when a robot is near there,
+    /// where it is in nobody's way; at the end it is switched off and carried away.
     CloneRobot,
     /// The mediator is killed, and started again with its journal at the end.
     KillMediator,
@@ -139,7 +141,7 @@ pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// A fleet is expected to come through any of them. They are drawn at random, as the next ones are.
-    pub const DRAWN: [Self; 36] = [
+    pub const DRAWN: [Self; 37] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -176,6 +178,7 @@ impl ScriptedKind {
         Self::FreezeScans,
         Self::Reload,
         Self::Place,
+        Self::EndRobot,
     ];
 
     /// Those that a fleet comes through besides, but slowly: on each of them but a full disk the robot stops and needs its operator.
@@ -237,6 +240,7 @@ impl ScriptedKind {
             | Self::DeadLink
             | Self::KillRobot
             | Self::RebootRobot
+            | Self::EndRobot
             | Self::Panic
             | Self::CloneRobot
             | Self::Absent

@@ -113,6 +113,7 @@ impl ScriptedFault {
             },
             // Its process ends when it stands, and its drive holds it until its watchdog lets it stand without power.
             ScriptedKind::Panic => brakes(PANICS_WITHIN_S),
+            ScriptedKind::EndRobot => by_tubes(SERVED_WITHIN_S),
             ScriptedKind::LoseInterface => alone,
             ScriptedKind::LoseFrames | ScriptedKind::RefuseFrames if share >= ALL => alone,
             ScriptedKind::LoseFrames | ScriptedKind::RefuseFrames => Stopping {
