@@ -67,12 +67,9 @@ impl Manager {
             }
         }
         // The journal may have lost its last entries, or be older: any robot may be anywhere.
-        let listed = 0..names.robots().len();
-        sessions.wait_for(
-            listed
-                .filter(|&robot| !sessions.robot(robot).absent)
-                .collect(),
-        );
+        let mut listed: Vec<usize> = (0..names.robots().len()).collect();
+        listed.retain(|&robot| !sessions.robot(robot).absent);
+        sessions.wait_for(listed);
         let coordinations =
             Coordinations::restore(plans, areas.len(), &names, stored, now_ns, &mut effects);
         // Every start of a journal's mediator has another number; `speaks_as` gives it one that no other journal's has.
@@ -353,7 +350,7 @@ impl Manager {
         self.go_on(now_ns);
     }
 
-    /// Repeats levels that are due by now, between two ticks: few at a time, so that news does not wait behind many.
+    /// Repeats levels that are due, between two ticks: few at a time, so that no news waits behind many.
     pub fn repeat_levels(&mut self, now_ns: u64) {
         self.sessions.keep_up(now_ns, &mut self.effects);
     }

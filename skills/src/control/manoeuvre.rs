@@ -294,7 +294,8 @@ pub fn check_shift(aside_m: f64, within_m: f64, max_curvature_1_m: f64) -> Resul
     })
 }
 
-/// From a pose beside a lane onto it (or to `offset_m` left of it). A robot farther aside than planned takes a longer way.
+/// From a pose beside a lane onto it (or to `offset_m` left of it). A robot farther aside than planned takes a longer way; one that is
+/// turned to the lane, as when it is found on its way there, takes a shorter one, that does not lead beyond it.
 ///
 /// # Errors
 /// [`TrackError::NotBeside`] when the robot is turned too far from the lane.
@@ -315,17 +316,34 @@ pub fn shift(
         .max(shift_length_m(aside_m, max_curvature_1_m))
         .max(0.2);
     let slope = off_rad.tan();
-    Ok(Track::blending(
-        &lane,
-        from.position(),
-        aside_m,
-        slope,
-        length_m,
-    ))
+    let track = |length_m| Track::blending(&lane, from.position(), aside_m, slope, length_m);
+    let sharpest_1_m = PLANNED_SHARE * max_curvature_1_m;
+    // A circle that touches the lane, as the last part of the way from farther aside is: for one that is turned to the lane so far that
+    // it is the shorter way.
+    let curvature_1_m = (1.0 - off_rad.cos()) / aside_m.abs();
+    let round_m = off_rad.abs() / curvature_1_m;
+    if aside_m * off_rad < 0.0 && curvature_1_m <= sharpest_1_m && round_m < length_m {
+        let curvature_1_m = aside_m.signum() * curvature_1_m;
+        return Ok(Track::starting(from, curvature_1_m, round_m).onto(&lane));
+    }
+    let whole = track(length_m);
+    if whole.beyond_m() <= BEYOND_M {
+        return Ok(whole);
+    }
+    let shorter = (1..SHIFT_LENGTHS).map(|step| f64::from(step) / f64::from(SHIFT_LENGTHS));
+    Ok({ shorter.map(|share| track(share * length_m)) }
+        .filter(|track| track.max_curvature_1_m() <= sharpest_1_m)
+        .min_by(|one, other| one.beyond_m().total_cmp(&other.beyond_m()))
+        .unwrap_or(whole))
 }
 
-/// A robot that is turned farther than this from the lane does not start a shift.
-const SHARPEST_SHIFT_RAD: f64 = 0.7;
+/// Lengths of a shift that are tried.
+const SHIFT_LENGTHS: u32 = 15;
+/// So far a shift may lead beyond the lane.
+const BEYOND_M: f64 = 0.01;
+
+/// A robot that is turned farther than this from the lane does not start a shift. On its way in one it may be turned by 45°.
+const SHARPEST_SHIFT_RAD: f64 = 0.9;
 
 /// Checks that two lanes run along each other.
 ///

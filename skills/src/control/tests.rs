@@ -345,6 +345,25 @@ fn a_shift_reaches_the_lane_beside_within_its_length() {
 }
 
 #[test]
+fn a_shift_that_is_found_under_way_is_finished_and_does_not_lead_beyond_the_lane() {
+    for lateral_m in [-0.75, 0.75] {
+        let begin = Pose2::new(1.0, lateral_m, 0.0);
+        let whole = manoeuvre::shift(&LANE, 0.0, 1.5, 2.5, begin).unwrap();
+        for along_m in [0.3, 0.7, 1.0, 1.2, 1.3, 1.4] {
+            let mut pose = whole.pose_at(along_m);
+            let rest = manoeuvre::shift(&LANE, 0.0, 1.5, 2.5, pose).unwrap();
+            assert!(rest.max_curvature_1_m() < 2.5 && rest.length_m() <= 1.5 + 1e-9);
+            let samples = (0..=40).map(|sample| f64::from(sample) / 40.0 * rest.length_m());
+            let beyond_m = samples.map(|at_m| -rest.pose_at(at_m).y_m * lateral_m.signum());
+            let beyond_m = beyond_m.fold(0.0, f64::max);
+            assert!(beyond_m < 0.012, "{lateral_m} {along_m}: {beyond_m}");
+            follow(Follower::new(rest, Arrival::SHIFT), &mut pose, 0.2);
+            assert!(pose.y_m.abs() < 0.03, "{lateral_m} {along_m}: {pose:?}");
+        }
+    }
+}
+
+#[test]
 fn what_cannot_be_driven_is_refused() {
     let back =
         |lateral_m: f64| Segment::new(Point2::new(8.0, lateral_m), Point2::new(0.0, lateral_m));

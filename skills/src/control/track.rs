@@ -142,6 +142,17 @@ impl Track {
             .fold(0.0, f64::max)
     }
 
+    /// How far it leads, before it is on its lane, to the other side of the lane than it begins on.
+    #[must_use]
+    pub(super) fn beyond_m(&self) -> f64 {
+        let lane = self.pieces[self.len - 1].pose_at(0.0);
+        let aside_m = |along_m: f64| lane.between(self.pose_at(along_m)).y_m;
+        let (begin_m, samples) = (aside_m(0.0), (self.length_m() / SAMPLE_M).ceil() as usize);
+        (0..=samples)
+            .map(|sample| -aside_m(sample as f64 * SAMPLE_M) * begin_m.signum())
+            .fold(0.0, f64::max)
+    }
+
     /// The pose at a way along it.
     #[must_use]
     pub fn pose_at(&self, along_m: f64) -> Pose2 {

@@ -55,6 +55,12 @@ fn a_robot_that_restarts_in_the_middle_of_a_turn_finishes_it() {
 }
 
 #[test]
+fn a_robot_whose_program_is_ended_beside_a_wall_in_the_middle_of_a_shift_finishes_it() {
+    let ended = fault(34.26, 1.61, ScriptedKind::EndRobot, "amr-1");
+    passes("overtaking", 17, &[ended]);
+}
+
+#[test]
 fn a_robot_that_is_placed_behind_a_crossing_does_not_cross_it_again() {
     let covered = fault(24.0, 10.0, ScriptedKind::CoverLidar, "amr-3");
     passes("t-junction", 35, &[covered]);
