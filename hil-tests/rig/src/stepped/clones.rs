@@ -18,7 +18,7 @@ use crate::folder::Folder;
 use crate::scenario::Scenario;
 
 /// No nearer than this to another robot: its `base_link` from that one's.
-const APART_M: f64 = 1.5;
+const APART_M: f64 = 1.0;
 /// From the floor to the store, and from one clone in it to the next: beyond the reach of every lidar.
 const FAR_M: f64 = 10.0;
 
