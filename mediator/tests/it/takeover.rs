@@ -336,7 +336,6 @@ fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
     );
 }
 
-/// It says that it has heard this mediator with an epoch that its followers would not believe, and goes on saying so.
 /// Somebody revokes the third robot's certificate, and sees to it: the first one has what it wants.
 fn is_seen_to(manager: &mut Manager, robots: &mut [(Client, Situation)], now_ns: u64) {
     let now_ns = now_ns + ENTERS_NO_MORE_NS;
@@ -346,6 +345,7 @@ fn is_seen_to(manager: &mut Manager, robots: &mut [(Client, Situation)], now_ns:
     assert!(robots[0].0.holds(AREA));
 }
 
+/// It says that it has heard this mediator with an epoch that its followers would not believe, and goes on saying so.
 #[test]
 fn one_robot_that_makes_up_epochs_of_this_mediator_mutes_nobody() {
     const REACHED: u64 = 1 << 21;

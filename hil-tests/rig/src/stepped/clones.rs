@@ -2,14 +2,15 @@
 //!
 //! A clone has a body, devices, symbols and a session of its own, and its robot's plan and configuration: it believes to stand
 //! where its robot starts. Before its fault begins and after it has ended its body stands in a store, far off the floor, and is
-//! switched off; where the fault gives no pose, or a robot is near there, it stays there. What faults do to messages of its robot, they do to the clone's;
-//! no other fault concerns it, and nobody operates it.
+//! switched off; where the fault gives no pose, or a robot is near there, it stays there. What faults do to messages of its robot, they
+//! do to the clone's; no other fault concerns it, and nobody operates it.
 
 use config::{RobotConfig, SiteConfig};
 use onboard::cli::{Failure, Files};
 use onboard::composition::plan::Plan;
 use sim::world::{Pose, SharedWorld};
 
+use super::apart::is_near_a_robot;
 use super::checkpoints::Checkpoints;
 use super::devices::Devices;
 use super::robot::SteppedRobot;
@@ -17,8 +18,6 @@ use super::start::Start;
 use crate::folder::Folder;
 use crate::scenario::Scenario;
 
-/// No nearer than this to another robot: its `base_link` from that one's.
-const APART_M: f64 = 1.0;
 /// From the floor to the store, and from one clone in it to the next: beyond the reach of every lidar.
 const FAR_M: f64 = 10.0;
 
@@ -98,13 +97,7 @@ impl ClonedRobot {
         };
         if let Some(pose) = self.pose {
             let mut world = world.lock();
-            let near = { (0..).map_while(|number| world.truth(number)).enumerate() }.any(
-                |(number, truth)| {
-                    let off_m = (truth.pose.x_m - pose.x_m).hypot(truth.pose.y_m - pose.y_m);
-                    number != self.body && off_m < APART_M
-                },
-            );
-            if !near {
+            if !is_near_a_robot(&world, [pose.x_m, pose.y_m]) {
                 // Where something else stands nobody can be put.
                 let _ = world.carry(self.body, pose);
             }

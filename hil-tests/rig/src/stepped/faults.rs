@@ -90,7 +90,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
         // As often in the middle of an area as in nobody's way.
         pose: (keys.pose && alone < 0.5).then(|| {
             let areas = &scenario.site.areas;
-            let region = areas[((share * areas.len() as f64) as usize).min(areas.len() - 1)].region;
+            let region = areas[place(share, areas.len())].region;
             let [x_m, y_m] = [
                 region.min.x_m + region.max.x_m,
                 region.min.y_m + region.max.y_m,
@@ -106,7 +106,12 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
 }
 
 pub(crate) fn below(random: &mut Random, count: usize) -> usize {
-    ((random.unit() * count as f64) as usize).min(count - 1)
+    place(random.unit(), count)
+}
+
+/// One of so many, from a number between 0 and 1.
+fn place(unit: f64, count: usize) -> usize {
+    ((unit * count as f64) as usize).min(count - 1)
 }
 
 /// As likely between 0.1 and 1 as between 1 and 10.

@@ -71,7 +71,7 @@ pub struct Stepped<'a> {
     next_ns: u64,
     /// Nobody has looked since time passed.
     pub(super) fresh: bool,
-    /// Of the first robot, when they are wanted.
+    /// Of all robots, when they are wanted.
     traces: Option<Traces>,
     folder: Folder,
 }

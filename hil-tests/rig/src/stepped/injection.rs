@@ -6,6 +6,7 @@ use onboard::symbols::faults::FaultTable;
 use sim::lidar::Disturbance;
 use sim::world::{Obstacle, Pose, Shape};
 
+use super::apart::is_near_a_robot;
 use super::disk::Disk;
 use super::faults::Change;
 use super::fleet::Stepped;
@@ -17,8 +18,6 @@ use crate::stand_ins::caretaker::{Blame, Care, where_it_is, words};
 
 /// People and boxes come this far ahead of a robot's `base_link`,
 const AHEAD_M: f64 = 1.5;
-/// no nearer than this to another one's,
-const APART_M: f64 = 1.0;
 /// and have this radius,
 const PERSON_M: f64 = 0.15;
 /// or this length and width.
@@ -234,9 +233,7 @@ impl Stepped<'_> {
         };
         let (sin, cos) = pose.theta_rad.sin_cos();
         let at_m = [pose.x_m + AHEAD_M * cos, pose.y_m + AHEAD_M * sin];
-        let taken = (0..self.robots.len() + self.clones.len())
-            .filter_map(|other| world.truth(other))
-            .any(|truth| (truth.pose.x_m - at_m[0]).hypot(truth.pose.y_m - at_m[1]) < APART_M);
+        let taken = is_near_a_robot(&world, at_m);
         let thing = if what == ScriptedKind::Box {
             Obstacle::fixed(Shape::Box {
                 pose: Pose::new(at_m[0], at_m[1], pose.theta_rad),

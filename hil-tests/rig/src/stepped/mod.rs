@@ -21,6 +21,7 @@
 //!
 //! The same seed gives the same run. [`faults`] come from the scenario or are drawn from the seed.
 
+mod apart;
 mod asking;
 mod asynchronous;
 mod bus;

@@ -262,7 +262,7 @@ impl SteppedRobot {
         self.ends.over
     }
 
-    /// How its process ends after a panic.
+    /// How its process ends after a panic, or when it is told to.
     pub(super) fn ends(&mut self) -> &mut Ends {
         &mut self.ends
     }
