@@ -6,7 +6,8 @@ use std::sync::Arc;
 use coordination::activity::{Activity, LifeCycle, LifeCycleEvent, LifeCycleState};
 use drivers::hokuyo::{ConnectError, Hokuyo, Options, ReadError, Scan, SerialLine};
 
-use crate::activities::port::Port;
+use crate::activities::per_minute::PerMinute;
+use crate::activities::port::{Command, Port};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{Clock, MILLISECOND_NS};
 use crate::realtime::guard;
@@ -22,6 +23,8 @@ const WAIT_NS: u64 = 100 * MILLISECOND_NS;
 const RETRY_NS: u64 = 250 * MILLISECOND_NS;
 /// A device whose scans are frozen is connected anew no sooner than this after it was connected.
 const FROZEN_AFTER_NS: u64 = 1000 * MILLISECOND_NS;
+/// So often in a minute may its scans freeze before people have to look at it: after each time it shows for a moment what is there.
+const FREEZES_PER_MINUTE: usize = 2;
 /// Broken scans are reported no more often than this; all are counted.
 const NOTE_NS: u64 = 200 * MILLISECOND_NS;
 
@@ -66,6 +69,7 @@ pub struct Lidar {
     connected: (u64, u64),
     /// The last scan that was frozen, says the motion tube.
     frozen_scan: u64,
+    freezes: PerMinute,
 }
 
 impl Lidar {
@@ -101,11 +105,11 @@ impl Lidar {
             trouble: None,
             connected: (0, 0),
             frozen_scan: 0,
+            freezes: PerMinute::new(FREEZES_PER_MINUTE),
         }
     }
 
-    /// Whether scans of this connection repeat each other while the robot moves. A firmware that does so may go on when its laser is
-    /// switched off and on.
+    /// Whether scans of this connection repeat each other. A firmware that does so may go on when its laser is switched off and on.
     fn is_frozen(&self, now_ns: u64) -> bool {
         let (since_ns, before) = self.connected;
         self.frozen_scan > before && now_ns > since_ns + FROZEN_AFTER_NS
@@ -119,8 +123,8 @@ impl Lidar {
         if self.frozen_scan > self.connected.1 {
             let scan = self.frozen_scan;
             self.connected.1 = scan;
-            let why = "repeats the one before although the robot moved";
-            self.log.warn(format!("lidar is frozen: scan {scan} {why}"));
+            self.log
+                .warn(format!("lidar is frozen: scan {scan} repeats those before"));
         }
         let Settings {
             device, options, ..
@@ -177,7 +181,13 @@ impl Lidar {
             .filter(|error| *error != ReadError::Timeout)
             .or(self.trouble);
         match result {
-            Ok(_) if self.is_frozen(after_ns) => self.lose(after_ns),
+            Ok(_) if self.is_frozen(after_ns) => {
+                if !self.freezes.note(after_ns) {
+                    self.port
+                        .raise(Fault::LidarFrozen, self.freezes.most() as f64);
+                }
+                self.lose(after_ns);
+            }
             Ok(_) => {
                 self.fresh = true;
                 self.heard_ns = after_ns;
@@ -210,7 +220,12 @@ impl Activity for Lidar {
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
-        while self.port.next_command().is_some() {} // only those of the life cycle concern it
+        while let Some(command) = self.port.next_command() {
+            if command == Command::Reset {
+                self.freezes.forget();
+                self.port.clear(Fault::LidarFrozen);
+            }
+        }
     }
 
     fn configure(&mut self, now_ns: u64) {
@@ -241,7 +256,8 @@ impl Activity for Lidar {
         if let Some(device) = &self.device {
             let counters = device.counters();
             self.status.scans = self.before.scans + counters.scans;
-            let dropped = counters.checksum + counters.truncated + counters.device_errors;
+            let dropped =
+                counters.checksum + counters.truncated + counters.device_errors + counters.garbage;
             self.status.dropped = self.before.dropped + dropped;
             self.status.untrusted = self.before.untrusted + counters.untrusted;
         }

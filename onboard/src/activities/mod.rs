@@ -9,6 +9,7 @@ pub mod lidar;
 pub mod motion_tube;
 pub mod navigation;
 pub mod news;
+mod per_minute;
 pub mod port;
 pub mod proprioception;
 pub mod robot_activity;

@@ -1,7 +1,10 @@
 //! Watches the threads, second by second: which miss their periods, and which have stopped running.
 
+use config::RobotConfig;
 use coordination::symbols::Reader;
-use description::threads::ThreadConfig;
+
+use description::threads::{ActivityKind, ThreadConfig};
+use drivers::hokuyo::Options;
 
 use crate::composition::plan::wanted_scheduling;
 use crate::realtime::clock::SECOND_NS;
@@ -16,6 +19,11 @@ const OVERLOADED_SECONDS: u32 = 3;
 /// Fewer missed periods in a second than this are never judged: a thread with few cycles has coarse shares.
 const LEAST_MISSED: u64 = 3;
 
+/// Seconds without a cycle after which a thread that runs hangs,
+const HUNG_SECONDS: u32 = 1;
+/// and communication that does not run: it may be opening its network.
+const OPENING_SECONDS: u32 = 10;
+
 /// How well a thread keeps its deadlines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
@@ -25,7 +33,7 @@ pub enum Load {
     Degraded,
     /// It misses so often that the robot stops.
     Overloaded,
-    /// It has not run for a second: the robot stops.
+    /// It has not run for a second, or, before its activities run, for longer than they may take to begin: the robot stops.
     Hung,
 }
 
@@ -35,8 +43,12 @@ struct Thread {
     report: Reader<ThreadReport>,
     /// Its deadlines are real-time ones.
     real_time: bool,
+    /// Seconds without a cycle after which it hangs, while its activities do not run.
+    patience_s: u32,
     cycles: u64,
     missed: u64,
+    /// Seconds in a row without a cycle.
+    seconds_still: u32,
     seconds_over: u32,
     load: Load,
 }
@@ -51,12 +63,13 @@ pub struct OverrunWatch {
 }
 
 impl OverrunWatch {
-    /// Watches these threads, by their reports; deadlines are for those that ask for a real-time priority.
+    /// Watches the threads of a robot, by their reports; deadlines are for those that ask for a real-time priority.
     #[must_use]
-    pub fn of(threads: &[ThreadConfig], reports: Vec<Reader<ThreadReport>>) -> Self {
-        let threads = threads.iter().zip(reports).map(|(thread, report)| {
+    pub fn of(robot: &RobotConfig, reports: Vec<Reader<ThreadReport>>) -> Self {
+        let threads = robot.threads.iter().zip(reports).map(|(thread, report)| {
             let real_time = wanted_scheduling(thread).fifo_priority.is_some();
-            Thread::new(thread.name.clone(), report, real_time)
+            let patience_s = patience_s(robot, thread);
+            Thread::new(thread.name.clone(), report, real_time, patience_s)
         });
         Self {
             threads: threads.collect(),
@@ -72,10 +85,19 @@ impl OverrunWatch {
         }
         self.judged_ns = now_ns;
         for thread in &mut self.threads {
-            let report = thread.report.read().value;
+            let read = thread.report.read();
+            // Nothing runs on it.
+            if read.stamp_ns == 0 {
+                continue;
+            }
+            let report = read.value;
             let (cycles, missed) = (report.cycles - thread.cycles, report.missed - thread.missed);
             (thread.cycles, thread.missed) = (report.cycles, report.missed);
-            thread.load = if cycles == 0 && report.running != 0 {
+            thread.seconds_still = match cycles {
+                0 => thread.seconds_still.saturating_add(1),
+                _ => 0,
+            };
+            thread.load = if thread.seconds_still >= thread.seconds_to_hang(&report) {
                 Load::Hung
             } else {
                 thread.load_after(cycles, missed)
@@ -108,22 +130,31 @@ impl OverrunWatch {
 }
 
 impl Thread {
-    fn new(name: String, report: Reader<ThreadReport>, real_time: bool) -> Self {
+    fn new(name: String, report: Reader<ThreadReport>, real_time: bool, patience_s: u32) -> Self {
         Self {
             name,
             report,
             real_time,
+            patience_s,
             cycles: 0,
             missed: 0,
+            seconds_still: 0,
             seconds_over: 0,
             load: Load::Fine,
         }
     }
 
-    /// Whether it should run, and has not since it was judged last.
+    /// Whether it has not run since it was judged last.
     fn stands_still(&mut self) -> bool {
-        let report = self.report.read().value;
-        report.cycles == self.cycles && report.running != 0
+        self.report.read().value.cycles == self.cycles
+    }
+
+    fn seconds_to_hang(&self, report: &ThreadReport) -> u32 {
+        if report.running != 0 {
+            HUNG_SECONDS
+        } else {
+            self.patience_s
+        }
     }
 
     fn load_after(&mut self, cycles: u64, missed: u64) -> Load {
@@ -147,6 +178,19 @@ impl Thread {
     }
 }
 
+/// For how many seconds a thread may have no cycle before its activities run: that of the drive brings its bus up, that of the lidar
+/// connects it.
+fn patience_s(robot: &RobotConfig, thread: &ThreadConfig) -> u32 {
+    let most = |kind: &ActivityKind| match kind {
+        ActivityKind::Drive => robot.ethercat.bring_up_s.ceil() as u32,
+        ActivityKind::Lidar => Options::default().connect_timeout.as_secs() as u32,
+        ActivityKind::Communication => OPENING_SECONDS,
+        _ => 0,
+    };
+    // A second is judged as a whole.
+    HUNG_SECONDS + thread.activities.iter().map(most).max().unwrap_or(0)
+}
+
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
@@ -158,7 +202,7 @@ mod tests {
     fn judged(running: bool, real_time: bool, seconds: &[[u64; 2]]) -> Vec<Option<Load>> {
         let (bench, mut writer) = Bench::new();
         let mut watch = OverrunWatch {
-            threads: vec![Thread::new("motion".to_owned(), bench.report, real_time)],
+            threads: vec![Thread::new("motion".to_owned(), bench.report, real_time, 3)],
             judged_ns: 0,
             worst: (0, Load::Fine),
         };
@@ -199,8 +243,11 @@ mod tests {
         let happens = [[200, 0], [0, 0], [0, 0], [1, 399]];
         let found = [None, Some(Load::Hung), None, Some(Load::Degraded)];
         assert_eq!(judged(true, true, &happens), found);
-        // A bring-up takes its time.
+        // A bring-up takes its time, and no more.
         assert_eq!(judged(false, true, &happens)[..3], [None; 3]);
+        let happens_not = [[200, 0], [0, 0], [0, 0], [0, 0], [0, 0], [9, 0]];
+        let found = [None, None, None, Some(Load::Hung), None, Some(Load::Fine)];
+        assert_eq!(judged(false, true, &happens_not), found);
         assert_eq!(judged(true, false, &happens)[1], Some(Load::Hung));
     }
 
@@ -208,7 +255,7 @@ mod tests {
     fn a_thread_that_hangs_is_not_forgotten_until_it_runs() {
         let (bench, mut writer) = Bench::new();
         let mut watch = OverrunWatch {
-            threads: vec![Thread::new("motion".to_owned(), bench.report, true)],
+            threads: vec![Thread::new("motion".to_owned(), bench.report, true, 3)],
             judged_ns: 0,
             worst: (0, Load::Fine),
         };
@@ -234,7 +281,7 @@ mod tests {
         for name in names {
             let (bench, writer) = Bench::new();
             writers.push(writer);
-            threads.push(Thread::new(name.to_owned(), bench.report, true));
+            threads.push(Thread::new(name.to_owned(), bench.report, true, 3));
         }
         let mut watch = OverrunWatch {
             threads,

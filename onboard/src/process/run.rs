@@ -229,7 +229,7 @@ impl Robot {
             handles,
             composed.supervisor,
             mode,
-            OverrunWatch::of(&plan.robot.threads, watched),
+            OverrunWatch::of(&plan.robot, watched),
             composed.machine,
             log_drain,
             (reload, keeper),

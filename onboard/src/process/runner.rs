@@ -240,8 +240,8 @@ impl Timing {
                 };
                 self.seen = seen;
                 self.wakeup_ns = clock.now_ns().saturating_sub(since_ns);
-                // Woken early or not, from here on it has one period.
-                self.planned_ns = clock.now_ns();
+                // From there on it has one period.
+                self.planned_ns = since_ns;
             }
             Trigger::Device => self.wakeup_ns = 0,
         }

@@ -120,6 +120,8 @@ faults! {
         "the drive answers, but its sensors have stood still for 200 ms: switch it off and on, then run `onboard ctl reset`";
     FloorUnknown = 33, "floor-unknown", Operator,
         "the robot is to back out and knows nothing of the floor behind it, as after a restart, and it cannot see it: look behind it, say how far it is free with `onboard ctl free-behind`, then run `onboard ctl reset`";
+    LidarFrozen = 34, "lidar-frozen", Operator,
+        "the lidar has repeated its last scan three times within a minute, and shows what was there, not what is: switch it off and on, or replace it, then run `onboard ctl reset`";
 }
 
 /// Number of kinds.
@@ -154,20 +156,25 @@ impl Default for FaultTable {
 coordination::datatype!(FaultTable, "fault_table");
 
 impl Serialize for FaultTable {
-    /// Those that were ever raised, by name.
+    /// Those that were ever raised, by name, and since when, on the monotonic clock.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
         struct Shown {
             active: bool,
             count: u64,
+            since_ns: u64,
         }
         let raised = Fault::ALL
             .into_iter()
             .map(|fault| (fault, self.state(fault)))
             .filter(|(_, state)| state.count > 0);
         serializer.collect_map(raised.map(|(fault, state)| {
-            let (active, count) = (state.active != 0, state.count);
-            (fault.name(), Shown { active, count })
+            let shown = Shown {
+                active: state.active != 0,
+                count: state.count,
+                since_ns: state.since_ns,
+            };
+            (fault.name(), shown)
         }))
     }
 }

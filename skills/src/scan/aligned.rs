@@ -15,6 +15,10 @@ const KNOTS: usize = 16;
 /// A source whose scans stay the same, value by value, while the robot drives this far, is frozen.
 const FROZEN_DISTANCE_M: f64 = 0.10;
 const FROZEN_ANGLE_RAD: f64 = 0.10;
+/// So is one that repeats itself this often, wherever the robot is, with so many echoes: the noise of each is larger than the millimetre
+/// in which it is told.
+const FROZEN_REPEATS: u32 = 5;
+const FROZEN_ECHOES: usize = 30;
 
 /// What a beam found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,8 +57,8 @@ pub enum AlignError {
     /// The odometry does not reach over the time of the scan.
     #[error("no odometry for the scan of {stamp_ns} ns")]
     NoOdometry { stamp_ns: u64 },
-    /// The robot moved, and the scan stayed the same to the millimetre.
-    #[error("scan of {stamp_ns} ns repeats the one before although the robot moved")]
+    /// The scan stayed the same to the millimetre: the robot moved meanwhile, or it has done so again and again.
+    #[error("scan of {stamp_ns} ns repeats those before")]
     Frozen { stamp_ns: u64 },
 }
 
@@ -82,6 +86,8 @@ pub struct AlignedScan {
     valid: bool,
     check_frozen: bool,
     fingerprint: u64,
+    /// How often it was seen again.
+    repeats: u32,
     /// Where the robot was when the fingerprint was first seen.
     fingerprint_pose: Pose2,
 }
@@ -111,6 +117,7 @@ impl AlignedScan {
             valid: false,
             check_frozen: true,
             fingerprint: 0,
+            repeats: 0,
             fingerprint_pose: Pose2::IDENTITY,
         })
     }
@@ -185,17 +192,22 @@ impl AlignedScan {
         let fingerprint = fingerprint(raw_mm);
         if fingerprint != self.fingerprint || !self.valid {
             self.fingerprint = fingerprint;
+            self.repeats = 0;
             self.fingerprint_pose = odom_pose;
             return Ok(());
         }
+        self.repeats = self.repeats.saturating_add(1);
         let moved = self.fingerprint_pose.between(odom_pose);
         let still = moved.position().norm_m() < FROZEN_DISTANCE_M
             && moved.theta_rad.abs() < FROZEN_ANGLE_RAD;
+        let echoes = raw_mm.iter().filter(|&&raw| raw >= FIRST_LENGTH_MM).count();
+        let often = self.repeats >= FROZEN_REPEATS && echoes >= FROZEN_ECHOES;
         // An empty hall looks the same from everywhere.
-        if still || !self.check_frozen || raw_mm.iter().all(|&raw| raw == 0) {
-            return Ok(());
+        let frozen = often || !still && raw_mm.iter().any(|&raw| raw != 0);
+        if frozen && self.check_frozen {
+            return Err(AlignError::Frozen { stamp_ns });
         }
-        Err(AlignError::Frozen { stamp_ns })
+        Ok(())
     }
 
     fn place_points(&mut self, raw_mm: &[u16], knots: &[Knot; KNOTS + 1]) {

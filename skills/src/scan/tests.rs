@@ -234,6 +234,15 @@ fn a_frozen_source_is_found_out_when_the_robot_moves() {
     let standing = history(Twist2::default());
     let mut scan = AlignedScan::new(urg()).unwrap();
     scan.align(&raw, 10 * MS, &standing).unwrap();
+    for repeat in 1..5 {
+        scan.align(&raw, (10 + repeat) * MS, &standing).unwrap();
+    }
+    // Too often for chance, though it stands.
+    for repeat in 5..8 {
+        let aligned = scan.align(&raw, (10 + repeat) * MS, &standing);
+        assert!(matches!(aligned, Err(AlignError::Frozen { .. })));
+    }
+    scan.align(&other, 100 * MS, &standing).unwrap();
     scan.align(&raw, 400 * MS, &standing).unwrap();
 
     let empty = vec![0u16; 682];

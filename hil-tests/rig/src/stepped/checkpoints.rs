@@ -3,8 +3,7 @@
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use description::geometry::Pose2;
-use onboard::process::checkpoints::{CheckpointStore, Inheritance, Journey};
+use onboard::process::checkpoints::{CheckpointStore, Ended, Inheritance, Journey};
 
 /// The newest checkpoint of one robot, and the note on its disk; clones share them.
 #[derive(Clone, Debug, Default)]
@@ -36,10 +35,10 @@ impl CheckpointStore for Checkpoints {
         Ok(())
     }
 
-    fn arrive(&mut self, at: Option<Pose2>) -> io::Result<()> {
+    fn arrive(&mut self, ended: Ended) -> io::Result<()> {
         *self.kept() = Kept {
             bytes: Vec::new(),
-            journey: at.map_or(Journey::None, Journey::Ended),
+            journey: ended.into(),
         };
         Ok(())
     }

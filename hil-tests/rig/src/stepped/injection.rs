@@ -48,7 +48,7 @@ impl Stepped<'_> {
             }
             (ScriptedKind::EndRobot, Some(number)) if begins => {
                 let robot = self.robots[number].robot.as_mut();
-                robot.into_iter().for_each(|own| own.ends().told = true);
+                robot.into_iter().for_each(SteppedRobot::tell_to_end);
             }
             (ScriptedKind::Absent, Some(number)) if begins => self.carry_away(number)?,
             (ScriptedKind::CloneRobot, Some(number)) if begins => {

@@ -198,7 +198,7 @@ impl SteppedRobot {
             handles,
             symbols.supervisor,
             mode,
-            OverrunWatch::of(threads, watched),
+            OverrunWatch::of(&plan.robot, watched),
             machine.clone(),
             drain,
             (reload.waiting(), keeper),
@@ -260,6 +260,11 @@ impl SteppedRobot {
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.ends.over
+    }
+
+    /// Its process is told to end.
+    pub fn tell_to_end(&mut self) {
+        self.ends.told = true;
     }
 
     /// How its process ends after a panic, or when it is told to.

@@ -38,6 +38,9 @@ pub struct Bench {
     pub plan: Plan,
     /// What time it is.
     pub now_ns: u64,
+    files: Files,
+    checkpoints: Checkpoints,
+    starts: u64,
     _folder: Folder,
 }
 
@@ -120,12 +123,13 @@ impl Bench {
         world.lock().advance_to(now_ns);
         let devices = Devices::new(&world, &plan, now_ns).expect("devices");
         let folder = Folder::new().expect("a folder");
+        let checkpoints = Checkpoints::default();
         let start = Start {
             fleet,
             boot_epoch: 1,
             at_ns: now_ns,
             ahead_ns: 0.0,
-            checkpoints: Checkpoints::default(),
+            checkpoints: checkpoints.clone(),
         };
         let robot = SteppedRobot::new(&plan, files, folder.path(), &devices, start);
         Self {
@@ -134,8 +138,40 @@ impl Bench {
             world,
             plan,
             now_ns,
+            files: files.clone(),
+            checkpoints,
+            starts: 1,
             _folder: folder,
         }
+    }
+
+    /// Tells its process to end, and waits until it has.
+    pub fn end(&mut self) {
+        self.robot.tell_to_end();
+        self.until("it has ended", PATIENCE_S, Self::has_ended);
+    }
+
+    /// Starts another process of the robot, which talks with nobody.
+    pub fn begin_again(&mut self) {
+        self.devices.hang_up();
+        self.starts += 1;
+        let start = Start {
+            fleet: Fleet::Alone,
+            boot_epoch: self.starts,
+            at_ns: self.now_ns,
+            ahead_ns: 0.0,
+            checkpoints: self.checkpoints.clone(),
+        };
+        let folder = Folder::new().expect("a folder");
+        let robot = SteppedRobot::new(&self.plan, &self.files, folder.path(), &self.devices, start);
+        self.robot = robot.unwrap_or_else(|failure| panic!("{failure:?}"));
+        self._folder = folder;
+    }
+
+    /// Somebody carries it to where the site has it start.
+    pub fn put_at_its_start(&self) {
+        let start = start_pose(&self.plan.site, ROBOT).expect("the site knows it");
+        self.world.lock().carry(0, start).expect("nothing is there");
     }
 
     fn step(&mut self) {
@@ -180,8 +216,8 @@ impl Bench {
         self.robot.panic(thread);
     }
 
-    /// Whether its process has ended after a panic.
-    pub fn has_ended(&self) -> bool {
+    /// Whether its process has ended: after a panic, or because it was told to.
+    pub fn has_ended(&mut self) -> bool {
         self.robot.has_ended()
     }
 

@@ -107,3 +107,29 @@ fn a_drive_whose_sensors_stand_still_is_not_taken_for_one_with_a_motor_fault() {
     bench.until_driving();
     bench.finish();
 }
+
+/// Each break is too short to be told from noise, and takes its part of the brakes.
+#[test]
+fn a_loose_contact_of_the_emergency_stop_is_one_that_is_pressed() {
+    let mut bench = Bench::driving();
+    for _ in 0..6 {
+        for pressed in [true, false] {
+            bench.devices.drive_faults().set_emergency_stop(pressed);
+            bench.watch(0.015);
+        }
+    }
+    assert!(bench.has(Fault::MotorsOff));
+    bench.until_standing(2.0);
+    bench.stands_for(5.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    // One break now and then is none.
+    for _ in 0..5 {
+        bench.devices.drive_faults().set_emergency_stop(true);
+        bench.watch(0.01);
+        bench.devices.drive_faults().set_emergency_stop(false);
+        bench.watch(1.0);
+    }
+    assert!(!bench.has(Fault::MotorsOff));
+    bench.finish();
+}

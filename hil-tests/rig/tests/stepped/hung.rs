@@ -34,6 +34,25 @@ fn a_thread_that_hangs_stops_the_robot_until_a_reset() {
     }
 }
 
+/// Nobody would see to it that it can drive on.
+#[test]
+fn a_thread_that_hangs_while_the_robot_is_paused_is_found_too() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Pause);
+    bench.until_standing(3.0);
+    bench.stands_for(2.0);
+    assert!(!bench.has(Fault::ThreadHung));
+    bench.hang(&["navigation"]);
+    bench.until_raised(Fault::ThreadHung, FOUND_S);
+    bench.hang(&[]);
+    bench.watch(1.0);
+    for request in [Request::Reset, Request::Resume] {
+        bench.answer_to(request).0.expect("it runs again");
+    }
+    bench.until_driving();
+    bench.finish();
+}
+
 #[test]
 fn without_its_supervisor_the_robot_stops_and_goes_on_when_it_is_back() {
     /// Until it is silent.
@@ -140,5 +159,21 @@ fn a_thread_that_overruns_slows_the_robot_down_and_then_stops_it_until_a_reset()
     let reaches = |bench: &mut Bench| bench.truth().twist.v_m_s > 0.9 * full_m_s;
     bench.until("it is as fast as before", 5.0, reaches);
     assert!(!bench.has(Fault::Overruns));
+    bench.finish();
+}
+
+/// Its period begins when a scan wakes it, not when it gets its processor.
+#[test]
+fn navigation_that_wakes_up_late_slows_the_robot_down() {
+    let mut bench = Bench::driving();
+    bench.drives_for(3.0);
+    let full_m_s = bench.truth().twist.v_m_s;
+    bench.be_late("navigation", 1.0, 140);
+    let slows = |bench: &mut Bench| bench.truth().twist.v_m_s < 0.6 * full_m_s;
+    bench.until("it is slower", 4.0, slows);
+    bench.be_late("navigation", 0.0, 0);
+    assert_eq!(bench.raised(Fault::Overruns), 0);
+    let reaches = |bench: &mut Bench| bench.truth().twist.v_m_s > 0.9 * full_m_s;
+    bench.until("it is as fast as before", 10.0, reaches);
     bench.finish();
 }

@@ -1,5 +1,6 @@
 //! The lidar is unplugged, hangs, or its bytes are broken.
 
+use onboard::process::ctl::{Done, Request};
 use onboard::symbols::faults::Fault;
 use sim::lidar::Disturbance;
 use sim::world::Shape;
@@ -154,4 +155,51 @@ fn a_lidar_that_says_that_it_is_not_well_is_not_driven_by() {
 
 fn disturb(bench: &Bench, disturbance: Disturbance) {
     bench.devices.disturb_lidar(disturbance, bench.now_ns);
+}
+
+/// It shows for ever what was there.
+const FROZEN: Disturbance = Disturbance::Repeat { repeats: true };
+
+#[test]
+fn a_lidar_that_freezes_while_the_robot_stands_hides_nobody() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Pause);
+    bench.until_standing(3.0);
+    let connections = bench.lidar().connections;
+    disturb(&bench, FROZEN);
+    let ahead = bench.ahead(0.55);
+    bench.add(Shape::Box {
+        pose: ahead,
+        length_m: 0.2,
+        width_m: 0.6,
+    });
+    // Its laser is switched off and on, and then it sees again.
+    bench.until("connected anew", 2.0, |bench| {
+        bench.lidar().connections > connections
+    });
+    bench.ask(Request::Resume);
+    bench.stands_for(10.0);
+    assert!(!bench.has(Fault::LidarFrozen));
+    bench.finish();
+}
+
+#[test]
+fn a_lidar_that_freezes_again_and_again_waits_for_an_operator() {
+    let mut bench = Bench::driving();
+    for time in 1..=3 {
+        assert!(!bench.has(Fault::LidarFrozen), "{time}");
+        let connections = bench.lidar().connections;
+        disturb(&bench, FROZEN);
+        bench.until("connected anew", 10.0, |bench| {
+            bench.lidar().connections > connections
+        });
+        bench.watch(4.0);
+    }
+    assert!(bench.has(Fault::LidarFrozen));
+    bench.until_standing(1.0);
+    bench.stands_for(10.0);
+    let (reply, _) = bench.answer_to(Request::Reset);
+    assert_eq!(reply, Ok(Done::Reset));
+    bench.until_driving();
+    bench.finish();
 }

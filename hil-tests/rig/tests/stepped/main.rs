@@ -1,7 +1,7 @@
 //! Tests on the simulated clock: figures are judged here, where no load of the machine spoils them.
 //!
 //! - [`bench`] is one robot on its devices, whose faults a test injects: [`bus`], [`drive`], [`lidar`], [`obstacle`], and
-//!   [`straying`] from the lane; [`hung`] are threads of its own that hang, [`panics`] those that panic; [`placing`] is an operator's word for where it stands,
+//!   [`straying`] from the lane; [`hung`] are threads of its own that hang, [`panics`] those that panic; [`ending`] is a process that is told to end; [`placing`] is an operator's word for where it stands,
 //!   [`resets`] what is answered to a reset, [`teleop`] a person who drives it by hand;
 //! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
 //!   [`found`] what campaigns have found, [`docked`] robots that start again in the dock, [`scripted`] what is never drawn.
@@ -10,6 +10,7 @@ mod bench;
 mod bus;
 mod docked;
 mod drive;
+mod ending;
 mod faults;
 mod fleets;
 mod found;

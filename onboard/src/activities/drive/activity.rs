@@ -9,12 +9,12 @@ use drivers::ethercat::{Bus, BusCounters, ExchangeError};
 use drivers::kelo::{self, Feedback, Inputs, Setpoint, SetpointLimits};
 use skills::drive::Obedience;
 
-use super::bring_ups::BringUpLimit;
 use super::health::Health;
 use super::holding::Holding;
 use super::ramp::WheelRamp;
 use super::settings::{OpenLink, SHUT_DOWN_NS, Settings};
 use super::wheels::Wheels;
+use crate::activities::per_minute::PerMinute;
 use crate::activities::port::{Command, Port, Report};
 use crate::activities::robot_activity::RobotActivity;
 use crate::realtime::clock::{Clock, MILLISECOND_NS, SECOND_NS};
@@ -69,7 +69,7 @@ pub struct Drive {
     /// It was said which encoder moves otherwise than its wheel's speed.
     pub(super) contradicted: bool,
     pub(super) latched: bool,
-    pub(super) bring_ups: BringUpLimit,
+    pub(super) bring_ups: PerMinute,
     pub(super) retry_ns: u64,
     pub(super) complaints: Complaints,
     /// Any part of the robot's program has.
@@ -92,7 +92,7 @@ impl Drive {
             max_wheel_speed_rad_s: settings.max_wheel_speed_rad_s as f32,
             max_current_a: settings.drive_current_a.max(settings.stop_current_a),
         };
-        let bring_ups = BringUpLimit::new(settings.bring_ups_per_minute);
+        let bring_ups = PerMinute::new(settings.bring_ups_per_minute);
         let obedience_rad = settings.obedience_rad;
         Self {
             port,
@@ -261,8 +261,12 @@ impl Drive {
 
     /// Whether the wheels do what they are told, as long as their motors have power.
     fn judge_obedience(&mut self, powered: bool, now_ns: u64) {
-        if !self.health.told_to_power || !powered || self.disobeys {
+        if !self.health.told_to_power || self.disobeys {
             self.obedience.forget();
+            return;
+        }
+        // If that lasts it is a fault of its own; what the wheels did before counts on.
+        if !powered {
             return;
         }
         let told = WheelSpeeds::new(self.status.sent_left_rad_s, self.status.sent_right_rad_s);

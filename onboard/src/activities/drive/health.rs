@@ -11,8 +11,10 @@ const FAULT_NS: u64 = 50 * MILLISECOND_NS;
 const STALL_NS: u64 = 200 * MILLISECOND_NS;
 /// How long a drive may take to power its motors when told to; after that, an emergency stop is assumed.
 const POWER_NS: u64 = 200 * MILLISECOND_NS;
-/// One that has powered them says so in each frame: how long it may say otherwise.
+/// One that has powered them says so in each frame: how long it may say otherwise, at once or bit by bit,
 const UNPOWERED_NS: u64 = 20 * MILLISECOND_NS;
+/// of which this share of the time with power is forgiven: a contact that is loose takes a part of the brakes, and goes on doing so.
+const FORGIVEN: u64 = 4;
 
 /// What is known of a drive since its bus came up.
 #[derive(Debug)]
@@ -23,7 +25,11 @@ pub(super) struct Health {
     bad_since_ns: u64,
     /// It has powered them since it was told to.
     powered: bool,
-    unpowered_since_ns: u64,
+    /// They have no power now,
+    unpowered: bool,
+    /// and had none for so long, less what is forgiven.
+    unpowered_ns: u64,
+    judged_ns: u64,
 }
 
 impl Default for Health {
@@ -33,7 +39,9 @@ impl Default for Health {
             stamps: StampWatch::new(),
             bad_since_ns: 0,
             powered: false,
-            unpowered_since_ns: 0,
+            unpowered: false,
+            unpowered_ns: 0,
+            judged_ns: 0,
         }
     }
 }
@@ -41,7 +49,7 @@ impl Default for Health {
 impl Health {
     /// Whether nothing is wrong, not even for so short a time that it may be noise.
     pub(super) fn is_good(&self) -> bool {
-        self.bad_since_ns == 0 && self.unpowered_since_ns == 0
+        self.bad_since_ns == 0 && !self.unpowered
     }
 
     /// The fault that has lasted long enough for the robot to stand until an operator resets it, with its figure.
@@ -51,13 +59,15 @@ impl Health {
         voltage: VoltageLimits,
         now_ns: u64,
     ) -> Option<(Fault, f64)> {
+        let elapsed_ns = now_ns.saturating_sub(self.judged_ns);
+        self.judged_ns = now_ns;
         let stalled = self.stamps.stalled_ns(inputs.sensor_stamp_ns, now_ns) > STALL_NS;
         let faults = Faults::of(inputs, voltage);
         if faults.is_empty() && !stalled {
             self.bad_since_ns = 0;
-            return self.judge_power(inputs, now_ns);
+            return self.judge_power(inputs, elapsed_ns);
         }
-        self.unpowered_since_ns = 0;
+        (self.unpowered, self.unpowered_ns) = (false, 0);
         // What a fault of the drive takes from the motors, they have back a while after it.
         self.powered &= inputs.status1.all(Status::ENABLED_BOTH);
         if self.bad_since_ns == 0 {
@@ -85,18 +95,22 @@ impl Health {
 
     /// An emergency stop cuts the motors' power, and no other status bit shows it: without a latch, its release would set
     /// the robot in motion.
-    fn judge_power(&mut self, inputs: &Inputs, now_ns: u64) -> Option<(Fault, f64)> {
+    fn judge_power(&mut self, inputs: &Inputs, elapsed_ns: u64) -> Option<(Fault, f64)> {
         let powers = inputs.status1.all(Status::ENABLED_BOTH);
         self.powered = self.told_to_power && (powers || self.powered);
         let most_ns = if self.powered { UNPOWERED_NS } else { POWER_NS };
-        if !self.told_to_power || powers {
-            self.unpowered_since_ns = 0;
-        } else if self.unpowered_since_ns == 0 {
-            self.unpowered_since_ns = now_ns;
-        } else if now_ns - self.unpowered_since_ns > most_ns {
-            let lasted_ms = (now_ns - self.unpowered_since_ns) / MILLISECOND_NS;
-            return Some((Fault::MotorsOff, lasted_ms as f64));
+        let began = !std::mem::replace(&mut self.unpowered, self.told_to_power && !powers);
+        if !self.told_to_power {
+            self.unpowered_ns = 0;
+        } else if powers {
+            let left_ns = self.unpowered_ns.min(UNPOWERED_NS);
+            self.unpowered_ns = left_ns.saturating_sub(elapsed_ns / FORGIVEN);
+        } else if !began {
+            self.unpowered_ns += elapsed_ns;
         }
-        None
+        (self.unpowered && self.unpowered_ns > most_ns).then(|| {
+            let lasted_ms = self.unpowered_ns / MILLISECOND_NS;
+            (Fault::MotorsOff, lasted_ms as f64)
+        })
     }
 }

@@ -4,7 +4,6 @@
 //! it ramps to zero when setpoints stop coming, when the drive reports a fault, or when anything panicked.
 
 mod activity;
-mod bring_ups;
 mod health;
 mod holding;
 mod ramp;

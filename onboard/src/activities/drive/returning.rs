@@ -89,7 +89,7 @@ impl Drive {
     fn count_bring_up(&mut self, now_ns: u64) {
         // While the drive is sought for the first time, nothing was lost.
         if self.status.bring_ups > 0 && !self.bring_ups.note(now_ns) {
-            let per_minute = self.bring_ups.per_minute();
+            let per_minute = self.bring_ups.most();
             self.latch(Fault::BringUpLimit, per_minute as f64);
         }
     }

@@ -13,7 +13,7 @@ use evdev::{AbsInfo, AbsoluteAxisCode, Device, EventSummary, InputEvent, KeyCode
 use super::input::Input;
 
 /// A hand that holds a stick moves it a little at least this often.
-const FELT: Duration = Duration::from_secs(2);
+const FELT: Duration = Duration::from_secs(1);
 /// Full deflection. The robot may allow less.
 const SPEED_M_S: f64 = 0.4;
 const CURVE_1_M: f64 = 2.5;

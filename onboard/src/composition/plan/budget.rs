@@ -95,6 +95,8 @@ impl Budget {
             ActivityKind::Drive,
         ]
         .map(|kind| longest_pause(&plan.robot.threads, kind));
+        // Frames that are lost hold up what is told to the wheels, and nobody is told of it so soon.
+        let lost = part("drive.hold_ms", drive.hold_ms);
         let wheels = part("drive.lag_ms", drive.lag_ms);
         let case = |who, braking, parts: &[&(String, Duration)]| Lateness {
             who,
@@ -122,17 +124,17 @@ impl Budget {
                 case(
                     "nobody hangs",
                     stop,
-                    &[&adapts, &controls, &exchanges, &wheels],
+                    &[&adapts, &controls, &exchanges, &lost, &wheels],
                 ),
                 case(
                     "motion tubes hang",
                     stop,
-                    &[&command, &controls, &exchanges, &wheels],
+                    &[&command, &controls, &exchanges, &lost, &wheels],
                 ),
                 case(
                     "control hangs",
                     stop,
-                    &[&adapts, &setpoint, &exchanges, &wheels],
+                    &[&adapts, &setpoint, &exchanges, &lost, &wheels],
                 ),
                 case(
                     "the drive or its bus hangs",

@@ -5,9 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use description::geometry::Pose2;
-
-use super::CheckpointStore;
+use super::{CheckpointStore, Ended};
 
 /// How long the last one may take to be kept when the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -102,8 +100,8 @@ impl<S: CheckpointStore + 'static> CheckpointStore for Background<S> {
         slot.failed.take().map_or(Ok(()), Err)
     }
 
-    fn arrive(&mut self, at: Option<Pose2>) -> io::Result<()> {
-        self.end()?.arrive(at)
+    fn arrive(&mut self, ended: Ended) -> io::Result<()> {
+        self.end()?.arrive(ended)
     }
 }
 
@@ -130,7 +128,7 @@ mod tests {
             Err(io::Error::other("full"))
         }
 
-        fn arrive(&mut self, _at: Option<Pose2>) -> io::Result<()> {
+        fn arrive(&mut self, _ended: Ended) -> io::Result<()> {
             self.kept = None;
             Ok(())
         }
@@ -183,7 +181,7 @@ mod tests {
         let (mut store, turn, begins) = slow();
         store.save(b"1").expect("no error yet");
         begins.recv().expect("begun");
-        let error = store.arrive(None).expect_err("it hangs");
+        let error = store.arrive(Ended::default()).expect_err("it hangs");
         assert_eq!(error.kind(), io::ErrorKind::TimedOut);
         drop(turn);
     }

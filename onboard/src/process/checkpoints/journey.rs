@@ -9,21 +9,54 @@ use description::geometry::Pose2;
 
 const UNDER_WAY: &str = "under way";
 const ENDED: &str = "ended";
+const STOPPED: &str = "stopped";
+const PAUSED: &str = "paused";
 
 /// Where the process before has left its robot, as the disk knows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Journey {
-    /// There was none, or it has ended as it was asked to, and the next one begins at its start.
+    /// There was none, or it has ended as it was asked to, and the next one begins at its start and drives.
     #[default]
     None,
     /// It has not ended as it was asked to.
     UnderWay,
-    /// It has, here, in `map`.
-    Ended(Pose2),
+    /// It has.
+    Ended(Ended),
+}
+
+/// How a process has ended that was asked to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ended {
+    /// Where the robot stood, in `map`, if the next process is to know.
+    pub at: Option<Pose2>,
+    /// What the robot waited for.
+    pub waited: Waited,
+}
+
+/// What a robot waited for when its process ended; the next one waits for it, too.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Waited {
+    /// Nothing: it drove, or would have.
+    #[default]
+    Not,
+    /// An operator had paused it.
+    ToResume,
+    /// People, or a fault that waits for them, had stopped it.
+    ForReset,
+}
+
+impl From<Ended> for Journey {
+    fn from(ended: Ended) -> Self {
+        match ended == Ended::default() {
+            true => Self::None,
+            false => Self::Ended(ended),
+        }
+    }
 }
 
 impl Journey {
-    /// Reads a note: `under way`, or `ended X Y THETA` in metres and radians.
+    /// Reads a note: `under way`, or `ended`, then `X Y THETA` in metres and radians if that is known, then `stopped` or `paused` if it
+    /// was.
     pub(super) fn noted(path: &Path) -> io::Result<Self> {
         let mut text = Vec::new();
         match private::open(path) {
@@ -33,22 +66,28 @@ impl Journey {
                 .map_err(|error| named(path, &error))?,
         };
         let text = String::from_utf8_lossy(&text);
-        let read = |text: &str| match text.trim() {
-            UNDER_WAY => Some(Self::UnderWay),
-            text => {
-                let numbers = text.strip_prefix(ENDED)?.split_whitespace();
-                let numbers: Result<Vec<f64>, _> = numbers.map(str::parse).collect();
-                match numbers.ok()?[..] {
-                    [x_m, y_m, theta_rad] => {
-                        let pose = Pose2::new(x_m, y_m, theta_rad);
-                        pose.is_finite().then_some(Self::Ended(pose))
-                    }
-                    _ => None,
-                }
+        let read = |text: &str| {
+            let mut words: Vec<&str> = text.strip_prefix(ENDED)?.split_whitespace().collect();
+            let waited = match words.last() {
+                Some(&STOPPED) => Waited::ForReset,
+                Some(&PAUSED) => Waited::ToResume,
+                _ => Waited::Not,
+            };
+            if waited != Waited::Not {
+                words.pop();
             }
+            let numbers: Result<Vec<f64>, _> = words.into_iter().map(str::parse).collect();
+            let at = match numbers.ok()?[..] {
+                [x_m, y_m, theta_rad] => Some(Pose2::new(x_m, y_m, theta_rad)),
+                // Nothing at all would have been noted.
+                [] if waited != Waited::Not => None,
+                _ => return None,
+            };
+            let known = at.is_none_or(|pose| pose.is_finite());
+            known.then_some(Self::Ended(Ended { at, waited }))
         };
         // Whatever else a disk has made of it: there was one.
-        Ok(read(&text).unwrap_or(Self::UnderWay))
+        Ok(read(text.trim()).unwrap_or(Self::UnderWay))
     }
 
     /// Writes it, in place of the last one, so that it is there after a loss of power.
@@ -56,8 +95,15 @@ impl Journey {
         let text = match self {
             Self::None => return remove(path),
             Self::UnderWay => UNDER_WAY.to_owned(),
-            Self::Ended(pose) => {
-                format!("{ENDED} {:?} {:?} {:?}", pose.x_m, pose.y_m, pose.theta_rad)
+            Self::Ended(Ended { at, waited }) => {
+                let at = at.map(|at| format!("{:?} {:?} {:?}", at.x_m, at.y_m, at.theta_rad));
+                let waited = match waited {
+                    Waited::Not => None,
+                    Waited::ToResume => Some(PAUSED.to_owned()),
+                    Waited::ForReset => Some(STOPPED.to_owned()),
+                };
+                let words = [Some(ENDED.to_owned()), at, waited];
+                words.into_iter().flatten().collect::<Vec<_>>().join(" ")
             }
         };
         Ok(private::write(path, text.as_bytes())?)
@@ -89,12 +135,23 @@ mod tests {
         let path = folder.path().join("amr-1.journey");
         let read = || Journey::noted(&path).expect("readable");
         assert_eq!(read(), Journey::None);
-        let at = Pose2::new(0.1 + 0.2, -1.0 / 3.0, 3.1);
-        for journey in [Journey::UnderWay, Journey::Ended(at), Journey::None] {
+        let at = Some(Pose2::new(0.1 + 0.2, -1.0 / 3.0, 3.1));
+        let waits = [Waited::Not, Waited::ToResume, Waited::ForReset];
+        let ended = [at, None].map(|at| waits.map(|waited| Journey::from(Ended { at, waited })));
+        assert_eq!(ended[1][0], Journey::None);
+        for journey in [Journey::UnderWay].into_iter().chain(ended.concat()) {
             journey.note(&path).expect("written");
             assert_eq!(read(), journey);
         }
-        for damaged in ["", "ended", "ended 1.0 2.0", "ended 1 2 inf", "\0\0\0\0"] {
+        for damaged in [
+            "",
+            "ended",
+            "ended 1.0 2.0",
+            "ended 1.0 2.0 stopped",
+            "ended 1 2 inf",
+            "ended 1 2 3 stopped paused",
+            "\0\0\0\0",
+        ] {
             fs::write(&path, damaged).expect("written");
             assert_eq!(read(), Journey::UnderWay, "{damaged:?}");
         }

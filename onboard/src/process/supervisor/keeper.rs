@@ -1,11 +1,12 @@
 //! Keeps the robot's checkpoint while it runs.
 
+use description::geometry::Pose2;
 use skills::odometry::Odometry;
 use skills::tubes::FloorCheckpoint;
 
 use crate::composition::checkpoint::Checkpoint;
 use crate::composition::plan::Plan;
-use crate::process::checkpoints::{CheckpointStore, Left};
+use crate::process::checkpoints::{CheckpointStore, Ended, Left, Waited};
 use crate::symbols::values::{Mode, Whereabouts};
 use crate::symbols::wiring::SupervisorSymbols;
 
@@ -15,6 +16,10 @@ pub struct Keeper {
     checkpoint: Box<Checkpoint>,
     /// A mediator manages the areas, and remembers where the robot was.
     managed: bool,
+    /// Where the process before has ended as it was asked to,
+    ended: Option<Pose2>,
+    /// or it has not, and this one goes on from its checkpoint.
+    goes_on: bool,
     /// It could not be kept the last time.
     fails: bool,
 }
@@ -27,6 +32,8 @@ impl Keeper {
             store,
             checkpoint: Checkpoint::of(plan),
             managed: plan.site.value.areas_managed,
+            ended: left.ended,
+            goes_on: left.place.is_some(),
             fails: false,
         };
         if left.stopped {
@@ -76,13 +83,67 @@ impl Keeper {
         self.fails = result.is_err();
     }
 
-    /// The robot has ended as it was asked to.
-    pub(super) fn arrive(&mut self) {
+    /// The robot has ended as it was asked to, and waited for this.
+    pub(super) fn arrive(&mut self, waited: Waited) {
         let at = &self.checkpoint.navigator;
-        let knows = self.managed && self.checkpoint.written_ns != 0 && at.uncertain == 0;
+        let at = match self.checkpoint.written_ns {
+            // So early that nobody knows more than before.
+            0 if self.goes_on => return,
+            0 => self.ended,
+            _ => (self.managed && at.uncertain == 0).then_some(at.pose),
+        };
         // What cannot be taken out is of this process, which is said to have crashed then.
-        if let Err(error) = self.store.arrive(knows.then_some(at.pose)) {
+        if let Err(error) = self.store.arrive(Ended { at, waited }) {
             tracing::warn!("the checkpoint cannot be removed: {error}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::sync::mpsc::{Sender, channel};
+
+    use super::*;
+    use crate::composition::files::Files;
+
+    /// Tells how a robot has ended.
+    struct Told(Sender<Ended>);
+
+    impl CheckpointStore for Told {
+        fn save(&mut self, _bytes: &[u8]) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn arrive(&mut self, ended: Ended) -> io::Result<()> {
+            self.0.send(ended).map_err(io::Error::other)
+        }
+    }
+
+    /// Asked to end before any symbol was written: a restart that comes twice.
+    #[test]
+    fn one_that_ends_at_once_knows_what_the_one_before_knew() {
+        let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
+        let plan = Plan::load(&Files {
+            robot: format!("{config}/robots/amr-1.toml").into(),
+            site: format!("{config}/sites/overtaking.toml").into(),
+            set: Vec::new(),
+        });
+        let plan = plan.expect("good files");
+        let at = Some(Pose2::new(1.0, 2.0, 0.5));
+        let ended = Left {
+            ended: at,
+            ..Left::default()
+        };
+        let goes_on = Left {
+            place: Some(Checkpoint::of(&plan)),
+            ..Left::default()
+        };
+        let waited = Waited::ForReset;
+        for (left, expected) in [(ended, Some(Ended { at, waited })), (goes_on, None)] {
+            let (told, says) = channel();
+            Keeper::new(Box::new(Told(told)), &plan, &left).arrive(waited);
+            assert_eq!(says.try_recv().ok(), expected);
         }
     }
 }

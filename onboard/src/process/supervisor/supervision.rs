@@ -11,7 +11,7 @@ use super::sent::Sent;
 use super::waiting::Waiting;
 use crate::activities::port::{Command, Report};
 use crate::composition::files::Files;
-use crate::process::checkpoints::Left;
+use crate::process::checkpoints::{Left, Waited};
 use crate::process::ctl::Pending;
 use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
@@ -112,11 +112,16 @@ impl Supervisor {
         }
     }
 
-    /// The robot has ended as it was asked to: the next one begins afresh.
+    /// The robot has ended as it was asked to: the next one begins afresh, and waits for what this one waited for.
     pub fn arrive(&mut self) {
+        let waited = match self.mode_of_itself() {
+            Mode::Stopped => Waited::ForReset,
+            Mode::Paused => Waited::ToResume,
+            _ => Waited::Not,
+        };
         // Whoever starts it again knows no better where it is.
         if !self.lost {
-            self.keeper.arrive();
+            self.keeper.arrive(waited);
         }
     }
 
@@ -277,7 +282,7 @@ impl Supervisor {
 
     /// Whether the robot is to stand, whatever navigation wants: a level, which nobody can miss who runs again.
     fn is_halted(&self) -> bool {
-        let mut stops = STOPS.iter().chain([&Fault::WheelSlip]);
+        let mut stops = STOPS.iter().chain([&Fault::WheelSlip, &Fault::LidarFrozen]);
         self.ending_since_ns != 0 || stops.any(|&fault| self.table.state(fault).active != 0)
     }
 

@@ -16,6 +16,9 @@ const FLOOR_ANGLE_RAD: f64 = 0.002;
 /// What lies on one piece of a wall.
 #[derive(Clone, Copy, Debug, Default)]
 struct Piece {
+    /// The gate holds points of it.
+    any: bool,
+    /// Of the points on the line.
     weight: f64,
     residual: f64,
     along: f64,
@@ -31,27 +34,26 @@ pub(super) fn describe(
 ) -> Option<WallFit> {
     let (mut inliers, mut squares, mut misfit) = (0usize, 0.0, 0.0);
     let (mut weights, mut spread) = (0.0, 0.0);
-    let (mut covered, mut all) = (0u128, 0u128);
     let mut pieces = [Piece::default(); PIECES];
     for point in points {
-        all |= 1 << point.piece;
+        let piece = &mut pieces[point.piece];
+        piece.any = true;
         let residual_m = line.residual_m(point.along_m, point.across_m);
         if residual_m.abs() < point.reach_m {
             inliers += 1;
-            covered |= 1 << point.piece;
             let weight = point.weight_1_m2;
             squares += residual_m * residual_m;
             misfit += weight * residual_m * residual_m;
             weights += weight;
             spread += weight * (point.along_m - line.centre_m).powi(2);
-            let piece = &mut pieces[point.piece];
             piece.weight += weight;
             piece.residual += weight * residual_m;
             piece.along += weight * (point.along_m - line.centre_m);
         }
     }
-    let share = f64::from(covered.count_ones()) / f64::from(all.count_ones().max(1));
-    let covered_m = PIECE_M * f64::from(covered.count_ones());
+    let all = pieces.iter().filter(|piece| piece.any).count().max(1) as f64;
+    let covered = pieces.iter().filter(|piece| piece.weight > 0.0).count() as f64;
+    let (share, covered_m) = (covered / all, PIECE_M * covered);
     if inliers < min_points || share < MIN_SHARE || covered_m < min_span_m {
         return None;
     }

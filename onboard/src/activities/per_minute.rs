@@ -1,34 +1,35 @@
-//! How often the bus may be brought up again before an operator is needed.
+//! How often something may happen in a minute before an operator is needed.
 
 use crate::realtime::clock::SECOND_NS;
 
-/// Most bring-ups in a minute that can be configured.
-const MAX_BRING_UPS: usize = 16;
+/// Most in a minute that can be asked for.
+const MOST: usize = 16;
 
-/// Times of the last bring-ups.
+/// Times of the last.
 #[derive(Debug)]
-pub(super) struct BringUpLimit {
+pub(super) struct PerMinute {
     /// 0: none.
-    times_ns: [u64; MAX_BRING_UPS],
-    per_minute: usize,
+    times_ns: [u64; MOST],
+    most: usize,
 }
 
-impl BringUpLimit {
-    pub(super) fn new(per_minute: usize) -> Self {
+impl PerMinute {
+    /// A minute may have so many.
+    pub(super) fn new(most: usize) -> Self {
         Self {
-            times_ns: [0; MAX_BRING_UPS],
-            per_minute: per_minute.clamp(1, MAX_BRING_UPS),
+            times_ns: [0; MOST],
+            most: most.clamp(1, MOST),
         }
     }
 
-    /// Bring-ups that a minute may have.
-    pub(super) fn per_minute(&self) -> usize {
-        self.per_minute
+    /// How many a minute may have.
+    pub(super) fn most(&self) -> usize {
+        self.most
     }
 
-    /// Notes a bring-up, unless the last minute has had as many as allowed; returns whether it was noted.
+    /// Notes one, unless the last minute has had as many as allowed; returns whether it was noted.
     pub(super) fn note(&mut self, now_ns: u64) -> bool {
-        let Some(oldest) = self.times_ns[..self.per_minute].iter_mut().min() else {
+        let Some(oldest) = self.times_ns[..self.most].iter_mut().min() else {
             return true;
         };
         let free = *oldest == 0 || now_ns - *oldest >= 60 * SECOND_NS;
@@ -40,7 +41,7 @@ impl BringUpLimit {
 
     /// Counts anew.
     pub(super) fn forget(&mut self) {
-        self.times_ns = [0; MAX_BRING_UPS];
+        self.times_ns = [0; MOST];
     }
 }
 
@@ -50,7 +51,7 @@ mod tests {
 
     #[test]
     fn a_minute_has_as_many_as_configured() {
-        let mut limit = BringUpLimit::new(2);
+        let mut limit = PerMinute::new(2);
         let second = |second: u64| second * SECOND_NS;
         assert!(limit.note(second(1)) && limit.note(second(30)));
         assert!(!limit.note(second(59)));
