@@ -9,7 +9,7 @@ use onboard::cli::Failure;
 use super::options::{Options, Part};
 use super::report::{PartReport, Report};
 use super::windows::{Meter, reason};
-use super::{bus, events, mediator, robot, symbols, table, tubes, wakeup};
+use super::{bus, events, mediator, robot, symbols, table, tubes, wakeup, work};
 use crate::machine::{Machine, round};
 use crate::output::{end_flag, make_folder, write_json};
 use crate::stalls::StallWatch;
@@ -95,6 +95,7 @@ fn measure(part: Part, meter: &Meter, time: Duration) -> PartReport {
         Part::Events => events::measure(meter, time, &mut own),
         Part::Bus => bus::measure(meter, time, &mut own),
         Part::Tubes => tubes::measure(meter, time, &mut own),
+        Part::Work => work::measure(meter, time, &mut own),
         Part::Robot => robot::measure(meter, time, &mut own),
         Part::Mediator => mediator::measure(meter, time, &mut own),
     };

@@ -9,7 +9,7 @@
 //! - [`samples`]: what was measured, and percentiles of it; [`report`]: `bench.json`; [`table`]: the same for people;
 //! - [`windows`]: contenders that take turns; [`measuring`], [`place`], [`cycle`]: threads that measure, their cores and priorities, and how
 //!   they repeat it; [`load`]: other work;
-//! - [`wakeup`], [`symbols`], [`events`], [`bus`], [`tubes`], [`robot`], [`mediator`]: the parts;
+//! - [`wakeup`], [`symbols`], [`events`], [`bus`], [`tubes`], [`work`], [`robot`], [`mediator`]: the parts;
 //! - [`options`], [`command`]: the command line, and all parts in a row.
 
 pub mod bus;
@@ -29,3 +29,4 @@ pub mod table;
 pub mod tubes;
 pub mod wakeup;
 pub mod windows;
+pub mod work;

@@ -42,6 +42,8 @@ pub enum Part {
     Bus,
     /// Motion tubes against a scan, beside brute force
     Tubes,
+    /// What the cycles of a robot compute, on the simulated clock
+    Work,
     /// A whole robot: start, memory, processor time
     Robot,
     /// Grants and commands of a mediator
@@ -58,6 +60,7 @@ impl Part {
             Self::Events => "events",
             Self::Bus => "bus",
             Self::Tubes => "tubes",
+            Self::Work => "work",
             Self::Robot => "robot",
             Self::Mediator => "mediator",
         }
@@ -68,8 +71,9 @@ impl Part {
         match self {
             Self::Wakeup => 0.30,
             Self::Symbols => 0.16,
-            Self::Events => 0.26,
+            Self::Events => 0.24,
             Self::Tubes => 0.04,
+            Self::Work => 0.02,
             Self::Robot | Self::Bus | Self::Mediator => 0.08,
         }
     }

@@ -13,6 +13,7 @@ use sim::kelo::{DriveHandle, SimulatedDrive};
 use sim::world::Random;
 
 use super::thread::ThreadClock;
+use super::work::of_a_device;
 
 /// From sending a frame to its return: about 200 bytes at 100 Mbit/s, there and back, and two network controllers.
 const ROUND_TRIP_NS: u64 = 50_000;
@@ -130,8 +131,9 @@ struct MemoryLink {
     clock: Arc<ThreadClock>,
 }
 
-impl Link for MemoryLink {
-    fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()> {
+impl MemoryLink {
+    /// Puts a frame through the segment.
+    fn pass(&self, ethernet_frame: &[u8]) -> io::Result<()> {
         let now_ns = self.clock.world_ns();
         let wire = &mut *lock(&self.wire);
         if wire.interface_gone {
@@ -164,6 +166,12 @@ impl Link for MemoryLink {
         }
         wire.add(arrives_ns, frame);
         Ok(())
+    }
+}
+
+impl Link for MemoryLink {
+    fn send(&mut self, ethernet_frame: &[u8]) -> io::Result<()> {
+        of_a_device(|| self.pass(ethernet_frame))
     }
 
     fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>> {

@@ -12,6 +12,7 @@ use sim::lidar::{DeviceOptions, Disturbance, Sensor};
 use sim::world::{Random, RangeModel, RobotHandle};
 
 use super::thread::ThreadClock;
+use super::work::of_a_device;
 
 /// What the system keeps of what nobody has read yet.
 const MAX_UNREAD: usize = 4000;
@@ -230,6 +231,10 @@ impl std::fmt::Debug for Wire {
 impl MemoryLine {
     /// What is at the other end, as of now.
     fn with<R>(&self, use_it: impl FnOnce(&mut Sensor, &mut Host) -> R) -> Result<R, Gone> {
+        of_a_device(|| self.at_the_end(use_it))
+    }
+
+    fn at_the_end<R>(&self, use_it: impl FnOnce(&mut Sensor, &mut Host) -> R) -> Result<R, Gone> {
         let wire = &mut *lock(&self.wire);
         if wire.plugged {
             wire.speak(self.clock.world_ns());

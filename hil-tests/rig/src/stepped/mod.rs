@@ -56,6 +56,7 @@ mod start;
 mod thread;
 mod to_end;
 mod trace;
+pub mod work;
 
 pub use checkpoints::Checkpoints;
 pub use desk::SteppedDesk;

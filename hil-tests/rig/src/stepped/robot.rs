@@ -40,6 +40,7 @@ use super::requests::Requests;
 use super::running::{Running, phase_ns};
 use super::start::{Fleet, Start};
 use super::thread::{Step, ThreadClock};
+use super::work::measured;
 use crate::belief::Insight;
 use crate::scenario::SUPERVISOR;
 
@@ -175,6 +176,7 @@ impl SteppedRobot {
             activities.push((ActivityKind::Communication, Box::new(communication)));
         }
         handles.retain(|handle| activities.iter().any(|(kind, _)| *kind == handle.kind));
+        let activities = measured(activities, &scan_wake);
         let activities = by_thread(plan, activities, wiring.scans).map_err(Failure::refused)?;
         let (reports, watched): (Vec<_>, Vec<_>) = wiring.threads.into_iter().unzip();
         let running = { threads.iter().zip(triggers).zip(clocks) }

@@ -12,6 +12,8 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use corosensei::{Coroutine, CoroutineResult, Yielder};
 use drivers::Clock;
 
+use super::work::while_it_waits;
+
 /// How often a thread that looks in every step is asked how late it is.
 const ASK_NS: u64 = 10_000_000;
 
@@ -38,7 +40,7 @@ fn suspend(wait: Wait) -> bool {
     };
     // SAFETY: `Thread::go_on` sets it to the yielder of the coroutine that it resumes, and takes it away when that one is
     // suspended or has ended: the yielder lives on the stack that runs here.
-    unsafe { suspender.as_ref() }.suspend(wait);
+    while_it_waits(|| unsafe { suspender.as_ref() }.suspend(wait));
     true
 }
 

@@ -51,7 +51,7 @@ fn check(group: &Json, ours: &str, rivals: &[&str]) {
 fn a_short_run_has_a_table_and_json_with_rivals_beside_ours() {
     let _turn = Turn::of_robots(3);
     let folder = tempfile::tempdir().expect("a folder");
-    let only = ["--only", "wakeup,symbols,events"];
+    let only = ["--only", "wakeup,symbols,events,work"];
     let short = ["--seconds-per-part", "0.4"];
     let (output, text) = bench(folder.path(), &[only, short].concat());
     assert!(output.status.success(), "{text}");
@@ -60,8 +60,8 @@ fn a_short_run_has_a_table_and_json_with_rivals_beside_ours() {
     assert_eq!(json["interrupted"], false);
     assert!(json["machine"]["cores"].as_u64() > Some(0) && json["stalls"]["count"].is_u64());
     let parts = &json["parts"];
-    assert_eq!(parts.as_array().map(Vec::len), Some(3));
-    for (part, groups) in [("wakeup", 2), ("symbols", 18), ("events", 1)] {
+    assert_eq!(parts.as_array().map(Vec::len), Some(4));
+    for (part, groups) in [("wakeup", 2), ("symbols", 18), ("events", 1), ("work", 5)] {
         let own = named(parts, "part", part).unwrap_or_else(|| panic!("no {part}"));
         assert!(own["failure"].is_null(), "{own}");
         let found = own["groups"].as_array().map(Vec::len);
@@ -78,6 +78,7 @@ fn a_short_run_has_a_table_and_json_with_rivals_beside_ours() {
                     check(group, "onboard", rivals);
                 }
                 "symbols" => check(group, "symbol table", &["Mutex", "RwLock", "arc-swap"]),
+                "work" => check(group, "onboard", &[]),
                 _ => check(group, "onboard", &["std::sync::mpsc"]),
             }
         }
