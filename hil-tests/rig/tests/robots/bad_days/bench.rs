@@ -283,11 +283,14 @@ impl Bench {
         )
     }
 
-    /// The end of a good day: told to end, the robot stands, ends well and leaves nothing; it never hit anything.
+    /// The end of a good day: told to end, the robot stands, ends well and leaves nothing, but for a note if it waited for people; it
+    /// never hit anything.
     pub fn finish(mut self) {
         let status = self.process().stop();
         assert!(status.success(), "the robot ended with {status}");
-        assert_eq!(self.left_behind(), Vec::<String>::new());
+        let mut left = self.left_behind();
+        left.retain(|path| !path.ends_with(".journey"));
+        assert_eq!(left, Vec::<String>::new());
         let truth = self.truth();
         assert_eq!(truth.collisions, 0, "{truth:?}");
         assert!(truth.twist.v_m_s.abs() < 0.02, "{truth:?}");

@@ -62,6 +62,37 @@ fn killed_while_driving_it_stands_and_can_start_again() {
     });
 }
 
+/// As after `systemctl restart`, or a reboot.
+#[test]
+fn told_to_end_while_it_waits_for_an_operator_the_next_one_waits_too() {
+    once_more_if_late(|| {
+        let mut bench = Bench::driving();
+        bench.devices.drive.set_emergency_stop(true);
+        bench.until("it says so", Duration::from_secs(5), |bench| {
+            bench.publishes("motors-off")
+        });
+        bench.until_standing(SURELY_STANDS);
+        let ended = bench.process().stop();
+        assert!(ended.success(), "{ended}");
+        bench.devices.drive.set_emergency_stop(false);
+        bench.start();
+        bench.until("it says why it stands", Duration::from_secs(20), |bench| {
+            bench.publishes("operator-stop")
+        });
+        assert!(
+            bench
+                .log()
+                .contains("stays stopped until `onboard ctl reset`"),
+            "{}",
+            bench.log()
+        );
+        bench.stands_for(Duration::from_secs(5));
+        bench.ask("reset");
+        bench.until_driving();
+        bench.finish();
+    });
+}
+
 #[test]
 fn switched_off_while_driving_it_waits_to_be_told_where_it_stands() {
     once_more_if_late(|| {
