@@ -204,7 +204,9 @@ impl Manager {
         }
         if !recognised.counts {
             let session = self.sessions.robot(robot);
-            let second = session.is_heard() && self.sessions.may_be_second(robot, report);
+            // One that was found before never speaks for the robot, whoever is heard: it stays another body.
+            let beside = session.is_heard() || session.is_retired(report.boot_epoch);
+            let second = beside && self.sessions.may_be_second(robot, report);
             if second && report.site == self.names.site {
                 let until_ns = self.sessions.heard_until_ns(now_ns);
                 self.areas.hold_for_second(robot, report, until_ns);

@@ -108,7 +108,9 @@ impl Manager {
     ) -> Result<Vec<String>, ClearError> {
         let area = self.known_area(area_id)?;
         let occupants: Vec<usize> = self.areas.occupants(area).collect();
-        if let Some(&robot) = { occupants.iter() }.find(|&&robot| self.is_heard(robot, now_ns)) {
+        let is_heard_there =
+            |robot| self.is_heard(robot, now_ns) || self.has_second_in(robot, area);
+        if let Some(&robot) = { occupants.iter() }.find(|&&robot| is_heard_there(robot)) {
             return Err(ClearError::Heard {
                 area: area_id.to_owned(),
                 robot: self.names.robot_id(robot),
@@ -151,7 +153,9 @@ impl Manager {
             found: robot_id.to_owned(),
             known: self.names.all_robots(),
         })?;
-        if self.is_heard(robot, now_ns) {
+        let anywhere = 0..self.areas.len();
+        if self.is_heard(robot, now_ns) || { anywhere }.any(|area| self.has_second_in(robot, area))
+        {
             return Err(AbsentError::Heard(robot_id.to_owned()));
         }
         if self.areas.may_enter(robot)
@@ -198,6 +202,11 @@ impl Manager {
     /// It reports, whether it follows this mediator or not.
     fn is_heard(&self, robot: usize, now_ns: u64) -> bool {
         self.sessions.is_heard(robot) || self.peers.is_heard(robot, now_ns)
+    }
+
+    /// Another body with its name is heard there.
+    fn has_second_in(&self, robot: usize, area: usize) -> bool {
+        self.areas.robot(robot).seconds.are_in(area)
     }
 
     /// From then on the robot enters no area any more that it has not entered, if it is not heard before.

@@ -1,8 +1,8 @@
 //! Second processes with the name of a robot that is heard: each is another body, which stands where it says.
 
 use contract::client::{Client, Situation};
-use contract::timing::SILENT_AFTER_NS;
-use mediator::manager::{Alarm, Manager};
+use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use mediator::manager::{AbsentError, Alarm, ClearError, Manager};
 
 use crate::takeover::{AREA, NOW_NS, begun, robot, start, talk};
 
@@ -203,4 +203,39 @@ fn a_process_that_does_not_speak_for_its_robot_yet_takes_back_what_was_not_enter
     assert_eq!(manager.counters().revocations, 1);
     talk(&mut manager, &mut robots, now_ns);
     assert!(!robots[0].0.holds(AREA));
+}
+
+/// People end the wrong one of the two, or it loses its link: the body of the other one is where it was.
+#[test]
+fn one_that_was_found_stays_in_the_way_when_the_first_one_is_heard_no_more() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots.push(clone_of_the_second(8, AREA));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(matches!(&alarms[..], [Alarm::Doubled { .. }]), "{alarms:?}");
+    robots.remove(1);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    let mut now_ns = NOW_NS;
+    for round in 30..80 {
+        now_ns = NOW_NS + round * STEP_NS;
+        let status = talk(&mut manager, &mut robots, now_ns);
+        assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
+    }
+    assert!(matches!(
+        manager.clear(AREA, true, now_ns),
+        Err(ClearError::Heard { .. })
+    ));
+    let heard = AbsentError::Heard("amr-2".to_owned());
+    assert_eq!(manager.absent("amr-2", now_ns), Err(heard));
+    // It has gone as well.
+    robots.pop();
+    talk(&mut manager, &mut robots, now_ns + ENTERS_NO_MORE_NS);
+    assert!(robots[0].0.holds(AREA));
+    assert_eq!(
+        manager.absent("amr-2", now_ns + ENTERS_NO_MORE_NS),
+        Ok(Vec::new())
+    );
 }

@@ -121,8 +121,7 @@ impl Areas {
         }
     }
 
-    /// A second process with the robot's name says where it stands, while the first one is heard: it is another body, which counts
-    /// until then.
+    /// A second process with the robot's name says where it stands: it is another body, which counts until then.
     pub(crate) fn hold_for_second(&mut self, robot: usize, report: &RobotReport, until_ns: u64) {
         if !report.located {
             return;
