@@ -1,5 +1,6 @@
 //! Integration tests, in one binary so that the network is linked once.
 
+mod bounds;
 mod circle;
 mod cost;
 mod crossing;

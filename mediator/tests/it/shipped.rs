@@ -2,6 +2,7 @@
 
 use crate::sites;
 use contract::client::{Client, Order, Situation};
+use contract::wire::Control;
 use mediator::journal::Stored;
 use mediator::manager::{Alarm, Manager};
 use mediator::setup::Setup;
@@ -319,6 +320,31 @@ fn a_robot_that_does_not_answer_does_not_hold_the_other() {
     scene.wait(1);
     assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
     assert!(scene.alarms().is_empty());
+}
+
+/// A robot lies once about what it takes part in.
+#[test]
+fn a_made_up_number_of_a_coordination_leaves_room_for_others() {
+    for number in [(1 << 61) - 1, (1 << 62) - 1, 1 << 62] {
+        let mut scene = Scene::new();
+        scene.normal.is("drive-1", &["1"], &[]);
+        scene.emergency.is("end-6", &["6"], &["7"]);
+        scene.talk();
+        scene
+            .normal
+            .client
+            .step(scene.normal.now.clone(), scene.now_ns, SECOND_NS);
+        let mut report = scene.normal.client.report();
+        report.control = Some(Control {
+            coordination: number,
+            ..Control::default()
+        });
+        scene.manager.report(&report, scene.now_ns);
+        scene.come_up();
+        assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
+        let running = scene.manager.status(scene.now_ns).coordinations;
+        assert!(running.iter().all(|own| own.number <= 1 << 61));
+    }
 }
 
 #[test]

@@ -107,6 +107,10 @@ impl Claim {
         self.replica.level()
     }
 
+    pub(crate) fn run(&self) -> u32 {
+        self.replica.run()
+    }
+
     /// Returns whether there is something new to read.
     pub(crate) fn merge(&mut self, level: Level) -> Result<bool, MergeError> {
         let merged = self.replica.merge(level)?;

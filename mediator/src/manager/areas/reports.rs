@@ -140,7 +140,8 @@ impl Areas {
         now_ns: u64,
         effects: &mut Effects,
     ) -> Result<bool, BadReport> {
-        let (level, area) = self.level_and_area(access)?;
+        let run = |area| self.robots[robot].claim(area).map(Claim::run);
+        let (level, area) = self.level_to_take_over(access, run)?;
         let claim = self.robots[robot].claim(area);
         if !claim.is_none_or(|claim| claim.is_behind(level)) {
             return Ok(false);
@@ -173,7 +174,8 @@ impl Areas {
     /// since. It hears that this has ended, before or with the news that it was heard, by which it might enter. Returns the area,
     /// if it has none here by a grant.
     fn void(&mut self, robot: usize, access: &Access, effects: &mut Effects) -> Option<usize> {
-        let (level, area) = self.level_and_area(access).ok()?;
+        let run = |area| self.robots[robot].claim(area).map(Claim::run);
+        let (level, area) = self.level_to_take_over(access, run).ok()?;
         let claim = self.robots[robot].claim(area);
         if claim.is_some_and(|claim| claim.is_held() || !claim.is_behind(level)) {
             return None;

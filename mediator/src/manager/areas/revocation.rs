@@ -85,6 +85,10 @@ impl Revocation {
         self.fence > 0 && !(rests && known.is_some_and(|heard| self.mention.is_known(heard)))
     }
 
+    pub(super) fn run(&self) -> u32 {
+        self.replica.run()
+    }
+
     /// A message of this number is written.
     pub(super) fn note(&mut self, number: u64) {
         self.mention.note(number);

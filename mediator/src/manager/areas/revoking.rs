@@ -81,7 +81,13 @@ impl Areas {
         first: bool,
         effects: &mut Effects,
     ) -> Result<bool, BadReport> {
-        let (level, area) = self.level_and_area(access)?;
+        let run = |area| {
+            self.robots[robot]
+                .revocations
+                .get(&area)
+                .map(Revocation::run)
+        };
+        let (level, area) = self.level_to_take_over(access, run)?;
         let protocol = &self.revocation;
         let revocation = { self.robots[robot].revocations.entry(area) }
             .or_insert_with(|| Revocation::new(protocol));

@@ -17,7 +17,7 @@ use crate::manager::names::Names;
 use crate::manager::sessions::Sessions;
 use crate::setup::Setup;
 
-/// No array was run so often, no area was granted so often: what is taken over from a robot leaves room to count on.
+/// No array was run so often, no area was granted so often.
 const MOST_RUNS: u64 = 1 << 31;
 const MOST_FENCE: u64 = 1 << 62;
 
@@ -137,14 +137,25 @@ impl Areas {
     /// What a report says of an area.
     pub(super) fn level_and_area(&self, access: &Access) -> Result<(Level, usize), BadReport> {
         let level = level::decode(access.level.as_ref())?;
-        let (run, fence) = (u64::from(level.run), access.fence);
-        for (what, found, most) in [("run", run, MOST_RUNS), ("fence", fence, MOST_FENCE)] {
-            if found >= most {
-                return Err(BadReport::TooLarge { what, found, most });
-            }
-        }
+        below("run", level.run.into(), MOST_RUNS)?;
+        below("fence", access.fence, MOST_FENCE)?;
         let area = self.names.area(&access.area);
         Ok((level, area.ok_or(BadReport::UnknownArea)?))
+    }
+
+    /// The same of what this mediator does not know and takes over, `run` being what it knows of the array: that leaves half of
+    /// all numbers to count on, whoever lies.
+    pub(super) fn level_to_take_over(
+        &self,
+        access: &Access,
+        run: impl FnOnce(usize) -> Option<u32>,
+    ) -> Result<(Level, usize), BadReport> {
+        let (level, area) = self.level_and_area(access)?;
+        let known_run = run(area).map_or(0, u64::from);
+        let known_fence = self.areas[area].fence;
+        below("run", level.run.into(), (MOST_RUNS / 2).max(known_run + 1))?;
+        below("fence", access.fence, (MOST_FENCE / 2).max(known_fence + 1))?;
+        Ok((level, area))
     }
 
     // ---------------------------------------------------------------- bookkeeping
@@ -300,4 +311,11 @@ impl Areas {
             self.store_claim(robot, area, effects);
         }
     }
+}
+
+fn below(what: &'static str, found: u64, most: u64) -> Result<(), BadReport> {
+    if found < most {
+        return Ok(());
+    }
+    Err(BadReport::TooLarge { what, found, most })
 }

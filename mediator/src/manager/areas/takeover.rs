@@ -33,7 +33,9 @@ impl Areas {
             self.robots[robot].claims.set(area, none);
         }
         for access in &report.access {
-            match self.take_over_claim(robot, access, now_ns) {
+            let run = |area| claims.get(area).map(Claim::run);
+            let took = self.level_to_take_over(access, run);
+            match took.and_then(|_| self.take_over_claim(robot, access, now_ns)) {
                 Ok(area) => drop(changed.insert(area)),
                 Err(what) => self.complain(robot, access, what, effects),
             }

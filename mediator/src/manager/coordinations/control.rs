@@ -7,7 +7,7 @@ use super::running::Coordinations;
 use super::surroundings::Surroundings;
 use crate::manager::alarm::{Alarm, BadReport};
 
-/// No coordination gets a larger number; a report with one is nonsense.
+/// No coordination gets a larger number. What is taken over from a robot leaves half of all to count on.
 const LAST_NUMBER: u64 = 1 << 62;
 
 impl Coordinations {
@@ -26,7 +26,7 @@ impl Coordinations {
         let Some(control) = &report.control else {
             return;
         };
-        if control.coordination > LAST_NUMBER {
+        if control.coordination > self.number().max(LAST_NUMBER / 2) {
             self.complain(robot, BadReport::Number(control.coordination), around);
             return;
         }
