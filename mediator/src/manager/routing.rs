@@ -8,7 +8,7 @@ use contract::wire::{MediatorReport, RobotReport};
 use super::alarm::Alarm;
 use super::areas::Areas;
 use super::circle::CircleWatch;
-use super::coordinations::{Coordinations, Surroundings};
+use super::coordinations::{Coordinations, Surroundings, says_acquired};
 use super::effects::{Counters, Effects};
 use super::error::{RestoreError, UnknownRobot};
 use super::names::Names;
@@ -226,7 +226,7 @@ impl Manager {
         if heard.again {
             self.areas.touch_what_waits(robot);
         }
-        if heard.again || report.control.is_some() {
+        if heard.again || report.control.as_ref().is_some_and(says_acquired) {
             self.coordinations.may_answer(robot);
         }
         if self.take_in_areas(robot, report, heard, now_ns) {

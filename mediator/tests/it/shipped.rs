@@ -2,7 +2,7 @@
 
 use crate::sites;
 use contract::client::{Client, Order, Situation};
-use contract::wire::Control;
+use contract::wire::{Control, Level};
 use mediator::journal::Stored;
 use mediator::manager::{Alarm, Manager};
 use mediator::setup::Setup;
@@ -14,6 +14,9 @@ struct Robot {
     now: Situation,
     /// It says nothing of its discrete control.
     mute: bool,
+    /// It repeats for ever that it was asked for it.
+    stuck: bool,
+    repeats: Option<Control>,
 }
 
 impl Robot {
@@ -25,6 +28,8 @@ impl Robot {
                 ..Situation::default()
             },
             mute: false,
+            stuck: false,
+            repeats: None,
         }
     }
 
@@ -92,6 +97,18 @@ impl Scene {
                 robot.client.step(robot.now.clone(), self.now_ns, SECOND_NS);
                 let mut report = robot.client.report();
                 report.control = report.control.filter(|_| !robot.mute);
+                if robot.stuck {
+                    let asked = Some(Level {
+                        progress: 1,
+                        ..Level::default()
+                    });
+                    let control = report.control.or_else(|| robot.repeats.take());
+                    report.control = control.map(|own| Control {
+                        level: asked,
+                        ..own
+                    });
+                    robot.repeats.clone_from(&report.control);
+                }
                 self.manager.report(&report, self.now_ns);
             }
             while let Some(message) = self.manager.next_message(self.now_ns) {
@@ -317,6 +334,28 @@ fn a_robot_that_does_not_answer_does_not_hold_the_other() {
     scene.wait(12);
     assert_eq!(scene.runs(), 1);
     scene.normal.mute = false;
+    scene.wait(1);
+    assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
+    assert!(scene.alarms().is_empty());
+}
+
+#[test]
+fn a_robot_that_repeats_for_ever_that_it_was_asked_does_not_hold_the_other() {
+    let mut scene = Scene::new();
+    scene.normal.stuck = true;
+    scene.come_up();
+    assert_eq!(scene.runs(), 1);
+    scene.wait(6);
+    let alarms = scene.alarms();
+    assert!(matches!(&alarms[..], [Alarm::Mute { robot, .. }] if robot == "amr-1"));
+    for second in 0..50 {
+        assert_eq!(scene.runs(), 0, "after {second} s");
+        scene.wait(1);
+    }
+    // Not even when the minute is over it has said that it was acquired.
+    scene.wait(12);
+    assert_eq!(scene.runs(), 1);
+    scene.normal.stuck = false;
     scene.wait(1);
     assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
     assert!(scene.alarms().is_empty());

@@ -2,6 +2,7 @@
 
 use contract::protocols::ACQUIRE;
 use contract::timing::ACQUIRED_WITHIN_NS;
+use contract::wire::Control;
 use coordination::protocol::Side;
 
 use super::answer::Answer;
@@ -13,13 +14,23 @@ use crate::nets::Instance;
 /// A robot that has not answered takes part in nothing for this time.
 const MUTE_NS: u64 = 60_000_000_000;
 
+/// Every path of protocol 2 begins with `acquire` and `acquired`.
+const ACQUIRED_PROGRESS: u32 = 2;
+
+/// The robot has handed its discrete control over. One that is stuck repeats for ever that it was asked to, and so do reports that
+/// are late.
+pub(crate) fn says_acquired(control: &Control) -> bool {
+    let progress = control.level.as_ref().map_or(0, |level| level.progress);
+    progress >= ACQUIRED_PROGRESS
+}
+
 impl Coordinations {
     /// The robot has not answered of late.
     pub(super) fn is_mute(&self, robot: usize, now_ns: u64) -> bool {
         now_ns < self.answers[robot].mute_until_ns
     }
 
-    /// A robot that was out of reach, or has said something of its discrete control, may be asked again.
+    /// A robot that was out of reach, or has answered, may be asked again.
     pub(crate) fn may_answer(&mut self, robot: usize) {
         self.answers[robot].mute_until_ns = 0;
         self.look_again_at(robot);
