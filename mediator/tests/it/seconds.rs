@@ -239,3 +239,26 @@ fn one_that_was_found_stays_in_the_way_when_the_first_one_is_heard_no_more() {
         Ok(Vec::new())
     );
 }
+
+/// The mediator that has started is not followed by one that it refuses, for a second.
+#[test]
+fn one_that_was_found_before_the_mediator_started_is_in_the_way() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots.insert(0, clone_of_the_second(8, AREA));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let mut manager = start(&stored, 51, NOW_NS + 30 * STEP_NS);
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    for round in 30..80 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(
+            status.awaited.is_empty() && !robots[1].0.holds(AREA),
+            "{round}: {status:?}"
+        );
+    }
+}

@@ -304,9 +304,10 @@ impl Session {
     }
 
     /// It may be another body's process. One that has spoken for the robot or was found beside it may be gone, and its reports late:
-    /// it lives if it has heard of something that was sent since another one speaks.
+    /// it lives if it has heard of something that was sent since another one speaks. Since when the journal's one speaks is not known,
+    /// and one that was found hears the refusals of a mediator that has started again only after a second.
     pub(crate) fn may_be_second(&self, boot_epoch: u64, echo: u64) -> bool {
-        let lives = echo > self.taken_in_at;
+        let lives = echo > self.taken_in_at || self.taken_in_at == 0;
         !self.is_of(boot_epoch) && (lives || !self.is_retired(boot_epoch))
     }
 

@@ -6,7 +6,7 @@ use super::floor::{Floor, SILENT_NS};
 use super::journal::Journal;
 use super::mediators::Mediator;
 use super::robot::{Process, Robot};
-use super::second::Second;
+use super::second::{self, Second};
 use super::tally::Tally;
 use crate::random::Random;
 use contract::client::Client;
@@ -148,6 +148,8 @@ pub enum Broken {
     NeverRevokes,
     /// It takes no notice of where second processes of robots stand.
     IgnoresSeconds,
+    /// Or none any more when the first ones are silent.
+    ForgetsSeconds,
 }
 
 pub struct Fleet {
@@ -272,6 +274,9 @@ impl Fleet {
         self.tally.stays += u64::from(faults.spare_stays && self.mediators.len() == 2);
         self.is_recovered = true;
         self.open_all();
+        for second in &mut self.seconds {
+            second.until_ms = second.until_ms.min(self.now_ms + second::FOR_MS);
+        }
         for robot in &mut self.robots {
             robot.restart_ms = self.now_ms;
             robot.is_away = false;
@@ -359,13 +364,15 @@ impl Fleet {
     }
 
     fn crash_somebody(&mut self, faults: Faults, random: &mut Random) {
-        for robot in &mut self.robots {
+        for number in 0..self.robots.len() {
+            let robot = &mut self.robots[number];
             if let Some(process) = &robot.process
                 && random.below(faults.every) == 0
             {
                 self.tally.add_client(&process.client.counters());
                 robot.crash(self.now_ms, random);
                 self.tally.robot_crashes += 1;
+                self.end_seconds_that_were_not_found(number);
             }
         }
         for number in 0..self.mediators.len() {
@@ -384,17 +391,28 @@ impl Fleet {
             let mediator = mediator.map(|number| number as usize);
             self.cut = Some((robot, mediator, self.now_ms + 5_000 + random.below(7_000)));
             self.tally.cuts += 1;
+            self.end_seconds_that_were_not_found(robot);
         }
         if let Some((robot, ..)) = self.cut {
             self.robots[robot].lost_ms = self.now_ms;
         }
     }
 
+    /// The robot's own process is out of reach.
+    pub(super) fn is_cut(&self, robot: usize) -> bool {
+        self.cut.is_some_and(|(cut, ..)| cut == robot)
+    }
+
     fn is_cut_off(&self, message: &Message) -> bool {
-        let (number, id) = match message {
-            Message::ToMediator(number, report) => (number, &report.robot_id),
-            Message::ToRobot(number, message) => (number, &message.robot_id),
+        let (number, id, boot_epoch) = match message {
+            Message::ToMediator(number, own) => (number, &own.robot_id, own.boot_epoch),
+            Message::ToRobot(number, own) => (number, &own.robot_id, own.boot_epoch),
         };
+        // Second processes have links of their own.
+        let mut seconds = self.seconds.iter();
+        if seconds.any(|own| own.boot_epoch == boot_epoch) {
+            return false;
+        }
         self.cut.is_some_and(|(robot, mediator, _)| {
             self.robots[robot].id == *id && mediator.is_none_or(|own| own == *number)
         })

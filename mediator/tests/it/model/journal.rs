@@ -78,6 +78,17 @@ impl Journal {
         (before - self.last.len()) as u64
     }
 
+    /// This process never speaks for the robot again, by what was written last.
+    pub fn is_retired(&self, robot_id: &str, boot_epoch: u64) -> bool {
+        let mut newest = self.last.iter().rev().flat_map(|own| own.iter().rev());
+        let newest = newest.find_map(|entry| match entry {
+            Entry::Robot { robot, record } if robot == robot_id => Some(record),
+            _ => None,
+        });
+        let newest = newest.or_else(|| self.safe.robots.get(robot_id));
+        newest.is_some_and(|record| record.retired.contains(&boot_epoch))
+    }
+
     /// Loses everything but this, as no disk does.
     pub fn forget(&mut self, left: Left) {
         self.keep();

@@ -69,6 +69,8 @@ impl Fleet {
         mediator.journal.write(manager.entries().collect());
         mediator.journal.keep();
         mediator.manager = Some(manager);
+        // Nobody waits for second processes, so until a mediator has heard of one its body is in nobody's way. They are heard at once here.
+        self.seconds.iter_mut().for_each(|own| own.report_ms = 0);
         if self.is_recovered {
             self.open_all();
         }

@@ -139,6 +139,17 @@ const BOTH: Faults = Faults {
     ..SPARE
 };
 
+/// Second processes, while anything happens to the first ones, and to the mediator.
+const SECONDS: Faults = Faults {
+    seconds: true,
+    crashes: true,
+    cuts: true,
+    operator: true,
+    every: 1_000,
+    stops_at: 400,
+    ..Faults::NONE
+};
+
 /// Runs with these faults on each floor. Faults that do not happen prove nothing: `happened` says whether enough did.
 fn on_every_floor(runs: u64, faults: Faults, happened: impl Fn(u64, &Tally) -> bool) {
     for (name, floor, settle_ms) in FLOORS {
@@ -470,6 +481,10 @@ fn what_is_broken_is_noticed() {
         seconds: true,
         ..Faults::NONE
     };
+    let lone = Faults {
+        operator: false,
+        ..SECONDS
+    };
     let poses = Faults {
         poses: true,
         ..Faults::NONE
@@ -502,6 +517,7 @@ fn what_is_broken_is_noticed() {
         (Broken::WrongPose, poses, "are in it", RUNS, 1),
         (Broken::NeverRevokes, cuts, "enters a closed area", 200, 1),
         (Broken::IgnoresSeconds, seconds, "are in it", RUNS, 1),
+        (Broken::ForgetsSeconds, lone, "are in it", 100, 1),
     ] {
         for (name, floor, settle_ms) in FLOORS {
             let noticed =
@@ -531,7 +547,16 @@ fn what_is_broken_is_noticed() {
     }
 }
 
-/// The robots themselves do not crash: after a crash a second process is what its robot would be after a restart.
+/// One that was found stays in the way of everybody, also when its robot's own process has ended or is out of reach, and when the mediator
+/// starts again. One that was not found is then what its robot would be after a restart, so people end it before.
+#[test]
+fn second_processes_that_were_found_are_in_the_way_whoever_else_is_heard() {
+    on_every_floor(60, SECONDS, |runs, tally| {
+        tally.bodies > runs / 2 && tally.alone > runs / 8 && tally.cuts > runs && tally.absent > 0
+    });
+}
+
+/// The robots themselves do not crash.
 #[test]
 fn a_second_process_of_a_robot_gets_nothing_and_hinders_nobody() {
     let faults = Faults {

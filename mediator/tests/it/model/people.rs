@@ -29,8 +29,10 @@ impl Fleet {
 
     fn clear_what_is_empty(&mut self, number: usize, random: &mut Random) {
         let area = random.below(self.floor.limits.len() as u64) as usize;
-        let is_empty =
-            { self.robots.iter() }.all(|robot| !robot.stands_in(&self.floor).contains(&area));
+        let mut seconds = self.seconds.iter().filter(|own| own.is_there);
+        let is_empty = { self.robots.iter() }
+            .all(|robot| !robot.stands_in(&self.floor).contains(&area))
+            && seconds.all(|own| !self.floor.spots[own.spot].contains(&area));
         let (id, now_ns) = (self.floor.name(area), self.now_ms * 1_000_000);
         let manager = self.mediators[number].manager.as_mut();
         if let Some(manager) = manager.filter(|_| is_empty) {
@@ -50,6 +52,7 @@ impl Fleet {
     /// Somebody switches a robot off, and carries it off the floor.
     fn take_away(&mut self, robot: usize) {
         let outside = self.floor.outside();
+        self.end_seconds_that_were_not_found(robot);
         let robot = &mut self.robots[robot];
         if let Some(process) = &robot.process {
             self.tally.add_client(&process.client.counters());

@@ -11,24 +11,37 @@ use super::robot::Robot;
 use crate::random::Random;
 
 const REPORT_MS: u64 = 200;
-/// At most so many run at once.
+/// At most so many run at once,
 const AT_ONCE: usize = 2;
+/// for so long, where nothing happens to their robot's own process,
+pub const FOR_MS: u64 = 8_000;
+/// and elsewhere, so that they are found first.
+const LONGER_MS: u64 = 20_000;
 
 pub struct Second {
     pub robot: usize,
+    pub boot_epoch: u64,
     pub client: Client,
     situation: Situation,
     /// Where its body is, or will be.
     pub spot: usize,
     pub is_there: bool,
+    /// It was while nobody spoke for its robot.
+    was_alone: bool,
     since_ms: u64,
-    until_ms: u64,
-    report_ms: u64,
+    pub until_ms: u64,
+    pub report_ms: u64,
 }
 
 impl Second {
-    /// It runs for some seconds.
-    pub fn start(robot: usize, id: &str, floor: &Floor, now_ms: u64, random: &mut Random) -> Self {
+    /// It runs for so long at most.
+    pub fn start(
+        robot: usize,
+        id: &str,
+        floor: &Floor,
+        (now_ms, for_ms): (u64, u64),
+        random: &mut Random,
+    ) -> Self {
         let spot = random.below(floor.outside() as u64) as usize;
         let there = random.below(floor.limits.len() as u64) as usize;
         let name = |&area: &usize| floor.name(area).to_owned();
@@ -41,15 +54,17 @@ impl Second {
             stands_in,
             ..Situation::default()
         };
+        let boot_epoch = random.next() | 1;
         Self {
             robot,
-            client: Client::new(id, &floor.setup.site, random.next() | 1)
-                .on(floor.setup.floor.clone()),
+            boot_epoch,
+            client: Client::new(id, &floor.setup.site, boot_epoch).on(floor.setup.floor.clone()),
             situation,
             spot,
             is_there: false,
+            was_alone: false,
             since_ms: now_ms,
-            until_ms: now_ms + random.below(8_000),
+            until_ms: now_ms + random.below(for_ms),
             report_ms: 0,
         }
     }
@@ -96,10 +111,14 @@ impl Fleet {
         if faults.seconds && self.seconds.len() < AT_ONCE && random.below(100) == 0 {
             let number = random.below(self.robots.len() as u64) as usize;
             let robot = &self.robots[number];
-            let registered =
-                { robot.process.as_ref() }.is_some_and(|own| own.client.is_registered());
-            if registered {
-                let second = Second::start(number, &robot.id, &self.floor, now_ms, random);
+            if !self.is_unheard(number) {
+                let for_ms = if faults.crashes || faults.cuts {
+                    LONGER_MS
+                } else {
+                    FOR_MS
+                };
+                let times = (now_ms, for_ms);
+                let second = Second::start(number, &robot.id, &self.floor, times, random);
                 self.seconds.push(second);
                 self.tally.seconds += 1;
             }
@@ -110,7 +129,11 @@ impl Fleet {
                 self.seconds[number].is_there = true;
                 self.tally.bodies += 1;
             }
+            let is_alone = self.is_unheard(self.seconds[number].robot);
             let second = &mut self.seconds[number];
+            if is_alone && second.is_there && !std::mem::replace(&mut second.was_alone, true) {
+                self.tally.alone += 1;
+            }
             second.assert_has_nothing(&self.floor);
             if let Some(report) = second.step(now_ms) {
                 let robot = second.robot;
@@ -120,9 +143,30 @@ impl Fleet {
         }
     }
 
+    /// Nobody speaks for the robot, or is heard.
+    fn is_unheard(&self, robot: usize) -> bool {
+        let process = self.robots[robot].process.as_ref();
+        process.is_none_or(|own| !own.client.is_registered()) || self.is_cut(robot)
+    }
+
+    /// The robot's own process is heard no more. A second one that was not found yet would speak for it then: people end it.
+    pub fn end_seconds_that_were_not_found(&mut self, robot: usize) {
+        let id = &self.robots[robot].id;
+        let mediators = &self.mediators;
+        self.seconds.retain(|own| {
+            let mut journals = mediators.iter().map(|mediator| &mediator.journal);
+            own.robot != robot || journals.all(|journal| journal.is_retired(id, own.boot_epoch))
+        });
+    }
+
     /// A mediator that takes the second process for the first one hears this, or one that takes no notice of where it stands.
     fn as_the_first(&self, robot: usize, report: RobotReport) -> RobotReport {
-        if self.broken == Some(Broken::IgnoresSeconds) {
+        let ignores = match self.broken {
+            Some(Broken::IgnoresSeconds) => true,
+            Some(Broken::ForgetsSeconds) => self.is_unheard(robot),
+            _ => false,
+        };
+        if ignores {
             let stands_in = Vec::new();
             return RobotReport {
                 stands_in,

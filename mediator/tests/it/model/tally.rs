@@ -70,6 +70,8 @@ tally! {
     seconds,
     /// whose bodies came to the floor,
     bodies,
+    /// stood there while nobody spoke for their robot,
+    alone,
     /// and of which the mediator has told.
     doubled,
     /// Messages of long ago that were delivered.
