@@ -6,6 +6,7 @@
 //! counts it: levels are repeated.
 
 mod afar;
+mod checked;
 mod communication;
 mod folder;
 mod inbox;
@@ -22,10 +23,11 @@ mod turning;
 mod waiting;
 
 pub use afar::ask_from_afar;
+pub use checked::report_in;
 pub use folder::Folder;
 pub use input::{Asked, Asker, Input, Reply, Ticket};
 pub use management::{Management, TICK_NS};
-pub use network::{Settings, report_in};
+pub use network::Settings;
 pub use question::{Answer, Question, ask};
 pub use shared::Shared;
 pub use threads::{OUTPUTS, Runtime};

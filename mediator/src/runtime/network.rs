@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use contract::network::{LONGEST_MESSAGE, NetworkSettings};
-use contract::wire::{CertificateRequest, MediatorReport, RobotReport};
+use contract::wire::{CertificateRequest, MediatorReport};
 use contract::{Message, decode, keys};
 use tokio::sync::mpsc::Sender;
 use zenoh::Wait;
@@ -17,6 +17,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::query::{Query, Queryable};
 use zenoh::sample::SampleKind;
 
+use super::checked::{part_before_last, report_in};
 use super::inbox::Inbox;
 use super::shared::Shared;
 use crate::keys::{Keys, Registry, Renewals};
@@ -219,7 +220,7 @@ impl Ears {
 
     fn hear(&self, key: &str, payload: &zenoh::bytes::ZBytes) {
         let report = if payload.len() > LONGEST_MESSAGE {
-            Err(format!("{key} carries {} bytes", payload.len()))
+            Err(format!("one has {} bytes", payload.len()))
         } else {
             report_in(key, &payload.to_bytes())
         };
@@ -228,24 +229,6 @@ impl Ears {
             Err(why) => self.shared.note_no_report(why),
         }
     }
-}
-
-/// The report in a message, which must be of the robot that its key names.
-///
-/// # Errors
-/// A sentence.
-pub fn report_in(key: &str, message: &[u8]) -> Result<RobotReport, String> {
-    let report = decode::<RobotReport>(message).map_err(|_| format!("{key} carries no report"))?;
-    if part_before_last(key) == Some(report.robot_id.as_str()) {
-        Ok(report)
-    } else {
-        Err(format!("{key} carries a report of `{}`", report.robot_id))
-    }
-}
-
-/// Of whom a key is.
-fn part_before_last(key: &str) -> Option<&str> {
-    key.rsplit('/').nth(1)
 }
 
 fn answer_renewal(renewals: &Mutex<Renewals>, query: &Query) {

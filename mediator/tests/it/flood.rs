@@ -205,10 +205,42 @@ fn withstand(malformed_lasts: Duration) {
             };
             send(&other, "amr-1", report.encode_to_vec());
         });
+        // Names that no key of ours can have, longer ones than anybody needs, and areas that are not there.
+        let long = "x".repeat(100_000);
+        let odd = flood(LASTS, 0, |number| {
+            let key = format!("{PREFIX}/robots/a b{}/report", number % 8);
+            let put = |key: &str, report: RobotReport| {
+                let put = other.put(key.to_owned(), report.encode_to_vec());
+                let put = put.congestion_control(CongestionControl::Drop);
+                put.wait().expect("the session is open");
+            };
+            let report = RobotReport {
+                robot_id: format!("a b{}", number % 8),
+                boot_epoch: number,
+                sequence: 1,
+                ..RobotReport::default()
+            };
+            put(&key, report.clone());
+            if number % 100 == 0 {
+                let key = keys::report(PREFIX, "amr-1").expect("a plain name");
+                let of_another = RobotReport {
+                    robot_id: long.clone(),
+                    ..report.clone()
+                };
+                put(&key, of_another);
+                let elsewhere = RobotReport {
+                    robot_id: "amr-1".into(),
+                    site: long.clone(),
+                    version: Some(VERSION.into()),
+                    ..report
+                };
+                put(&key, elsewhere);
+            }
+        });
         let least = malformed_lasts.as_secs_f64() * LEAST_PER_S;
         assert!(malformed as f64 > least, "{malformed}");
         assert!(strangers >= STRANGERS && liars as f64 > LASTS.as_secs_f64() * LEAST_PER_S);
-        let sent = malformed + strangers + liars;
+        let sent = malformed + strangers + liars + odd;
         let key = keys::report(PREFIX, "amr-0").expect("a plain name");
         let huge = other
             .put(key, vec![0; HUGE])
