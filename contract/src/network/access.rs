@@ -68,7 +68,7 @@ const OUT: &[&str] = &["egress"];
 
 /// It speaks for itself, hears what is said to it, and sees that the mediator is there. The mediator's own subscriptions
 /// reach it: else it would not send.
-fn robot(prefix: &str, id: &str) -> Result<[Rule<'static>; 9], InvalidName> {
+fn robot(prefix: &str, id: &str) -> Result<[Rule<'static>; 10], InvalidName> {
     let (report, state) = (keys::report(prefix, id)?, keys::state(prefix, id)?);
     let (said, alive) = (keys::to_robot(prefix, id)?, keys::alive(prefix, id)?);
     let certificate = keys::certificate(prefix, id)?;
@@ -93,14 +93,11 @@ fn robot(prefix: &str, id: &str) -> Result<[Rule<'static>; 9], InvalidName> {
             vec![all_alive],
         ),
         (
-            &["ingress", "egress"],
-            &[
-                "liveliness_token",
-                "liveliness_query",
-                "declare_liveliness_subscriber",
-            ],
-            vec![mediator],
+            IN,
+            &["liveliness_query", "declare_liveliness_subscriber"],
+            vec![mediator.clone()],
         ),
+        (OUT, &["liveliness_token"], vec![mediator]),
     ])
 }
 
@@ -173,5 +170,21 @@ impl Table {
             "subjects": self.subjects,
             "policies": self.policies,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_holds_no_token_but_its_own() {
+        let rules = robot("fleet", "amr-1").expect("plain names");
+        let held = { rules.into_iter() }
+            .filter(|(flows, messages, _)| {
+                flows.contains(&"ingress") && messages.contains(&"liveliness_token")
+            })
+            .flat_map(|(.., keys)| keys);
+        assert_eq!(held.collect::<Vec<_>>(), ["fleet/robots/amr-1/alive"]);
     }
 }
