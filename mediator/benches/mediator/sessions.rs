@@ -24,6 +24,10 @@ use super::program::site::{idle_coordination, idle_net, shipped_net};
 use super::program::{Program, Site};
 use super::random::Random;
 
+/// A request of a free area is granted within this time, but for one in a hundred; without certificates.
+const MOST_P99: Duration = Duration::from_millis(10);
+/// What is measured must not grow; allocators keep some.
+const MOST_GROWTH_MIB: f64 = 16.0;
 const PREFIX: &str = "fleet";
 const PLACES: usize = 50;
 const ROOMS: usize = 3;
@@ -371,6 +375,10 @@ fn measure(count: usize, secure: bool) {
         program.rss_mib()
     );
     assert!(times.count() > 0, "nobody moved: {}", program.log());
+    let grown_mib = program.rss_mib() - rss_mib;
+    assert!(grown_mib < MOST_GROWTH_MIB, "{grown_mib} MiB more");
+    let p99 = times.per_mille(990);
+    assert!(secure || p99 < MOST_P99, "p99 {}", ms(p99));
 }
 
 pub fn run() {
