@@ -118,9 +118,11 @@ impl Peers {
         (larger && (gone || self.is_ahead(report))).then(|| epoch + 1)
     }
 
-    /// The robot has heard this mediator with an epoch that it does not have: somebody has spoken in its name, or the robot lies.
+    /// The robot has heard this mediator with an epoch that it does not have, or with a number of a message after which too few
+    /// are left: somebody has spoken in its name, or the robot lies. With a larger epoch messages count from anywhere.
     pub(crate) fn is_ahead(&self, report: &RobotReport) -> bool {
-        report.mediator_instance == self.instance && report.mediator_epoch > self.epoch
+        let heard = (report.mediator_epoch, report.mediator_sequence);
+        report.mediator_instance == self.instance && heard > (self.epoch, LAST_NUMBER / 2)
     }
 
     /// All are to be asked what they have, for this robot's sake. Returns whether they are now, and not later.

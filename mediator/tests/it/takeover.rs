@@ -329,6 +329,12 @@ fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
     };
     assert_eq!(hears(made_up(1, 1 << 40), 0), 1);
     assert_eq!(hears(made_up(1000, 7), 2 * PERIOD_NS), 1001);
+    // After these it would take no more messages of that epoch.
+    const ASKS_AGAIN_NS: u64 = 3_000_000_000;
+    for (number, sequence) in (1..).zip([(1 << 62) - 1, 1 << 62]) {
+        let forged = made_up(1000 + number, sequence);
+        assert_eq!(hears(forged, number * ASKS_AGAIN_NS), 1001 + number);
+    }
     assert!(
         manager
             .alarms()

@@ -246,8 +246,9 @@ impl Session {
     pub(crate) fn lives(&mut self, until_ns: u64, echo: u64) {
         self.alive_until_ns = until_ns;
         self.echo = echo;
-        // Somebody has spoken to it in the mediator's name, with a number that was not reached yet.
-        if echo < LAST_NUMBER {
+        // Somebody has spoken to it in the mediator's name, with a number that was not reached yet. After a larger one too few are
+        // left, and the epoch grows instead.
+        if echo <= LAST_NUMBER / 2 {
             self.sent = self.sent.max(echo);
         }
     }
