@@ -21,16 +21,10 @@ pub const ENVIRONMENT_VARIABLE: &str = "ONBOARD_SYSTEM_CALL_GUARD";
 pub const ALLOWED: &[(&str, c_long)] = &[
     // Its sleep, to an absolute time.
     ("clock_nanosleep", libc::SYS_clock_nanosleep),
-    #[cfg(target_pointer_width = "32")]
-    ("clock_nanosleep_time64", libc::SYS_clock_nanosleep_time64),
     // Waking who waits for its scan, and waiting for one.
     ("futex", libc::SYS_futex),
-    #[cfg(target_pointer_width = "32")]
-    ("futex_time64", libc::SYS_futex_time64),
     // Waiting for its own device, to a deadline.
     ("ppoll", libc::SYS_ppoll),
-    #[cfg(target_pointer_width = "32")]
-    ("ppoll_time64", libc::SYS_ppoll_time64),
     // Its own device: frames, and bytes of the lidar.
     ("sendto", libc::SYS_sendto),
     ("recvfrom", libc::SYS_recvfrom),
@@ -38,8 +32,16 @@ pub const ALLOWED: &[(&str, c_long)] = &[
     ("write", libc::SYS_write),
     // The time, where the kernel has no page for it.
     ("clock_gettime", libc::SYS_clock_gettime),
+    // The same with times of 64 bits, where that is another call: one number on every such processor, which the crate `libc` does not
+    // know for all of them (Linux, `include/uapi/asm-generic/unistd.h`).
     #[cfg(target_pointer_width = "32")]
-    ("clock_gettime64", libc::SYS_clock_gettime64),
+    ("clock_gettime64", 403),
+    #[cfg(target_pointer_width = "32")]
+    ("clock_nanosleep_time64", 407),
+    #[cfg(target_pointer_width = "32")]
+    ("ppoll_time64", 414),
+    #[cfg(target_pointer_width = "32")]
+    ("futex_time64", 422),
 ];
 
 /// Whether the environment asks for the guard.
