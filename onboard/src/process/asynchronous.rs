@@ -1,13 +1,14 @@
 //! The thread of the communication activity: the 5C loop on a tokio runtime with one worker.
 //!
 //! The loop runs with its period, and at once when there is [`News`], or when a real-time thread has used [`Alarm::wake`],
-//! which a thread of our own passes on: waking tokio takes a lock.
+//! which a thread of our own passes on: waking tokio takes a lock. [`AsynchronousLoop`] is what also runs on a simulated clock.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
+use coordination::symbols::Writer;
 use tokio::time::sleep;
 
 use crate::activities::news::{Alarm, News};
@@ -16,6 +17,7 @@ use crate::process::runner::{ThreadSetup, Timing, Trigger};
 use crate::process::wakes::{Passing, Wakes};
 use crate::realtime::clock::{MILLISECOND_NS, Monotonic, now_ns};
 use crate::realtime::scheduling::promote;
+use crate::symbols::values::ThreadReport;
 
 /// How soon the thread that passes wake-ups on notices the end.
 const GLANCE_NS: u64 = 100 * MILLISECOND_NS;
@@ -66,35 +68,82 @@ fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>
 }
 
 /// The period of the loop with this trigger.
-#[must_use]
-pub fn loop_period_ns(trigger: &Trigger) -> u64 {
+fn loop_period_ns(trigger: &Trigger) -> u64 {
     match trigger {
         Trigger::Period(period_ns) => *period_ns,
         Trigger::Device | Trigger::Wake(..) => PERIOD_NS,
     }
 }
 
-async fn run(mut setup: ThreadSetup, mut activities: ThreadActivities, news: &News) {
-    let mut timing = Timing::new(&setup.trigger, now_ns());
-    let mut wakes = Wakes::new(loop_period_ns(&setup.trigger), now_ns());
-    let stop = Arc::clone(&setup.stop);
+/// The loop without its thread: when it runs, and what its supervisor sees of it.
+pub struct AsynchronousLoop {
+    activities: ThreadActivities,
+    report: Writer<ThreadReport>,
+    timing: Timing,
+    wakes: Wakes,
+}
+
+impl AsynchronousLoop {
+    /// Nothing has run yet; the first tick is at `now_ns`.
+    #[must_use]
+    pub fn new(
+        trigger: &Trigger,
+        activities: ThreadActivities,
+        report: Writer<ThreadReport>,
+        now_ns: u64,
+    ) -> Self {
+        Self {
+            activities,
+            report,
+            timing: Timing::new(trigger, now_ns),
+            wakes: Wakes::new(loop_period_ns(trigger), now_ns),
+        }
+    }
+
+    /// When the next tick is.
+    #[must_use]
+    pub fn tick_ns(&self) -> u64 {
+        self.wakes.tick_ns()
+    }
+
+    /// Whether a turn is to be made now, as [`Wakes::look`] says; since when.
+    #[must_use]
+    pub fn due_ns(&mut self, now_ns: u64, told_ns: Option<u64>) -> Option<u64> {
+        let due = self.wakes.look(now_ns, told_ns)?;
+        Some(now_ns.saturating_sub(due.late_ns))
+    }
+
+    /// Runs every activity's event loop once, which was to be done at `due_ns`, and measures that.
+    pub fn turn(&mut self, due_ns: u64, now_ns: impl Fn() -> u64) {
+        let begin_ns = now_ns();
+        self.timing.woken(due_ns, begin_ns.saturating_sub(due_ns));
+        self.timing
+            .runs(self.activities.running(), &mut self.report, begin_ns);
+        self.activities.step(&now_ns);
+        self.timing.executed(begin_ns..now_ns(), 0, true);
+        self.timing.publish(&mut self.report, now_ns());
+    }
+
+    /// Publishes the last report.
+    pub fn end(&mut self, now_ns: u64) {
+        self.timing.publish_now(&mut self.report, now_ns);
+    }
+}
+
+async fn run(setup: ThreadSetup, activities: ThreadActivities, news: &News) {
+    let mut own = AsynchronousLoop::new(&setup.trigger, activities, setup.report, now_ns());
+    let stop = setup.stop;
     while !stop.load(Ordering::Relaxed) {
-        let until_tick = Duration::from_nanos(wakes.tick_ns().saturating_sub(now_ns()));
+        let until_tick = Duration::from_nanos(own.tick_ns().saturating_sub(now_ns()));
         tokio::select! {
             () = sleep(until_tick) => {}
             () = news.wait() => {}
         }
-        let begin_ns = now_ns();
-        let Some(due) = wakes.look(begin_ns, news.take()) else {
-            continue;
-        };
-        timing.woken(begin_ns.saturating_sub(due.late_ns), due.late_ns);
-        timing.runs(activities.running(), &mut setup.report, begin_ns);
-        activities.step(now_ns);
-        timing.executed(begin_ns..now_ns(), 0, true);
-        timing.publish(&mut setup.report, now_ns());
+        if let Some(due_ns) = own.due_ns(now_ns(), news.take()) {
+            own.turn(due_ns, now_ns);
+        }
     }
-    timing.publish_now(&mut setup.report, now_ns());
+    own.end(now_ns());
 }
 
 #[cfg(test)]

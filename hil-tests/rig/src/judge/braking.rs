@@ -33,9 +33,21 @@ struct Stop {
     speed_m_s: Option<f64>,
     /// The fault shows only while the robot drives, and is noticed after it has driven for so long.
     driven_s: Option<f64>,
+    /// Nothing is asked of a robot that does not drive at this time.
+    lost_driving_s: Option<f64>,
 }
 
 impl Stop {
+    /// It is asked of nobody who has not driven when the fault began.
+    fn is_lost_driving(&mut self, at_s: f64, speed_m_s: f64) {
+        if self.lost_driving_s.is_some_and(|lost_s| at_s >= lost_s) {
+            self.lost_driving_s = None;
+            if speed_m_s < STANDING_M_S {
+                self.until_s = self.from_s;
+            }
+        }
+    }
+
     /// Nobody can notice yet what shows only while it drives.
     fn waits_for_driving(&mut self, at_s: f64, speed_m_s: f64) {
         if let Some(driven_s) = self.driven_s
@@ -64,12 +76,16 @@ impl Braking {
         let by_hand = |fault: &&ScriptedFault| fault.what == ScriptedKind::Teleop;
         let stops = |(fault, stopping): &(&ScriptedFault, Stopping)| {
             let mut from_s = fault.at_s + stopping.after_s?;
+            let mut until_s = fault.until_s();
             let (mut deceleration_m_s2, mut pull_m_s2) =
                 (stopping.deceleration_m_s2, stopping.pull_m_s2);
             for (other, theirs) in &own {
                 let meets = other.at_s <= fault.until_s() && theirs.until_s >= fault.at_s;
                 if std::ptr::eq(*other, *fault) || !meets {
                     continue;
+                }
+                if stopping.lost_driving && other.ends_process() {
+                    until_s = until_s.min(other.at_s);
                 }
                 deceleration_m_s2 = deceleration_m_s2.min(theirs.deceleration_m_s2);
                 pull_m_s2 += theirs.pull_m_s2;
@@ -91,6 +107,7 @@ impl Braking {
                 deceleration_m_s2,
                 speed_m_s: None,
                 driven_s: stopping.after_s.filter(|_| stopping.shows_driving),
+                lost_driving_s: stopping.lost_driving.then_some(fault.at_s),
             };
             let mut stops = Vec::new();
             if fault.what == ScriptedKind::Pause {
@@ -99,7 +116,7 @@ impl Braking {
                     from_s = from_s.max(hands.until_s() + stopping.after_s?);
                 }
             }
-            stops.push(stop(from_s, fault.until_s()));
+            stops.push(stop(from_s, until_s));
             stops.retain(|stop| stop.from_s < stop.until_s);
             Some(stops)
         };
@@ -114,6 +131,7 @@ impl Braking {
         let before_m_s = std::mem::replace(&mut self.speed_m_s, speed_m_s);
         for stop in &mut self.stops {
             stop.waits_for_driving(at_s, speed_m_s);
+            stop.is_lost_driving(at_s, before_m_s);
         }
         let lasting = { self.stops.iter_mut() }
             .filter(|stop| (stop.from_s..stop.until_s).contains(&at_s))
@@ -237,12 +255,31 @@ mod tests {
             ("navigation", vec![(10.15, 15.0, 2.0)]),
             ("lidar", vec![(10.3, 15.0, 2.0)]),
             ("supervisor", vec![(11.05, 15.0, 2.0)]),
-            ("communication", vec![]),
+            ("communication", vec![(12.15, 15.0, 2.0)]),
         ] {
             let fault = format!(
                 "at_s = 10.0, for_s = 5.0, what = \"hang\", robot = \"amr-1\", thread = \"{thread}\""
             );
             assert_eq!(windows(&braking(&[&fault])), expected, "{thread}");
+        }
+    }
+    #[test]
+    fn who_starts_without_its_network_or_stands_then_need_not_stop_for_it() {
+        const HANG: &str = "at_s = 10.0, for_s = 5.0, what = \"hang\", robot = \"amr-1\", thread = \"communication\"";
+        let killed = |at_s: f64| {
+            let kill =
+                format!("at_s = {at_s:?}, for_s = 3.0, what = \"kill-robot\", robot = \"amr-1\"");
+            windows(&braking(&[HANG, &kill]))
+        };
+        // What is left is what the kill asks for.
+        assert_eq!(killed(8.0), [(8.1, 11.0, 1.5)]);
+        assert_eq!(killed(13.0), [(12.15, 13.0, 1.5), (13.1, 16.0, 1.5)]);
+        for (speed_m_s, stops) in [(0.0, false), (0.3, true)] {
+            let mut own = braking(&[HANG]);
+            own.look(9.99, speed_m_s);
+            own.look(10.01, speed_m_s);
+            own.look(12.2, 0.3);
+            assert_eq!(own.look(13.0, 0.3).is_some(), stops, "{speed_m_s} m/s");
         }
     }
 }

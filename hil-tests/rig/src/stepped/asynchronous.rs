@@ -1,18 +1,21 @@
 //! The asynchronous thread on the simulated clock.
 
+use coordination::symbols::Writer;
 use onboard::activities::news::Alarm;
 use onboard::activities::robot_activity::ThreadActivities;
-use onboard::process::asynchronous::loop_period_ns;
+use onboard::process::asynchronous::AsynchronousLoop;
 use onboard::process::runner::Trigger;
-use onboard::process::wakes::{Passing, Wakes};
+use onboard::process::wakes::Passing;
+use onboard::symbols::values::ThreadReport;
 
 use super::faults::Lateness;
 use super::late::Late;
 
 /// The asynchronous thread: its loop runs on news, and with a period of its own.
 pub(super) struct Asynchronous {
-    activities: ThreadActivities,
-    wakes: Wakes,
+    own: AsynchronousLoop,
+    /// Since when the turn is due that it makes next.
+    due_ns: Option<u64>,
     passing: Passing,
     alarm: Alarm,
     late: Late,
@@ -20,14 +23,14 @@ pub(super) struct Asynchronous {
 
 impl Asynchronous {
     pub(super) fn new(
-        activities: ThreadActivities,
+        (activities, report): (ThreadActivities, Writer<ThreadReport>),
         trigger: &Trigger,
         (alarm, late): (&Alarm, Late),
         now_ns: u64,
     ) -> Self {
         Self {
-            activities,
-            wakes: Wakes::new(loop_period_ns(trigger), now_ns),
+            own: AsynchronousLoop::new(trigger, activities, report, now_ns),
+            due_ns: None,
             passing: Passing::new(&alarm.wake),
             alarm: alarm.clone(),
             late,
@@ -39,9 +42,13 @@ impl Asynchronous {
         if self.passing.look(self.alarm.wake.count()) {
             self.alarm.news.tell();
         }
-        let due = self.wakes.look(now_ns, self.alarm.news.take());
-        if self.late.runs(due.is_some(), late, now_ns) {
-            self.activities.step(|| now_ns);
+        let due_ns = self.own.due_ns(now_ns, self.alarm.news.take());
+        // What is due again before it has run is one with that.
+        self.due_ns = self.due_ns.or(due_ns);
+        if self.late.runs(due_ns.is_some(), late, now_ns)
+            && let Some(due_ns) = self.due_ns.take()
+        {
+            self.own.turn(due_ns, || now_ns);
         }
     }
 }

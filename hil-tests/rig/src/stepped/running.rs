@@ -31,7 +31,7 @@ enum What {
     /// A thread as it is.
     Thread(Panicking),
     /// The asynchronous one: tokio cannot run here.
-    Asynchronous(Asynchronous),
+    Asynchronous(Box<Asynchronous>),
 }
 
 impl Running {
@@ -39,19 +39,16 @@ impl Running {
     pub(super) fn new(
         thread: &ThreadConfig,
         (trigger, clock): (Trigger, Arc<ThreadClock>),
-        (activities, report): (ThreadActivities, Writer<ThreadReport>),
+        parts: (ThreadActivities, Writer<ThreadReport>),
         (alarm, panicked): (&Alarm, &Panicked),
         boot_epoch: u64,
     ) -> Self {
         let what = if thread.trigger == ConfigTrigger::Async {
             let (begin_ns, late) = (clock.now_ns(), Late::new(boot_epoch ^ 1));
-            What::Asynchronous(Asynchronous::new(
-                activities,
-                &trigger,
-                (alarm, late),
-                begin_ns,
-            ))
+            let own = Asynchronous::new(parts, &trigger, (alarm, late), begin_ns);
+            What::Asynchronous(Box::new(own))
         } else {
+            let (activities, report) = parts;
             let make = move |clock| EventLoop::new(trigger, activities, report, clock);
             What::Thread(Panicking::new(clock, make, panicked.clone()))
         };

@@ -215,6 +215,24 @@ fn late_communication_delays_what_a_robot_says() {
 }
 
 #[test]
+fn a_robot_whose_communication_hangs_stops_for_it_until_a_reset() {
+    let mut scenario = overtaking();
+    let without = ended(&scenario, 3);
+    for robot in &without.robots {
+        let cycles = robot.threads["communication"]["cycles"].as_u64();
+        assert!(cycles > Some(1000), "{}: {cycles:?} cycles", robot.id);
+    }
+    assert!(!raised(&without, "thread-hung"), "{without:?}");
+    scenario.faults = vec![ScriptedFault {
+        thread: Some("communication".to_owned()),
+        ..fault(ScriptedKind::Hang)
+    }];
+    let with = ended(&scenario, 3);
+    assert!(with.passed() && raised(&with, "thread-hung"), "{with:?}");
+    assert_eq!(with.robots[0].resets, 1, "{with:?}");
+}
+
+#[test]
 fn a_run_with_faults_is_the_same_for_the_same_seed() {
     let mut scenario = overtaking();
     scenario.faults = drawn(&scenario, 4);

@@ -7,7 +7,9 @@ use super::{SUPERVISOR, ScriptedFault, ScriptedKind};
 
 /// A supervisor that is silent for this long stops the robot.
 const SUPERVISOR_SILENT_S: f64 = 1.0;
-/// Requests of operators wait for up to this.
+/// A supervisor that judges its threads once a second finds one that hangs after two of these at the latest.
+const HANG_FOUND_S: f64 = 2.0;
+/// Requests of operators wait for up to this, and what a supervisor finds out.
 const SERVED_WITHIN_S: f64 = 0.1;
 /// What the drive says of itself is believed after this time,
 const BELIEVED_S: f64 = 0.05;
@@ -29,6 +31,8 @@ pub struct Stopping {
     pub after_s: Option<f64>,
     /// That time runs only while the robot drives: nothing shows while it stands.
     pub shows_driving: bool,
+    /// Only a process that drove the robot when it began must stop it: one that starts meanwhile never had what hangs.
+    pub lost_driving: bool,
     /// A stop for something else begins later by up to this.
     pub delays_s: f64,
     /// The hardest that the robot can brake meanwhile, m/s².
@@ -50,6 +54,7 @@ impl ScriptedFault {
         let goes_on = Stopping {
             after_s: None,
             shows_driving: false,
+            lost_driving: false,
             delays_s: 0.0,
             deceleration_m_s2: limits.stop_deceleration_m_s2,
             pull_m_s2: 0.0,
@@ -91,7 +96,11 @@ impl ScriptedFault {
                     ..brakes(seconds(robot.control.command_timeout_ms))
                 },
                 Hung::Activity(ActivityKind::Lidar) => by_tubes(unseen_s),
-                Hung::Activity(_) => goes_on,
+                // A fleet network that cannot be reached keeps no robot from starting.
+                Hung::Activity(_) => Stopping {
+                    lost_driving: true,
+                    ..by_tubes(HANG_FOUND_S + SERVED_WITHIN_S)
+                },
                 Hung::Supervisor => Stopping {
                     disables: true,
                     ..by_tubes(SUPERVISOR_SILENT_S)
@@ -148,6 +157,18 @@ impl ScriptedFault {
             },
             _ => goes_on,
         }
+    }
+
+    /// Whether a process of its robot ends with it, and another one starts.
+    #[must_use]
+    pub fn ends_process(&self) -> bool {
+        matches!(
+            self.what,
+            ScriptedKind::KillRobot
+                | ScriptedKind::RebootRobot
+                | ScriptedKind::EndRobot
+                | ScriptedKind::Panic
+        )
     }
 
     /// What hangs of this robot.
