@@ -290,8 +290,11 @@ impl<'a> Stepped<'a> {
         let mut answers = Vec::new();
         let full = self.faults.lasts(ScriptedKind::FullDisk, None);
         self.disk.fill(full);
-        for mediator in self.mediator.iter_mut().chain(&mut self.second_mediator) {
-            mediator.cycle(now_ns, self.faults.disk_ns(), |answer| answers.push(answer))?;
+        let disk_ns = self.faults.disk_ns();
+        let hangs = self.faults.lasts(ScriptedKind::HangMediator, None);
+        let first = self.mediator.iter_mut().filter(|_| !hangs);
+        for mediator in first.chain(&mut self.second_mediator) {
+            mediator.cycle(now_ns, disk_ns, |answer| answers.push(answer))?;
         }
         let status = self
             .mediator

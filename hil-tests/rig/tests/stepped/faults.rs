@@ -25,12 +25,17 @@ fn raised(summary: &Summary, fault: &str) -> bool {
     all.any(|(name, _)| name == fault)
 }
 
+/// Robots go for less than this by what they have heard.
+const LEASE_S: f64 = 5.0;
+
 /// A fault of this kind while the slow robot is on its way into the lay-by.
 fn fault(what: ScriptedKind) -> ScriptedFault {
     let keys = what.keys();
+    // Longer than robots may go by what they have heard.
+    let outlasts_leases = what == ScriptedKind::HangMediator;
     ScriptedFault {
         at_s: 24.0,
-        for_s: 4.0,
+        for_s: if outlasts_leases { 8.0 } else { 4.0 },
         what,
         robot: keys.robot.map(|_| "amr-1".to_owned()),
         share: keys.share.then_some(0.7 * what.most_share()),
@@ -92,7 +97,8 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
             ScriptedKind::Partition
             | ScriptedKind::DeadLink
             | ScriptedKind::KillMediator
-            | ScriptedKind::RebootMediator => Some("mediator-silent"),
+            | ScriptedKind::RebootMediator
+            | ScriptedKind::HangMediator => Some("mediator-silent"),
             ScriptedKind::Stop => Some("operator-stop"),
             ScriptedKind::LeaveOp | ScriptedKind::CutPower | ScriptedKind::LoseInterface => {
                 Some("bus-lost")
@@ -121,7 +127,7 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     let scenario = overtaking();
     let known: Vec<_> = scenario.robots.iter().map(Player::threads).collect();
     let mut seen = Vec::new();
-    let (mut long, mut slow, mut of_mediator) = (0, 0, 0);
+    let (mut long, mut slow, mut of_mediator, mut stale) = (0, 0, 0, 0);
     let mut threads = Vec::new();
     for seed in 0..400 {
         let faults = drawn(&scenario, seed);
@@ -132,6 +138,8 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
             assert!((2.0..=90.0).contains(&fault.at_s) && fault.for_s <= 120.0);
             long += u32::from(fault.for_s > 30.0);
             slow += u32::from(fault.share.is_some_and(|share| share < 0.0));
+            let delays = fault.what == ScriptedKind::Delay;
+            stale += u32::from(delays && fault.by_s > Some(LEASE_S));
             let clock = fault.what == ScriptedKind::Drift;
             of_mediator += u32::from(clock && fault.robot.is_none());
             threads.extend(fault.thread.clone().map(|thread| (fault.what, thread)));
@@ -158,6 +166,7 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     // Of about 1,400.
     assert!((40..160).contains(&long), "{long} longer than 30 s");
     assert!(slow > 3 && of_mediator > 3, "{slow}, {of_mediator}");
+    assert!(stale > 2, "{stale} delays outlast leases");
 }
 
 #[test]

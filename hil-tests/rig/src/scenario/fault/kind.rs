@@ -32,6 +32,8 @@ pub enum ScriptedKind {
     KillMediator,
     /// The mediator's computer loses its power, and has it again at the end: of the journal only what was synced is left.
     RebootMediator,
+    /// The mediator's thread that manages areas hangs, and goes on at the end; what arrives meanwhile waits for it.
+    HangMediator,
     /// The mediator's journal is copied; at the end the mediator is killed, and started again with that copy.
     RestoreJournal,
     /// The mediator is killed, and started again at the end without its journal.
@@ -141,7 +143,7 @@ pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// A fleet is expected to come through any of them. They are drawn at random, as the next ones are.
-    pub const DRAWN: [Self; 37] = [
+    pub const DRAWN: [Self; 38] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -179,6 +181,7 @@ impl ScriptedKind {
         Self::Reload,
         Self::Place,
         Self::EndRobot,
+        Self::HangMediator,
     ];
 
     /// Those that a fleet comes through besides, but slowly: on each of them but a full disk the robot stops and needs its operator.
@@ -278,6 +281,7 @@ impl ScriptedKind {
             Self::DelayScans => keys(Some(true), false, true),
             Self::KillMediator
             | Self::RebootMediator
+            | Self::HangMediator
             | Self::RestoreJournal
             | Self::LoseJournal
             | Self::SecondMediator
@@ -301,6 +305,7 @@ impl ScriptedKind {
                 | Self::DeadLink
                 | Self::KillMediator
                 | Self::RebootMediator
+                | Self::HangMediator
                 | Self::RestoreJournal
                 | Self::LoseJournal
                 | Self::SecondMediator
@@ -344,6 +349,8 @@ impl ScriptedKind {
     pub fn most_by_s(self) -> f64 {
         match self {
             Self::LateThreads | Self::DelayScans => 0.1,
+            // Twice the time for which robots may go by what they have heard.
+            Self::Delay => 10.0,
             _ => 1.0,
         }
     }
