@@ -8,6 +8,7 @@ use onboard::symbols::faults::Fault;
 use serde::Serialize;
 
 use super::cases::{Case, Moments, MomentsOfSeeds};
+use super::expected::{Expected, expected};
 use super::shrink::{MOST, Shrunk};
 use super::stepped::{Faults, Setup, runs};
 use crate::machine::Machine;
@@ -68,6 +69,8 @@ struct Row {
     hung: usize,
     /// Faults of the robots' table, and in how many runs they were raised; most first.
     raised: Vec<(String, usize)>,
+    /// Faults of that table of which robots must raise one for this case, and raised none.
+    missing: Vec<&'static str>,
     elapsed_s: f64,
     /// Runs that were unsafe or hung.
     bad: Vec<BadRun>,
@@ -86,7 +89,8 @@ struct BadRun {
 /// which an interrupted campaign goes on.
 ///
 /// # Errors
-/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when one was unsafe or hung.
+/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when one was unsafe or hung, or robots never raised what they must
+/// for a case.
 pub fn faults(
     scenario: &Scenario,
     plans: &Plans,
@@ -116,7 +120,8 @@ pub fn faults(
             let drawn = case.draw(scenario, seed, &campaign.moments(seed)?);
             Ok(drawn.into_iter().collect())
         };
-        rows.push(campaign.row(&case.to_string(), times.runs, &draw)?);
+        let expected = Some(expected(case));
+        rows.push(campaign.row(&case.to_string(), times.runs, expected, &draw)?);
         if campaign.is_interrupted() {
             break;
         }
@@ -130,7 +135,7 @@ pub fn faults(
             let drawn = Case::draw_pair(pair, scenario, seed, &campaign.moments(seed)?);
             Ok(drawn.into_iter().flatten().collect())
         };
-        rows.push(campaign.row("pairs", pairs.len(), &draw)?);
+        rows.push(campaign.row("pairs", pairs.len(), None, &draw)?);
     }
     campaign.report(&rows)?;
     if campaign.is_interrupted() {
@@ -138,10 +143,11 @@ pub fn faults(
         return Err(Failure::failed(why));
     }
     let count = |of: fn(&Row) -> usize| rows.iter().map(of).sum::<usize>();
-    match (count(|row| row.dangerous), count(|row| row.hung)) {
-        (0, 0) => Ok(()),
-        (dangerous, hung) => Err(Failure::failed(format_args!(
-            "{dangerous} runs were unsafe, {hung} did not come to their goals"
+    let unnoticed = count(|row| usize::from(!row.missing.is_empty()));
+    match (count(|row| row.dangerous), count(|row| row.hung), unnoticed) {
+        (0, 0, 0) => Ok(()),
+        (dangerous, hung, unnoticed) => Err(Failure::failed(format_args!(
+            "{dangerous} runs were unsafe, {hung} did not come to their goals; {unnoticed} kinds were never noticed"
         ))),
     }
 }
@@ -169,6 +175,7 @@ impl Campaign<'_> {
         &self,
         case: &str,
         count: usize,
+        expected: Option<Expected>,
         draw: &(dyn Fn(u64) -> Result<Vec<ScriptedFault>, Failure> + Sync),
     ) -> Result<Row, Failure> {
         let out = self.setup.out.join(case.replace(' ', "-"));
@@ -188,12 +195,22 @@ impl Campaign<'_> {
             ..self.setup.clone()
         };
         let (summaries, elapsed_s) = runs(self.scenario, self.plans, &setup, self.asked_to_end)?;
+        let drawn = { summaries.iter() }
+            .map(|run| Ok((run.duration_s, draw(run.seed)?)))
+            .collect::<Result<Vec<_>, Failure>>()?;
+        let each = { drawn.iter() }
+            .flat_map(|(duration_s, faults)| faults.iter().map(move |own| (*duration_s, own)));
+        let raised = self.raised(&summaries)?;
+        let missing = expected.and_then(|own| own.missing(each, &raised));
         let mut row = Row {
             case: case.to_owned(),
             runs: summaries.len(),
             dangerous: 0,
             hung: 0,
-            raised: self.raised(&summaries)?,
+            raised,
+            missing: { missing.into_iter().flatten() }
+                .map(|own| own.name())
+                .collect(),
             elapsed_s,
             bad: Vec::new(),
         };
@@ -269,6 +286,9 @@ impl Row {
             self.hung,
             raised.join(", ")
         );
+        if !self.missing.is_empty() {
+            onboard::say!("    never raised: {}", self.missing.join(" or "));
+        }
         for bad in self.bad.iter().take(MOST) {
             onboard::say!("    {}", bad.reason);
             bad.again.print();

@@ -2,6 +2,7 @@
 
 pub mod agreement;
 mod cases;
+mod expected;
 pub mod faults;
 mod ledger;
 mod once;

@@ -6,6 +6,7 @@ use super::areas::Areas;
 use super::braking::Braking;
 use super::conduct::Conduct;
 use super::during::Rule;
+use super::latched::Latched;
 use super::look::{Look, Robot};
 use super::recovery::Recovering;
 use super::violations::Violations;
@@ -23,6 +24,7 @@ pub struct Judge {
     rules: Vec<Rule>,
     /// By number, of the robots.
     braking: Vec<Braking>,
+    latched: Vec<Latched>,
     recovering: Vec<Recovering>,
     start_ns: u64,
     violations: Violations,
@@ -46,6 +48,7 @@ impl Judge {
             braking: { scenario.robots.iter() }
                 .map(|player| Braking::new(&scenario.faults, player))
                 .collect(),
+            latched: vec![Latched::default(); scenario.robots.len()],
             recovering: vec![Recovering::new(scenario.recovery()); scenario.robots.len()],
             start_ns,
             violations: Violations::new(start_ns),
@@ -69,6 +72,14 @@ impl Judge {
         self.areas.judge(&self.robots, look, before, found);
         for rule in &mut self.rules {
             rule.judge(&self.robots, look, before, found);
+        }
+    }
+
+    /// Takes in for which fault a robot waits for its operator, as it says, if it does and nobody has asked it for anything.
+    pub fn observe_latch(&mut self, robot: usize, truth: &Truth, fault: Option<&'static str>) {
+        let latched = self.latched.get_mut(robot);
+        if let Some(why) = latched.and_then(|own| own.look(truth, fault)) {
+            self.report_of(robot, ViolationKind::UnsafeSpeed, truth.time_ns, why);
         }
     }
 

@@ -21,6 +21,7 @@ mod contact;
 mod during;
 mod fences;
 mod lane;
+mod latched;
 mod look;
 mod nets;
 mod overlap;

@@ -55,6 +55,11 @@ pub trait Execution {
     /// What a robot believes; none before it runs.
     fn belief(&mut self, robot: usize) -> Option<Belief>;
 
+    /// The fault for which a robot waits for its operator, as it says, while he asks it for nothing; of robots that are processes none.
+    fn latch(&self, _robot: usize) -> Option<&'static str> {
+        None
+    }
+
     /// Shows the world, and what was heard on the network until now.
     fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R;
 

@@ -227,6 +227,7 @@ impl<E: Execution> Run<E> {
                 observations,
             });
         });
+        judge.observe_latch(robot, truth, self.stage.latch(robot));
         track.progress.observe(truth, judge.figures(robot));
         let (progress, id) = (&track.progress, &self.scenario.robots[robot].id);
         judge.observe_progress(robot, truth, |figures| progress.missing(id, figures));

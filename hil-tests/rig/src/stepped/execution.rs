@@ -3,7 +3,7 @@
 use description::instruction::Instruction;
 use onboard::cli::Failure;
 use onboard::process::ctl::{Event, Request};
-use onboard::symbols::faults::{Fault, FaultTable};
+use onboard::symbols::faults::{Fault, FaultTable, Resumes};
 use sim::world::{Truth, TruthRecord, World};
 
 use super::clock::START_NS;
@@ -57,6 +57,14 @@ impl Execution for Stepped<'_> {
     fn belief(&mut self, robot: usize) -> Option<Belief> {
         let robot = self.robots.get_mut(robot)?.robot.as_mut()?;
         Some(robot.insight().look())
+    }
+
+    fn latch(&self, robot: usize) -> Option<&'static str> {
+        let member = self.robots.get(robot)?;
+        let asked = member.robot.as_ref()?.owes_an_answer();
+        let mut latched = { member.faults.active() }
+            .filter(|fault| fault.resumes() == Resumes::Operator && !asked);
+        latched.next().map(Fault::name)
     }
 
     fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R {
