@@ -215,7 +215,8 @@ fn json(file: &Path) -> Json {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// Runs a command that was printed, with its results in this folder; returns its summary.
+/// Runs a command that was printed, with its results in this folder; returns its summary. It fails, is shrunk once more, and prints the
+/// same command.
 fn again(command: &str, out: &Path) -> Json {
     let words = command.strip_prefix("rig ").expect("the program's name");
     let line = format!(
@@ -226,7 +227,28 @@ fn again(command: &str, out: &Path) -> Json {
     let output = Command::new("sh").args(["-c", &line]).output();
     let output = output.expect("run");
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    json(&out.join("summary.json"))
+    assert!(said(&output).contains(command), "{}", said(&output));
+    let summary = json(&out.join("summary.json"));
+    let shrunk = out.join(format!("seed-{}", summary["seed"]));
+    assert!(shrunk.join("report.html").is_file(), "{}", said(&output));
+    assert_eq!(json(&shrunk.join("summary.json")), summary);
+    summary
+}
+
+#[test]
+fn faults_of_seeds_change_what_comes_of_a_campaign() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [calm, faulty] = [&[][..], &["--faults"]].map(|faults| {
+        let out = folder.path().join(format!("out-{}", faults.len()));
+        let output = campaign(&out).args(faults).output().expect("run");
+        assert!(output.status.success(), "{}", said(&output));
+        let campaign = left(&out);
+        // How often each run drew faults that its robot told of.
+        let raised = campaign["faults"].as_array().map(Vec::len);
+        (campaign["faults_of_seeds"].clone(), raised)
+    });
+    assert_eq!((&calm.0, &faulty.0), (&json!("none"), &json!("drawn")));
+    assert!(faulty.1 > calm.1, "{faulty:?}, {calm:?}");
 }
 
 #[test]

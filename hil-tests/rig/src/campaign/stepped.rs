@@ -248,3 +248,23 @@ pub fn summary(
 ) -> Result<Summary, Failure> {
     Ok(recorded(scenario, plans, seed, heeds_leave)?.summary)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stepped::faults::drawn;
+    use crate::testing;
+
+    #[test]
+    fn faults_of_seeds_come_beside_those_of_the_scenario() {
+        let mut scenario = testing::scenario("overtaking");
+        let own = "at_s = 4.0\nfor_s = 1.0\nwhat = \"reset\"\nrobot = \"amr-1\"";
+        scenario.faults = vec![toml::from_str(own).expect("a fault")];
+        let of = |faults: Faults<'_>, seed| faults.add(&scenario, seed).expect("faults").faults;
+        assert_eq!(of(Faults::None, 4), scenario.faults);
+        let expected = [scenario.faults.clone(), drawn(&scenario, 4)].concat();
+        assert_eq!(of(Faults::Drawn, 4), expected);
+        assert!(expected.len() > 1);
+        assert_ne!(of(Faults::Drawn, 5), expected);
+    }
+}

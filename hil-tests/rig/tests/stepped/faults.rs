@@ -86,24 +86,48 @@ const DEVICES: [ScriptedKind; 12] = [
     ScriptedKind::Unplug,
 ];
 
-/// Each of these kinds alone, while the slow robot is on its way into the lay-by.
+/// These change nothing of this run: levels that come twice say nothing new, nothing is there to be reset, who says where the robot is
+/// says the truth, motors with power hold it on any slope and with any load, and weak brakes show where it must stop.
+const UNNOTICED: [ScriptedKind; 6] = [
+    ScriptedKind::Repeat,
+    ScriptedKind::Reset,
+    ScriptedKind::Place,
+    ScriptedKind::Slope,
+    ScriptedKind::Load,
+    ScriptedKind::WeakBrakes,
+];
+
+/// Each of these kinds alone, while the slow robot is on its way into the lay-by: the fleet comes through, and not as without it.
 fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
-    for what in { ScriptedKind::DRAWN.into_iter() }.filter(|kind| concerns(*kind)) {
+    let without = json(&ended(&overtaking(), 3));
+    let kinds = ScriptedKind::DRAWN.into_iter().chain(ScriptedKind::BORNE);
+    for what in kinds.filter(|kind| concerns(*kind)) {
         let mut scenario = overtaking();
         scenario.faults = vec![fault(what)];
         let summary = ended(&scenario, 3);
         assert!(summary.passed(), "{what:?}: {summary:?}");
+        let noticed = json(&summary) != without;
+        assert_ne!(noticed, UNNOTICED.contains(&what), "{what:?}");
         let expected = match what {
             ScriptedKind::Partition
             | ScriptedKind::DeadLink
             | ScriptedKind::KillMediator
             | ScriptedKind::RebootMediator
-            | ScriptedKind::HangMediator => Some("mediator-silent"),
+            | ScriptedKind::HangMediator
+            | ScriptedKind::FullDisk => Some("mediator-silent"),
             ScriptedKind::Stop => Some("operator-stop"),
+            ScriptedKind::Hang => Some("setpoint-stale"),
+            ScriptedKind::Panic => Some("panic"),
+            ScriptedKind::RebootRobot => Some("place-unknown"),
             ScriptedKind::LeaveOp | ScriptedKind::CutPower | ScriptedKind::LoseInterface => {
                 Some("bus-lost")
             }
             ScriptedKind::CutMotors => Some("motors-off"),
+            ScriptedKind::LowVoltage => Some("bus-voltage"),
+            ScriptedKind::HotMotor => Some("drive-fault"),
+            ScriptedKind::FreezeSensors => Some("drive-stalled"),
+            ScriptedKind::StickEncoder => Some("encoder-broken"),
+            ScriptedKind::ReverseMotor => Some("wheels-disobey"),
             ScriptedKind::BreakScans => Some("scan-broken"),
             ScriptedKind::CoverLidar => Some("lidar-blind"),
             ScriptedKind::Unplug | ScriptedKind::FreezeScans => Some("lidar-lost"),

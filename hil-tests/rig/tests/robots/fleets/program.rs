@@ -126,6 +126,11 @@ fn every_command_of_a_scenario_runs_its_programs() {
             let summary: Json = serde_json::from_str(&summary.expect("left")).expect("JSON");
             let own = summary["robots"].as_array().expect("a list");
             assert_eq!(own.len(), robots, "{command}");
+            let stalls = &summary["stalls"];
+            assert!(
+                stalls["count"].is_u64() && stalls["longest_ms"].is_f64(),
+                "{command}: {stalls}"
+            );
             for robot in own {
                 let cycles = robot["ethercat"]["cycles"].as_u64();
                 let scans = robot["lidar"]["scans"].as_u64();
