@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use onboard::realtime::clock::sleep_until;
+use onboard::symbols::faults::Fault;
 use rustix::thread::{CpuSet, sched_setaffinity};
 use serde::{Deserialize, Serialize};
 use sim::rt::{monotonic_ns, promote};
@@ -24,6 +25,16 @@ const SPOILS_MS: f64 = 15.0;
 const PRIORITY: u8 = 99;
 /// Stalls that are kept: a machine with more of them is of no use.
 const MOST: usize = 100_000;
+
+/// Latches that a stall can cause: threads, frames and scans that come late. What motors, wheels and the program itself do is no matter
+/// of time.
+pub const LATCHES: [Fault; 5] = [
+    Fault::Overruns,
+    Fault::ThreadHung,
+    Fault::BringUpLimit,
+    Fault::DriveReturned,
+    Fault::PoseUncertain,
+];
 
 /// How often and how long the machine stalled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use serde_json::Value as Json;
 use crate::figures::{Figures, or_infinite};
 use crate::machine::Machine;
 use crate::percentile::Ranked;
-use crate::stalls::Stalls;
+use crate::stalls::{LATCHES, Stalls};
 use crate::violation::ViolationKind;
 
 /// Outcome of a run that reached all goals.
@@ -19,6 +19,9 @@ pub struct Summary {
     pub scenario: String,
     /// `done`, `interrupted`, or what is missing.
     pub outcome: String,
+    /// The robots' fault that nobody was to clear, where one ended the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stranded_by: Option<String>,
     /// Decides wheel errors, start offsets and noise.
     pub seed: u64,
     /// From the first robot's start to the end.
@@ -276,13 +279,16 @@ impl Summary {
     }
 
     /// The stalls that may be to blame for what went wrong; none: the run passed, no stall was long enough, or something happened
-    /// for which nothing is an excuse, such as a collision.
+    /// for which nothing is an excuse, such as a collision or a latch that lateness cannot cause.
     #[must_use]
     pub fn spoiled_by(&self) -> Option<Stalls> {
-        let excused = !self.passed() && self.robots.iter().all(|robot| robot.collisions == 0) && {
-            self.violations.iter()
-        }
-        .all(|own| own.kind.may_come_of_a_stall());
+        let latch = self.stranded_by.as_deref();
+        let latched_late =
+            latch.is_none_or(|latch| LATCHES.into_iter().any(|own| own.name() == latch));
+        let hit_nothing = self.robots.iter().all(|robot| robot.collisions == 0);
+        let mut violations = self.violations.iter();
+        let braked_late = violations.all(|own| own.kind.may_come_of_a_stall());
+        let excused = !self.passed() && latched_late && hit_nothing && braked_late;
         self.stalls.filter(|stalls| excused && stalls.spoil())
     }
 
@@ -363,6 +369,13 @@ mod tests {
             ..of(&[])
         };
         assert!(stuck.spoiled_by().is_some());
+        for (latch, expected) in [("overruns", true), ("motors-off", false), ("panic", false)] {
+            let stranded = Summary {
+                stranded_by: Some(latch.to_owned()),
+                ..stuck.clone()
+            };
+            assert_eq!(stranded.spoiled_by().is_some(), expected, "{latch}");
+        }
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub(super) fn empty(scenario: &str, site: SiteConfig) -> Record {
                 kernel: "6.1".to_owned(),
             },
             stalls: None,
+            stranded_by: None,
             spoiled: None,
             robots: Vec::new(),
             mediator: None,

@@ -27,6 +27,10 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
     let summary = Summary {
         scenario: run.scenario.name.clone(),
         outcome: in_words(run, ending),
+        stranded_by: match ending {
+            Ending::Stranded(fault) => Some((*fault).to_owned()),
+            _ => None,
+        },
         seed: run.seed,
         duration_s: seconds(now_ns),
         machine: Machine::here(),

@@ -16,6 +16,8 @@ use onboard::process::ctl::{FreeBehind, Place, Request, Spot};
 use onboard::symbols::faults::{Fault, FaultTable, Resumes};
 use sim::world::World;
 
+use crate::stalls::LATCHES;
+
 /// A stall of the machine this long before a latch, or shorter, counts as its cause.
 const BLAMED_NS: u64 = 2_000_000_000;
 /// A latch is judged after this time: by then the watch has noted the stall that it came with.
@@ -39,8 +41,8 @@ const STRANDED_NS: u64 = 30_000_000_000;
 /// What a latch may be blamed on, if not on the robot.
 #[derive(Clone, Copy)]
 pub enum Blame<'a> {
-    /// Through the real programs: a stall of the machine, within 2 s before the latch. Tells whether it stalled between two
-    /// times.
+    /// Through the real programs: a stall of the machine, within 2 s before a latch that lateness can cause. Tells whether it stalled
+    /// between two times.
     Stalls(&'a dyn Fn(u64, u64) -> bool),
     /// On the simulated clock, where nothing stalls: faults of the scenario.
     Faults {
@@ -52,9 +54,11 @@ pub enum Blame<'a> {
 }
 
 impl Blame<'_> {
-    fn is_to_blame(&self, since_ns: u64) -> bool {
+    fn is_to_blame(&self, fault: Fault, since_ns: u64) -> bool {
         match self {
-            Self::Stalls(stalled) => stalled(since_ns.saturating_sub(BLAMED_NS), since_ns),
+            Self::Stalls(stalled) => {
+                LATCHES.contains(&fault) && stalled(since_ns.saturating_sub(BLAMED_NS), since_ns)
+            }
             Self::Faults { blamed, .. } => blamed(since_ns),
         }
     }
@@ -154,7 +158,7 @@ impl Caretaker {
             if lasts_ns < JUDGED_AFTER_NS {
                 continue;
             }
-            let excused = blame.is_to_blame(since_ns);
+            let excused = blame.is_to_blame(fault, since_ns);
             let may_end = excused || fault == Fault::PoseUncertain;
             let waited_ns = lasts_ns.min(now_ns - self.hindered_ns);
             if !may_end || waited_ns > STRANDED_NS {
@@ -232,6 +236,21 @@ mod tests {
             assert_eq!(look(uncertain, 20.0), Care::None, "it may end by itself");
             assert_eq!(look(uncertain, 41.0), Care::GiveUp(uncertain));
         }
+    }
+
+    #[test]
+    fn a_stall_excuses_no_latch_that_lateness_cannot_cause() {
+        for fault in Fault::ALL {
+            let blame = Blame::Stalls(&|_, _| true);
+            let care = Caretaker::default().look(&latched(fault), 14 * SECOND_NS, false, blame);
+            let expected = match fault.resumes() {
+                Resumes::ByItself => Care::None,
+                Resumes::Operator if LATCHES.contains(&fault) => Care::Reset,
+                Resumes::Operator => Care::GiveUp(fault),
+            };
+            assert_eq!(care, expected, "{fault:?}");
+        }
+        assert!(LATCHES.contains(&Fault::Overruns) && !LATCHES.contains(&Fault::MotorsOff));
     }
 
     #[test]
