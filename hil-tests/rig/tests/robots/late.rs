@@ -7,10 +7,15 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use rig::stalls::{StallWatch, Stalls};
+use rig::violation::ViolationKind;
+use serde::Deserialize as _;
+use serde_json::Value as Json;
 use sim::rt::monotonic_ns;
 
 /// What a supervisor logs when real-time threads miss their periods.
 const SLOWED_DOWN: &str = "overruns: driving at half speed";
+/// What a program says that one of its guards has ended.
+const GUARDS: [&str; 2] = ["allocation guard: ", "guard of system calls: "];
 /// A test is repeated when the machine has been quiet for so long, or has had time to be.
 const QUIET: Duration = Duration::from_secs(2);
 const QUIET_STALLS: usize = 5;
@@ -18,11 +23,44 @@ const MOST_WAITS: u32 = 20;
 
 thread_local! {
     static SLOWED: Cell<bool> = const { Cell::new(false) };
+    /// Something happened for which no stall is an excuse.
+    static UNSAFE: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Takes note of the log of a robot whose test has failed.
 pub fn note(log: &str) {
     SLOWED.set(SLOWED.get() || log.contains(SLOWED_DOWN));
+    if GUARDS.iter().any(|guard| log.contains(guard)) {
+        note_unsafe();
+    }
+}
+
+/// Whatever the machine did: this test is not repeated, should it fail.
+pub fn note_unsafe() {
+    UNSAFE.set(true);
+}
+
+/// Asserts what must hold whatever the machine does.
+#[track_caller]
+pub fn safe(holds: bool, what: impl FnOnce() -> String) {
+    if !holds {
+        note_unsafe();
+        panic!("unsafe: {}", what());
+    }
+}
+
+/// Takes note of the violations of a run, as its summary lists them.
+pub fn note_violations(summary: &Json) {
+    let violations = summary["violations"].as_array().into_iter().flatten();
+    let kinds = violations.filter_map(|own| ViolationKind::deserialize(&own["kind"]).ok());
+    note_kinds(kinds);
+}
+
+/// The same of the kinds of violations.
+pub fn note_kinds(mut kinds: impl Iterator<Item = ViolationKind>) {
+    if kinds.any(|kind| !kind.may_come_of_a_stall()) {
+        note_unsafe();
+    }
 }
 
 /// Runs a test, and once more when it failed while the machine stalled.
@@ -37,11 +75,12 @@ pub fn once_more_if_late(test: fn()) {
 fn once_more(test: fn(), since: impl Fn(u64) -> Stalls, wait_for_quiet: impl Fn()) {
     let start_ns = monotonic_ns();
     SLOWED.set(false);
+    UNSAFE.set(false);
     let Err(cause) = catch_unwind(test) else {
         return;
     };
     let stalls = since(start_ns);
-    if !is_excused(&stalls) {
+    if UNSAFE.get() || !is_excused(&stalls) {
         resume_unwind(cause);
     }
     let thread = std::thread::current();
@@ -114,4 +153,41 @@ fn a_test_that_a_stall_spoiled_runs_once_more() {
     };
     once_more(recovers, long, || {});
     assert_eq!(RUNS.get(), 2);
+}
+
+#[test]
+fn a_test_that_failed_by_what_is_unsafe_runs_once() {
+    fn runs_of(test: fn()) -> u32 {
+        RUNS.set(0);
+        let long = |_| Stalls {
+            count: 1,
+            longest_ms: 20.0,
+            steal_ms: 0.0,
+        };
+        let failed = catch_unwind(|| once_more(test, long, || {}));
+        assert!(failed.is_err());
+        RUNS.get()
+    }
+    fn began() {
+        RUNS.set(RUNS.get() + 1);
+    }
+    fn violated(kind: &str) {
+        began();
+        note_violations(&serde_json::json!({ "violations": [{ "kind": kind }] }));
+        panic!("on purpose");
+    }
+    assert_eq!(runs_of(|| violated("clearance")), 2, "it braked late");
+    assert_eq!(runs_of(|| violated("collision")), 1);
+    assert_eq!(runs_of(|| violated("two-owners")), 1);
+    let by_an_assertion = || {
+        began();
+        safe(false, || "on purpose".to_owned());
+    };
+    assert_eq!(runs_of(by_an_assertion), 1);
+    let by_a_guard = || {
+        began();
+        note("allocation guard: a real-time thread allocated 8 bytes in state running");
+        panic!("on purpose");
+    };
+    assert_eq!(runs_of(by_a_guard), 1);
 }

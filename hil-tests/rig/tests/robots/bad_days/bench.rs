@@ -308,6 +308,9 @@ impl Drop for Bench {
         if std::thread::panicking() && self.starts > 0 {
             let log = self.log();
             late::note(&log);
+            if self.truth().collisions > 0 {
+                late::note_unsafe();
+            }
             let lines: Vec<&str> = log.lines().collect();
             let tail = &lines[lines.len().saturating_sub(LOG_LINES)..];
             eprintln!("truth: {:?}", self.truth());

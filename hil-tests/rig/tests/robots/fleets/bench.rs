@@ -9,6 +9,7 @@ use rig::run::{Ending, Options};
 use rig::scenario::{self, Changes, Scenario};
 use tempfile::TempDir;
 
+use crate::late;
 use crate::turn::Turn;
 
 /// The program under test.
@@ -116,6 +117,7 @@ impl Bench {
 
     fn look(&mut self) -> Option<Ending> {
         let looked = self.run.step();
+        late::note_kinds(self.run.judge.violations().iter().map(|own| own.kind));
         looked.unwrap_or_else(|failure| panic!("{failure:?}"))
     }
 
@@ -125,6 +127,7 @@ impl Bench {
         let result = rig::run::finish(self.run, &out, ending);
         let text = |name: &str| std::fs::read_to_string(out.join(name)).expect(name);
         let summary = serde_json::from_str(&text("summary.json")).expect("JSON");
+        late::note_violations(&summary);
         (result, summary, text("report.html"))
     }
 

@@ -14,7 +14,7 @@ use rig::scenario::{self, Changes};
 use sim::world::{Obstacle, ObstacleId, Shape};
 
 use crate::fleets::bench::{Bench, CONFIG, Run, has};
-use crate::late::once_more_if_late;
+use crate::late::{once_more_if_late, safe};
 
 const STRANGER: &str = "amr-3";
 const RADIUS_M: f64 = 0.2;
@@ -99,11 +99,9 @@ impl Stranger {
             let apart_m = (min_m.x_m - pose.x_m).max(pose.x_m - max_m.x_m).max(0.0);
             let beside_m = (min_m.y_m - pose.y_m).max(pose.y_m - max_m.y_m).max(0.0);
             if apart_m.hypot(beside_m) < RADIUS_M {
-                assert!(
-                    has(run, STRANGER, &area.id),
-                    "it is in {}, uninvited",
-                    area.id
-                );
+                safe(has(run, STRANGER, &area.id), || {
+                    format!("it is in {}, uninvited", area.id)
+                });
                 if !self.been_in.contains(&area.id) {
                     self.been_in.push(area.id.clone());
                 }

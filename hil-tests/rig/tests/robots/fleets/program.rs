@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use tempfile::TempDir;
 
 use crate::fleets::bench::{CONFIG, RIG};
-use crate::late::once_more_if_late;
+use crate::late::{note_violations, once_more_if_late};
 use crate::turn::Turn;
 
 /// By now all robots, which start up to 3 s after each other, have been on their way for a while.
@@ -119,11 +119,12 @@ fn every_command_of_a_scenario_runs_its_programs() {
             program.signal(Signal::INT);
             let status = program.ended(Duration::from_secs(15));
             let said = program.said();
+            let summary = fs::read_to_string(program.folder.path().join("out/summary.json"));
+            let summary: Json = serde_json::from_str(&summary.expect("left")).expect("JSON");
+            note_violations(&summary);
             assert_eq!(status.code(), Some(1), "{command}: {said}");
             assert!(said.contains("interrupted"), "{command}: {said}");
             assert!(!said.contains("VIOLATION"), "{command}: {said}");
-            let summary = fs::read_to_string(program.folder.path().join("out/summary.json"));
-            let summary: Json = serde_json::from_str(&summary.expect("left")).expect("JSON");
             let own = summary["robots"].as_array().expect("a list");
             assert_eq!(own.len(), robots, "{command}");
             let stalls = &summary["stalls"];
