@@ -136,6 +136,13 @@ fn a_campaign_that_was_killed_goes_on_where_it_was() {
 
 #[test]
 fn runs_are_compared_seed_by_seed() {
+    for (scenario, shorter) in [("lap", &["--laps", "1"][..]), ("overtaking", &[])] {
+        is_compared(scenario, shorter);
+    }
+}
+
+/// The same of this scenario, with these arguments of its run.
+fn is_compared(scenario: &str, shorter: &[&str]) {
     let folder = tempfile::tempdir().expect("a folder");
     let rig = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rig"));
@@ -146,19 +153,12 @@ fn runs_are_compared_seed_by_seed() {
     };
     let (real, one) = (folder.path(), folder.path().join("4"));
     let [real, one_text] = [real, &one].map(|path| path.to_str().expect("text"));
-    let none = rig(&["agreement", "lap", "--rounds", "1", "--real", real]);
-    assert!(said(&none).contains("rig campaign lap"), "{}", said(&none));
+    let agreement = || rig(&["agreement", scenario, "--rounds", "1", "--real", real]);
+    let (none, asked) = (agreement(), format!("rig campaign {scenario}"));
+    assert!(said(&none).contains(&asked), "{}", said(&none));
     // A stepped run stands for the real one: it agrees with itself, until its summary is changed.
-    let run = rig(&[
-        "lap",
-        "--laps",
-        "1",
-        "--stepped",
-        "--seed",
-        "4",
-        "--out",
-        one_text,
-    ]);
+    let run = [scenario, "--stepped", "--seed", "4", "--out", one_text];
+    let run = rig(&[&run, shorter].concat());
     assert!(run.status.success(), "{}", said(&run));
     let file = one.join("summary.json");
     let change = |key: &str, value: Json| {
@@ -167,18 +167,18 @@ fn runs_are_compared_seed_by_seed() {
         summary[key] = value;
         fs::write(&file, summary.to_string()).expect("written");
     };
-    change("scenario", json!("lap"));
+    change("scenario", json!(scenario));
     // What a stepped campaign leaves of a run that failed is not a run of the real programs.
     for other in ["seed-9", "stepped", "4/spoiled"] {
         let other = folder.path().join(other);
         fs::create_dir_all(&other).expect("a folder");
         fs::copy(&file, other.join("summary.json")).expect("copied");
     }
-    let agree = rig(&["agreement", "lap", "--rounds", "1", "--real", real]);
+    let agree = agreement();
     assert!(agree.status.success(), "{}", said(&agree));
     assert!(said(&agree).contains("1 of 1 seeds agree"));
     change("duration_s", json!(1.0));
-    let differ = rig(&["agreement", "lap", "--rounds", "1", "--real", real]);
+    let differ = agreement();
     assert!(!differ.status.success() && said(&differ).contains("duration in seconds: real 1.000"));
 }
 

@@ -1,11 +1,15 @@
 //! `rig agreement`: whether stepped runs and runs of the real programs come to the same, seed by seed.
 //!
 //! Each seed that a campaign of the real programs has left is run again on the simulated clock. The order of grants of each
-//! area, and what fired in each coordination, must be the same; durations and lateral errors may differ by what real
-//! threads, a real network and a real kernel make of the times of messages and cycles. Where the machine stalled in the real run
-//! they are not compared, which is said.
+//! area, what fired in each coordination, and what was violated must be the same; durations and lateral errors may differ by what
+//! real threads, a real network and a real kernel make of the times of messages and cycles. Where the machine stalled in the real run
+//! they are not compared, which is said; nor are violations that may come of a stall.
+
+#[cfg(test)]
+mod tests;
 
 use std::cmp::Ordering;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -58,11 +62,17 @@ struct Report<'a> {
     pairs: &'a [Pair],
 }
 
-/// Steps every seed that has a folder with a summary in `real`, named by it, and compares; leaves `agreement.json` there.
+/// Steps every seed that has a folder with a summary in `real`, named by it, and compares; leaves `agreement.json` there. Where
+/// the machine stalled in every real run orders alone are no agreement, unless they are enough: `untimed`.
 ///
 /// # Errors
 /// [`Failure::Refused`] when there is no such folder or a run cannot be built, [`Failure::Failed`] when they do not agree.
-pub fn agreement(scenario: &Scenario, plans: &Plans, real: &Path) -> Result<(), Failure> {
+pub fn agreement(
+    scenario: &Scenario,
+    plans: &Plans,
+    real: &Path,
+    untimed: bool,
+) -> Result<(), Failure> {
     let summaries = summaries(scenario, real)?;
     onboard::say!("  seed   real s  stepped s  lateral off m  compared  differences");
     let mut pairs = Vec::new();
@@ -93,14 +103,21 @@ pub fn agreement(scenario: &Scenario, plans: &Plans, real: &Path) -> Result<(), 
         }
     );
     onboard::say!("wrote {}", file.display());
-    if agreeing == pairs.len() {
-        return Ok(());
+    verdict(pairs.len(), agreeing, timed, untimed)
+}
+
+/// Whether so many agreeing pairs, and so many of which times were compared, are agreement.
+fn verdict(pairs: usize, agreeing: usize, timed: usize, untimed: bool) -> Result<(), Failure> {
+    if agreeing < pairs {
+        let apart = pairs - agreeing;
+        let why = format_args!("{apart} of {pairs} seeds do not agree");
+        return Err(Failure::failed(why));
     }
-    Err(Failure::failed(format_args!(
-        "{} of {} seeds do not agree",
-        pairs.len() - agreeing,
-        pairs.len()
-    )))
+    if timed == 0 && !untimed {
+        let why = "the machine stalled in every real run: no times were compared, and orders alone are no agreement (--untimed: they are)";
+        return Err(Failure::failed(why));
+    }
+    Ok(())
 }
 
 /// What real runs have left, in the order of their seeds.
@@ -153,6 +170,13 @@ fn compare(real: &Summary, stepped: &Summary) -> Pair {
     );
     let goals = |run: &Summary| run.robots.iter().map(goal).collect();
     pair.same("goals", [real, stepped].map(goals));
+    let stalls = real.stalls.filter(Stalls::spoil);
+    pair.same(
+        "violations",
+        [real, stepped].map(|run| violations(run, stalls.is_some())),
+    );
+    let ids = |run: &Summary| run.areas.iter().map(|area| area.id.clone()).collect();
+    pair.same("areas", [real, stepped].map(ids));
     for (one, other) in real.areas.iter().zip(&stepped.areas) {
         let what = format!("grants of area {}", one.id);
         pair.same(&what, [one, other].map(grants));
@@ -164,7 +188,7 @@ fn compare(real: &Summary, stepped: &Summary) -> Pair {
         pair.same(&what, [one, other].map(firings));
     }
     // What was late then is no difference between the programs and the simulation: only orders are compared.
-    if let Some(stalls) = real.stalls.filter(Stalls::spoil) {
+    if let Some(stalls) = stalls {
         pair.stalled = Some(stalls);
         return pair;
     }
@@ -173,6 +197,15 @@ fn compare(real: &Summary, stepped: &Summary) -> Pair {
         pair.duration_s,
         within_s(real.duration_s),
     );
+    for (one, other) in real.coordinations.iter().zip(&stepped.coordinations) {
+        let both = [one.duration_s, other.duration_s];
+        // Neither was over when its run ended.
+        if both != [None; 2] {
+            let what = format!("duration of {} {} in seconds", one.id, one.number);
+            let [one_s, other_s] = both.map(|own| own.unwrap_or(f64::NAN));
+            pair.near(&what, [one_s, other_s], within_s(one_s));
+        }
+    }
     for (one, other) in real.robots.iter().zip(&stepped.robots) {
         let done_s = [one, other].map(|robot| robot.done_s.unwrap_or(f64::NAN));
         let what = format!("goal of {} in seconds", one.id);
@@ -237,6 +270,16 @@ fn goal(robot: &RobotSummary) -> String {
     format!("{} {} of {}", robot.id, robot.laps, robot.wanted)
 }
 
+/// What was violated by whom, each once, in the order of names.
+fn violations(run: &Summary, stalled: bool) -> Vec<String> {
+    let judged =
+        { run.violations.iter() }.filter(|own| !stalled || !own.kind.may_come_of_a_stall());
+    let named: BTreeSet<String> = judged
+        .map(|own| format!("{} of {}", own.kind, own.robot))
+        .collect();
+    named.into_iter().collect()
+}
+
 /// Who had an area, in order. A grant that was given back without having been entered hangs on a moment: it was asked for
 /// and not wanted any more a cycle later.
 fn grants(area: &AreaSummary) -> Vec<String> {
@@ -258,115 +301,4 @@ fn firings(coordination: &CoordinationSummary) -> Vec<String> {
     }
     let names = firings.iter();
     names.map(|firing| firing.transition.clone()).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn run() -> Summary {
-        let holding = |robot: &str| Holding {
-            area: "1".into(),
-            robot: robot.into(),
-            fence: 1,
-            requested_s: None,
-            granted_s: 1.0,
-            entered_s: None,
-            released_s: None,
-            returned: false,
-        };
-        Summary {
-            outcome: "done".into(),
-            duration_s: 100.0,
-            robots: vec![RobotSummary {
-                id: "amr-1".into(),
-                done_s: Some(90.0),
-                max_lateral_error_m: 0.04,
-                ..RobotSummary::default()
-            }],
-            areas: vec![AreaSummary {
-                id: "1".into(),
-                capacity: 1,
-                owners: ["amr-1", "amr-2"].map(holding).to_vec(),
-                longest_wait_s: 1.0,
-            }],
-            coordinations: vec![CoordinationSummary {
-                number: 1,
-                id: "overtaking".into(),
-                net: "overtaking".into(),
-                situation: "normal-ahead".into(),
-                robots: Vec::new(),
-                from_s: 10.0,
-                duration_s: Some(20.0),
-                firings: [("aside", 11.0), ("slow", 11.001), ("on", 19.0)]
-                    .map(|(transition, at_s)| FiringSummary {
-                        transition: transition.into(),
-                        at_s,
-                    })
-                    .to_vec(),
-                marking: Vec::new(),
-            }],
-            ..Summary::default()
-        }
-    }
-
-    #[test]
-    fn what_is_nearly_the_same_agrees() {
-        let (real, mut stepped) = (run(), run());
-        stepped.duration_s = 101.9;
-        stepped.robots[0].max_lateral_error_m = 0.06;
-        let given_back = Holding {
-            released_s: Some(1.001),
-            ..stepped.areas[0].owners[1].clone()
-        };
-        stepped.areas[0].owners.insert(0, given_back);
-        stepped.coordinations[0].firings.swap(0, 1);
-        let pair = compare(&real, &stepped);
-        assert_eq!(pair.differences, [""; 0]);
-        assert!(pair.compared >= 5);
-    }
-
-    #[test]
-    fn times_of_a_machine_that_stalled_are_not_compared() {
-        let (mut real, mut stepped) = (run(), run());
-        (real.duration_s, real.robots[0].done_s) = (107.0, Some(97.0));
-        for (longest_ms, differences) in [(14.0, 2), (100.0, 0)] {
-            real.stalls = Some(Stalls {
-                count: 6,
-                longest_ms,
-                steal_ms: 0.0,
-            });
-            let pair = compare(&real, &stepped);
-            assert_eq!(pair.differences.len(), differences, "{pair:?}");
-            assert_eq!(pair.stalled.is_some(), differences == 0);
-        }
-        stepped.areas[0].owners.reverse();
-        let pair = compare(&real, &stepped);
-        assert!(pair.differences[0].contains("grants of area 1"));
-    }
-
-    #[test]
-    fn each_difference_is_told() {
-        type Change = fn(&mut Summary);
-        let changes: [(Change, &str); 9] = [
-            (|run| run.outcome = "stuck".into(), "outcome"),
-            (|run| run.robots[0].wanted = 2, "goals"),
-            (|run| run.areas[0].owners.reverse(), "grants of area 1"),
-            (|run| run.coordinations.clear(), "coordinations"),
-            (|run| run.coordinations[0].firings.clear(), "firings of"),
-            (|run| run.coordinations[0].firings.swap(1, 2), "firings of"),
-            (|run| run.duration_s = 104.0, "duration"),
-            (|run| run.robots[0].done_s = None, "goal of amr-1"),
-            (|run| run.robots[0].max_lateral_error_m = 0.2, "lateral"),
-        ];
-        for (change, told) in changes {
-            let mut stepped = run();
-            change(&mut stepped);
-            let pair = compare(&run(), &stepped);
-            let [only] = pair.differences.as_slice() else {
-                panic!("{told}: {:?}", pair.differences);
-            };
-            assert!(only.contains(told), "{only}");
-        }
-    }
 }

@@ -1,0 +1,147 @@
+//! What agrees, and what does not.
+
+use super::*;
+use crate::summary::Violation;
+use crate::violation::ViolationKind;
+
+fn run() -> Summary {
+    let holding = |robot: &str| Holding {
+        area: "1".into(),
+        robot: robot.into(),
+        fence: 1,
+        requested_s: None,
+        granted_s: 1.0,
+        entered_s: None,
+        released_s: None,
+        returned: false,
+    };
+    Summary {
+        outcome: "done".into(),
+        duration_s: 100.0,
+        robots: vec![RobotSummary {
+            id: "amr-1".into(),
+            done_s: Some(90.0),
+            max_lateral_error_m: 0.04,
+            ..RobotSummary::default()
+        }],
+        areas: vec![AreaSummary {
+            id: "1".into(),
+            capacity: 1,
+            owners: ["amr-1", "amr-2"].map(holding).to_vec(),
+            longest_wait_s: 1.0,
+        }],
+        coordinations: vec![CoordinationSummary {
+            number: 1,
+            id: "overtaking".into(),
+            net: "overtaking".into(),
+            situation: "normal-ahead".into(),
+            robots: Vec::new(),
+            from_s: 10.0,
+            duration_s: Some(20.0),
+            firings: [("aside", 11.0), ("slow", 11.001), ("on", 19.0)]
+                .map(|(transition, at_s)| FiringSummary {
+                    transition: transition.into(),
+                    at_s,
+                })
+                .to_vec(),
+            marking: Vec::new(),
+        }],
+        ..Summary::default()
+    }
+}
+
+#[test]
+fn what_is_nearly_the_same_agrees() {
+    let (real, mut stepped) = (run(), run());
+    stepped.duration_s = 101.9;
+    stepped.robots[0].max_lateral_error_m = 0.06;
+    let given_back = Holding {
+        released_s: Some(1.001),
+        ..stepped.areas[0].owners[1].clone()
+    };
+    stepped.areas[0].owners.insert(0, given_back);
+    stepped.coordinations[0].firings.swap(0, 1);
+    let pair = compare(&real, &stepped);
+    assert_eq!(pair.differences, [""; 0]);
+    assert!(pair.compared >= 5);
+}
+
+#[test]
+fn times_of_a_machine_that_stalled_are_not_compared() {
+    let (mut real, mut stepped) = (run(), run());
+    (real.duration_s, real.robots[0].done_s) = (107.0, Some(97.0));
+    for (longest_ms, differences) in [(14.0, 2), (100.0, 0)] {
+        real.stalls = Some(Stalls {
+            count: 6,
+            longest_ms,
+            steal_ms: 0.0,
+        });
+        let pair = compare(&real, &stepped);
+        assert_eq!(pair.differences.len(), differences, "{pair:?}");
+        assert_eq!(pair.stalled.is_some(), differences == 0);
+    }
+    stepped.areas[0].owners.reverse();
+    let pair = compare(&real, &stepped);
+    assert!(pair.differences[0].contains("grants of area 1"));
+}
+
+#[test]
+fn each_difference_is_told() {
+    type Change = fn(&mut Summary);
+    let collision = Violation {
+        kind: ViolationKind::Collision,
+        robot: "amr-1".into(),
+        at_s: 1.0,
+        detail: String::new(),
+    };
+    let mut hit = run();
+    hit.violations.push(collision);
+    let pair = compare(&run(), &hit);
+    assert!(
+        pair.differences[0].starts_with("violations: real []"),
+        "{pair:?}"
+    );
+    let changes: [(Change, &str); 12] = [
+        (|run| run.outcome = "stuck".into(), "outcome"),
+        (|run| run.robots[0].wanted = 2, "goals"),
+        (|run| run.areas[0].owners.reverse(), "grants of area 1"),
+        (|run| run.coordinations.clear(), "coordinations"),
+        (|run| run.coordinations[0].firings.clear(), "firings of"),
+        (|run| run.coordinations[0].firings.swap(1, 2), "firings of"),
+        (|run| run.areas.clear(), "areas"),
+        (
+            |run| run.coordinations[0].duration_s = None,
+            "duration of overtaking 1",
+        ),
+        (
+            |run| run.coordinations[0].duration_s = Some(23.0),
+            "duration of overtaking 1",
+        ),
+        (|run| run.duration_s = 104.0, "duration in seconds"),
+        (|run| run.robots[0].done_s = None, "goal of amr-1"),
+        (|run| run.robots[0].max_lateral_error_m = 0.2, "lateral"),
+    ];
+    for (change, told) in changes {
+        let mut stepped = run();
+        change(&mut stepped);
+        let pair = compare(&run(), &stepped);
+        let [only] = pair.differences.as_slice() else {
+            panic!("{told}: {:?}", pair.differences);
+        };
+        assert!(only.contains(told), "{only}");
+    }
+}
+
+#[test]
+fn orders_alone_are_no_agreement_unless_they_are_enough() {
+    for (agreeing, timed, untimed, agree) in [
+        (3, 3, false, true),
+        (3, 1, false, true),
+        (3, 0, false, false),
+        (3, 0, true, true),
+        (2, 3, true, false),
+    ] {
+        let verdict = verdict(3, agreeing, timed, untimed);
+        assert_eq!(verdict.is_ok(), agree, "{agreeing} {timed} {untimed}");
+    }
+}
