@@ -15,7 +15,7 @@ use super::devices::Devices;
 use super::disk::Disk;
 use super::driving_out::DrivingOut;
 use super::faults::Schedule;
-use super::mediator::SteppedMediator;
+use super::mediator::{HeldUp, SteppedMediator};
 use super::member::Member;
 use super::network::{Message, MessageKind, Network};
 use super::plans::Plans;
@@ -290,11 +290,16 @@ impl<'a> Stepped<'a> {
         let mut answers = Vec::new();
         let full = self.faults.lasts(ScriptedKind::FullDisk, None);
         self.disk.fill(full);
-        let disk_ns = self.faults.disk_ns();
+        let held_up = HeldUp {
+            disk_ns: self.faults.disk_ns(),
+            hangs: false,
+        };
         let hangs = self.faults.lasts(ScriptedKind::HangMediator, None);
-        let first = self.mediator.iter_mut().filter(|_| !hangs);
-        for mediator in first.chain(&mut self.second_mediator) {
-            mediator.cycle(now_ns, disk_ns, |answer| answers.push(answer))?;
+        let first = self.mediator.iter_mut();
+        let first = first.map(|own| (own, HeldUp { hangs, ..held_up }));
+        let second = { self.second_mediator.iter_mut() }.map(|own| (own, held_up));
+        for (mediator, held_up) in first.chain(second) {
+            mediator.cycle(now_ns, held_up, |answer| answers.push(answer))?;
         }
         let status = self
             .mediator

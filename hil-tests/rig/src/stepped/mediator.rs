@@ -9,8 +9,8 @@ use mediator::journal::Store;
 use mediator::manager::{Manager, Status};
 use mediator::nets::Plan;
 use mediator::runtime::{
-    Answer, Asked, Asker, Management, OUTPUTS, Question, Reply, Sent, TICK_NS, Turn, Waiting,
-    report_in,
+    Answer, Asked, Asker, Management, OUTPUTS, Question, Reply, Sent, TICK_NS, Ticket, Turn,
+    Waiting, report_in,
 };
 use mediator::setup::Setup;
 use onboard::cli::Failure;
@@ -20,6 +20,17 @@ use super::disk::Disk;
 
 /// How often the rig asks it how everything stands, as an operator would.
 const STATUS_NS: u64 = 200_000_000;
+/// After this time an operator who has no answer gives his question up, as in the mediator's own thread of communication.
+const PATIENCE_NS: u64 = 2_000_000_000;
+
+/// What holds its thread of management up.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct HeldUp {
+    /// Writing the journal takes this long.
+    pub(super) disk_ns: u64,
+    /// It stands still.
+    pub(super) hangs: bool,
+}
 
 /// What every start of a scenario's mediator shares.
 pub(super) struct MediatorPlan {
@@ -56,6 +67,10 @@ pub(super) struct SteppedMediator {
     /// When the journal is written and what waits for it may leave.
     written_ns: Option<u64>,
     asks_ns: u64,
+    /// Of questions that wait, and when they are given up.
+    tickets: Vec<(u64, Ticket)>,
+    /// Shared with a question for the status for as long as somebody may answer it.
+    asking: Arc<()>,
     status: Arc<Mutex<Option<Status>>>,
     /// Areas that an operator has cleared, not taken yet,
     cleared: Arc<Mutex<Vec<String>>>,
@@ -83,6 +98,8 @@ impl SteppedMediator {
             wakes_ns: now_ns,
             written_ns: None,
             asks_ns: now_ns,
+            tickets: Vec::new(),
+            asking: Arc::default(),
             status: Arc::default(),
             cleared: Arc::default(),
             absent: Arc::default(),
@@ -107,25 +124,44 @@ impl SteppedMediator {
             who: "the rig".to_owned(),
             at: String::new(),
         };
-        self.inbox.ask(Asked::new(question, asker, reply));
+        let asked = Asked::new(question, asker, reply);
+        let ticket = asked.ticket();
+        // One that finds no room is counted, and its operator is told to ask again.
+        if self.inbox.ask(asked) {
+            self.tickets.push((self.stepped_ns + PATIENCE_NS, ticket));
+        }
     }
 
-    /// Goes on when there is something to do, and gives what leaves to `send`. Writing the journal takes `disk_ns`.
+    /// What its thread of communication does for operators.
+    fn serve_operators(&mut self, now_ns: u64) {
+        self.tickets.retain(|(until_ns, ticket)| {
+            let waits = now_ns < *until_ns;
+            // Being carried out by now, it is answered all the same.
+            let _ = waits || ticket.give_up();
+            waits
+        });
+        if now_ns >= self.asks_ns && Arc::strong_count(&self.asking) == 1 {
+            self.asks_ns = now_ns + STATUS_NS;
+            self.ask();
+        }
+    }
+
+    /// Goes on when there is something to do, and gives what leaves to `send`.
     ///
     /// # Errors
     /// [`Failure::Failed`] when the journal cannot be written, which ends it.
     pub(super) fn cycle(
         &mut self,
         now_ns: u64,
-        disk_ns: u64,
+        held_up: HeldUp,
         mut send: impl FnMut(MediatorReport),
     ) -> Result<(), Failure> {
         self.ahead_ns += (now_ns - self.stepped_ns) as f64 * self.drift;
         self.stepped_ns = now_ns;
         let own_ns = shown_ns(now_ns - self.started_ns, self.ahead_ns);
-        if now_ns >= self.asks_ns {
-            self.asks_ns = now_ns + STATUS_NS;
-            self.ask();
+        self.serve_operators(now_ns);
+        if held_up.hangs {
+            return Ok(());
         }
         if self.written_ns.is_none() {
             if self.inbox.is_empty() && now_ns < self.wakes_ns {
@@ -135,7 +171,7 @@ impl SteppedMediator {
             let inputs = std::iter::from_fn(|| self.inbox.take_next());
             let turned = self.turn.take_in(inputs, own_ns);
             turned.map_err(Failure::failed)?;
-            self.written_ns = Some(now_ns + disk_ns);
+            self.written_ns = Some(now_ns + held_up.disk_ns);
         }
         if self
             .written_ns
@@ -161,8 +197,9 @@ impl SteppedMediator {
     }
 
     fn ask(&mut self) {
-        let status = Arc::clone(&self.status);
+        let (status, asking) = (Arc::clone(&self.status), Arc::clone(&self.asking));
         let reply = Box::new(move |answer| {
+            drop(asking);
             if let Answer::Status(told) = answer {
                 *status.lock().unwrap_or_else(PoisonError::into_inner) = Some(*told);
             }
@@ -268,5 +305,40 @@ mod tests {
         assert!(own.turn.release(1, |_| Sent::Full));
         assert_eq!(own.dropped(), 1);
         assert!(own.take_status().is_some());
+    }
+
+    #[test]
+    fn while_it_hangs_nobody_asks_twice_and_what_is_given_up_is_not_carried_out() {
+        const SECOND_NS: u64 = 1_000_000_000;
+        let setup = Setup::of(&testing::site("overtaking")).expect("a good site");
+        let plan = MediatorPlan::new(setup, Vec::new());
+        let Ok(mut own) = SteppedMediator::start(&plan, Disk::default(), SECOND_NS) else {
+            panic!("it starts");
+        };
+        let mut now_ns = SECOND_NS;
+        let mut pass = |own: &mut SteppedMediator, seconds: u64, hangs| {
+            let held_up = HeldUp { disk_ns: 0, hangs };
+            for _ in 0..seconds * 1000 {
+                now_ns += 1_000_000;
+                assert!(own.cycle(now_ns, held_up, |_| ()).is_ok());
+            }
+        };
+        let closed = |own: &mut SteppedMediator| {
+            let areas = own.take_status().expect("it is asked").areas;
+            { areas.into_iter() }
+                .filter(|area| area.closed_by.is_some())
+                .map(|area| area.id)
+                .collect::<Vec<_>>()
+        };
+        pass(&mut own, 1, false);
+        assert_eq!(closed(&mut own), [""; 0]);
+        own.close_or_open("1", true);
+        pass(&mut own, 30, true);
+        assert!(own.take_status().is_none());
+        own.close_or_open("2", true);
+        pass(&mut own, 1, true);
+        pass(&mut own, 1, false);
+        assert_eq!(closed(&mut own), ["2"], "that one still waits");
+        assert_eq!(own.dropped(), 0);
     }
 }

@@ -67,6 +67,22 @@ fn a_mediator_whose_disk_is_full_answers_nobody_and_goes_on_when_it_has_room() {
 }
 
 #[test]
+fn operators_who_ask_a_mediator_with_a_full_disk_give_up_after_a_while() {
+    let mut scenario = crate::scenario("overtaking");
+    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
+    scenario.faults = vec![
+        fault("at_s = 24.0; for_s = 30.0; what = \"full-disk\""),
+        fault("at_s = 24.5; for_s = 1.0; what = \"end-coordination\""),
+    ];
+    let summary = ended(&scenario, &plans(&scenario), 3).1;
+    assert!(summary.passed(), "{summary:?}");
+    let mediator = summary.mediator.as_ref().expect("a mediator");
+    assert_eq!((mediator.starts, mediator.dropped), (1, Some(0)));
+    // Ended by an operator it would not have come to its end.
+    assert_eq!(summary.coordinations.len(), 1, "{summary:?}");
+}
+
+#[test]
 fn a_mediator_without_its_journal_lets_nobody_in_before_it_has_heard_where_everybody_stands() {
     let mut scenario = crate::scenario("overtaking");
     scenario.patience_s = 600.0;
