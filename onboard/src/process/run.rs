@@ -24,7 +24,7 @@ use crate::process::reload::Reload;
 use crate::process::runner::{ThreadSetup, Trigger};
 use crate::process::runtime::Runtime;
 use crate::process::signals::termination_flag;
-use crate::process::supervisor::{Ending, Keeper, Supervisor, ports};
+use crate::process::supervisor::{Ending, Keeper, Supervisor, UNSUPERVISED_NS, ports};
 use crate::process::teleop::{self, Desk};
 use crate::process::watchdogs::Watchdogs;
 use crate::realtime::clock::{SECOND_NS, check_absolute_sleep, now_ns, sleep_until};
@@ -122,7 +122,7 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
     }));
     if ending.is_err() {
         robot.supervisor.keep_stopped(now_ns());
-        sleep_until(now_ns() + 2 * SECOND_NS);
+        sleep_until(now_ns() + UNSUPERVISED_NS);
         // Where it stands now.
         robot.supervisor.keep_stopped(now_ns());
     }

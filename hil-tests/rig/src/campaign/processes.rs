@@ -43,6 +43,8 @@ struct Campaign {
     stalls: Stalls,
     /// Runs that were made once more, since a stall of the machine had spoiled them.
     repeated: usize,
+    /// How often operators reset robots.
+    resets: u64,
     runs: Vec<Outcome>,
 }
 
@@ -57,6 +59,8 @@ struct Outcome {
     least_clearance_m: f64,
     longest_wait_s: f64,
     coordinations: usize,
+    /// How often operators reset robots.
+    resets: u64,
     grants: Latency,
     commands: Latency,
     violations: Vec<String>,
@@ -206,6 +210,9 @@ fn read(json: &Json, seed: u64, succeeded: bool, folder: &Path) -> Outcome {
             .filter_map(|area| area["longest_wait_s"].as_f64())
             .fold(0.0, f64::max),
         coordinations: list("coordinations").len(),
+        resets: { robots.iter() }
+            .filter_map(|robot| robot["resets"].as_u64())
+            .sum(),
         grants: latency("grants"),
         commands: latency("commands"),
         violations: { list("violations").into_iter() }
@@ -240,6 +247,7 @@ fn sum_up(
         commands: together(runs.iter().map(|run| &run.commands)),
         stalls: Stalls::together(runs.iter().filter_map(|run| run.stalls)),
         repeated: runs.iter().filter(|run| run.spoiled.is_some()).count(),
+        resets: runs.iter().map(|run| run.resets).sum(),
         runs,
     }
 }
@@ -314,7 +322,7 @@ fn print_sum(campaign: &Campaign, file: &Path) {
         0 => String::new(),
         runs => format!("; {runs} runs that it spoiled were made once more"),
     };
-    onboard::say!("{}{again}", campaign.stalls);
+    onboard::say!("{}{again}; {} resets", campaign.stalls, campaign.resets);
     onboard::say!("wrote {}", file.display());
 }
 
@@ -338,7 +346,7 @@ mod tests {
         let run = |ms: f64, seconds: f64| {
             let json = serde_json::json!({
                 "outcome": "done", "duration_s": seconds,
-                "robots": [{ "collisions": 1, "min_clearance_m": ms }, { "collisions": 0 }],
+                "robots": [{ "collisions": 1, "min_clearance_m": ms, "resets": 2 }, { "collisions": 0, "resets": 1 }],
                 "areas": [{ "longest_wait_s": ms }],
                 "grants": { "count": 2, "p50_ms": ms, "p99_ms": 2.0 * ms, "max_ms": 2.0 * ms },
                 "violations": [{ "kind": "collision", "robot": "a" }],
@@ -365,5 +373,6 @@ mod tests {
         let all = sum_up(&scenario, Vec::new(), 1, runs);
         let (stalls, repeated) = (all.stalls, all.repeated);
         assert_eq!((stalls.count, stalls.longest_ms, repeated), (6, 9.0, 3));
+        assert_eq!((all.resets, all.runs[0].resets), (9, 3));
     }
 }

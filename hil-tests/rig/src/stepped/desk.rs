@@ -5,12 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use description::geometry::Twist2;
 use onboard::process::ctl::Teleop;
-use onboard::process::teleop::{Desk, Over, Status};
+use onboard::process::teleop::{BEAT_NS, Desk, Over, Status};
 use onboard::symbols::wiring::TeleopSymbols;
 
-/// The desk looks this often, as the thread of a real robot,
-const BEAT_NS: u64 = 20_000_000;
-/// and the person's program says this often what is wanted.
+/// The person's program says this often what is wanted.
 const WISH_NS: u64 = 50_000_000;
 
 /// The desk, and who sits there.

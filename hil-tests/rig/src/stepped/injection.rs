@@ -79,15 +79,8 @@ impl Stepped<'_> {
             (ScriptedKind::LoseJournal, _) if again => self.start_mediator(now_ns)?,
             (ScriptedKind::FullDisk, _) if again => {
                 // One that could not start for want of room does so now.
-                let killed = [
-                    ScriptedKind::KillMediator,
-                    ScriptedKind::RebootMediator,
-                    ScriptedKind::LoseJournal,
-                ];
-                if !killed.into_iter().any(|what| self.faults.lasts(what, None)) {
-                    self.disk.fill(false);
-                    self.start_mediator(now_ns)?;
-                }
+                self.disk.fill(false);
+                self.start_mediator(now_ns)?;
             }
             (ScriptedKind::SecondMediator, _) => {
                 let plan = self.plans.mediator.as_ref().filter(|_| begins);

@@ -11,7 +11,8 @@
 //!   communication, with which it renews certificates and opens its network anew;
 //! - tokio, whose one loop is stepped: when it runs is decided as on its thread, and the thread that passes wake-ups on is one call;
 //! - of threads beside those of the thread table: those that write log lines and checkpoints, that serve the control socket and the
-//!   desk of who drives by hand (`desk` stands in for it), and that restart what hangs. A reload's files are read while time stands;
+//!   desk of who drives by hand (`desk` stands in for it), and that feed systemd's watchdog and the
+//!   computer's: nobody restarts what hangs here, until its fault is over. A reload's files are read while time stands;
 //! - the kernel's scheduler, network stack and terminals (computing takes no time here); the disk below the journal, which is memory;
 //! - the hook of panics, which is the whole process's: where a thread panics, its event loop says so to its robot alone (`panics`).
 //!

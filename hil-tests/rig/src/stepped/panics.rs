@@ -6,13 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use drivers::Clock;
 use onboard::process::runner::EventLoop;
-use onboard::process::supervisor::{STOPPING_NS, Supervisor};
+use onboard::process::supervisor::{STOPPING_NS, Supervisor, UNSUPERVISED_NS};
 use onboard::realtime::panic::Panicked;
 
 use super::thread::{Thread, ThreadClock, runs};
-
-/// A program whose main thread has panicked ends after this time.
-const UNSUPERVISED_NS: u64 = 2_000_000_000;
 
 /// A thread that can be told to panic.
 pub(super) struct Panicking {

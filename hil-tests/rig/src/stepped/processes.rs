@@ -136,13 +136,19 @@ impl Stepped<'_> {
         }
     }
 
-    /// Starts the mediator with the journal on its disk, unless it runs: of two faults that have killed it one may last longer.
+    /// Starts the mediator with the journal on its disk, unless it runs, or another fault keeps it from that: of two the longer one
+    /// counts.
     pub(super) fn start_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        if let Some(plan) =
-            self.plans.mediator.as_ref().filter(|_| {
-                self.mediator.is_none() && !self.faults.lasts(ScriptedKind::FullDisk, None)
-            })
-        {
+        let kept_down = [
+            ScriptedKind::KillMediator,
+            ScriptedKind::RebootMediator,
+            ScriptedKind::LoseJournal,
+            ScriptedKind::FullDisk,
+        ]
+        .into_iter()
+        .any(|what| self.faults.lasts(what, None));
+        let plan = self.plans.mediator.as_ref();
+        if let Some(plan) = plan.filter(|_| self.mediator.is_none() && !kept_down) {
             let mut mediator = SteppedMediator::start(plan, self.disk.clone(), now_ns)?;
             mediator.drift(self.faults.drift(None));
             self.mediator = Some(mediator);

@@ -4,9 +4,12 @@
 //! come through, the test is to be turned round when it does.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock};
 
+use rig::run::{Run, look_on, record};
 use rig::scenario::{Scenario, ScriptedFault};
+use rig::stepped::Stepped;
 use rig::summary::Summary;
 
 use crate::{ended, plans};
@@ -64,6 +67,26 @@ fn a_mediator_whose_disk_is_full_answers_nobody_and_goes_on_when_it_has_room() {
     assert_eq!(with.mediator.as_ref().expect("a mediator").starts, 1);
     let faults = ["mediator-silent", "second-mediator"].map(|fault| raised(&with, fault));
     assert_eq!(faults, [1, 0], "{with:?}");
+}
+
+#[test]
+fn a_mediator_that_two_faults_keep_down_starts_when_the_longer_one_is_over() {
+    let mut scenario = crate::scenario("overtaking");
+    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
+    let killed = fault("at_s = 20.0; for_s = 4.0; what = \"kill-mediator\"");
+    let rebooted = fault("at_s = 22.0; for_s = 8.0; what = \"reboot-mediator\"");
+    scenario.faults = vec![killed, rebooted];
+    let (plans, scenario) = (plans(&scenario), &scenario);
+    let stepped = Stepped::new(scenario, &plans, 3, true, false);
+    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
+    let mut run = Run::new(scenario.clone(), stepped, 3);
+    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
+    run.stop();
+    let spans: Vec<_> = { record(&run, &ending).mediator.into_iter() }
+        .map(|span| [span.from_s, span.to_s].map(f64::round))
+        .collect();
+    assert_eq!(spans.len(), 2, "{spans:?}");
+    assert_eq!((spans[0], spans[1][0]), ([0.0, 20.0], 30.0));
 }
 
 #[test]

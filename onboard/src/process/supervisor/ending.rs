@@ -17,6 +17,8 @@ use crate::symbols::values::Mode;
 const STANDSTILL_NS: u64 = 3 * SECOND_NS;
 /// How long activities may take to stop once the robot stands.
 pub const STOPPING_NS: u64 = SECOND_NS;
+/// How long after a panic of the supervisor itself the program ends: by then its drive has stopped the robot.
+pub const UNSUPERVISED_NS: u64 = 2 * SECOND_NS;
 /// An older encoder reading does not count.
 const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 

@@ -13,7 +13,7 @@ mod sent;
 mod supervision;
 mod waiting;
 
-pub use ending::{Ending, STOPPING_NS};
+pub use ending::{Ending, STOPPING_NS, UNSUPERVISED_NS};
 pub use handles::{Handle, ports};
 pub use keeper::Keeper;
 pub use supervision::{PERIOD_NS, Supervisor};

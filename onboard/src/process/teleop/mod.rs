@@ -25,4 +25,4 @@ mod thread;
 
 pub use desk::{Desk, Over};
 pub use status::Status;
-pub use thread::spawn;
+pub use thread::{BEAT_NS, spawn};
