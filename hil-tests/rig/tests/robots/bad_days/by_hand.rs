@@ -101,6 +101,8 @@ fn driven() -> (Bench, Hand) {
 fn a_hand_drives_the_robot_and_whatever_ends_it_stops_it() {
     once_more_if_late(|| {
         let (mut bench, mut hand) = driven();
+        // Up its ramp.
+        hand.wants(0.2, 0.0, 1.5);
         let status = hand.says().clone();
         assert!(
             status.limit.is_empty() && (status.pose.x_m - bench.truth().pose.x_m).abs() < 0.2,
