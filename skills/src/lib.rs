@@ -41,7 +41,8 @@
 //! };
 //! let raw_mm: Vec<u16> = (0..sensor.beams).map(wall_mm).collect();
 //!
-//! let mut scan = AlignedScan::new(sensor)?;
+//! // Without noise it would be taken for one that is frozen.
+//! let mut scan = AlignedScan::new(sensor)?.without_frozen_check();
 //! let mut history = OdometryHistory::default();
 //! let wanted = MotionCommand::new(0.4, 0.0);
 //! let mut answer = Default::default();
