@@ -45,6 +45,19 @@ struct Presence {
     without_ns: Option<u64>,
     /// When it came in while a net had control of it, until that is judged.
     entered_ns: Option<u64>,
+    /// When it came in; none: it stood there when it was first looked at.
+    came_ns: Option<u64>,
+    /// Of a second robot with one identity: since when the mediator may know of it; none: it does not.
+    known_ns: Option<u64>,
+}
+
+impl Presence {
+    /// Whether a second robot with one identity counts where the last one came in then. Nobody knows of it before it has said where
+    /// it stands, and what was granted before is entered as long as the lease lasts.
+    fn was_known(&self, last_ns: Option<u64>) -> bool {
+        let known_ns = { self.known_ns }.map(|ns| ns + LEASE_NS + ENTERS_WITHIN_NS + HEARING_NS);
+        self.came_ns.is_some() || known_ns.is_some() && known_ns < last_ns
+    }
 }
 
 impl Areas {
@@ -95,6 +108,7 @@ impl Areas {
             presence.excused |= before.is_none() && presence.inside;
             if presence.inside && !was_inside && before.is_some() {
                 presence.entered_ns = Some(truth.time_ns);
+                presence.came_ns = Some(truth.time_ns);
                 if let Some(detail) = without_lease(&robot.id, &area.id, look) {
                     violations.report(ViolationKind::Lease, &robot.name, truth.time_ns, detail);
                 }
@@ -110,7 +124,12 @@ impl Areas {
             }
             if !presence.inside {
                 presence.without_ns = None;
+                presence.came_ns = None;
+                presence.known_ns = None;
                 continue;
+            }
+            if robot.is_clone && presence.known_ns.is_none() {
+                presence.known_ns = { look.observations }.stands_since_ns(&robot.id, &area.id);
             }
             if !self.heard {
                 continue;
@@ -142,8 +161,10 @@ impl Areas {
             if !area.presence[look.robot].inside {
                 continue;
             }
+            let last_ns = { area.presence.iter() }.filter_map(|own| own.came_ns).max();
             let inside: Vec<&str> = { robots.iter().zip(&area.presence) }
                 .filter(|(_, presence)| presence.inside)
+                .filter(|(other, own)| !other.robot.is_clone || own.was_known(last_ns))
                 .map(|(other, _)| other.robot.name.as_str())
                 .collect();
             if inside.len() > area.capacity {

@@ -38,6 +38,8 @@ pub(super) struct Robot {
     pub(super) id: String,
     /// How it is called in violations.
     pub(super) name: String,
+    /// It is a second one of its identity.
+    pub(super) is_clone: bool,
     pub(super) site: SiteConfig,
     pub(super) fsm: FsmConfig,
     pub(super) footprint: Footprint,
@@ -51,6 +53,7 @@ impl Robot {
         Self {
             id: player.id.clone(),
             name: player.id.clone(),
+            is_clone: false,
             site: scenario.site.clone(),
             fsm: player.fsm.clone(),
             footprint: shapes::footprint(&player.config),
@@ -62,6 +65,7 @@ impl Robot {
     pub(super) fn clone_of(scenario: &Scenario, player: &Player) -> Self {
         Self {
             name: format!("clone of {}", player.id),
+            is_clone: true,
             ..Self::new(scenario, player)
         }
     }

@@ -1,6 +1,7 @@
 //! What is judged from messages: fences, and discrete control.
 
 use contract::wire::{Control, ControlFlag, Instruction, Level, MediatorReport, RobotReport};
+use sim::world::Truth;
 
 use super::tests::{MS, grant, heard, kinds, observe, overtaking, truth};
 use super::*;
@@ -91,6 +92,44 @@ fn who_enters_long_after_it_has_heard_the_mediator_is_found() {
         assert_eq!(leases, found, "{:?}", judge.violations());
         observe(&mut judge, 0, &outside(at_ms + 20), &observations);
     }
+}
+
+#[test]
+fn a_second_robot_of_an_identity_is_too_many_where_others_could_know_of_it() {
+    let mut scenario = overtaking();
+    let cloned = "at_s = 1.0\nfor_s = 60.0\nwhat = \"clone-robot\"\nrobot = \"amr-2\"";
+    scenario.faults = vec![toml::from_str(cloned).expect("a fault")];
+    let clone = scenario.robots.len();
+    let outside = |at_ms| truth(at_ms, 9.0, 0.0);
+    let inside = |at_ms| truth(at_ms, 3.0, -0.4);
+    let over_capacity = |said_ms: Option<u64>, clone_at: &[Truth], entered_ms: u64| {
+        let (mut judge, mut observations) = (Judge::new(&scenario, 0, false), heard(&scenario));
+        observe(&mut judge, 0, &outside(900), &observations);
+        for truth in clone_at {
+            observe(&mut judge, clone, truth, &observations);
+        }
+        if let Some(at_ms) = said_ms {
+            let report = RobotReport {
+                robot_id: "amr-2".into(),
+                boot_epoch: 9,
+                sequence: 1,
+                located: true,
+                stands_in: vec!["1".into()],
+                ..RobotReport::default()
+            };
+            observations.report(&report, at_ms * MS);
+            observe(&mut judge, clone, &inside(at_ms), &observations);
+        }
+        observe(&mut judge, 0, &inside(entered_ms), &observations);
+        kinds(&judge).contains(&"over-capacity")
+    };
+    // It says where it stands, and who comes in has had time to hear of it, or not.
+    assert!(over_capacity(Some(2_000), &[inside(1_000)], 7_100));
+    assert!(!over_capacity(Some(2_000), &[inside(1_000)], 6_900));
+    // It does not know where it is.
+    assert!(!over_capacity(None, &[inside(1_000)], 60_000));
+    // It came in by itself.
+    assert!(over_capacity(None, &[outside(1_000), inside(1_020)], 2_000));
 }
 
 /// The mediator's word that this coordination commands the robot, `progress` flags far: taken, then sent into area 1.

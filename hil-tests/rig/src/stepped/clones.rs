@@ -1,13 +1,17 @@
 //! Clones: second robots with the identity of one that is there, as when an image of its disk was written to another robot.
 //!
 //! A clone has a body, devices, symbols and a session of its own, and its robot's plan and configuration: it believes to stand
-//! where its robot starts. Before its fault begins and after it has ended its body stands in a store, far off the floor, and is
-//! switched off; where the fault gives no pose, or a robot is near there, it stays there. What faults do to messages of its robot, they
-//! do to the clone's; no other fault concerns it, and nobody operates it.
+//! where its robot starts, until somebody says otherwise. Before its fault begins and after it has ended its body stands in a store,
+//! far off the floor, and is switched off. Where the fault gives a pose, and no robot is near, somebody puts it there, and tells it
+//! where it stands. What faults do to messages of its robot, they do to the clone's; no other fault concerns it, and nobody else
+//! operates it.
+
+use std::collections::VecDeque;
 
 use config::{RobotConfig, SiteConfig};
 use onboard::cli::{Failure, Files};
 use onboard::composition::plan::Plan;
+use onboard::process::ctl::Request;
 use sim::world::{Pose, SharedWorld};
 
 use super::apart::is_near_a_robot;
@@ -17,9 +21,14 @@ use super::robot::SteppedRobot;
 use super::start::Start;
 use crate::folder::Folder;
 use crate::scenario::Scenario;
+use crate::stand_ins::caretaker::where_it_is;
 
 /// From the floor to the store, and from one clone in it to the next: beyond the reach of every lidar.
 const FAR_M: f64 = 10.0;
+/// From when one is switched on until somebody speaks to it: its drive answers by then.
+const SPEAKS_AFTER_NS: u64 = 1_500_000_000;
+/// From one word of his to the next.
+const WORDS_NS: u64 = 500_000_000;
 
 /// A clone, or what is to be one.
 pub(super) struct ClonedRobot {
@@ -42,6 +51,9 @@ pub(super) struct ClonedRobot {
 struct Running {
     robot: SteppedRobot,
     devices: Devices,
+    /// What it is still told of where it stands, and when next.
+    words: VecDeque<Request>,
+    speaks_ns: u64,
     _folder: Folder,
 }
 
@@ -68,8 +80,15 @@ impl ClonedRobot {
 
     /// One step of its devices and of its process, while it is switched on.
     pub(super) fn step(&mut self, now_ns: u64) {
-        if let Some(Running { robot, devices, .. }) = &mut self.running {
+        if let Some(own) = &mut self.running {
+            let Running { robot, devices, .. } = own;
             devices.step(now_ns, || robot.step(now_ns));
+            if now_ns >= own.speaks_ns
+                && let Some(word) = own.words.pop_front()
+            {
+                robot.ask_unwanted(word);
+                own.speaks_ns += WORDS_NS;
+            }
         }
     }
 
@@ -95,11 +114,15 @@ impl ClonedRobot {
             checkpoints: Checkpoints::default(),
             ..start
         };
+        let mut words = VecDeque::new();
         if let Some(pose) = self.pose {
             let mut world = world.lock();
-            if !is_near_a_robot(&world, [pose.x_m, pose.y_m]) {
-                // Where something else stands nobody can be put.
-                let _ = world.carry(self.body, pose);
+            let is_free = !is_near_a_robot(&world, [pose.x_m, pose.y_m]);
+            // Where something else stands nobody can be put.
+            if is_free && world.carry(self.body, pose).is_ok() {
+                words.push_back(Request::Pause);
+                words.extend(where_it_is(&world, self.body));
+                words.push_back(Request::Resume);
             }
         }
         let devices = Devices::of(world, &self.config.identity.id, plan, now_ns)?;
@@ -108,6 +131,8 @@ impl ClonedRobot {
         let running = self.running.insert(Running {
             robot,
             devices,
+            words,
+            speaks_ns: now_ns + SPEAKS_AFTER_NS,
             _folder: folder,
         });
         Ok(&mut running.robot)

@@ -187,3 +187,14 @@ fn a_robot_that_hangs_while_it_is_looked_after_is_asked_once() {
     let hangs = fault(50.304, 5.454, ScriptedKind::Hang, "amr-2");
     passes("overtaking", 1862, &[slips, hangs]);
 }
+
+/// One that holds an unused grant gives it back.
+#[test]
+fn a_robot_on_its_way_into_an_area_stops_before_a_clone_that_is_put_there() {
+    let paused = fault(15.675, 3.682, ScriptedKind::Pause, "amr-2");
+    let cloned = ScriptedFault {
+        pose: Some([4.0, -0.43, 204.0]),
+        ..fault(18.222, 27.748, ScriptedKind::CloneRobot, "amr-2")
+    };
+    passes("overtaking", 43, &[paused, cloned]);
+}

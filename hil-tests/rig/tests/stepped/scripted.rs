@@ -210,6 +210,27 @@ fn a_clone_on_the_floor_gets_nothing_and_stands() {
     assert_eq!(raised(&with, "identity-doubled"), 1, "{with:?}");
 }
 
+/// One that is on its way to an area which it was granted stops before it, when a clone says that it stands there.
+#[test]
+fn a_robot_enters_no_area_in_which_a_clone_says_that_it_stands() {
+    let mut scenario = crate::scenario("overtaking");
+    scenario.patience_s = 60.0;
+    let fault = "at_s = 10.0; for_s = 45.0; what = \"clone-robot\"; robot = \"amr-2\"; pose = [4.0, -0.5, 0.0]";
+    let [with, without] = with_and_without(scenario, fault, 43);
+    let enters_s = |summary: &Summary| {
+        let area = summary.areas.iter().find(|own| own.id == "1");
+        let owners = area.into_iter().flat_map(|own| &own.owners);
+        let mut entered = owners.filter(|own| own.robot == "amr-1");
+        entered.find_map(|own| own.entered_s)
+    };
+    assert!(with.violations.is_empty() && without.violations.is_empty());
+    assert!(
+        enters_s(&without).is_some_and(|at_s| at_s < 40.0),
+        "{without:?}"
+    );
+    assert!(enters_s(&with).is_none_or(|at_s| at_s > 55.0), "{with:?}");
+}
+
 #[test]
 fn a_fleet_goes_on_after_one_of_its_robots_was_driven_by_hand() {
     let by_hand = |(at_s, for_s): (f64, f64), motion: &str, patience_s: f64| {

@@ -9,6 +9,7 @@ mod access;
 mod control;
 mod latency;
 mod leases;
+mod places;
 mod registrations;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use contract::wire::{MediatorReport, RobotReport, RobotState};
 use access::Accesses;
 use control::Controls;
 use leases::Leases;
+use places::Places;
 use registrations::{Order, Registrations, Source};
 
 pub use access::{Owning, Waiting};
@@ -70,6 +72,7 @@ pub struct Observations {
     controls: Controls,
     latencies: Latencies,
     leases: Leases,
+    places: Places,
     malformed: Option<Malformed>,
 }
 
@@ -88,6 +91,7 @@ impl Observations {
             controls: Controls::default(),
             latencies: Latencies::new(governed(nets)),
             leases: Leases::default(),
+            places: Places::default(),
             malformed: None,
         }
     }
@@ -123,6 +127,7 @@ impl Observations {
     pub fn report(&mut self, report: &RobotReport, at_ns: u64) {
         let robot = &report.robot_id;
         (self.leases).sent(robot, report.boot_epoch, report.sequence, at_ns);
+        self.places.take_in(report, at_ns);
         if report.session == 0 {
             // Before its session a restarted robot does not know its earlier levels.
             return;
@@ -207,6 +212,12 @@ impl Observations {
     #[must_use]
     pub fn lease_began_ns(&self, robot: &str) -> Option<u64> {
         self.leases.began_ns(robot)
+    }
+
+    /// Since when a process with the robot's name says that it stands in the area; none: none does.
+    #[must_use]
+    pub fn stands_since_ns(&self, robot: &str, area: &str) -> Option<u64> {
+        self.places.since_ns(robot, area)
     }
 
     /// A message that could not be decoded.
