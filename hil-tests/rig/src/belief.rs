@@ -1,7 +1,7 @@
 //! What a robot believes, read from its symbols as any program of the same user can.
 
 use coordination::symbols::{Inspector, Namespace, Reader};
-use onboard::symbols::faults::{Fault, FaultTable};
+use onboard::symbols::faults::{FAULTS, Fault, FaultState, FaultTable};
 use onboard::symbols::values::{LidarStatus, NavigationState, PoseEstimate, RangeScan, TubeState};
 use sim::world::Pose;
 use skills::schedule::Hold;
@@ -14,12 +14,13 @@ pub struct Insight {
     faults: Reader<FaultTable>,
     scan: Reader<RangeScan>,
     lidar: Reader<LidarStatus>,
+    ahead_ns: i64,
 }
 
 /// What the robot believes at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Belief {
-    /// Time of the estimate, on the robot's clock; 0 before the first.
+    /// Time of the estimate, by the world's clock; 0 before the first.
     pub stamp_ns: u64,
     /// `base_link` in `map`.
     pub pose: Pose,
@@ -67,7 +68,21 @@ impl Insight {
             faults: inspector.reader("robot").map_err(text)?,
             scan: inspector.reader("hokuyo").map_err(text)?,
             lidar: inspector.reader("hokuyo").map_err(text)?,
+            ahead_ns: 0,
         })
+    }
+
+    /// So far the robot's clock is ahead of the world's now. What is read is told by the world's.
+    pub fn set_ahead(&mut self, ahead_ns: i64) {
+        self.ahead_ns = ahead_ns;
+    }
+
+    /// A time of the robot's clock by the world's; 0 is "never" on both.
+    fn in_the_world(&self, own_ns: u64) -> u64 {
+        if own_ns == 0 {
+            return 0;
+        }
+        own_ns.saturating_add_signed(-self.ahead_ns).max(1)
     }
 
     /// What it believes now.
@@ -79,7 +94,7 @@ impl Insight {
         let forbidden = [Hold::Forbidden, Hold::PoseUncertain].map(Hold::reason);
         let hold = navigation.hold;
         let mut belief = Belief {
-            stamp_ns: pose.stamp_ns,
+            stamp_ns: self.in_the_world(pose.stamp_ns),
             pose: Pose::new(
                 pose.value.pose.x_m,
                 pose.value.pose.y_m,
@@ -119,7 +134,11 @@ impl Insight {
 
     /// The faults that it has had, and has.
     pub fn faults(&mut self) -> FaultTable {
-        self.faults.read().value
+        let mut states: [FaultState; FAULTS] = bytemuck::cast(self.faults.read().value);
+        for state in &mut states {
+            state.since_ns = self.in_the_world(state.since_ns);
+        }
+        bytemuck::cast(states)
     }
 }
 

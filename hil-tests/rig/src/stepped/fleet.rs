@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 use sim::world::{ObstacleId, Random, SharedWorld};
 
 use super::checkpoints::Checkpoints;
-use super::clock::{START_NS, STEP_NS};
+use super::clock::{START_NS, STEP_NS, drawn_ahead_ns};
 use super::clones::ClonedRobot;
 use super::devices::Devices;
 use super::disk::Disk;
@@ -37,6 +37,8 @@ use crate::testbed::{drawn_starts, plain_world, start_delays_ns};
 const PREFIX: &str = "stepped";
 /// Boot epochs come from the seed.
 const EPOCH_STREAM: u64 = 0x4550_4F43;
+/// And for how long each robot's computer has run already.
+const CLOCK_STREAM: u64 = 0x434C_4F43;
 /// Robots on the simulated clock.
 pub struct Stepped<'a> {
     /// Their world.
@@ -113,6 +115,7 @@ impl<'a> Stepped<'a> {
         let mediator = { plans.mediator.as_ref() }
             .map(|plan| SteppedMediator::start(plan, disk.clone(), START_NS))
             .transpose()?;
+        let mut clocks = Random::new(seed, CLOCK_STREAM);
         let robots = { scenario.robots.iter().zip(&plans.robots) }
             .zip(start_delays_ns(scenario, seed))
             .map(|((player, (_, plan)), delay_ns)| {
@@ -126,7 +129,7 @@ impl<'a> Stepped<'a> {
                     robot: None,
                     has_run: false,
                     gone: false,
-                    ahead_ns: 0.0,
+                    ahead_ns: drawn_ahead_ns(&mut clocks),
                     checkpoints: Checkpoints::default(),
                     was_in: None,
                     caretaker: Caretaker::default(),

@@ -40,7 +40,7 @@ impl Stepped<'_> {
         let again = !begins && !self.faults.lasts(what, robot);
         match (what, robot) {
             (ScriptedKind::KillRobot | ScriptedKind::RebootRobot, Some(number)) if begins => {
-                self.kill_robot(number, what);
+                self.kill_robot(number, what, now_ns);
             }
             (ScriptedKind::Panic, Some(number)) if begins => {
                 let thread = self.faults.thread(fault).map(str::to_owned);
@@ -329,5 +329,36 @@ mod tests {
             assert_eq!(at_m(&stepped), expected, "at {until_s} s");
         }
         assert!(stepped.clones[0].begun);
+    }
+
+    #[test]
+    fn each_robots_clock_counts_from_when_its_computer_was_switched_on() {
+        let mut scenario = testing::scenario("overtaking");
+        let reboot = "at_s = 4.0\nfor_s = 1.0\nwhat = \"reboot-robot\"\nrobot = \"amr-1\"";
+        scenario.faults = vec![toml::from_str(reboot).expect("a fault")];
+        let plans = Plans::of(&scenario).expect("plans");
+        let mut stepped = Stepped::new(&scenario, &plans, 1, true, false).expect("built");
+        let mut own_s = Vec::new();
+        for until_s in [3.9, 7.0] {
+            while (stepped.now_ns() as f64) < (until_s + 1.0) * 1e9 {
+                stepped.advance().expect("it runs");
+            }
+            let now_s = stepped.now_ns() as f64 / 1e9;
+            own_s.push([0, 1].map(|number: usize| {
+                let robot = stepped.robots[number].robot.as_mut().expect("it runs");
+                let stamp_ns = robot.insight().look().stamp_ns;
+                let age_s = now_s - stamp_ns as f64 / 1e9;
+                assert!(
+                    (0.0..0.3).contains(&age_s),
+                    "{age_s} s by the world's clock"
+                );
+                now_s + robot.ahead_ns() / 1e9
+            }));
+        }
+        let [[one_s, other_s], [rebooted_s, _]] = own_s[..] else {
+            panic!("two looks");
+        };
+        assert!(one_s > 60.0 && (one_s - other_s).abs() > 60.0, "{own_s:?}");
+        assert!((3.0..8.0).contains(&rebooted_s), "{own_s:?}");
     }
 }

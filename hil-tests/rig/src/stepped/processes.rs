@@ -4,23 +4,27 @@ use description::threads::ActivityKind;
 use onboard::cli::Failure;
 use onboard::symbols::faults::Fault;
 
-use super::clock::START_NS;
+use super::clock::{START_NS, ahead_after_boot_ns};
 use super::clones::{ClonedRobot, store};
 use super::disk::Disk;
 use super::fleet::Stepped;
 use super::mediator::SteppedMediator;
 use super::member::Member;
+use super::start::Start;
 use crate::scenario::ScriptedKind;
 
 impl Stepped<'_> {
     /// A robot's process is killed, or its computer loses its power.
-    pub(super) fn kill_robot(&mut self, number: usize, what: ScriptedKind) {
+    pub(super) fn kill_robot(&mut self, number: usize, what: ScriptedKind, now_ns: u64) {
         self.remember_state(number);
         let member = &mut self.robots[number];
         if what != ScriptedKind::KillRobot {
             member.checkpoints.lose_memory();
         }
         member.end_process();
+        if what == ScriptedKind::RebootRobot {
+            member.ahead_ns = ahead_after_boot_ns(now_ns);
+        }
     }
 
     /// The state of a robot's machine, as people heard it last.
@@ -118,7 +122,11 @@ impl Stepped<'_> {
         number: usize,
         now_ns: u64,
     ) -> Result<(), Failure> {
-        let (start, folder) = (self.start_of(number, now_ns), self.plans.folder.below()?);
+        let start = Start {
+            ahead_ns: ahead_after_boot_ns(now_ns),
+            ..self.start_of(number, now_ns)
+        };
+        let folder = self.plans.folder.below()?;
         let plan = &self.plans.robots[number];
         if let Some(clone) = self.clones.iter_mut().find(|own| own.fault == fault) {
             let robot = clone.begin(&self.world, plan, start, folder)?;

@@ -331,6 +331,7 @@ impl SteppedRobot {
 
     /// What it believes, and says of its faults and devices.
     pub fn insight(&mut self) -> &mut Insight {
+        self.insight.set_ahead(self.ahead_ns as i64);
         &mut self.insight
     }
 
