@@ -3,13 +3,13 @@
 //! (2024): "the paper" everywhere here.
 //!
 //! * [`acquire_release`]: the protocol by which a resource is acquired from its owner and released;
-//! * [`analysis`]: what is proved of a net before it may run; large nets with the feature `symbolic`;
+//! * `analysis` (feature `analysis`, on by default): what is proved of a net before it may run; large nets with the feature `symbolic`;
 //! * [`event`]: dense event ids and bounded, wait-free queues of events;
 //! * [`flag`]: Boolean conditions, whose changes are events;
 //! * [`fsm`]: Mealy machines, from a symbolic model to dense tables;
 //! * [`petri`]: Petri nets, from a symbolic model to dense tables that an executor runs;
 //! * [`protocol`]: flag arrays, the order in which two parties set the flags that they share;
-//! * [`binding`]: nets and protocols together;
+//! * `binding` (the same feature): nets and protocols together;
 //! * [`activity`]: the life cycle of an activity and the 5C event loop;
 //! * `pnml` (feature `pnml`): nets of other tools, and ours for them;
 //! * `symbols` (feature `symbols`): the symbol table in shared memory.
@@ -49,13 +49,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Without default features it needs an allocator and no `std`.
+//!
 //! **Real time.** What is built once (tables, queues, machines) may allocate while it is built;
 //! using it afterwards never allocates, locks, logs, waits or makes a system call. Where a function
 //! is not for a real-time thread, its documentation says so.
 
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+extern crate alloc;
+
 pub mod acquire_release;
 pub mod activity;
+#[cfg(feature = "analysis")]
 pub mod analysis;
+#[cfg(feature = "analysis")]
 pub mod binding;
 pub mod event;
 pub mod flag;

@@ -1,6 +1,8 @@
 //! The declaration of such a protocol.
 
-use std::sync::Arc;
+use alloc::string::String;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
 
 use thiserror::Error;
 

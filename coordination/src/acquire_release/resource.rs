@@ -1,6 +1,6 @@
 //! The compiled pattern: a protocol, and what its positions mean.
 
-use std::sync::Arc;
+use alloc::sync::Arc;
 
 use crate::protocol::{FlagId, Party, Position, Protocol};
 

@@ -1,6 +1,6 @@
 //! An owner asks for a granted resource back.
 
-use std::sync::Arc;
+use alloc::sync::Arc;
 
 use crate::protocol::{FlagId, ModelError, Protocol, ProtocolModel};
 

@@ -41,7 +41,7 @@ struct Role<'a, S> {
 impl<'a, S: Side> Role<'a, S> {
     fn new(resource: &'a Resource, side: &'a mut S, is_user: bool) -> Result<Self, WrongSide> {
         let (own, others) = (&**resource.protocol(), side.protocol());
-        if !std::ptr::eq(own, others) && own != others {
+        if !core::ptr::eq(own, others) && own != others {
             return Err(WrongSide::Protocol);
         }
         if (side.party() == resource.user()) != is_user {

@@ -1,6 +1,6 @@
 //! The life cycle that every activity has, as a state machine.
 
-use std::fmt;
+use core::fmt;
 
 use crate::event::{EventId, EventTable};
 use crate::fsm::{Machine, MachineModel, StateId};

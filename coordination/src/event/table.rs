@@ -1,6 +1,9 @@
 //! Event names and their dense ids.
 
-use std::collections::HashMap;
+use alloc::borrow::ToOwned;
+use alloc::collections::BTreeMap;
+use alloc::string::String;
+use alloc::vec::Vec;
 
 use thiserror::Error;
 
@@ -32,7 +35,7 @@ pub struct TooManyEvents {
 #[derive(Clone, Debug, Default)]
 pub struct EventTable {
     names: Vec<String>,
-    ids: HashMap<String, EventId>,
+    ids: BTreeMap<String, EventId>,
 }
 
 impl EventTable {

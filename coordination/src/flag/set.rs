@@ -1,6 +1,10 @@
 //! All flags of an activity, by number.
 
-use std::collections::HashMap;
+use alloc::boxed::Box;
+use alloc::collections::BTreeMap;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use thiserror::Error;
 
@@ -99,7 +103,7 @@ impl FlagsModel {
         self.check_names()?;
         let mut by_flag: Vec<Vec<Monitor>> = vec![Vec::new(); self.flags.len()];
         let numbers = self.flags.iter().map(|(name, _)| name.as_str()).zip(0..);
-        let numbers: HashMap<&str, usize> = numbers.collect();
+        let numbers: BTreeMap<&str, usize> = numbers.collect();
         for (flag, edge, event) in &self.monitors {
             let number = numbers.get(flag.as_str()).ok_or_else(|| {
                 let known: Vec<&str> = self.flags.iter().map(|(name, _)| name.as_str()).collect();

@@ -1,5 +1,7 @@
 //! The compiled machine: dense tables and one present state.
 
+use alloc::boxed::Box;
+
 use crate::event::EventId;
 
 /// A dense state id, valid in the [`Machine`] that gave it.

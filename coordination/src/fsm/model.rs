@@ -1,6 +1,12 @@
 //! The symbolic model of a machine, and its checks.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use alloc::borrow::ToOwned;
+use alloc::boxed::Box;
+use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use thiserror::Error;
 
@@ -176,7 +182,7 @@ impl MachineModel {
         let numbers = self.state_numbers();
         let mut columns: Vec<u16> = Vec::new();
         let mut inputs: Vec<(EventId, Box<str>)> = Vec::new();
-        let mut output_names: HashMap<EventId, Box<str>> = HashMap::new();
+        let mut output_names: BTreeMap<EventId, Box<str>> = BTreeMap::new();
         let mut outputs: Vec<EventId> = Vec::new();
         let mut rows = Vec::with_capacity(self.arcs.len());
         for arc in &self.arcs {
@@ -224,7 +230,7 @@ impl MachineModel {
         ))
     }
 
-    fn state_numbers(&self) -> HashMap<&str, u16> {
+    fn state_numbers(&self) -> BTreeMap<&str, u16> {
         let names = self.states.iter().map(String::as_str);
         names.zip(0..NO_STATE).collect()
     }
@@ -234,7 +240,7 @@ impl MachineModel {
         if self.states.is_empty() {
             errors.push(ModelError::NoStates { machine: machine() });
         }
-        let mut seen = HashSet::new();
+        let mut seen = BTreeSet::new();
         for state in &self.states {
             if state.is_empty() {
                 errors.push(ModelError::EmptyName {
@@ -251,7 +257,7 @@ impl MachineModel {
         let mut event_names = self
             .arcs
             .iter()
-            .flat_map(|arc| std::iter::once(&arc.on).chain(&arc.outputs));
+            .flat_map(|arc| core::iter::once(&arc.on).chain(&arc.outputs));
         if event_names.any(String::is_empty) {
             errors.push(ModelError::EmptyName {
                 machine: machine(),
@@ -259,7 +265,7 @@ impl MachineModel {
             });
         }
         let outputs = self.arcs.iter().map(|arc| arc.outputs.len()).sum();
-        let inputs: HashSet<&str> = self.arcs.iter().map(|arc| arc.on.as_str()).collect();
+        let inputs: BTreeSet<&str> = self.arcs.iter().map(|arc| arc.on.as_str()).collect();
         let cells = self.states.len().saturating_mul(inputs.len());
         for (what, found, limit) in [
             ("states", self.states.len(), Self::LIMIT),
@@ -296,7 +302,7 @@ impl MachineModel {
     }
 
     fn check_transitions(&self, errors: &mut Vec<ModelError>) {
-        let mut targets: HashMap<(&str, &str), &str> = HashMap::new();
+        let mut targets: BTreeMap<(&str, &str), &str> = BTreeMap::new();
         for arc in &self.arcs {
             let place = format!("the transition from `{}` on `{}`", arc.from, arc.on);
             self.check_known(&arc.from, &place, errors);
@@ -326,11 +332,11 @@ impl MachineModel {
 
     fn check_reachable(&self, errors: &mut Vec<ModelError>) {
         let initial = self.initial[0].as_str();
-        let mut next: HashMap<&str, Vec<&str>> = HashMap::new();
+        let mut next: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         for arc in &self.arcs {
             next.entry(&arc.from).or_default().push(&arc.to);
         }
-        let mut reached = HashSet::from([initial]);
+        let mut reached = BTreeSet::from([initial]);
         let mut waiting = VecDeque::from([initial]);
         while let Some(state) = waiting.pop_front() {
             for &to in next.get(state).into_iter().flatten() {

@@ -1,6 +1,11 @@
 //! The Petri net that is equivalent to a machine.
 
-use std::collections::{HashMap, HashSet};
+use alloc::borrow::ToOwned;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use super::machine::{Machine, StateId};
 use crate::event::EventId;
@@ -61,11 +66,11 @@ impl Machine {
             net.source(source, Binding::event(self.input_name(*on)));
         }
         let sinks = self.add_sinks(&mut net, &mut names);
-        let transitions: HashMap<(StateId, EventId), _> = self
+        let transitions: BTreeMap<(StateId, EventId), _> = self
             .transitions()
             .map(|transition| ((transition.from, transition.on), transition))
             .collect();
-        let mut repeats = HashMap::new();
+        let mut repeats = BTreeMap::new();
         for (from, state) in self.states() {
             let place = &states[from.index()];
             for (on, source) in &sources {
@@ -87,9 +92,9 @@ impl Machine {
     }
 
     /// A sink for each output, and more for one that a single step fires several times.
-    fn add_sinks(&self, net: &mut NetModel, names: &mut Names) -> HashMap<EventId, Vec<String>> {
-        let mut most: HashMap<EventId, usize> = HashMap::new();
-        let mut count: HashMap<EventId, usize> = HashMap::new();
+    fn add_sinks(&self, net: &mut NetModel, names: &mut Names) -> BTreeMap<EventId, Vec<String>> {
+        let mut most: BTreeMap<EventId, usize> = BTreeMap::new();
+        let mut count: BTreeMap<EventId, usize> = BTreeMap::new();
         for transition in self.transitions() {
             count.clear();
             for output in transition.outputs {
@@ -100,7 +105,7 @@ impl Machine {
                 *most = count.max(*most);
             }
         }
-        let mut sinks = HashMap::new();
+        let mut sinks = BTreeMap::new();
         for (output, name) in self.outputs() {
             let numbers = 1..=most.get(&output).copied().unwrap_or_default();
             let places: Vec<String> = numbers
@@ -120,7 +125,7 @@ impl Machine {
 
 /// Names given so far; states, inputs and outputs may be called as they like.
 #[derive(Default)]
-struct Names(HashSet<String>);
+struct Names(BTreeSet<String>);
 
 impl Names {
     fn unused(&mut self, mut name: String) -> String {

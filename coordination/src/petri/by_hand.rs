@@ -2,6 +2,9 @@
 //!
 //! For tools, tests and those who choose by a rule of their own. [`Executor::evaluate`] chooses by itself.
 
+use alloc::format;
+use alloc::string::{String, ToString};
+
 use thiserror::Error;
 
 use super::executor::{Executor, fill_sources};

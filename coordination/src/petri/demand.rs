@@ -1,5 +1,7 @@
 //! What transitions ask of places, and do to them.
 
+use alloc::vec::Vec;
+
 use super::id::PlaceId;
 use super::model::Arcs;
 

@@ -1,6 +1,9 @@
 //! Nets as pictures: text for Graphviz's `dot`.
 
-use std::fmt::{self, Write};
+use alloc::boxed::Box;
+use alloc::format;
+use alloc::string::String;
+use core::fmt::{self, Write};
 
 use super::model::{Binding, NetModel, Place, PlaceKind, PlaceSet};
 

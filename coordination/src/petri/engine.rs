@@ -1,5 +1,7 @@
 //! The two ways in which a net is laid out.
 
+use alloc::boxed::Box;
+
 use super::blocks;
 use super::evaluation::Allowance;
 use super::id::PlaceId;

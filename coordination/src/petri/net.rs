@@ -1,6 +1,9 @@
 //! The compiled net.
 
-use std::sync::Arc;
+use alloc::boxed::Box;
+use alloc::sync::Arc;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use super::engine::{Layout, State, compile};
 use super::id::{PlaceId, TransitionId};

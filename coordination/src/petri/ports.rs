@@ -1,5 +1,8 @@
 //! The sources and sinks of a running net, as indices into the net's lists of them.
 
+use alloc::boxed::Box;
+use alloc::vec;
+
 /// A source or sink, an index into the net's list of them, changes.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::petri) enum PortChange {
@@ -86,7 +89,7 @@ impl Ports {
     /// Nothing waits for `source` any more; how many events did. Looks at all sources that are to be
     /// filled if some did.
     pub(in crate::petri) fn forget_waiting(&mut self, source: usize) -> u32 {
-        let waiting = std::mem::take(&mut self.waiting[source]);
+        let waiting = core::mem::take(&mut self.waiting[source]);
         if waiting > 0 {
             self.to_fill.retain(|other| other != source);
         }

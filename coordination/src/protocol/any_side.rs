@@ -1,5 +1,7 @@
 //! Sides of different kinds as one.
 
+use alloc::boxed::Box;
+
 use super::channel::End;
 use super::cursor::{AbortError, Change, SetError, Side};
 use super::replica::Replica;

@@ -4,7 +4,7 @@
 //! compare-and-exchange from the value that a rule was checked against. Because at every moment one
 //! party alone may write, except for the keeper, a failed exchange means that the keeper aborted.
 
-use std::sync::Arc;
+use alloc::sync::Arc;
 
 use super::cursor::{AbortError, Change, SetError, Side, look, may_set, next_run};
 use super::level::{Level, State};

@@ -1,5 +1,9 @@
 //! The rules of a run, as one side sees them: what is new to it, and what it may set.
 
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
 use thiserror::Error;
 
 use super::level::State;

@@ -1,5 +1,8 @@
 //! What can be wrong with a model.
 
+use alloc::boxed::Box;
+use alloc::string::String;
+
 use thiserror::Error;
 
 use super::tree::ABORTED;

@@ -1,5 +1,11 @@
 //! The arrays of a model in numbers: which can follow which, and the tree of all runs.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::error::Problem;
 use super::tree::{Flag, FlagId, Node, Protocol};
 
@@ -30,7 +36,7 @@ impl Graph {
         let mut reached = vec![false; self.arrays.len()];
         let mut waiting = self.starts.clone();
         while let Some(array) = waiting.pop() {
-            if !std::mem::replace(&mut reached[array], true) {
+            if !core::mem::replace(&mut reached[array], true) {
                 waiting.extend(&self.arrays[array].next);
             }
         }

@@ -1,6 +1,11 @@
 //! The symbolic model of a protocol, and its checks.
 
-use std::collections::HashMap;
+use alloc::borrow::ToOwned;
+use alloc::boxed::Box;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
 
 use super::error::{ModelError, Problem};
 use super::graph::{Array, Graph};
@@ -126,8 +131,8 @@ impl ProtocolModel {
     fn graph(&self, problems: &mut Vec<Problem>) -> Graph {
         self.check_parties(problems);
         let mut graph = Graph::default();
-        let mut flag_ids: HashMap<&str, FlagId> = HashMap::new();
-        let mut numbers: HashMap<&str, usize> = HashMap::new();
+        let mut flag_ids: BTreeMap<&str, FlagId> = BTreeMap::new();
+        let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
         if self.arrays.is_empty() {
             problems.push(Problem::NoArrays);
         }
@@ -221,7 +226,7 @@ impl ProtocolModel {
         name: &'a str,
         owner: &str,
         flags: &mut Vec<Flag>,
-        ids: &mut HashMap<&'a str, FlagId>,
+        ids: &mut BTreeMap<&'a str, FlagId>,
         problems: &mut Vec<Problem>,
     ) -> Option<FlagId> {
         let Some(party) = self.party(owner) else {

@@ -1,7 +1,7 @@
 //! A protocol between two machines: each holds a replica and sends the other its level.
 
-use std::fmt;
-use std::sync::Arc;
+use alloc::sync::Arc;
+use core::fmt;
 
 use thiserror::Error;
 

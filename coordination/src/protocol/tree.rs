@@ -1,6 +1,8 @@
 //! The compiled protocol: a tree of positions in flat arrays.
 
-use std::fmt;
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::fmt;
 
 /// One of the two parties of a protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -209,7 +211,7 @@ impl Protocol {
     pub fn next(&self, position: Position) -> impl Iterator<Item = (FlagId, Position)> {
         let end = self.node(position).map_or(0, |node| node.last);
         let mut child = position.0.saturating_add(1);
-        std::iter::from_fn(move || {
+        core::iter::from_fn(move || {
             let node = self.nodes.get(usize::from(child))?;
             let found = (child <= end).then_some((FlagId(node.flag), Position(child)))?;
             child = node.last + 1;
@@ -283,7 +285,7 @@ impl Protocol {
     /// The flags set at a position, in their order, with the position each led to.
     pub fn set_flags(&self, position: Position) -> impl Iterator<Item = (FlagId, Position)> {
         let mut at = Position::START;
-        std::iter::from_fn(move || {
+        core::iter::from_fn(move || {
             let step = self.towards(at, position)?;
             at = step.1;
             Some(step)

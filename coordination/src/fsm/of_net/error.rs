@@ -1,5 +1,7 @@
 //! Why a net has no machine.
 
+use alloc::string::String;
+
 use thiserror::Error;
 
 /// What of a net no machine can say, or that it has too many states.

@@ -3,7 +3,11 @@
 mod error;
 mod settle;
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use alloc::borrow::ToOwned;
+use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
 
 pub use error::OfNetError;
 use settle::{Marking, Settled, Settling};
@@ -87,8 +91,8 @@ impl MachineModel {
             net,
             limits,
             settling: Settling::new(net, limits.markings),
-            numbers: HashMap::new(),
-            names: HashSet::new(),
+            numbers: BTreeMap::new(),
+            names: BTreeSet::new(),
             states: Vec::new(),
             waiting: VecDeque::new(),
             model: Self::new(net.name()),
@@ -118,8 +122,8 @@ struct Search<'a> {
     net: &'a Net,
     limits: &'a OfNetLimits,
     settling: Settling<'a>,
-    numbers: HashMap<Marking, usize>,
-    names: HashSet<String>,
+    numbers: BTreeMap<Marking, usize>,
+    names: BTreeSet<String>,
     /// Names, by number.
     states: Vec<String>,
     waiting: VecDeque<Marking>,
@@ -283,7 +287,7 @@ impl Where<'_> {
 fn inputs(net: &Net) -> Vec<(String, Vec<PlaceId>)> {
     let model = net.model();
     let places: Vec<_> = model.places().collect();
-    let mut numbers: HashMap<EventId, usize> = HashMap::new();
+    let mut numbers: BTreeMap<EventId, usize> = BTreeMap::new();
     let mut inputs: Vec<(String, Vec<PlaceId>)> = Vec::new();
     for &(place, event) in net.sources() {
         let number = *numbers.entry(event).or_insert_with(|| {

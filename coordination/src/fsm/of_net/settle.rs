@@ -1,11 +1,14 @@
 //! From one marking to where a net comes to rest, in every order in which its transitions can fire.
 
-use std::collections::HashMap;
+use alloc::boxed::Box;
+use alloc::collections::BTreeMap;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use crate::petri::{Net, PlaceId, TransitionId};
 
 /// Which places are marked, one bit each.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Marking(Box<[u64]>);
 
 impl Marking {
@@ -65,7 +68,7 @@ pub(super) struct Settling<'a> {
     net: &'a Net,
     limit: usize,
     /// `None` while the ways from there are still looked at.
-    known: HashMap<Marking, Option<Settled>>,
+    known: BTreeMap<Marking, Option<Settled>>,
 }
 
 /// A marking whose ways are being looked at.
@@ -83,7 +86,7 @@ impl<'a> Settling<'a> {
         Self {
             net,
             limit,
-            known: HashMap::new(),
+            known: BTreeMap::new(),
         }
     }
 

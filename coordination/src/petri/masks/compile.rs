@@ -1,5 +1,9 @@
 //! From a checked model to masks; see [masks](super).
 
+use alloc::boxed::Box;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::cuts::Cuts;
 use super::layout::{BITS, Layout, Pair, Row, Spot};
 use super::state::{Block, State};

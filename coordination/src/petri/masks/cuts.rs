@@ -1,6 +1,8 @@
 //! Where a net of several words is cut into blocks; see [masks](super).
 
-use std::ops::Range;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::layout::{BITS, MAX_BLOCKS, Spot};
 use crate::petri::model::Structure;

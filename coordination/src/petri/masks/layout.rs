@@ -1,5 +1,7 @@
 //! The constant tables of a net; see [masks](super).
 
+use alloc::boxed::Box;
+
 use crate::petri::id::PlaceId;
 use crate::petri::ports::PortChange;
 use crate::petri::span::Span;

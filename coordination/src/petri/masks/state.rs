@@ -1,5 +1,7 @@
 //! The marking of a net, and what is to be looked at; see [masks](super).
 
+use alloc::boxed::Box;
+
 use super::layout::{BITS, Layout};
 use crate::petri::bits::{above, lowest};
 use crate::petri::id::PlaceId;
@@ -74,7 +76,7 @@ impl State {
 
     /// Makes this a copy of a state of the same net.
     pub(in crate::petri) fn copy_from(&mut self, other: &Self) {
-        let blocks = std::mem::take(&mut self.blocks);
+        let blocks = core::mem::take(&mut self.blocks);
         *self = Self { blocks, ..*other };
         self.blocks.copy_from_slice(&other.blocks);
     }

@@ -1,5 +1,8 @@
 //! What the places of a net are to the world outside.
 
+use alloc::format;
+use alloc::string::String;
+
 /// What a source or a sink is bound to.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -1,5 +1,8 @@
 //! What a model consists of, as it is being built.
 
+use alloc::string::String;
+use alloc::vec::Vec;
+
 use super::binding::{Binding, PlaceKind};
 use super::names::{Element, NameId, Names};
 

@@ -1,5 +1,7 @@
 //! What can be wrong with a net's model.
 
+use alloc::string::String;
+
 use thiserror::Error;
 
 use crate::event::TooManyEvents;

@@ -1,6 +1,11 @@
 //! A model as it is written down, for serde. Wrong ones are read too: their
 //! [check](super::NetModel::check) says what is wrong.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::binding::{Binding, PlaceKind};

@@ -1,5 +1,8 @@
 //! The arcs of a model, transition by transition.
 
+use alloc::boxed::Box;
+use alloc::vec;
+
 use crate::petri::id::PlaceId;
 
 /// An arc in numbers.
@@ -74,7 +77,7 @@ impl Lists {
             }
             *entry = PlaceId(place as u16);
             let user = &mut uses[place as usize];
-            let before = std::mem::replace(&mut user.last, list + 1);
+            let before = core::mem::replace(&mut user.last, list + 1);
             if before == 0 {
                 user.first = list + 1;
             }

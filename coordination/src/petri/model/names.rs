@@ -1,7 +1,9 @@
 //! Names and what they stand for.
 
-use std::collections::HashMap;
-use std::sync::Arc;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use hashbrown::HashMap;
 
 /// A name that a model mentions, declared or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,6 +1,9 @@
 //! The symbolic model of a net.
 
-use std::sync::Arc;
+use alloc::string::String;
+use alloc::sync::Arc;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use super::binding::{Binding, PlaceKind};
 use super::check;

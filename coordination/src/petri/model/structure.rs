@@ -1,5 +1,7 @@
 //! A checked model in numbers.
 
+use alloc::boxed::Box;
+
 use super::binding::PlaceKind;
 use super::lists::Use;
 use crate::petri::id::{PlaceId, TransitionId};

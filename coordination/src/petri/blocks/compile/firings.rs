@@ -1,5 +1,8 @@
 //! What a firing changes beside the local conditions of its block; see [blocks](crate::petri::blocks).
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::tables::Tables;
 use crate::event::EventId;
 use crate::petri::bits::lowest;
@@ -225,7 +228,7 @@ impl<'a> Firings<'a> {
 
     /// The blocks that may have more to fire then: the first word of them, and the others.
     fn wakes_of_touched(&mut self) -> (WordBits, Span) {
-        let mut wakes = std::mem::take(&mut self.wakes);
+        let mut wakes = core::mem::take(&mut self.wakes);
         wakes.fill(0);
         for touched in self.touched.iter().filter(|it| it.demand.changes()) {
             let marks_it = touched.demand == Demand::Empty;

@@ -1,5 +1,7 @@
 //! Which places are shared.
 
+use alloc::vec::Vec;
+
 use crate::petri::blocks::layout::{BLOCK, LOCAL, PlaceEntry, SLOTS};
 use crate::petri::demand::for_conditions;
 use crate::petri::model::Structure;

@@ -1,5 +1,8 @@
 //! Where each condition is, and what the firings of a block flip in it; see [blocks](crate::petri::blocks).
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::places::Places;
 use crate::petri::bits::lowest;
 use crate::petri::blocks::layout::{

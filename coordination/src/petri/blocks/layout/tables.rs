@@ -1,5 +1,7 @@
 //! The tables of a compiled net; see [blocks](crate::petri::blocks).
 
+use alloc::boxed::Box;
+
 use crate::petri::demand::Demand;
 use crate::petri::ports::PortChange;
 use crate::petri::span::Span;

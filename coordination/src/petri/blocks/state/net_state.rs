@@ -1,5 +1,8 @@
 //! The marking of a net and what is kept beside it; see [blocks](crate::petri::blocks).
 
+use alloc::boxed::Box;
+use alloc::vec;
+
 use crate::petri::bits::lowest;
 use crate::petri::blocks::layout::{BLOCK, Block, Layout, Words, users_of};
 use crate::petri::id::PlaceId;

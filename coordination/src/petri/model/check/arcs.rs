@@ -1,5 +1,10 @@
 //! The arcs of a model, and how its places are used.
 
+use alloc::boxed::Box;
+use alloc::format;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use super::super::binding::PlaceKind;
 use super::super::error::ModelError;
 use super::super::lists::{Lists, NumberedArc};
@@ -106,7 +111,7 @@ impl Check<'_> {
             // By place: the last list that has it.
             let mut last_list = vec![usize::MAX; structure.place_count()];
             self.for_arcs(structure, |check, list, place| {
-                if std::mem::replace(&mut last_list[place.index()], list) == list {
+                if core::mem::replace(&mut last_list[place.index()], list) == list {
                     check.duplicate_arc(list / 2, place, list % 2 == 1);
                 }
             });

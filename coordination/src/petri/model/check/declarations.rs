@@ -1,6 +1,12 @@
 //! Names, marks, exclusions, ends and bindings of a model.
 
-use std::collections::{HashMap, HashSet};
+use alloc::borrow::ToOwned;
+use alloc::boxed::Box;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
 
 use super::super::binding::{Binding, PlaceKind};
 use super::super::data::SetData;
@@ -55,7 +61,7 @@ impl Check<'_> {
             });
         }
         for (what, sets) in [("an exclusion", &data.exclusions), ("an end", &data.ends)] {
-            let mut known = HashSet::new();
+            let mut known = BTreeSet::new();
             for set in sets {
                 if set.name.is_empty() {
                     self.errors.push(ModelError::EmptyName {
@@ -82,7 +88,7 @@ impl Check<'_> {
             let Some(place) = self.place(name, user) else {
                 continue;
             };
-            if std::mem::replace(&mut marked[place], true) {
+            if core::mem::replace(&mut marked[place], true) {
                 self.named_twice(name, user());
             }
         }
@@ -137,7 +143,7 @@ impl Check<'_> {
         let mut places = Vec::with_capacity(set.places.len());
         for &name in &set.places {
             places.extend(self.place(name, user));
-            if std::mem::replace(&mut last_set[name.index()], number) == number {
+            if core::mem::replace(&mut last_set[name.index()], number) == number {
                 self.named_twice(name, user());
             }
         }
@@ -147,7 +153,7 @@ impl Check<'_> {
     pub(super) fn bindings(&mut self) {
         let data = self.data;
         // Events are known by their names alone, so no flag may share one.
-        let mut events: HashMap<String, (&Binding, NameId)> = HashMap::new();
+        let mut events: BTreeMap<String, (&Binding, NameId)> = BTreeMap::new();
         for (place, binding) in &data.bindings {
             let place = data.places[*place as usize];
             let event = binding.event_name();

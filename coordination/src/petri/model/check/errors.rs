@@ -1,5 +1,9 @@
 //! What a check has found so far.
 
+use alloc::borrow::ToOwned;
+use alloc::string::String;
+use alloc::vec::Vec;
+
 use super::super::data::ModelData;
 use super::super::error::ModelError;
 use super::super::names::{Element, NameId};

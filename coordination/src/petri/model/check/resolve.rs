@@ -1,5 +1,7 @@
 //! The whole check.
 
+use alloc::vec::Vec;
+
 use super::super::data::ModelData;
 use super::super::error::ModelError;
 use super::super::structure::Structure;
