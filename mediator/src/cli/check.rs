@@ -2,7 +2,6 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::Arc;
 
 use config::{NetConfig, SiteConfig};
 use coordination::analysis::{Limits, Proof};
@@ -11,9 +10,8 @@ use description::keys::quoted_list;
 
 use super::failure::Failure;
 use super::files::{load_site, nets, plans};
-use crate::nets::Plan;
 use crate::setup::Setup;
-use crate::whole_floor::{self, Verdict, Waits};
+use crate::whole_floor::{self, Death, Verdict, Waits};
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -26,11 +24,14 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
     for plan in &plans {
         text += &format!("  {:<12} by net {}\n", plan.id, plan.net);
     }
+    let mut waits_for_ever = false;
     if site.areas_managed {
-        text += &describe_floor(&site, &plans);
+        let verdict = whole_floor::look(&site, &plans);
+        waits_for_ever = matches!(verdict, Verdict::May { .. } | Verdict::Starves { .. });
+        text += &describe_floor(verdict);
         for plan in plans.iter().filter(|plan| plan.controls()) {
             text += &format!(
-                "  coordination {} takes discrete control of its robots: its net is judged alone\n",
+                "  not looked at: what coordination {} keeps for robots whose discrete control it takes; its net is judged alone\n",
                 plan.id
             );
         }
@@ -46,6 +47,10 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
         return Err(Failure::Refused(format!(
             "{refused} of the nets may not run"
         )));
+    }
+    if waits_for_ever {
+        let why = "robots of this site can come to wait for ever, as told under `whole floor`";
+        return Err(Failure::Refused(why.to_owned()));
     }
     Ok(())
 }
@@ -84,42 +89,52 @@ fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
 }
 
 /// Whether robots can come to wait for ever, by the order of their areas, the nets, and their machines together.
-fn describe_floor(site: &SiteConfig, plans: &[Arc<Plan>]) -> String {
-    match whole_floor::look(site, plans) {
+fn describe_floor(verdict: Verdict) -> String {
+    match verdict {
         Verdict::Never { looked, deaths } => {
             let mut text = format!(
-                "\nwhole floor: no robot ever waits for ever: {looked} placements of robots and nets checked\n"
+                "\nwhole floor: no robot ever waits for ever: {looked} placements of robots and nets checked; whatever stops a robot is \
+                 taken to send it on at last, and robots to ask for their next areas only\n"
             );
-            for death in deaths {
-                let areas: Vec<&str> = death.stands_in.iter().map(String::as_str).collect();
-                text += &format!(
-                    "  where {} fails in {}, coordination {} may wait for it: take it away, and say so with `mediator clear AREA --taken-away`\n",
-                    death.robot,
-                    quoted_list(&areas, "or"),
-                    death.coordination
-                );
-            }
+            deaths.iter().for_each(|own| text += &describe_death(own));
             text
         }
-        Verdict::Unknown { looked } => {
+        Verdict::Unknown { looked, steps } => {
             format!(
-                "\nwhole floor: not decided: more than {looked} placements of robots and nets\n"
+                "\nwhole floor: not decided: more than {looked} placements of robots and nets; no deadlock of all within {steps} steps\n"
             )
         }
         Verdict::May { steps, waits } => {
             let mut text =
-                "\nwarning: deadlock: these robots can come to wait for ever:\n".to_owned();
+                "\nwhole floor: deadlock: these robots can come to wait for ever:\n".to_owned();
             for own in &waits {
                 text += &describe_wait(own);
             }
-            text + &describe_steps(&steps)
+            text + &describe_steps("after these steps", &steps)
         }
         Verdict::Starves { steps, waits } => {
-            "\nwarning: starvation: this robot can wait for ever while others go on:\n".to_owned()
+            "\nwhole floor: starvation: this robot can wait for ever while others go on:\n"
+                .to_owned()
                 + &describe_wait(&waits)
-                + &describe_steps(&steps)
+                + &describe_steps("after these steps", &steps)
         }
     }
+}
+
+fn describe_death(own: &Death) -> String {
+    let names = |names: &[String], word: &str| {
+        quoted_list(&names.iter().map(String::as_str).collect::<Vec<_>>(), word)
+    };
+    let coordinations: Vec<String> = { own.coordinations.iter() }
+        .map(|id| format!("coordination {id}"))
+        .collect();
+    let missed = [&own.robots[..], &coordinations[..]].concat().join(", ");
+    let text = format!(
+        "  where {} fails in {}, these may wait for it: {missed}; take it away, and say so with `mediator clear AREA --taken-away`\n",
+        own.robot,
+        names(&own.stands_in, "or"),
+    );
+    text + &describe_steps("soonest after these steps", &own.steps)
 }
 
 fn describe_wait(own: &Waits) -> String {
@@ -134,8 +149,11 @@ fn describe_wait(own: &Waits) -> String {
     )
 }
 
-fn describe_steps(steps: &[String]) -> String {
-    let mut text = "  after these steps:\n".to_owned();
+fn describe_steps(when: &str, steps: &[String]) -> String {
+    if steps.is_empty() {
+        return "  from the start on\n".to_owned();
+    }
+    let mut text = format!("  {when}:\n");
     for (number, step) in steps.iter().enumerate() {
         text += &format!("  {:>4}. {step}\n", number + 1);
     }

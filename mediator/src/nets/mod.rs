@@ -10,6 +10,7 @@
 
 mod access;
 mod control;
+mod distinct;
 mod explain;
 mod instance;
 mod load;
@@ -21,6 +22,7 @@ mod yielding;
 pub use load::{PlanError, plans};
 pub use plan::Plan;
 
+pub(crate) use distinct::distinct;
 pub(crate) use instance::{Instance, Phase};
-pub(crate) use plan::{Cast, Kind, Passage};
+pub(crate) use plan::{Cast, Kind, Passage, SituationPlan};
 pub(crate) use stored::Unrestorable;

@@ -2,64 +2,38 @@
 
 use std::collections::HashMap;
 use std::rc::Rc;
-use std::sync::Arc;
 
-use config::SiteConfig;
-
+use super::floor::Floor;
 use super::gate_net::GateNet;
 use super::graph::{Edge, Graph, Step};
-use super::route::Route;
 use super::state::{Areas, RobotState, State, join};
 use super::verdict::{MOST, MOST_PLACES};
-use crate::nets::Plan;
-use description::keys::quoted_list;
 
-/// A site with its robots and its standing nets.
-pub(super) struct Floor {
-    pub(super) area_names: Vec<String>,
-    capacities: Vec<usize>,
-    pub(super) routes: Vec<Route>,
-    pub(super) nets: Vec<GateNet>,
-    /// By area: the net that decides about it.
-    governed_by: Vec<Option<usize>>,
+/// What was found.
+pub(super) enum Explored {
+    /// All that can be reached.
+    Whole(Graph),
+    /// There is more, and in this placement these robots wait for ever.
+    Dead {
+        graph: Graph,
+        place: usize,
+        waits: Vec<usize>,
+    },
+    /// There is more. Placements, and the number of steps within which they are all.
+    Part { looked: usize, steps: usize },
 }
 
 impl Floor {
-    pub(super) fn new(site: &SiteConfig, plans: &[Arc<Plan>]) -> Self {
-        let routes = { site.robots.iter() }.filter_map(|(id, robot)| {
-            let fsm = site.fsm.get(&robot.role)?;
-            let start = robot.start_state.as_ref().unwrap_or(&fsm.initial);
-            Route::of(id, site, fsm, start)
-        });
-        let nets: Vec<GateNet> = { plans.iter() }
-            .filter_map(|plan| GateNet::of(plan))
-            .collect();
-        let governed_by = (0..site.areas.len())
-            .map(|area| { nets.iter() }.position(|net| net.governed.contains(&(area as u16))));
-        Self {
-            area_names: site.areas.iter().map(|area| area.id.clone()).collect(),
-            capacities: { site.areas.iter() }
-                .map(|area| area.capacity as usize)
-                .collect(),
-            routes: routes.collect(),
-            governed_by: governed_by.collect(),
-            nets,
-        }
-    }
-
     fn start(&self) -> State {
-        let at = |route: &Route| RobotState {
-            node: route.start,
-            ahead: Areas::new(),
-        };
+        let starts = self.routes.iter().map(|route| RobotState::at(route.start));
         State {
-            robots: self.routes.iter().map(at).collect(),
+            robots: starts.collect(),
             nets: self.nets.iter().map(GateNet::begin).collect(),
         }
     }
 
-    /// All that can be reached, or how many placements were found when that was too much.
-    pub(super) fn explore(&self) -> Result<Graph, usize> {
+    /// All that can be reached, as far as that is not too much.
+    pub(super) fn explore(&self) -> Explored {
         let mut graph = Graph::default();
         let mut numbers: HashMap<Rc<State>, u32> = HashMap::new();
         let mut start = self.start();
@@ -68,17 +42,37 @@ impl Floor {
         numbers.insert(Rc::clone(&start), 0);
         graph.states.push(start);
         let most = MOST.min(MOST_PLACES / self.routes.len().max(1));
-        let mut next = 0;
+        // Placements before this one are all that so many steps lead to.
+        let (mut steps, mut end) = (0, 1);
+        let (mut next, mut dead) = (0, None);
         while next < graph.states.len() {
+            if next == end {
+                (steps, end) = (steps + 1, graph.states.len());
+            }
             let from = next as u32;
             let state = Rc::clone(&graph.states[next]);
+            let possible = self.steps(&state);
+            dead = dead.or_else(|| {
+                let waits = self.who_waits_for_ever(&state, possible.is_empty());
+                (!waits.is_empty()).then_some((next, waits))
+            });
             next += 1;
-            for (step, mut after) in self.steps(&state) {
+            for (step, mut after) in possible {
                 self.follow(&mut after);
                 let known = numbers.get(&after).copied();
                 let to = match known {
                     Some(to) => to,
-                    None if graph.states.len() == most => return Err(most),
+                    None if graph.states.len() == most => {
+                        let part = Explored::Part {
+                            looked: most,
+                            steps,
+                        };
+                        return dead.map_or(part, |(place, waits)| Explored::Dead {
+                            graph,
+                            place,
+                            waits,
+                        });
+                    }
                     None => {
                         let (to, after) = (graph.states.len() as u32, Rc::new(after));
                         numbers.insert(Rc::clone(&after), to);
@@ -86,72 +80,15 @@ impl Floor {
                         to
                     }
                 };
-                graph.edges.push(Edge { from, to, step });
+                graph.edges.push(Edge {
+                    from,
+                    to,
+                    step,
+                    outranked: self.is_outranked(&state, step),
+                });
             }
         }
-        Ok(graph)
-    }
-
-    /// A step in words, by what it leads to.
-    pub(super) fn describe(&self, step: Step, after: &State) -> String {
-        let robot = |robot: u16| &self.routes[usize::from(robot)].robot;
-        match step {
-            Step::Moves(own) => {
-                let areas = self.stands_in(after, own.into()).iter();
-                let names: Vec<&str> = areas
-                    .map(|&area| self.area_names[usize::from(area)].as_str())
-                    .collect();
-                format!("{} drives into {}", robot(own), quoted_list(&names, "and"))
-            }
-            Step::IsGranted(own, area) => {
-                let area = &self.area_names[usize::from(area)];
-                format!("{} is granted `{area}`", robot(own))
-            }
-            Step::Asks(own, net) => {
-                format!("{} asks `{}`", robot(own), self.nets[usize::from(net)].id)
-            }
-            Step::Fires(net, transition) => {
-                let net = &self.nets[usize::from(net)];
-                format!("`{}`: {}", net.id, net.transition_name(transition.into()))
-            }
-        }
-    }
-
-    pub(super) fn has(&self, state: &State, robot: usize) -> Areas {
-        let mut has = self.stands_in(state, robot).clone();
-        join(&mut has, state.robots[robot].ahead.iter().copied());
-        has
-    }
-
-    /// What it lacks for going on, by all the ways that it may go.
-    pub(super) fn needs(&self, state: &State, robot: usize) -> Areas {
-        let (route, has) = (&self.routes[robot], self.has(state, robot));
-        let next = &route.next[usize::from(state.robots[robot].node)];
-        let mut needs = Areas::new();
-        for &next in next {
-            let areas = route.areas[usize::from(next)].iter().copied();
-            join(&mut needs, areas.filter(|area| !has.contains(area)));
-        }
-        needs
-    }
-
-    /// A net lets the robot into the area.
-    fn lets_in(&self, state: &State, robot: usize, area: u16) -> bool {
-        self.governed_by[usize::from(area)].is_some_and(|net| {
-            state.nets[net].begun && self.nets[net].lets_in(&state.nets[net], robot, area)
-        })
-    }
-
-    /// What it lacks and a net keeps for it.
-    pub(super) fn let_into(&self, state: &State, robot: usize) -> Areas {
-        let needs = self.needs(state, robot).into_iter();
-        needs
-            .filter(|&area| self.lets_in(state, robot, area))
-            .collect()
-    }
-
-    pub(super) fn stands_in(&self, state: &State, robot: usize) -> &Areas {
-        &self.routes[robot].areas[usize::from(state.robots[robot].node)]
+        Explored::Whole(graph)
     }
 
     /// What follows by itself.
@@ -167,14 +104,26 @@ impl Floor {
                     own,
                     |robot, area| self.has(state, robot).contains(&area),
                     |robot, area| self.stands_in(state, robot).contains(&area),
+                    |robot, area| self.needs(state, robot).contains(&area),
                 );
             }
         }
         state.nets = nets;
+        for (route, own) in self.routes.iter().zip(&mut state.robots) {
+            if let [only] = route.next[usize::from(own.node)][..] {
+                own.to = Some(only);
+            }
+        }
     }
 
     /// Everything that can happen next.
     fn steps(&self, state: &State) -> Vec<(Step, State)> {
+        // Nothing else can make a difference to that, nor it to anything else but the robot's own way.
+        let open = { 0..self.routes.len() }
+            .find(|&robot| state.robots[robot].to.is_none() && self.goes_on(state, robot));
+        if let Some(robot) = open {
+            return self.ways(state, robot);
+        }
         let mut steps = Vec::new();
         for (number, net) in self.nets.iter().enumerate() {
             let own = &state.nets[number];
@@ -200,32 +149,35 @@ impl Floor {
         steps
     }
 
+    /// It turns out where it goes next. What decides that, such as what it sees, does not ask which way is free.
+    fn ways(&self, state: &State, robot: usize) -> Vec<(Step, State)> {
+        let next = &self.routes[robot].next[usize::from(state.robots[robot].node)];
+        let ways = next.iter().map(|&to| {
+            let mut after = state.clone();
+            after.robots[robot].to = Some(to);
+            (Step::Heads(robot as u16), after)
+        });
+        ways.collect()
+    }
+
     /// It drives on where it has all areas for it.
     fn moves(&self, state: &State, robot: usize, steps: &mut Vec<(Step, State)>) {
-        let (route, has) = (&self.routes[robot], self.has(state, robot));
-        for &next in &route.next[usize::from(state.robots[robot].node)] {
-            if route.areas[usize::from(next)]
-                .iter()
-                .all(|area| has.contains(area))
-            {
-                let mut after = state.clone();
-                after.robots[robot] = RobotState {
-                    node: next,
-                    ahead: Areas::new(),
-                };
-                steps.push((Step::Moves(robot as u16), after));
-            }
+        let Some(to) = state.robots[robot].to else {
+            return;
+        };
+        let has = self.has(state, robot);
+        let mut areas = self.routes[robot].areas[usize::from(to)].iter();
+        if areas.all(|area| has.contains(area)) {
+            let mut after = state.clone();
+            after.robots[robot] = RobotState::at(to);
+            steps.push((Step::Moves(robot as u16), after));
         }
     }
 
     /// It is granted an area.
     fn grants(&self, state: &State, robot: usize, steps: &mut Vec<(Step, State)>) {
         for area in self.needs(state, robot) {
-            let place = usize::from(area);
-            let may = self.governed_by[place].is_none() || self.lets_in(state, robot, area);
-            let others = (0..self.routes.len()).filter(|&other| other != robot);
-            let inside = others.filter(|&other| self.has(state, other).contains(&area));
-            if may && inside.count() < self.capacities[place] {
+            if self.can_be_granted(state, robot, area) {
                 let mut after = state.clone();
                 join(&mut after.robots[robot].ahead, [area]);
                 steps.push((Step::IsGranted(robot as u16, area), after));

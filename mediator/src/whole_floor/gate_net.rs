@@ -7,14 +7,15 @@ use coordination::petri::{Binding, NetModel, PlaceKind};
 use coordination::protocol::{FlagId, Party, Position, Protocol};
 
 use super::state::{NetState, RoleState};
-use crate::nets::{Kind, Passage, Plan};
+use crate::nets::{Kind, Passage, Plan, SituationPlan, distinct};
 
 /// One of the net's transitions, by places.
 struct Transition {
     name: String,
     inputs: Vec<usize>,
     outputs: Vec<usize>,
-    /// No other one takes any of its inputs or fills any of its sinks: that it fires takes nothing from anybody.
+    /// No other one takes any of its inputs or fills any of its sinks, and such ones do not go round: that it fires first takes
+    /// nothing from anybody.
     free: bool,
 }
 
@@ -27,6 +28,8 @@ pub(super) struct Role {
     sinks: Vec<(usize, FlagId)>,
     /// Robots that may play it.
     robots: Vec<usize>,
+    /// Who plays it first, where there is a robot for each role.
+    first: Option<u16>,
 }
 
 /// The net of a standing coordination.
@@ -47,7 +50,17 @@ impl GateNet {
         if plan.controls() {
             return None;
         }
-        let situation = plan.situations.first()?;
+        // As the mediator does: the first one for which there are robots.
+        let cast = |situation: &SituationPlan| {
+            let robots = situation.casts.iter().map(|cast| cast.robots.clone());
+            distinct(&robots.collect::<Vec<_>>())
+        };
+        let filled = { plan.situations.iter() }.find(|situation| cast(situation).is_some());
+        let situation = filled.or(plan.situations.first())?;
+        let first: Vec<Option<u16>> = match cast(situation) {
+            Some(robots) => robots.into_iter().map(|robot| Some(robot as u16)).collect(),
+            None => vec![None; situation.casts.len()],
+        };
         let model = situation.proof.model();
         let place = |name: &str| model.places().position(|place| place.name == name);
         let bound = |role: &str, flag: &str| {
@@ -56,7 +69,8 @@ impl GateNet {
                 .places()
                 .position(|place| place.binding == Some(&binding))
         };
-        let roles = plan.roles.iter().zip(&situation.casts).map(|(role, cast)| {
+        let casts = situation.casts.iter().zip(first);
+        let roles = plan.roles.iter().zip(casts).map(|(role, (cast, first))| {
             let Kind::Access(passages) = &role.kind else {
                 return None;
             };
@@ -76,6 +90,7 @@ impl GateNet {
                     .filter_map(|(id, flag, _)| Some((bound(&role.name, flag)?, id)))
                     .collect(),
                 robots: cast.robots.clone(),
+                first,
             })
         });
         let set = |names: &[&str]| {
@@ -99,18 +114,12 @@ impl GateNet {
         })
     }
 
-    /// Before it begins: each role is played by the first robot that may and plays no other. Where there is none it never begins.
+    /// Before it begins; where there is no robot for some role it never does.
     pub(super) fn begin(&self) -> NetState {
-        let mut taken: Vec<usize> = Vec::new();
-        for role in &self.roles {
-            let free = role.robots.iter().find(|robot| !taken.contains(robot));
-            taken.extend(free);
-        }
-        let is_whole = taken.len() == self.roles.len();
-        let roles = { taken.into_iter() }
-            .filter(|_| is_whole)
-            .map(|robot| RoleState::begin(robot as u16));
-        NetState::new(&self.marked, roles.collect())
+        let roles = self.roles.iter().map(|role| role.first);
+        let roles: Option<Vec<u16>> = roles.collect();
+        let begun = { roles.into_iter().flatten() }.map(RoleState::begin);
+        NetState::new(&self.marked, begun.collect())
     }
 
     /// The role that a robot has, or could take over from one that wants nothing: `wants` says whether a robot has or asks for areas.
@@ -190,13 +199,14 @@ impl GateNet {
         &self.transitions[transition].name
     }
 
-    /// Sets and reads flags as far as they follow: from where robots are (`has`: the area is its own, `is_in`: it is there), from
-    /// full sinks, and from empty sources.
+    /// Sets and reads flags as far as they follow: from where robots are (`has`: the area is its own, `is_in`: it is there, `needs`:
+    /// it wants to go there), from full sinks, and from empty sources.
     pub(super) fn follow(
         &self,
         state: &mut NetState,
         has: impl Fn(usize, u16) -> bool,
         is_in: impl Fn(usize, u16) -> bool,
+        needs: impl Fn(usize, u16) -> bool,
     ) {
         loop {
             let mut changed = false;
@@ -207,7 +217,9 @@ impl GateNet {
                 };
                 for passage in &role.passages {
                     let at = state.roles[number].set;
-                    let flag = if at == passage.granted_at && is(&is_in, passage) {
+                    let gave_up = !is(&has, passage) && !is(&needs, passage);
+                    let entered = is(&is_in, passage) || gave_up;
+                    let flag = if at == passage.granted_at && entered {
                         passage.entered
                     } else if at == passage.entered_at && !is(&has, passage) {
                         passage.released
@@ -292,17 +304,33 @@ fn transitions(model: &NetModel) -> Vec<Transition> {
             free: false,
         })
         .collect();
-    let free: Vec<bool> = { all.iter().enumerate() }
-        .map(|(number, own)| {
-            let mut others = all.iter().enumerate().filter(|(other, _)| *other != number);
-            !others.any(|(_, other)| {
-                let takes = other.inputs.iter().any(|place| own.inputs.contains(place));
-                let mut fills =
-                    { other.outputs.iter() }.filter(|place| own.outputs.contains(place));
-                takes || fills.any(|&place| is_sink(place))
-            })
+    let alone = |number: usize| {
+        let own = &all[number];
+        let mut others = all.iter().enumerate().filter(|(other, _)| *other != number);
+        !others.any(|(_, other)| {
+            let takes = other.inputs.iter().any(|place| own.inputs.contains(place));
+            let mut fills = { other.outputs.iter() }.filter(|place| own.outputs.contains(place));
+            takes || fills.any(|&place| is_sink(place))
         })
-        .collect();
+    };
+    let mut free: Vec<bool> = (0..all.len()).map(alone).collect();
+    // Those that are on no way round remain when what leads to none of them is left out, again and again.
+    let mut round = free.clone();
+    loop {
+        let leads_on = |number: usize| {
+            let mut others = all.iter().zip(&round).filter(|(_, round)| **round);
+            others.any(|(other, _)| {
+                { other.inputs.iter() }.any(|own| all[number].outputs.contains(own))
+            })
+        };
+        let Some(end) = (0..all.len()).find(|&number| round[number] && !leads_on(number)) else {
+            break;
+        };
+        round[end] = false;
+    }
+    for (free, round) in free.iter_mut().zip(round) {
+        *free &= !round;
+    }
     { all.into_iter().zip(free) }
         .map(|(own, free)| Transition { free, ..own })
         .collect()

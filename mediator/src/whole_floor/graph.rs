@@ -7,6 +7,8 @@ use super::state::State;
 /// What leads from one placement to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Step {
+    /// It turns out which way a robot goes on.
+    Heads(u16),
     /// A robot drives on.
     Moves(u16),
     /// A robot is granted an area.
@@ -22,6 +24,8 @@ pub(super) struct Edge {
     pub(super) from: u32,
     pub(super) to: u32,
     pub(super) step: Step,
+    /// A grant for which another robot comes first, as long as that one asks.
+    pub(super) outranked: bool,
 }
 
 /// Placements in the order in which they were found, the nearest first.
@@ -35,9 +39,10 @@ impl Step {
     /// The robot without which it does not happen.
     pub(super) fn robot(self) -> Option<usize> {
         match self {
-            Self::Moves(robot) | Self::IsGranted(robot, _) | Self::Asks(robot, _) => {
-                Some(robot.into())
-            }
+            Self::Heads(robot)
+            | Self::Moves(robot)
+            | Self::IsGranted(robot, _)
+            | Self::Asks(robot, _) => Some(robot.into()),
             Self::Fires(..) => None,
         }
     }

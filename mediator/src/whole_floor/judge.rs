@@ -2,16 +2,27 @@
 
 use std::collections::BTreeSet;
 
-use super::explore::Floor;
-use super::graph::{Graph, Step};
+use super::floor::Floor;
+use super::graph::{Edge, Graph, Step};
 use super::starvation::{Leaving, starves};
 use super::state::{Areas, State};
 use super::verdict::{Death, Verdict, Waits};
 
+/// These robots wait for ever there.
+pub(super) fn dead(floor: &Floor, graph: &Graph, place: usize, waits: &[usize]) -> Verdict {
+    let state = &graph.states[place];
+    Verdict::May {
+        steps: way_to(floor, graph, place),
+        waits: { waits.iter() }
+            .map(|&robot| waits_at(floor, state, robot))
+            .collect(),
+    }
+}
+
 pub(super) fn judge(floor: &Floor, graph: &Graph) -> Verdict {
     let robots = 0..floor.routes.len();
     let stuck: Vec<Vec<bool>> = { robots.clone() }
-        .map(|robot| stuck(floor, graph, robot))
+        .map(|robot| stuck(floor, graph, robot, None))
         .collect();
     let first = (0..graph.states.len()).find(|&place| stuck.iter().any(|own| own[place]));
     if let Some(place) = first {
@@ -34,7 +45,7 @@ pub(super) fn judge(floor: &Floor, graph: &Graph) -> Verdict {
     Verdict::Never {
         looked: graph.states.len(),
         deaths: robots
-            .flat_map(|robot| deaths(floor, graph, robot))
+            .filter_map(|robot| death(floor, graph, robot))
             .collect(),
     }
 }
@@ -54,45 +65,58 @@ fn waits_at(floor: &Floor, state: &State, robot: usize) -> Waits {
     }
 }
 
-/// Placements from which a robot that has somewhere to go never gets there.
-fn stuck(floor: &Floor, graph: &Graph, robot: usize) -> Vec<bool> {
+/// Placements from which a robot that has somewhere to go never gets there, when that `dead` one does nothing any more.
+fn stuck(floor: &Floor, graph: &Graph, robot: usize, dead: Option<usize>) -> Vec<bool> {
     let mut moves = vec![false; graph.states.len()];
     for edge in &graph.edges {
         if edge.step == Step::Moves(robot as u16) {
             moves[edge.from as usize] = true;
         }
     }
-    let goes_on = graph.can_reach(|place| moves[place], |_| true);
+    let lives = |edge: &Edge| dead.is_none_or(|dead| edge.step.robot() != Some(dead));
+    let goes_on = graph.can_reach(|place| moves[place], lives);
     { goes_on.into_iter().zip(&graph.states) }
-        .map(|(goes_on, state)| {
-            let node = usize::from(state.robots[robot].node);
-            !goes_on && !floor.routes[robot].next[node].is_empty()
-        })
+        .map(|(goes_on, state)| !goes_on && floor.goes_on(state, robot))
         .collect()
 }
 
-/// Nets that cannot come to an end any more when a robot dies, and what it has then.
-fn deaths<'a>(
-    floor: &'a Floor,
-    graph: &'a Graph,
-    robot: usize,
-) -> impl Iterator<Item = Death> + 'a {
-    { floor.nets.iter().enumerate() }.filter_map(move |(number, net)| {
-        let is_end = |place: usize| {
-            let own = &graph.states[place].nets[number];
-            own.begun && net.is_at_an_end(own)
-        };
-        let ends = graph.can_reach(is_end, |edge| edge.step.robot() != Some(robot));
-        let never = { ends.iter().enumerate() }.filter(|(_, ends)| !**ends);
-        let stands_in: BTreeSet<u16> = never
-            .flat_map(|(place, _)| floor.stands_in(&graph.states[place], robot))
-            .copied()
-            .collect();
-        (!stands_in.is_empty()).then(|| Death {
-            robot: floor.routes[robot].robot.clone(),
-            coordination: net.id.clone(),
-            stands_in: names(floor, &stands_in.into_iter().collect()),
+/// Who and what can wait for a robot that dies, and where it stands then.
+fn death(floor: &Floor, graph: &Graph, robot: usize) -> Option<Death> {
+    let mut waits = vec![false; graph.states.len()];
+    // Whether there is any; each is one of the placements.
+    let mut take = |places: Vec<bool>| {
+        let any = places.contains(&true);
+        { waits.iter_mut().zip(places) }.for_each(|(all, own)| *all |= own);
+        any
+    };
+    let others = (0..floor.routes.len()).filter(|&other| other != robot);
+    let robots: Vec<String> = others
+        .filter(|&other| take(stuck(floor, graph, other, Some(robot))))
+        .map(|other| floor.routes[other].robot.clone())
+        .collect();
+    let coordinations: Vec<String> = { floor.nets.iter().enumerate() }
+        .filter(|&(number, net)| {
+            let is_end = |place: usize| {
+                let own = &graph.states[place].nets[number];
+                own.begun && net.is_at_an_end(own)
+            };
+            let ends = graph.can_reach(is_end, |edge| edge.step.robot() != Some(robot));
+            take(ends.into_iter().map(|ends| !ends).collect())
         })
+        .map(|(_, net)| net.id.clone())
+        .collect();
+    let first = waits.iter().position(|&waits| waits)?;
+    let stands_in: BTreeSet<u16> = { waits.iter().zip(&graph.states) }
+        .filter(|(waits, _)| **waits)
+        .flat_map(|(_, state)| floor.stands_in(state, robot))
+        .copied()
+        .collect();
+    Some(Death {
+        robot: floor.routes[robot].robot.clone(),
+        stands_in: names(floor, &stands_in.into_iter().collect()),
+        robots,
+        coordinations,
+        steps: way_to(floor, graph, first),
     })
 }
 

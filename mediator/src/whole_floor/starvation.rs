@@ -1,12 +1,12 @@
 //! Whether one robot can wait for ever while others go on.
 //!
 //! It can if they can go round and round without it, though all are fair: whatever is possible again and again happens at some
-//! time (strong fairness). What is left of the graph after taking out, again and again, where that would not be so, are the rounds in
+//! time (strong fairness), but for what it is that robots decide, and for grants that go to a larger priority first. What is left of the graph after taking out, again and again, where that would not be so, are the rounds in
 //! which a robot starves (Lichtenstein and Pnueli 1985).
 
 use std::collections::HashSet;
 
-use super::explore::Floor;
+use super::floor::Floor;
 use super::graph::{Edge, Graph, Step};
 
 /// The edges that leave each placement.
@@ -37,40 +37,35 @@ pub(super) fn starves(
     leaving: &Leaving<'_>,
     robot: usize,
 ) -> Option<usize> {
-    let goes_on = |step: Step| match step {
-        Step::Moves(own) | Step::IsGranted(own, _) => usize::from(own) == robot,
-        Step::Asks(..) | Step::Fires(..) => false,
+    let goes_on = |edge: &Edge| match edge.step {
+        Step::Moves(own) | Step::IsGranted(own, _) => usize::from(own) == robot && !edge.outranked,
+        Step::Heads(..) | Step::Asks(..) | Step::Fires(..) => false,
     };
     // Where it could go on it would, by fairness; where it has nowhere to go it misses nothing.
     let waits = (0..graph.states.len()).filter(|&place| {
-        let node = usize::from(graph.states[place].robots[robot].node);
-        !floor.routes[robot].next[node].is_empty()
-            && !leaving
-                .of_place(place)
-                .iter()
-                .any(|edge| goes_on(edge.step))
+        let goes_on = leaving.of_place(place).iter().any(|edge| goes_on(edge));
+        floor.goes_on(&graph.states[place], robot) && !goes_on
     });
+    let mut search = Search::new(graph.states.len());
     let mut open: Vec<Vec<usize>> = vec![waits.collect()];
     let mut nearest: Option<usize> = None;
     while let Some(places) = open.pop() {
         let allowed: HashSet<usize> = places.iter().copied().collect();
-        for round in rounds(leaving, &places, &allowed) {
+        for round in search.rounds(leaving, &places, &allowed) {
             let inside: HashSet<usize> = round.iter().copied().collect();
             let edges = || round.iter().flat_map(|&place| leaving.of_place(place));
             let taken: HashSet<Kind> = edges()
                 .filter(|edge| inside.contains(&(edge.to as usize)))
                 .map(|edge| kind(edge.step))
                 .collect();
-            let missed = edges()
+            let missed = { edges().filter(|edge| is_fair(edge)) }
                 .map(|edge| kind(edge.step))
                 .find(|kind| !taken.contains(kind));
             match missed {
                 Some(missed) => {
                     let is_possible = |place: usize| {
-                        leaving
-                            .of_place(place)
-                            .iter()
-                            .any(|edge| kind(edge.step) == missed)
+                        let mut edges = leaving.of_place(place).iter();
+                        edges.any(|edge| is_fair(edge) && kind(edge.step) == missed)
                     };
                     open.push(
                         round
@@ -104,54 +99,86 @@ fn kind(step: Step) -> Kind {
     }
 }
 
-/// Strongly connected components with more than one placement, or an edge to itself (Tarjan 1972, without recursion).
-fn rounds(leaving: &Leaving<'_>, places: &[usize], allowed: &HashSet<usize>) -> Vec<Vec<usize>> {
-    const NONE: usize = usize::MAX;
-    let count = leaving.begins.len();
-    let (mut index, mut low) = (vec![NONE; count], vec![NONE; count]);
-    let mut on_stack = vec![false; count];
-    let (mut stack, mut found, mut next) = (Vec::new(), Vec::new(), 0);
-    for &root in places {
-        if index[root] != NONE {
-            continue;
-        }
-        let mut calls = vec![(root, 0)];
-        while let Some((place, edge)) = calls.pop() {
-            if edge == 0 {
-                (index[place], low[place]) = (next, next);
-                next += 1;
-                stack.push(place);
-                on_stack[place] = true;
-            }
-            let edges = leaving.of_place(place);
-            if let Some(following) = edges.get(edge) {
-                calls.push((place, edge + 1));
-                let to = following.to as usize;
-                if !allowed.contains(&to) {
-                    continue;
-                }
-                if index[to] == NONE {
-                    calls.push((to, 0));
-                } else if on_stack[to] {
-                    low[place] = low[place].min(index[to]);
-                }
-                continue;
-            }
-            if let Some(&(caller, _)) = calls.last() {
-                low[caller] = low[caller].min(low[place]);
-            }
-            if low[place] == index[place] {
-                let begin = { stack.iter() }.rposition(|&own| own == place);
-                let component = stack.split_off(begin.unwrap_or_default());
-                for &own in &component {
-                    on_stack[own] = false;
-                }
-                let to_itself = || edges.iter().any(|edge| edge.to as usize == place);
-                if component.len() > 1 || to_itself() {
-                    found.push(component);
-                }
-            }
+/// It happens at some time if it is possible again and again.
+fn is_fair(edge: &Edge) -> bool {
+    !edge.outranked && !matches!(edge.step, Step::Heads(..))
+}
+
+/// What a search for rounds remembers of each placement.
+struct Search {
+    index: Vec<usize>,
+    low: Vec<usize>,
+    on_stack: Vec<bool>,
+}
+
+const NONE: usize = usize::MAX;
+
+impl Search {
+    fn new(count: usize) -> Self {
+        Self {
+            index: vec![NONE; count],
+            low: vec![NONE; count],
+            on_stack: vec![false; count],
         }
     }
-    found
+
+    /// Strongly connected components with more than one placement, or an edge to itself (Tarjan 1972, without recursion).
+    fn rounds(
+        &mut self,
+        leaving: &Leaving<'_>,
+        places: &[usize],
+        allowed: &HashSet<usize>,
+    ) -> Vec<Vec<usize>> {
+        let Self {
+            index,
+            low,
+            on_stack,
+        } = self;
+        // Other searches have been here.
+        places.iter().for_each(|&place| index[place] = NONE);
+        let (mut stack, mut found, mut next) = (Vec::new(), Vec::new(), 0);
+        for &root in places {
+            if index[root] != NONE {
+                continue;
+            }
+            let mut calls = vec![(root, 0)];
+            while let Some((place, edge)) = calls.pop() {
+                if edge == 0 {
+                    (index[place], low[place]) = (next, next);
+                    next += 1;
+                    stack.push(place);
+                    on_stack[place] = true;
+                }
+                let edges = leaving.of_place(place);
+                if let Some(following) = edges.get(edge) {
+                    calls.push((place, edge + 1));
+                    let to = following.to as usize;
+                    if !allowed.contains(&to) {
+                        continue;
+                    }
+                    if index[to] == NONE {
+                        calls.push((to, 0));
+                    } else if on_stack[to] {
+                        low[place] = low[place].min(index[to]);
+                    }
+                    continue;
+                }
+                if let Some(&(caller, _)) = calls.last() {
+                    low[caller] = low[caller].min(low[place]);
+                }
+                if low[place] == index[place] {
+                    let begin = { stack.iter() }.rposition(|&own| own == place);
+                    let component = stack.split_off(begin.unwrap_or_default());
+                    for &own in &component {
+                        on_stack[own] = false;
+                    }
+                    let to_itself = || edges.iter().any(|edge| edge.to as usize == place);
+                    if component.len() > 1 || to_itself() {
+                        found.push(component);
+                    }
+                }
+            }
+        }
+        found
+    }
 }

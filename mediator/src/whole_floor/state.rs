@@ -12,11 +12,23 @@ pub(super) fn join(areas: &mut Areas, more: impl IntoIterator<Item = u16>) {
     areas.dedup();
 }
 
-/// Where a robot is: the node of its route, and what it was granted beyond that.
+/// Where a robot is: the node of its route, the one that it will come to next, and what it was granted beyond the present one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct RobotState {
     pub(super) node: u16,
+    /// None until that is decided, and where it has nowhere to go.
+    pub(super) to: Option<u16>,
     pub(super) ahead: Areas,
+}
+
+impl RobotState {
+    pub(super) fn at(node: u16) -> Self {
+        Self {
+            node,
+            to: None,
+            ahead: Areas::new(),
+        }
+    }
 }
 
 /// A standing net, with its side of each protocol.

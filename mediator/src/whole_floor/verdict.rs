@@ -12,7 +12,7 @@ pub(crate) enum Verdict {
     Never {
         /// How many placements of robots and nets there are.
         looked: usize,
-        /// By robot and net, where somebody can be missed.
+        /// By robot, where others may wait for it.
         deaths: Vec<Death>,
     },
     /// Robots can come to wait for ever.
@@ -27,10 +27,12 @@ pub(crate) enum Verdict {
         steps: Vec<String>,
         waits: Waits,
     },
-    /// There are more placements than were looked at.
+    /// There are more placements than were looked at, and from each of these something can happen.
     Unknown {
         /// How many that were.
         looked: usize,
+        /// All that so many steps lead to are among them.
+        steps: usize,
     },
 }
 
@@ -44,11 +46,16 @@ pub(crate) struct Waits {
     pub(crate) needs: Vec<String>,
 }
 
-/// A robot dies, and a coordination may not come to a declared end any more without it.
+/// A robot dies, and others may wait for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Death {
     pub(crate) robot: String,
-    pub(crate) coordination: String,
     /// Areas in which it stands then.
     pub(crate) stands_in: Vec<String>,
+    /// Robots that may never go on any more.
+    pub(crate) robots: Vec<String>,
+    /// Coordinations that may not come to a declared end any more.
+    pub(crate) coordinations: Vec<String>,
+    /// Shortest way to where that is so.
+    pub(crate) steps: Vec<String>,
 }

@@ -1,6 +1,7 @@
 //! Integration tests, in one binary so that the network is linked once.
 
 mod bounds;
+mod check;
 mod circle;
 mod cost;
 mod crossing;

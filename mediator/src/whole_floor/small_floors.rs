@@ -1,0 +1,117 @@
+//! Floors of a few areas, each for one thing that the verdict must know.
+
+use super::floor::Floor;
+use super::route::Route;
+use super::{Verdict, judge_floor};
+
+/// A robot that is in one area after another, by number: from each it goes on to one of these.
+fn route(robot: &str, start: u16, next: &[(u16, &[u16])]) -> Route {
+    let count = next.iter().flat_map(|(from, to)| to.iter().chain([from]));
+    let count = usize::from(count.max().copied().unwrap_or_default()) + 1;
+    let mut own = Route {
+        robot: robot.to_owned(),
+        priority: 0,
+        ages: false,
+        start,
+        areas: (0..count as u16).map(|area| vec![area]).collect(),
+        next: vec![Vec::new(); count],
+    };
+    for (from, to) in next {
+        own.next[usize::from(*from)] = to.to_vec();
+    }
+    own
+}
+
+fn names(verdict: &Verdict) -> Vec<&str> {
+    match verdict {
+        Verdict::May { waits, .. } => waits.iter().map(|own| own.robot.as_str()).collect(),
+        Verdict::Starves { waits, .. } => vec![&waits.robot],
+        Verdict::Never { .. } | Verdict::Unknown { .. } => Vec::new(),
+    }
+}
+
+#[test]
+fn a_robot_goes_the_way_that_it_must_and_not_the_one_that_is_free() {
+    let other = || route("other", 2, &[(2, &[0]), (0, &[2])]);
+    let free = route("one", 0, &[(0, &[1]), (1, &[0])]);
+    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![free, other()]));
+    assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
+    let either = route("one", 0, &[(0, &[1, 2]), (1, &[0]), (2, &[0])]);
+    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![either, other()]));
+    assert!(matches!(verdict, Verdict::May { .. }), "{verdict:?}");
+    assert_eq!(names(&verdict), ["one", "other"]);
+}
+
+/// Two take turns in an area that a third one wants.
+#[test]
+fn who_has_a_smaller_priority_starves_unless_its_requests_age() {
+    let shared = |priority: u32, ages: bool| {
+        let robots = ["one", "two", "three"].into_iter().zip(1..);
+        let routes = robots.map(|(robot, own)| Route {
+            priority: if robot == "three" { 0 } else { priority },
+            ages,
+            ..route(robot, own, &[(own, &[0]), (0, &[own])])
+        });
+        judge_floor(&Floor::of_routes(&[1, 1, 1, 1], routes.collect()))
+    };
+    for (priority, ages) in [(0, false), (1, true)] {
+        let verdict = shared(priority, ages);
+        assert!(
+            matches!(verdict, Verdict::Never { .. }),
+            "{priority} {ages}: {verdict:?}"
+        );
+    }
+    let verdict = shared(1, false);
+    assert!(matches!(verdict, Verdict::Starves { .. }), "{verdict:?}");
+    assert_eq!(names(&verdict), ["three"]);
+}
+
+/// It does not matter how many placements there are besides.
+#[test]
+fn two_that_wait_for_each_other_are_found_on_a_floor_that_is_too_large() {
+    let mut routes = vec![
+        route("one", 0, &[(0, &[1]), (1, &[0])]),
+        route("two", 1, &[(1, &[0]), (0, &[1])]),
+    ];
+    let mut capacities = vec![1, 1];
+    for other in 0..20 {
+        let [here, there] = [2 + 2 * other, 3 + 2 * other];
+        routes.push(route(
+            &format!("other-{other}"),
+            here,
+            &[(here, &[there]), (there, &[here])],
+        ));
+        capacities.extend([1, 1]);
+    }
+    let verdict = judge_floor(&Floor::of_routes(&capacities, routes));
+    assert_eq!(names(&verdict), ["one", "two"], "{verdict:?}");
+    let Verdict::May { steps, .. } = verdict else {
+        panic!("they are named");
+    };
+    assert!(steps.is_empty(), "{steps:?}");
+}
+
+#[test]
+fn who_waits_for_a_robot_that_fails_is_told_with_the_way_there() {
+    let one = route("one", 0, &[(0, &[1]), (1, &[0])]);
+    let two = route("two", 2, &[(2, &[1]), (1, &[2])]);
+    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![one, two]));
+    let Verdict::Never { deaths, .. } = verdict else {
+        panic!("{verdict:?}");
+    };
+    let [first, second] = &deaths[..] else {
+        panic!("{deaths:?}");
+    };
+    // Once it has the area between them, wherever it stands.
+    assert_eq!(
+        (first.robot.as_str(), &first.robots[..]),
+        ("one", &["two".to_owned()][..])
+    );
+    assert_eq!(first.steps, ["one is granted `1`"]);
+    assert_eq!(first.stands_in, ["0", "1"]);
+    assert_eq!(
+        (second.robot.as_str(), &second.robots[..]),
+        ("two", &["one".to_owned()][..])
+    );
+    assert!(first.coordinations.is_empty());
+}

@@ -1,0 +1,69 @@
+//! `mediator check`, as a user runs it.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn shipped(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../config")
+        .join(file);
+    std::fs::read_to_string(path).expect("it ships")
+}
+
+/// What it prints of a site with the shipped nets, and how it ends.
+fn check(site: &str) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    for below in ["sites", "nets"] {
+        std::fs::create_dir(folder.path().join(below)).expect("a folder in it");
+    }
+    for net in ["overtaking", "docking", "t-junction"] {
+        let file = format!("nets/{net}.toml");
+        std::fs::write(folder.path().join(&file), shipped(&file)).expect("written");
+    }
+    let path: PathBuf = folder.path().join("sites/site.toml");
+    std::fs::write(&path, site).expect("written");
+    let output = Command::new(env!("CARGO_BIN_EXE_mediator"))
+        .args(["check", "--site"])
+        .arg(&path)
+        .output()
+        .expect("it runs");
+    let text = [output.stdout, output.stderr].concat();
+    (
+        output.status.code(),
+        String::from_utf8_lossy(&text).into_owned(),
+    )
+}
+
+#[test]
+fn a_floor_on_which_nobody_waits_for_ever_is_told_with_what_was_taken_for_granted() {
+    let (code, text) = check(&shipped("sites/overtaking.toml"));
+    assert_eq!(code, Some(0), "{text}");
+    for part in [
+        "whole floor: no robot ever waits for ever: ",
+        "whatever stops a robot is taken to send it on at last",
+        "these may wait for it: amr-1",
+        "not looked at: what coordination overtaking keeps",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn a_deadlock_is_told_step_by_step_and_is_a_failure() {
+    let worse = shipped("sites/t-junction.toml").replace(
+        "lane = \"1-out\", skill",
+        "also = [\"R1o\"], lane = \"1-out\", skill",
+    );
+    let (floor, _) = worse.split_once("[coordinations.").expect("its last part");
+    let (code, text) = check(floor);
+    assert!(code.is_some_and(|code| code > 0), "{code:?}: {text}");
+    for part in [
+        "whole floor: deadlock: these robots can come to wait for ever:",
+        "waits for",
+        "after these steps:",
+        "   1. ",
+        "robots of this site can come to wait for ever",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
