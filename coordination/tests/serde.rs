@@ -132,3 +132,19 @@ fn findings_are_the_same() {
     assert_eq!(there_and_back(&invariants).1, invariants);
     assert_eq!(there_and_back(&found).1, found);
 }
+
+#[test]
+fn a_refusal_can_be_kept() {
+    let mut net = NetModel::new("stuck");
+    net.place("free").mark("free").place("gone");
+    net.transition("go", &["free"], &["gone"]);
+    net.source("never", Binding::event("never"));
+    net.transition("end", &["never", "gone"], &["free"]);
+    net.transition("both", &["free", "gone"], &["free", "gone"]);
+    let refusal = check(&net, &[], &Limits::default()).unwrap_err();
+    let text = toml::to_string(&refusal).unwrap();
+    assert!(
+        text.contains("net = \"stuck\"") && text.contains("reason"),
+        "{text}"
+    );
+}

@@ -86,6 +86,7 @@ impl fmt::Display for Trace {
 
 /// A transition that never fires.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Dead {
     /// The transition.
     pub transition: String,
@@ -113,6 +114,7 @@ impl fmt::Display for Dead {
 
 /// What is wrong with a net.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Reason {
@@ -248,6 +250,7 @@ pub enum Reason {
 
 /// A net that may not run: what is wrong, and the shortest way there.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Refusal {
     /// The net.
     pub net: String,

@@ -9,6 +9,7 @@ use crate::protocol::{Position, Side};
 /// Where a net stands, for a journal: together with the levels up to which its sides have read
 /// ([`Replica::read_level`](crate::protocol::Replica::read_level)) it is the whole state.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Standing {
     /// The marked places.
     pub marked: Vec<PlaceId>,

@@ -20,8 +20,10 @@
 //! # Ok::<(), coordination::event::TooManyEvents>(())
 //! ```
 
+#[cfg(target_has_atomic = "64")]
 mod queue;
 mod table;
 
+#[cfg(target_has_atomic = "64")]
 pub use queue::{QueueFull, Receiver, Sender, queue};
 pub use table::{EventId, EventTable, TooManyEvents};

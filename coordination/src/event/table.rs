@@ -26,6 +26,7 @@ impl EventId {
     "no id left for event `{name}`: a table holds at most {} events",
     EventTable::MAX_EVENTS
 )]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TooManyEvents {
     /// The event that found no room.
     pub name: String,

@@ -49,7 +49,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(target_has_atomic = "64")]
 mod any_side;
+#[cfg(target_has_atomic = "64")]
 mod channel;
 mod cursor;
 mod error;
@@ -57,10 +59,13 @@ mod graph;
 mod level;
 mod model;
 mod replica;
+#[cfg(target_has_atomic = "64")]
 mod sync;
 mod tree;
 
+#[cfg(target_has_atomic = "64")]
 pub use any_side::AnySide;
+#[cfg(target_has_atomic = "64")]
 pub use channel::{End, channel, channel_at};
 pub use cursor::{AbortError, Change, SetError, Side};
 pub use error::{ModelError, Problem};

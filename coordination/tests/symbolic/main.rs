@@ -4,6 +4,7 @@
 mod nets;
 
 mod agreement;
+mod closed;
 mod drawn;
 mod explorer;
 mod families;

@@ -8,6 +8,7 @@ use crate::event::TooManyEvents;
 
 /// What is wrong with a [`NetModel`](super::NetModel); each names the element.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ModelError {

@@ -46,12 +46,6 @@ impl Structure {
         self.self_loops.len()
     }
 
-    /// How many arcs there are.
-    #[must_use]
-    pub fn arc_count(&self) -> usize {
-        self.places.len()
-    }
-
     /// All transitions.
     pub fn transitions(&self) -> impl ExactSizeIterator<Item = TransitionId> + Clone + use<> {
         (0..self.transition_count()).map(TransitionId::from_index)
