@@ -138,6 +138,7 @@ impl fmt::Display for Faults {
 pub struct StampWatch {
     last_stamp_ns: u64,
     advanced_ns: u64,
+    advances: bool,
 }
 
 impl StampWatch {
@@ -147,7 +148,14 @@ impl StampWatch {
         StampWatch {
             last_stamp_ns: 0,
             advanced_ns: 0,
+            advances: false,
         }
+    }
+
+    /// Whether the stamp has changed since the first one: until then, nothing says that what comes with it is news.
+    #[must_use]
+    pub const fn advances(&self) -> bool {
+        self.advances
     }
 
     /// Takes the stamp of the latest answer (drive's clock) at `now_ns` (host's clock) and returns how long the stamp
@@ -155,6 +163,7 @@ impl StampWatch {
     /// hang.
     pub fn stalled_ns(&mut self, stamp_ns: u64, now_ns: u64) -> u64 {
         if stamp_ns != self.last_stamp_ns || self.advanced_ns == 0 {
+            self.advances |= self.advanced_ns != 0;
             self.last_stamp_ns = stamp_ns;
             self.advanced_ns = now_ns;
         }
@@ -240,7 +249,9 @@ mod tests {
         let mut watch = StampWatch::new();
         assert_eq!(watch.stalled_ns(100, 1_000), 0);
         assert_eq!(watch.stalled_ns(100, 3_000), 2_000);
+        assert!(!watch.advances(), "it may be of before");
         assert_eq!(watch.stalled_ns(101, 4_000), 0);
+        assert!(watch.advances());
         assert_eq!(watch.stalled_ns(7, 5_000), 0, "a restart");
         assert_eq!(watch.stalled_ns(7, 9_000), 4_000);
         // A drive that has always reported zero is stalled as well.

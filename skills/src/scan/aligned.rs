@@ -16,7 +16,7 @@ const KNOTS: usize = 16;
 const FROZEN_DISTANCE_M: f64 = 0.10;
 const FROZEN_ANGLE_RAD: f64 = 0.10;
 /// So is one that repeats itself this often, wherever the robot is, with so many echoes: the noise of each is larger than the millimetre
-/// in which it is told.
+/// in which it is told, so already the first repeat is no scan.
 const FROZEN_REPEATS: u32 = 5;
 const FROZEN_ECHOES: usize = 30;
 
@@ -57,7 +57,10 @@ pub enum AlignError {
     /// The odometry does not reach over the time of the scan.
     #[error("no odometry for the scan of {stamp_ns} ns")]
     NoOdometry { stamp_ns: u64 },
-    /// The scan stayed the same to the millimetre: the robot moved meanwhile, or it has done so again and again.
+    /// The scan is the one before, to the millimetre: it says nothing of where the robot is now.
+    #[error("scan of {stamp_ns} ns repeats the one before")]
+    Repeated { stamp_ns: u64 },
+    /// The scan stayed the same: the robot moved meanwhile, or it has done so again and again.
     #[error("scan of {stamp_ns} ns repeats those before")]
     Frozen { stamp_ns: u64 },
 }
@@ -201,13 +204,16 @@ impl AlignedScan {
         let still = moved.position().norm_m() < FROZEN_DISTANCE_M
             && moved.theta_rad.abs() < FROZEN_ANGLE_RAD;
         let echoes = raw_mm.iter().filter(|&&raw| raw >= FIRST_LENGTH_MM).count();
-        let often = self.repeats >= FROZEN_REPEATS && echoes >= FROZEN_ECHOES;
+        let many = echoes >= FROZEN_ECHOES;
+        let often = many && self.repeats >= FROZEN_REPEATS;
         // An empty hall looks the same from everywhere.
         let frozen = often || !still && raw_mm.iter().any(|&raw| raw != 0);
-        if frozen && self.check_frozen {
-            return Err(AlignError::Frozen { stamp_ns });
+        match (frozen, many) {
+            _ if !self.check_frozen => Ok(()),
+            (true, _) => Err(AlignError::Frozen { stamp_ns }),
+            (false, true) => Err(AlignError::Repeated { stamp_ns }),
+            (false, false) => Ok(()),
         }
-        Ok(())
     }
 
     fn place_points(&mut self, raw_mm: &[u16], knots: &[Knot; KNOTS + 1]) {

@@ -7,7 +7,7 @@ use sim::world::{Pose, Rectangle, Truth};
 use super::conduct::Conduct;
 use super::look::{Look, place};
 use super::violations::Violations;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
 use crate::shapes::touch;
 use crate::violation::ViolationKind;
 
@@ -22,6 +22,9 @@ pub(super) struct Areas {
     areas: Vec<Area>,
     /// Whether grants are heard at all.
     heard: bool,
+    /// From when on, since the start, the mediator may have forgotten what it has granted.
+    forgets_s: f64,
+    start_ns: u64,
 }
 
 #[derive(Debug)]
@@ -41,6 +44,8 @@ struct Presence {
     excused: bool,
     /// An operator said that it is not there any more.
     cleared: bool,
+    /// It had a grant since it came in.
+    granted: bool,
     /// Since when it has been inside without a grant.
     without_ns: Option<u64>,
     /// When it came in while a net had control of it, until that is judged.
@@ -62,7 +67,14 @@ impl Presence {
 
 impl Areas {
     /// Those of a scenario with so many bodies, clones included; grants are judged where they are `heard`.
-    pub(super) fn new(scenario: &Scenario, bodies: usize, heard: bool) -> Self {
+    pub(super) fn new(scenario: &Scenario, bodies: usize, heard: bool, start_ns: u64) -> Self {
+        let forgets = |fault: &&ScriptedFault| {
+            let kinds = [ScriptedKind::LoseJournal, ScriptedKind::RestoreJournal];
+            kinds.contains(&fault.what)
+        };
+        let forgets_s = { scenario.faults.iter() }
+            .filter(forgets)
+            .map(|fault| fault.at_s);
         let areas = { scenario.site.areas.iter() }
             .map(|area| Area {
                 id: area.id.clone(),
@@ -71,7 +83,12 @@ impl Areas {
                 presence: vec![Presence::default(); bodies],
             })
             .collect();
-        Self { areas, heard }
+        Self {
+            areas,
+            heard,
+            forgets_s: forgets_s.fold(f64::INFINITY, f64::min),
+            start_ns,
+        }
     }
 
     /// An operator said that this robot is not in the area, whatever the truth is.
@@ -126,6 +143,7 @@ impl Areas {
                 presence.without_ns = None;
                 presence.came_ns = None;
                 presence.known_ns = None;
+                presence.granted = false;
                 continue;
             }
             if robot.is_clone && presence.known_ns.is_none() {
@@ -136,10 +154,14 @@ impl Areas {
             }
             if had(truth.time_ns) {
                 presence.excused = false;
+                presence.granted = true;
                 presence.without_ns = None;
                 continue;
             }
-            if presence.excused || presence.cleared {
+            // What it came in by may be lost with the mediator's journal, also where a process is gone that would have told of it.
+            let at_s = truth.time_ns.saturating_sub(self.start_ns) as f64 / 1e9;
+            let lost = presence.granted && at_s >= self.forgets_s;
+            if presence.excused || presence.cleared || lost {
                 continue;
             }
             let since_ns = *presence.without_ns.get_or_insert(truth.time_ns);

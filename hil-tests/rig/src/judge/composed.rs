@@ -42,7 +42,7 @@ impl Judge {
             .map(|robot| Conduct::new(scenario, robot, start_ns))
             .collect();
         Self {
-            areas: Areas::new(scenario, robots.len(), heard),
+            areas: Areas::new(scenario, robots.len(), heard, start_ns),
             robots,
             rules: Rule::all(scenario),
             braking: { scenario.robots.iter() }

@@ -132,6 +132,33 @@ fn a_second_robot_of_an_identity_is_too_many_where_others_could_know_of_it() {
     assert!(over_capacity(None, &[outside(1_000), inside(1_020)], 2_000));
 }
 
+#[test]
+fn who_came_in_by_a_grant_that_was_lost_with_the_journal_is_excused_until_it_is_out() {
+    let mut scenario = overtaking();
+    let found = |scenario: &Scenario| {
+        let (mut judge, mut observations) = (Judge::new(scenario, 0, true), heard(scenario));
+        let [outside, inside] = [(9.0, 0.0), (3.0, -0.4)];
+        let at = |at_ms, (x_m, y_m)| truth(at_ms, x_m, y_m);
+        observe(&mut judge, 0, &at(900, outside), &observations);
+        grant(&mut observations, "amr-1", "1", 2, 1_000);
+        observe(&mut judge, 0, &at(1_200, inside), &observations);
+        observations.cleared("1", &["amr-1"], 2_000 * MS);
+        for at_ms in [2_200, 2_400, 2_600] {
+            observe(&mut judge, 0, &at(at_ms, inside), &observations);
+        }
+        let inside_yet = kinds(&judge).len();
+        observe(&mut judge, 0, &at(3_000, outside), &observations);
+        for at_ms in [3_200, 3_400, 3_600] {
+            observe(&mut judge, 0, &at(at_ms, inside), &observations);
+        }
+        [inside_yet, kinds(&judge).len()].map(|count| count > 0)
+    };
+    assert_eq!(found(&scenario), [true, true]);
+    let lost = "at_s = 1.5\nfor_s = 1.0\nwhat = \"lose-journal\"";
+    scenario.faults = vec![toml::from_str(lost).expect("a fault")];
+    assert_eq!(found(&scenario), [false, true]);
+}
+
 /// The mediator's word that this coordination commands the robot, `progress` flags far: taken, then sent into area 1.
 fn command(observations: &mut Observations, robot: &str, number: u64, progress: u32, at_ms: u64) {
     let flag = |by_mediator: bool, area: Option<&str>| ControlFlag {

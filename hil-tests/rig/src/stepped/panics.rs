@@ -29,12 +29,15 @@ impl Panicking {
         let body = move || {
             let mut alive = true;
             let goes_on = || {
+                // A coroutine is dropped by unwinding it, too, and nothing is left to be done then.
+                if !runs() {
+                    return false;
+                }
                 if hears.swap(false, Ordering::Relaxed) && std::mem::take(&mut alive) {
                     // A panic, without the hook, which is the whole process's.
                     resume_unwind(Box::new("a fault of the scenario"));
                 }
-                // A coroutine is dropped by unwinding it, too, and nothing is left to be done then.
-                runs()
+                true
             };
             make(own).run(goes_on, &panicked);
         };

@@ -198,3 +198,42 @@ fn a_robot_on_its_way_into_an_area_stops_before_a_clone_that_is_put_there() {
     };
     passes("overtaking", 43, &[paused, cloned]);
 }
+
+/// What a lidar repeats pulls the pose back to where the robot was, and it would drive over the border before which it stops.
+#[test]
+fn a_robot_whose_lidar_repeats_its_scan_stops_before_the_border() {
+    let frozen = fault(23.86, 8.483, ScriptedKind::FreezeScans, "amr-2");
+    passes("overtaking", 1668, &[frozen]);
+}
+
+/// Its sensors say how fast it was before.
+#[test]
+fn a_robot_that_restarts_while_its_sensors_are_frozen_does_not_brake_from_a_speed_that_it_has_not()
+{
+    let frozen = fault(42.5, 9.208, ScriptedKind::FreezeSensors, "amr-2");
+    let panics = ScriptedFault {
+        thread: Some("lidar".to_owned()),
+        ..fault(42.806, 1.977, ScriptedKind::Panic, "amr-2")
+    };
+    passes("overtaking", 1932, &[frozen, panics]);
+}
+
+/// What it stands in is its own yet, though neither the mediator nor its new process knows of the grant.
+#[test]
+fn a_robot_and_the_mediator_that_forget_a_grant_at_once_harm_nobody() {
+    let lost = ScriptedFault {
+        robot: None,
+        ..fault(65.993, 0.859, ScriptedKind::LoseJournal, "")
+    };
+    passes("overtaking", 367, &[killed(64.86, 1.23, "amr-1"), lost]);
+    // Its new process registers with the number that the one before had with the other mediator.
+    let lost = ScriptedFault {
+        robot: None,
+        ..fault(50.68, 11.108, ScriptedKind::LoseJournal, "")
+    };
+    let panics = ScriptedFault {
+        thread: Some("communication".to_owned()),
+        ..fault(54.98, 1.353, ScriptedKind::Panic, "amr-2")
+    };
+    passes("overtaking", 2115, &[lost, panics]);
+}

@@ -28,6 +28,16 @@ fn a_panic_of_any_thread_ramps_the_robot_to_a_stop_and_ends_its_process() {
     }
 }
 
+/// A thread of a process that is gone has no turn any more in which it could panic.
+#[test]
+fn a_process_can_be_killed_before_its_thread_comes_to_panic() {
+    for thread in ["fieldbus", "motion", "lidar", "navigation"] {
+        let mut bench = Bench::driving();
+        bench.panic(thread);
+        drop(bench);
+    }
+}
+
 #[test]
 fn a_robot_does_not_stop_for_the_panic_of_another_one_in_the_same_process() {
     let (mut one, mut other) = (Bench::driving(), Bench::driving());

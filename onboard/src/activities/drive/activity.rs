@@ -157,12 +157,18 @@ impl Drive {
             stale,
             age_ns as f64 / MILLISECOND_NS as f64,
         );
-        if !running || stale || self.latched || self.panicked.is_raised() {
+        if !self.may_follow() || stale {
             self.ramp.stop(now_ns, self.encoders.speeds)
         } else {
             let limit = self.settings.max_wheel_speed_rad_s;
             self.ramp.follow(now_ns, self.wanted.value.speeds, limit)
         }
+    }
+
+    /// Whether setpoints are for the wheels.
+    fn may_follow(&self) -> bool {
+        let ails = self.latched || self.panicked.is_raised();
+        self.port.running() && !ails && self.health.senses()
     }
 
     /// One exchange with the drive.
@@ -354,9 +360,7 @@ impl Activity for Drive {
         }
         let operational = self.bus.is_some() && self.port.state() != LifeCycleState::Configuring;
         self.status.operational = u64::from(operational);
-        let follows =
-            operational && self.port.running() && !self.latched && !self.panicked.is_raised();
-        self.status.follows = u64::from(follows);
+        self.status.follows = u64::from(operational && self.may_follow());
         self.status.status =
             u64::from(self.inputs.status1.0) | u64::from(self.inputs.status2) << 16;
         self.status.bus_voltage_v = f64::from(self.inputs.bus_voltage_v);

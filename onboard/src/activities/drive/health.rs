@@ -52,6 +52,12 @@ impl Health {
         self.bad_since_ns == 0 && !self.unpowered
     }
 
+    /// Whether its sensors have shown that they are alive. What they say may be of before: a robot that takes it for how fast it is
+    /// would ramp down from there.
+    pub(super) fn senses(&self) -> bool {
+        self.stamps.advances()
+    }
+
     /// The fault that has lasted long enough for the robot to stand until an operator resets it, with its figure.
     pub(super) fn judge(
         &mut self,

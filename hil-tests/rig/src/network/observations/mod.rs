@@ -138,7 +138,8 @@ impl Observations {
             journal: report.mediator_journal,
         };
         self.hear(source, at_ns);
-        match self.registrations.report(robot, source, report.session) {
+        let process = (report.session, report.boot_epoch);
+        match self.registrations.report(robot, source, process) {
             Order::Old => return,
             Order::Present => {}
             Order::Begins => {

@@ -20,7 +20,8 @@ type Registration = (usize, u64);
 #[derive(Clone, Debug, Default)]
 pub(super) struct Registrations {
     sources: Vec<Source>,
-    by_robot: BTreeMap<String, Registration>,
+    /// With the boot of the robot's process.
+    by_robot: BTreeMap<String, (Registration, u64)>,
 }
 
 /// How a robot's report comes in its order.
@@ -49,19 +50,25 @@ impl Registrations {
         (place.unwrap_or(0), session)
     }
 
-    /// Takes in a robot's report.
-    pub(super) fn report(&mut self, robot: &str, source: Source, session: u64) -> Order {
+    /// Takes in a report of a robot's process.
+    pub(super) fn report(
+        &mut self,
+        robot: &str,
+        source: Source,
+        (session, boot): (u64, u64),
+    ) -> Order {
         let found = self.registration(source, session);
-        let Some(present) = self.by_robot.get_mut(robot) else {
-            self.by_robot.insert(robot.to_owned(), found);
+        let Some((present, present_boot)) = self.by_robot.get_mut(robot) else {
+            self.by_robot.insert(robot.to_owned(), (found, boot));
             return Order::Present;
         };
         match found.cmp(present) {
             std::cmp::Ordering::Less => Order::Old,
             std::cmp::Ordering::Equal => Order::Present,
             std::cmp::Ordering::Greater => {
-                let anew = found.1 != present.1;
-                *present = found;
+                // Another mediator may give the same number, and keeps what a process has, but not what one before it had.
+                let anew = (session, boot) != (present.1, *present_boot);
+                (*present, *present_boot) = (found, boot);
                 if anew { Order::Begins } else { Order::Present }
             }
         }
@@ -72,6 +79,6 @@ impl Registrations {
         let found = self.registration(source, session);
         self.by_robot
             .get(robot)
-            .is_some_and(|present| found < *present)
+            .is_some_and(|(present, _)| found < *present)
     }
 }

@@ -136,6 +136,11 @@ impl ScriptedFault {
             },
             ScriptedKind::BreakScans if share >= ALL => by_tubes(unseen_s),
             ScriptedKind::DelayScans if by_s > unseen_s => by_tubes(unseen_s),
+            // The last good scan comes later.
+            ScriptedKind::DelayScans => Stopping {
+                delays_s: by_s,
+                ..goes_on
+            },
             ScriptedKind::CoverLidar | ScriptedKind::Unplug => by_tubes(unseen_s),
             ScriptedKind::Stop => by_tubes(SERVED_WITHIN_S),
             ScriptedKind::Pause => Stopping {
