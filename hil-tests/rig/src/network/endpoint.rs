@@ -5,6 +5,10 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use contract::network::NetworkSettings;
 
+/// Ports below those that Linux gives to whoever asks for any: a program that listens on all addresses has none of them by chance, and
+/// none is gone between being found free and being listened on.
+const PORTS: std::ops::Range<u16> = 20_000..30_000;
+
 /// A free endpoint on the loopback. It has an address of its own: on the common one, the port of a program that is started again may
 /// meanwhile be another one's, or that of any connection.
 ///
@@ -19,10 +23,14 @@ pub fn free_endpoint() -> Result<String, String> {
         low,
         1 + LAST.fetch_add(1, Ordering::Relaxed) % 254,
     );
-    let address = TcpListener::bind((own, 0))
-        .and_then(|socket| socket.local_addr())
-        .map_err(|error| format!("no free port: {error}"))?;
-    Ok(format!("tcp/{address}"))
+    let mut refused = String::new();
+    for port in PORTS {
+        match TcpListener::bind((own, port)) {
+            Ok(_) => return Ok(format!("tcp/{own}:{port}")),
+            Err(error) => refused = error.to_string(),
+        }
+    }
+    Err(format!("no free port: {refused}"))
 }
 
 /// A session that listens on the loopback, and its endpoint.
