@@ -11,7 +11,9 @@ mod families;
 mod large;
 mod published;
 
-use coordination::analysis::{Limits, Proof, Refusal, Use, check};
+use std::collections::BTreeMap;
+
+use coordination::analysis::{Limits, Proof, Reason, Refusal, Use, check};
 use coordination::petri::NetModel;
 
 /// Looks at sets of states from the beginning.
@@ -30,4 +32,19 @@ fn each(net: &NetModel, uses: &[Use]) -> Result<Proof, Refusal> {
         ..Limits::default()
     };
     check(net, uses, &limits)
+}
+
+/// The name of a reason, without what it says.
+fn name(reason: &Reason) -> String {
+    let text = format!("{reason:?}");
+    text.split([' ', '(']).next().unwrap_or_default().to_owned()
+}
+
+/// Random nets were met with each of these verdicts, at least so often.
+#[track_caller]
+fn each_is_met(met: &BTreeMap<String, usize>, expected: &[(&str, usize)]) {
+    for &(verdict, least) in expected {
+        let count = met.get(verdict).copied().unwrap_or(0);
+        assert!(count >= least, "{verdict}: {count} times, of {met:?}");
+    }
 }

@@ -44,20 +44,15 @@ impl Floor {
         let most = MOST.min(MOST_PLACES / self.routes.len().max(1));
         // Placements before this one are all that so many steps lead to.
         let (mut steps, mut end) = (0, 1);
-        let (mut next, mut dead) = (0, None);
+        let mut next = 0;
         while next < graph.states.len() {
             if next == end {
                 (steps, end) = (steps + 1, graph.states.len());
             }
             let from = next as u32;
             let state = Rc::clone(&graph.states[next]);
-            let possible = self.steps(&state);
-            dead = dead.or_else(|| {
-                let waits = self.who_waits_for_ever(&state, possible.is_empty());
-                (!waits.is_empty()).then_some((next, waits))
-            });
             next += 1;
-            for (step, mut after) in possible {
+            for (step, mut after) in self.steps(&state) {
                 self.follow(&mut after);
                 let known = numbers.get(&after).copied();
                 let to = match known {
@@ -67,11 +62,14 @@ impl Floor {
                             looked: most,
                             steps,
                         };
-                        return dead.map_or(part, |(place, waits)| Explored::Dead {
-                            graph,
-                            place,
-                            waits,
-                        });
+                        return match self.nearest_dead(&graph, from as usize) {
+                            None => part,
+                            Some((place, waits)) => Explored::Dead {
+                                graph,
+                                place,
+                                waits,
+                            },
+                        };
                     }
                     None => {
                         let (to, after) = (graph.states.len() as u32, Rc::new(after));
@@ -89,6 +87,18 @@ impl Floor {
             }
         }
         Explored::Whole(graph)
+    }
+
+    /// The nearest of the placements before `end` in which robots wait for ever, and who: all their edges are known.
+    fn nearest_dead(&self, graph: &Graph, end: usize) -> Option<(usize, Vec<usize>)> {
+        let mut leads_on = vec![false; graph.states.len()];
+        for edge in &graph.edges {
+            leads_on[edge.from as usize] = true;
+        }
+        (0..end).find_map(|place| {
+            let waits = self.who_waits_for_ever(&graph.states[place], !leads_on[place]);
+            (!waits.is_empty()).then_some((place, waits))
+        })
     }
 
     /// What follows by itself.

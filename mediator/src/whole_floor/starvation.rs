@@ -1,8 +1,9 @@
 //! Whether one robot can wait for ever while others go on.
 //!
 //! It can if they can go round and round without it, though all are fair: whatever is possible again and again happens at some
-//! time (strong fairness), but for what it is that robots decide, and for grants that go to a larger priority first. What is left of the graph after taking out, again and again, where that would not be so, are the rounds in
-//! which a robot starves (Lichtenstein and Pnueli 1985).
+//! time (strong fairness), but for which way a robot goes, and for grants that go to a larger priority first. What is left of the
+//! graph after taking out, again and again, where that would not be so, are the rounds in which a robot starves (Lichtenstein and
+//! Pnueli 1985).
 
 use std::collections::HashSet;
 

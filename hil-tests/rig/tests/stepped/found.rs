@@ -30,6 +30,13 @@ fn killed(at_s: f64, for_s: f64, robot: &str) -> ScriptedFault {
     fault(at_s, for_s, ScriptedKind::KillRobot, robot)
 }
 
+fn of_mediator(at_s: f64, for_s: f64, what: ScriptedKind) -> ScriptedFault {
+    ScriptedFault {
+        robot: None,
+        ..fault(at_s, for_s, what, "")
+    }
+}
+
 fn fault(at_s: f64, for_s: f64, what: ScriptedKind, robot: &str) -> ScriptedFault {
     ScriptedFault {
         at_s,
@@ -142,10 +149,7 @@ fn a_robot_that_finds_no_way_is_driven_out_by_hand_and_goes_on() {
 /// Its mediator's journal is from before the coordination was over: robots that are past it all are let go at once.
 #[test]
 fn a_coordination_that_an_older_journal_brings_back_holds_nobody() {
-    let restored = ScriptedFault {
-        robot: None,
-        ..fault(59.88, 8.046, ScriptedKind::RestoreJournal, "")
-    };
+    let restored = of_mediator(59.88, 8.046, ScriptedKind::RestoreJournal);
     let summary = passes("overtaking", 79, &[restored]);
     assert!(summary.duration_s < 120.0, "{}", summary.duration_s);
 }
@@ -221,16 +225,10 @@ fn a_robot_that_restarts_while_its_sensors_are_frozen_does_not_brake_from_a_spee
 /// What it stands in is its own yet, though neither the mediator nor its new process knows of the grant.
 #[test]
 fn a_robot_and_the_mediator_that_forget_a_grant_at_once_harm_nobody() {
-    let lost = ScriptedFault {
-        robot: None,
-        ..fault(65.993, 0.859, ScriptedKind::LoseJournal, "")
-    };
+    let lost = of_mediator(65.993, 0.859, ScriptedKind::LoseJournal);
     passes("overtaking", 367, &[killed(64.86, 1.23, "amr-1"), lost]);
     // Its new process registers with the number that the one before had with the other mediator.
-    let lost = ScriptedFault {
-        robot: None,
-        ..fault(50.68, 11.108, ScriptedKind::LoseJournal, "")
-    };
+    let lost = of_mediator(50.68, 11.108, ScriptedKind::LoseJournal);
     let panics = ScriptedFault {
         thread: Some("communication".to_owned()),
         ..fault(54.98, 1.353, ScriptedKind::Panic, "amr-2")
