@@ -11,7 +11,7 @@ from . import page, wire
 from .floor import HASH_OF_NOTHING, floor_hash
 
 LAST_NUMBER = 1 << 62
-EPOCH_STEP = 1 << 20
+EPOCH_STEP = SEQUENCE_STEP = 1 << 20
 
 
 class Follower:
@@ -23,6 +23,7 @@ class Follower:
         self.floor: list[Any] = []
         self.floor_hash = HASH_OF_NOTHING
         self.epoch = self.heard_sequence = self.session = self.instance = self.journal = 0
+        self.sequence = 0
         self.heard_at = -math.inf
         self.stands_by = self.identity_taken = False
         self.refusal = ""
@@ -97,7 +98,8 @@ class Follower:
 
     def is_plausible(self, message: Any) -> bool:
         """Not what no mediator says."""
-        followed = self.instance != 0 and message.instance == self.instance
+        same_journal = self.session != 0 and message.journal != 0 and message.journal == self.journal
+        followed = self.instance != 0 and message.instance == self.instance or same_journal
         most = min(LAST_NUMBER, self.epoch + EPOCH_STEP) if followed else LAST_NUMBER
         plausible = message.mediator_epoch <= most and message.sequence <= LAST_NUMBER
         self.wrong += not plausible
@@ -139,6 +141,9 @@ class Follower:
         if echoed in self.sent:
             self.lease_from = self.sent[echoed]
             self.sent = {sequence: at for sequence, at in self.sent.items() if sequence > echoed}
+        if self.sequence < echoed <= self.sequence + SEQUENCE_STEP:
+            # Somebody has spoken in its name: the next report is to count.
+            self.sequence = echoed
 
     def has_lease(self, now: float) -> bool:
         """Whether it may newly reach into what it was granted."""

@@ -40,7 +40,7 @@ class Robot(Follower):
         super().__init__(robot_id)
         self.site, self.body, self.located = site, body, located
         self.stops = route if round_trip else [*route, *route[-2:0:-1]]
-        self.sequence = self.state_sequence = 0
+        self.state_sequence = 0
         # What it has.
         self.claims: dict[str, Claim] = {}
         self.revocations: dict[str, Claim] = {}

@@ -13,6 +13,9 @@ pub const ENTERS_WITHIN_NS: u64 = 3_900_000_000;
 /// A robot that was not heard for this long enters no area any more that it has not entered, whatever it was granted: its lease
 /// and the time to use it, and what two clocks may differ by meanwhile (20 000 ppm; crystals have 100).
 pub const ENTERS_NO_MORE_NS: u64 = LEASE_NS + ENTERS_WITHIN_NS + 100_000_000;
+/// A robot that has kept an area that was asked back, and is not in it this much later, could not stop before it then and can by now:
+/// it is asked again.
+pub const ASKED_AGAIN_NS: u64 = 1_000_000_000;
 /// A robot that has not answered `acquire` after this time does not hold the others any more: its coordination ends.
 pub const ACQUIRED_WITHIN_NS: u64 = 5_000_000_000;
 /// Two that speak at once for one identity for longer than this are no restart and no late message: people are told.

@@ -138,6 +138,22 @@ def revocation_kept(fleet: Fleet) -> None:
         raise Failed(f"{first.robot_id} still has {area}", found(first))
 
 
+@SUITE.check("revocation-asked-again", "One that has answered `kept` and is not in the area a second later is asked again, in a new run",
+             "| a grant that was kept and not entered is asked back again after | 1 s |", needs=["2 robots"])
+def revocation_asked_again(fleet: Fleet) -> None:
+    """Who has kept an area without entering it is asked again."""
+    area, first, _, claim, asked = intrusion(fleet)
+    with first.lock:
+        first.revocations[area] = asked.then(2, path=1)
+        first.send()
+
+    def again(heard: Heard) -> bool:
+        newest = heard.revocation(area)
+        return asked_back(area, claim)(heard) and newest is not None and newest.run > asked.run
+
+    fleet.expect(first, page.ASKED_AGAIN_S + fleet.soon_s, again, f"another revocation of {area} with fence {claim.fence}")
+
+
 @SUITE.check("revocation-repeated", "Everything that is still so, in every report", "| a level is sent at least every | 200 ms |",
              needs=["2 robots"])
 def revocation_repeated(fleet: Fleet) -> None:

@@ -97,6 +97,21 @@ def old_sequence(fleet: Fleet) -> None:
     robot.speaks = True
 
 
+@SUITE.check("sequence-bounded",
+             "A report whose `sequence` is more than 2^20 above the last one, and one more for each millisecond in which the robot was not heard, is "
+             "dropped and counted")
+def sequence_bounded(fleet: Fleet) -> None:
+    """One report in a robot's name with a number far ahead does not make its own ones old."""
+    robot = fleet.robots[0]
+    with robot.lock:
+        lie = robot.report()
+        lie.sequence += 2**40
+    for _ in range(3):
+        robot.send(lie.SerializeToString())
+    sent = robot.send()
+    fleet.expect(robot, fleet.soon_s, lambda heard: sent <= heard.message.robot_sequence < lie.sequence, f"robot_sequence {sent}")
+
+
 @SUITE.check("repeated-report", "so a lost, repeated or late one does no harm.")
 def repeated_report(fleet: Fleet) -> None:
     """A report of a request that comes again after the area was returned asks for nothing."""

@@ -35,8 +35,10 @@ const SENT: usize = 256;
 
 /// No mediator has a larger epoch or sequence: what says so is nonsense.
 pub const LAST_NUMBER: u64 = 1 << 62;
-/// The mediator that a robot follows does not raise its epoch by more at once.
+/// The mediator that a robot follows does not raise its epoch by more at once, nor does one that goes on with its journal.
 pub const EPOCH_STEP: u64 = 1 << 20;
+/// Somebody who speaks in a robot's name is believed to have sent so many reports more than it has.
+pub const SEQUENCE_STEP: u64 = 1 << 20;
 
 /// Other mediators that speak to this robot.
 #[derive(Clone, Copy, Debug)]
@@ -137,7 +139,8 @@ impl Session {
             return Received::Stale;
         }
         let follows = self.instance != 0 && !other;
-        let most = if follows {
+        let same_journal = self.is_registered() && self.is_its_journal(message.journal);
+        let most = if follows || same_journal {
             self.mediator_epoch.saturating_add(EPOCH_STEP)
         } else {
             LAST_NUMBER
@@ -219,6 +222,10 @@ impl Session {
     /// The mediator has this report, and perhaps none after it.
     fn renew_lease(&mut self, echoed: u64) {
         self.acknowledged = self.acknowledged.max(echoed.min(self.sequence));
+        if (self.sequence..=self.sequence + SEQUENCE_STEP).contains(&echoed) {
+            // Somebody has sent reports in its name: those that follow are to count.
+            self.sequence = echoed;
+        }
         while let Some(&(sequence, sent_ns)) = self.sent.front()
             && sequence <= echoed
         {
@@ -246,12 +253,17 @@ impl Session {
         let silent = now_ns > self.heard_ns.saturating_add(SILENT_AFTER_NS);
         let as_late = message.mediator_epoch >= self.mediator_epoch;
         let later = message.mediator_epoch > self.mediator_epoch;
-        let same_journal = message.journal != 0 && message.journal == self.journal;
+        let same_journal = self.is_its_journal(message.journal);
         if !self.is_registered() {
             return (as_late || !same_journal) && (message.session != 0 || silent);
         }
         let offers = message.session != 0;
         offers && (self.stands_by && as_late || later && silent) || later && same_journal
+    }
+
+    /// That of the mediator that it follows, or has followed last.
+    fn is_its_journal(&self, journal: u64) -> bool {
+        journal != 0 && journal == self.journal
     }
 
     fn note_other(&mut self, now_ns: u64) {

@@ -62,7 +62,12 @@ pub fn connect(
     session.find_device(options.bit_rate)?;
     session.change_rate(options.bit_rate)?;
     let parameters = session.fields("PP")?.parameters()?;
-    let format = options.format(&parameters)?;
+    // What another device than the one that is supported would need makes no sense to ask for.
+    let other = |error| match parameters.check_urg_04lx() {
+        Ok(()) => error,
+        Err(found) => ConnectError::OtherDevice(found),
+    };
+    let format = options.format(&parameters).map_err(other)?;
     let identity = session.fields("VV")?.identity()?;
     let state = session.fields("II")?.state();
     if !state.is_well() {
@@ -228,33 +233,44 @@ impl Session {
         Err(self.no_reply(command.as_bytes()))
     }
 
-    /// Reads the device's clock several times. A refusal is no error: the mapping works without. Replies that take too long
-    /// are one: how old scans are would not be known, and a delay would pass for the time of measuring.
+    /// Reads the device's clock several times. One that cannot be read, or only with replies that take too long, is an error: how old
+    /// scans are would not be known, and a delay would pass for the time of measuring.
     fn read_clock(&mut self) -> Result<ClockBounds, ConnectError> {
         let mut bounds = ClockBounds::default();
-        if self.command(b"TM0")?.status == Status::OK {
-            for _ in 0..CLOCK_READINGS {
-                let before_ns = self.clock.now_ns();
-                let reply = self.command(b"TM1")?;
-                let stamp = reply
-                    .lines
-                    .first()
-                    .and_then(|line| codec::verify(line))
-                    .and_then(codec::decode);
-                if let (Status::OK, Some(device_ms)) = (reply.status, stamp) {
-                    bounds.add(device_ms, before_ns, reply.arrival_ns);
-                }
+        match self.command(b"TM0")?.status {
+            Status::OK => {}
+            status => {
+                return Err(refused(
+                    b"TM0",
+                    status,
+                    "how old its scans are is not known",
+                ));
+            }
+        }
+        for _ in 0..CLOCK_READINGS {
+            let before_ns = self.clock.now_ns();
+            let reply = self.command(b"TM1")?;
+            let stamp = reply
+                .lines
+                .first()
+                .and_then(|line| codec::verify(line))
+                .and_then(codec::decode);
+            if let (Status::OK, Some(device_ms)) = (reply.status, stamp) {
+                bounds.add(device_ms, before_ns, reply.arrival_ns);
             }
         }
         self.command(b"TM2")?;
         match bounds.offset_ns() {
+            None => Err(ConnectError::ClockUnreadable {
+                readings: CLOCK_READINGS,
+            }),
             Some((_, found_ns)) if found_ns > MOST_UNCERTAIN_NS => {
                 Err(ConnectError::ClockUncertain {
                     found_ms: found_ns / 1_000_000,
                     expected_ms: MOST_UNCERTAIN_NS / 1_000_000,
                 })
             }
-            _ => Ok(bounds),
+            Some(_) => Ok(bounds),
         }
     }
 

@@ -121,6 +121,14 @@ pub enum ConnectError {
         beams: usize,
         most: usize,
     },
+    /// The device is another one, as its parameters say.
+    #[error("{0}")]
+    OtherDevice(String),
+    /// Its clock could not be read.
+    #[error(
+        "the device's clock could not be read: of {readings} replies to TM1 none was whole; check the cable, and the bit rate"
+    )]
+    ClockUnreadable { readings: usize },
     /// Its clock could not be compared with the host's, because replies take too long.
     #[error(
         "the device's clock is known to {found_ms} ms only, because its replies are late; expected {expected_ms} ms"

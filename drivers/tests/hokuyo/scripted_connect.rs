@@ -172,13 +172,18 @@ fn a_device_that_is_not_well_is_refused_in_its_words() {
 }
 
 #[test]
-fn works_without_the_clock_of_the_device() {
-    let setup = Setup {
-        refuse: vec![("TM0", "0D")],
-        ..Setup::default()
-    };
-    let (_peer, lidar) = connect_and_read(setup, &options());
-    assert_eq!(lidar.stamp_uncertainty(), None);
+fn a_device_whose_clock_cannot_be_compared_is_refused() {
+    for (command, expected) in [
+        ("TM0", "how old its scans are"),
+        ("TM1", "could not be read"),
+    ] {
+        let peer = Peer::start(Setup {
+            refuse: vec![(command, "0D")],
+            ..Setup::default()
+        });
+        let error = Hokuyo::connect(peer.path(), &options()).unwrap_err();
+        assert!(error.to_string().contains(expected), "{command}: {error}");
+    }
 }
 
 #[test]
@@ -259,6 +264,26 @@ fn says_that_the_line_is_too_slow() {
             .to_string()
             .contains("cluster = 2 or skip = 1 or bit_rate = 250000"),
         "{error}"
+    );
+}
+
+/// What it would take to read another device is of no use to know.
+#[test]
+fn another_device_is_refused_as_such() {
+    let peer = Peer::start(Setup {
+        rpm: 2400,
+        ..Setup::default()
+    });
+    let options = Options {
+        bit_rate: 115_200,
+        ..patient()
+    };
+    let error = Hokuyo::connect(peer.path(), &options).unwrap_err();
+    assert!(matches!(error, ConnectError::OtherDevice(_)), "{error}");
+    let text = error.to_string();
+    assert!(
+        text.contains("2400 turns") && text.contains("URG-04LX"),
+        "{text}"
     );
 }
 

@@ -103,6 +103,9 @@ enum Command {
     Absent {
         /// Id of the robot
         robot: String,
+        /// It was taken away, though it stands in an area, for all that is known
+        #[arg(long)]
+        taken_away: bool,
         #[command(flatten)]
         which: Which,
     },
@@ -141,7 +144,11 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             coordination,
             which,
         } => status::order(&which, &Question::End { coordination }),
-        Command::Absent { robot, which } => status::order(&which, &Question::Absent { robot }),
+        Command::Absent {
+            robot,
+            taken_away,
+            which,
+        } => status::order(&which, &Question::Absent { robot, taken_away }),
         Command::Orders { which } => status::orders(&which),
     };
     match result {

@@ -164,6 +164,41 @@ pub enum Alarm {
     },
 }
 
+impl Alarm {
+    /// The robot of the site that it is about, if it is about one.
+    #[must_use]
+    pub fn robot(&self) -> Option<&str> {
+        match self {
+            Self::Doubled { robot }
+            | Self::OlderJournal { robot, .. }
+            | Self::Version { robot, .. }
+            | Self::Site { robot, .. }
+            | Self::Floor { robot, .. }
+            | Self::BadReport { robot, .. }
+            | Self::Silent { robot, .. }
+            | Self::Back { robot }
+            | Self::Adopted { robot, .. }
+            | Self::Void { robot, .. }
+            | Self::Intruder { robot, .. }
+            | Self::TooLarge { robot, .. }
+            | Self::BadControl { robot, .. }
+            | Self::Forgotten { robot, .. }
+            | Self::Bypassed { robot, .. }
+            | Self::BypassedBySecond { robot, .. }
+            | Self::Mute { robot, .. }
+            | Self::Circle { robot, .. } => Some(robot),
+            Self::UnknownRobot(_)
+            | Self::SecondMediator { .. }
+            | Self::GoesOn { .. }
+            | Self::NotResumed { .. }
+            | Self::Still { .. }
+            | Self::Preempted { .. }
+            | Self::LetGo { .. }
+            | Self::Overfull { .. } => None,
+        }
+    }
+}
+
 /// What was wrong with one part of a report.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BadReport {

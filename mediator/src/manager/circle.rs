@@ -5,6 +5,8 @@
 //! a net decides, or a silent robot blocks, something else is to be done, and is said elsewhere. Robots that do not go on by that
 //! rule wait for each other in circles.
 
+use std::collections::BTreeMap;
+
 use super::alarm::Alarm;
 use super::areas::Areas;
 use super::coordinations::Coordinations;
@@ -19,17 +21,24 @@ const LASTS_NS: u64 = 5_000_000_000;
 /// A robot of a circle, the area that it waits for, and the next robot, which has that.
 type Wait = (usize, usize, usize);
 
-/// A circle that was found.
+/// Each robot of a circle, from the one with the smallest number on.
+type Circle = Vec<Wait>;
+
+/// Circles that were found.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CircleWatch {
     next_ns: u64,
-    found: Vec<Wait>,
+    found: BTreeMap<Circle, Found>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Found {
     since_ns: u64,
     told: bool,
 }
 
 impl CircleWatch {
-    /// Looks for a circle, now and then; the alarm when one has lasted.
+    /// Looks for circles, now and then; the alarms of those that have lasted.
     pub(crate) fn look(
         &mut self,
         names: &Names,
@@ -37,60 +46,64 @@ impl CircleWatch {
         sessions: &Sessions,
         coordinations: &Coordinations,
         now_ns: u64,
-    ) -> Option<Alarm> {
+    ) -> Vec<Alarm> {
         if now_ns < self.next_ns {
-            return None;
+            return Vec::new();
         }
         self.next_ns = now_ns.saturating_add(PERIOD_NS);
         let stuck =
             |robot: usize| sessions.is_heard(robot) && coordinations.control_of(robot).is_none();
-        let circle = find(areas, names.robots().len(), stuck);
-        if circle != self.found {
-            *self = Self {
-                found: circle,
-                since_ns: now_ns,
-                told: false,
-                ..*self
-            };
-        }
-        let lasts_ns = now_ns.saturating_sub(self.since_ns);
-        if self.found.is_empty() || self.told || lasts_ns < LASTS_NS {
-            return None;
-        }
-        self.told = true;
-        Some(self.alarm(names, areas))
-    }
-
-    fn alarm(&self, names: &Names, areas: &Areas) -> Alarm {
-        let waits = { self.found.iter() }.map(|&(robot, area, has)| {
-            let [robot, has] = [robot, has].map(|robot| names.robot_id(robot));
-            format!("{robot} for area {}, which {has} has", names.area_id(area))
-        });
-        // The least important one; of equals the one that has asked last.
-        let asked_ns = |&(robot, area, _): &Wait| {
-            areas
-                .robot(robot)
-                .claim(area)
-                .map_or(0, |claim| claim.asked_ns)
+        let new = Found {
+            since_ns: now_ns,
+            told: false,
         };
-        let backs_out = { self.found.iter() }.min_by_key(|wait| {
-            (
-                names.robots()[wait.0].priority,
-                std::cmp::Reverse(asked_ns(wait)),
-            )
+        let circles = find(areas, names.robots().len(), stuck).into_iter();
+        let found = circles.map(|circle| {
+            let known = self.found.get(&circle).copied();
+            (circle, known.unwrap_or(new))
         });
-        let backs_out = backs_out.map_or(0, |&(robot, ..)| robot);
-        let wanted = { self.found.iter() }.find(|&&(.., has)| has == backs_out);
-        Alarm::Circle {
-            waits: waits.collect::<Vec<_>>().join("; "),
-            robot: names.robot_id(backs_out),
-            area: wanted.map_or_else(String::new, |&(_, area, _)| names.area_id(area)),
-        }
+        self.found = found.collect();
+        let lasting = self
+            .found
+            .iter_mut()
+            .filter(|(_, own)| !own.told && now_ns.saturating_sub(own.since_ns) >= LASTS_NS);
+        let alarms = lasting.map(|(circle, own)| {
+            own.told = true;
+            alarm(circle, names, areas)
+        });
+        alarms.collect()
     }
 }
 
-/// The first circle, from its smallest robot on; empty where all go on. Only robots that `may_wait` can wait for each other.
-fn find(areas: &Areas, robots: usize, may_wait: impl Fn(usize) -> bool) -> Vec<Wait> {
+fn alarm(circle: &Circle, names: &Names, areas: &Areas) -> Alarm {
+    let waits = { circle.iter() }.map(|&(robot, area, has)| {
+        let [robot, has] = [robot, has].map(|robot| names.robot_id(robot));
+        format!("{robot} for area {}, which {has} has", names.area_id(area))
+    });
+    // The least important one; of equals the one that has asked last.
+    let asked_ns = |&(robot, area, _): &Wait| {
+        areas
+            .robot(robot)
+            .claim(area)
+            .map_or(0, |claim| claim.asked_ns)
+    };
+    let backs_out = { circle.iter() }.min_by_key(|wait| {
+        (
+            names.robots()[wait.0].priority,
+            std::cmp::Reverse(asked_ns(wait)),
+        )
+    });
+    let backs_out = backs_out.map_or(0, |&(robot, ..)| robot);
+    let wanted = { circle.iter() }.find(|&&(.., has)| has == backs_out);
+    Alarm::Circle {
+        waits: waits.collect::<Vec<_>>().join("; "),
+        robot: names.robot_id(backs_out),
+        area: wanted.map_or_else(String::new, |&(_, area, _)| names.area_id(area)),
+    }
+}
+
+/// All circles, of which no two have a robot in common; none where all go on. Only robots that `may_wait` can wait for each other.
+fn find(areas: &Areas, robots: usize, may_wait: impl Fn(usize) -> bool) -> Vec<Circle> {
     // By robot: what it waits for, and who fills that. Whoever has no entry goes on.
     let mut waits: Vec<Vec<(usize, Vec<usize>)>> = vec![Vec::new(); robots];
     for robot in (0..robots).filter(|&robot| may_wait(robot)) {
@@ -122,26 +135,26 @@ fn find(areas: &Areas, robots: usize, may_wait: impl Fn(usize) -> bool) -> Vec<W
             None => break,
         }
     }
-    let Some(mut at) = waits.iter().position(|own| !own.is_empty()) else {
-        return Vec::new();
-    };
-    let mut way: Vec<Wait> = Vec::new();
-    loop {
+    let mut circles = Vec::new();
+    let mut seen = vec![false; robots];
+    for first in 0..robots {
+        let mut way: Circle = Vec::new();
+        let mut at = first;
+        // Nobody that is left waits only for those who go on. What leads to a way of before leads to nothing new.
+        while let Some((area, others)) = waits[at].first()
+            && let Some(&other) = others.first()
+            && !std::mem::replace(&mut seen[at], true)
+        {
+            way.push((at, *area, other));
+            at = other;
+        }
         if let Some(start) = way.iter().position(|&(robot, ..)| robot == at) {
             let mut circle = way.split_off(start);
             let least = { circle.iter().enumerate() }.min_by_key(|(_, wait)| wait.0);
             let least = least.map_or(0, |(place, _)| place);
             circle.rotate_left(least);
-            return circle;
+            circles.push(circle);
         }
-        // Nobody that is left waits only for those who go on.
-        let next = waits[at]
-            .first()
-            .and_then(|(area, others)| Some((*area, *others.first()?)));
-        let Some((area, other)) = next else {
-            return Vec::new();
-        };
-        way.push((at, area, other));
-        at = other;
     }
+    circles
 }

@@ -93,6 +93,16 @@ pub enum AbsentError {
         /// For how long.
         wait: Duration,
     },
+    /// It stands in some, for all that is known.
+    #[error(
+        "robot `{robot}` stands in {areas}, for all that is known; look, and if it was taken away, say so: `mediator absent {robot} --taken-away`"
+    )]
+    Inside {
+        /// Which one.
+        robot: String,
+        /// Where.
+        areas: String,
+    },
 }
 
 /// To the next tenth, so that it is over when they are.

@@ -73,13 +73,8 @@ impl Manager {
         let coordinations =
             Coordinations::restore(plans, areas.len(), &names, stored, now_ns, &mut effects);
         // Every start of a journal's mediator has another number; `speaks_as` gives it one that no other journal's has.
-        let peers = Peers::new(
-            epoch,
-            stored.journal,
-            epoch,
-            names.robots().len(),
-            silent_after_ns,
-        );
+        let robots = names.robots().len();
+        let peers = Peers::new(epoch, stored.journal, epoch, robots, silent_after_ns);
         Ok(Self {
             peers,
             names,
@@ -342,6 +337,7 @@ impl Manager {
             }
         }
         self.sessions.keep_up(now_ns, &mut self.effects);
+        self.areas.ask_again(now_ns);
         if !self.peers.stands_by {
             self.coordinate(now_ns, Coordinations::watch);
             let (names, areas) = (&self.names, &self.areas);

@@ -144,11 +144,18 @@ impl Manager {
     }
 
     /// An operator says that a robot is nowhere on the floor: it has no area and asks for none any more, and is not awaited until
-    /// it is heard again, also after later starts. Returns the areas that it has lost.
+    /// it is heard again, also after later starts. Where it stands in some, for all that is known, that it was `taken_away`. Returns the
+    /// areas that it has lost.
     ///
     /// # Errors
-    /// [`AbsentError`] when there is no such robot, it is heard, or it may still enter an area.
-    pub fn absent(&mut self, robot_id: &str, now_ns: u64) -> Result<Vec<String>, AbsentError> {
+    /// [`AbsentError`] when there is no such robot, it is heard, it may still enter an area, or stands in one and nobody says that it was
+    /// taken away.
+    pub fn absent(
+        &mut self,
+        robot_id: &str,
+        taken_away: bool,
+        now_ns: u64,
+    ) -> Result<Vec<String>, AbsentError> {
         let robot = self.names.robot(robot_id).ok_or_else(|| UnknownRobot {
             found: robot_id.to_owned(),
             known: self.names.all_robots(),
@@ -158,12 +165,20 @@ impl Manager {
         {
             return Err(AbsentError::Heard(robot_id.to_owned()));
         }
-        if self.areas.may_enter(robot)
+        // As for `clear`: what it has been in it may have left since, and come back to.
+        if self.areas.has_any(robot)
             && let Some(wait) = self.may_enter_for(robot, now_ns)
         {
             return Err(AbsentError::MayEnter {
                 robot: robot_id.to_owned(),
                 wait,
+            });
+        }
+        let stands_in: Vec<usize> = self.areas.stands_in(robot).to_vec();
+        if !taken_away && !stands_in.is_empty() {
+            return Err(AbsentError::Inside {
+                robot: robot_id.to_owned(),
+                areas: self.names.area_list(stands_in),
             });
         }
         let areas: Vec<usize> = self.areas.occupied_by(robot).collect();

@@ -236,8 +236,8 @@ impl Management {
                     format!("coordination `{name}` has ended: {done}")
                 })
             }
-            Question::Absent { robot } => {
-                let absent = manager.absent(robot, now_ns);
+            Question::Absent { robot, taken_away } => {
+                let absent = manager.absent(robot, *taken_away, now_ns);
                 absent.map_err(text).map(|areas| {
                     let areas = match areas[..] {
                         [] => "nothing".to_owned(),

@@ -53,6 +53,9 @@ pub enum Question {
     Absent {
         /// Its id.
         robot: String,
+        /// Though it stands in an area, for all that is known: it was taken away.
+        #[serde(default)]
+        taken_away: bool,
     },
     /// What operators have ordered.
     Orders,
@@ -64,17 +67,22 @@ impl fmt::Display for Question {
             Self::Status => write!(f, "status"),
             Self::Why { robot } => write!(f, "why {robot}"),
             Self::Clear { area, taken_away } => {
-                let option = if *taken_away { " --taken-away" } else { "" };
-                write!(f, "clear {area}{option}")
+                write!(f, "clear {area}{}", option(*taken_away))
             }
             Self::Close { area, why } if why.is_empty() => write!(f, "close {area}"),
             Self::Close { area, why } => write!(f, "close {area} --because {why:?}"),
             Self::Open { area } => write!(f, "open {area}"),
             Self::End { coordination } => write!(f, "end {coordination}"),
-            Self::Absent { robot } => write!(f, "absent {robot}"),
+            Self::Absent { robot, taken_away } => {
+                write!(f, "absent {robot}{}", option(*taken_away))
+            }
             Self::Orders => write!(f, "orders"),
         }
     }
+}
+
+fn option(taken_away: bool) -> &'static str {
+    if taken_away { " --taken-away" } else { "" }
 }
 
 impl Question {

@@ -7,12 +7,13 @@ use crate::manager::Alarm;
 
 /// A line comes again at most once in this time,
 const PAUSE_NS: u64 = 60_000_000_000;
-/// and so many different ones of a kind, since whoever floods the mediator may make up any number of names.
+/// and so many different ones of a kind, of each robot of the site, and of all others together: whoever floods the mediator may make up
+/// any number of names.
 const OF_A_KIND: usize = 8;
 
-/// Which lines were said of late, by kind.
+/// Which lines were said of late, by kind and robot.
 #[derive(Debug, Default)]
-pub(super) struct Repeats(HashMap<Discriminant<Alarm>, Kind>);
+pub(super) struct Repeats(HashMap<(Discriminant<Alarm>, Option<String>), Kind>);
 
 #[derive(Debug)]
 struct Kind {
@@ -20,19 +21,27 @@ struct Kind {
     /// Lines of this minute.
     said: Vec<String>,
     left_out: u64,
+    /// The last of those that were left out.
+    last: String,
 }
 
 impl Repeats {
     /// What to log of an alarm now, if anything.
     pub(super) fn say(&mut self, alarm: &Alarm, now_ns: u64) -> Option<String> {
         let line = alarm.to_string();
-        let kind = { self.0.entry(std::mem::discriminant(alarm)) }.or_insert_with(|| Kind {
+        let of = (
+            std::mem::discriminant(alarm),
+            alarm.robot().map(str::to_owned),
+        );
+        let kind = { self.0.entry(of) }.or_insert_with(|| Kind {
             since_ns: now_ns,
             said: Vec::new(),
             left_out: 0,
+            last: String::new(),
         });
         if kind.said.len() == OF_A_KIND || kind.said.contains(&line) {
             kind.left_out += 1;
+            kind.last = line;
             return None;
         }
         kind.said.push(line.clone());
@@ -44,10 +53,10 @@ impl Repeats {
         let mut lines = Vec::new();
         self.0.retain(|_, kind| {
             let lasts = now_ns < kind.since_ns.saturating_add(PAUSE_NS);
-            if !lasts && let (Some(last), 1..) = (kind.said.pop(), kind.left_out) {
+            if !lasts && kind.left_out > 0 {
+                let (left_out, last) = (kind.left_out, &kind.last);
                 lines.push(format!(
-                    "{} more like this in the last minute: {last}",
-                    kind.left_out
+                    "{left_out} more like this in the last minute: {last}"
                 ));
             }
             lasts
@@ -92,6 +101,23 @@ mod tests {
             .count();
         assert_eq!(said, OF_A_KIND);
         let lines = repeats.left_out(PAUSE_NS);
-        assert!(lines[0].starts_with("9992 more"), "{lines:?}");
+        assert!(
+            lines[0].starts_with("9992 more") && lines[0].contains("amr-9999"),
+            "{lines:?}"
+        );
+    }
+
+    #[test]
+    fn no_robot_of_the_site_takes_the_lines_of_another() {
+        let mut repeats = Repeats::default();
+        let intruder = |robot: u32, area: u32| Alarm::Intruder {
+            robot: format!("amr-{robot}"),
+            area: area.to_string(),
+        };
+        let mut said = |robot| {
+            let lines = (0..100).filter_map(|area| repeats.say(&intruder(robot, area), 0));
+            lines.count()
+        };
+        assert_eq!((0..20).map(&mut said).sum::<usize>(), 20 * OF_A_KIND);
     }
 }

@@ -20,7 +20,7 @@ impl World {
             if without == Some(Rule::SilenceBlocks) {
                 for id in ["one", "two"] {
                     // Whoever is heard keeps what it has.
-                    let _ = manager.absent(id, now_ns + AFTER_ALL_NS);
+                    let _ = manager.absent(id, true, now_ns + AFTER_ALL_NS);
                 }
             }
         });

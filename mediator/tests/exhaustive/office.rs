@@ -109,7 +109,7 @@ impl World {
         let (id, later_ns) = (self.robot(robot).id(), self.order_ns());
         let mut done = false;
         let messages = self.manage(|manager, now_ns| {
-            done = manager.absent(id, now_ns + later_ns).is_ok();
+            done = manager.absent(id, true, now_ns + later_ns).is_ok();
         });
         self.deliver(messages);
         done.then_some(())

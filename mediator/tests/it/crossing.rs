@@ -211,7 +211,7 @@ fn nor_does_it_after_a_restart() {
         let (id, now_ns) = (crossing.setup.robots[robot].id.clone(), crossing.now_ns());
         assert_eq!(crossing.manager.status(now_ns).awaited, [id.as_str()]);
         let room = format!("room-{robot}");
-        assert_eq!(crossing.manager.absent(&id, now_ns), Ok(vec![room]));
+        assert_eq!(crossing.manager.absent(&id, true, now_ns), Ok(vec![room]));
         assert!(!crossing.waits(robot), "who is nowhere asks for nothing");
         crossing.assert_goes_on(400, "it is absent");
         crossing.silent = None;

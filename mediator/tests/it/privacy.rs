@@ -129,6 +129,7 @@ fn another_user_is_refused_in_a_sentence_even_where_somebody_has_opened_the_fold
         rustix::thread::set_thread_res_uid(uid, uid, uid).expect("root may");
         let mut stream = UnixStream::connect(socket).expect("connects");
         let absent = Question::Absent {
+            taken_away: false,
             robot: "amr-1".into(),
         };
         writeln!(stream, "{}", serde_json::json!(absent)).expect("written");

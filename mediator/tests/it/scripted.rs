@@ -96,7 +96,7 @@ fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, Pair) {
         .for_each(|robot| robot.starts_in.clear());
     let mut manager =
         Manager::with_plans(&setup, plans.clone(), &Stored::default(), 0).expect("valid");
-    assert_eq!(manager.absent("third", NOW_NS), Ok(Vec::new()));
+    assert_eq!(manager.absent("third", false, NOW_NS), Ok(Vec::new()));
     let mut clients = [
         driver("slow", "1", "driving", &[]),
         driver("fast", "7", "driving", &["1"]),
@@ -236,7 +236,7 @@ fn robot(number: usize, wanted: &[&str]) -> (Client, Situation) {
 /// Nobody waits for the other two.
 fn only_first(manager: &mut Manager) {
     for id in ["amr-2", "amr-3"] {
-        assert_eq!(manager.absent(id, NOW_NS), Ok(Vec::new()));
+        assert_eq!(manager.absent(id, false, NOW_NS), Ok(Vec::new()));
     }
 }
 

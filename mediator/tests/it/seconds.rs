@@ -229,13 +229,13 @@ fn one_that_was_found_stays_in_the_way_when_the_first_one_is_heard_no_more() {
         Err(ClearError::Heard { .. })
     ));
     let heard = AbsentError::Heard("amr-2".to_owned());
-    assert_eq!(manager.absent("amr-2", now_ns), Err(heard));
+    assert_eq!(manager.absent("amr-2", false, now_ns), Err(heard));
     // It has gone as well.
     robots.pop();
     talk(&mut manager, &mut robots, now_ns + ENTERS_NO_MORE_NS);
     assert!(robots[0].0.holds(AREA));
     assert_eq!(
-        manager.absent("amr-2", now_ns + ENTERS_NO_MORE_NS),
+        manager.absent("amr-2", false, now_ns + ENTERS_NO_MORE_NS),
         Ok(Vec::new())
     );
 }

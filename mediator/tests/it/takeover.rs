@@ -97,12 +97,12 @@ fn after_a_first_start_every_robot_is_awaited_or_said_to_be_absent() {
     assert_eq!(talk(&mut manager, &mut robots, NOW_NS).awaited, ["amr-3"]);
     assert!(!robots[0].0.holds(AREA));
     let heard = AbsentError::Heard("amr-1".to_owned());
-    assert_eq!(manager.absent("amr-1", NOW_NS), Err(heard));
+    assert_eq!(manager.absent("amr-1", false, NOW_NS), Err(heard));
     assert!(matches!(
-        manager.absent("amr-9", NOW_NS),
+        manager.absent("amr-9", false, NOW_NS),
         Err(AbsentError::Unknown(_))
     ));
-    assert_eq!(manager.absent("amr-3", NOW_NS), Ok(Vec::new()));
+    assert_eq!(manager.absent("amr-3", false, NOW_NS), Ok(Vec::new()));
     assert!(talk(&mut manager, &mut robots, NOW_NS).awaited.is_empty());
     assert!(robots[0].0.holds(AREA));
     keep(&mut manager, &mut stored);
@@ -252,7 +252,7 @@ fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands()
     let mut stored = begun(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
-    assert_eq!(manager.absent("amr-3", NOW_NS), Ok(Vec::new()));
+    assert_eq!(manager.absent("amr-3", false, NOW_NS), Ok(Vec::new()));
     talk(&mut manager, &mut robots, NOW_NS);
     keep(&mut manager, &mut stored);
     let mut manager = start(&stored, 51, 0);
@@ -346,7 +346,7 @@ fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
 fn is_seen_to(manager: &mut Manager, robots: &mut [(Client, Situation)], now_ns: u64) {
     let now_ns = now_ns + ENTERS_NO_MORE_NS;
     talk(manager, robots, now_ns);
-    assert_eq!(manager.absent("amr-3", now_ns), Ok(Vec::new()));
+    assert_eq!(manager.absent("amr-3", false, now_ns), Ok(Vec::new()));
     talk(manager, robots, now_ns);
     assert!(robots[0].0.holds(AREA));
 }
@@ -434,7 +434,7 @@ fn a_robot_that_is_said_to_be_absent_asks_for_nothing_any_more() {
     let second = robots.remove(1);
     let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
     talk(&mut manager, &mut robots, now_ns);
-    assert_eq!(manager.absent("amr-2", now_ns), Ok(Vec::new()));
+    assert_eq!(manager.absent("amr-2", false, now_ns), Ok(Vec::new()));
     assert!(manager.status(now_ns).areas[0].waiting.is_empty());
     keep(&mut manager, &mut stored);
     assert!(
@@ -600,7 +600,15 @@ fn a_robot_that_is_gone_for_good_may_leave_the_site_file() {
     );
     let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
     manager.tick(now_ns);
-    assert_eq!(manager.absent("amr-3", now_ns), Ok(vec![AREA.to_owned()]));
+    let inside = AbsentError::Inside {
+        robot: "amr-3".to_owned(),
+        areas: AREA.to_owned(),
+    };
+    assert_eq!(manager.absent("amr-3", false, now_ns), Err(inside));
+    assert_eq!(
+        manager.absent("amr-3", true, now_ns),
+        Ok(vec![AREA.to_owned()])
+    );
     keep(&mut manager, &mut stored);
     let mut manager = restart(&stored).expect("it is nowhere");
     robots.pop();
@@ -658,7 +666,7 @@ fn a_robot_that_knows_another_floor_is_refused_with_what_differs_until_it_knows_
     };
     let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
     for id in ["amr-2", "amr-3"] {
-        assert_eq!(manager.absent(id, NOW_NS), Ok(Vec::new()));
+        assert_eq!(manager.absent(id, false, NOW_NS), Ok(Vec::new()));
     }
     let (client, wants) = robot("amr-1", &[AREA]);
     let mut robots = [(client.on(floor(4.0)), wants.clone())];
@@ -819,7 +827,7 @@ fn a_grant_that_the_journal_has_lost_ends_when_its_robot_was_said_to_be_absent()
 
     let mut manager = start(&stored, 51, NOW_NS);
     let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
-    assert_eq!(manager.absent("amr-1", now_ns), Ok(Vec::new()));
+    assert_eq!(manager.absent("amr-1", false, now_ns), Ok(Vec::new()));
     robots[1].1.wanted = vec![AREA.to_owned()];
     talk(&mut manager, &mut robots[1..], now_ns);
     assert!(robots[1].0.holds(AREA));

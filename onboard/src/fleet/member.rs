@@ -301,8 +301,11 @@ impl Member {
         let restarts = { self.taken_ns }
             .is_some_and(|taken_ns| now_ns <= taken_ns.saturating_add(ENTERS_NO_MORE_NS));
         let had_time = now_ns > self.began_ns.saturating_add(silent_after_ns);
+        let silent = self.client.is_mediator_silent(now_ns, silent_after_ns);
+        // One that does not hear the robot is of no more use to it.
+        let deaf = self.client.is_registered() && !self.client.has_lease(now_ns);
         Troubles {
-            silent: had_time && !refused && self.client.is_mediator_silent(now_ns, silent_after_ns),
+            silent: had_time && !refused && (silent || deaf),
             refused: refused && !restarts,
             doubled: self.client.is_identity_doubled(),
             second_mediator: self.client.has_second_mediator(now_ns),

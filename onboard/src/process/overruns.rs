@@ -33,7 +33,8 @@ pub enum Load {
     Degraded,
     /// It misses so often that the robot stops.
     Overloaded,
-    /// It has not run for a second, or, before its activities run, for longer than they may take to begin: the robot stops.
+    /// It has not run for a second, or, before its activities run, for longer than they may take to begin: the robot stops. Seconds are
+    /// judged as a whole, so that it takes up to one more.
     Hung,
 }
 
@@ -41,6 +42,8 @@ pub enum Load {
 struct Thread {
     name: String,
     report: Reader<ThreadReport>,
+    /// It says something before long, if it runs at all.
+    begins: bool,
     /// Its deadlines are real-time ones.
     real_time: bool,
     /// Seconds without a cycle after which it hangs, while its activities do not run.
@@ -68,8 +71,16 @@ impl OverrunWatch {
     pub fn of(robot: &RobotConfig, reports: Vec<Reader<ThreadReport>>) -> Self {
         let threads = robot.threads.iter().zip(reports).map(|(thread, report)| {
             let real_time = wanted_scheduling(thread).fifo_priority.is_some();
-            let patience_s = patience_s(robot, thread);
-            Thread::new(thread.name.clone(), report, real_time, patience_s)
+            Thread {
+                begins: { thread.activities.iter() }
+                    .any(|kind| *kind != ActivityKind::Communication),
+                ..Thread::new(
+                    thread.name.clone(),
+                    report,
+                    real_time,
+                    patience_s(robot, thread),
+                )
+            }
         });
         Self {
             threads: threads.collect(),
@@ -86,8 +97,9 @@ impl OverrunWatch {
         self.judged_ns = now_ns;
         for thread in &mut self.threads {
             let read = thread.report.read();
-            // Nothing runs on it.
-            if read.stamp_ns == 0 {
+            // One that hangs in its first cycle has never said anything. Without a network there may be no communication to say something,
+            // and the robot stands before every area.
+            if read.stamp_ns == 0 && !thread.begins {
                 continue;
             }
             let report = read.value;
@@ -97,7 +109,9 @@ impl OverrunWatch {
                 0 => thread.seconds_still.saturating_add(1),
                 _ => 0,
             };
-            thread.load = if thread.seconds_still >= thread.seconds_to_hang(&report) {
+            // Of its first second this watch may have seen a part only.
+            let partial = u32::from(read.stamp_ns == 0);
+            thread.load = if thread.seconds_still >= thread.seconds_to_hang(&report) + partial {
                 Load::Hung
             } else {
                 thread.load_after(cycles, missed)
@@ -134,6 +148,7 @@ impl Thread {
         Self {
             name,
             report,
+            begins: true,
             real_time,
             patience_s,
             cycles: 0,
@@ -272,6 +287,25 @@ mod tests {
         writer.write(2, &report);
         watch.forget();
         assert!(!watch.hangs());
+    }
+
+    #[test]
+    fn a_thread_that_hangs_in_its_first_cycle_is_found_and_one_without_activities_is_not() {
+        for (begins, expected) in [(true, Some(Load::Hung)), (false, None)] {
+            let (bench, _writer) = Bench::new();
+            let name = "motion".to_owned();
+            let mut watch = OverrunWatch {
+                threads: vec![Thread {
+                    begins,
+                    ..Thread::new(name, bench.report, true, 1)
+                }],
+                judged_ns: 0,
+                worst: (0, Load::Fine),
+            };
+            assert_eq!(watch.judge(SECOND_NS), None);
+            let judged = watch.judge(2 * SECOND_NS);
+            assert_eq!(judged.map(|(_, load)| load), expected);
+        }
     }
 
     #[test]

@@ -63,7 +63,7 @@ faults! {
     DriveFault = 4, "drive-fault", Operator,
         "the drive reports a motor fault; see its status in `onboard inspect`, then run `onboard ctl reset`";
     LidarLost = 5, "lidar-lost", ByItself,
-        "the lidar is gone, reports an error, or sends its scans later and later, and is being reconnected; the log says which: check its cable, and what else runs on this computer";
+        "the lidar is gone, reports an error, or sends its scans later and later or again and again, and is being reconnected; the log says which: check its cable, and what else runs on this computer";
     ScanSilent = 6, "scan-silent", ByItself,
         "no valid scan arrives: the robot stops, and drives on once scans have been good for a while; if it recurs, check the lidar";
     ScanBroken = 7, "scan-broken", ByItself,
@@ -91,7 +91,7 @@ faults! {
     MotorsOff = 18, "motors-off", Operator,
         "the drive does not power its motors, as when its emergency stop is pressed; release that, then run `onboard ctl reset`";
     MediatorSilent = 19, "mediator-silent", ByItself,
-        "nothing is heard from the mediator: the robot stays in the areas in which it stands and stops before all others; check that it runs, and the network";
+        "nothing is heard from the mediator, or it does not hear this robot: the robot stays in the areas in which it stands and stops before all others; check that the mediator runs, and the network";
     MediatorRefused = 20, "mediator-refused", ByItself,
         "the mediator refuses this robot; `fleet_state` in `onboard inspect` says why";
     PlaceUnknown = 21, "place-unknown", Operator,

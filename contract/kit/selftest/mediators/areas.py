@@ -175,6 +175,18 @@ class OldReports(Relay):
         return message
 
 
+class FarAhead(Relay):
+    """It believes every number of a report."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.most: dict[int, int] = {}
+
+    def up(self, report: Any) -> Any:
+        most = self.most[report.boot_epoch] = max(report.sequence, self.most.get(report.boot_epoch, 0))
+        return report if report.sequence == most else None
+
+
 class CountsRequests(OldReports):
     """It takes every request that it hears for a new one, also one that comes again."""
 
@@ -284,6 +296,21 @@ class AsksBackOnce(Relay):
         self.asked |= {(message.robot_id, one.area, one.level.run) for one in new}
         message.ClearField("revocations")
         message.revocations.extend(new)
+        return message
+
+
+class NeverAsksAgain(Relay):
+    """It takes `kept` for the last word."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.asked: dict[tuple[str, str, int], int] = {}
+
+    def down(self, message: Any) -> Any:
+        first = [one for one in message.revocations
+                 if self.asked.setdefault((message.robot_id, one.area, one.fence), one.level.run) == one.level.run]
+        message.ClearField("revocations")
+        message.revocations.extend(first)
         return message
 
 

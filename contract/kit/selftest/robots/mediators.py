@@ -15,6 +15,15 @@ class BelievesNonsense(Robot):
         return True
 
 
+class CountsOnlyItself(Robot):
+    """Its numbers are its own, whatever the mediator has heard in its name."""
+
+    def renew_lease(self, echoed: int) -> None:
+        before = self.sequence
+        super().renew_lease(echoed)
+        self.sequence = before
+
+
 class FollowsAnybody(Robot):
     """It follows whoever speaks."""
 

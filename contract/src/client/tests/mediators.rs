@@ -198,6 +198,40 @@ fn a_robot_that_was_refused_is_not_taken_in_by_a_late_message_of_the_mediator_be
 }
 
 #[test]
+fn one_that_goes_on_with_its_journal_does_not_leap_away_either() {
+    let of = |instance: u64, mediator_epoch: u64| MediatorReport {
+        journal: 6,
+        ..other(instance, mediator_epoch, 1)
+    };
+    let mut client = Client::new("amr-1", "corridor", 7);
+    client.receive(&of(70, 2), 0);
+    let leap = client.receive(&of(80, 3 + EPOCH_STEP), 1);
+    assert_eq!(leap, Received::Nonsense);
+    assert_eq!(client.report().mediator_instance, 70);
+    assert_eq!(client.receive(&of(80, 2 + EPOCH_STEP), 2), Received::News);
+}
+
+/// Somebody has sent reports in its name, which made its own ones old.
+#[test]
+fn a_robot_goes_on_from_the_number_that_its_mediator_has_heard() {
+    let echo = |sequence: u64, robot_sequence: u64| MediatorReport {
+        robot_sequence,
+        ..message(sequence)
+    };
+    let mut client = Client::new("amr-1", "corridor", 7);
+    client.receive(&echo(1, 0), 0);
+    let own = client.report().sequence;
+    client.receive(&echo(2, own + 500), 1);
+    assert!(!client.has_lease(1));
+    assert_eq!(client.report().sequence, own + 501);
+    client.receive(&echo(3, own + 501), 2);
+    assert!(client.has_lease(2));
+    // A lie about that leaves room for many more.
+    client.receive(&echo(4, own + 502 + SEQUENCE_STEP), 3);
+    assert_eq!(client.report().sequence, own + 502);
+}
+
+#[test]
 fn several_other_mediators_that_take_turns_are_noticed_too() {
     let mut client = owner();
     for step in 0..20 {

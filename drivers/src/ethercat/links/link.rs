@@ -53,8 +53,8 @@ pub enum LinkError {
     InterfaceDown { interface: String },
     /// The process may not open raw sockets.
     #[error(
-        "not allowed to send raw Ethernet frames on {interface:?}: CAP_NET_RAW is missing; grant it to the program \
-         with `sudo setcap cap_net_raw+ep <path of the program>`, or start it as root"
+        "not allowed to send raw Ethernet frames on {interface:?}: CAP_NET_RAW is missing; let only a group of its own run the program \
+         (`chown root:GROUP`, `chmod 0750`), then grant it with `sudo setcap cap_net_raw+ep <path of the program>`"
     )]
     NotPermitted { interface: String },
     /// The system refused something else.

@@ -244,12 +244,13 @@ impl SteppedMediator {
         self.put(Question::End { coordination }, Box::new(drop));
     }
 
-    /// What an operator does with `mediator absent ROBOT`. It is refused while the robot may still be on its way.
+    /// What an operator does with `mediator absent ROBOT --taken-away`. It is refused while the robot may still be on its way.
     pub(super) fn say_absent(&mut self, robot: &str) {
         let absent = Arc::clone(&self.absent);
         let robot = robot.to_owned();
         let question = Question::Absent {
             robot: robot.clone(),
+            taken_away: true,
         };
         let reply = Box::new(move |answer| {
             if let Answer::Done(_) = answer {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use onboard::process::ctl::Request;
+use onboard::process::ctl::{Refusal, Request};
 use onboard::symbols::faults::Fault;
 use sim::world::Truth;
 
@@ -115,6 +115,42 @@ fn a_drive_that_was_gone_or_without_power_waits_for_an_operator_when_it_is_back(
         assert!(!bench.has(Fault::DriveReturned) && !bench.has(Fault::OdometrySilent));
         bench.finish();
     }
+}
+
+/// Who resets it before the drive is back has not seen it come back.
+#[test]
+fn a_reset_while_the_drive_is_gone_does_not_let_it_go_on() {
+    let mut bench = Bench::driving();
+    let faults = bench.devices.bus_faults().clone();
+    faults.disappear(0);
+    bench.until_raised(Fault::BusLost, 1.0);
+    bench.until_standing(2.0);
+    bench.stands_for(20.0);
+    let (reply, _) = bench.answer_to(Request::Reset);
+    assert_eq!(reply, Err(Refusal::Remaining(vec![Fault::BringUpLimit])));
+    bench.watch(0.3);
+    faults.reappear(0);
+    bench.until_raised(Fault::DriveReturned, 5.0);
+    bench.stands_for(5.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    // The same where something did wait, and the drive went after that.
+    bench.devices.drive_faults().set_emergency_stop(true);
+    bench.until_raised(Fault::MotorsOff, 1.0);
+    bench.until_standing(2.0);
+    faults.disappear(0);
+    bench.until_raised(Fault::BusLost, 1.0);
+    bench.devices.drive_faults().clear_faults();
+    let (reply, _) = bench.answer_to(Request::Reset);
+    let Err(Refusal::Remaining(remaining)) = reply else {
+        panic!("{reply:?}")
+    };
+    assert!(remaining.contains(&Fault::MotorsOff), "{remaining:?}");
+    faults.reappear(0);
+    bench.stands_for(5.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
 }
 
 /// Somebody may have held the emergency stop while the program was started.

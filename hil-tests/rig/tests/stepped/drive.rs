@@ -58,6 +58,35 @@ fn an_emergency_stop_that_is_released_at_once_holds_it_as_well() {
     }
 }
 
+/// It may take the voltage down with it, for less than what is noise.
+#[test]
+fn an_emergency_stop_that_is_released_at_once_holds_it_also_beside_noise() {
+    for (fault_ms, pressed_ms) in [(5, 30), (40, 30), (40, 100), (45, 190)] {
+        let mut bench = Bench::driving();
+        let drive = bench.devices.drive_faults().clone();
+        drive.set_emergency_stop(true);
+        drive.set_bus_voltage(Some(18.0));
+        let steps = f64::from(fault_ms.min(pressed_ms)) * 1e-3;
+        bench.watch(steps);
+        if fault_ms < pressed_ms {
+            drive.set_bus_voltage(None);
+            bench.watch(f64::from(pressed_ms) * 1e-3 - steps);
+            drive.set_emergency_stop(false);
+        } else {
+            drive.set_emergency_stop(false);
+            bench.watch(f64::from(fault_ms) * 1e-3 - steps);
+            drive.set_bus_voltage(None);
+        }
+        bench.until_raised(Fault::MotorsOff, 0.2);
+        assert_eq!(bench.raised(Fault::BusVoltage), 0, "{fault_ms} ms");
+        bench.until_standing(2.0);
+        bench.stands_for(5.0);
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        bench.finish();
+    }
+}
+
 /// The stop itself is commanded, as long as the wheels obey.
 #[test]
 fn with_emergency_bits_a_drive_with_a_fault_has_no_power_from_its_stop_to_its_reset() {

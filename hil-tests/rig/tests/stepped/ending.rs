@@ -30,7 +30,7 @@ fn a_robot_that_waited_for_an_operator_waits_for_one_in_its_next_process() {
         bench.stands_for(8.0);
         assert!(bench.has(Fault::OperatorStop), "{name}");
         let (reply, _) = bench.answer_to(Request::Reset);
-        assert_eq!(reply, Ok(Done::Reset), "{name}");
+        assert_eq!(reply, Ok(Done::Reset(Vec::new())), "{name}");
         bench.until_driving();
         bench.finish();
     }

@@ -199,7 +199,7 @@ fn a_lidar_that_freezes_again_and_again_waits_for_an_operator() {
     bench.until_standing(1.0);
     bench.stands_for(10.0);
     let (reply, _) = bench.answer_to(Request::Reset);
-    assert_eq!(reply, Ok(Done::Reset));
+    assert_eq!(reply, Ok(Done::Reset(Vec::new())));
     bench.until_driving();
     bench.finish();
 }

@@ -56,7 +56,7 @@ fn a_reset_is_answered_with_the_faults_that_remain_and_what_to_do() {
         bench.until_standing(3.0);
         bench.stands_for(1.0);
         let (reply, after_s) = bench.answer_to(Request::Reset);
-        assert_eq!(reply, Ok(Done::Reset), "{}", fault.name());
+        assert_eq!(reply, Ok(Done::Reset(Vec::new())), "{}", fault.name());
         assert!(
             ANSWERED_S.contains(&after_s),
             "{}: {after_s} s",
@@ -93,7 +93,7 @@ fn other_requests_are_served_while_a_reset_waits_for_its_answer() {
     assert_eq!(bench.replies(), expected);
     bench.stands_for(1.0);
     let (reply, _) = bench.answer_to(Request::Reset);
-    assert_eq!(reply, Ok(Done::Reset));
+    assert_eq!(reply, Ok(Done::Reset(Vec::new())));
     bench.until_driving();
     bench.finish();
 }
@@ -117,7 +117,16 @@ fn a_reset_while_a_thread_hangs_is_answered_with_that() {
         }
         bench.hang(&[]);
         bench.watch(0.5);
-        assert_eq!(bench.answer_to(Request::Reset).0, Ok(Done::Reset));
+        // What a thread that hung has left undone goes by itself.
+        let (reply, _) = bench.answer_to(Request::Reset);
+        let Ok(Done::Reset(lasting)) = &reply else {
+            panic!("{thread}: {reply:?}");
+        };
+        let told = Done::Reset(lasting.clone()).to_string();
+        assert!(
+            lasting.iter().all(|fault| told.contains(fault.sentence())),
+            "{told}"
+        );
         bench.until_driving();
         assert!(!bench.has(Fault::ThreadHung));
         bench.finish();

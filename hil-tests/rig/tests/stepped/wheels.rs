@@ -335,7 +335,10 @@ fn a_drive_that_stops_by_itself_is_reset_like_any_other() {
         assert_eq!(reply, Err(pressed));
         bench.devices.drive_faults().set_emergency_stop(false);
         bench.stands_for(1.0);
-        assert_eq!(bench.answer_to(Request::Reset).0, Ok(Done::Reset));
+        assert_eq!(
+            bench.answer_to(Request::Reset).0,
+            Ok(Done::Reset(Vec::new()))
+        );
         bench.until_driving();
         assert!(!bench.has(Fault::WheelsDisobey));
         bench.finish();

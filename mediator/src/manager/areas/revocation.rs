@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use contract::mention::Mention;
 use contract::protocols::{MEDIATOR_PARTY, RevocationProtocol, begin};
-use coordination::protocol::{Level, MergeError, Position, Replica, Side};
+use contract::timing::ASKED_AGAIN_NS;
+use coordination::protocol::{Change, Level, MergeError, Position, Replica, Side};
 
 use crate::journal::RevocationRecord;
 
@@ -15,6 +16,20 @@ pub(crate) struct Revocation {
     /// Of the grant that was last asked back.
     fence: u64,
     mention: Mention,
+    kept: Kept,
+}
+
+/// Whether a robot has kept the grant that it was asked for last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kept {
+    /// It has not.
+    No,
+    /// It has, since the last look.
+    Now,
+    /// It has, since then or earlier.
+    Since(u64),
+    /// So long ago that it may be asked again.
+    LongAgo,
 }
 
 /// By area.
@@ -26,6 +41,7 @@ impl Revocation {
             replica: begin(&protocol.protocol, MEDIATOR_PARTY),
             fence: 0,
             mention: Mention::default(),
+            kept: Kept::No,
         }
     }
 
@@ -37,17 +53,33 @@ impl Revocation {
             replica: Replica::resume(&protocol.protocol, MEDIATOR_PARTY, record.level)?,
             fence: record.fence,
             mention: Mention::default(),
+            // If it has not, it has given it back, and is asked for nothing.
+            kept: Kept::Now,
         })
     }
 
-    /// Asks for the grant with this fence back, once. Returns whether that is new.
+    /// Asks for the grant with this fence back: once, and again where its robot has kept it long ago. Returns whether that is new.
     pub(super) fn ask(&mut self, protocol: &RevocationProtocol, fence: u64) -> bool {
-        if self.fence == fence || self.replica.set(protocol.revoke).is_err() {
+        let again = self.kept == Kept::LongAgo;
+        if self.fence == fence && !again || self.replica.set(protocol.revoke).is_err() {
             return false;
         }
-        self.fence = fence;
+        (self.fence, self.kept) = (fence, Kept::No);
         self.mention.renew();
         true
+    }
+
+    /// Lets time pass. Returns whether its robot may be asked again from now on.
+    pub(super) fn grows_old(&mut self, now_ns: u64) -> bool {
+        let before = self.kept;
+        self.kept = match before {
+            Kept::Now => Kept::Since(now_ns),
+            Kept::Since(since_ns) if now_ns.saturating_sub(since_ns) >= ASKED_AGAIN_NS => {
+                Kept::LongAgo
+            }
+            other => other,
+        };
+        self.kept == Kept::LongAgo && before != Kept::LongAgo
     }
 
     /// Takes in an answer; whether there was something new. Where the journal has lost its last entries (`first`), the robot
@@ -69,8 +101,11 @@ impl Revocation {
                 merged?;
             }
         }
-        while self.replica.poll().is_some() {
+        while let Some(change) = self.replica.poll() {
             changed = true;
+            if matches!(change, Change::Flag(flag) if flag == protocol.kept) {
+                self.kept = Kept::Now;
+            }
         }
         if changed || level.run < self.replica.run() {
             self.mention.renew();

@@ -43,7 +43,20 @@ impl Areas {
         }
     }
 
-    /// Asks once for a grant back whose robot is not in the area yet.
+    /// Robots that have kept a grant because they could not stop before the area, and are not in it a while later, can stop by now:
+    /// they are asked again, as long as there is a reason to.
+    pub(crate) fn ask_again(&mut self, now_ns: u64) {
+        for robot in 0..self.robots.len() {
+            let occupant = &mut self.robots[robot];
+            let old = { occupant.revocations.iter_mut() }
+                .filter_map(|(&area, own)| own.grows_old(now_ns).then_some(area));
+            for area in old.collect::<Vec<usize>>() {
+                self.touch(area);
+            }
+        }
+    }
+
+    /// Asks for a grant back whose robot is not in the area yet.
     fn revoke(&mut self, robot: usize, area: usize, effects: &mut Effects) {
         let occupant = &mut self.robots[robot];
         let stands = occupant.stands_in(area);

@@ -121,6 +121,16 @@ impl Areas {
         { occupant.claims.iter() }.any(|(area, claim)| claim.is_held() && !occupant.stands_in(area))
     }
 
+    /// It has the grant of an area.
+    pub(crate) fn has_any(&self, robot: usize) -> bool {
+        { self.robots[robot].claims.iter() }.any(|(_, claim)| claim.is_held())
+    }
+
+    /// Areas in which a robot stands, for all that is known.
+    pub(crate) fn stands_in(&self, robot: usize) -> &[usize] {
+        &self.robots[robot].stands_in
+    }
+
     /// Areas in which a robot may be.
     pub(crate) fn occupied_by(&self, robot: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.areas.len()).filter(move |&area| self.robots[robot].occupies(area))

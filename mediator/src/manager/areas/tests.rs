@@ -410,6 +410,62 @@ fn an_intruder_takes_back_what_was_not_entered_yet() {
 }
 
 #[test]
+fn a_grant_that_was_kept_is_asked_back_again_until_it_is_entered_or_nobody_minds() {
+    const SECOND_NS: u64 = 1_000_000_000;
+    /// Answers the revocation of this run with `kept`, path 1.
+    fn keeps(bench: &mut Bench, run: u32) {
+        let level = Level {
+            run,
+            path: 1,
+            progress: 2,
+            ..Level::default()
+        };
+        let report = RobotReport {
+            located: true,
+            revocations: vec![Access {
+                area: "gate".into(),
+                level: Some(level),
+                fence: 1,
+            }],
+            ..RobotReport::default()
+        };
+        let heard = Heard::default();
+        let (nets, effects) = (&mut bench.nets, &mut bench.effects);
+        bench.areas.take_in(0, &report, heard, 0, nets, effects);
+    }
+    for (stays, expected) in [(true, [1, 1, 2]), (false, [1, 1, 1])] {
+        let mut bench = Bench::new();
+        bench.ask(0);
+        bench.serve();
+        bench.report(1, false, (0, 0, 0));
+        bench.report(1, true, (0, 0, 0));
+        bench.serve();
+        let run = bench.areas.revocations_of(0, None)[0]
+            .level
+            .map_or(0, |level| level.run);
+        keeps(&mut bench, run);
+        bench.report(1, stays, (0, 0, 0));
+        let asked = [1, SECOND_NS, SECOND_NS + 1].map(|now_ns| {
+            bench.areas.ask_again(now_ns);
+            bench.serve();
+            bench.effects.counters.revocations
+        });
+        assert_eq!(asked, expected);
+        assert_eq!(bench.holder(), Some(0));
+        if stays {
+            // It is in the area: nobody asks a third time.
+            keeps(&mut bench, run + 1);
+            bench.report(0, true, (0, 3, 1));
+            for seconds in 2..9 {
+                bench.areas.ask_again(seconds * SECOND_NS);
+                bench.serve();
+            }
+            assert_eq!(bench.effects.counters.revocations, 2);
+        }
+    }
+}
+
+#[test]
 fn more_robots_than_an_area_holds_take_back_what_was_not_entered_yet() {
     let mut bench = Bench::holding(2, 0);
     bench.ask(0);

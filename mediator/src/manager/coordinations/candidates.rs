@@ -15,11 +15,16 @@ pub(super) struct Part {
     pub(super) is_control: bool,
 }
 
+/// Robots that fit a role, first those whose last coordination is longest ago: nobody is passed over for ever.
+type Fit = BTreeSet<(u64, usize)>;
+
 /// What is known of who fits, and what is to be looked at again.
 #[derive(Clone, Debug)]
 pub(super) struct Candidates {
     /// By plan, situation and role.
-    fit: Vec<Vec<Vec<BTreeSet<usize>>>>,
+    fit: Vec<Vec<Vec<Fit>>>,
+    /// By robot: the number of the last coordination that took over its discrete control, since the start; 0 for none.
+    served: Vec<u64>,
     /// By robot: the roles that it may play with its discrete control.
     controls_of: Vec<Vec<Part>>,
     /// By robot: whether it counted as mute when it was judged last; none before.
@@ -39,8 +44,8 @@ impl Candidates {
     /// Nobody has been judged.
     pub(super) fn new(plans: &[impl AsRef<Plan>], robots: usize) -> Self {
         let situations = |plan: &Plan| {
-            let casts = { plan.situations.iter() }
-                .map(|situation| vec![BTreeSet::new(); situation.casts.len()]);
+            let casts =
+                { plan.situations.iter() }.map(|situation| vec![Fit::new(); situation.casts.len()]);
             casts.collect()
         };
         let controls_of = |robot: usize| {
@@ -49,6 +54,7 @@ impl Candidates {
         };
         Self {
             fit: plans.iter().map(|plan| situations(plan.as_ref())).collect(),
+            served: vec![0; robots],
             controls_of: (0..robots).map(controls_of).collect(),
             was_mute: vec![None; robots],
             news: (0..robots).collect(),
@@ -91,11 +97,22 @@ impl Candidates {
     pub(super) fn put(&mut self, part: Part, robot: usize, fits: bool) {
         self.looks += 1;
         let fit = &mut self.fit[part.plan][part.situation][part.role];
+        let own = (self.served[robot], robot);
         let changed = match fits {
-            true => fit.insert(robot),
-            false => fit.remove(&robot),
+            true => fit.insert(own),
+            false => fit.remove(&own),
         };
         self.due[part.plan] |= changed;
+    }
+
+    /// A coordination of this number takes the robot in: others come first next time.
+    pub(super) fn serve(&mut self, robot: usize, number: u64) {
+        let before = std::mem::replace(&mut self.served[robot], number);
+        for fit in self.fit.iter_mut().flatten().flatten() {
+            if fit.remove(&(before, robot)) {
+                fit.insert((number, robot));
+            }
+        }
     }
 
     pub(super) fn note_plan(&mut self, plan: usize) {
@@ -111,7 +128,12 @@ impl Candidates {
     pub(super) fn of(&self, plan: usize, situation: usize) -> Vec<Vec<usize>> {
         let roles = &self.fit[plan][situation];
         { roles.iter() }
-            .map(|fit| fit.iter().copied().take(roles.len()).collect())
+            .map(|fit| {
+                fit.iter()
+                    .map(|&(_, robot)| robot)
+                    .take(roles.len())
+                    .collect()
+            })
             .collect()
     }
 }

@@ -11,7 +11,7 @@ use crate::manager::alarm::Alarm;
 use crate::manager::areas::{Reservations, Reserved};
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
-use crate::nets::{Instance, Plan, Unrestorable};
+use crate::nets::{Instance, Kind, Plan, Unrestorable};
 
 /// The last 32 coordinations that are over are remembered, for people.
 const REMEMBERED: usize = 32;
@@ -204,6 +204,12 @@ impl Coordinations {
 
     pub(super) fn begin(&mut self, plan: usize, instance: Instance) {
         self.look_again_at_all(&instance);
+        // Of those with protocol 1 each is exchanged for whoever asks.
+        for (role, participant) in self.plans[plan].roles.iter().zip(instance.participants()) {
+            if matches!(role.kind, Kind::Control) {
+                self.candidates.serve(participant.robot, instance.number);
+            }
+        }
         self.running.push(Running::new(plan, instance));
     }
 

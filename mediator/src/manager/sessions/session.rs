@@ -1,6 +1,6 @@
 //! Who speaks for one robot.
 
-use contract::client::LAST_NUMBER;
+use contract::client::{LAST_NUMBER, SEQUENCE_STEP};
 use contract::timing::{DOUBLED_AFTER_NS, ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS};
 
 use super::factsheet::Factsheet;
@@ -136,6 +136,18 @@ impl Session {
     /// A process speaks for the robot, and it is that one.
     pub(crate) fn is_of(&self, boot_epoch: u64) -> bool {
         self.number > 0 && self.boot_epoch == boot_epoch
+    }
+
+    /// Whether the process that speaks can have sent so many reports by now: at most one in a millisecond while it was not heard. What
+    /// says so is of somebody who speaks in its name.
+    pub(crate) fn may_have_sent(&self, sequence: u64, now_ns: u64) -> bool {
+        /// One in a millisecond.
+        const PER_REPORT_NS: u64 = 1_000_000;
+        if self.sequence == 0 {
+            return sequence <= LAST_NUMBER / 2;
+        }
+        let unheard = now_ns.saturating_sub(self.alive_until_ns) / PER_REPORT_NS;
+        sequence <= (self.sequence + SEQUENCE_STEP + unheard).min(LAST_NUMBER)
     }
 
     /// A process unknown so far asks to speak for this robot, and is offered a session.

@@ -169,6 +169,10 @@ impl Sessions {
             effects.counters.stale += 1;
             return recognised;
         }
+        if !session.may_have_sent(report.sequence, now_ns) {
+            effects.counters.bad += 1;
+            return recognised;
+        }
         session.sequence = report.sequence;
         let until_ns = now_ns.saturating_add(self.silent_after_ns);
         session.lives(until_ns, echo(report, epoch));

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use contract::VERSION;
+use contract::client::SEQUENCE_STEP;
 use contract::timing::{CANDIDATE_TIMEOUT_NS, DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 use contract::wire::RobotReport;
 
@@ -70,6 +71,32 @@ fn registered() -> (Sessions, Effects) {
     (sessions, effects)
 }
 
+/// Somebody who speaks in its name cannot make what it says old.
+#[test]
+fn a_number_that_a_process_cannot_have_reached_is_not_believed() {
+    let (mut sessions, mut effects) = registered();
+    let mut counts = |sequence, now_ns| {
+        let said = report(7, 1, sequence);
+        sessions
+            .recognise(0, &said, true, now_ns, &mut effects)
+            .counts
+    };
+    for lie in [u64::MAX, 1 << 62, 3 + SEQUENCE_STEP] {
+        assert!(!counts(lie, 0), "{lie}");
+    }
+    assert!(counts(3, 0));
+    // One that was not heard has gone on counting.
+    let unheard_ns = SILENT_NS + 1_000_000;
+    assert!(!counts(3 + SEQUENCE_STEP + 2, unheard_ns));
+    assert!(counts(3 + SEQUENCE_STEP + 1, unheard_ns));
+    assert_eq!(effects.counters.bad, 4);
+    // Nor is a first one that leaves no room.
+    let (mut sessions, mut effects) = self::sessions();
+    sessions.recognise(0, &report(7, 0, 1), true, 0, &mut effects);
+    let first = sessions.recognise(0, &report(7, 1, 1 << 62), true, 0, &mut effects);
+    assert!(first.promoted && !first.counts);
+}
+
 #[test]
 fn a_restarted_process_speaks_when_the_one_before_is_silent() {
     let (mut sessions, mut effects) = registered();
@@ -119,7 +146,7 @@ fn both_report(
         let says = |boot_epoch, session| RobotReport {
             mediator_epoch: EPOCH,
             mediator_sequence: heard,
-            ..report(boot_epoch, session, 10 + now_ns)
+            ..report(boot_epoch, session, 10 + now_ns / 1_000_000)
         };
         let present = sessions.recognise(0, &says(7, 1), true, now_ns, effects);
         assert!(present.counts);

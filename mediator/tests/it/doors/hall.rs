@@ -141,10 +141,13 @@ impl Hall {
         zenoh::open(config).wait().expect("a session")
     }
 
-    /// Nothing is granted before every robot was heard, or is said to be nowhere.
+    /// Nothing is granted before every robot was heard, or is said to be nowhere. One that starts in an area counts as there.
     pub fn excuse(&self, robot: &str) {
         let run = self.folder.path().join("run").display().to_string();
-        let (code, text) = Program::command(&["absent", robot, "--runtime", &run]);
+        let order = ["absent", robot, "--runtime", &run];
+        let (code, text) = Program::command(&order);
+        assert!(code == Some(2) && text.contains("--taken-away"), "{text}");
+        let (code, text) = Program::command(&[&order[..], &["--taken-away"]].concat());
         assert_eq!(code, Some(0), "{text}");
     }
 

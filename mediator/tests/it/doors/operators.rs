@@ -29,7 +29,7 @@ fn an_operator_asks_and_orders_from_afar_and_stands_in_the_journal() {
     let (code, text) = ask(&hall, &anna, &["why", "amr-0"]);
     assert!(code == Some(0) && text.contains("amr-0 waits"), "{text}");
 
-    let (code, text) = ask(&hall, &anna, &["absent", "amr-1"]);
+    let (code, text) = ask(&hall, &anna, &["absent", "amr-1", "--taken-away"]);
     assert!(code == Some(0) && text.contains("absent"), "{text}");
     let (code, text) = ask(&hall, &anna, &["clear", "room-9"]);
     assert!(
@@ -48,7 +48,7 @@ fn an_operator_asks_and_orders_from_afar_and_stands_in_the_journal() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 3, "{text}");
     assert!(
-        lines[0].contains("Z operator anna: absent amr-1: done: "),
+        lines[0].contains("Z operator anna: absent amr-1 --taken-away: done: "),
         "{text}"
     );
     assert!(

@@ -62,7 +62,9 @@ impl Fleet {
         let mut manager = manager.expect("its own journal").speaks_as(instance);
         for listed in &self.floor.setup.robots {
             if !self.robots.iter().any(|robot| robot.id == listed.id) {
-                manager.absent(&listed.id, now_ns).expect("nobody hears it");
+                manager
+                    .absent(&listed.id, true, now_ns)
+                    .expect("nobody hears it");
             }
         }
         // Nothing is told before the new epoch is on the disk.

@@ -66,7 +66,7 @@ impl Fleet {
         let manager = self.mediators[number].manager.as_mut();
         if let Some(manager) = manager.filter(|_| robot.is_away) {
             self.tally.orders += 1;
-            self.tally.absent += u64::from(manager.absent(&robot.id, now_ns).is_ok());
+            self.tally.absent += u64::from(manager.absent(&robot.id, true, now_ns).is_ok());
         }
     }
 
@@ -103,7 +103,7 @@ impl Fleet {
         let status = manager.status(now_ns);
         if is_absent || status.awaited.contains(id) {
             manager
-                .absent(id, now_ns)
+                .absent(id, true, now_ns)
                 .expect("it enters nothing any more");
             self.robots[robot].is_taken_to(outside);
             return;

@@ -69,21 +69,23 @@ impl Health {
         self.judged_ns = now_ns;
         let stalled = self.stamps.stalled_ns(inputs.sensor_stamp_ns, now_ns) > STALL_NS;
         let faults = Faults::of(inputs, voltage);
+        // Also while something is wrong: an emergency stop may take the voltage down with the motors' power.
+        let unpowered = self.judge_power(inputs, elapsed_ns);
         if faults.is_empty() && !stalled {
             self.bad_since_ns = 0;
-            return self.judge_power(inputs, elapsed_ns);
+            return unpowered;
         }
-        (self.unpowered, self.unpowered_ns) = (false, 0);
-        // What a fault of the drive takes from the motors, they have back a while after it.
-        self.powered &= inputs.status1.all(Status::ENABLED_BOTH);
         if self.bad_since_ns == 0 {
             self.bad_since_ns = now_ns;
         }
         let lasts = now_ns - self.bad_since_ns >= FAULT_NS;
         // Sensors that stand still have done so for long enough.
         if !lasts && !stalled {
-            return None;
+            return unpowered;
         }
+        // What a fault that waits for an operator takes from the motors, they have back a while after it.
+        (self.unpowered, self.unpowered_ns) = (false, 0);
+        self.powered &= inputs.status1.all(Status::ENABLED_BOTH);
         // What to do about them differs.
         let good_v = voltage.min_v..=voltage.max_v;
         Some(if faults.is_empty() || !lasts {

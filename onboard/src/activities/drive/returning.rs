@@ -94,9 +94,10 @@ impl Drive {
         }
     }
 
-    /// The operator has seen to the faults. One whose cause is still there stays.
+    /// The operator has seen to the faults. One whose cause is still there stays; so do all of them while the drive does not answer, since
+    /// nobody knows what it will say, nor when it comes back.
     pub(super) fn reset(&mut self) {
-        if self.bus.is_none() || self.health.is_good() {
+        if self.bus.is_some() && self.health.is_good() {
             self.latched = false;
             for fault in [
                 Fault::BringUpLimit,
@@ -112,10 +113,6 @@ impl Drive {
             }
             (self.disobeys, self.contradicted) = (false, false);
             (self.ails, self.emergency) = (false, false);
-        }
-        if self.bus.is_none() {
-            // A drive that comes at once is the one that the operator expects.
-            self.answered_ns = self.clock.now_ns();
         }
         self.bring_ups.forget();
         self.retry_ns = 0;

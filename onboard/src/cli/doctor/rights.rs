@@ -6,9 +6,10 @@ use super::finding::Finding;
 use crate::realtime::memory::{MemoryLock, lock_memory};
 use crate::realtime::scheduling::{CoreClass, Wanted, try_out};
 
-/// Gives the program all rights that it takes; in a group of its own, as README says.
-const GRANT: &str =
-    "sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep \"$(command -v onboard)\"";
+/// Gives the program all rights that it takes, once nobody but its group may run it.
+const GRANT: &str = "sudo groupadd --system --force robots && sudo usermod --append --groups robots \"$USER\" && \
+    sudo chown root:robots \"$(command -v onboard)\" && sudo chmod 0750 \"$(command -v onboard)\" && \
+    sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep \"$(command -v onboard)\"";
 
 /// All of them. `priority`: the highest that the robot's threads want.
 pub fn findings(link: &Link, priority: Option<u8>) -> Vec<Finding> {

@@ -19,8 +19,8 @@ pub enum Done {
     Running,
     /// It stops hard.
     Stopped,
-    /// Faults are forgotten, and none has come back.
-    Reset,
+    /// Faults that wait for an operator are forgotten, and none has come back. These others last, and go by themselves.
+    Reset(Vec<Fault>),
     /// It has taken the operator's word for where it stands, and looked at walls since.
     Placed(Placement),
     /// It takes the operator's word for the floor behind it, so many metres.
@@ -50,7 +50,12 @@ impl fmt::Display for Done {
             Self::Paused => f.write_str("paused"),
             Self::Running => f.write_str("running"),
             Self::Stopped => f.write_str("stopped; `onboard ctl reset` goes on"),
-            Self::Reset => f.write_str("reset"),
+            Self::Reset(lasting) if lasting.is_empty() => f.write_str("reset"),
+            Self::Reset(lasting) => {
+                f.write_str("reset; what is still there goes by itself:")?;
+                { lasting.iter() }
+                    .try_for_each(|fault| write!(f, "\n  {}: {}", fault.name(), fault.sentence()))
+            }
             Self::Placed(placement) => write!(f, "{placement}"),
             Self::FreeBehind(way_m) => {
                 write!(f, "the floor behind it counts as free for {way_m} m")

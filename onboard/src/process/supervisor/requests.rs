@@ -190,12 +190,12 @@ impl Supervisor {
         }
     }
 
-    /// Tells those who have reset the robot what still stops it.
+    /// Tells those who have reset the robot what still stops it, and what else is the matter.
     pub(super) fn answer_resets(&mut self, now_ns: u64) {
         for pending in self.resets.due(now_ns) {
             let remaining: Vec<_> = self.stopped_by().collect();
             let reply = if remaining.is_empty() {
-                Ok(Done::Reset)
+                Ok(Done::Reset(self.table.active().collect()))
             } else {
                 Err(Refusal::Remaining(remaining))
             };
