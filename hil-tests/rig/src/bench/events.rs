@@ -13,7 +13,7 @@ use sim::rt::monotonic_ns;
 
 use super::measuring::Measuring;
 use super::place::{Place, cores, last_core};
-use super::report::{PartReport, Unit};
+use super::report::{PartReport, Unit, What};
 use super::samples::Sample;
 use super::windows::{Contender, Meter};
 
@@ -45,7 +45,7 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
             Box::new(Threads::<Queue>::new(from, to)),
             Box::new(Threads::<Channel>::new(from, to)),
         ];
-        meter.compare(part, (&title, Unit::Us), each, contenders)?;
+        meter.compare(part, &What::new(&title, Unit::Us), each, contenders)?;
     }
     Ok(())
 }

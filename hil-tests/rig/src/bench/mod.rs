@@ -6,7 +6,8 @@
 //!
 //! The modules, from the lowest level to the highest:
 //!
-//! - [`samples`]: what was measured, and percentiles of it; [`report`]: `bench.json`; [`table`]: the same for people;
+//! - [`samples`]: what was measured, and percentiles of it; [`promises`]: what these must keep; [`report`]: `bench.json`; [`table`]: the same
+//!   for people;
 //! - [`windows`]: contenders that take turns; [`measuring`], [`place`], [`cycle`]: threads that measure, their cores and priorities, and how
 //!   they repeat it; [`load`]: other work;
 //! - [`wakeup`], [`symbols`], [`events`], [`bus`], [`tubes`], [`work`], [`robot`], [`mediator`]: the parts;
@@ -21,6 +22,7 @@ pub mod measuring;
 pub mod mediator;
 pub mod options;
 pub mod place;
+pub mod promises;
 pub mod report;
 pub mod robot;
 pub mod samples;

@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
+use super::promises::{Judged, Promise};
 use super::samples::{Figures, Samples};
 use crate::machine::Machine;
 use crate::stalls::Stalls;
@@ -92,6 +93,36 @@ pub struct Row {
     pub ours_is: Option<Ratios>,
 }
 
+/// What is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct What<'a> {
+    /// The condition.
+    pub title: &'a str,
+    /// Of all figures.
+    pub unit: Unit,
+    /// Of ours.
+    pub promises: &'a [Promise],
+}
+
+impl<'a> What<'a> {
+    /// Something of which nothing is promised.
+    #[must_use]
+    pub fn new(title: &'a str, unit: Unit) -> Self {
+        let promises = &[];
+        Self {
+            title,
+            unit,
+            promises,
+        }
+    }
+
+    /// With what is promised of it.
+    #[must_use]
+    pub fn promising(self, promises: &'a [Promise]) -> Self {
+        Self { promises, ..self }
+    }
+}
+
 /// Contenders under one condition.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Group {
@@ -101,6 +132,8 @@ pub struct Group {
     pub unit: Unit,
     /// Ours first.
     pub rows: Vec<Row>,
+    /// What is promised of ours.
+    pub promises: Vec<Judged>,
     /// The machine's own stalls meanwhile.
     pub stalls: Stalls,
 }
@@ -109,12 +142,12 @@ impl Group {
     /// Of what was measured of each contender, ours first.
     #[must_use]
     pub fn new(
-        title: &str,
-        unit: Unit,
+        what: &What,
         measured: &[(String, Samples)],
         stalls: Stalls,
         thousandth: bool,
     ) -> Self {
+        let unit = what.unit;
         let figures = |samples: &Samples| samples.figures(unit.divisor(), thousandth);
         let ours = measured.first().map(|(_, samples)| figures(samples));
         let row = |(number, (name, samples)): (usize, &(String, Samples))| {
@@ -126,10 +159,19 @@ impl Group {
                 ours_is: ours.map(|ours| Ratios::of(ours, &figures)),
             }
         };
+        let rows: Vec<Row> = measured.iter().enumerate().map(row).collect();
+        let rival = { rows.get(1) }.map(|row| (row.name.as_str(), &row.figures));
+        let judged = |ours: &Figures| {
+            let promises = what.promises.iter();
+            promises
+                .map(|promise| promise.judge(ours, rival, unit.name()))
+                .collect()
+        };
         Self {
-            title: title.to_owned(),
+            title: what.title.to_owned(),
             unit,
-            rows: measured.iter().enumerate().map(row).collect(),
+            promises: ours.as_ref().map(judged).unwrap_or_default(),
+            rows,
             stalls,
         }
     }
@@ -182,7 +224,12 @@ mod tests {
             (name.to_owned(), samples)
         };
         let measured = [of("ours", 3_000.0), of("rival", 2_000.0), of("none", 0.0)];
-        let group = Group::new("idle", Unit::Us, &measured, Stalls::default(), false);
+        let group = Group::new(
+            &What::new("idle", Unit::Us),
+            &measured,
+            Stalls::default(),
+            false,
+        );
         let [ours, rival, none] = &group.rows[..] else {
             panic!("{group:?}")
         };

@@ -1,5 +1,6 @@
 //! A report for people.
 
+use super::promises::Judged;
 use super::report::{Group, PartReport, Ratios, Row};
 
 /// The lines of a part.
@@ -9,6 +10,7 @@ pub fn lines(part: &PartReport) -> Vec<String> {
     for group in &part.groups {
         lines.push(head(group));
         lines.extend(group.rows.iter().map(row));
+        lines.extend(group.promises.iter().map(promise));
         if group.stalls.count > 0 || group.stalls.steal_ms > 0.0 {
             let (stalls, steal_ms) = (group.stalls, group.stalls.steal_ms);
             lines.push(format!(
@@ -53,6 +55,19 @@ fn row(row: &Row) -> String {
     line.trim_end().to_owned()
 }
 
+fn promise(judged: &Judged) -> String {
+    let outcome = match judged.kept {
+        Some(true) => "kept",
+        Some(false) => "MISSED",
+        None => "not measured",
+    };
+    let found = judged
+        .found
+        .map(|found| format!(": {}", figure(Some(found))));
+    let found = found.unwrap_or_default();
+    format!("    promised {}, {outcome}{found}", judged.promise)
+}
+
 /// With three digits or more.
 fn figure(value: Option<f64>) -> String {
     match value {
@@ -77,7 +92,8 @@ fn ratios(ratios: &Ratios) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::report::Unit;
+    use crate::bench::promises::{Figure, Most, Promise};
+    use crate::bench::report::{Unit, What};
     use crate::bench::samples::{ENOUGH_FOR_P99, Samples};
     use crate::stalls::Stalls;
 
@@ -97,9 +113,14 @@ mod tests {
             longest_ms: 6.0,
             steal_ms: 20.0,
         };
+        let promises = [
+            Promise(Figure::P99, Most::TimesRival(0.4)),
+            Promise(Figure::P999, Most::Value(9.0)),
+        ];
+        let what = What::new("idle", Unit::Us).promising(&promises);
         let part = PartReport {
             part: "wakeup".to_owned(),
-            groups: vec![Group::new("idle", Unit::Us, &measured, stalls, false)],
+            groups: vec![Group::new(&what, &measured, stalls, false)],
             notes: vec!["no priority".to_owned()],
             failure: Some("no more time".to_owned()),
             took_s: 1.0,
@@ -110,6 +131,8 @@ mod tests {
             "idle, µs samples p50 p99 p99.9 max stalled max ours is",
             "onboard 101 4.00 4.00 - 123 1 6000",
             "cyclictest 101 8.00 8.00 - 8.00 1 6000 0.50 of its p50, 0.50 of its p99",
+            "promised p99 at most 0.4 times that of cyclictest, MISSED: 0.50",
+            "promised p99.9 at most 9 µs, not measured",
             "(the machine stalled 1 times, 6 ms at most; the host took 20 ms of all cores)",
             "note: no priority",
             "ended early: no more time",

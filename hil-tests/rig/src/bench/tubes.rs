@@ -13,7 +13,8 @@ use sim::rt::monotonic_ns;
 use skills::scan::ScanGeometry;
 use skills::tubes::{BruteForce, KnownRanges, Surroundings, TubeId, TubeSet};
 
-use super::report::{PartReport, Unit};
+use super::promises::{Figure, Most, Promise};
+use super::report::{PartReport, Unit, What};
 use super::samples::Sample;
 use super::windows::{Contender, Meter};
 
@@ -86,7 +87,9 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
     const OMEGA_STEPS: u32 = 621;
     let scene = Scene::new(OMEGA_STEPS)?;
     let title = scene.title();
-    meter.compare(part, (&title, Unit::Us), time, contenders(&scene))
+    let promises = [Promise(Figure::P50, Most::Value(50.0))];
+    let what = What::new(&title, Unit::Us).promising(&promises);
+    meter.compare(part, &what, time, contenders(&scene))
 }
 
 fn contenders(scene: &Scene) -> Vec<Box<dyn Contender + '_>> {

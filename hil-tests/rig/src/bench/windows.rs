@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use onboard::cli::Failure;
 use sim::rt::monotonic_ns;
 
-use super::report::{Group, PartReport, Unit};
+use super::report::{Group, PartReport, What};
 use super::samples::{Sample, Samples};
 use crate::stalls::{StallWatch, Stalls};
 
@@ -52,7 +52,7 @@ impl Meter<'_> {
     pub fn compare(
         &self,
         part: &mut PartReport,
-        what: (&str, Unit),
+        what: &What,
         time: Duration,
         contenders: Vec<Box<dyn Contender + '_>>,
     ) -> Result<(), Failure> {
@@ -66,7 +66,7 @@ impl Meter<'_> {
     pub fn alone(
         &self,
         part: &mut PartReport,
-        what: (&str, Unit),
+        what: &What,
         time: Duration,
         contender: impl Contender,
     ) -> Result<(), Failure> {
@@ -76,7 +76,7 @@ impl Meter<'_> {
     fn take_turns(
         &self,
         part: &mut PartReport,
-        (title, unit): (&str, Unit),
+        what: &What,
         (time, most): (Duration, Duration),
         mut contenders: Vec<Box<dyn Contender + '_>>,
     ) -> Result<(), Failure> {
@@ -108,7 +108,7 @@ impl Meter<'_> {
                     Err(failure) => {
                         let (name, why) = (&measured[number].0, reason(&failure));
                         part.notes
-                            .push(format!("{title}: {name} is left out: {why}"));
+                            .push(format!("{}: {name} is left out: {why}", what.title));
                         fallen.push(number);
                         continue;
                     }
@@ -130,7 +130,7 @@ impl Meter<'_> {
             ..self.watch.since(began_ns)
         };
         part.groups
-            .push(Group::new(title, unit, &measured, stalls, self.long));
+            .push(Group::new(what, &measured, stalls, self.long));
         Ok(())
     }
 }
@@ -157,6 +157,7 @@ mod tests {
     use std::rc::Rc;
 
     use super::*;
+    use crate::bench::report::Unit;
 
     struct Named {
         name: &'static str,
@@ -199,8 +200,8 @@ mod tests {
         };
         let mut part = PartReport::default();
         let time = Duration::from_secs(8);
-        let (what, contenders) = (("idle", Unit::S), contenders.collect());
-        let worked = meter.compare(&mut part, what, time, contenders).is_ok();
+        let (what, contenders) = (What::new("idle", Unit::S), contenders.collect());
+        let worked = meter.compare(&mut part, &what, time, contenders).is_ok();
         let order = order.borrow().clone();
         (part, order, worked)
     }
@@ -266,7 +267,7 @@ mod tests {
         };
         let mut part = PartReport::default();
         let time = Duration::from_millis(4);
-        let worked = meter.alone(&mut part, ("start", Unit::S), time, Slow);
+        let worked = meter.alone(&mut part, &What::new("start", Unit::S), time, Slow);
         assert!(worked.is_ok());
         assert_eq!(part.groups[0].rows[0].figures.samples, 1);
     }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use onboard::cli::Failure;
 use sim::rt::monotonic_ns;
 
-use super::report::{Group, PartReport, Unit};
+use super::report::{Group, PartReport, Unit, What};
 use super::samples::{Sample, Samples};
 use super::windows::Meter;
 use crate::run::Run;
@@ -59,9 +59,10 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
         if samples.is_empty() {
             return Err(Failure::failed(format_args!("{}: never done", title(work))));
         }
+        let what = What::new(title(work), Unit::Ns);
         let rows = [("onboard".to_owned(), samples)];
         part.groups
-            .push(Group::new(title(work), Unit::Ns, &rows, stalls, meter.long));
+            .push(Group::new(&what, &rows, stalls, meter.long));
     }
     part.notes.push(format!(
         "two looks at the clock are in each, {:.0} ns",

@@ -15,7 +15,8 @@ use self::ours::{Ours, Place as Bus};
 use self::soem::Soem;
 use super::cycle::Cycle;
 use super::place::{Place, last_core};
-use super::report::{PartReport, Unit};
+use super::promises::{Figure, Most, Promise};
+use super::report::{PartReport, Unit, What};
 use super::windows::{Contender, Meter};
 use crate::interfaces::Pair;
 
@@ -25,6 +26,12 @@ const PERIOD: Duration = Duration::from_millis(1);
 const PRIORITY: u8 = 80;
 /// Of the simulated segment, above the MainDevices'.
 const SEGMENT_PRIORITY: u8 = 90;
+
+/// No slower than SOEM.
+const PROMISES: [Promise; 2] = [
+    Promise(Figure::P50, Most::TimesRival(1.0)),
+    Promise(Figure::P99, Most::TimesRival(1.0)),
+];
 
 /// Measures for so long. Without a pair of interfaces ours is measured over UDP, and alone.
 ///
@@ -50,15 +57,24 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
             over_udp()?
         }
     };
+    let mut pythons = None;
     let mut contenders: Vec<Box<dyn Contender>> = vec![Box::new(Ours::new(cycle, bus.clone()))];
     if let Bus::Interface(interface) = &bus {
         match Soem::find(cycle, interface) {
-            Ok(rival) => contenders.push(Box::new(rival)),
+            Ok(rival) => {
+                pythons = Some(rival.python_ns.clone());
+                contenders.push(Box::new(rival));
+            }
             Err(why) => part.notes.push(why),
         }
     }
     let title = format!("bus cycle every {} ms", PERIOD.as_millis());
-    let result = meter.compare(part, (&title, Unit::Us), time, contenders);
+    let what = What::new(&title, Unit::Us).promising(&PROMISES);
+    let result = meter.compare(part, &what, time, contenders);
+    if let Some(own_ns) = pythons.and_then(|own_ns| own_ns.get()) {
+        part.notes
+            .push(format!("Python takes {own_ns} ns of each cycle of SOEM"));
+    }
     // Before the interfaces go.
     drop(served);
     result

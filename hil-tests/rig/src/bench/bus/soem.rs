@@ -1,6 +1,8 @@
 //! SOEM, the Simple Open EtherCAT Master, as pysoem carries it: its own functions in C, called from Python.
 
+use std::cell::Cell;
 use std::process::Command;
+use std::rc::Rc;
 use std::time::Duration;
 
 use onboard::cli::Failure;
@@ -20,6 +22,8 @@ pub(super) struct Soem {
     python: String,
     cycle: Cycle,
     interface: String,
+    /// What Python takes of each of its exchanges, nanoseconds, once it has measured that.
+    pub(super) python_ns: Rc<Cell<Option<u64>>>,
 }
 
 impl Soem {
@@ -39,6 +43,7 @@ impl Soem {
             python,
             cycle,
             interface: interface.to_owned(),
+            python_ns: Rc::default(),
         })
     }
 }
@@ -59,12 +64,15 @@ impl Contender for Soem {
             .arg(place.priority.unwrap_or(0).to_string())
             .arg(place.core.to_string());
         let output = said(&mut command).map_err(Failure::failed)?;
-        into.extend(samples(&String::from_utf8_lossy(&output.stdout)));
+        let said = String::from_utf8_lossy(&output.stdout);
+        self.python_ns
+            .set(said.lines().next().and_then(|first| first.parse().ok()));
+        into.extend(samples(&said));
         Ok(())
     }
 }
 
-/// Each line says when an exchange began and ended.
+/// Each line of two numbers says when an exchange began and ended.
 fn samples(text: &str) -> impl Iterator<Item = Sample> {
     text.lines().filter_map(|line| {
         let (began_ns, ended_ns) = line.split_once(' ')?;
@@ -81,7 +89,7 @@ mod tests {
 
     #[test]
     fn lines_of_two_times_are_samples() {
-        let read: Vec<Sample> = samples("100 150\nnothing\n200 290\n").collect();
+        let read: Vec<Sample> = samples("90\n100 150\nnothing\n200 290\n").collect();
         assert_eq!(read, [Sample::from_to(100, 150), Sample::from_to(200, 290)]);
     }
 }

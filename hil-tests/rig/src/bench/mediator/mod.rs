@@ -15,7 +15,8 @@ use std::time::Duration;
 use onboard::cli::Failure;
 
 use self::floor::Floor;
-use super::report::{PartReport, Unit};
+use super::promises::{Figure, Most, Promise};
+use super::report::{PartReport, Unit, What};
 use super::samples::Sample;
 use super::windows::{Contender, Meter};
 
@@ -26,10 +27,12 @@ use super::windows::{Contender, Meter};
 pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(), Failure> {
     let mut floor = Floor::start()?;
     floor.warm_up(meter.asked_to_end)?;
-    let what = ("request of a robot to its grant", Unit::Ms);
-    meter.alone(part, what, time / 2, Grants(&mut floor))?;
-    let what = ("flag of a robot to the command", Unit::Ms);
-    meter.alone(part, what, time / 2, Commands(&mut floor))
+    let promises = [Promise(Figure::P99, Most::Value(1.0))];
+    let what = What::new("request of a robot to its grant", Unit::Ms).promising(&promises);
+    meter.alone(part, &what, time / 2, Grants(&mut floor))?;
+    let promises = [Promise(Figure::P99, Most::Value(2.0))];
+    let what = What::new("flag of a robot to the command", Unit::Ms).promising(&promises);
+    meter.alone(part, &what, time / 2, Commands(&mut floor))
 }
 
 /// From requests to grants.

@@ -12,7 +12,8 @@ use onboard::cli::Failure;
 
 use self::stores::{Locked, ReadWriteLocked, Swapped, Symbols};
 use self::uses::{Use, Used, clock_ns};
-use super::report::{PartReport, Unit};
+use super::promises::{Figure, Most, Promise};
+use super::report::{PartReport, Unit, What};
 use super::windows::{Contender, Meter};
 
 /// How many read beside the one who writes.
@@ -49,12 +50,29 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
     ));
     let each = time / (2 * uses.len() as u32);
     for what in &uses {
-        compare::<Small>(meter, each, part, *what)?;
+        compare::<Small>(meter, each, part, *what, &of_small(*what))?;
     }
     for what in &uses {
-        compare::<Scan>(meter, each, part, *what)?;
+        compare::<Scan>(meter, each, part, *what, &of_scan(*what))?;
     }
     Ok(())
+}
+
+/// Nanoseconds, of 32 bytes.
+fn of_small(what: Use) -> Vec<Promise> {
+    match what {
+        Use::Alone => vec![Promise(Figure::P50, Most::Value(16.0))],
+        Use::Read(6) => vec![Promise(Figure::P99, Most::Value(150.0))],
+        Use::Read(_) | Use::Write(_) => Vec::new(),
+    }
+}
+
+/// Nanoseconds, of a scan.
+fn of_scan(what: Use) -> Vec<Promise> {
+    match what {
+        Use::Read(6) => vec![Promise(Figure::P99, Most::Value(2_000.0))],
+        Use::Alone | Use::Read(_) | Use::Write(_) => Vec::new(),
+    }
 }
 
 fn compare<T: Datatype>(
@@ -62,12 +80,15 @@ fn compare<T: Datatype>(
     time: Duration,
     part: &mut PartReport,
     what: Use,
+    promises: &[Promise],
 ) -> Result<(), Failure> {
     if meter.is_over() {
         return Ok(());
     }
     let title = format!("{} of {} bytes, {what}", T::NAME, size_of::<T>());
-    meter.compare(part, (&title, Unit::Ns), time, stores::<T>(what)?)
+    let stores = stores::<T>(what)?;
+    let what = What::new(&title, Unit::Ns).promising(promises);
+    meter.compare(part, &what, time, stores)
 }
 
 /// All stores in one use.

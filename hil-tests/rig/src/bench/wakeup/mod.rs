@@ -13,7 +13,8 @@ use self::ours::Ours;
 use super::cycle::Cycle;
 use super::load::Load;
 use super::place::{Place, last_core};
-use super::report::{PartReport, Unit};
+use super::promises::{Figure, Most, Promise};
+use super::report::{PartReport, Unit, What};
 use super::windows::{Contender, Meter};
 
 /// From one wake-up to the next: five times as often as the fieldbus thread, so that an hour has a million.
@@ -41,9 +42,14 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
     let (idle, missing) = contenders();
     part.notes.extend(missing);
     let every = format!("every {} µs", PERIOD.as_micros());
-    let condition = |what: &str| format!("wake-up {every}, {what}");
-    meter.compare(part, (&condition("idle"), Unit::Us), time / 2, idle)?;
+    let promises = [Promise(Figure::P999, Most::TimesRival(1.2))];
+    let compare = |what: &str, part: &mut PartReport, contenders| {
+        let title = format!("wake-up {every}, {what}");
+        let what = What::new(&title, Unit::Us).promising(&promises);
+        meter.compare(part, &what, time / 2, contenders)
+    };
+    compare("idle", part, idle)?;
     let _load = Load::begin()?;
     let (loaded, _) = contenders();
-    meter.compare(part, (&condition("loaded"), Unit::Us), time / 2, loaded)
+    compare("loaded", part, loaded)
 }

@@ -5,16 +5,13 @@ use std::time::Duration;
 use onboard::cli::Failure;
 use onboard::realtime::clock::sleep_until;
 use onboard::realtime::latency::keep_cores_awake;
-use onboard::realtime::memory::prefault_stack;
+use onboard::realtime::memory::{populate_memory, prefault_stack};
 use sim::rt::monotonic_ns;
 
 use crate::bench::cycle::Cycle;
 use crate::bench::measuring::Measuring;
 use crate::bench::samples::Sample;
 use crate::bench::windows::Contender;
-
-/// Cycles in which a thread warms up.
-const WARM_UP: u64 = 20;
 
 /// A thread of each window's own.
 pub(super) struct Ours(pub(super) Cycle);
@@ -30,6 +27,8 @@ impl Contender for Ours {
         // As onboard and cyclictest do: without it cores sleep deeply. Where it is not allowed, it is not for cyclictest either.
         let _awake = keep_cores_awake();
         let late_ns = Measuring::spawn("wakeup", move || sleep(cycle, cycles))?.end()?;
+        // The other parts find memory as they left it.
+        let _ = rustix::mm::munlockall();
         into.extend(late_ns.into_iter().map(Sample::counted_in_us));
         Ok(())
     }
@@ -39,16 +38,16 @@ impl Contender for Ours {
 fn sleep(cycle: Cycle, cycles: u64) -> Result<Vec<u64>, Failure> {
     let mut late_ns = Vec::with_capacity(cycles as usize);
     prefault_stack();
+    // As cyclictest does. Where it is not allowed, it is not for cyclictest either.
+    let _ = populate_memory();
     cycle.place.take()?;
     let period_ns = cycle.period.as_nanos() as u64;
     let mut planned_ns = monotonic_ns();
-    for number in 0..cycles + WARM_UP {
+    for _ in 0..cycles {
         planned_ns += period_ns;
         sleep_until(planned_ns);
         let now_ns = monotonic_ns();
-        if number >= WARM_UP {
-            late_ns.push(now_ns.saturating_sub(planned_ns));
-        }
+        late_ns.push(now_ns.saturating_sub(planned_ns));
         // As cyclictest does: what was missed is not made up for.
         while planned_ns + period_ns <= now_ns {
             planned_ns += period_ns;
@@ -63,7 +62,7 @@ mod tests {
     use crate::bench::place::{Place, last_core};
 
     #[test]
-    fn each_wake_up_is_measured_but_those_that_warm_up() {
+    fn each_wake_up_is_measured() {
         let (place, _) = Place::wanted(10, last_core());
         let period = Duration::from_millis(1);
         let mut ours = Ours(Cycle { period, place });
