@@ -3,10 +3,15 @@
 /// No [`direction_rad`] is off by this much.
 pub(crate) const DIRECTION_DOUBT_RAD: f64 = 1e-4;
 
-/// The largest whole number that is not above, without a call: not every processor has an instruction for it.
+/// The largest whole number that is not above, without a call: not every processor has an instruction for it, nor one that makes an
+/// integer of 64 bits.
 #[must_use]
 #[inline]
 pub(crate) fn floor(number: f64) -> i64 {
+    if number.abs() < f64::from(i32::MAX) {
+        let towards_zero = number as i32;
+        return i64::from(towards_zero) - i64::from(f64::from(towards_zero) > number);
+    }
     let towards_zero = number as i64;
     towards_zero.saturating_sub(i64::from(towards_zero as f64 > number))
 }
@@ -77,6 +82,10 @@ mod tests {
             1.0,
             -1.0,
             1.0 - 1e-16,
+            2_147_483_646.5,
+            -2_147_483_646.5,
+            2_147_483_647.5,
+            -2_147_483_648.5,
             1e15 + 0.5,
             -1e15 - 0.5,
         ];

@@ -61,6 +61,12 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
             journal.display()
         )));
     }
+    if stored.epoch > 0 && arguments.first_start {
+        tracing::warn!(
+            "journal {} has been in use before: leave out --first-start from now on, so that one that is lost is refused",
+            journal.display()
+        );
+    }
     let plans = plans(&arguments.site, &site, &setup)?;
     for plan in &plans {
         for warning in plan.warnings() {

@@ -2,6 +2,8 @@
 
 use description::geometry::{Point2, Segment};
 
+use crate::direction::floor;
+
 /// Coverage is counted in pieces of this length.
 const PIECE_M: f64 = 0.1;
 const PIECES: usize = 128;
@@ -83,8 +85,8 @@ pub(super) fn seen_beyond(
         if !(along_m > ends_m && along_m < length_m - ends_m) {
             continue;
         }
-        let place = ((along_m - eye_along_m) / PIECE_M).floor() + (PIECES / 2) as f64;
-        let piece = &mut pieces[place.clamp(0.0, (PIECES - 1) as f64) as usize];
+        let place = floor((along_m - eye_along_m) / PIECE_M) + (PIECES / 2) as i64;
+        let piece = &mut pieces[place.clamp(0, (PIECES - 1) as i64) as usize];
         piece.beams += 1;
         if beyond_m > slack_m + reach_m {
             piece.through += 1;
