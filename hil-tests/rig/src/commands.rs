@@ -100,6 +100,7 @@ pub fn scenario(request: &Request) -> Result<(), Failure> {
         (false, 1) => {
             let options = Options {
                 program: std::env::current_exe().map_err(Failure::refused)?,
+                onboard: None,
                 seed: request.seed,
                 out,
                 headless: request.headless,

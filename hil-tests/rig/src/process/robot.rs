@@ -21,8 +21,10 @@ pub const SUBCOMMAND: &str = "__robot";
 /// What a robot is started with.
 #[derive(Clone, Debug)]
 pub struct RobotSetup {
-    /// The program that becomes the robot: the rig's own.
+    /// The program that becomes the robot: the rig's own,
     pub program: PathBuf,
+    /// or `onboard` itself.
+    pub is_onboard: bool,
     /// Its identity, as its file says.
     pub id: String,
     /// Robot file.
@@ -61,7 +63,9 @@ impl RobotProcess {
     /// # Errors
     /// The operating system's.
     pub fn start_again(setup: RobotSetup) -> io::Result<Self> {
-        let mut arguments: Vec<OsString> = vec![SUBCOMMAND.into(), "run".into(), "--robot".into()];
+        let becomes = (!setup.is_onboard).then_some(SUBCOMMAND);
+        let words = becomes.into_iter().chain(["run", "--robot"]);
+        let mut arguments: Vec<OsString> = words.map(Into::into).collect();
         arguments.push(setup.robot_file.clone().into());
         arguments.extend(["--site".into(), setup.site_file.clone().into()]);
         arguments.extend(["--runtime".into(), setup.runtime.clone().into()]);

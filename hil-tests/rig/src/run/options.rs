@@ -7,6 +7,8 @@ use std::path::PathBuf;
 pub struct Options {
     /// The program that becomes mediator and robots: the rig's own.
     pub program: PathBuf,
+    /// The program that becomes robots instead: `onboard` itself.
+    pub onboard: Option<PathBuf>,
     /// Decides wheel errors, start offsets, starting times, noise, and what stands in the way.
     pub seed: u64,
     /// Folder for what the run leaves.

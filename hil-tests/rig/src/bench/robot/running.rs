@@ -1,5 +1,7 @@
 //! One robot that drives, with its devices and its world.
 
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use coordination::symbols::Inspector;
@@ -18,8 +20,18 @@ use crate::scenario::Scenario;
 const PATIENCE: Duration = Duration::from_secs(30);
 /// How often is looked whether it does: a bus cycle.
 const LOOK: Duration = Duration::from_millis(1);
+/// Programs that were built within this time were built together.
+const TOGETHER: Duration = Duration::from_secs(600);
 /// Last lines of a log that are shown.
 const LINES: usize = 10;
+
+/// `onboard` beside this program, if it was built with it or after it: the rig as a robot has all of the rig in its memory.
+pub(super) fn onboard_beside(program: &Path) -> Option<PathBuf> {
+    let onboard = program.with_file_name("onboard");
+    let built = |path: &Path| fs::metadata(path).ok()?.modified().ok();
+    let since = built(program)?.checked_sub(TOGETHER)?;
+    (built(&onboard)? >= since).then_some(onboard)
+}
 
 /// A robot; dropping it stops it.
 pub(super) struct Running {
@@ -38,8 +50,10 @@ impl Running {
     /// [`Failure`] when it does not get there, with the end of its log.
     pub(super) fn start(scenario: &Scenario) -> Result<Self, Failure> {
         let folder = Folder::new()?;
+        let program = std::env::current_exe().map_err(Failure::refused)?;
         let options = Options {
-            program: std::env::current_exe().map_err(Failure::refused)?,
+            onboard: onboard_beside(&program),
+            program,
             seed: 1,
             out: folder.path().to_owned(),
             headless: true,

@@ -133,6 +133,7 @@ impl Bench {
         self.starts += 1;
         let robot = RobotProcess::start(RobotSetup {
             program: RIG.into(),
+            is_onboard: false,
             id: ROBOT.to_owned(),
             robot_file: self.robot_file(),
             site_file: self.site_file(),

@@ -63,6 +63,7 @@ impl Bench {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let options = Options {
             program: PathBuf::from(RIG),
+            onboard: None,
             seed: 3,
             out: folder.path().join("out"),
             headless: true,
