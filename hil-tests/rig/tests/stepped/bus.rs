@@ -127,7 +127,8 @@ fn a_reset_while_the_drive_is_gone_does_not_let_it_go_on() {
     bench.until_standing(2.0);
     bench.stands_for(20.0);
     let (reply, _) = bench.answer_to(Request::Reset);
-    assert_eq!(reply, Err(Refusal::Remaining(vec![Fault::BringUpLimit])));
+    let gone = vec![Fault::BusLost, Fault::BringUpLimit];
+    assert_eq!(reply, Err(Refusal::Remaining(gone)));
     bench.watch(0.3);
     faults.reappear(0);
     bench.until_raised(Fault::DriveReturned, 5.0);

@@ -29,7 +29,16 @@ fn an_operator_asks_and_orders_from_afar_and_stands_in_the_journal() {
     let (code, text) = ask(&hall, &anna, &["why", "amr-0"]);
     assert!(code == Some(0) && text.contains("amr-0 waits"), "{text}");
 
-    let (code, text) = ask(&hall, &anna, &["absent", "amr-1", "--taken-away"]);
+    // Nobody has heard of it: it counts as where the site starts it.
+    let order = ["clear", "room-1"];
+    let (code, text) = ask(&hall, &anna, &order);
+    assert!(
+        code == Some(2) && text.contains("`mediator clear room-1 --taken-away`"),
+        "{text}"
+    );
+    let (code, text) = ask(&hall, &anna, &[&order[..], &["--taken-away"]].concat());
+    assert!(code == Some(0) && text.contains("amr-1"), "{text}");
+    let (code, text) = ask(&hall, &anna, &["absent", "amr-1"]);
     assert!(code == Some(0) && text.contains("absent"), "{text}");
     let (code, text) = ask(&hall, &anna, &["clear", "room-9"]);
     assert!(
@@ -46,9 +55,15 @@ fn an_operator_asks_and_orders_from_afar_and_stands_in_the_journal() {
     let (code, text) = Program::command(&["orders", "--runtime", &run]);
     assert_eq!(code, Some(0), "{text}");
     let lines: Vec<&str> = text.lines().collect();
-    assert_eq!(lines.len(), 3, "{text}");
+    assert_eq!(lines.len(), 5, "{text}");
     assert!(
-        lines[0].contains("Z operator anna: absent amr-1 --taken-away: done: "),
+        lines[0].contains("clear room-1: refused: ")
+            && lines[1].contains("clear room-1 --taken-away: done: "),
+        "{text}"
+    );
+    let lines = &lines[2..];
+    assert!(
+        lines[0].contains("Z operator anna: absent amr-1: done: "),
         "{text}"
     );
     assert!(

@@ -193,7 +193,9 @@ impl Supervisor {
     /// Tells those who have reset the robot what still stops it, and what else is the matter.
     pub(super) fn answer_resets(&mut self, now_ns: u64) {
         for pending in self.resets.due(now_ns) {
-            let remaining: Vec<_> = self.stopped_by().collect();
+            // Of a drive that does not answer no fault was reset, and when it is back it may have more.
+            let lost = { self.table.active() }.filter(|&fault| fault == Fault::BusLost);
+            let remaining: Vec<_> = lost.chain(self.stopped_by()).collect();
             let reply = if remaining.is_empty() {
                 Ok(Done::Reset(self.table.active().collect()))
             } else {

@@ -6,6 +6,7 @@
 //! - [`lidar`], [`bus`], [`drive`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
 //! - [`operator`], [`orders`]: requests while it drives; [`by_hand`]: somebody drives it; [`doors`]: other users ask;
+//! - [`rules`]: what its real-time threads promise, for a minute;
 //! - [`laps`]: the rig itself is interrupted or killed; [`overload`]: the computer has no time for it.
 //!
 //! Here is what only real programs show, and that they are safe; what they make of faults is judged in `tests/stepped`.
@@ -23,4 +24,5 @@ mod names;
 mod operator;
 mod orders;
 mod overload;
+mod rules;
 mod watch;
