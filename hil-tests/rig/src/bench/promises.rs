@@ -1,4 +1,4 @@
-//! What is promised of figures, and whether this run keeps it. `TIMING.md` says what they depend on.
+//! What is promised of figures on a computer like a robot's or faster, and whether this run keeps it.
 
 use std::fmt;
 

@@ -18,13 +18,20 @@ use super::child::Process;
 /// Hidden subcommand by which this program becomes a robot.
 pub const SUBCOMMAND: &str = "__robot";
 
+/// A program that becomes a robot.
+#[derive(Clone, Debug)]
+pub enum Program {
+    /// The rig's own.
+    Rig(PathBuf),
+    /// `onboard` itself.
+    Onboard(PathBuf),
+}
+
 /// What a robot is started with.
 #[derive(Clone, Debug)]
 pub struct RobotSetup {
-    /// The program that becomes the robot: the rig's own,
-    pub program: PathBuf,
-    /// or `onboard` itself.
-    pub is_onboard: bool,
+    /// The program that becomes the robot.
+    pub program: Program,
     /// Its identity, as its file says.
     pub id: String,
     /// Robot file.
@@ -63,7 +70,10 @@ impl RobotProcess {
     /// # Errors
     /// The operating system's.
     pub fn start_again(setup: RobotSetup) -> io::Result<Self> {
-        let becomes = (!setup.is_onboard).then_some(SUBCOMMAND);
+        let (program, becomes) = match &setup.program {
+            Program::Rig(path) => (path, Some(SUBCOMMAND)),
+            Program::Onboard(path) => (path, None),
+        };
         let words = becomes.into_iter().chain(["run", "--robot"]);
         let mut arguments: Vec<OsString> = words.map(Into::into).collect();
         arguments.push(setup.robot_file.clone().into());
@@ -72,7 +82,7 @@ impl RobotProcess {
         for value in &setup.set {
             arguments.extend(["--set".into(), value.into()]);
         }
-        let process = Process::start(&setup.program, &arguments, &setup.environment, &setup.log)?;
+        let process = Process::start(program, &arguments, &setup.environment, &setup.log)?;
         Ok(Self { process, setup })
     }
 

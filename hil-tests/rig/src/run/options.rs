@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::process::robot::Program;
+
 /// How a scenario is run.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -21,4 +23,15 @@ pub struct Options {
     pub nets: bool,
     /// Certificates on every link.
     pub secure: bool,
+}
+
+impl Options {
+    /// What becomes a robot.
+    #[must_use]
+    pub fn robot(&self) -> Program {
+        match &self.onboard {
+            Some(onboard) => Program::Onboard(onboard.clone()),
+            None => Program::Rig(self.program.clone()),
+        }
+    }
 }

@@ -154,10 +154,7 @@ impl Stage {
                 devices,
                 usage: Usage::of(0),
                 setup: RobotSetup {
-                    program: { options.onboard.as_ref() }
-                        .unwrap_or(&options.program)
-                        .clone(),
-                    is_onboard: options.onboard.is_some(),
+                    program: options.robot(),
                     id: player.id.clone(),
                     robot_file: player.file.clone(),
                     site_file: site_file.clone(),

@@ -9,7 +9,7 @@ use config::RobotConfig;
 use contract::wire::RobotState;
 use onboard::process::runtime::Runtime;
 use rig::network::listener::Listener;
-use rig::process::robot::{RobotProcess, RobotSetup, SUBCOMMAND};
+use rig::process::robot::{Program, RobotProcess, RobotSetup, SUBCOMMAND};
 use rig::run::settings;
 use rig::testbed::{BusPlace, Devices, start_pose, world};
 use sim::world::{Pose, SharedWorld};
@@ -132,8 +132,7 @@ impl Bench {
     pub fn start(&mut self) -> Option<RobotProcess> {
         self.starts += 1;
         let robot = RobotProcess::start(RobotSetup {
-            program: RIG.into(),
-            is_onboard: false,
+            program: Program::Rig(RIG.into()),
             id: ROBOT.to_owned(),
             robot_file: self.robot_file(),
             site_file: self.site_file(),

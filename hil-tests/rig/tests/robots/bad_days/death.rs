@@ -10,6 +10,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use sim::rt::monotonic_ns;
 
 use crate::bad_days::bench::Bench;
+use crate::bad_days::figures::{ThreadFigures, all_keep_their_time};
 use crate::bad_days::watch::SURELY_STANDS;
 use crate::late::once_more_if_late;
 
@@ -158,12 +159,15 @@ fn a_log_that_nobody_takes_holds_up_nothing() {
         let mut robot = Running(command.spawn().expect("it starts"));
         let log = robot.0.stderr.take().expect("piped");
         bench.until_driving();
+        let before = ThreadFigures::of_all(&bench);
         bench.until("the pipe is full", Duration::from_secs(30), |bench| {
             // Something to say, if there is nothing else.
             bench.ask("resume");
             let waiting = rustix::io::ioctl_fionread(&log).expect("a pipe");
             waiting + FREE_BYTES >= rustix::pipe::fcntl_getpipe_size(&log).expect("a pipe") as u64
         });
+        std::thread::sleep(Duration::from_secs(1));
+        all_keep_their_time(&bench, &before);
         bench.is_stopped(Duration::from_millis(250), |bench| bench.ask("stop"));
         bench.ask("reset");
         bench.until_driving();

@@ -1,7 +1,7 @@
 //! Bad days, through the real programs: the robot is a process, its devices speak their protocols, and what happened
 //! is judged by the world's truth.
 //!
-//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`turn`](crate::turn) lets
+//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`figures`] asks how its threads do; [`turn`](crate::turn) lets
 //!   robots run one for each core; [`late`](crate::late) knows when the machine was to blame;
 //! - [`lidar`], [`bus`], [`drive`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
@@ -17,6 +17,7 @@ mod by_hand;
 mod death;
 mod doors;
 mod drive;
+mod figures;
 mod files;
 mod laps;
 mod lidar;

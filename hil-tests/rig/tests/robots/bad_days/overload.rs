@@ -7,6 +7,7 @@ use rig::bench::place::{Place, cores};
 use rig::threads::Threads;
 
 use crate::bad_days::bench::Bench;
+use crate::bad_days::figures::{ThreadFigures, all_keep_their_time};
 use crate::late::once_more_if_late;
 
 /// Above all threads of robots and devices.
@@ -40,9 +41,11 @@ fn work_of_others_on_the_same_cores_does_not_hold_it_up() {
     once_more_if_late(|| {
         let mut bench = Bench::driving_alone();
         bench.until_fast();
+        let before = ThreadFigures::of_all(&bench);
         let hogs = hogs(None, Duration::from_secs(1), Duration::ZERO);
         bench.drives_for(Duration::from_secs(5));
         assert!(!bench.publishes("overruns") && !bench.publishes("command-stale"));
+        all_keep_their_time(&bench, &before);
         drop(hogs);
         bench.finish();
     });

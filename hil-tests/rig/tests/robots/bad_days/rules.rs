@@ -2,9 +2,8 @@
 
 use std::time::Duration;
 
-use serde_json::Value as Json;
-
-use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
+use crate::bad_days::bench::Bench;
+use crate::bad_days::figures::{ThreadFigures, added};
 use crate::late::once_more_if_late;
 
 const MINUTE: Duration = Duration::from_secs(60);
@@ -18,51 +17,25 @@ const MOST_FAULTS: u64 = 10;
 fn for_a_minute_no_real_time_thread_allocates_makes_a_foreign_system_call_or_waits_for_a_page() {
     once_more_if_late(|| {
         let bench = Bench::driving();
-        let before = threads(&bench);
+        let before = ThreadFigures::of_all(&bench);
         let way_m = bench.truth().distance_m;
         std::thread::sleep(MINUTE);
-        let after = threads(&bench);
         assert!(bench.truth().distance_m > way_m + 1.0, "it has not driven");
         let locked = !bench.log().contains("memory is not");
-        for (before, after) in before.iter().zip(&after) {
-            let name = after["model"].as_str().expect("a name");
-            let of = |thread: &Json, what: &str| {
-                thread["value"][what]
-                    .as_u64()
-                    .unwrap_or_else(|| panic!("{name}: {thread}"))
+        for thread in added(&bench, &before) {
+            // The lidar has a cycle for each scan, communication for each message.
+            let least = match thread.name.as_str() {
+                "communication" => 0,
+                "lidar" => 500,
+                _ => 1_000,
             };
-            let cycles = of(after, "cycles") - of(before, "cycles");
-            let least = if name == "lidar" { 500 } else { 1_000 };
+            assert!(thread.cycles > least, "{thread:?}");
+            let faults_count = locked && thread.is_real_time;
             assert!(
-                name == "communication" || cycles > least,
-                "{name}: {cycles} cycles"
+                !faults_count || thread.page_faults <= MOST_FAULTS,
+                "{thread:?}"
             );
-            let is_real_time = after["value"]["granted"]["policy"] == "fifo";
-            if locked && is_real_time {
-                let faults = of(after, "page_faults") - of(before, "page_faults");
-                assert!(faults <= MOST_FAULTS, "{name}: {faults} page faults");
-            }
         }
         bench.finish();
     });
-}
-
-/// What its threads report.
-fn threads(bench: &Bench) -> Vec<Json> {
-    let runtime = bench.runtime_folder();
-    let runtime = runtime.to_str().expect("a plain path");
-    let output = onboard(&[
-        "inspect",
-        "thread_report",
-        "--json",
-        "--robot",
-        ROBOT,
-        "--runtime",
-        runtime,
-    ]);
-    assert!(output.status.success(), "{}", said(&output));
-    let seen: Json = serde_json::from_slice(&output.stdout).expect("JSON");
-    let symbols = seen["symbols"].as_array().expect("a list").iter();
-    let reports = symbols.filter(|symbol| symbol["datatype"] == "thread_report");
-    reports.cloned().collect()
 }

@@ -1,0 +1,76 @@
+//! What the threads of a robot report of themselves.
+
+use serde_json::Value as Json;
+
+use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
+
+/// The share of its periods that a real-time thread may miss, whatever others do: half of what slows a robot down.
+const MISSED_SHARE: f64 = 0.05;
+
+/// One thread, since it was started.
+#[derive(Clone, Debug)]
+pub struct ThreadFigures {
+    pub name: String,
+    /// It was granted a real-time priority.
+    pub is_real_time: bool,
+    pub cycles: u64,
+    /// Periods without a cycle.
+    pub missed: u64,
+    /// Since it drives the robot.
+    pub page_faults: u64,
+}
+
+impl ThreadFigures {
+    /// Those of all threads, in an order that does not change.
+    pub fn of_all(bench: &Bench) -> Vec<Self> {
+        let runtime = bench.runtime_folder();
+        let runtime = runtime.to_str().expect("a plain path");
+        let inspect = ["inspect", "thread_report", "--json", "--robot", ROBOT];
+        let output = onboard(&[&inspect[..], &["--runtime", runtime]].concat());
+        assert!(output.status.success(), "{}", said(&output));
+        let seen: Json = serde_json::from_slice(&output.stdout).expect("JSON");
+        let symbols = seen["symbols"].as_array().expect("a list").iter();
+        let reports = symbols.filter(|symbol| symbol["datatype"] == "thread_report");
+        reports.map(Self::read).collect()
+    }
+
+    fn read(thread: &Json) -> Self {
+        let value = &thread["value"];
+        let number = |what: &str| value[what].as_u64();
+        let known = |what: &str| number(what).unwrap_or_else(|| panic!("{what}: {thread}"));
+        Self {
+            name: thread["model"].as_str().expect("a name").to_owned(),
+            is_real_time: value["granted"]["policy"] == "fifo",
+            cycles: known("cycles"),
+            missed: known("missed"),
+            page_faults: known("page_faults"),
+        }
+    }
+
+    /// What was added since.
+    pub fn since(&self, before: &Self) -> Self {
+        assert_eq!(self.name, before.name);
+        Self {
+            cycles: self.cycles - before.cycles,
+            missed: self.missed - before.missed,
+            page_faults: self.page_faults - before.page_faults,
+            ..self.clone()
+        }
+    }
+}
+
+/// Since then all real-time threads have kept their time.
+pub fn all_keep_their_time(bench: &Bench, before: &[ThreadFigures]) {
+    for thread in added(bench, before) {
+        let share = thread.missed as f64 / thread.cycles.max(1) as f64;
+        let keeps_its_time = !thread.is_real_time || share < MISSED_SHARE;
+        assert!(keeps_its_time, "{thread:?}");
+    }
+}
+
+/// What was added to each since.
+pub fn added(bench: &Bench, before: &[ThreadFigures]) -> Vec<ThreadFigures> {
+    let after = ThreadFigures::of_all(bench);
+    let pairs = after.iter().zip(before);
+    pairs.map(|(after, before)| after.since(before)).collect()
+}
