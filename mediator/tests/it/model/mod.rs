@@ -494,10 +494,17 @@ fn what_is_broken_is_noticed() {
         (Broken::Reckless, Faults::NONE, "are in it", RUNS, RUNS / 2),
         (Broken::AwaitsNobody, power, "are in it", RUNS, 1),
         (Broken::ForgetsJournal, crashes, "journal", RUNS, RUNS / 2),
-        (Broken::ForgetsEpoch, power, "", RUNS, RUNS / 2),
+        // Another one of its own defences steps in, and says so.
+        (
+            Broken::ForgetsEpoch,
+            power,
+            "of which this journal knows nothing",
+            RUNS,
+            RUNS / 2,
+        ),
         (Broken::NoFences, old, "without a grant", RUNS, RUNS / 2),
         (Broken::TellsFirst, crashes, "journal", 48, 1),
-        (Broken::NoLease, cuts, "", 300, 2),
+        (Broken::NoLease, cuts, "are in it", 300, 1),
         (
             Broken::PromotesSecond,
             seconds,
