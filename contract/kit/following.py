@@ -55,7 +55,7 @@ class Follower:
     def receive(self, data: bytes, now: float) -> None:
         """Takes in a message, however late, repeated, wrong or long it is."""
         message: Any = wire.decode(wire.MediatorReport, data)
-        if message is None or not self.is_for_me(message) or not self.is_plausible(message):
+        if message is None or not self.is_for_me(message) or not self.is_plausible(message, now):
             return
         if message.version.major != page.VERSION[0]:
             return
@@ -96,10 +96,10 @@ class Follower:
         old = followed and (message.mediator_epoch, message.sequence) <= (self.epoch, self.heard_sequence)
         return message.robot_id == self.robot_id and message.boot_epoch == self.boot_epoch and not old
 
-    def is_plausible(self, message: Any) -> bool:
+    def is_plausible(self, message: Any, now: float) -> bool:
         """Not what no mediator says."""
-        same_journal = self.session != 0 and message.journal != 0 and message.journal == self.journal
-        followed = self.instance != 0 and message.instance == self.instance or same_journal
+        takes_over = self.hears(now) and message.journal != 0 and message.journal == self.journal
+        followed = self.instance != 0 and message.instance == self.instance or takes_over
         most = min(LAST_NUMBER, self.epoch + EPOCH_STEP) if followed else LAST_NUMBER
         plausible = message.mediator_epoch <= most and message.sequence <= LAST_NUMBER
         self.wrong += not plausible
@@ -141,7 +141,7 @@ class Follower:
         if echoed in self.sent:
             self.lease_from = self.sent[echoed]
             self.sent = {sequence: at for sequence, at in self.sent.items() if sequence > echoed}
-        if self.sequence < echoed <= self.sequence + SEQUENCE_STEP:
+        if self.sequence < echoed <= max(self.sequence + SEQUENCE_STEP, LAST_NUMBER // 2):
             # Somebody has spoken in its name: the next report is to count.
             self.sequence = echoed
 

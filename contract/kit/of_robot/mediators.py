@@ -20,8 +20,8 @@ BEFORE = ("But where a level that comes with that `session` cannot follow its ow
 KEEPS = "It keeps all levels, and takes over the `session`."
 REFUSES = ("Nor does one with another `journal` that refuses it: what it has been registered for it keeps until another mediator offers a "
            "`session`.")
-NONSENSE = ("Ignore, and count, what no mediator says: an epoch or `sequence` above 2^62, or from the instance that is followed, and from another "
-            "one with its `journal`, an epoch more than 2^20 above the last.")
+NONSENSE = ("Ignore, and count, what no mediator says: an epoch or `sequence` above 2^62, or from the instance that is followed, and while it is "
+            "heard from another one with its `journal`, an epoch more than 2^20 above the last.")
 NEWEST = "Within one epoch of the sender, the message with the largest `sequence` is the newest; ignore older ones."
 
 
@@ -180,10 +180,10 @@ def nonsense_numbers(hall: Hall) -> None:
         hall.expect(hall.soon_s, lambda said, sent=sent: said.report.mediator_sequence >= sent, f"mediator_sequence {sent}")
 
 
-@SUITE.check("sequence-caught-up", "A robot that is told a number which it has not reached yet, at most 2^20 above its own, goes on from there.")
+@SUITE.check("sequence-caught-up", "A robot that is told a number which it has not reached yet, within the same bounds, goes on from there.")
 def sequence_caught_up(hall: Hall) -> None:
     """Somebody has sent reports in its name: its next ones have larger numbers."""
-    ahead = hall.said[-1].report.sequence + 10**5
+    ahead = 2**40
     hall.echoes, hall.robot_sequence = False, ahead
     hall.send()
     hall.expect(hall.soon_s, lambda said: said.report.sequence > ahead, f"reports with a sequence above {ahead}")

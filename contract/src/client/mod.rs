@@ -19,7 +19,7 @@ mod situation;
 
 pub use control::Order;
 pub use robot::Client;
-pub use session::{EPOCH_STEP, LAST_NUMBER, Received, SEQUENCE_STEP};
+pub use session::{EPOCH_STEP, LAST_NUMBER, Received, SEQUENCE_STEP, is_reached_from};
 pub use situation::{ClientCounters, Situation};
 
 #[cfg(test)]

@@ -37,7 +37,8 @@ const SENT: usize = 256;
 pub const LAST_NUMBER: u64 = 1 << 62;
 /// The mediator that a robot follows does not raise its epoch by more at once, nor does one that goes on with its journal.
 pub const EPOCH_STEP: u64 = 1 << 20;
-/// Somebody who speaks in a robot's name is believed to have sent so many reports more than it has.
+/// Beyond half of [`LAST_NUMBER`] nobody is believed to have sent so many reports more than before: one lie leaves room for those that
+/// follow.
 pub const SEQUENCE_STEP: u64 = 1 << 20;
 
 /// Other mediators that speak to this robot.
@@ -139,8 +140,8 @@ impl Session {
             return Received::Stale;
         }
         let follows = self.instance != 0 && !other;
-        let same_journal = self.is_registered() && self.is_its_journal(message.journal);
-        let most = if follows || same_journal {
+        let takes_over = self.hears && self.is_its_journal(message.journal);
+        let most = if follows || takes_over {
             self.mediator_epoch.saturating_add(EPOCH_STEP)
         } else {
             LAST_NUMBER
@@ -222,8 +223,8 @@ impl Session {
     /// The mediator has this report, and perhaps none after it.
     fn renew_lease(&mut self, echoed: u64) {
         self.acknowledged = self.acknowledged.max(echoed.min(self.sequence));
-        if (self.sequence..=self.sequence + SEQUENCE_STEP).contains(&echoed) {
-            // Somebody has sent reports in its name: those that follow are to count.
+        // Somebody has sent reports in its name: those that follow are to count.
+        if echoed > self.sequence && is_reached_from(self.sequence, echoed) {
             self.sequence = echoed;
         }
         while let Some(&(sequence, sent_ns)) = self.sent.front()
@@ -347,6 +348,13 @@ impl Session {
             ..factsheet.clone()
         }
     }
+}
+
+/// Whether a process whose newest report has one number may have sent one with another number since.
+#[must_use]
+pub fn is_reached_from(newest: u64, sequence: u64) -> bool {
+    let most = newest.saturating_add(SEQUENCE_STEP).max(LAST_NUMBER / 2);
+    sequence <= most.min(LAST_NUMBER)
 }
 
 impl Other {

@@ -102,6 +102,8 @@ impl Status {
     pub const OK: Self = Self(*b"00");
     /// In reply to `BM`: the laser is on already. In reply to `SS`: not a bit rate.
     pub const LASER_ALREADY_ON: Self = Self(*b"02");
+    /// In reply to `TM0`: the device tells its time already.
+    pub const ADJUSTS_ALREADY: Self = Self(*b"02");
     /// In reply to `SS`: the device runs at this bit rate already.
     pub const SAME_BIT_RATE: Self = Self(*b"03");
     /// A scan of a stream follows.

@@ -238,7 +238,8 @@ impl Session {
     fn read_clock(&mut self) -> Result<ClockBounds, ConnectError> {
         let mut bounds = ClockBounds::default();
         match self.command(b"TM0")?.status {
-            Status::OK => {}
+            // Also after a reply that was lost.
+            Status::OK | Status::ADJUSTS_ALREADY => {}
             status => {
                 return Err(refused(
                     b"TM0",

@@ -268,8 +268,7 @@ impl Hokuyo {
         self.parameters.turn() * u32::from(self.format.skip + 1)
     }
 
-    /// How far stamps may be off just after connecting; `None` when the device would not tell its time, and stamps
-    /// rest on the smallest delay alone.
+    /// How far stamps may be off just after connecting.
     #[must_use]
     pub fn stamp_uncertainty(&self) -> Option<Duration> {
         self.bounds

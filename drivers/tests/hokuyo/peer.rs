@@ -277,8 +277,8 @@ impl Device {
             }
             "BM" => self.reply(command, "00", &[]),
             "TM0" => {
-                self.setup.adjusting = true;
-                self.reply(command, "00", &[]);
+                let already = std::mem::replace(&mut self.setup.adjusting, true);
+                self.reply(command, if already { "02" } else { "00" }, &[]);
             }
             "TM1" => {
                 let stamp = self.stamp(Instant::now());

@@ -146,11 +146,18 @@ impl Peers {
         own.sequence > 0 && now_ns <= own.heard_ns.saturating_add(self.silent_after_ns)
     }
 
-    /// Returns whether the report is newer than the last one of its process.
-    pub(crate) fn hear(&mut self, robot: usize, report: &RobotReport, now_ns: u64) -> bool {
+    /// Returns whether the report is newer than the last one of its process, as it is in any case where that `is_known`.
+    pub(crate) fn hear(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        is_known: bool,
+        now_ns: u64,
+    ) -> bool {
         let before = self.is_of_before(report);
         let own = &mut self.followers[robot];
-        if own.boot_epoch == report.boot_epoch && report.sequence <= own.sequence {
+        let old = own.boot_epoch == report.boot_epoch && report.sequence <= own.sequence;
+        if old && !is_known {
             return false;
         }
         let follows = if before {
@@ -250,7 +257,7 @@ mod tests {
         own.map(|(instance, epoch)| {
             let mut peers = Peers::new(instance, 0, epoch, follow.len(), SILENT_NS);
             for (robot, &(instance, epoch)) in follow.iter().enumerate() {
-                peers.hear(robot, &report(instance, epoch, 1), 0);
+                peers.hear(robot, &report(instance, epoch, 1), false, 0);
             }
             peers.decide(0);
             peers.stands_by
@@ -276,7 +283,7 @@ mod tests {
                 mediator_journal: journal,
                 ..report(7, epoch, 1)
             };
-            peers.hear(0, &follows, 0);
+            peers.hear(0, &follows, false, 0);
             peers.decide(0);
             assert_eq!(peers.stands_by, stands_by, "{journal} {epoch}");
         }
@@ -292,13 +299,13 @@ mod tests {
                 mediator_heard: robot == 0,
                 ..report(7, 4, 1)
             };
-            peers.hear(robot, &of_before, 0);
+            peers.hear(robot, &of_before, false, 0);
         }
-        peers.hear(2, &report(9, 1 << 40, 1), 0);
+        peers.hear(2, &report(9, 1 << 40, 1), false, 0);
         peers.decide(0);
         assert!(!peers.stands_by);
         // With one of them it says otherwise.
-        peers.hear(1, &report(9, 1 << 40, 2), 0);
+        peers.hear(1, &report(9, 1 << 40, 2), false, 0);
         peers.decide(0);
         assert!(peers.stands_by);
     }
@@ -323,7 +330,7 @@ mod tests {
         let mut peers = Peers::new(8, 3, 5, 2, SILENT_NS);
         assert!(peers.ask(0, 0) && peers.ask(1, 0));
         assert!(!peers.ask(0, ASK_PAUSE_NS - 1) && peers.asks(0) && !peers.asks(1));
-        peers.hear(0, &report(8, 5, 1), ASK_PAUSE_NS - 1);
+        peers.hear(0, &report(8, 5, 1), false, ASK_PAUSE_NS - 1);
         assert!(peers.asks(0) && peers.ask(0, ASK_PAUSE_NS) && !peers.asks(0));
     }
 
@@ -333,7 +340,7 @@ mod tests {
         let mut told = 0;
         for sequence in 1..=20 {
             let now_ns = sequence * SILENT_NS / 5;
-            peers.hear(0, &report(7, 1, sequence), now_ns);
+            peers.hear(0, &report(7, 1, sequence), false, now_ns);
             told += u64::from(peers.decide(now_ns));
             assert!(peers.stands_by);
             assert_eq!(told, u64::from(sequence > 16));
@@ -343,11 +350,11 @@ mod tests {
             mediator_heard: false,
             ..report(7, 1, 21)
         };
-        peers.hear(0, &lost, now_ns);
+        peers.hear(0, &lost, false, now_ns);
         // Late.
-        peers.hear(0, &report(7, 1, 20), now_ns);
+        peers.hear(0, &report(7, 1, 20), false, now_ns);
         assert!(!peers.decide(now_ns) && !peers.stands_by && !peers.is_ours(&lost));
-        peers.hear(0, &report(7, 1, 22), now_ns);
+        peers.hear(0, &report(7, 1, 22), false, now_ns);
         peers.decide(now_ns);
         assert!(peers.stands_by);
         peers.decide(now_ns + SILENT_NS + 1);

@@ -43,7 +43,12 @@ impl Manager {
         now_ns: u64,
     ) -> bool {
         let retired = self.sessions.robot(robot).is_retired(report.boot_epoch);
-        if retired || report.site != self.names.site || !self.peers.hear(robot, report, now_ns) {
+        // Who follows this mediator is heard, whatever somebody has said in its name.
+        let is_next = self.peers.is_ours(report) && self.sessions.is_next(robot, report);
+        if retired || report.site != self.names.site {
+            return false;
+        }
+        if !self.peers.hear(robot, report, is_next, now_ns) {
             return false;
         }
         self.sessions.robot_mut(robot).surely_absent = false;

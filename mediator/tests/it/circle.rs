@@ -9,11 +9,11 @@ use mediator::journal::Stored;
 use mediator::manager::Manager;
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
-const AREAS: [&str; 3] = ["a", "b", "c"];
+const AREAS: [&str; 4] = ["a", "b", "c", "d"];
 const STEP_NS: u64 = 200_000_000;
 
-/// Three areas for one, with robots of these priorities.
-fn setup(priorities: [u32; 3], capacity: u32) -> Setup {
+/// Four areas of this capacity, with a robot of each of these priorities in one.
+fn setup(priorities: [u32; 4], capacity: u32) -> Setup {
     let robots = (1..).zip(priorities).map(|(number, priority)| RobotSetup {
         id: format!("amr-{number}"),
         role: "normal".to_owned(),
@@ -38,9 +38,9 @@ struct Bench {
     manager: Manager,
     robots: Vec<Client>,
     /// What each wants besides where it stands.
-    wants: [Option<&'static str>; 3],
+    wants: [Option<&'static str>; 4],
     /// Whether it stands in its area.
-    stands: [bool; 3],
+    stands: [bool; 4],
     now_ns: u64,
 }
 
@@ -55,8 +55,8 @@ impl Bench {
         Self {
             manager: manager.speaks_as(5),
             robots: robots.collect(),
-            wants: [None; 3],
-            stands: [true; 3],
+            wants: [None; 4],
+            stands: [true; 4],
             now_ns: 0,
         }
     }
@@ -93,9 +93,9 @@ impl Bench {
 
 #[test]
 fn a_circle_is_told_once_with_who_is_to_back_out_of_what() {
-    let mut bench = Bench::new(&setup([1, 0, 1], 1));
+    let mut bench = Bench::new(&setup([1, 0, 1, 0], 1));
     assert!(bench.pass(3).is_empty());
-    bench.wants = [Some("b"), Some("c"), Some("a")];
+    bench.wants = [Some("b"), Some("c"), Some("a"), None];
     assert!(bench.pass(4).is_empty(), "it may be over soon");
     let alarms = bench.pass(20);
     assert_eq!(alarms.len(), 1, "{alarms:?}");
@@ -115,20 +115,39 @@ fn a_circle_is_told_once_with_who_is_to_back_out_of_what() {
 
 #[test]
 fn a_line_of_robots_and_areas_with_room_are_no_circle() {
-    let mut line = Bench::new(&setup([0; 3], 1));
-    line.wants = [Some("b"), Some("c"), None];
+    let mut line = Bench::new(&setup([0; 4], 1));
+    line.wants = [Some("b"), Some("c"), None, None];
     assert!(line.pass(20).is_empty());
-    let mut room = Bench::new(&setup([0; 3], 2));
-    room.wants = [Some("b"), Some("c"), Some("a")];
+    let mut room = Bench::new(&setup([0; 4], 2));
+    room.wants = [Some("b"), Some("c"), Some("a"), None];
     assert!(room.pass(20).is_empty());
 }
 
 /// The two that wait for each other are told, not the one that waits for them.
 #[test]
 fn who_waits_for_a_circle_is_not_of_it() {
-    let mut bench = Bench::new(&setup([0; 3], 1));
-    bench.wants = [Some("b"), Some("c"), Some("b")];
+    let mut bench = Bench::new(&setup([0; 4], 1));
+    bench.wants = [Some("b"), Some("c"), Some("b"), None];
     let alarms = bench.pass(20);
     assert_eq!(alarms.len(), 1, "{alarms:?}");
     assert!(!alarms[0].contains("amr-1"), "{alarms:?}");
+}
+
+#[test]
+fn two_circles_are_told_each_once() {
+    let mut bench = Bench::new(&setup([0; 4], 1));
+    bench.pass(3);
+    bench.wants = [Some("b"), Some("a"), None, None];
+    let first = bench.pass(10);
+    assert!(
+        first.len() == 1 && first[0].contains("amr-1 for area b"),
+        "{first:?}"
+    );
+    // The first one lasts.
+    bench.wants[2..].copy_from_slice(&[Some("d"), Some("c")]);
+    let second = bench.pass(20);
+    assert!(
+        second.len() == 1 && second[0].contains("amr-3 for area d"),
+        "{second:?}"
+    );
 }

@@ -45,6 +45,8 @@ pub struct Member {
     other_version: Option<String>,
     /// Since when another process speaks for this identity, while one does.
     taken_ns: Option<u64>,
+    /// Since when the mediator does not hear it, though it knows where it is and is registered.
+    unheard_since_ns: Option<u64>,
     was_acquired: bool,
     /// Areas that the robot stands in; none while it does not know where it is.
     stands_in: Option<AreaSet>,
@@ -71,6 +73,7 @@ impl Member {
             origin: Origin::Unknown,
             other_version: None,
             taken_ns: None,
+            unheard_since_ns: None,
             was_acquired: false,
             stands_in: None,
             wanted: AreaSet::EMPTY,
@@ -165,6 +168,10 @@ impl Member {
                 .collect(),
             None => vec![Touch::Clear; self.setup.areas.len()],
         };
+        let unheard = self.client.is_registered() && place.is_some();
+        let unheard = unheard && !self.client.has_lease(now_ns);
+        let since_ns = self.unheard_since_ns.unwrap_or(now_ns);
+        self.unheard_since_ns = unheard.then_some(since_ns);
         let stood_in = self.stands_in.unwrap_or(AreaSet::ALL);
         let stands_in: AreaSet = { self.setup.area_indices().zip(&touches) }
             .filter(|&(area, &touch)| {
@@ -302,8 +309,9 @@ impl Member {
             .is_some_and(|taken_ns| now_ns <= taken_ns.saturating_add(ENTERS_NO_MORE_NS));
         let had_time = now_ns > self.began_ns.saturating_add(silent_after_ns);
         let silent = self.client.is_mediator_silent(now_ns, silent_after_ns);
-        // One that does not hear the robot is of no more use to it.
-        let deaf = self.client.is_registered() && !self.client.has_lease(now_ns);
+        // One that does not hear the robot is of no more use to it. A mediator that was followed anew has yet to hear it.
+        let deaf = { self.unheard_since_ns }
+            .is_some_and(|since_ns| now_ns > since_ns.saturating_add(silent_after_ns));
         Troubles {
             silent: had_time && !refused && (silent || deaf),
             refused: refused && !restarts,

@@ -11,7 +11,7 @@ from ...robot import Robot
 class BelievesNonsense(Robot):
     """It believes every number."""
 
-    def is_plausible(self, message: Any) -> bool:
+    def is_plausible(self, message: Any, now: float) -> bool:
         return True
 
 
@@ -81,8 +81,8 @@ class LooksAtSequenceAlone(Robot):
 class KeepsEpoch(Robot):
     """It ignores a larger epoch of the mediator that it follows."""
 
-    def is_plausible(self, message: Any) -> bool:
-        return super().is_plausible(message) and not (message.instance == self.instance and message.mediator_epoch > self.epoch)
+    def is_plausible(self, message: Any, now: float) -> bool:
+        return super().is_plausible(message, now) and not (message.instance == self.instance and message.mediator_epoch > self.epoch)
 
 
 class FollowsOwnJournal(Robot):
@@ -104,8 +104,8 @@ class BelievesWhoStandsBy(Robot):
 
     most = 0
 
-    def is_plausible(self, message: Any) -> bool:
-        plausible = super().is_plausible(message)
+    def is_plausible(self, message: Any, now: float) -> bool:
+        plausible = super().is_plausible(message, now)
         if plausible:
             self.most = max(self.most, message.mediator_epoch)
         return plausible and message.mediator_epoch == self.most

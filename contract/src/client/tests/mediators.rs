@@ -209,6 +209,11 @@ fn one_that_goes_on_with_its_journal_does_not_leap_away_either() {
     assert_eq!(leap, Received::Nonsense);
     assert_eq!(client.report().mediator_instance, 70);
     assert_eq!(client.receive(&of(80, 2 + EPOCH_STEP), 2), Received::News);
+    // Of one that is gone nobody knows how often it has started meanwhile.
+    let silent_ns = 2 * SECOND_NS;
+    client.step(situation(&[], &[], &[]), silent_ns, SECOND_NS);
+    let after = of(90, 9 * EPOCH_STEP);
+    assert_eq!(client.receive(&after, silent_ns), Received::News);
 }
 
 /// Somebody has sent reports in its name, which made its own ones old.
@@ -226,9 +231,12 @@ fn a_robot_goes_on_from_the_number_that_its_mediator_has_heard() {
     assert_eq!(client.report().sequence, own + 501);
     client.receive(&echo(3, own + 501), 2);
     assert!(client.has_lease(2));
-    // A lie about that leaves room for many more.
-    client.receive(&echo(4, own + 502 + SEQUENCE_STEP), 3);
-    assert_eq!(client.report().sequence, own + 502);
+    // A larger lie leaves room for those that follow,
+    client.receive(&echo(4, LAST_NUMBER / 2), 3);
+    assert_eq!(client.report().sequence, LAST_NUMBER / 2 + 1);
+    // and one that does not is none that it has sent.
+    client.receive(&echo(5, LAST_NUMBER / 2 + 2 + SEQUENCE_STEP), 4);
+    assert_eq!(client.report().sequence, LAST_NUMBER / 2 + 2);
 }
 
 #[test]

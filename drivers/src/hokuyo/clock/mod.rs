@@ -3,8 +3,8 @@
 //! Bytes arrive with an unknown and changing delay; the device's stamps do not. Before streaming, readings of the clock
 //! in adjust mode (`TM`) bound the offset between both clocks from two sides ([`ClockBounds`]). While streaming, the
 //! smallest delay of the last [`WINDOW`] scans is compared with the smallest delay right after the calibration. The
-//! difference is drift, as far as clocks drift: the offset follows it by at most [`DRIFT_NS_PER_MS`]. Without a
-//! calibration the smallest delay is assumed to be the time it takes to measure a turn.
+//! difference is drift, as far as clocks drift: the offset follows it by at most [`DRIFT_NS_PER_MS`]. Where the device's clock has jumped
+//! since, the smallest delay is assumed to be the time it takes to measure a turn.
 //!
 //! A difference that no drift explains is a change of the delay itself, and following it would put old scans into the
 //! present. When it lasts, the mapping is not to be trusted any more ([`Untrusted`]): the clocks have to be compared anew.

@@ -156,3 +156,32 @@ fn parts_of(plans: &[impl AsRef<Plan>], robot: usize) -> impl Iterator<Item = Pa
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_was_taken_in_longest_ago_comes_first_and_whoever_was_not_before_all() {
+        let part = Part {
+            plan: 0,
+            situation: 0,
+            role: 0,
+            is_control: true,
+        };
+        let mut own = Candidates::new(&[] as &[Box<Plan>], 3);
+        (own.fit, own.due) = (vec![vec![vec![Fit::new()]]], vec![false]);
+        (0..3).for_each(|robot| own.put(part, robot, true));
+        let first = |own: &Candidates| own.of(0, 0)[0][0];
+        for (number, robot) in [(1, 0), (2, 1), (3, 2), (4, 0)] {
+            assert_eq!(first(&own), robot, "coordination {number}");
+            own.serve(robot, number);
+        }
+        // Whoever does not fit for a while keeps its place.
+        assert_eq!(first(&own), 1);
+        own.put(part, 1, false);
+        assert_eq!(first(&own), 2);
+        own.put(part, 1, true);
+        assert_eq!(first(&own), 1);
+    }
+}

@@ -204,13 +204,17 @@ impl Coordinations {
 
     pub(super) fn begin(&mut self, plan: usize, instance: Instance) {
         self.look_again_at_all(&instance);
-        // Of those with protocol 1 each is exchanged for whoever asks.
+        self.note_served(plan, &instance);
+        self.running.push(Running::new(plan, instance));
+    }
+
+    /// Its robots come last next time. Those with protocol 1 are exchanged for whoever asks.
+    fn note_served(&mut self, plan: usize, instance: &Instance) {
         for (role, participant) in self.plans[plan].roles.iter().zip(instance.participants()) {
             if matches!(role.kind, Kind::Control) {
                 self.candidates.serve(participant.robot, instance.number);
             }
         }
-        self.running.push(Running::new(plan, instance));
     }
 
     /// Ends what runs by a plan, and remembers it.
@@ -236,6 +240,7 @@ impl Coordinations {
         now_ns: u64,
         effects: &mut Effects,
     ) {
+        self.note_served(plan, &next);
         if let Some(own) = self.running.iter_mut().find(|own| own.plan == plan) {
             let old = std::mem::replace(own, Running::new(plan, next)).instance;
             self.look_again_at_all(&old);

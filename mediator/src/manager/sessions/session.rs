@@ -1,6 +1,6 @@
 //! Who speaks for one robot.
 
-use contract::client::{LAST_NUMBER, SEQUENCE_STEP};
+use contract::client::{LAST_NUMBER, is_reached_from};
 use contract::timing::{DOUBLED_AFTER_NS, ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS};
 
 use super::factsheet::Factsheet;
@@ -138,16 +138,14 @@ impl Session {
         self.number > 0 && self.boot_epoch == boot_epoch
     }
 
-    /// Whether the process that speaks can have sent so many reports by now: at most one in a millisecond while it was not heard. What
-    /// says so is of somebody who speaks in its name.
-    pub(crate) fn may_have_sent(&self, sequence: u64, now_ns: u64) -> bool {
-        /// One in a millisecond.
-        const PER_REPORT_NS: u64 = 1_000_000;
-        if self.sequence == 0 {
-            return sequence <= LAST_NUMBER / 2;
-        }
-        let unheard = now_ns.saturating_sub(self.alive_until_ns) / PER_REPORT_NS;
-        sequence <= (self.sequence + SEQUENCE_STEP + unheard).min(LAST_NUMBER)
+    /// Whether a process can have sent so many reports by now. What says so is of somebody who speaks in its name.
+    pub(crate) fn may_have_sent(&self, boot_epoch: u64, sequence: u64) -> bool {
+        let newest = if self.is_of(boot_epoch) {
+            self.sequence
+        } else {
+            0
+        };
+        is_reached_from(newest, sequence)
     }
 
     /// A process unknown so far asks to speak for this robot, and is offered a session.

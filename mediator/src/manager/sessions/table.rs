@@ -80,7 +80,7 @@ impl Sessions {
 
     // ---------------------------------------------------------------- reports
 
-    /// Which robot a report is of. One that the site does not list is refused.
+    /// Which robot a report is of. One that the site does not list is refused, and a number that no process can have reached dropped.
     pub(crate) fn identify(
         &mut self,
         report: &RobotReport,
@@ -93,7 +93,20 @@ impl Sessions {
             self.send_refusal(self.refusal(report, alarm.to_string()));
             effects.alarms.push(alarm);
         }
-        found
+        let says = |&robot: &usize| {
+            let own = &self.robots[robot];
+            own.may_have_sent(report.boot_epoch, report.sequence)
+        };
+        let believed = found.filter(says);
+        effects.counters.bad += u64::from(found.is_some() && believed.is_none());
+        believed
+    }
+
+    /// Whether the head of a report is that of the next one that counts.
+    pub(crate) fn is_next(&self, robot: usize, report: &RobotReport) -> bool {
+        let session = &self.robots[robot];
+        let newer = session.is_of(report.boot_epoch) && report.sequence > session.sequence;
+        newer && report.session == session.number && report.mediator_epoch == self.epoch
     }
 
     /// Tells a process why it gets nothing.
@@ -169,11 +182,6 @@ impl Sessions {
             effects.counters.stale += 1;
             return recognised;
         }
-        if !session.may_have_sent(report.sequence, now_ns) {
-            effects.counters.bad += 1;
-            return recognised;
-        }
-        session.sequence = report.sequence;
         let until_ns = now_ns.saturating_add(self.silent_after_ns);
         session.lives(until_ns, echo(report, epoch));
         if !ours || report.session != session.number || report.mediator_epoch != epoch {
@@ -182,6 +190,8 @@ impl Sessions {
             effects.tell(robot);
             return recognised;
         }
+        // One that does not count is told to nobody: were it of somebody else, the robot could not go on from there.
+        session.sequence = report.sequence;
         session.without_control = report.without_control;
         if let Some(told) = &report.factsheet {
             let told = Some(Factsheet::of(told));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use contract::VERSION;
-use contract::client::SEQUENCE_STEP;
+use contract::client::{LAST_NUMBER, SEQUENCE_STEP};
 use contract::timing::{CANDIDATE_TIMEOUT_NS, DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 use contract::wire::RobotReport;
 
@@ -71,30 +71,27 @@ fn registered() -> (Sessions, Effects) {
     (sessions, effects)
 }
 
-/// Somebody who speaks in its name cannot make what it says old.
+/// Somebody who speaks in its name cannot make what it says old: for good, or without its being told.
 #[test]
 fn a_number_that_a_process_cannot_have_reached_is_not_believed() {
     let (mut sessions, mut effects) = registered();
-    let mut counts = |sequence, now_ns| {
-        let said = report(7, 1, sequence);
-        sessions
-            .recognise(0, &said, true, now_ns, &mut effects)
-            .counts
+    let mut counts = |session, sequence| {
+        let said = report(7, session, sequence);
+        sessions.identify(&said, &mut effects).is_some()
+            && sessions.recognise(0, &said, true, 0, &mut effects).counts
     };
-    for lie in [u64::MAX, 1 << 62, 3 + SEQUENCE_STEP] {
-        assert!(!counts(lie, 0), "{lie}");
+    let half = LAST_NUMBER / 2;
+    for lie in [u64::MAX, LAST_NUMBER, half + 1] {
+        assert!(!counts(1, lie), "{lie}");
     }
-    assert!(counts(3, 0));
-    // One that was not heard has gone on counting.
-    let unheard_ns = SILENT_NS + 1_000_000;
-    assert!(!counts(3 + SEQUENCE_STEP + 2, unheard_ns));
-    assert!(counts(3 + SEQUENCE_STEP + 1, unheard_ns));
-    assert_eq!(effects.counters.bad, 4);
-    // Nor is a first one that leaves no room.
-    let (mut sessions, mut effects) = self::sessions();
-    sessions.recognise(0, &report(7, 0, 1), true, 0, &mut effects);
-    let first = sessions.recognise(0, &report(7, 1, 1 << 62), true, 0, &mut effects);
-    assert!(first.promoted && !first.counts);
+    // Of another session: the robot is told nothing of it.
+    assert!(!counts(2, half));
+    assert!(counts(1, 3));
+    // One that counts leaves room, and is told.
+    assert!(counts(1, half) && !counts(1, 4));
+    assert!(!counts(1, half + 1 + SEQUENCE_STEP) && counts(1, half + SEQUENCE_STEP));
+    assert_eq!(sessions.robot(0).sequence, half + SEQUENCE_STEP);
+    assert_eq!((effects.counters.bad, effects.counters.stale), (4, 1));
 }
 
 #[test]

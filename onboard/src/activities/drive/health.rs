@@ -29,6 +29,8 @@ pub(super) struct Health {
     unpowered: bool,
     /// and had none for so long, less what is forgiven.
     unpowered_ns: u64,
+    /// Too long for no emergency stop, with this figure, while something else was wrong.
+    cut: Option<f64>,
     judged_ns: u64,
 }
 
@@ -41,6 +43,7 @@ impl Default for Health {
             powered: false,
             unpowered: false,
             unpowered_ns: 0,
+            cut: None,
             judged_ns: 0,
         }
     }
@@ -73,16 +76,18 @@ impl Health {
         let unpowered = self.judge_power(inputs, elapsed_ns);
         if faults.is_empty() && !stalled {
             self.bad_since_ns = 0;
-            return unpowered;
+            return unpowered.or_else(|| Some((Fault::MotorsOff, self.cut.take()?)));
         }
+        self.cut = { self.cut }.or(unpowered.map(|(_, lasted_ms)| lasted_ms));
         if self.bad_since_ns == 0 {
             self.bad_since_ns = now_ns;
         }
         let lasts = now_ns - self.bad_since_ns >= FAULT_NS;
-        // Sensors that stand still have done so for long enough.
+        // Sensors that stand still have done so for long enough. Whether it was noise decides what had taken the motors' power.
         if !lasts && !stalled {
-            return unpowered;
+            return None;
         }
+        self.cut = None;
         // What a fault that waits for an operator takes from the motors, they have back a while after it.
         (self.unpowered, self.unpowered_ns) = (false, 0);
         self.powered &= inputs.status1.all(Status::ENABLED_BOTH);

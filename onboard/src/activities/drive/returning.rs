@@ -1,6 +1,6 @@
 //! How the drive comes back: brought up again, and let go on by itself or by an operator.
 
-use coordination::activity::LifeCycleEvent;
+use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use drivers::ethercat::Bus;
 
 use super::activity::Drive;
@@ -94,10 +94,19 @@ impl Drive {
         }
     }
 
+    /// Its last frame has come back.
+    fn answers(&self) -> bool {
+        let exchanges = matches!(
+            self.port.state(),
+            LifeCycleState::Running | LifeCycleState::Paused
+        );
+        exchanges && self.bus.is_some() && self.lost_since_ns == 0
+    }
+
     /// The operator has seen to the faults. One whose cause is still there stays; so do all of them while the drive does not answer, since
     /// nobody knows what it will say, nor when it comes back.
     pub(super) fn reset(&mut self) {
-        if self.bus.is_some() && self.health.is_good() {
+        if self.answers() && self.health.is_good() {
             self.latched = false;
             for fault in [
                 Fault::BringUpLimit,

@@ -32,6 +32,9 @@ fn a_robot_that_is_not_heard_enters_nothing_more_though_it_hears_its_mediator() 
     assert_eq!(scene.allowed(), [0, 1]);
     deaf_mediator(&mut scene, &near, 200 * MS);
     assert_eq!((scene.holds(), scene.allowed()), ("1 2".into(), vec![0]));
+    // It lasts.
+    assert_eq!(scene.member.troubles(scene.now_ns), Troubles::default());
+    deaf_mediator(&mut scene, &near, 1100 * MS);
     let silent = Troubles {
         silent: true,
         ..Troubles::default()

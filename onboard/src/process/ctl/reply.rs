@@ -19,7 +19,7 @@ pub enum Done {
     Running,
     /// It stops hard.
     Stopped,
-    /// Faults that wait for an operator are forgotten, and none has come back. These others last, and go by themselves.
+    /// Faults that wait for an operator are forgotten, and none has come back. These others last.
     Reset(Vec<Fault>),
     /// It has taken the operator's word for where it stands, and looked at walls since.
     Placed(Placement),
@@ -52,7 +52,7 @@ impl fmt::Display for Done {
             Self::Stopped => f.write_str("stopped; `onboard ctl reset` goes on"),
             Self::Reset(lasting) if lasting.is_empty() => f.write_str("reset"),
             Self::Reset(lasting) => {
-                f.write_str("reset; what is still there goes by itself:")?;
+                f.write_str("reset; what else is the matter:")?;
                 { lasting.iter() }
                     .try_for_each(|fault| write!(f, "\n  {}: {}", fault.name(), fault.sentence()))
             }

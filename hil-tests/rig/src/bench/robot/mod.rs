@@ -42,13 +42,7 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
         return Ok(());
     }
     let program = std::env::current_exe().map_err(Failure::refused)?;
-    if running::onboard_beside(&program).is_none() {
-        part.notes.push(
-            "the robot is this program, which is larger than `onboard`: that was not built beside it in the last ten minutes, as by \
-             `cargo build --release --bin onboard`"
-                .to_owned(),
-        );
-    }
+    part.notes.push(running::note(&program));
     let robot = Running::start(&scenario)?;
     let missed = Cell::new(0);
     let promises = [Promise(Figure::P99, Most::Value(8.0))];

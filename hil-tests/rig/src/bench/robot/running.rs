@@ -20,17 +20,30 @@ use crate::scenario::Scenario;
 const PATIENCE: Duration = Duration::from_secs(30);
 /// How often is looked whether it does: a bus cycle.
 const LOOK: Duration = Duration::from_millis(1);
-/// Programs that were built within this time were built together.
-const TOGETHER: Duration = Duration::from_secs(600);
 /// Last lines of a log that are shown.
 const LINES: usize = 10;
 
-/// `onboard` beside this program, if it was built with it or after it: the rig as a robot has all of the rig in its memory.
+/// `onboard` beside this program, if it is there: the rig as a robot has all of the rig in its memory.
 pub(super) fn onboard_beside(program: &Path) -> Option<PathBuf> {
     let onboard = program.with_file_name("onboard");
+    onboard.is_file().then_some(onboard)
+}
+
+/// What is to be known of the program that becomes the robot.
+pub(super) fn note(program: &Path) -> String {
+    let Some(onboard) = onboard_beside(program) else {
+        return "the robot is this program, which is larger than `onboard`: that was not built beside it, as by \
+                `cargo build --release --bin onboard`"
+            .to_owned();
+    };
     let built = |path: &Path| fs::metadata(path).ok()?.modified().ok();
-    let since = built(program)?.checked_sub(TOGETHER)?;
-    (built(&onboard)? >= since).then_some(onboard)
+    let before = built(program).zip(built(&onboard));
+    let before = before.and_then(|(own, onboard)| own.duration_since(onboard).ok());
+    let before_min = before.unwrap_or_default().as_secs() / 60;
+    format!(
+        "the robot is {}, built {before_min} min before this program",
+        onboard.display()
+    )
 }
 
 /// A robot; dropping it stops it.

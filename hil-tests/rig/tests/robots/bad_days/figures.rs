@@ -4,6 +4,8 @@ use serde_json::Value as Json;
 
 use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
 
+/// As the robot file has them.
+const THREADS: usize = 5;
 /// The share of its periods that a real-time thread may miss, whatever others do: half of what slows a robot down.
 const MISSED_SHARE: f64 = 0.05;
 
@@ -31,7 +33,14 @@ impl ThreadFigures {
         let seen: Json = serde_json::from_slice(&output.stdout).expect("JSON");
         let symbols = seen["symbols"].as_array().expect("a list").iter();
         let reports = symbols.filter(|symbol| symbol["datatype"] == "thread_report");
-        reports.map(Self::read).collect()
+        let all: Vec<Self> = reports.map(Self::read).collect();
+        assert_eq!(all.len(), THREADS, "{all:?}");
+        if !all.iter().any(|thread| thread.is_real_time) {
+            eprintln!(
+                "SKIPPED: figures of real-time threads need CAP_SYS_NICE or a higher `ulimit -r`"
+            );
+        }
+        all
     }
 
     fn read(thread: &Json) -> Self {

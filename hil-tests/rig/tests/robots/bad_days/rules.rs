@@ -1,4 +1,4 @@
-//! What real-time threads promise (DESIGN, "Threads"), of a robot that drives for a minute.
+//! What real-time threads promise (README, "The house"), of a robot that drives for a minute.
 
 use std::time::Duration;
 
