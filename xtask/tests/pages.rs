@@ -46,6 +46,8 @@ const COMMANDS: &[(&str, Run)] = &[
     ("scripts/xu4 toolchain", Needs(CROSS)),
     ("scripts/xu4 build", Needs(CROSS)),
     ("scripts/xu4 package", Needs(CROSS)),
+    ("scripts/xu4 count", Needs(CROSS)),
+    ("scripts/xu4 measure odroid@board", Needs("a board")),
     ("sudo apt install ./onboard_*_armhf.deb", Needs(BOARD)),
     (
         "sudo cp /usr/share/onboard/config/robots/amr-1.toml /etc/onboard/robot.toml",
@@ -251,7 +253,10 @@ const COMMANDS: &[(&str, Run)] = &[
             naming: "manager.end(",
         },
     ),
-    ("target/debug/mediator absent amr-2", BesideMediator),
+    (
+        "target/debug/mediator absent amr-2 --taken-away",
+        BesideMediator,
+    ),
     ("target/debug/mediator orders", BesideMediator),
     (
         "target/debug/mediator keys site --site config/sites/overtaking.toml",

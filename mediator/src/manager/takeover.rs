@@ -44,7 +44,8 @@ impl Manager {
     ) -> bool {
         let retired = self.sessions.robot(robot).is_retired(report.boot_epoch);
         // Who follows this mediator is heard, whatever somebody has said in its name.
-        let is_next = self.peers.is_ours(report) && self.sessions.is_next(robot, report);
+        let of_now = self.peers.is_ours(report) && report.mediator_epoch == self.sessions.epoch;
+        let is_next = of_now && self.sessions.robot(robot).is_next(report);
         if retired || report.site != self.names.site {
             return false;
         }

@@ -16,6 +16,7 @@ use crate::activities::robot_activity::ThreadActivities;
 use crate::process::runner::{ThreadSetup, Timing, Trigger};
 use crate::process::wakes::{Passing, Wakes};
 use crate::realtime::clock::{MILLISECOND_NS, Monotonic, now_ns};
+use crate::realtime::memory::STACK_BYTES;
 use crate::realtime::scheduling::promote;
 use crate::symbols::values::ThreadReport;
 
@@ -36,10 +37,12 @@ pub fn spawn_asynchronous(
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .thread_name(format!("{}-tokio", setup.name))
+        .thread_stack_size(STACK_BYTES)
         .enable_all()
         .build()?;
     let passing = pass_on(&setup, &alarm)?;
-    Builder::new().name(setup.name.clone()).spawn(move || {
+    let thread = Builder::new().name(setup.name.clone());
+    thread.stack_size(STACK_BYTES).spawn(move || {
         for warning in promote(&setup.wanted) {
             setup.log.warn(format!("thread {}: {warning}", setup.name));
         }
@@ -57,7 +60,8 @@ fn pass_on(setup: &ThreadSetup, alarm: &Alarm) -> std::io::Result<JoinHandle<()>
     let name = format!("{}-wake", setup.name);
     // Counted here: a wake-up before the thread's first moment is passed on too.
     let mut passing = Passing::new(&wake);
-    Builder::new().name(name).spawn(move || {
+    let thread = Builder::new().name(name).stack_size(STACK_BYTES);
+    thread.spawn(move || {
         while !stop.load(Ordering::Relaxed) {
             let count = wake.wait_beyond(&Monotonic, passing.seen(), now_ns() + GLANCE_NS);
             if passing.look(count) {

@@ -18,7 +18,7 @@ use crate::activities::robot_activity::ThreadActivities;
 use crate::realtime::clock::{Clock, MILLISECOND_NS, Monotonic};
 use crate::realtime::guard;
 use crate::realtime::log::LogSender;
-use crate::realtime::memory::{page_faults, prefault_stack};
+use crate::realtime::memory::{STACK_BYTES, page_faults, prefault_stack};
 use crate::realtime::panic::Panicked;
 use crate::realtime::scheduling::{Wanted, granted, promote};
 use crate::realtime::system_calls;
@@ -29,7 +29,6 @@ use crate::symbols::values::ThreadReport;
 const REPORT_PERIOD_NS: u64 = 100 * MILLISECOND_NS;
 /// Cadence of the loop that remains after a panic.
 const AFTER_PANIC_PERIOD_NS: u64 = MILLISECOND_NS;
-const STACK_BYTES: usize = 1 << 20;
 
 /// What makes a thread's loop run.
 #[derive(Clone, Debug)]

@@ -17,6 +17,7 @@ use rustix::ioctl::{Opcode, Updater, ioctl, opcode};
 use sd_notify::NotifyState;
 
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
+use crate::realtime::memory::STACK_BYTES;
 use crate::realtime::panic::Panicked;
 use crate::symbols::faults::{Fault, FaultTable};
 use crate::symbols::values::Mode;
@@ -161,6 +162,7 @@ impl Watchdogs {
         let (told, panicked) = (Arc::clone(&pulse), panicked.clone());
         let thread = Builder::new()
             .name("watchdogs".into())
+            .stack_size(STACK_BYTES)
             .spawn(move || tell(&told, device, &panicked))
             .map_err(|error| format!("thread watchdogs cannot be started: {error}"))?;
         Ok(Self {

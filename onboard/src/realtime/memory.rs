@@ -5,6 +5,8 @@ use std::fs;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 
+/// Stack of each thread that begins before memory is populated: all of it is resident from then on.
+pub const STACK_BYTES: usize = 1 << 20;
 /// Stack that a real-time thread touches before it is promoted.
 const PREFAULTED_STACK: usize = 128 * 1024;
 /// Locked memory that the process needs; half the limit on its resident size.

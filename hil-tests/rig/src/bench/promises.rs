@@ -1,4 +1,4 @@
-//! What is promised of figures on a computer like a robot's or faster, and whether this run keeps it.
+//! What is promised of figures, and whether this run keeps it. `TIMING.md` lists the same.
 
 use std::fmt;
 

@@ -2,6 +2,7 @@
 
 use contract::client::{LAST_NUMBER, is_reached_from};
 use contract::timing::{DOUBLED_AFTER_NS, ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS};
+use contract::wire::RobotReport;
 
 use super::factsheet::Factsheet;
 use crate::journal::RobotRecord;
@@ -146,6 +147,12 @@ impl Session {
             0
         };
         is_reached_from(newest, sequence)
+    }
+
+    /// Whether the head of a report is that of the next one that counts.
+    pub(crate) fn is_next(&self, report: &RobotReport) -> bool {
+        let newer = self.is_of(report.boot_epoch) && report.sequence > self.sequence;
+        newer && report.session == self.number
     }
 
     /// A process unknown so far asks to speak for this robot, and is offered a session.

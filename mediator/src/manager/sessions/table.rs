@@ -102,13 +102,6 @@ impl Sessions {
         believed
     }
 
-    /// Whether the head of a report is that of the next one that counts.
-    pub(crate) fn is_next(&self, robot: usize, report: &RobotReport) -> bool {
-        let session = &self.robots[robot];
-        let newer = session.is_of(report.boot_epoch) && report.sequence > session.sequence;
-        newer && report.session == session.number && report.mediator_epoch == self.epoch
-    }
-
     /// Tells a process why it gets nothing.
     fn send_refusal(&mut self, refusal: MediatorReport) {
         if self.refusals.len() == REFUSALS {

@@ -6,6 +6,7 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::{CheckpointStore, Ended};
+use crate::realtime::memory::STACK_BYTES;
 
 /// How long the last one may take to be kept when the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -64,7 +65,8 @@ impl<S: CheckpointStore + 'static> Background<S> {
                 own.lock().failed = result.err();
             }
         };
-        let thread = Builder::new().name("checkpoint".to_owned()).spawn(keep)?;
+        let thread = Builder::new().name("checkpoint".to_owned());
+        let thread = thread.stack_size(STACK_BYTES).spawn(keep)?;
         Ok(Self {
             shared,
             thread: Some(thread),

@@ -10,6 +10,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use super::desk::Desk;
 use crate::process::ctl::Guest;
 use crate::realtime::clock::{MILLISECOND_NS, now_ns};
+use crate::realtime::memory::STACK_BYTES;
 
 /// The desk says that it lives at least this often.
 pub const BEAT_NS: u64 = 20 * MILLISECOND_NS;
@@ -28,7 +29,8 @@ const LONGEST_LINE: usize = 256;
 /// # Errors
 /// The system starts no thread.
 pub fn spawn(mut desk: Desk, guests: Receiver<Guest>) -> io::Result<JoinHandle<()>> {
-    Builder::new().name("teleop".to_owned()).spawn(move || {
+    let thread = Builder::new().name("teleop".to_owned());
+    thread.stack_size(STACK_BYTES).spawn(move || {
         for guest in guests {
             desk.open(guest.session, guest.teleop, now_ns());
             let over = Wire::of(guest.stream).and_then(|mut wire| serve(&mut desk, &mut wire));
