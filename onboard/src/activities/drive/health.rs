@@ -76,7 +76,8 @@ impl Health {
         let unpowered = self.judge_power(inputs, elapsed_ns);
         if faults.is_empty() && !stalled {
             self.bad_since_ns = 0;
-            return unpowered.or_else(|| Some((Fault::MotorsOff, self.cut.take()?)));
+            let cut = self.cut.take();
+            return unpowered.or(cut.map(|lasted_ms| (Fault::MotorsOff, lasted_ms)));
         }
         self.cut = { self.cut }.or(unpowered.map(|(_, lasted_ms)| lasted_ms));
         if self.bad_since_ns == 0 {
