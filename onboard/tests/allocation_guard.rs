@@ -1,22 +1,18 @@
 //! The guard of allocations, in a process of its own: it ends what breaks the rules, and lets pass what may be.
 
+mod cases;
+
 use std::hint::black_box;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use onboard::realtime::guard::{ENVIRONMENT_VARIABLE, arm_from_environment, real_time, relaxed};
 
 /// Says to this program which case to be.
 const CASE: &str = "ALLOCATION_GUARD_CASE";
 
-/// This program again, as one case; with the guard, or without.
+/// One case; with the guard, or without.
 fn case(name: &str, guard: &str) -> Output {
-    let this = std::env::current_exe().expect("known");
-    let output = Command::new(this)
-        .args(["--exact", "the_cases", "--nocapture"])
-        .env(CASE, name)
-        .env(ENVIRONMENT_VARIABLE, guard)
-        .output();
-    output.expect("it starts")
+    cases::case(CASE, name, &[(ENVIRONMENT_VARIABLE, guard)])
 }
 
 /// Not a test of its own: what the other tests start.

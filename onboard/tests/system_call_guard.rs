@@ -1,7 +1,9 @@
 //! The guard of system calls, in a process of its own: it ends what breaks the rules, and lets pass what may be.
 
+mod cases;
+
 use std::fs::File;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::time::Duration;
 
 use onboard::realtime::clock::{MILLISECOND_NS, now_ns, sleep_until};
@@ -12,14 +14,9 @@ use onboard::realtime::wake::Wake;
 /// Says to this program which case to be.
 const CASE: &str = "SYSTEM_CALL_GUARD_CASE";
 
-/// This program again, as one case, in which a thread is guarded.
+/// One case, in which a thread is guarded.
 fn case(name: &str) -> Output {
-    let this = std::env::current_exe().expect("known");
-    let output = Command::new(this)
-        .args(["--exact", "the_cases", "--nocapture"])
-        .env(CASE, name)
-        .output();
-    output.expect("it starts")
+    cases::case(CASE, name, &[])
 }
 
 /// Not a test of its own: what the other tests start.

@@ -46,10 +46,8 @@ impl Manager {
         // Who follows this mediator is heard, whatever somebody has said in its name.
         let of_now = self.peers.is_ours(report) && report.mediator_epoch == self.sessions.epoch;
         let is_next = of_now && self.sessions.robot(robot).is_next(report);
-        if retired || report.site != self.names.site {
-            return false;
-        }
-        if !self.peers.hear(robot, report, is_next, now_ns) {
+        let elsewhere = retired || report.site != self.names.site;
+        if elsewhere || !self.peers.hear(robot, report, is_next, now_ns) {
             return false;
         }
         self.sessions.robot_mut(robot).surely_absent = false;
@@ -180,11 +178,11 @@ impl Manager {
                 wait,
             });
         }
-        let stands_in: Vec<usize> = self.areas.stands_in(robot).to_vec();
+        let stands_in = &self.areas.robot(robot).stands_in;
         if !taken_away && !stands_in.is_empty() {
             return Err(AbsentError::Inside {
                 robot: robot_id.to_owned(),
-                areas: self.names.area_list(stands_in),
+                areas: self.names.area_list(stands_in.iter().copied()),
             });
         }
         let areas: Vec<usize> = self.areas.occupied_by(robot).collect();

@@ -126,11 +126,6 @@ impl Areas {
         { self.robots[robot].claims.iter() }.any(|(_, claim)| claim.is_held())
     }
 
-    /// Areas in which a robot stands, for all that is known.
-    pub(crate) fn stands_in(&self, robot: usize) -> &[usize] {
-        &self.robots[robot].stands_in
-    }
-
     /// Areas in which a robot may be.
     pub(crate) fn occupied_by(&self, robot: usize) -> impl Iterator<Item = usize> + '_ {
         (0..self.areas.len()).filter(move |&area| self.robots[robot].occupies(area))

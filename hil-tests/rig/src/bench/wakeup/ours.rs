@@ -26,10 +26,10 @@ impl Contender for Ours {
         let cycles = cycle.count(length);
         // As onboard and cyclictest do: without it cores sleep deeply. Where it is not allowed, it is not for cyclictest either.
         let _awake = keep_cores_awake();
-        let late_ns = Measuring::spawn("wakeup", move || sleep(cycle, cycles))?.end()?;
+        let late_ns = Measuring::spawn("wakeup", move || sleep(cycle, cycles))?.end();
         // The other parts find memory as they left it.
         let _ = rustix::mm::munlockall();
-        into.extend(late_ns.into_iter().map(Sample::counted_in_us));
+        into.extend(late_ns?.into_iter().map(Sample::counted_in_us));
         Ok(())
     }
 }

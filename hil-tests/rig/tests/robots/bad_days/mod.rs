@@ -1,8 +1,8 @@
 //! Bad days, through the real programs: the robot is a process, its devices speak their protocols, and what happened
 //! is judged by the world's truth.
 //!
-//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`figures`] asks how its threads do; [`turn`](crate::turn) lets
-//!   robots run one for each core; [`late`](crate::late) knows when the machine was to blame;
+//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`figures`] asks how its
+//!   threads do; [`turn`](crate::turn) lets robots run one for each core; [`late`](crate::late) knows when the machine was to blame;
 //! - [`lidar`], [`bus`], [`drive`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
 //! - [`operator`], [`orders`]: requests while it drives; [`by_hand`]: somebody drives it; [`doors`]: other users ask;
