@@ -11,7 +11,7 @@ use description::keys::quoted_list;
 use super::failure::Failure;
 use super::files::{load_site, nets, plans};
 use crate::setup::Setup;
-use crate::whole_floor::{self, Death, Verdict, Waits};
+use crate::whole_floor::{self, Death, Still, Verdict, Waits};
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -29,9 +29,10 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
         let verdict = whole_floor::look(&site, &plans);
         waits_for_ever = matches!(verdict, Verdict::May { .. } | Verdict::Starves { .. });
         text += &describe_floor(verdict);
-        for plan in plans.iter().filter(|plan| plan.controls()) {
+        for plan in plans.iter().filter(|plan| !whole_floor::is_looked_at(plan)) {
             text += &format!(
-                "  not looked at: what coordination {} keeps for robots whose discrete control it takes; its net is judged alone\n",
+                "  not looked at: coordination {}, which takes the discrete control of some robots and lets others into areas; its net is \
+                 judged alone\n",
                 plan.id
             );
         }
@@ -88,14 +89,19 @@ fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
     text
 }
 
-/// Whether robots can come to wait for ever, by the order of their areas, the nets, and their machines together.
+/// Whether robots can come to wait for ever, by the order of their areas, the coordinations, and their machines together.
 fn describe_floor(verdict: Verdict) -> String {
     match verdict {
-        Verdict::Never { looked, deaths } => {
+        Verdict::Never {
+            looked,
+            deaths,
+            stills,
+        } => {
             let mut text = format!(
                 "\nwhole floor: no robot ever waits for ever: {looked} placements of robots and nets checked; whatever stops a robot is \
                  taken to send it on at last, and robots to ask for their next areas only\n"
             );
+            stills.iter().for_each(|own| text += &describe_still(own));
             deaths.iter().for_each(|own| text += &describe_death(own));
             text
         }
@@ -121,6 +127,15 @@ fn describe_floor(verdict: Verdict) -> String {
     }
 }
 
+/// What its alarm and its pre-emption are for.
+fn describe_still(own: &Still) -> String {
+    let text = format!(
+        "  coordination {} can stand still until its robots are told to get out of the way or are let go\n",
+        own.coordination
+    );
+    text + &describe_steps("soonest after these steps", &own.steps)
+}
+
 fn describe_death(own: &Death) -> String {
     let names = |names: &[String], word: &str| {
         quoted_list(&names.iter().map(String::as_str).collect::<Vec<_>>(), word)
@@ -142,7 +157,11 @@ fn describe_wait(own: &Waits) -> String {
         [] => String::new(),
         areas => format!(", is let into {}", areas.join(", ")),
     };
-    let (has, needs) = (own.has.join(", "), own.needs.join(", "));
+    let needs = match &own.needs[..] {
+        [] => "an order".to_owned(),
+        areas => areas.join(", "),
+    };
+    let has = own.has.join(", ");
     format!(
         "  {} has {has}{let_into} and waits for {needs}\n",
         own.robot

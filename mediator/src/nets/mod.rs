@@ -24,5 +24,5 @@ pub use plan::Plan;
 
 pub(crate) use distinct::distinct;
 pub(crate) use instance::{Instance, Phase};
-pub(crate) use plan::{Cast, Kind, Passage, SituationPlan};
+pub(crate) use plan::{Cast, Kind, Passage, Script, SituationPlan};
 pub(crate) use stored::Unrestorable;

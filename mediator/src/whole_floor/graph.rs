@@ -9,14 +9,26 @@ use super::state::State;
 pub(super) enum Step {
     /// It turns out which way a robot goes on.
     Heads(u16),
-    /// A robot drives on.
+    /// A robot drives on, to other areas.
     Moves(u16),
+    /// A robot goes on to something else where it is.
+    Turns(u16),
     /// A robot is granted an area.
     IsGranted(u16, u16),
     /// A robot asks a net.
     Asks(u16, u16),
-    /// A net's transition fires.
+    /// A net's transition fires: first those that let robots into areas, then those that take discrete control.
     Fires(u16, u16),
+    /// A coordination begins in a situation, with certain robots.
+    Begins(u16, u16, u32),
+    /// A robot hears what a coordination has told it.
+    Hears(u16, u16),
+    /// A coordination goes on too slowly, so that its robots are told to get out of the way.
+    Preempts(u16),
+    /// All robots of a coordination are out of the way.
+    Yielded(u16),
+    /// A coordination lets its robots go as they are.
+    LetsGo(u16),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -36,15 +48,29 @@ pub(super) struct Graph {
 }
 
 impl Step {
-    /// The robot without which it does not happen.
+    /// The robot without which it does not happen. Where one that does nothing any more would have gone makes no difference, so that
+    /// this may turn out all the same.
     pub(super) fn robot(self) -> Option<usize> {
         match self {
-            Self::Heads(robot)
-            | Self::Moves(robot)
+            Self::Moves(robot)
+            | Self::Turns(robot)
             | Self::IsGranted(robot, _)
-            | Self::Asks(robot, _) => Some(robot.into()),
-            Self::Fires(..) => None,
+            | Self::Asks(robot, _)
+            | Self::Hears(robot, _) => Some(robot.into()),
+            Self::Heads(_)
+            | Self::Fires(..)
+            | Self::Begins(..)
+            | Self::Preempts(_)
+            | Self::Yielded(_)
+            | Self::LetsGo(_) => None,
         }
+    }
+}
+
+impl Step {
+    /// It happens only when something took too long.
+    pub(super) fn is_late(self) -> bool {
+        matches!(self, Self::Preempts(_) | Self::LetsGo(_))
     }
 }
 

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::floor::Floor;
 use super::graph::{Edge, Graph, Step};
 use super::starvation::{Leaving, starves};
-use super::state::{Areas, State};
-use super::verdict::{Death, Verdict, Waits};
+use super::state::{Areas, Phase, State};
+use super::verdict::{Death, Still, Verdict, Waits};
 
 /// These robots wait for ever there.
 pub(super) fn dead(floor: &Floor, graph: &Graph, place: usize, waits: &[usize]) -> Verdict {
@@ -47,7 +47,30 @@ pub(super) fn judge(floor: &Floor, graph: &Graph) -> Verdict {
         deaths: robots
             .filter_map(|robot| death(floor, graph, robot))
             .collect(),
+        stills: stills(floor, graph),
     }
+}
+
+/// Coordinations that come to no end unless somebody has waited for too long.
+fn stills(floor: &Floor, graph: &Graph) -> Vec<Still> {
+    let stills = floor
+        .controls
+        .iter()
+        .enumerate()
+        .filter_map(|(number, net)| {
+            let is_idle = |place: usize| graph.states[place].controls[number].phase == Phase::Idle;
+            let ends = graph.can_reach(is_idle, |edge| !edge.step.is_late());
+            let runs = |place: &usize| {
+                let phase = &graph.states[*place].controls[number].phase;
+                matches!(phase, Phase::Running { .. })
+            };
+            let first = (0..graph.states.len()).find(|place| !ends[*place] && runs(place))?;
+            Some(Still {
+                coordination: net.id.clone(),
+                steps: way_to(floor, graph, first),
+            })
+        });
+    stills.collect()
 }
 
 fn way_to(floor: &Floor, graph: &Graph, place: usize) -> Vec<String> {
@@ -94,17 +117,22 @@ fn death(floor: &Floor, graph: &Graph, robot: usize) -> Option<Death> {
         .filter(|&other| take(stuck(floor, graph, other, Some(robot))))
         .map(|other| floor.routes[other].robot.clone())
         .collect();
-    let coordinations: Vec<String> = { floor.nets.iter().enumerate() }
-        .filter(|&(number, net)| {
-            let is_end = |place: usize| {
-                let own = &graph.states[place].nets[number];
-                own.begun && net.is_at_an_end(own)
-            };
-            let ends = graph.can_reach(is_end, |edge| edge.step.robot() != Some(robot));
-            take(ends.into_iter().map(|ends| !ends).collect())
+    let mut comes_to_no_end = |is_end: &dyn Fn(&State) -> bool| {
+        let is_end = |place: usize| is_end(&graph.states[place]);
+        let ends = graph.can_reach(is_end, |edge| edge.step.robot() != Some(robot));
+        take(ends.into_iter().map(|ends| !ends).collect())
+    };
+    let gates = floor.gates.iter().enumerate().filter(|(number, net)| {
+        comes_to_no_end(&|state| {
+            let own = &state.gates[*number];
+            own.begun && net.tokens.are_at_an_end(&own.marks)
         })
-        .map(|(_, net)| net.id.clone())
-        .collect();
+    });
+    let mut coordinations: Vec<String> = gates.map(|(_, net)| net.id.clone()).collect();
+    let controls = floor.controls.iter().enumerate().filter(|(number, _)| {
+        comes_to_no_end(&|state| state.controls[*number].phase == Phase::Idle)
+    });
+    coordinations.extend(controls.map(|(_, net)| net.id.clone()));
     let first = waits.iter().position(|&waits| waits)?;
     let stands_in: BTreeSet<u16> = { waits.iter().zip(&graph.states) }
         .filter(|(waits, _)| **waits)

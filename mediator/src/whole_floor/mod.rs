@@ -5,9 +5,13 @@
 //! Which state follows, its machine decides by itself, by events of its skills and from outside, whatever is free. Areas that a net
 //! decides about are granted where it lets the robot in ([`GateNet`]); its transitions fire in any order.
 //!
+//! Coordinations that take the discrete control of robots begin where robots are as a situation wants them, keep areas for their
+//! orders, and get out of the way or let go at any time that something may have taken too long ([`ControlNet`]). Orders come late: what
+//! a robot does before it hears one is looked at as well. Events that coordinations post come from them alone.
+//!
 //! Taken for granted is that whatever makes a robot stop sends it on at last, that people see to robots that fail, and that a robot asks
-//! for no more than its next areas. Left out are speeds, and what coordinations that take the discrete control of robots keep for
-//! them: those are judged alone, by the net's own analysis.
+//! for no more than its next areas. Left out are speeds, regions of situations, and coordinations that let some robots into areas and
+//! take the discrete control of others: their nets are judged alone.
 //!
 //! Found is, with the shortest steps that lead there, every placement from which some robot can never go on ([`Verdict::May`]), and
 //! every round in which one waits for ever while others go on, though all are fair but those of a larger priority
@@ -15,7 +19,9 @@
 //!
 //! [`Route`]: route::Route
 //! [`GateNet`]: gate_net::GateNet
+//! [`ControlNet`]: control_net::ControlNet
 
+mod control_net;
 mod explore;
 mod floor;
 mod gate_net;
@@ -24,18 +30,25 @@ mod judge;
 mod route;
 mod starvation;
 mod state;
+mod steps;
+mod talk;
+mod tokens;
 mod verdict;
+mod words;
 
 use std::sync::Arc;
 
 use config::SiteConfig;
 
 use crate::nets::Plan;
-pub(crate) use verdict::{Death, Verdict, Waits};
+pub(crate) use verdict::{Death, Still, Verdict, Waits};
+pub(crate) use words::is_looked_at;
 
 use explore::Explored;
 use floor::Floor;
 
+#[cfg(test)]
+mod beside_mediator;
 #[cfg(test)]
 mod small_floors;
 #[cfg(test)]

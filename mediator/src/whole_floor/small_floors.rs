@@ -1,24 +1,27 @@
 //! Floors of a few areas, each for one thing that the verdict must know.
 
 use super::floor::Floor;
-use super::route::Route;
+use super::route::{Route, Way};
 use super::{Verdict, judge_floor};
 
 /// A robot that is in one area after another, by number: from each it goes on to one of these.
 fn route(robot: &str, start: u16, next: &[(u16, &[u16])]) -> Route {
     let count = next.iter().flat_map(|(from, to)| to.iter().chain([from]));
     let count = usize::from(count.max().copied().unwrap_or_default()) + 1;
+    let areas = (0..count as u16).map(|area| vec![area]).collect();
     let mut own = Route {
-        robot: robot.to_owned(),
-        priority: 0,
-        ages: false,
         start,
-        areas: (0..count as u16).map(|area| vec![area]).collect(),
-        next: vec![Vec::new(); count],
+        ..Route::of_nodes(robot, areas)
     };
     for (from, to) in next {
-        own.next[usize::from(*from)] = to.to_vec();
+        own.ways[usize::from(*from)] = { to.iter() }
+            .map(|&to| Way {
+                to,
+                outputs: Vec::new(),
+            })
+            .collect();
     }
+    own.look_where_it_leads();
     own
 }
 

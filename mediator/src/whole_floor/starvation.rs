@@ -10,7 +10,7 @@ use std::collections::HashSet;
 use super::floor::Floor;
 use super::graph::{Edge, Graph, Step};
 
-/// The edges that leave each placement.
+/// The edges that leave each placement, as far as they can be taken again and again.
 pub(super) struct Leaving<'a> {
     edges: Vec<&'a Edge>,
     begins: Vec<usize>,
@@ -18,7 +18,9 @@ pub(super) struct Leaving<'a> {
 
 impl<'a> Leaving<'a> {
     pub(super) fn of(graph: &'a Graph) -> Self {
-        let mut edges: Vec<&Edge> = graph.edges.iter().collect();
+        // Nothing takes too long again and again.
+        let edges = graph.edges.iter().filter(|edge| !edge.step.is_late());
+        let mut edges: Vec<&Edge> = edges.collect();
         edges.sort_by_key(|edge| edge.from);
         let begins = (0..=graph.states.len())
             .map(|place| edges.partition_point(|edge| (edge.from as usize) < place))
@@ -40,7 +42,7 @@ pub(super) fn starves(
 ) -> Option<usize> {
     let goes_on = |edge: &Edge| match edge.step {
         Step::Moves(own) | Step::IsGranted(own, _) => usize::from(own) == robot && !edge.outranked,
-        Step::Heads(..) | Step::Asks(..) | Step::Fires(..) => false,
+        _ => false,
     };
     // Where it could go on it would, by fairness; where it has nowhere to go it misses nothing.
     let waits = (0..graph.states.len()).filter(|&place| {
@@ -61,7 +63,7 @@ pub(super) fn starves(
                 .collect();
             let missed = { edges().filter(|edge| is_fair(edge)) }
                 .map(|edge| kind(edge.step))
-                .find(|kind| !taken.contains(kind));
+                .find(|kind| !is_served(&taken, *kind));
             match missed {
                 Some(missed) => {
                     let is_possible = |place: usize| {
@@ -90,13 +92,24 @@ pub(super) fn starves(
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Kind {
     Moves(u16),
+    /// It goes on where it is.
+    Turns(u16),
     Other(Step),
 }
 
 fn kind(step: Step) -> Kind {
     match step {
         Step::Moves(robot) => Kind::Moves(robot),
+        Step::Turns(robot) => Kind::Turns(robot),
         step => Kind::Other(step),
+    }
+}
+
+/// It is among what happens; whatever makes a robot go on where it is sends it on at last.
+fn is_served(taken: &HashSet<Kind>, kind: Kind) -> bool {
+    match kind {
+        Kind::Turns(robot) => taken.contains(&kind) && taken.contains(&Kind::Moves(robot)),
+        kind => taken.contains(&kind),
     }
 }
 

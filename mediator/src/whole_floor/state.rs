@@ -2,6 +2,8 @@
 
 use coordination::protocol::Position;
 
+use super::tokens::{Marks, Progress};
+
 /// Areas by number, sorted.
 pub(super) type Areas = Vec<u16>;
 
@@ -12,32 +14,45 @@ pub(super) fn join(areas: &mut Areas, more: impl IntoIterator<Item = u16>) {
     areas.dedup();
 }
 
-/// Where a robot is: the node of its route, the one that it will come to next, and what it was granted beyond the present one.
+/// Where a robot is: the node of its route, the way on that it will go, and what it was granted beyond the present one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct RobotState {
     pub(super) node: u16,
-    /// None until that is decided, and where it has nowhere to go.
-    pub(super) to: Option<u16>,
+    /// Where it still stands, when an order has sent its machine on to a node whose areas it does not have yet.
+    pub(super) behind: Option<Areas>,
+    /// By number; none until that is decided, and where it has nowhere to go.
+    pub(super) way: Option<u16>,
     pub(super) ahead: Areas,
+    /// Orders that its machine has not taken.
+    pub(super) orders: Vec<Order>,
+}
+
+/// An event for a robot's machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Order {
+    pub(super) event: u16,
+    /// It comes with the robot's release, and is dropped where the machine has no use for it.
+    pub(super) releases: bool,
 }
 
 impl RobotState {
     pub(super) fn at(node: u16) -> Self {
         Self {
             node,
-            to: None,
+            behind: None,
+            way: None,
             ahead: Areas::new(),
+            orders: Vec::new(),
         }
     }
 }
 
 /// A standing net, with its side of each protocol.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) struct NetState {
+pub(super) struct GateState {
     /// It begins once its areas are empty.
     pub(super) begun: bool,
-    /// By place, one bit each.
-    marks: Vec<u64>,
+    pub(super) marks: Marks,
     pub(super) roles: Vec<RoleState>,
 }
 
@@ -45,59 +60,97 @@ pub(super) struct NetState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct RoleState {
     pub(super) robot: u16,
-    pub(super) set: Position,
-    pub(super) read: Position,
+    pub(super) at: Progress,
 }
 
 impl RoleState {
     pub(super) fn begin(robot: u16) -> Self {
         Self {
             robot,
-            set: Position::START,
-            read: Position::START,
+            at: Progress::START,
         }
     }
 
     pub(super) fn is_open(self) -> bool {
-        self.set == Position::START && self.read == Position::START
+        self.at == Progress::START
     }
 }
 
-impl NetState {
-    pub(super) fn new(marked: &[bool], roles: Vec<RoleState>) -> Self {
-        let mut state = Self {
-            begun: false,
-            marks: vec![0; marked.len().div_ceil(64)],
-            roles,
-        };
-        for (place, _) in marked.iter().enumerate().filter(|(_, marked)| **marked) {
-            state.set_mark(place, true);
-        }
-        state
-    }
-
+impl GateState {
     /// Somebody plays each of its roles.
     pub(super) fn may_begin(&self) -> bool {
         !self.roles.is_empty()
     }
+}
 
-    pub(super) fn has_mark(&self, place: usize) -> bool {
-        self.marks[place / 64] >> (place % 64) & 1 == 1
-    }
+/// A coordination that takes the discrete control of robots.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct ControlState {
+    pub(super) phase: Phase,
+    /// By role, while it runs.
+    pub(super) roles: Vec<Controlled>,
+}
 
-    pub(super) fn set_mark(&mut self, place: usize, marked: bool) {
-        let bit = 1 << (place % 64);
-        if marked {
-            self.marks[place / 64] |= bit;
-        } else {
-            self.marks[place / 64] &= !bit;
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Phase {
+    Idle,
+    /// Its net runs, since this situation.
+    Running {
+        situation: u16,
+        marks: Marks,
+    },
+    /// Its robots are told to get out of the way.
+    Yielding,
+}
+
+/// A robot whose discrete control is taken.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Controlled {
+    pub(super) robot: u16,
+    pub(super) at: Progress,
+    /// What the robot has heard of that.
+    pub(super) heard: Position,
+    /// It has its discrete control back.
+    pub(super) over: bool,
+    pub(super) kept: Vec<Kept>,
+}
+
+impl Controlled {
+    pub(super) fn begin(robot: u16) -> Self {
+        Self {
+            robot,
+            at: Progress::START,
+            heard: Position::START,
+            over: false,
+            kept: Vec::new(),
         }
     }
+
+    pub(super) fn keeps(&self, area: u16) -> bool {
+        self.kept.iter().any(|kept| kept.area == area)
+    }
+
+    pub(super) fn granted(&mut self, area: u16) {
+        for kept in self.kept.iter_mut().filter(|kept| kept.area == area) {
+            (kept.granted, kept.left) = (true, false);
+        }
+    }
+}
+
+/// An area that is kept for a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Kept {
+    pub(super) area: u16,
+    /// It was granted since.
+    pub(super) granted: bool,
+    /// The robot was in it and has left, before it has answered the flag that let it in.
+    pub(super) left: bool,
 }
 
 /// All of it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct State {
     pub(super) robots: Vec<RobotState>,
-    pub(super) nets: Vec<NetState>,
+    pub(super) gates: Vec<GateState>,
+    pub(super) controls: Vec<ControlState>,
 }

@@ -8,17 +8,17 @@ use super::*;
 use crate::nets::plans;
 use crate::setup::Setup;
 
-fn text(file: &str) -> String {
+pub(super) fn text(file: &str) -> String {
     let path = format!("{}/../config/{file}.toml", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(path).expect("it ships")
 }
 
-fn site(text: &str) -> SiteConfig {
+pub(super) fn site(text: &str) -> SiteConfig {
     parse_site("site.toml", text, &[])
         .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
 }
 
-fn shipped_net(name: &str) -> NetConfig {
+pub(super) fn shipped_net(name: &str) -> NetConfig {
     parse_net("net.toml", &text(&format!("nets/{name}"))).expect("it ships")
 }
 
@@ -26,9 +26,11 @@ fn shipped_net(name: &str) -> NetConfig {
 fn look_at(text: &str, nets: &[NetConfig]) -> Verdict {
     let site = site(text);
     let setup = Setup::of(&site).expect("a good site");
-    let plans = plans(&site, &setup, nets, &Limits::default())
-        .unwrap_or_else(|errors| panic!("{}", errors[0]));
-    look(&site, &plans)
+    look(&site, &plans_of(&site, &setup, nets))
+}
+
+pub(super) fn plans_of(site: &SiteConfig, setup: &Setup, nets: &[NetConfig]) -> Vec<Arc<Plan>> {
+    plans(site, setup, nets, &Limits::default()).unwrap_or_else(|errors| panic!("{}", errors[0]))
 }
 
 /// Without.
@@ -40,7 +42,7 @@ fn look_alone(text: &str) -> Verdict {
 fn robots_of_the_shipped_sites_never_wait_for_ever() {
     for name in ["overtaking", "t-junction", "docking"] {
         let verdict = look_at(&text(&format!("sites/{name}")), &[shipped_net(name)]);
-        let Verdict::Never { looked, deaths } = verdict else {
+        let Verdict::Never { looked, deaths, .. } = verdict else {
             panic!("{name}: {verdict:?}");
         };
         assert!(looked > 20, "{name}: {looked}");
@@ -50,7 +52,7 @@ fn robots_of_the_shipped_sites_never_wait_for_ever() {
             let others = deaths.iter().filter(|other| other.robot != death.robot);
             let names: Vec<&String> = others.map(|other| &other.robot).collect();
             assert_eq!(death.robots.iter().collect::<Vec<_>>(), names, "{name}");
-            // A net that takes discrete control is judged alone.
+            // Robots of a coordination that takes discrete control are let go at last.
             assert_eq!(death.coordinations.is_empty(), name == "overtaking");
         }
     }
@@ -292,10 +294,11 @@ fn states_behind_events_from_outside_are_part_of_a_route() {
             .position(|area| area.id == id)
             .expect("there") as u16
     };
-    let route =
-        route::Route::of("amr-1", &site, &site.fsm["normal"], "drive-1").expect("it starts");
-    let next: Vec<&Vec<u16>> = { route.next[usize::from(route.start)].iter() }
-        .map(|&to| &route.areas[usize::from(to)])
+    let fsm = &site.fsm["normal"];
+    let bound = route::Bound::default();
+    let route = route::Route::of("amr-1", &site, fsm, "drive-1", &bound).expect("it starts");
+    let next: Vec<&Vec<u16>> = { route.ways[usize::from(route.start)].iter() }
+        .map(|way| &route.areas[usize::from(way.to)])
         .collect();
     let mut aside = vec![number("1"), number("5")];
     aside.sort_unstable();
@@ -306,4 +309,84 @@ fn states_behind_events_from_outside_are_part_of_a_route() {
     );
     // Halts are where it halts.
     assert!(route.areas.len() < 14, "{:?}", route.areas);
+}
+
+fn overtaking(edit: impl Fn(String) -> String) -> Verdict {
+    look_at(
+        &edit(text("sites/overtaking")),
+        &[shipped_net("overtaking")],
+    )
+}
+
+/// The normal robot passes the lay-by before it hears that it is to drive into it.
+#[test]
+fn a_coordination_that_only_its_pre_emption_ends_is_told() {
+    let Verdict::Never { stills, .. } = overtaking(|site| site) else {
+        panic!("it is pre-empted");
+    };
+    let [still] = &stills[..] else {
+        panic!("{stills:?}");
+    };
+    assert_eq!(still.coordination, "overtaking");
+    let begins = still
+        .steps
+        .iter()
+        .any(|step| step.starts_with("`overtaking` begins with amr-2, amr-1: "));
+    assert!(begins, "{still:#?}");
+    let text = still.steps.last().expect("it begins first");
+    assert_eq!(text, "amr-1 goes on in `1`");
+}
+
+/// Its robots are never told to get out of the way.
+fn without_pre_emption(site: &str) -> String {
+    let (before, _) = { site.split_once("# [coordinations.<id>.preempt]") }.expect("its last part");
+    let yields = ["on = \"halt\"", "yield-", "release = { event"];
+    let lines = { before.lines() }.filter(|line| !yields.iter().any(|own| line.contains(own)));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+/// And without that both wait for ever: the normal one to be in the lay-by that it has passed.
+#[test]
+fn robots_of_a_coordination_that_nothing_ends_wait_for_ever() {
+    let verdict = overtaking(|site| without_pre_emption(&site));
+    let Verdict::May { waits, steps } = verdict else {
+        panic!("{verdict:?}");
+    };
+    let robots: Vec<&str> = waits.iter().map(|own| own.robot.as_str()).collect();
+    assert_eq!(robots, ["amr-1", "amr-2"], "{steps:#?}");
+    assert_eq!(waits[0].has, ["1"], "it has not left it");
+}
+
+/// The robot that gives way comes out of the lay-by when it is told to, not before.
+#[test]
+fn a_robot_whose_machine_has_no_use_for_an_order_is_found() {
+    let verdict = overtaking(|site| {
+        let own = "    { from = \"wait-5\", on = \"back\", to = \"pull-out\" },\n";
+        assert!(site.contains(own));
+        without_pre_emption(&site.replace(
+            own,
+            "    { from = \"park\", on = \"back\", to = \"pull-out\" },\n",
+        ))
+    });
+    assert!(matches!(verdict, Verdict::May { .. }), "{verdict:?}");
+}
+
+/// One stands in the lay-by and waits for the lane, on which another one is told to drive into the lay-by.
+#[test]
+fn two_that_give_way_to_one_block_each_other() {
+    let verdict = overtaking(|site| {
+        site.replace(
+            "[robots.amr-2]",
+            "[robots.amr-3]\nrole = \"normal\"\nstart = { x_m = 7.0, y_m = -0.5, theta_rad = 0.0 }\nstart_state = \"search-2\"\n\n[robots.amr-2]",
+        )
+    });
+    let Verdict::May { waits, .. } = verdict else {
+        panic!("{verdict:?}");
+    };
+    let mut both: Vec<(&str, &str)> = { waits.iter() }
+        .filter(|own| own.robot != "amr-2")
+        .map(|own| (own.has[0].as_str(), own.needs[0].as_str()))
+        .collect();
+    both.sort_unstable();
+    assert_eq!(both, [("1", "5"), ("5", "1")], "{waits:?}");
 }

@@ -14,6 +14,8 @@ pub(crate) enum Verdict {
         looked: usize,
         /// By robot, where others may wait for it.
         deaths: Vec<Death>,
+        /// Coordinations that can stand still until their robots are told to get out of the way, or are let go.
+        stills: Vec<Still>,
     },
     /// Robots can come to wait for ever.
     May {
@@ -57,5 +59,13 @@ pub(crate) struct Death {
     /// Coordinations that may not come to a declared end any more.
     pub(crate) coordinations: Vec<String>,
     /// Shortest way to where that is so.
+    pub(crate) steps: Vec<String>,
+}
+
+/// A coordination stands still.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Still {
+    pub(crate) coordination: String,
+    /// Shortest way there.
     pub(crate) steps: Vec<String>,
 }

@@ -42,7 +42,8 @@ fn a_floor_on_which_nobody_waits_for_ever_is_told_with_what_was_taken_for_grante
         "whole floor: no robot ever waits for ever: ",
         "whatever stops a robot is taken to send it on at last",
         "these may wait for it: amr-1",
-        "not looked at: what coordination overtaking keeps",
+        "coordination overtaking can stand still until its robots are told to get out of the way or are let go",
+        "`overtaking` begins with amr-2, amr-1: normal-ahead",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -63,6 +64,23 @@ fn a_deadlock_is_told_step_by_step_and_is_a_failure() {
         "after these steps:",
         "   1. ",
         "robots of this site can come to wait for ever",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+/// One in the lay-by waits for the lane, one on the lane for the lay-by: the coordination that sent both is told with them.
+#[test]
+fn a_deadlock_that_a_coordination_leads_to_is_a_failure_too() {
+    let third = "[robots.amr-3]\nrole = \"normal\"\nstart = { x_m = 7.0, y_m = -0.5, theta_rad = 0.0 }\nstart_state = \"search-2\"\n\n[robots.amr-2]";
+    let site = shipped("sites/overtaking.toml").replace("[robots.amr-2]", third);
+    let (code, text) = check(&site);
+    assert!(code.is_some_and(|code| code > 0), "{code:?}: {text}");
+    for part in [
+        "whole floor: deadlock",
+        "hears what `overtaking` tells it",
+        " has 5 and waits for 1",
+        " has 1, is let into 5 and waits for 5",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
