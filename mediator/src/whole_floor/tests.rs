@@ -322,7 +322,7 @@ fn overtaking(edit: impl Fn(String) -> String) -> Verdict {
 #[test]
 fn a_coordination_that_only_its_pre_emption_ends_is_told() {
     let Verdict::Never { stills, .. } = overtaking(|site| site) else {
-        panic!("it is pre-empted");
+        panic!("its robots get out of the way");
     };
     let [still] = &stills[..] else {
         panic!("{stills:?}");

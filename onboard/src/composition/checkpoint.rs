@@ -12,10 +12,13 @@ use skills::tubes::FloorCheckpoint;
 
 use crate::composition::plan::Plan;
 use crate::realtime::clock::SECOND_NS;
+use crate::symbols::faults::{FAULTS, Fault};
 use crate::symbols::values::Mode;
 
 /// Older, the floor around the robot may have changed.
 const KEPT_NS: u64 = 60 * SECOND_NS;
+// A bit for each.
+const _: () = assert!(FAULTS <= 64);
 /// What the bytes begin with.
 const MARK: [u8; 8] = *b"onboard1";
 
@@ -32,6 +35,8 @@ pub struct Checkpoint {
     pub written_ns: u64,
     /// A [`Mode`].
     pub mode: u64,
+    /// Faults that waited for an operator, a bit for each number.
+    pub stopped_by: u64,
     /// Dead reckoning, with the encoders' angles.
     pub odometry: Odometry,
     /// Pose in `map`, state, and how far its path is driven.
@@ -77,8 +82,13 @@ impl Checkpoint {
     pub fn of(plan: &Plan) -> Box<Self> {
         let mut checkpoint = Box::<Self>::new(bytemuck::Zeroable::zeroed());
         checkpoint.mark = MARK;
-        checkpoint.fingerprint = fingerprint(plan);
+        checkpoint.is_of(plan);
         checkpoint
+    }
+
+    /// It is of a robot that goes by this plan.
+    pub fn is_of(&mut self, plan: &Plan) {
+        self.fingerprint = fingerprint(plan);
     }
 
     /// Reads one.
@@ -132,6 +142,11 @@ impl Checkpoint {
     #[must_use]
     pub fn was_stopped(&self) -> bool {
         self.mode == Mode::Stopped as u64
+    }
+
+    /// By which faults, then.
+    pub fn stopped_by(&self) -> impl Iterator<Item = Fault> + '_ {
+        { Fault::ALL.into_iter() }.filter(|&fault| self.stopped_by >> fault as u64 & 1 == 1)
     }
 
     /// An operator had paused the robot.

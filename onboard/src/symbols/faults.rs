@@ -85,7 +85,7 @@ faults! {
     FleetNetwork = 15, "fleet-network", ByItself,
         "the fleet network cannot be reached; check `fleet` in the robot file and the network";
     OperatorStop = 16, "operator-stop", Operator,
-        "stopped by an operator; run `onboard ctl reset` to go on";
+        "stopped by an operator, or stopped already when its program began, whose log says by what; run `onboard ctl reset` to go on";
     Panic = 17, "panic", Operator,
         "a part of the program failed: the robot stops and the program ends; please report the message above it";
     MotorsOff = 18, "motors-off", Operator,
@@ -122,6 +122,8 @@ faults! {
         "the robot is to back out and knows nothing of the floor behind it, as after a restart, and it cannot see it: look behind it, say how far it is free with `onboard ctl free-behind`, then run `onboard ctl reset`";
     LidarFrozen = 34, "lidar-frozen", Operator,
         "the lidar has repeated its last scan three times within a minute, and shows what was there, not what is: switch it off and on, or replace it, then run `onboard ctl reset`";
+    NoteUnwritten = 35, "note-unwritten", ByItself,
+        "the note that the robot is under way cannot be written, so that a computer that is switched off would forget it: the robot stands until it can; free the disk, or mend the folder of `--state`, the log says what is the matter";
 }
 
 /// Number of kinds.

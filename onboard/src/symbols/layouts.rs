@@ -45,5 +45,5 @@ layouts! {
     AreaSet: 32,
     Odometry: 120,
     FloorCheckpoint: 18480,
-    FaultTable: 840,
+    FaultTable: 864,
 }

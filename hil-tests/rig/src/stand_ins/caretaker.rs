@@ -90,7 +90,7 @@ pub fn words(
         // Its drive still says how fast it was: nobody can say where it stands, or on what, before it says that it does.
         return vec![Request::Reset];
     }
-    if lost && !is_any(&[Fault::OperatorStop]) {
+    if lost && !is_any(&[Fault::OperatorStop, Fault::PlaceUnknown]) {
         // One that finds its place again drives on: whoever has more to say stops it first, and waits until it stands.
         return vec![Request::Stop];
     }

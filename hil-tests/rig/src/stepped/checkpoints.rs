@@ -13,6 +13,7 @@ pub struct Checkpoints(Arc<Mutex<Kept>>);
 struct Kept {
     bytes: Vec<u8>,
     journey: Journey,
+    is_full: bool,
 }
 
 impl Checkpoints {
@@ -21,14 +22,22 @@ impl Checkpoints {
     }
 
     /// The robot's computer starts anew: only what is on disk remains.
-    pub(super) fn lose_memory(&self) {
+    pub fn lose_memory(&self) {
         self.kept().bytes.clear();
+    }
+
+    /// Its disk is full, or has room again.
+    pub fn fill(&self, is_full: bool) {
+        self.kept().is_full = is_full;
     }
 }
 
 impl CheckpointStore for Checkpoints {
     fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
         let mut own = self.kept();
+        if own.is_full && own.journey != Journey::UnderWay {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
         own.bytes.clear();
         own.bytes.extend_from_slice(bytes);
         own.journey = Journey::UnderWay;
@@ -36,11 +45,14 @@ impl CheckpointStore for Checkpoints {
     }
 
     fn arrive(&mut self, ended: Ended) -> io::Result<()> {
-        *self.kept() = Kept {
-            bytes: Vec::new(),
-            journey: ended.into(),
-        };
+        let mut own = self.kept();
+        own.bytes.clear();
+        own.journey = ended.into();
         Ok(())
+    }
+
+    fn is_noted(&self) -> bool {
+        self.kept().journey == Journey::UnderWay
     }
 }
 

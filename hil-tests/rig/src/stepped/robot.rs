@@ -254,7 +254,7 @@ impl SteppedRobot {
     }
 
     /// From now on a reload reads these files.
-    pub(super) fn reload_from(&mut self, files: Files) {
+    pub fn reload_from(&mut self, files: Files) {
         self.supervisor.reload_from(files);
     }
 

@@ -168,6 +168,25 @@ impl Bench {
         self._folder = folder;
     }
 
+    /// Its computer is switched off, while it runs: its next process finds only what is on disk.
+    pub fn lose_memory(&self) {
+        self.checkpoints.lose_memory();
+    }
+
+    /// Its computer's disk is full, or has room again.
+    pub fn fill_disk(&self, is_full: bool) {
+        self.checkpoints.fill(is_full);
+    }
+
+    /// From now on its files have these keys, and an operator has it read them.
+    pub fn reload_with(&mut self, set: &[&str]) {
+        self.files = files(set.iter().map(|&one| one.to_owned()).collect());
+        self.plan = Plan::load(&self.files).unwrap_or_else(|failure| panic!("{failure:?}"));
+        self.robot.reload_from(self.files.clone());
+        let (reply, _) = self.answer_to(Request::Reload);
+        assert!(reply.is_ok(), "{reply:?}");
+    }
+
     /// Somebody carries it to where the site has it start.
     pub fn put_at_its_start(&self) {
         let start = start_pose(&self.plan.site, ROBOT).expect("the site knows it");

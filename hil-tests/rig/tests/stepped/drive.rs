@@ -162,3 +162,22 @@ fn a_loose_contact_of_the_emergency_stop_is_one_that_is_pressed() {
     assert!(!bench.has(Fault::MotorsOff));
     bench.finish();
 }
+
+/// Somebody presses it, plugs the lidar in, and releases it: a robot that waits for its lidar sees that as well.
+#[test]
+fn an_emergency_stop_beside_a_robot_that_waits_for_its_lidar_holds_it() {
+    let mut bench = Bench::standing();
+    bench.devices.unplug_lidar();
+    bench.watch(4.0);
+    bench.devices.drive_faults().set_emergency_stop(true);
+    bench.watch(2.0);
+    let now_ns = bench.now_ns;
+    bench.devices.plug_in_lidar(now_ns);
+    bench.watch(0.2);
+    bench.devices.drive_faults().set_emergency_stop(false);
+    bench.stands_for(10.0);
+    assert!(bench.has(Fault::MotorsOff));
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}

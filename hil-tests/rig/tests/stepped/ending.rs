@@ -1,6 +1,6 @@
 //! A process that is told to end, and what the next one knows.
 
-use onboard::process::ctl::{Done, Request};
+use onboard::process::ctl::{Done, Place, Request, Spot};
 use onboard::symbols::faults::Fault;
 
 use crate::bench::Bench;
@@ -51,5 +51,108 @@ fn a_robot_that_was_paused_is_paused_in_its_next_process_and_one_that_drove_driv
     bench.put_at_its_start();
     bench.begin_again();
     bench.until_driving();
+    bench.finish();
+}
+
+/// The button that takes the drive's supply as well, while the process ends: whoever releases it starts no robot.
+#[test]
+fn a_robot_that_ends_while_its_drive_is_gone_waits_for_an_operator_in_its_next_process() {
+    for gone_s in [0.3, 1.5, 20.0] {
+        let mut bench = Bench::driving();
+        bench.devices.bus_faults().power_off(0);
+        bench.until_raised(Fault::BusLost, 1.0);
+        bench.watch(gone_s);
+        bench.end();
+        bench.devices.bus_faults().power_on(0);
+        bench.begin_again();
+        bench.stands_for(8.0);
+        assert!(bench.has(Fault::OperatorStop), "{gone_s} s");
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        bench.finish();
+    }
+}
+
+/// One that has never had its drive has not begun to look for an emergency stop either.
+#[test]
+fn a_robot_that_ends_before_it_had_its_drive_waits_for_an_operator_in_its_next_process() {
+    let mut bench = Bench::standing();
+    bench.devices.bus_faults().power_off(0);
+    bench.watch(3.0);
+    bench.end();
+    bench.devices.bus_faults().power_on(0);
+    bench.begin_again();
+    bench.stands_for(8.0);
+    assert!(bench.has(Fault::OperatorStop));
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}
+
+/// However often it is started again: nobody has said where it stands.
+#[test]
+fn a_robot_that_does_not_know_where_it_is_does_not_know_it_in_its_next_process() {
+    type Ends = fn(&mut Bench);
+    let ends: [(&str, Ends); 3] = [
+        ("killed", |_| ()),
+        ("told to end", Bench::end),
+        ("switched off", |bench| bench.lose_memory()),
+    ];
+    for (how, ends) in ends {
+        let mut bench = Bench::driving();
+        bench.watch(3.0);
+        bench.lose_memory();
+        bench.begin_again();
+        bench.until_standing(1.5);
+        for _ in 0..3 {
+            bench.stands_for(5.0);
+            assert!(bench.has(Fault::PlaceUnknown), "{how}");
+            let (reply, _) = bench.answer_to(Request::Reset);
+            assert!(reply.is_err(), "{how}: {reply:?}");
+            ends(&mut bench);
+            bench.begin_again();
+        }
+        bench.put_at_its_start();
+        let start = Place {
+            at: Spot::Start,
+            state: None,
+        };
+        let (reply, _) = bench.answer_to(Request::Place(start));
+        assert!(reply.is_ok(), "{how}: {reply:?}");
+        // Its place is one word, that it may drive another.
+        bench.stands_for(3.0);
+        assert!(!bench.has(Fault::PlaceUnknown) && bench.has(Fault::OperatorStop));
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        bench.finish();
+    }
+}
+
+/// Switched off now, it would be taken for one that has never begun.
+#[test]
+fn a_robot_of_which_nothing_can_be_noted_does_not_drive() {
+    let mut bench = Bench::standing();
+    bench.fill_disk(true);
+    bench.stands_for(10.0);
+    assert!(bench.has(Fault::NoteUnwritten));
+    bench.fill_disk(false);
+    bench.until_driving();
+    assert!(!bench.has(Fault::NoteUnwritten));
+    // Once it is noted, it stays so.
+    bench.fill_disk(true);
+    bench.drives_for(3.0);
+    bench.finish();
+}
+
+/// Its place is one of the files that it goes by, not of those that it began with.
+#[test]
+fn a_robot_that_is_killed_after_a_reload_goes_on_from_where_it_is() {
+    let mut bench = Bench::driving();
+    bench.reload_with(&["navigation.lookahead_m=0.5"]);
+    bench.until_driving();
+    bench.drives_for(2.0);
+    bench.begin_again();
+    bench.until_driving();
+    assert_eq!(bench.raised(Fault::PlaceUnknown), 0);
     bench.finish();
 }

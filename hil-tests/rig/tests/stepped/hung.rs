@@ -177,3 +177,23 @@ fn navigation_that_wakes_up_late_slows_the_robot_down() {
     bench.until("it is as fast as before", 10.0, reaches);
     bench.finish();
 }
+
+/// More reports than a queue holds wait for a supervisor that gets no time: what an operator has said stays said.
+#[test]
+fn reports_that_pile_up_while_the_supervisor_hangs_take_nothing_back_that_others_have_said() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_raised(Fault::OperatorStop, 1.0);
+    bench.until_standing(3.0);
+    bench.hang(&["supervisor"]);
+    bench.be_late("motion", 1.0, 150);
+    bench.watch(40.0);
+    bench.be_late("motion", 0.0, 0);
+    bench.hang(&[]);
+    bench.stands_for(5.0);
+    assert!(bench.raised(Fault::QueueFull) > 0, "no report was lost");
+    assert!(bench.has(Fault::OperatorStop));
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}

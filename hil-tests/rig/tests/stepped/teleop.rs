@@ -347,3 +347,34 @@ fn it_makes_no_detours_and_no_retreats_by_hand() {
     assert_eq!(bench.belief().reason, Reason::Blocked as u64);
     bench.finish();
 }
+
+/// Its computer was switched off while it drove: borders mean nothing, and whoever drives it sees to them.
+#[test]
+fn a_robot_that_nobody_has_told_where_it_is_can_be_driven_by_hand() {
+    let mut bench = Bench::driving();
+    bench.lose_memory();
+    bench.begin_again();
+    bench.watch(6.0);
+    assert!(bench.has(Fault::PlaceUnknown));
+    bench.ask(Request::Teleop(Teleop {
+        without_borders: true,
+    }));
+    bench.until("it is in hands", 1.0, |bench| bench.desk().is_taken());
+    bench.watch(0.5);
+    bench.desk().want(0.0, 0.0);
+    bench.watch(0.2);
+    bench.desk().want(0.1, 0.0);
+    let before_m = bench.truth().distance_m;
+    bench.watch(3.0);
+    let way_m = bench.truth().distance_m - before_m;
+    assert!(way_m > 0.05, "{way_m} m: {}", limit(&mut bench));
+    let now_ns = bench.now_ns;
+    bench.desk().leave(now_ns);
+    bench.until_standing(1.0);
+    for request in [Request::Resume, Request::Reset] {
+        bench.ask(request);
+        bench.stands_for(3.0);
+    }
+    assert!(bench.has(Fault::PlaceUnknown));
+    bench.finish();
+}

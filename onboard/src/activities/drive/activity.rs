@@ -173,13 +173,10 @@ impl Drive {
 
     /// One exchange with the drive.
     fn exchange(&mut self, now_ns: u64, speeds: WheelSpeeds) -> Result<(), ExchangeError> {
+        let powers = self.powers();
         let Some(bus) = &mut self.bus else {
             return Err(ExchangeError::Lost);
         };
-        let enabled = matches!(
-            self.port.state(),
-            LifeCycleState::Running | LifeCycleState::Paused
-        );
         let (found, angles) = (self.encoders.speeds, self.encoders.angles);
         let stands = self.holding.relaxes(speeds, found, angles, now_ns);
         // A stop is commanded as long as the wheels obey. Once they stand, nothing that the drive does by itself may move them.
@@ -189,7 +186,7 @@ impl Drive {
         } else {
             self.settings.drive_current_a
         };
-        let setpoint = if !enabled {
+        let setpoint = if !powers {
             Setpoint::Off
         } else if self.emergency {
             Setpoint::Emergency { current_a }
@@ -205,6 +202,15 @@ impl Drive {
         self.status.sent_left_rad_s = speeds.left_rad_s;
         self.status.sent_right_rad_s = speeds.right_rad_s;
         Ok(())
+    }
+
+    /// The motors have power, as soon as there is a bus: a robot that waits for its lidar is held too, and only then an emergency stop
+    /// shows that is pressed meanwhile.
+    pub(super) fn powers(&self) -> bool {
+        matches!(
+            self.port.state(),
+            LifeCycleState::Ready | LifeCycleState::Running | LifeCycleState::Paused
+        )
     }
 
     /// Raises a fault after which the robot stands until an operator resets it.

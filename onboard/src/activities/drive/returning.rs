@@ -1,6 +1,6 @@
 //! How the drive comes back: brought up again, and let go on by itself or by an operator.
 
-use coordination::activity::{LifeCycleEvent, LifeCycleState};
+use coordination::activity::LifeCycleEvent;
 use drivers::ethercat::Bus;
 
 use super::activity::Drive;
@@ -96,11 +96,7 @@ impl Drive {
 
     /// Its last frame has come back.
     fn answers(&self) -> bool {
-        let exchanges = matches!(
-            self.port.state(),
-            LifeCycleState::Running | LifeCycleState::Paused
-        );
-        exchanges && self.bus.is_some() && self.lost_since_ns == 0
+        self.powers() && self.bus.is_some() && self.lost_since_ns == 0
     }
 
     /// The operator has seen to the faults. One whose cause is still there stays; so do all of them while the drive does not answer, since

@@ -17,6 +17,7 @@ impl Plan {
             ("lidar", ours.lidar == theirs.lidar),
             ("threads", ours.threads == theirs.threads),
             ("fleet", ours.fleet == theirs.fleet),
+            ("watchdog", ours.watchdog == theirs.watchdog),
             ("robots.<id>.role", self.role == other.role),
             (
                 "areas, monitors or state machine of a managed site",

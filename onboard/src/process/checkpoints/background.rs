@@ -29,6 +29,8 @@ struct Slot {
     waiting: Option<Vec<u8>>,
     /// Of the last one that was tried.
     failed: Option<io::Error>,
+    /// As the store says after it.
+    noted: bool,
     ends: bool,
 }
 
@@ -62,7 +64,8 @@ impl<S: CheckpointStore + 'static> Background<S> {
                 };
                 drop(slot);
                 let result = store.save(&bytes);
-                own.lock().failed = result.err();
+                let mut slot = own.lock();
+                (slot.failed, slot.noted) = (result.err(), store.is_noted());
             }
         };
         let thread = Builder::new().name("checkpoint".to_owned());
@@ -105,6 +108,10 @@ impl<S: CheckpointStore + 'static> CheckpointStore for Background<S> {
     fn arrive(&mut self, ended: Ended) -> io::Result<()> {
         self.end()?.arrive(ended)
     }
+
+    fn is_noted(&self) -> bool {
+        self.shared.lock().noted
+    }
 }
 
 #[cfg(test)]
@@ -133,6 +140,10 @@ mod tests {
         fn arrive(&mut self, _ended: Ended) -> io::Result<()> {
             self.kept = None;
             Ok(())
+        }
+
+        fn is_noted(&self) -> bool {
+            self.kept.is_some()
         }
     }
 

@@ -15,12 +15,13 @@ use std::path::PathBuf;
 use contract::private;
 use description::geometry::Pose2;
 
-use crate::composition::checkpoint::Checkpoint;
+use crate::composition::checkpoint::{Checkpoint, Unusable};
 use crate::composition::failure::Failure;
 use crate::composition::plan::Plan;
 use crate::fleet::Began;
 use crate::process::runtime::Runtime;
 use crate::realtime::log::LogSender;
+use crate::symbols::faults::Fault;
 
 pub use background::Background;
 pub use journey::{Ended, Journey, Waited};
@@ -43,6 +44,9 @@ pub trait CheckpointStore: Send {
     /// # Errors
     /// The operating system's.
     fn arrive(&mut self, ended: Ended) -> io::Result<()>;
+
+    /// That the robot is under way is noted on disk: a computer that is switched off now knows of it when it starts.
+    fn is_noted(&self) -> bool;
 }
 
 /// What the process before has left.
@@ -87,13 +91,18 @@ impl CheckpointFile {
 
 impl CheckpointStore for CheckpointFile {
     fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
-        // There as a whole or not at all: the process may be killed at any moment.
-        private::write_unsynced(&self.path, &[self.boot_id.as_bytes(), bytes].concat())?;
+        // First, since without it a checkpoint that cannot be kept looks like a robot that has not begun.
         if !self.noted {
             Journey::UnderWay.note(&self.note)?;
             self.noted = true;
         }
+        // There as a whole or not at all: the process may be killed at any moment.
+        private::write_unsynced(&self.path, &[self.boot_id.as_bytes(), bytes].concat())?;
         Ok(())
+    }
+
+    fn is_noted(&self) -> bool {
+        self.noted
     }
 
     fn arrive(&mut self, ended: Ended) -> io::Result<()> {
@@ -212,9 +221,23 @@ impl Left {
         };
         let (stopped, paused) = (checkpoint.was_stopped(), checkpoint.was_paused());
         if stopped {
-            log.warn(STAYS_STOPPED.to_owned());
+            let by: Vec<&str> = checkpoint.stopped_by().map(Fault::name).collect();
+            let by = match &by[..] {
+                [] => String::new(),
+                names => format!(", by {}", names.join(", ")),
+            };
+            log.warn(format!("{STAYS_STOPPED}{by}"));
         }
-        let place = match checkpoint.check(plan, now_ns) {
+        // What navigation would refuse is no place either.
+        let goes_on = |checkpoint: &Checkpoint| {
+            let navigator = plan.navigator().ok();
+            navigator.is_some_and(|mut own| own.resume(&checkpoint.navigator))
+        };
+        let usable = { checkpoint.check(plan, now_ns) }.and_then(|()| {
+            let refused = Unusable::Lost;
+            goes_on(&checkpoint).then_some(()).ok_or(refused)
+        });
+        let place = match usable {
             Ok(()) => {
                 let pose = checkpoint.navigator.pose;
                 log.warn(format!(

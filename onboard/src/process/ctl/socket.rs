@@ -4,7 +4,7 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use contract::private;
 
@@ -21,7 +21,7 @@ const SERVER_PATIENCE: Duration = Duration::from_millis(50);
 /// Stands before the reason of a refusal.
 const REFUSED: &str = "refused: ";
 /// The longest line that the server reads.
-const LONGEST_LINE: u64 = 1024;
+const LONGEST_LINE: usize = 1024;
 
 /// Somebody in whose hands the robot is: the connection goes on.
 #[derive(Debug)]
@@ -189,14 +189,25 @@ impl Server {
 fn first_line(stream: &UnixStream) -> Option<String> {
     stream
         .set_nonblocking(false)
-        .and_then(|()| stream.set_read_timeout(Some(SERVER_PATIENCE)))
         .and_then(|()| stream.set_write_timeout(Some(SERVER_PATIENCE)))
         .ok()?;
-    let mut line = String::new();
-    BufReader::new(stream.take(LONGEST_LINE))
-        .read_line(&mut line)
-        .ok()?;
-    Some(line)
+    let until = Instant::now() + SERVER_PATIENCE;
+    let mut line = Vec::new();
+    // The whole line has that time, however it drips.
+    loop {
+        let left = until.checked_duration_since(Instant::now());
+        stream
+            .set_read_timeout(Some(left.filter(|left| !left.is_zero())?))
+            .ok()?;
+        let mut bytes = [0; LONGEST_LINE];
+        let count = (&*stream).read(&mut bytes[line.len()..]).ok()?;
+        line.extend_from_slice(&bytes[line.len()..][..count]);
+        if count == 0 || line.contains(&b'\n') || line.len() == LONGEST_LINE {
+            let end = line.iter().position(|&byte| byte == b'\n');
+            line.truncate(end.map_or(line.len(), |end| end + 1));
+            return String::from_utf8(line).ok();
+        }
+    }
 }
 
 impl Drop for Server {
@@ -263,6 +274,31 @@ mod tests {
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("answered");
         assert!(answer.starts_with("refused: unknown request"), "{answer}");
+    }
+
+    /// The supervisor has other things to do.
+    #[test]
+    fn a_client_that_drips_does_not_hold_up_the_server() {
+        let (_folder, runtime) = runtime();
+        let server = Server::open(&runtime, "amr-1").expect("opens");
+        let mut stream = UnixStream::connect(runtime.socket("amr-1")).expect("connects");
+        let drips = std::thread::spawn(move || {
+            for _ in 0..500 {
+                if stream.write_all(b"x").is_err() {
+                    break;
+                }
+                std::thread::sleep(SERVER_PATIENCE / 5);
+            }
+        });
+        let began = Instant::now();
+        assert!(server.next().is_none());
+        assert!(
+            began.elapsed() < 20 * SERVER_PATIENCE,
+            "{:?}",
+            began.elapsed()
+        );
+        drop(server);
+        drips.join().expect("ends");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use coordination::activity::LifeCycleEvent;
 use skills::drive::STANDING_RAD_S;
 
+use super::holders::Who;
 use super::supervision::{PERIOD_NS, Supervisor};
 use crate::activities::port::Command;
 use crate::process::ctl::{Pending, Server};
@@ -90,7 +91,8 @@ impl Supervisor {
     /// Keeps the robot as stopped: the process after one in which something panicked waits for an operator.
     pub fn keep_stopped(&mut self, now_ns: u64) {
         let stopped = Mode::Stopped as u64;
-        self.keeper.keep(&mut self.symbols, stopped, now_ns);
+        let known = self.known(stopped);
+        self.keeper.keep(&mut self.symbols, known, now_ns);
     }
 
     /// Stops the robot; true when it stands, or when it has had its time.
@@ -102,7 +104,7 @@ impl Supervisor {
             self.mode_value.teleop = 0;
             tracing::info!("stopping the robot, then the program");
             if self.panicked.is_raised() {
-                self.raise("supervisor", Fault::Panic, 0.0, now_ns);
+                self.raise(Who::Supervisor, Fault::Panic, 0.0, now_ns);
             }
         }
         self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS

@@ -10,6 +10,17 @@ use crate::process::checkpoints::{CheckpointStore, Ended, Left, Waited};
 use crate::symbols::values::{Mode, Whereabouts};
 use crate::symbols::wiring::SupervisorSymbols;
 
+/// What the supervisor knows of a robot, besides what its symbols say.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    /// A [`Mode`].
+    pub(super) mode: u64,
+    /// Nobody knows where it is, whatever its navigation takes for its pose.
+    pub(super) lost: bool,
+    /// Faults that wait for an operator, a bit for each number.
+    pub(super) stopped_by: u64,
+}
+
 /// The newest checkpoint, and where it is kept.
 pub struct Keeper {
     store: Box<dyn CheckpointStore>,
@@ -44,30 +55,48 @@ impl Keeper {
         keeper
     }
 
+    /// The robot goes by this plan from now on.
+    pub(super) fn is_of(&mut self, plan: &Plan) {
+        self.managed = plan.site.value.areas_managed;
+        self.checkpoint.is_of(plan);
+    }
+
+    /// That the robot is under way stands where it outlives the computer's being switched off.
+    pub(super) fn is_noted(&self) -> bool {
+        self.store.is_noted()
+    }
+
+    /// Something could not be kept the last time.
+    pub(super) fn fails(&self) -> bool {
+        self.fails
+    }
+
     /// Keeps where the robot is now, once it knows.
-    pub(super) fn keep(&mut self, symbols: &mut SupervisorSymbols, mode: u64, now_ns: u64) {
+    pub(super) fn keep(&mut self, symbols: &mut SupervisorSymbols, known: Known, now_ns: u64) {
         let odometry = symbols.odometry.read();
         let whereabouts = symbols.whereabouts.read();
         let floor = symbols.floor.read();
         if odometry.stamp_ns == 0 || whereabouts.stamp_ns == 0 {
             return;
         }
-        self.write(mode, &odometry.value, &whereabouts.value, &floor.value);
+        self.write(known, &odometry.value, &whereabouts.value, &floor.value);
         self.checkpoint.written_ns = now_ns;
         self.save();
     }
 
     fn write(
         &mut self,
-        mode: u64,
+        known: Known,
         odometry: &Odometry,
         whereabouts: &Whereabouts,
         floor: &FloorCheckpoint,
     ) {
         let checkpoint = &mut *self.checkpoint;
-        checkpoint.mode = mode;
+        (checkpoint.mode, checkpoint.stopped_by) = (known.mode, known.stopped_by);
         checkpoint.odometry = *odometry;
         checkpoint.navigator = whereabouts.at;
+        // What navigation takes for its pose until somebody says where the robot stands, is none.
+        checkpoint.navigator.uncertain |= u64::from(known.lost);
         checkpoint.floor = *floor;
     }
 
@@ -117,6 +146,10 @@ mod tests {
 
         fn arrive(&mut self, ended: Ended) -> io::Result<()> {
             self.0.send(ended).map_err(io::Error::other)
+        }
+
+        fn is_noted(&self) -> bool {
+            true
         }
     }
 

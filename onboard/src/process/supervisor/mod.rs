@@ -5,6 +5,7 @@
 
 mod ending;
 mod handles;
+mod holders;
 mod keeper;
 mod lease;
 mod lending;

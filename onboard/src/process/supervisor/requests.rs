@@ -6,6 +6,7 @@ use description::threads::ActivityKind;
 use skills::localisation::ScanVerdict;
 use skills::navigator::Instructed;
 
+use super::holders::Who;
 use super::sent::{Sent, answer};
 use super::supervision::{STOPS, Supervisor};
 use super::waiting::{PLACED_NS, RESET_NS};
@@ -36,7 +37,7 @@ impl Supervisor {
             }
             Request::Stop => {
                 self.take_back("an operator stops the robot");
-                self.raise("operator", Fault::OperatorStop, 0.0, now_ns);
+                self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
                 Ok(Done::Stopped)
             }
             // The word that is missing comes first: a reset alone would have it drive from where it believes to start.
@@ -47,7 +48,7 @@ impl Supervisor {
                 // A thread that still hangs cannot be reset: it is to be found by the answer, not a second later.
                 for fault in { STOPS.into_iter() }.filter(|&own| own != Fault::ThreadHung || !hangs)
                 {
-                    self.clear("operator", fault, now_ns);
+                    self.clear(Who::Operator, fault, now_ns);
                 }
                 self.handles.tell_all(Command::Reset);
                 self.limit_speed(1000);
@@ -129,7 +130,9 @@ impl Supervisor {
             self.handles.tell(kind, Command::Place(placed));
         }
         if std::mem::take(&mut self.lost) {
-            self.clear("operator", Fault::PlaceUnknown, now_ns);
+            // Its place is one word, that it may drive another.
+            self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
+            self.clear(Who::Operator, Fault::PlaceUnknown, now_ns);
         }
         Ok(())
     }

@@ -5,7 +5,8 @@ use coordination::fsm::Machine;
 use description::threads::ActivityKind;
 
 use super::handles::{Handle, Handles};
-use super::keeper::Keeper;
+use super::holders::{Holders, Who};
+use super::keeper::{Keeper, Known};
 use super::lease::Lease;
 use super::sent::Sent;
 use super::waiting::Waiting;
@@ -33,6 +34,7 @@ pub struct Supervisor {
     pub(super) handles: Handles,
     pub(super) symbols: SupervisorSymbols,
     pub(super) table: FaultTable,
+    holders: Holders,
     pub(super) mode_value: RobotMode,
     pub(super) operator_paused: bool,
     /// Somebody drives by hand.
@@ -70,6 +72,7 @@ impl Supervisor {
             handles: Handles(handles),
             symbols,
             table: FaultTable::default(),
+            holders: Holders::default(),
             mode_value,
             operator_paused: false,
             lease: None,
@@ -100,21 +103,23 @@ impl Supervisor {
     }
 
     /// The process before was stopped, or paused, by people, or by a fault that waits for them: so is this one. Where it ended nobody
-    /// knows: this one waits to be told.
+    /// knows: this one waits to be told, and only then to be reset, so that a hand may drive it meanwhile.
     pub fn heed(&mut self, left: &Left, now_ns: u64) {
         self.operator_paused = left.paused;
         self.lost = left.lost;
         if left.lost {
-            self.raise("supervisor", Fault::PlaceUnknown, 0.0, now_ns);
-        }
-        if left.stopped || left.lost {
-            self.raise("supervisor", Fault::OperatorStop, 0.0, now_ns);
+            self.raise(Who::Supervisor, Fault::PlaceUnknown, 0.0, now_ns);
+        } else if left.stopped {
+            self.raise(Who::Supervisor, Fault::OperatorStop, 0.0, now_ns);
         }
     }
 
     /// The robot has ended as it was asked to: the next one begins afresh, and waits for what this one waited for.
     pub fn arrive(&mut self) {
+        // While the drive is gone nobody knows what is the matter with it: an emergency stop may take its supply.
+        let gone = self.table.state(Fault::BusLost).active != 0;
         let waited = match self.mode_of_itself() {
+            _ if gone => Waited::ForReset,
             Mode::Stopped => Waited::ForReset,
             Mode::Paused => Waited::ToResume,
             _ => Waited::Not,
@@ -146,23 +151,43 @@ impl Supervisor {
         self.answer_placings(now_ns);
         self.tell_mode();
         self.publish(now_ns);
-        let mode = self.mode_to_keep();
-        self.keeper.keep(&mut self.symbols, mode, now_ns);
+        let known = self.known(self.mode_to_keep());
+        self.keeper.keep(&mut self.symbols, known, now_ns);
+        self.judge_keeping(now_ns);
+    }
+
+    /// What a checkpoint says besides where the robot is.
+    pub(super) fn known(&self, mode: u64) -> Known {
+        Known {
+            mode,
+            lost: self.lost,
+            stopped_by: { self.stopped_by() }.fold(0, |all, fault| all | 1 << fault as u64),
+        }
+    }
+
+    /// A robot of which a computer that is switched off would know nothing does not drive.
+    fn judge_keeping(&mut self, now_ns: u64) {
+        if self.keeper.is_noted() {
+            self.clear(Who::Supervisor, Fault::NoteUnwritten, now_ns);
+        } else if self.keeper.fails() {
+            self.raise(Who::Supervisor, Fault::NoteUnwritten, 0.0, now_ns);
+        }
     }
 
     /// Takes in all reports.
     pub(super) fn hear(&mut self, now_ns: u64) {
         while let Some((kind, report)) = self.handles.next_report() {
-            self.take(kind.name(), report, now_ns);
+            self.take(kind, report, now_ns);
         }
         self.log.drain();
     }
 
-    fn take(&mut self, name: &str, report: Report, now_ns: u64) {
+    fn take(&mut self, kind: ActivityKind, report: Report, now_ns: u64) {
+        let who = Who::Activity(kind);
         match report {
-            Report::LifeCycle(state) => tracing::debug!("{name} is {state}"),
-            Report::Raised(fault, figure) => self.raise(name, fault, figure, now_ns),
-            Report::Cleared(fault) => self.clear(name, fault, now_ns),
+            Report::LifeCycle(state) => tracing::debug!("{kind} is {state}"),
+            Report::Raised(fault, figure) => self.raise(who, fault, figure, now_ns),
+            Report::Cleared(fault) => self.clear(who, fault, now_ns),
             Report::Moved { from, to } => {
                 tracing::info!(
                     "state {} -> {}",
@@ -177,19 +202,22 @@ impl Supervisor {
         }
     }
 
-    pub(super) fn raise(&mut self, who: &str, fault: Fault, figure: f64, now_ns: u64) {
-        if self.table.raise(fault, now_ns) {
+    pub(super) fn raise(&mut self, who: Who, fault: Fault, figure: f64, now_ns: u64) {
+        // A port that has lost a report says all again.
+        if self.holders.raise(fault, who) && self.table.raise(fault, now_ns) {
             tracing::warn!(
-                "{} ({who}, {figure:.3}): {}",
+                "{} ({}, {figure:.3}): {}",
                 fault.name(),
+                who.name(),
                 fault.sentence()
             );
         }
     }
 
-    pub(super) fn clear(&mut self, who: &str, fault: Fault, now_ns: u64) {
+    pub(super) fn clear(&mut self, who: Who, fault: Fault, now_ns: u64) {
         let since_ns = self.table.state(fault).since_ns;
-        if self.table.clear(fault) {
+        if self.holders.clear(fault, who) && self.table.clear(fault) {
+            let who = who.name();
             let lasted_ms = now_ns.saturating_sub(since_ns) / MILLISECOND_NS;
             tracing::info!("{} is gone ({who}, after {lasted_ms} ms)", fault.name());
         }
@@ -275,7 +303,7 @@ impl Supervisor {
                     ("overruns repeatedly", Fault::Overruns)
                 };
                 tracing::error!("thread {thread} {does}: stopping");
-                self.raise("supervisor", fault, 0.0, now_ns);
+                self.raise(Who::Supervisor, fault, 0.0, now_ns);
             }
         }
     }
@@ -283,7 +311,11 @@ impl Supervisor {
     /// Whether the robot is to stand, whatever navigation wants: a level, which nobody can miss who runs again.
     fn is_halted(&self) -> bool {
         let mut stops = STOPS.iter().chain([&Fault::WheelSlip, &Fault::LidarFrozen]);
-        self.ending_since_ns != 0 || stops.any(|&fault| self.table.state(fault).active != 0)
+        let lost = self.lost && self.lease.is_none();
+        self.ending_since_ns != 0
+            || lost
+            || !self.keeper.is_noted()
+            || stops.any(|&fault| self.table.state(fault).active != 0)
     }
 
     pub(super) fn limit_speed(&mut self, thousandths: u16) {
@@ -317,6 +349,8 @@ impl Supervisor {
             Step::Done(machine) => {
                 tracing::info!("operator: reload: done");
                 self.machine = machine;
+                // A later process that reads the new files finds its place; one that reads the old ones does not.
+                self.keeper.is_of(self.reload.plan());
             }
         }
     }

@@ -136,6 +136,7 @@ fn a_reload_exchanges_limits_and_not_hardware() {
         ),
         ("lidar.good_scans_s=1.0", "lidar"),
         ("identity.model=other", "identity"),
+        ("watchdog.device=/dev/watchdog", "watchdog"),
     ] {
         assert_eq!(with(fixed).as_deref(), Some(key));
     }
