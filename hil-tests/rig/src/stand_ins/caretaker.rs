@@ -46,8 +46,8 @@ pub enum Blame<'a> {
     Stalls(&'a dyn Fn(u64, u64) -> bool),
     /// On the simulated clock, where nothing stalls: faults of the scenario.
     Faults {
-        /// Tells whether one that concerns this robot may be to blame for a latch of this time.
-        blamed: &'a dyn Fn(u64) -> bool,
+        /// Tells whether one that concerns this robot may be to blame for this latch, of this time.
+        blamed: &'a dyn Fn(Fault, u64) -> bool,
         /// One lasts that concerns this robot.
         lasts: bool,
     },
@@ -59,7 +59,7 @@ impl Blame<'_> {
             Self::Stalls(stalled) => {
                 LATCHES.contains(&fault) && stalled(since_ns.saturating_sub(BLAMED_NS), since_ns)
             }
-            Self::Faults { blamed, .. } => blamed(since_ns),
+            Self::Faults { blamed, .. } => blamed(fault, since_ns),
         }
     }
 }
@@ -183,11 +183,11 @@ mod tests {
 
     const SECOND_NS: u64 = 1_000_000_000;
     const FAULTS: Blame<'_> = Blame::Faults {
-        blamed: &|_| true,
+        blamed: &|_, _| true,
         lasts: false,
     };
     const NOBODY: Blame<'_> = Blame::Faults {
-        blamed: &|_| false,
+        blamed: &|_, _| false,
         lasts: false,
     };
 
@@ -281,7 +281,7 @@ mod tests {
         let mut caretaker = Caretaker::default();
         let mut look = |at_s: u64, lasts| {
             let blame = Blame::Faults {
-                blamed: &|_| true,
+                blamed: &|_, _| true,
                 lasts,
             };
             caretaker.look(&faults, at_s * SECOND_NS, false, blame)

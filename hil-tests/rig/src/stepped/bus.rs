@@ -146,9 +146,12 @@ impl MemoryLink {
         frame.clear();
         frame.extend_from_slice(ethernet_frame);
         let lost = wire.lost_share > 0.0 && wire.random.unit() < wire.lost_share;
-        let reply = { !lost }
+        // On the way back as often as on the way there: the drive has done then what it was told.
+        let is_there = !lost || wire.random.unit() < 0.5;
+        let reply = { is_there }
             .then(|| wire.segment.process_frame(&mut frame, now_ns))
-            .flatten();
+            .flatten()
+            .filter(|_| !lost);
         wire.served_ns = now_ns;
         wire.segment.cycle(now_ns);
         let Some(reply) = reply else {

@@ -1,5 +1,6 @@
 //! Faults of a run: drawn from the seed, or from the scenario's file, and what they do to the run at a time.
 
+use onboard::symbols::faults::Fault;
 use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
@@ -212,10 +213,11 @@ impl Schedule {
         }
     }
 
-    /// Whether one that concerns this robot, or all, may be to blame for what its robot raised at this time.
-    pub(super) fn are_blamed(&self, robot: usize, raised_ns: u64) -> bool {
+    /// Whether one that concerns this robot, or all, may be to blame for this fault, which its robot raised at this time.
+    pub(super) fn are_blamed(&self, robot: usize, raised: Fault, raised_ns: u64) -> bool {
         { self.faults.iter() }
             .filter(|own| own.begun && own.concerns(robot))
+            .filter(|own| own.fault.what.may_latch(raised))
             .any(|own| {
                 raised_ns + CLOCKS_DIFFER_NS >= own.from_ns && raised_ns < own.to_ns + SHOWS_LATE_NS
             })

@@ -263,7 +263,7 @@ impl Stepped<'_> {
             };
             let lasts = self.faults.hinders(number);
             let blame = Blame::Faults {
-                blamed: &|since_ns| self.faults.are_blamed(number, since_ns),
+                blamed: &|fault, since_ns| self.faults.are_blamed(number, fault, since_ns),
                 lasts,
             };
             let before = member.caretaker;

@@ -59,7 +59,7 @@ pub enum ScriptedKind {
     /// The robot's clock runs faster than the world's, by this share, or slower where that is negative; without a robot the
     /// mediator's.
     Drift,
-    /// Frames on the robot's bus get lost with a probability.
+    /// Frames on the robot's bus get lost with a probability, on their way there or back.
     LoseFrames,
     /// The network interface of the robot's bus has no room for frames with a probability, and refuses them.
     RefuseFrames,
@@ -338,8 +338,8 @@ impl ScriptedKind {
             // Steeper than ramps for wheelchairs are.
             Self::Slope => 0.08,
             Self::Reload => 0.5,
-            // By the end of the longest one scans are as late as they may be.
-            Self::AgeScans => 0.02,
+            // Before the end of a long one scans are later than they may be.
+            Self::AgeScans => 0.06,
             _ => 1.0,
         }
     }
@@ -348,7 +348,7 @@ impl ScriptedKind {
     #[must_use]
     pub fn most_by_s(self) -> f64 {
         match self {
-            Self::LateThreads | Self::DelayScans => 0.1,
+            Self::LateThreads => 0.1,
             // Twice the time for which robots may go by what they have heard.
             Self::Delay => 10.0,
             _ => 1.0,

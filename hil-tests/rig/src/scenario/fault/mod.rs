@@ -1,6 +1,7 @@
 //! What goes wrong in a run on the simulated clock: what, when, for how long and for whom.
 
 mod kind;
+mod latches;
 mod stopping;
 #[cfg(test)]
 mod tests;
