@@ -13,7 +13,7 @@ use crate::campaign::shrink::{Again, Shrunk};
 use crate::campaign::stepped::Faults;
 use crate::campaign::{agreement, faults, processes, stepped};
 use crate::output::{end_flag, write};
-use crate::run::{Options, Run, finish, run};
+use crate::run::{Options, Run, finish, record, run};
 use crate::scenario::{Changes, Goal, Scenario, load, load_shipped};
 use crate::stepped::faults::faulted;
 use crate::stepped::{Plans, Stepped};
@@ -345,11 +345,12 @@ fn stepped_once(
         );
     }
     run.scenario.name.push_str(" (stepped)");
+    let before = record(&run, &ending).summary;
     let finished = finish(run, out, &ending);
     if finished.is_err() && !faults.is_empty() && !asked_to_end.load(Ordering::Relaxed) {
         onboard::say!("the run failed, and is made again with fewer faults:");
         let shrinker = setup.shrinker(&scenario, &plans, asked_to_end);
-        let shrunk = shrinker.shrink(&[(request.seed, faults)], |run, _| !run.passed())?;
+        let shrunk = shrinker.shrink(&[(&before, faults)], |run, _| !run.passed())?;
         shrunk.iter().for_each(Shrunk::print);
     }
     finished

@@ -54,25 +54,31 @@ impl Store {
             }
             Ok((database, [metadata.dev(), metadata.ino()]))
         };
-        Self::begin(path, Box::new(open), site)
+        Self::begin(path, Box::new(open), site, draw)
     }
 
-    /// The same in memory, or on what a test makes of a disk.
+    /// The same in memory, or on what a test makes of a disk; a new journal has this number.
     ///
     /// # Errors
     /// As [`Store::open`].
     pub fn on(
         backend: impl StorageBackend + Clone,
         site: &str,
+        journal: u64,
     ) -> Result<(Self, Stored), StoreError> {
         let open = move || {
             let database = Database::builder().create_with_backend(backend.clone())?;
             Ok((database, [0; 2]))
         };
-        Self::begin(Path::new("in memory"), Box::new(open), site)
+        Self::begin(Path::new("in memory"), Box::new(open), site, || journal)
     }
 
-    fn begin(path: &Path, open: Open, site: &str) -> Result<(Self, Stored), StoreError> {
+    fn begin(
+        path: &Path,
+        open: Open,
+        site: &str,
+        draw: impl FnOnce() -> u64,
+    ) -> Result<(Self, Stored), StoreError> {
         let failed = |error: redb::Error| StoreError::Store {
             path: path.to_owned(),
             error: Box::new(error),

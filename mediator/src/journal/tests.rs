@@ -257,7 +257,7 @@ impl redb::StorageBackend for Disk {
 #[test]
 fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
     let disk = Disk::default();
-    let (mut store, _) = Store::on(disk.clone(), "corridor").expect("opens");
+    let (mut store, _) = Store::on(disk.clone(), "corridor", 7).expect("opens");
     store.write(&[Entry::Epoch(3)]).expect("writes");
     disk.full.store(true, Ordering::Relaxed);
     for _ in 0..3 {
@@ -271,7 +271,7 @@ fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
     store.reopen().expect("opens again");
     store.write(&entries()).expect("writes");
     drop(store);
-    let (_, stored) = Store::on(disk, "corridor").expect("opens");
+    let (_, stored) = Store::on(disk, "corridor", 7).expect("opens");
     let mut expected = Stored {
         journal: stored.journal,
         ..Stored::default()

@@ -107,7 +107,7 @@ impl Hall {
     fn new() -> Self {
         let setup = setup();
         let disk = Disk::default();
-        let (store, stored) = Store::on(disk.clone(), "hall").expect("opens");
+        let (store, stored) = Store::on(disk.clone(), "hall", 7).expect("opens");
         let manager = Manager::new(&setup, &stored, 0).expect("valid");
         let waiting = Waiting::new(manager.robot_ids());
         let management = Management::start(manager, store, BTreeMap::new()).expect("writes");

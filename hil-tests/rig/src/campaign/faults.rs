@@ -222,7 +222,7 @@ impl Campaign<'_> {
                 row.dangerous += usize::from(is_unsafe);
                 row.hung += usize::from(!is_unsafe);
                 reasons.push(run.reason());
-                failed.push((run.seed, all));
+                failed.push((run, all));
             }
         }
         let shrinker = setup.shrinker(self.scenario, self.plans, self.asked_to_end);

@@ -13,6 +13,7 @@ use crate::run::leave;
 use crate::scenario::{Scenario, ScriptedFault};
 use crate::stepped::Plans;
 use crate::summary::Summary;
+use crate::violation::ViolationKind;
 
 /// At most this many failed runs are shrunk and printed: each costs a few runs more.
 pub(super) const MOST: usize = 25;
@@ -82,31 +83,32 @@ pub struct Shrinker<'a> {
 }
 
 impl Shrinker<'_> {
-    /// Shrinks failed runs, each a seed and all its faults; `fails` tells from what came out of a run with some of these whether
-    /// it failed. The results have the order of the runs.
+    /// Shrinks failed runs, each with all its faults; `fails` tells from what came out of a run with some of these whether it failed. One
+    /// that fails otherwise than before is another run. The results have the order of the runs.
     ///
     /// # Errors
     /// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when its report cannot be written.
     pub fn shrink(
         &self,
-        failed: &[(u64, Vec<ScriptedFault>)],
+        failed: &[(&Summary, Vec<ScriptedFault>)],
         fails: impl Fn(&Summary, &[ScriptedFault]) -> bool + Sync,
     ) -> Result<Vec<Shrunk>, Failure> {
         let one = |number: usize| {
-            let (seed, all) = &failed[number];
+            let (before, all) = &failed[number];
+            let seed = before.seed;
             if number >= MOST {
-                return Ok(self.shrunk(*seed, all, all, None));
+                return Ok(self.shrunk(seed, all, all, None));
             }
             let kept = fewest(all, |fewer| {
                 // Whoever asks to end gets what is known so far.
                 if self.is_over() {
                     return Ok(false);
                 }
-                let run = recorded(&self.with(fewer), self.plans, *seed, true)?;
-                Ok(fails(&run.summary, fewer))
+                let run = recorded(&self.with(fewer), self.plans, seed, true)?;
+                Ok(fails(&run.summary, fewer) && fails_alike(&run.summary, before))
             })?;
-            let report = self.report(*seed, &kept)?;
-            Ok(self.shrunk(*seed, &kept, all, report))
+            let report = self.report(seed, &kept)?;
+            Ok(self.shrunk(seed, &kept, all, report))
         };
         // Each failed run gets its command, also when the campaign is to end.
         run_all(
@@ -170,6 +172,13 @@ impl Shrunk {
     }
 }
 
+/// A run fails by a violation that another one had, too, or both have none.
+fn fails_alike(run: &Summary, before: &Summary) -> bool {
+    let has = |kind: ViolationKind| before.violations.iter().any(|own| own.kind == kind);
+    let any = run.violations.iter().any(|own| has(own.kind));
+    any || run.violations.is_empty() && before.violations.is_empty()
+}
+
 /// The fewest of these with which it still fails: without any one of them it does not. With all of them it `fails`, which is not
 /// asked.
 ///
@@ -201,6 +210,7 @@ fn fewest<T: Clone>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::summary::Violation;
 
     /// What is left of the numbers up to 6, and how many times was asked.
     fn left(fails: impl Fn(&[u32]) -> bool) -> (Vec<u32>, usize) {
@@ -225,6 +235,29 @@ mod tests {
         assert_eq!(left(hides).0, [3]);
         let refused = fewest(&[1, 2], |_| Err(Failure::refused("on purpose")));
         assert!(refused.is_err());
+    }
+
+    #[test]
+    fn a_run_that_fails_otherwise_is_another_one() {
+        let run = |kinds: &[ViolationKind]| Summary {
+            violations: { kinds.iter() }
+                .map(|&kind| Violation {
+                    kind,
+                    robot: "amr-1".to_owned(),
+                    at_s: 1.0,
+                    detail: String::new(),
+                })
+                .collect(),
+            ..Summary::default()
+        };
+        let (none, both) = (
+            run(&[]),
+            run(&[ViolationKind::Collision, ViolationKind::Lease]),
+        );
+        let lease = run(&[ViolationKind::Lease]);
+        assert!(fails_alike(&lease, &both) && fails_alike(&none, &none));
+        assert!(!fails_alike(&none, &lease) && !fails_alike(&lease, &none));
+        assert!(!fails_alike(&run(&[ViolationKind::Collision]), &lease));
     }
 
     #[test]

@@ -135,7 +135,7 @@ pub fn campaign(
     let (summaries, elapsed_s) = runs(scenario, plans, setup, asked_to_end)?;
     let failed = { summaries.iter() }
         .filter(|run| !run.passed())
-        .map(|run| Ok((run.seed, setup.faults.add(scenario, run.seed)?.faults)))
+        .map(|run| Ok((run, setup.faults.add(scenario, run.seed)?.faults)))
         .collect::<Result<Vec<_>, Failure>>()?;
     if !failed.is_empty() && !asked_to_end.load(Ordering::Relaxed) {
         onboard::say!("{} runs failed, and are made again", failed.len());

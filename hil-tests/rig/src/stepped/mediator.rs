@@ -14,6 +14,7 @@ use mediator::runtime::{
 };
 use mediator::setup::Setup;
 use onboard::cli::Failure;
+use sim::world::Random;
 
 use super::clock::shown_ns;
 use super::disk::Disk;
@@ -22,6 +23,8 @@ use super::disk::Disk;
 const STATUS_NS: u64 = 200_000_000;
 /// After this time an operator who has no answer gives his question up, as in the mediator's own thread of communication.
 const PATIENCE_NS: u64 = 2_000_000_000;
+/// The numbers of a mediator and of its journal come from when it starts.
+const INSTANCE_STREAM: u64 = 0x494E_5354;
 
 /// What holds its thread of management up.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,11 +84,15 @@ pub(super) struct SteppedMediator {
 impl SteppedMediator {
     /// Starts with the journal on this disk.
     pub(super) fn start(plan: &MediatorPlan, disk: Disk, now_ns: u64) -> Result<Self, Failure> {
-        let (store, stored) = Store::on(disk, &plan.setup.site).map_err(Failure::refused)?;
+        // No two start at once. Which of two has the larger number is chance, as it is among real ones.
+        let mut random = Random::new(now_ns, INSTANCE_STREAM);
+        let mut number = || (random.unit() * (1_u64 << 53) as f64) as u64 | 1;
+        let (instance, journal) = (number(), number());
+        let (store, stored) =
+            Store::on(disk, &plan.setup.site, journal).map_err(Failure::refused)?;
         let manager = Manager::with_plans(&plan.setup, plan.nets.clone(), &stored, 0)
             .map_err(Failure::refused)?
-            // No two start at once.
-            .speaks_as(now_ns | 1);
+            .speaks_as(instance);
         let ids = manager.robot_ids();
         let management = Management::start(manager, store, stored.orders);
         Ok(Self {

@@ -14,6 +14,8 @@ use super::faults::Weather;
 const LATENCY_NS: [f64; 2] = [0.15e6, 0.9e6];
 /// Latencies come from the seed.
 const NETWORK_STREAM: u64 = 0x4E45_5457;
+/// One that is repeated comes once more within this time, mostly soon.
+const AGAIN_NS: f64 = 10e9;
 /// So does what becomes of messages while a fault lasts.
 const CHANCE_STREAM: u64 = 0x4348_414E;
 
@@ -119,7 +121,7 @@ impl Network {
             return;
         }
         if repeated < weather.repeated {
-            let latency_ns = latency_ns + later * weather.delay_ns;
+            let latency_ns = latency_ns + later.powi(3) * AGAIN_NS.max(weather.delay_ns);
             self.carry(message.clone(), now_ns, latency_ns);
         }
         self.carry(message, now_ns, latency_ns + late * weather.delay_ns);

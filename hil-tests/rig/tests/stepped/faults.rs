@@ -86,10 +86,9 @@ const DEVICES: [ScriptedKind; 12] = [
     ScriptedKind::Unplug,
 ];
 
-/// These change nothing of this run: levels that come twice say nothing new, nothing is there to be reset, who says where the robot is
+/// These change nothing of this run: nothing is there to be reset, who says where the robot is
 /// says the truth, motors with power hold it on any slope and with any load, and weak brakes show where it must stop.
-const UNNOTICED: [ScriptedKind; 6] = [
-    ScriptedKind::Repeat,
+const UNNOTICED: [ScriptedKind; 5] = [
     ScriptedKind::Reset,
     ScriptedKind::Place,
     ScriptedKind::Slope,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub enum ScriptedKind {
     /// Messages from and to a robot, or all, get lost with a probability.
     Lose,
-    /// They arrive twice with a probability.
+    /// They arrive twice with a probability, the second time up to 10 s later.
     Repeat,
     /// They take longer, by up to `by_s`, so that later ones overtake them.
     Delay,
