@@ -9,7 +9,7 @@ use onboard::cli::Failure;
 use sim::world::Random;
 
 use crate::run::{Ending, Run, record};
-use crate::scenario::{SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
+use crate::scenario::{Direction, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
 use crate::stepped::faults::{FASTEST, below, between, rounded};
 use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
@@ -101,6 +101,10 @@ impl Case {
                     rounded(most * random.unit()) * if random.unit() < 0.5 { -1.0 } else { 1.0 }
                 })
             }),
+            // By the one that it needs for nothing else.
+            way: { keys.way }
+                .then(|| Direction::drawn(if keys.by_s { whole } else { by }))
+                .flatten(),
         })
     }
 

@@ -18,7 +18,7 @@ mod problem;
 mod recovery;
 
 pub use clutter::{Boxes, Clutter, People, Vehicle};
-pub use fault::{GRAVITY_M_S2, SUPERVISOR, ScriptedFault, ScriptedKind, Stopping};
+pub use fault::{Direction, GRAVITY_M_S2, SUPERVISOR, ScriptedFault, ScriptedKind, Stopping};
 pub use goal::{Goal, Places, Stop};
 pub use limits::Limits;
 pub use load::{Changes, load, load_shipped};

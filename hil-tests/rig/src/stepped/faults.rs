@@ -4,7 +4,7 @@ use onboard::symbols::faults::Fault;
 use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
-use crate::scenario::{GRAVITY_M_S2, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
+use crate::scenario::{Direction, GRAVITY_M_S2, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
 
 /// Faults come from the seed, apart from everything else.
 const FAULT_STREAM: u64 = 0x4641_554C;
@@ -103,6 +103,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
             let [forward, turning] = [share, by].map(|unit| 2.0 * unit - 1.0);
             [forward * FASTEST[0], turning * FASTEST[1]].map(|wanted| (wanted * 1e3).round() / 1e3)
         }),
+        way: { keys.way }.then(|| Direction::drawn(alone)).flatten(),
     }
 }
 
@@ -354,10 +355,11 @@ impl Schedule {
         }
     }
 
-    /// What happens to messages from and to a robot.
-    pub(super) fn weather(&self, robot: usize) -> Weather {
+    /// What happens to messages of a robot that go this way.
+    pub(super) fn weather(&self, robot: usize, way: Direction) -> Weather {
         let mut weather = Weather::default();
-        for own in self.lasting().filter(|own| own.concerns(robot)) {
+        let own = self.lasting().filter(|own| own.concerns(robot));
+        for own in own.filter(|own| own.fault.way.is_none_or(|own| own == way)) {
             let share = own.fault.share.unwrap_or(0.0);
             match own.fault.what {
                 ScriptedKind::Lose => weather.lost = weather.lost.max(share),

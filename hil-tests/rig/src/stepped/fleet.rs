@@ -28,7 +28,7 @@ use crate::folder::Folder;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::run::LOOK_NS;
-use crate::scenario::{Scenario, ScriptedKind};
+use crate::scenario::{Direction, Scenario, ScriptedKind};
 use crate::stand_ins::caretaker::Caretaker;
 use crate::stand_ins::clutter::furnish;
 use crate::testbed::{drawn_starts, plain_world, start_delays_ns};
@@ -353,7 +353,11 @@ impl<'a> Stepped<'a> {
         if !understood {
             observations.note_malformed(now_ns);
         }
-        let weather = self.faults.weather(message.robot);
+        let way = match message.kind {
+            MessageKind::Answer => Direction::ToRobots,
+            _ => Direction::ToMediator,
+        };
+        let weather = self.faults.weather(message.robot, way);
         if message.kind == MessageKind::Report && self.second_mediator.is_some() {
             let kind = MessageKind::SecondReport;
             let second = Message {

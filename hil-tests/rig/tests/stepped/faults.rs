@@ -1,6 +1,6 @@
 //! Faults on the simulated clock: the fleet bears each kind, goes on by itself, and the same seed gives the same run.
 
-use rig::scenario::{Player, Scenario, ScriptedFault, ScriptedKind};
+use rig::scenario::{Direction, Player, Scenario, ScriptedFault, ScriptedKind};
 use rig::stepped::Plans;
 use rig::stepped::faults::drawn;
 use rig::summary::Summary;
@@ -43,6 +43,31 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
         thread: None,
         pose: None,
         motion: None,
+        way: None,
+    }
+}
+
+/// One that hears and is not heard, and one that is heard and does not hear: for longer than leases last, both say so, and nobody is let in
+/// where it may go.
+#[test]
+fn a_link_that_carries_one_way_is_no_link() {
+    for way in [Direction::ToMediator, Direction::ToRobots] {
+        for (robot, at_s) in [("amr-1", 24.0), ("amr-2", 24.0), ("amr-2", 40.0)] {
+            let mut scenario = overtaking();
+            scenario.faults = vec![ScriptedFault {
+                at_s,
+                for_s: 20.0,
+                robot: Some(robot.to_owned()),
+                way: Some(way),
+                ..fault(ScriptedKind::Partition)
+            }];
+            let summary = ended(&scenario, 3);
+            assert!(summary.passed(), "{way:?} {robot}: {summary:?}");
+            let own = summary.robots.iter().find(|own| own.id == robot);
+            let mut faults = own.iter().flat_map(|own| &own.faults);
+            let says = faults.any(|(name, _)| name == "mediator-silent");
+            assert!(says, "{way:?} {robot}: {own:?}");
+        }
     }
 }
 

@@ -48,6 +48,7 @@ fn fault(at_s: f64, for_s: f64, what: ScriptedKind, robot: &str) -> ScriptedFaul
         thread: None,
         pose: None,
         motion: None,
+        way: None,
     }
 }
 

@@ -62,6 +62,7 @@ fn a_robot_that_is_started_again_after_a_panic_waits_for_an_operator() {
             thread: Some(thread.to_owned()),
             pose: None,
             motion: None,
+            way: None,
         }];
         let (_, summary) = crate::ended(&scenario, &crate::plans(&scenario), 3);
         assert!(summary.passed(), "{thread}: {summary:?}");

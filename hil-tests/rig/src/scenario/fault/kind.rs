@@ -136,6 +136,8 @@ pub struct Keys {
     pub pose: bool,
     /// `motion`, needed.
     pub motion: bool,
+    /// `way`, possible.
+    pub way: bool,
 }
 
 /// As a `thread` that hangs or is late: the robot's supervisor.
@@ -235,6 +237,10 @@ impl ScriptedKind {
             thread: matches!(self, Self::Hang | Self::LateThreads | Self::Panic),
             pose: self == Self::CloneRobot,
             motion: self == Self::Teleop,
+            way: matches!(
+                self,
+                Self::Lose | Self::Repeat | Self::Delay | Self::Partition
+            ),
         };
         match self {
             Self::Lose | Self::Repeat | Self::Drift => keys(Some(false), true, false),

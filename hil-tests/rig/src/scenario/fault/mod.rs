@@ -41,6 +41,38 @@ pub struct ScriptedFault {
     /// What who drives by hand wants: forward, metres per second, and turning, radians per second.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<[f64; 2]>,
+    /// Of messages only those that go this way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub way: Option<Direction>,
+}
+
+/// Which way messages go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// What robots say.
+    ToMediator,
+    /// What the mediator says.
+    ToRobots,
+}
+
+impl Direction {
+    fn name(self) -> &'static str {
+        match self {
+            Self::ToMediator => "to-mediator",
+            Self::ToRobots => "to-robots",
+        }
+    }
+
+    /// As often either one as both, by a number between 0 and 1.
+    #[must_use]
+    pub fn drawn(unit: f64) -> Option<Self> {
+        match unit {
+            ..0.333 => Some(Self::ToMediator),
+            0.333..0.667 => Some(Self::ToRobots),
+            _ => None,
+        }
+    }
 }
 
 impl ScriptedFault {
@@ -84,6 +116,7 @@ impl ScriptedFault {
         key("thread", self.thread.is_some(), keys.thread, false);
         key("pose", self.pose.is_some(), keys.pose, false);
         key("motion", self.motion.is_some(), keys.motion, keys.motion);
+        key("way", self.way.is_some(), keys.way, false);
         const FARTHEST: f64 = 1000.0;
         let near = |value: &f64| value.abs() <= FARTHEST;
         if let Some(pose) = self.pose.filter(|pose| !pose.iter().all(near)) {
@@ -150,6 +183,9 @@ impl fmt::Display for ScriptedFault {
         }
         if let Some(motion) = self.motion {
             write!(f, ", motion = {motion:?}")?;
+        }
+        if let Some(way) = self.way {
+            write!(f, ", way = {:?}", way.name())?;
         }
         f.write_str(" }")
     }

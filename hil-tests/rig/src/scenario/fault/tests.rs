@@ -43,6 +43,8 @@ fn a_fault_reads_as_it_is_written() {
         "{ at_s = 1.0, for_s = 2.0, what = \"late-threads\", robot = \"amr-1\", share = 0.5, by_s = 0.125, thread = \"motion\" }",
         "{ at_s = 1.0, for_s = 2.0, what = \"clone-robot\", robot = \"amr-1\", pose = [2.0, -0.5, 90.0] }",
         "{ at_s = 1.0, for_s = 2.0, what = \"teleop\", robot = \"amr-1\", motion = [-0.1, 0.0] }",
+        "{ at_s = 1.0, for_s = 2.0, what = \"lose\", share = 0.3, way = \"to-mediator\" }",
+        "{ at_s = 1.0, for_s = 2.0, what = \"partition\", robot = \"amr-1\", way = \"to-robots\" }",
     ];
     let text = format!("faults = [{}]", lines.join(", "));
     let File { faults } = toml::from_str(&text).expect("good");
@@ -72,6 +74,7 @@ fn keys_that_do_not_belong_are_named() {
         thread: Some("motion".into()),
         pose: Some([0.0, f64::NAN, 0.0]),
         motion: Some([9.0, 0.0]),
+        way: Some(Direction::ToRobots),
     };
     assert_eq!(
         fault.complaints(&[("amr-1", vec!["motion"])]),
@@ -83,6 +86,7 @@ fn keys_that_do_not_belong_are_named() {
             "found `thread`, expected none for this fault",
             "found `pose`, expected none for this fault",
             "found `motion`, expected none for this fault",
+            "found `way`, expected none for this fault",
             "found pose = [0.0, NaN, 0.0], expected metres, metres and degrees, each from -1000 to 1000",
             "found motion = [9.0, 0.0], expected metres and radians per second, each from -3 to 3",
         ]
@@ -95,6 +99,7 @@ fn keys_that_do_not_belong_are_named() {
         thread: None,
         pose: None,
         motion: None,
+        way: None,
         ..fault
     };
     assert_eq!(
