@@ -10,8 +10,8 @@ use crate::scenario::{Direction, GRAVITY_M_S2, SUPERVISOR, Scenario, ScriptedFau
 const FAULT_STREAM: u64 = 0x4641_554C;
 /// At most this many are drawn.
 const MOST: f64 = 6.0;
-/// They begin after this time, until one that the scenario says.
-const BEGIN_S: f64 = 2.0;
+/// They begin while robots start, or later, until a time that the scenario says.
+const BEGIN_S: f64 = 0.0;
 /// They last between these times, short ones as often as long ones,
 const LASTS_S: [f64; 2] = [0.05, 12.0];
 /// but for this share of them, which last longer: deadlines of robots and mediator are 30 s and 60 s.

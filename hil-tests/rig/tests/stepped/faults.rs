@@ -183,7 +183,7 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
         assert!(!faults.is_empty() && faults.len() <= 6);
         for fault in faults {
             assert_eq!(fault.complaints(&known), Vec::<String>::new(), "{fault}");
-            assert!((2.0..=90.0).contains(&fault.at_s) && fault.for_s <= 120.0);
+            assert!((0.0..=90.0).contains(&fault.at_s) && fault.for_s <= 120.0);
             long += u32::from(fault.for_s > 30.0);
             slow += u32::from(fault.share.is_some_and(|share| share < 0.0));
             let delays = fault.what == ScriptedKind::Delay;
@@ -291,12 +291,14 @@ fn a_robot_whose_communication_hangs_stops_for_it_until_a_reset() {
 
 #[test]
 fn a_run_with_faults_is_the_same_for_the_same_seed() {
-    let mut scenario = overtaking();
-    scenario.faults = drawn(&scenario, 4);
-    let one = ended(&scenario, 4);
-    assert_eq!(json(&one), json(&ended(&scenario, 4)));
-    scenario.faults.clear();
-    assert_ne!(json(&one), json(&ended(&scenario, 4)));
+    for seed in [4, 17, 61, 135] {
+        let mut scenario = overtaking();
+        scenario.faults = drawn(&scenario, seed);
+        let one = ended(&scenario, seed);
+        assert_eq!(json(&one), json(&ended(&scenario, seed)), "seed {seed}");
+        scenario.faults.clear();
+        assert_ne!(json(&one), json(&ended(&scenario, seed)), "seed {seed}");
+    }
 }
 
 #[test]

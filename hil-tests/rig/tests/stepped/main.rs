@@ -4,10 +4,11 @@
 //!   [`straying`] from the lane; [`hung`] are threads of its own that hang, [`panics`] those that panic; [`ending`] is a process that is told to end; [`placing`] is an operator's word for where it stands,
 //!   [`resets`] what is answered to a reset, [`teleop`] a person who drives it by hand;
 //! - [`trials`] are whole scenarios of one robot, [`fleets`] those with a mediator; [`faults`] are those of a scenario,
-//!   [`found`] what campaigns have found, [`docked`] robots that start again in the dock, [`scripted`] what is never drawn.
+//!   [`found`] what campaigns have found, [`controls`] what the judge must find, [`docked`] robots that start again in the dock, [`scripted`] what is never drawn.
 
 mod bench;
 mod bus;
+mod controls;
 mod docked;
 mod drive;
 mod ending;
