@@ -58,7 +58,9 @@ pub(super) fn expected(case: &Case) -> Expected {
         | ScriptedKind::FullDisk => Raised(&[Fault::MediatorSilent], after(2.5)),
         // It lasts until the robot opens another session.
         ScriptedKind::DeadLink => Raised(&[Fault::MediatorSilent], after(0.0)),
-        ScriptedKind::SecondMediator => Raised(&[Fault::SecondMediator], after(1.0)),
+        ScriptedKind::SecondMediator | ScriptedKind::CopiedMediator => {
+            Raised(&[Fault::SecondMediator], after(1.0))
+        }
         ScriptedKind::CloneRobot => Raised(&[Fault::IdentityDoubled], after(6.0)),
         ScriptedKind::KillRobot | ScriptedKind::EndRobot => {
             Raised(&[Fault::ScanSilent], after(0.0))

@@ -82,11 +82,28 @@ impl Stepped<'_> {
                 self.disk.fill(false);
                 self.start_mediator(now_ns)?;
             }
-            (ScriptedKind::SecondMediator, _) => {
-                let plan = self.plans.mediator.as_ref().filter(|_| begins);
-                let started =
-                    plan.map(|plan| SteppedMediator::start(plan, Disk::default(), now_ns));
-                self.second_mediator = started.transpose()?;
+            // There are never three.
+            (ScriptedKind::SecondMediator | ScriptedKind::CopiedMediator, _) if begins => {
+                let copied = what == ScriptedKind::CopiedMediator;
+                let disk = || {
+                    if copied {
+                        self.disk.copy()
+                    } else {
+                        Disk::default()
+                    }
+                };
+                let plan =
+                    { self.plans.mediator.as_ref() }.filter(|_| self.second_mediator.is_none());
+                let started = plan.map(|plan| SteppedMediator::start(plan, disk(), now_ns));
+                self.second_mediator = started.transpose()?.or(self.second_mediator.take());
+            }
+            (ScriptedKind::SecondMediator | ScriptedKind::CopiedMediator, _) => {
+                let lasts = [ScriptedKind::SecondMediator, ScriptedKind::CopiedMediator]
+                    .into_iter()
+                    .any(|kind| self.faults.lasts(kind, None));
+                if !lasts {
+                    self.second_mediator = None;
+                }
             }
             (ScriptedKind::Person | ScriptedKind::Box, Some(number)) if begins => {
                 self.put_in_the_way(what, number);

@@ -152,6 +152,16 @@ fn robots_stay_with_their_mediator_beside_a_second_one_and_say_so() {
     );
 }
 
+/// It goes on with their own journal, as one does that was started again: they follow it, and the other one again when it is gone.
+#[test]
+fn robots_follow_one_mediator_at_a_time_beside_a_copy_of_theirs() {
+    for (at_s, for_s) in [(4.0, 20.0), (10.0, 6.0), (25.0, 40.0)] {
+        let fault = format!("at_s = {at_s:?}; for_s = {for_s:?}; what = \"copied-mediator\"");
+        let [with, _] = with_and_without(junction(), &fault, 1);
+        assert!(with.passed(), "{fault}: {with:?}");
+    }
+}
+
 #[test]
 fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
     let mut scenario = crate::scenario("overtaking");

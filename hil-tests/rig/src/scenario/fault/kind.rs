@@ -40,6 +40,8 @@ pub enum ScriptedKind {
     LoseJournal,
     /// Another mediator of the same site runs, with a journal of its own.
     SecondMediator,
+    /// The same with a copy of the journal, as when its computer was copied while it ran.
+    CopiedMediator,
     /// An operator at the mediator clears every area that he sees empty, again and again. He knows nothing of grants.
     ClearAreas,
     /// An operator at the mediator closes every area, and opens them at the end.
@@ -201,7 +203,7 @@ impl ScriptedKind {
 
     /// Those after which robots are safe, but may need more than resets to go on. They are drawn now and then, but
     /// for `absent`: without that robot a fleet does not come to its goals.
-    pub const LASTING: [Self; 8] = [
+    pub const LASTING: [Self; 9] = [
         Self::Teleop,
         Self::ClearAreas,
         Self::EndCoordination,
@@ -209,6 +211,7 @@ impl ScriptedKind {
         Self::RestoreJournal,
         Self::LoseJournal,
         Self::SecondMediator,
+        Self::CopiedMediator,
         Self::Absent,
     ];
 
@@ -291,6 +294,7 @@ impl ScriptedKind {
             | Self::RestoreJournal
             | Self::LoseJournal
             | Self::SecondMediator
+            | Self::CopiedMediator
             | Self::ClearAreas
             | Self::CloseAreas
             | Self::EndCoordination
@@ -315,6 +319,7 @@ impl ScriptedKind {
                 | Self::RestoreJournal
                 | Self::LoseJournal
                 | Self::SecondMediator
+                | Self::CopiedMediator
                 | Self::ClearAreas
                 | Self::CloseAreas
                 | Self::EndCoordination

@@ -82,6 +82,7 @@ impl ScriptedKind {
             | Self::RestoreJournal
             | Self::LoseJournal
             | Self::SecondMediator
+            | Self::CopiedMediator
             | Self::ClearAreas
             | Self::CloseAreas
             | Self::EndCoordination
