@@ -12,11 +12,13 @@ const ORDER_NS: u64 = 300_000_000;
 ///
 /// Each journal counts fences of its own. Of one area and journal no two robots get the same, and a grant that was asked for
 /// after another one was heard has a larger one than that. Those under way at the same time may be heard in any order. Nothing
-/// is asked of a mediator that was given an older copy of its journal: what fences it drew since then, nobody can tell it.
+/// is asked of a mediator that was given an older copy of its journal, or has one beside it: what fences were drawn since then, nobody can
+/// tell it.
 #[must_use]
 pub fn fences_not_grown(scenario: &Scenario, ownings: &[Owning]) -> Vec<(String, u64, String)> {
     let mut faults = scenario.faults.iter();
-    if faults.any(|fault| fault.what == ScriptedKind::RestoreJournal) {
+    let older = [ScriptedKind::RestoreJournal, ScriptedKind::CopiedMediator];
+    if faults.any(|fault| older.contains(&fault.what)) {
         return Vec::new();
     }
     let mut by_area: BTreeMap<_, Vec<&Owning>> = BTreeMap::new();

@@ -157,7 +157,9 @@ fn robots_stay_with_their_mediator_beside_a_second_one_and_say_so() {
 fn robots_follow_one_mediator_at_a_time_beside_a_copy_of_theirs() {
     for (at_s, for_s) in [(4.0, 20.0), (10.0, 6.0), (25.0, 40.0)] {
         let fault = format!("at_s = {at_s:?}; for_s = {for_s:?}; what = \"copied-mediator\"");
-        let [with, _] = with_and_without(junction(), &fault, 1);
+        let mut scenario = junction();
+        scenario.patience_s = 600.0;
+        let [with, _] = with_and_without(scenario, &fault, 1);
         assert!(with.passed(), "{fault}: {with:?}");
     }
 }
