@@ -236,3 +236,15 @@ fn a_robot_and_the_mediator_that_forget_a_grant_at_once_harm_nobody() {
     };
     passes("overtaking", 2115, &[lost, panics]);
 }
+
+/// The mediator knows it to be elsewhere than it says: who says where it stands has not said that it may drive, and it stands while its
+/// operator sees to what is behind it.
+#[test]
+fn a_robot_that_its_mediator_has_elsewhere_stands_until_it_is_reset() {
+    let kill = of_mediator(11.14, 0.337, ScriptedKind::KillMediator);
+    let end = fault(11.164, 5.683, ScriptedKind::EndRobot, "amr-1");
+    passes("overtaking", 411, &[kill, end]);
+    let reboot = of_mediator(13.74, 3.636, ScriptedKind::RebootMediator);
+    let end = fault(17.181, 3.59, ScriptedKind::EndRobot, "amr-2");
+    passes("overtaking", 470, &[reboot, end]);
+}

@@ -129,11 +129,12 @@ impl Supervisor {
         for kind in [ActivityKind::MotionTube, ActivityKind::Navigation] {
             self.handles.tell(kind, Command::Place(placed));
         }
-        if std::mem::take(&mut self.lost) {
-            // Its place is one word, that it may drive another.
+        // Its place is one word, that it may drive another; also where the fleet is what did not know it.
+        if self.table.state(Fault::PlaceUnknown).active != 0 {
             self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
-            self.clear(Who::Operator, Fault::PlaceUnknown, now_ns);
         }
+        self.lost = false;
+        self.clear(Who::Operator, Fault::PlaceUnknown, now_ns);
         Ok(())
     }
 
