@@ -29,6 +29,10 @@ fn checkpoint(plan: &Plan, mode: Mode) -> Box<Checkpoint> {
     checkpoint.written_ns = 100 * SECOND_NS;
     checkpoint.mode = mode as u64;
     checkpoint.navigator.pose = Pose2::new(1.0, 2.0, 0.5);
+    // As sure as a robot is that navigation takes it up again.
+    for axis in 0..3 {
+        checkpoint.navigator.covariance[axis][axis] = 1e-4;
+    }
     checkpoint
 }
 
@@ -171,4 +175,16 @@ fn a_robot_that_was_stopped_stays_so_from_the_beginning() {
     // The process ends before it knows where the robot is.
     drop(Keeper::new(Box::new(again), &plan, &left_once));
     assert!(left(&mut file, &plan, 102).stopped);
+}
+
+/// The numbers are whole, and no place that navigation takes up.
+#[test]
+fn a_place_that_navigation_refuses_is_none() {
+    let (_folder, mut file) = file();
+    let plan = plan(&[]);
+    let mut one = checkpoint(&plan, Mode::Running);
+    one.navigator.state = 999;
+    file.save(one.to_bytes()).expect("kept");
+    let left = left(&mut file, &plan, 101);
+    assert!(left.lost && left.place.is_none());
 }
