@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use contract::protocols::{ACQUIRE, MEDIATOR_PARTY, RELEASE, ROBOT_PARTY};
+use contract::protocols::{MEDIATOR_PARTY, RELEASE, ROBOT_PARTY};
 use coordination::protocol::{FlagId, Position, Protocol};
 
 use super::state::{Areas, Controlled, Kept, join};
@@ -26,7 +26,6 @@ pub(super) struct Talk {
     pub(super) protocol: Arc<Protocol>,
     /// By flag.
     pub(super) flags: Vec<Meaning>,
-    pub(super) acquire: Option<FlagId>,
     pub(super) release: Option<FlagId>,
 }
 
@@ -47,7 +46,6 @@ impl Talk {
         });
         Self {
             flags: flags.collect(),
-            acquire: protocol.flag(ACQUIRE),
             release: protocol.flag(RELEASE),
             protocol: Arc::clone(protocol),
         }
@@ -94,7 +92,6 @@ impl Talk {
     pub(super) fn has_answered(&self, part: &Controlled) -> bool {
         let mut set = self.protocol.set_flags(part.at.read);
         set.any(|(flag, _)| self.protocol.owner(flag) == Some(ROBOT_PARTY))
-            || self.acquire.is_none()
     }
 }
 

@@ -119,8 +119,7 @@ impl Supervisor {
         // While the drive is gone nobody knows what is the matter with it: an emergency stop may take its supply.
         let gone = self.table.state(Fault::BusLost).active != 0;
         let waited = match self.mode_of_itself() {
-            _ if gone => Waited::ForReset,
-            Mode::Stopped => Waited::ForReset,
+            mode if gone || mode == Mode::Stopped => Waited::ForReset,
             Mode::Paused => Waited::ToResume,
             _ => Waited::Not,
         };
