@@ -75,6 +75,12 @@ pub struct RobotRecord {
     pub issued: u64,
     /// Of the last boots before; none of them ever comes back.
     pub retired: Vec<u64>,
+    /// Of the last processes that were found beside the one that spoke for it: none of them ever speaks for it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub found: Vec<u64>,
+    /// Where the bodies of such processes stand, for all that is known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub seconds: Vec<SecondRecord>,
     /// Areas that it was last known to reach into.
     pub stands_in: Vec<String>,
     /// State of its machine then.
@@ -85,6 +91,16 @@ pub struct RobotRecord {
     /// An operator has said that it is nowhere, and it was not heard since: nobody waits for it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub absent: bool,
+}
+
+/// A process that was found beside the one that speaks for its robot, as the journal knows it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SecondRecord {
+    /// Its boot epoch.
+    pub boot_epoch: u64,
+    /// Areas that its body was last known to reach into.
+    pub stands_in: Vec<String>,
 }
 
 /// A run of protocol 1 as the journal knows it.

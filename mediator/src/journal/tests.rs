@@ -24,6 +24,11 @@ fn entries() -> Vec<Entry> {
                 boot_epoch: u64::MAX,
                 issued: 5,
                 retired: vec![1, 2],
+                found: vec![3],
+                seconds: vec![SecondRecord {
+                    boot_epoch: 3,
+                    stands_in: vec!["2".into()],
+                }],
                 stands_in: vec!["1".into(), "2".into()],
                 fsm_state: "drive-1".into(),
                 unaccounted: true,

@@ -26,7 +26,7 @@ pub enum Alarm {
     SecondMediator { instance: u64, stands_by: bool },
     /// A robot knows of a start of the mediator that the journal does not.
     #[error(
-        "robot `{robot}` has followed start {found} of a mediator, of which this journal knows nothing: it is new, old or another one's; this is start {epoch} from now on, and nothing is granted until every robot of the site has reported where it stands, or is said to be absent"
+        "robot `{robot}` has followed start {found} of a mediator, of which this journal knows nothing: it is new, old or another one's; this is start {epoch} from now on, and nothing is granted until every robot of the site has reported where it stands, or is said to be absent; areas that people have closed with that mediator are open here: close them again"
     )]
     OlderJournal {
         robot: String,
@@ -35,7 +35,7 @@ pub enum Alarm {
     },
     /// This mediator has stood by, and does no more.
     #[error(
-        "robots follow another mediator no more, and this one goes on as start {epoch}: nothing is granted until every robot of the site has reported where it stands, or is said to be absent"
+        "robots follow another mediator no more, and this one goes on as start {epoch}: nothing is granted until every robot of the site has reported where it stands, or is said to be absent; areas that people have closed with the other one are open here: close them again"
     )]
     GoesOn { epoch: u64 },
     /// A report of another version of the contract.
@@ -66,6 +66,11 @@ pub enum Alarm {
     /// No report for too long.
     #[error("robot `{robot}` is silent; blocked until it is back or cleared: {areas}")]
     Silent { robot: String, areas: String },
+    /// The same of a process that was found beside the one that speaks for the robot.
+    #[error(
+        "a second process of robot `{robot}` is silent; blocked until it is heard elsewhere, or somebody has looked and says that it was taken away (`mediator clear AREA --taken-away`): {areas}"
+    )]
+    SilentSecond { robot: String, areas: String },
     /// It is heard again.
     #[error("robot `{robot}` is back")]
     Back { robot: String },
@@ -176,6 +181,7 @@ impl Alarm {
             | Self::Floor { robot, .. }
             | Self::BadReport { robot, .. }
             | Self::Silent { robot, .. }
+            | Self::SilentSecond { robot, .. }
             | Self::Back { robot }
             | Self::Adopted { robot, .. }
             | Self::Void { robot, .. }

@@ -60,6 +60,9 @@ pub enum ClearError {
         "area `{area}` is not cleared: robot `{robot}` stands in it, for all that is known; look, and if it was taken away, say so: `mediator clear {area} --taken-away`"
     )]
     Inside { area: String, robot: String },
+    /// Another mediator goes on, and knows.
+    #[error("this mediator stands by: say it to the one that robots follow")]
+    StandsBy,
 }
 
 /// No such coordination runs.
@@ -103,6 +106,9 @@ pub enum AbsentError {
         /// Where.
         areas: String,
     },
+    /// Another mediator goes on, and knows.
+    #[error("this mediator stands by: say it to the one that robots follow")]
+    StandsBy,
 }
 
 /// To the next tenth, so that it is over when they are.

@@ -23,6 +23,7 @@ mod message;
 mod names;
 mod peers;
 mod routing;
+mod seconds;
 mod sessions;
 mod status;
 mod takeover;

@@ -16,7 +16,7 @@ use super::peers::Peers;
 use super::sessions::{Heard, Sessions};
 use super::status::Status;
 use super::view::View;
-use crate::journal::{Entry, RobotRecord, Stored};
+use crate::journal::{Entry, RobotRecord, SecondRecord, Stored};
 use crate::nets::Plan;
 use crate::setup::Setup;
 
@@ -66,10 +66,8 @@ impl Manager {
                 sessions.robot_mut(robot).restore(record, now_ns);
             }
         }
-        // The journal may have lost its last entries, or be older: any robot may be anywhere.
-        let mut listed: Vec<usize> = (0..names.robots().len()).collect();
-        listed.retain(|&robot| !sessions.robot(robot).absent);
-        sessions.wait_for(listed);
+        // The journal may have lost its last entries, or be older: any robot may be anywhere, also one that was absent once.
+        sessions.wait_for((0..names.robots().len()).collect());
         let coordinations =
             Coordinations::restore(plans, areas.len(), &names, stored, now_ns, &mut effects);
         // Every start of a journal's mediator has another number; `speaks_as` gives it one that no other journal's has.
@@ -198,13 +196,9 @@ impl Manager {
             self.store_robot(robot);
         }
         if !recognised.counts {
-            let session = self.sessions.robot(robot);
-            // One that was found before never speaks for the robot, whoever is heard: it stays another body.
-            let beside = session.is_heard() || session.is_retired(report.boot_epoch);
-            let second = beside && self.sessions.may_be_second(robot, report);
+            let second = self.sessions.may_be_second(robot, report);
             if second && report.site == self.names.site {
-                let until_ns = self.sessions.heard_until_ns(now_ns);
-                self.areas.hold_for_second(robot, report, until_ns);
+                self.hold_for_second(robot, report, now_ns);
             }
             if news && self.may_stand_elsewhere(robot, report) && self.areas.suspect(robot, report)
             {
@@ -287,6 +281,14 @@ impl Manager {
             robot: self.names.robot_id(robot),
             record: RobotRecord {
                 stands_in: areas.map(|&area| self.names.area_id(area)).collect(),
+                seconds: { occupant.seconds.found() }
+                    .map(|(boot_epoch, areas)| SecondRecord {
+                        boot_epoch,
+                        stands_in: { areas.into_iter() }
+                            .map(|area| self.names.area_id(area))
+                            .collect(),
+                    })
+                    .collect(),
                 fsm_state: occupant.fsm_state.clone(),
                 ..self.sessions.robot(robot).record()
             },
@@ -317,10 +319,9 @@ impl Manager {
     /// Lets time pass: finds silent robots, and repeats levels. Call it some times a second.
     pub fn tick(&mut self, now_ns: u64) {
         self.judge_peers(now_ns);
+        self.give_up_absent(now_ns);
         for robot in 0..self.names.robots().len() {
-            if self.areas.drop_silent_seconds(robot, now_ns) {
-                self.coordinations.look_again_at(robot);
-            }
+            self.look_after_seconds(robot, now_ns);
             if self.sessions.falls_silent(robot, now_ns) {
                 self.coordinations.look_again_at(robot);
                 let areas = self.names.area_list(self.areas.occupied_by(robot));

@@ -1,7 +1,8 @@
 //! What robots may have that this mediator does not know of, and what an operator says of them.
 //!
 //! At every start all robots of the site are *awaited*: nothing is granted until each has said where it stands, or an operator that
-//! it is absent. So a journal that has lost its last entries, or is older, lets nobody in where another robot is.
+//! it is absent. So a journal that has lost its last entries, or is older, lets nobody in where another robot is. What was said of
+//! absence before the start counts for as long as nobody hears the robot, and only once a grant that the journal has lost is over.
 //!
 //! Another mediator may have granted anything to anybody: it has another journal, which this one replaces or comes back after, or
 //! this mediator has stood by. Then no robot is *accounted for* until it has followed this mediator and said what it has, which
@@ -96,10 +97,28 @@ impl Manager {
         }
     }
 
+    /// Stops waiting for robots that were said to be absent before this start, and that nobody hears. One that was granted something since,
+    /// which the journal has lost, enters nothing more by then, and who is on the floor was heard.
+    pub(super) fn give_up_absent(&mut self, now_ns: u64) {
+        let absent = |&robot: &usize| {
+            let over = now_ns >= self.enters_no_more_ns(robot);
+            over && self.sessions.robot(robot).absent && !self.is_heard(robot, now_ns)
+        };
+        let absent: Vec<usize> = { self.sessions.awaited().iter().copied() }
+            .filter(absent)
+            .collect();
+        for robot in absent {
+            if self.sessions.wait_no_longer_for(robot) {
+                self.areas.touch_all();
+            }
+        }
+    }
+
     // ---------------------------------------------------------------- operators
 
     /// An operator says that no silent robot is in the area, or, where one stands there for all that is known, that it
-    /// was `taken_away`. Returns whose hold was ended.
+    /// was `taken_away`. Returns whose hold was ended. Where somebody is heard in the area that is refused, but for second processes that
+    /// were taken away.
     ///
     /// # Errors
     /// [`ClearError`] when there is no such area; a robot that is heard is in it, whichever mediator it follows; one may still
@@ -111,10 +130,24 @@ impl Manager {
         now_ns: u64,
     ) -> Result<Vec<String>, ClearError> {
         let area = self.known_area(area_id)?;
+        if self.peers.stands_by {
+            return Err(ClearError::StandsBy);
+        }
         let occupants: Vec<usize> = self.areas.occupants(area).collect();
-        let is_heard_there =
-            |robot| self.is_heard(robot, now_ns) || self.has_second_in(robot, area);
+        let is_heard_there = |robot| {
+            let occupant = self.areas.robot(robot);
+            let is_there = occupant.has(area) && self.is_heard(robot, now_ns);
+            is_there || occupant.seconds.are_heard_in(area, now_ns)
+        };
         if let Some(&robot) = { occupants.iter() }.find(|&&robot| is_heard_there(robot)) {
+            let cleared = if taken_away {
+                self.clear_of_seconds(&occupants, area, now_ns)
+            } else {
+                Vec::new()
+            };
+            if !cleared.is_empty() {
+                return Ok(cleared);
+            }
             return Err(ClearError::Heard {
                 area: area_id.to_owned(),
                 robot: self.names.robot_id(robot),
@@ -131,7 +164,7 @@ impl Manager {
                     wait,
                 });
             }
-            if occupant.stands_in(area) && !taken_away {
+            if (occupant.stands_in(area) || occupant.seconds.are_in(area)) && !taken_away {
                 return Err(ClearError::Inside {
                     area: area_id.to_owned(),
                     robot: robot_id,
@@ -140,8 +173,11 @@ impl Manager {
         }
         for &robot in &occupants {
             // It may be elsewhere, so whether it is awaited is another matter.
-            self.take_out(robot, area, now_ns);
+            if self.areas.robot(robot).has(area) {
+                self.take_out(robot, area, now_ns);
+            }
         }
+        self.clear_of_seconds(&occupants, area, now_ns);
         self.go_on(now_ns);
         let names = occupants.iter().map(|&robot| self.names.robot_id(robot));
         Ok(names.collect())
@@ -164,13 +200,18 @@ impl Manager {
             found: robot_id.to_owned(),
             known: self.names.all_robots(),
         })?;
-        let anywhere = 0..self.areas.len();
-        if self.is_heard(robot, now_ns) || { anywhere }.any(|area| self.has_second_in(robot, area))
-        {
+        if self.peers.stands_by {
+            return Err(AbsentError::StandsBy);
+        }
+        let seconds = &self.areas.robot(robot).seconds;
+        let second_in = seconds.areas();
+        let mut seconds_heard =
+            { second_in.iter() }.map(|&area| seconds.are_heard_in(area, now_ns));
+        if self.is_heard(robot, now_ns) || seconds_heard.any(|heard| heard) {
             return Err(AbsentError::Heard(robot_id.to_owned()));
         }
-        // As for `clear`: what it has been in it may have left since, and come back to.
-        if self.areas.has_any(robot)
+        // As for `clear`: what it has been in it may have left since, and come back to. And what one has that is awaited nobody knows.
+        if (self.areas.has_any(robot) || self.sessions.is_awaited(robot))
             && let Some(wait) = self.may_enter_for(robot, now_ns)
         {
             return Err(AbsentError::MayEnter {
@@ -178,11 +219,14 @@ impl Manager {
                 wait,
             });
         }
-        let stands_in = &self.areas.robot(robot).stands_in;
+        let mut stands_in = self.areas.robot(robot).stands_in.clone();
+        stands_in.extend(second_in);
+        stands_in.sort_unstable();
+        stands_in.dedup();
         if !taken_away && !stands_in.is_empty() {
             return Err(AbsentError::Inside {
                 robot: robot_id.to_owned(),
-                areas: self.names.area_list(stands_in.iter().copied()),
+                areas: self.names.area_list(stands_in),
             });
         }
         let areas: Vec<usize> = self.areas.occupied_by(robot).collect();
@@ -221,11 +265,6 @@ impl Manager {
     /// It reports, whether it follows this mediator or not.
     fn is_heard(&self, robot: usize, now_ns: u64) -> bool {
         self.sessions.is_heard(robot) || self.peers.is_heard(robot, now_ns)
-    }
-
-    /// Another body with its name is heard there.
-    fn has_second_in(&self, robot: usize, area: usize) -> bool {
-        self.areas.robot(robot).seconds.are_in(area)
     }
 
     /// From then on the robot enters no area any more that it has not entered, if it is not heard before.

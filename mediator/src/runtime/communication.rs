@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use contract::private;
 use contract::wire::MediatorReport;
@@ -29,6 +29,10 @@ const QUESTIONS: usize = 16;
 const PATIENCE: Duration = Duration::from_secs(2);
 /// How often the stop flag is looked at.
 const STOP_CHECK: Duration = Duration::from_millis(20);
+/// After a client that could not be taken in the next one waits for so long.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+/// How often that is said.
+const WARN_PAUSE: Duration = Duration::from_secs(60);
 /// How often the list of identities is looked at, and a network that cannot be opened is tried again.
 const KEYS_CHECK: Duration = Duration::from_secs(1);
 
@@ -106,6 +110,7 @@ async fn talk(
         UnixListener::from_std(listener).map_err(|error| format!("control socket: {error}"))?;
     let mut stop_check = tokio::time::interval(STOP_CHECK);
     let mut keys_check = tokio::time::interval(KEYS_CHECK);
+    let (mut accepts_again, mut warns_again) = (Instant::now(), Instant::now());
     loop {
         tokio::select! {
             message = outputs.recv() => {
@@ -118,7 +123,7 @@ async fn talk(
                     tracing::warn!("a message could not be sent: {error}");
                 }
             }
-            client = listener.accept() => match client {
+            client = listener.accept(), if Instant::now() >= accepts_again => match client {
                 Ok((stream, _)) => {
                     let inbox = Arc::clone(&inbox);
                     tokio::spawn(async move {
@@ -128,7 +133,15 @@ async fn talk(
                         }
                     });
                 }
-                Err(error) => tracing::warn!("control socket: {error}"),
+                Err(error) => {
+                    // As when no descriptor is left: the next try would find the same. Messages go on meanwhile.
+                    let now = Instant::now();
+                    if now >= warns_again {
+                        tracing::warn!("control socket: {error}; operators get no answers until that is over");
+                        warns_again = now + WARN_PAUSE;
+                    }
+                    accepts_again = now + ACCEPT_PAUSE;
+                }
             },
             Some((operator, query)) = questions.recv() => {
                 tokio::spawn(serve_from_afar(operator, query, Arc::clone(&inbox)));

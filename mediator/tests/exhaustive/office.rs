@@ -63,6 +63,8 @@ impl World {
                         .or_insert_with(RobotRecord::default);
                     record.absent = true;
                 }
+                // And the time is over in which who is on the floor is heard all the same.
+                start_ns -= AFTER_ALL_NS;
             }
             Some(Rule::BeforeStart | Rule::NewProcess) => start_ns -= AFTER_ALL_NS,
             _ => {}

@@ -47,11 +47,19 @@ fn each_of_several_is_in_the_way() {
         );
         assert_eq!(status.robots[1].second_in, [AREA, "yard"]);
     }
-    // One goes, which changes nothing for the other.
+    // One is taken away, which changes nothing for the other.
     robots.remove(0);
     for round in 40..50 {
         talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
     }
+    let now_ns = NOW_NS + 50 * STEP_NS;
+    assert_eq!(
+        manager.clear(AREA, true, now_ns),
+        Ok(vec!["amr-2".to_owned()])
+    );
+    let heard = manager.clear("yard", true, now_ns);
+    assert!(matches!(heard, Err(ClearError::Heard { .. })), "{heard:?}");
+    talk(&mut manager, &mut robots, now_ns);
     assert!(robots[1].0.holds(AREA) && !robots[3].0.holds("yard"));
 }
 
@@ -126,13 +134,140 @@ fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
         matches!(&alarms[..], [Alarm::Doubled { .. }]),
         "nobody is accused: {alarms:?}"
     );
-    // It has gone.
+    // Its link breaks: silent is not gone.
     robots.pop();
-    let mut now_ns = NOW_NS + 10 * SILENT_AFTER_NS;
-    talk(&mut manager, &mut robots, now_ns);
-    now_ns += SILENT_AFTER_NS;
+    let mut now_ns = NOW_NS;
+    for round in 40..60 {
+        now_ns = NOW_NS + round * STEP_NS;
+        talk(&mut manager, &mut robots, now_ns);
+        assert!(robots.iter().all(|(client, _)| !client.holds(AREA)));
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    let silent = matches!(&alarms[..], [Alarm::SilentSecond { areas, .. }] if areas == AREA);
+    assert!(silent, "{alarms:?}");
+    let inside = manager.clear(AREA, false, now_ns);
+    assert!(
+        matches!(inside, Err(ClearError::Inside { .. })),
+        "{inside:?}"
+    );
+    // Somebody takes it away.
+    assert_eq!(
+        manager.clear(AREA, true, now_ns),
+        Ok(vec!["amr-2".to_owned()])
+    );
     talk(&mut manager, &mut robots, now_ns);
     assert!(robots[0].0.holds(AREA));
+    let status = manager.status(now_ns);
+    assert!(status.robots[1].heard && status.robots[1].second_in.is_empty());
+}
+
+/// The mediator starts again before its link is back.
+#[test]
+fn one_that_was_found_is_where_it_was_heard_last_also_for_the_next_mediator() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots.push(clone_of_the_second(8, AREA));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let (mut clone, _) = robots.pop().expect("the clone");
+    let mut manager = start(&stored, 51, NOW_NS + 30 * STEP_NS);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    for round in 30..80 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(
+            status.awaited.is_empty() && !robots[0].0.holds(AREA),
+            "{round}: {status:?}"
+        );
+    }
+    // It is heard again, and elsewhere.
+    let now_ns = NOW_NS + 80 * STEP_NS;
+    clone.step(stands_in("yard"), now_ns, SILENT_AFTER_NS);
+    robots.push((clone, stands_in("yard")));
+    talk(&mut manager, &mut robots, now_ns);
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
+    assert_eq!(manager.status(now_ns).robots[1].second_in, ["yard"]);
+}
+
+/// Nobody has told it from a restart yet, and the robot's own report is the last one that the mediator waits for.
+#[test]
+fn one_that_is_heard_before_its_robot_after_a_start_is_in_the_way() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots: Robots = ["amr-1", "amr-3", "amr-2"].map(|id| robot(id, &[])).into();
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    manager.entries().for_each(|entry| stored.apply(entry));
+    for first_ns in [1, SILENT_AFTER_NS / 4, SILENT_AFTER_NS] {
+        let (mut robots, started_ns) = (robots.clone(), NOW_NS + SILENT_AFTER_NS);
+        let mut manager = start(&stored, 51, started_ns);
+        let (mut clone, situation) = clone_of_the_second(8, AREA);
+        for round in 0..5 {
+            let now_ns = started_ns + first_ns + round;
+            clone.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+            manager.report(&clone.report(), now_ns);
+            while let Some(message) = manager.next_message(now_ns) {
+                clone.receive(&message, now_ns);
+            }
+            manager.tick(now_ns);
+        }
+        for round in 0..4 {
+            let now_ns = started_ns + first_ns + 10 + round;
+            let status = talk(&mut manager, &mut robots, now_ns);
+            assert!(
+                status.awaited.is_empty() && !robots[0].0.holds(AREA),
+                "{first_ns}: {status:?}"
+            );
+        }
+    }
+}
+
+/// A link is tried once a second: the clone's may be first.
+#[test]
+fn one_that_is_heard_before_its_robot_after_a_start_does_not_speak_for_it() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
+    talk(&mut manager, &mut robots, NOW_NS);
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let started_ns = NOW_NS + SILENT_AFTER_NS;
+    let mut manager = start(&stored, 51, started_ns);
+    let mut clones = vec![clone_of_the_second(8, "yard")];
+    for round in 3..8 {
+        talk(&mut manager, &mut clones, started_ns + round * STEP_NS);
+    }
+    assert!(!clones[0].0.is_registered());
+    for round in 8..12 {
+        talk(&mut manager, &mut robots, started_ns + round * STEP_NS);
+    }
+    assert!(robots[1].0.is_registered());
+}
+
+/// One image on three robots.
+#[test]
+fn each_of_several_is_found_and_speaks_for_nobody() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots.push(clone_of_the_second(8, "yard"));
+    robots.push(clone_of_the_second(9, "yard"));
+    for round in 0..40 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    let alarms = { manager.alarms() }.filter(|alarm| matches!(alarm, Alarm::Doubled { .. }));
+    assert_eq!(alarms.count(), 2);
+    // The robot's link breaks.
+    let (own, situation) = robots.remove(1);
+    for round in 40..80 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(robots[2..].iter().all(|(clone, _)| !clone.is_registered()));
+    }
+    robots.push((own, situation));
+    talk(&mut manager, &mut robots, NOW_NS + 80 * STEP_NS);
+    assert!(robots[4].0.is_registered());
 }
 
 /// Of another robot, or of the one that was let in: its body meets the clone's.
@@ -230,14 +365,22 @@ fn one_that_was_found_stays_in_the_way_when_the_first_one_is_heard_no_more() {
     ));
     let heard = AbsentError::Heard("amr-2".to_owned());
     assert_eq!(manager.absent("amr-2", false, now_ns), Err(heard));
-    // It has gone as well.
+    // It is heard no more as well, and people take both away.
     robots.pop();
-    talk(&mut manager, &mut robots, now_ns + ENTERS_NO_MORE_NS);
-    assert!(robots[0].0.holds(AREA));
-    assert_eq!(
-        manager.absent("amr-2", false, now_ns + ENTERS_NO_MORE_NS),
-        Ok(Vec::new())
+    now_ns += ENTERS_NO_MORE_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(!robots[0].0.holds(AREA));
+    let inside = manager.absent("amr-2", false, now_ns);
+    assert!(
+        matches!(inside, Err(AbsentError::Inside { .. })),
+        "{inside:?}"
     );
+    assert_eq!(
+        manager.absent("amr-2", true, now_ns),
+        Ok(vec![AREA.to_owned()])
+    );
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
 }
 
 /// The mediator that has started is not followed by one that it refuses, for a second.

@@ -107,13 +107,73 @@ fn after_a_first_start_every_robot_is_awaited_or_said_to_be_absent() {
     assert!(robots[0].0.holds(AREA));
     keep(&mut manager, &mut stored);
 
-    // Once said, it holds until that robot is heard.
-    let mut manager = start(&stored, 52, 0);
-    assert_eq!(manager.status(NOW_NS).awaited, ["amr-1", "amr-2"]);
+    // Once said, it holds until that robot is heard: for that it has the time that a grant could last which the journal has lost.
+    let mut manager = start(&stored, 52, NOW_NS);
+    let over_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    let before = talk(&mut manager, &mut robots, over_ns - 1);
+    assert_eq!(before.awaited, ["amr-3"]);
+    assert!(talk(&mut manager, &mut robots, over_ns).awaited.is_empty());
     robots.push(robot("amr-3", &[]));
-    assert!(talk(&mut manager, &mut robots, NOW_NS).awaited.is_empty());
+    assert!(talk(&mut manager, &mut robots, over_ns).awaited.is_empty());
     keep(&mut manager, &mut stored);
-    assert_eq!(start(&stored, 53, 0).status(NOW_NS).awaited.len(), 3);
+    let mut manager = start(&stored, 53, 0);
+    manager.tick(NOW_NS);
+    assert_eq!(manager.status(NOW_NS).awaited.len(), 3);
+}
+
+/// That it came back, and was granted the gate, was one write.
+#[test]
+fn a_robot_that_was_absent_in_an_older_journal_is_awaited() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-2", &[]), robot("amr-3", &[])];
+    talk(&mut manager, &mut robots, NOW_NS);
+    assert_eq!(manager.absent("amr-1", false, NOW_NS), Ok(Vec::new()));
+    keep(&mut manager, &mut stored);
+    robots.push(robot("amr-1", &[AREA]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    assert!(robots[2].0.holds(AREA));
+
+    let started_ns = NOW_NS + 1;
+    let mut manager = start(&stored, 51, started_ns);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    // Those that are heard first, and the one that has the gate by its lease only when its link is back.
+    for second in 0..4 {
+        let now_ns = started_ns + second * SILENT_AFTER_NS;
+        talk(&mut manager, &mut robots[..2], now_ns);
+        assert!(!robots[0].0.holds(AREA), "{second}");
+    }
+    let mut status = talk(&mut manager, &mut robots, started_ns + 4 * SILENT_AFTER_NS);
+    // The journal does not know its process, and what one before it may have been granted.
+    assert_eq!(status.awaited, ["amr-1"]);
+    for second in 5..8 {
+        let now_ns = started_ns + second * SILENT_AFTER_NS;
+        status = talk(&mut manager, &mut robots, now_ns);
+        assert!(!robots[0].0.holds(AREA));
+    }
+    assert_eq!(status.areas[0].holders, [("amr-1".to_owned(), 1)]);
+    assert!(status.awaited.is_empty());
+}
+
+/// Its journal has lost what somebody was granted a moment ago; and one that stands by does not know.
+#[test]
+fn nobody_says_that_a_robot_is_absent_which_may_enter_by_what_this_mediator_does_not_know() {
+    let mut manager = start(&begun(1), 51, NOW_NS);
+    let early = manager.absent("amr-1", false, NOW_NS + 1);
+    assert!(
+        matches!(early, Err(AbsentError::MayEnter { .. })),
+        "{early:?}"
+    );
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    assert_eq!(manager.absent("amr-1", false, now_ns), Ok(Vec::new()));
+
+    let mut robots = running();
+    let mut spare = start(&begun(2), 60, NOW_NS);
+    talk(&mut spare, &mut robots, NOW_NS);
+    assert!(spare.stands_by());
+    let said = spare.absent("amr-1", true, now_ns);
+    assert_eq!(said, Err(AbsentError::StandsBy));
+    assert_eq!(spare.clear(AREA, true, now_ns), Err(ClearError::StandsBy));
 }
 
 /// One robot has the gate, and one has been there; journal 1, at its third start.
@@ -262,17 +322,19 @@ fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands()
     manager.report(&client.report(), NOW_NS);
     robots[0].1.wanted = vec![AREA.to_owned()];
     let status = talk(&mut manager, &mut robots, NOW_NS);
-    assert!(status.awaited.is_empty() && !robots[0].0.holds(AREA));
+    assert!(status.awaited == ["amr-3"] && !robots[0].0.holds(AREA));
     assert_eq!(status.areas[0].standing, ["amr-3"]);
     let heard = ClearError::Heard {
         area: AREA.to_owned(),
         robot: "amr-3".to_owned(),
     };
     assert_eq!(manager.clear(AREA, false, NOW_NS), Err(heard));
+    // It is heard no more, and where it was stays blocked.
+    let now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(status.awaited.is_empty() && !robots[0].0.holds(AREA));
     assert_eq!(
-        manager
-            .clear(AREA, true, NOW_NS + 2 * SILENT_AFTER_NS)
-            .map(|own| own.len()),
+        manager.clear(AREA, true, now_ns).map(|own| own.len()),
         Ok(1)
     );
 }
@@ -748,13 +810,13 @@ fn a_new_process_does_not_say_where_the_one_before_drives_its_body() {
     );
     assert!(!robots[1].0.holds(AREA));
     let why = manager.why("amr-2", taken_in_ns).expect("it is known");
-    let expected = "nothing is granted for 2.0 s: amr-1 may still enter what an earlier mediator granted to a process before";
+    let expected = "nothing is granted until amr-1 has reported where it stands";
     assert!(why.contains(expected), "{why}");
     // What it has said before, it may have said before the body was inside.
     let (client, situation) = &mut robots[0];
     client.step(situation.clone(), taken_in_ns, SILENT_AFTER_NS);
     let late = client.report();
-    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS + 1;
     manager.report(&late, now_ns);
     assert_eq!(manager.status(now_ns).awaited, ["amr-1"]);
     robots[0].1.stands_in = vec![AREA.to_owned()];

@@ -153,7 +153,8 @@ impl Areas {
                 continue;
             }
             if had(truth.time_ns) {
-                presence.excused = false;
+                // Grants are an identity's: a clone that was put there need not have got any.
+                presence.excused &= robot.is_clone;
                 presence.granted = true;
                 presence.without_ns = None;
                 continue;

@@ -44,7 +44,7 @@ impl Conduct {
             start_ns,
             contact: Contact::new(scenario, start_ns),
             lane: Lane::default(),
-            believed: Believed::new(&robot),
+            believed: Believed::new(scenario, &robot, start_ns),
             stood_since_ns: None,
             kept_ns: None,
             instructed: None,

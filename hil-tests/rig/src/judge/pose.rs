@@ -1,7 +1,10 @@
 //! What a robot believes of its pose, against the truth.
 
+use std::ops::Range;
+
 use description::geometry::wrap_angle;
 use description::site::{ControllerConfig, Feature};
+use sim::world::STANDING_M_S;
 
 use super::look::{Look, Robot, place};
 use super::view::{Scenery, normal, walls_in_view};
@@ -9,8 +12,11 @@ use super::violations::Violations;
 use crate::belief::Belief;
 use crate::figures::Figures;
 use crate::lanes::lane_of;
-use crate::scenario::Limits;
+use crate::scenario::{Limits, Scenario, ScriptedFault};
 use crate::violation::ViolationKind;
+
+/// After a fault that misleads it a robot needs this time to correct what it believes by the walls that it sees.
+const CORRECTED_S: f64 = 2.0;
 
 /// A wall counts when it has been in view this long: a scan, and the corrections it brings, take their time.
 const SETTLED_NS: u64 = 1_000_000_000;
@@ -27,13 +33,28 @@ pub(super) struct Believed {
     /// Since when each wall has been in view.
     in_view: Vec<Option<u64>>,
     view_ns: u64,
+    /// It has driven by what it believes. A program that has just begun may have to be told first where it stands.
+    drives: bool,
+    /// When faults of the scenario mislead it.
+    misled_ns: Vec<Range<u64>>,
 }
 
 impl Believed {
-    pub(super) fn new(robot: &Robot) -> Self {
+    /// Of a robot of a scenario that begins at this time.
+    pub(super) fn new(scenario: &Scenario, robot: &Robot, start_ns: u64) -> Self {
+        let misleads = |fault: &&ScriptedFault| {
+            fault.robot.as_ref() == Some(&robot.id) && fault.what.misleads()
+        };
+        let at_ns = |at_s: f64| start_ns + (at_s * 1e9) as u64;
+        let misled =
+            |fault: &ScriptedFault| at_ns(fault.at_s)..at_ns(fault.until_s() + CORRECTED_S);
         Self {
             in_view: vec![None; robot.site.walls.len()],
             view_ns: 0,
+            drives: false,
+            misled_ns: { scenario.faults.iter().filter(misleads) }
+                .map(misled)
+                .collect(),
         }
     }
 
@@ -53,11 +74,17 @@ impl Believed {
             .then(|| look.world.pose_at(look.robot, belief.stamp_ns))
             .flatten()
         else {
+            self.drives = false;
             return;
         };
+        self.drives |= look.truth.twist.v_m_s.abs() > STANDING_M_S;
         if now_ns >= self.view_ns + VIEW_NS {
             self.view_ns = now_ns;
             self.look_around(robot, look, &belief.state);
+        }
+        let mut misled = self.misled_ns.iter();
+        if !self.drives || misled.any(|when| when.contains(&now_ns)) {
+            return;
         }
         let error_m = [
             belief.pose.x_m - true_pose.x_m,

@@ -34,6 +34,43 @@ impl Stepped<'_> {
         }
     }
 
+    /// Who has carried a second robot of one identity away sees where the mediator still takes it to stand, and says that it is gone, once
+    /// nobody is there or may come.
+    pub(super) fn clear_of_clones(&mut self) {
+        let running: Vec<&str> = { self.clones.iter() }
+            .filter(|own| own.is_running())
+            .map(|own| own.of.as_str())
+            .collect();
+        let now_ns = self.now_ns();
+        let Some((mediator, status)) = self.mediator.as_mut().zip(self.told.status(now_ns)) else {
+            return;
+        };
+        let world = self.world.lock();
+        let plans = { self.plans.robots.iter() }.map(|(_, plan)| plan);
+        let bodies: Vec<Rectangle> = { plans.clone().enumerate() }
+            .filter_map(|(number, plan)| {
+                let truth = world.truth(number)?;
+                Some(footprint(&plan.robot).at(&truth.pose))
+            })
+            .collect();
+        let gone = { status.robots.iter() }.filter(|own| !running.contains(&own.id.as_str()));
+        let mut areas: Vec<&String> = gone.flat_map(|own| &own.second_in).collect();
+        areas.sort_unstable();
+        areas.dedup();
+        for id in areas {
+            let site = { plans.clone() }.find_map(|plan| plan.site.area(id));
+            let is_held =
+                { status.areas.iter() }.any(|own| own.id == *id && !own.holders.is_empty());
+            let is_free = site.is_some_and(|area| {
+                let place = region(&area.region);
+                !bodies.iter().any(|body| touch(body, &place))
+            });
+            if is_free && !is_held {
+                mediator.clear(id);
+            }
+        }
+    }
+
     /// The listener hears of it too: nobody has had such an area since.
     pub(super) fn note_cleared(&mut self, now_ns: u64) {
         let cleared = { self.mediator.as_mut() }.map(SteppedMediator::take_cleared);

@@ -36,6 +36,8 @@ pub(super) struct ClonedRobot {
     pub(super) fault: usize,
     /// Number of its body in the world.
     pub(super) body: usize,
+    /// Whose identity it has.
+    pub(super) of: String,
     /// What its body is made of, with a name of its own.
     pub(super) config: RobotConfig,
     /// Where it stands while it is nobody's clone.
@@ -63,11 +65,13 @@ impl ClonedRobot {
         { scenario.clones().enumerate() }
             .map(|(index, (fault, of))| {
                 let mut config = scenario.robots[of].config.clone();
+                let identity = config.identity.id.clone();
                 config.identity.id = format!("{}, clone {}", config.identity.id, index + 1);
                 let pose = scenario.faults[fault].pose;
                 Self {
                     fault,
                     body: scenario.robots.len() + index,
+                    of: identity,
                     config,
                     store: store(&scenario.site, 0, index),
                     pose: pose.map(|[x_m, y_m, deg]| Pose::new(x_m, y_m, deg.to_radians())),
@@ -90,6 +94,11 @@ impl ClonedRobot {
                 own.speaks_ns += WORDS_NS;
             }
         }
+    }
+
+    /// It is switched on.
+    pub(super) fn is_running(&self) -> bool {
+        self.running.is_some()
     }
 
     /// Its process, while it is switched on, and its name.

@@ -194,6 +194,7 @@ impl<'a> Stepped<'a> {
         self.hear();
         self.look_after(self.now_ns());
         self.clear_what_is_empty();
+        self.clear_of_clones();
         self.say_who_is_absent();
         Ok(())
     }

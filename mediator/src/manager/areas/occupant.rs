@@ -73,6 +73,11 @@ impl Occupant {
         self.has(area) || self.seconds.are_in(area)
     }
 
+    /// Another body with its name is in the area: where the robot may be itself, one that was not found is taken for its next process.
+    pub(crate) fn has_other_body_in(&self, area: usize) -> bool {
+        self.seconds.are_found_in(area) || self.seconds.are_in(area) && !self.has(area)
+    }
+
     /// The one that speaks for it may be in the area.
     pub(crate) fn has(&self, area: usize) -> bool {
         self.holds(area) || self.stands_in(area)

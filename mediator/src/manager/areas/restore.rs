@@ -49,6 +49,15 @@ impl Areas {
                 areas.concern(area, robot);
             }
             areas.robots[robot].stands_in = stands_in;
+            for second in &record.seconds {
+                let stands_in = { second.stands_in.iter() }.map(|id| known_area(names, id));
+                let stands_in = stands_in.collect::<Result<Vec<usize>, RestoreError>>()?;
+                let own = &mut areas.robots[robot].seconds;
+                own.restore(second.boot_epoch, stands_in.clone());
+                stands_in
+                    .iter()
+                    .for_each(|&area| areas.concern(area, robot));
+            }
             areas.robots[robot].fsm_state.clone_from(&record.fsm_state);
         }
         areas.restore_claims(stored, &gone, now_ns)?;
@@ -128,7 +137,8 @@ fn gone_for_good<'a>(areas: &Areas, stored: &'a Stored) -> BTreeSet<&'a str> {
         })
     };
     let robots = { stored.robots.iter() }.filter(|(id, record)| {
-        let nowhere = record.absent && record.stands_in.is_empty() && !has(id);
+        let stands = !record.stands_in.is_empty() || !record.seconds.is_empty();
+        let nowhere = record.absent && !stands && !has(id);
         areas.names.robot(id).is_none() && (record.session == 0 || nowhere)
     });
     robots.map(|(id, _)| id.as_str()).collect()

@@ -1,97 +1,266 @@
 //! Other processes with one robot's name, and where their bodies stand.
 //!
-//! Each holds an area from its last report of standing there until a process counts as silent. Several may run at once, and come
-//! and go: what one of them says ends no hold of another.
+//! Several may run at once, and come and go: what one of them says ends no hold of another. One that may be a restart, or somebody's
+//! late words, holds an area from its last report of standing there until a process counts as silent. One that was *found* beside the
+//! one that speaks for the robot is another body: it holds what it was last heard to stand in until it is heard elsewhere, or people
+//! say that it was taken away. Silent is not gone.
 
 /// More processes of one robot than this are not told from each other. A holder of the robot's certificate can invent any number.
 const PROCESSES: usize = 8;
 
-/// A body in an area.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Hold {
-    area: usize,
-    /// The boot epoch of its process; 0 stands for all beyond [`PROCESSES`].
+/// All beyond [`PROCESSES`] together; none has that boot epoch.
+const OTHERS: u64 = 0;
+
+/// A process, and the areas in which its body stands.
+#[derive(Clone, Debug)]
+struct Second {
+    /// Its boot epoch.
     process: u64,
-    until_ns: u64,
+    /// Of its newest report.
+    sequence: u64,
+    is_found: bool,
+    /// Until then it counts as heard.
+    heard_until_ns: u64,
+    /// People were told that it is silent.
+    told: bool,
+    /// Each until then, where it was not found.
+    holds: Vec<(usize, u64)>,
+}
+
+impl Second {
+    fn is_in(&self, area: usize) -> bool {
+        self.holds.iter().any(|&(own, _)| own == area)
+    }
+
+    fn areas(&self) -> Vec<usize> {
+        self.holds.iter().map(|&(area, _)| area).collect()
+    }
+}
+
+/// What a report of such a process says of where it stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Said<'a> {
+    /// Its boot epoch.
+    pub(crate) process: u64,
+    /// Of the report.
+    pub(crate) sequence: u64,
+    /// It was found beside the one that speaks for the robot.
+    pub(crate) is_found: bool,
+    /// Where its body stands.
+    pub(crate) areas: &'a [usize],
+    /// Until then it counts as heard.
+    pub(crate) until_ns: u64,
+}
+
+/// What has changed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Change {
+    /// Areas with a body more, or fewer.
+    pub(crate) areas: Vec<usize>,
+    /// Those in which a body was found have changed, which the journal must know.
+    pub(crate) found: bool,
 }
 
 /// The bodies of other processes with one robot's name.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Seconds(Vec<Hold>);
+pub(crate) struct Seconds(Vec<Second>);
 
 impl Seconds {
-    /// A process says that it stands in an area. Returns whether that is another body there.
-    pub(super) fn hold(&mut self, area: usize, process: u64, until_ns: u64) -> bool {
-        let process = if self.tells_apart(process) {
-            process
-        } else {
-            0
-        };
-        let mut holds = self.0.iter_mut();
-        if let Some(own) = holds.find(|own| (own.area, own.process) == (area, process)) {
-            own.until_ns = own.until_ns.max(until_ns);
-            return false;
-        }
-        self.0.push(Hold {
-            area,
+    /// Of the journal: processes that were found, where they were heard last. They are not heard now.
+    pub(super) fn restore(&mut self, process: u64, areas: Vec<usize>) {
+        self.0.push(Second {
             process,
-            until_ns,
+            sequence: 0,
+            is_found: true,
+            heard_until_ns: 0,
+            told: false,
+            holds: areas.into_iter().map(|area| (area, 0)).collect(),
         });
-        true
     }
 
-    fn tells_apart(&self, process: u64) -> bool {
-        let mut others: Vec<u64> = self.0.iter().map(|own| own.process).collect();
-        others.sort_unstable();
-        others.dedup();
-        others.contains(&process) || others.len() < PROCESSES
+    /// A process says where it stands.
+    pub(super) fn take_in(&mut self, said: &Said<'_>) -> Change {
+        let place = self.place_of(said.process);
+        let own = &mut self.0[place];
+        if own.process != OTHERS {
+            if said.sequence <= own.sequence {
+                return Change::default();
+            }
+            own.sequence = said.sequence;
+        }
+        own.heard_until_ns = own.heard_until_ns.max(said.until_ns);
+        own.told = false;
+        let was_found = own.is_found;
+        own.is_found |= said.is_found && own.process != OTHERS;
+        let mut change = Change::default();
+        for &area in said.areas {
+            match own.holds.iter_mut().find(|(other, _)| *other == area) {
+                Some((_, until_ns)) => *until_ns = said.until_ns.max(*until_ns),
+                None => {
+                    own.holds.push((area, said.until_ns));
+                    change.areas.push(area);
+                }
+            }
+        }
+        if own.is_found {
+            let left = (own.holds).extract_if(.., |(area, _)| !said.areas.contains(area));
+            change.areas.extend(left.map(|(area, _)| area));
+            change.found = !change.areas.is_empty() || !was_found && !own.holds.is_empty();
+        }
+        change
+    }
+
+    /// Where the process is, or is put.
+    fn place_of(&mut self, process: u64) -> usize {
+        let find = |own: &Self, process| own.0.iter().position(|second| second.process == process);
+        if let Some(place) = find(self, process) {
+            return place;
+        }
+        let told_apart = |own: &Self| {
+            own.0
+                .iter()
+                .filter(|second| second.process != OTHERS)
+                .count()
+        };
+        if told_apart(self) >= PROCESSES {
+            // One that is nowhere makes room.
+            let nowhere = |second: &Second| second.holds.is_empty() && second.process != OTHERS;
+            match self.0.iter().position(nowhere) {
+                Some(place) => drop(self.0.remove(place)),
+                None => match find(self, OTHERS) {
+                    Some(place) => return place,
+                    None => return self.push(OTHERS),
+                },
+            }
+        }
+        self.push(process)
+    }
+
+    fn push(&mut self, process: u64) -> usize {
+        self.0.push(Second {
+            process,
+            sequence: 0,
+            is_found: false,
+            heard_until_ns: 0,
+            told: false,
+            holds: Vec::new(),
+        });
+        self.0.len() - 1
     }
 
     /// How many bodies are in the area.
     pub(crate) fn bodies(&self, area: usize) -> usize {
-        self.0.iter().filter(|own| own.area == area).count()
+        self.0.iter().filter(|own| own.is_in(area)).count()
     }
 
     /// At least one is in the area.
     pub(crate) fn are_in(&self, area: usize) -> bool {
-        self.0.iter().any(|own| own.area == area)
+        self.0.iter().any(|own| own.is_in(area))
+    }
+
+    /// At least one that was found is in the area.
+    pub(crate) fn are_found_in(&self, area: usize) -> bool {
+        self.0.iter().any(|own| own.is_found && own.is_in(area))
+    }
+
+    /// This one is in the area.
+    pub(crate) fn is_in(&self, process: u64, area: usize) -> bool {
+        let mut own = self.0.iter().filter(|own| own.process == process);
+        own.any(|own| own.is_in(area))
+    }
+
+    /// At least one that is heard is in the area.
+    pub(crate) fn are_heard_in(&self, area: usize, now_ns: u64) -> bool {
+        let heard = |own: &&Second| now_ns <= own.heard_until_ns;
+        self.0.iter().filter(heard).any(|own| own.is_in(area))
     }
 
     /// Areas with such a body, sorted.
     pub(crate) fn areas(&self) -> Vec<usize> {
-        let mut areas: Vec<usize> = self.0.iter().map(|own| own.area).collect();
+        let mut areas: Vec<usize> = self.0.iter().flat_map(Second::areas).collect();
         areas.sort_unstable();
         areas.dedup();
         areas
     }
 
-    /// Ends the holds of processes that were heard too long ago. Returns their areas.
+    /// Processes that were found, and where they stand for all that is known.
+    pub(crate) fn found(&self) -> impl Iterator<Item = (u64, Vec<usize>)> + '_ {
+        { self.0.iter() }
+            .filter(|own| own.is_found && !own.holds.is_empty())
+            .map(|own| (own.process, own.areas()))
+    }
+
+    /// Ends the holds of processes that were heard too long ago, unless they were found. Returns their areas.
     pub(super) fn drop_silent(&mut self, now_ns: u64) -> Vec<usize> {
-        let silent = self.0.extract_if(.., |own| now_ns > own.until_ns);
-        silent.map(|own| own.area).collect()
+        let mut free = Vec::new();
+        for own in self.0.iter_mut().filter(|own| !own.is_found) {
+            let silent = (own.holds).extract_if(.., |(_, until_ns)| now_ns > *until_ns);
+            free.extend(silent.map(|(area, _)| area));
+        }
+        self.0.retain(|own| own.is_found || !own.holds.is_empty());
+        free
+    }
+
+    /// Areas in which one that was found has fallen silent now.
+    pub(super) fn fall_silent(&mut self, now_ns: u64) -> Vec<usize> {
+        let mut silent = Vec::new();
+        for own in &mut self.0 {
+            let falls_silent = own.is_found && !own.told && now_ns > own.heard_until_ns;
+            own.told |= falls_silent;
+            if falls_silent {
+                silent.extend(own.areas());
+            }
+        }
+        silent.sort_unstable();
+        silent.dedup();
+        silent
     }
 
     /// The process speaks for the robot from now on. Returns the areas that it held beside it.
     pub(super) fn promote(&mut self, process: u64) -> Vec<usize> {
         let own = self.0.extract_if(.., |own| own.process == process);
-        own.map(|own| own.area).collect()
+        own.flat_map(|own| own.areas()).collect()
+    }
+
+    /// An operator says that none is in the area of those that are not heard. Returns whether there were any.
+    pub(super) fn leave_silent(&mut self, area: usize, now_ns: u64) -> bool {
+        let mut left = false;
+        for own in self.0.iter_mut().filter(|own| now_ns > own.heard_until_ns) {
+            left |= own.is_in(area);
+            own.holds.retain(|&(other, _)| other != area);
+        }
+        left
     }
 
     /// An operator says that none is in the area.
     pub(super) fn leave(&mut self, area: usize) {
-        self.0.retain(|own| own.area != area);
+        for own in &mut self.0 {
+            own.holds.retain(|&(other, _)| other != area);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{PROCESSES, Seconds};
+    use super::{Change, PROCESSES, Said, Seconds};
+
+    fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_> {
+        Said {
+            process,
+            sequence,
+            is_found: false,
+            areas,
+            until_ns,
+        }
+    }
 
     #[test]
     fn what_one_process_says_ends_no_hold_of_another() {
         let mut seconds = Seconds::default();
-        assert!(seconds.hold(3, 7, 10) && seconds.hold(3, 8, 20) && seconds.hold(4, 8, 20));
-        assert!(!seconds.hold(3, 8, 15), "the same body");
+        assert_eq!(seconds.take_in(&said(7, 1, &[3], 10)).areas, [3]);
+        assert_eq!(seconds.take_in(&said(8, 1, &[3, 4], 20)).areas, [3, 4]);
+        let again = seconds.take_in(&said(8, 2, &[3], 15));
+        assert_eq!(again, Change::default(), "the same body");
         assert_eq!((seconds.bodies(3), seconds.bodies(4)), (2, 1));
         assert!(seconds.drop_silent(10).is_empty());
         assert_eq!(seconds.drop_silent(16), [3]);
@@ -99,19 +268,58 @@ mod tests {
         assert!(seconds.promote(9).is_empty());
         assert_eq!(seconds.promote(8), [3, 4]);
         assert!(seconds.areas().is_empty());
-        seconds.hold(3, 8, 20);
-        seconds.hold(4, 8, 20);
+        seconds.take_in(&said(8, 3, &[3, 4], 20));
         seconds.leave(3);
         assert!(!seconds.are_in(3) && seconds.are_in(4));
+    }
+
+    #[test]
+    fn one_that_was_found_holds_where_it_was_heard_last() {
+        let mut seconds = Seconds::default();
+        seconds.take_in(&said(7, 1, &[3], 10));
+        let found = |sequence, areas, until_ns| Said {
+            is_found: true,
+            ..said(7, sequence, areas, until_ns)
+        };
+        let change = |areas: &[usize]| Change {
+            areas: areas.to_vec(),
+            found: true,
+        };
+        assert_eq!(seconds.take_in(&found(2, &[3], 20)), change(&[]));
+        assert_eq!(seconds.take_in(&found(3, &[3], 20)), Change::default());
+        assert!(seconds.are_heard_in(3, 20) && !seconds.are_heard_in(3, 21));
+        assert!(seconds.fall_silent(20).is_empty());
+        assert_eq!(
+            (seconds.fall_silent(21), seconds.fall_silent(22)),
+            (vec![3], vec![])
+        );
+        assert!(seconds.drop_silent(1000).is_empty() && seconds.are_in(3));
+        assert_eq!(seconds.found().collect::<Vec<_>>(), [(7, vec![3])]);
+        // A late report.
+        assert_eq!(seconds.take_in(&found(2, &[5], 30)), Change::default());
+        assert_eq!(seconds.take_in(&found(4, &[4], 30)), change(&[4, 3]));
+        assert_eq!(seconds.take_in(&found(5, &[], 30)), change(&[4]));
+        seconds.restore(9, vec![6]);
+        assert!(seconds.are_in(6) && !seconds.are_heard_in(6, 1));
+        assert_eq!(seconds.fall_silent(1), [6]);
+        seconds.take_in(&found(6, &[6], 30));
+        assert!(seconds.leave_silent(6, 30) && !seconds.leave_silent(6, 30));
+        assert!(seconds.are_in(6), "one is heard there");
     }
 
     #[test]
     fn invented_processes_are_one_body_more_in_each_area() {
         let mut seconds = Seconds::default();
         for process in 1..1000 {
-            seconds.hold(3, process, 10);
+            seconds.take_in(&said(process, 1, &[3], 10));
         }
         assert_eq!(seconds.bodies(3), PROCESSES + 1);
-        assert!(seconds.hold(4, 2000, 10) && !seconds.hold(4, 2001, 10));
+        assert_eq!(seconds.take_in(&said(2000, 1, &[4], 10)).areas, [4]);
+        assert!((seconds.take_in(&said(2001, 1, &[4], 10)).areas).is_empty());
+        // Who is gone makes room for others.
+        seconds.drop_silent(11);
+        assert!(seconds.areas().is_empty());
+        assert_eq!(seconds.take_in(&said(2002, 1, &[3], 20)).areas, [3]);
+        assert!(seconds.is_in(2002, 3));
     }
 }

@@ -6,6 +6,7 @@ use contract::wire::{Access, RobotReport};
 
 use super::claim::Claim;
 use super::revocation::Revocation;
+use super::seconds::Said;
 use super::table::Areas;
 use crate::journal::Entry;
 use crate::manager::alarm::{Alarm, BadReport};
@@ -123,26 +124,62 @@ impl Areas {
         }
     }
 
-    /// A second process with the robot's name says where it stands: it is another body, which counts until then.
-    pub(crate) fn hold_for_second(&mut self, robot: usize, report: &RobotReport, until_ns: u64) {
+    /// A second process with the robot's name says where it stands: it is another body. Where the robot is known to stand itself, one is
+    /// the other's only if it runs `beside` it, and not when it may be its next. Returns whether the journal must know.
+    pub(crate) fn hold_for_second(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        (is_found, beside): (bool, bool),
+        until_ns: u64,
+    ) -> bool {
         if !report.located {
-            return;
+            return false;
         }
-        let areas = { report.stands_in.iter() }.filter_map(|id| self.names.area(id));
-        for area in areas.collect::<Vec<usize>>() {
-            let seconds = &mut self.robots[robot].seconds;
-            if seconds.hold(area, report.boot_epoch, until_ns) {
-                self.concern(area, robot);
-                self.touch(area);
-            }
+        let occupant = &mut self.robots[robot];
+        let mut areas: Vec<usize> = { report.stands_in.iter() }
+            .filter_map(|id| self.names.area(id))
+            .filter(|&area| {
+                let is_its_own = occupant.seconds.is_in(report.boot_epoch, area);
+                beside || is_its_own || !occupant.stands_in(area)
+            })
+            .collect();
+        areas.sort_unstable();
+        areas.dedup();
+        let change = occupant.seconds.take_in(&Said {
+            process: report.boot_epoch,
+            sequence: report.sequence,
+            is_found,
+            areas: &areas,
+            until_ns,
+        });
+        for area in change.areas {
+            self.concern(area, robot);
+            self.unconcern(area, robot);
+            self.touch(area);
         }
+        change.found
     }
 
-    /// Ends the holds of second processes that were heard too long ago. Returns whether there were any.
+    /// Ends the holds of second processes that were heard too long ago, of those that were not found. Returns whether there were any.
     pub(crate) fn drop_silent_seconds(&mut self, robot: usize, now_ns: u64) -> bool {
         let areas = self.robots[robot].seconds.drop_silent(now_ns);
         self.free_of_seconds(robot, &areas);
         !areas.is_empty()
+    }
+
+    /// Areas in which a second process that was found has fallen silent now: they stay blocked.
+    pub(crate) fn seconds_that_fall_silent(&mut self, robot: usize, now_ns: u64) -> Vec<usize> {
+        self.robots[robot].seconds.fall_silent(now_ns)
+    }
+
+    /// An operator says that no second process of the robot is in the area which is not heard. Returns whether one was.
+    pub(crate) fn clear_of_seconds(&mut self, robot: usize, area: usize, now_ns: u64) -> bool {
+        let left = self.robots[robot].seconds.leave_silent(area, now_ns);
+        if left {
+            self.free_of_seconds(robot, &[area]);
+        }
+        left
     }
 
     /// A second process speaks for the robot from now on: it is not in its own way.

@@ -50,7 +50,8 @@ impl Coordinations {
 
     fn step(&mut self, plan: usize, around: &mut Surroundings<'_>) {
         if let Some((robot, area)) = self.bypass(plan, around.areas) {
-            let (coordination, is_its_own) = (self.name(plan), around.areas.robot(robot).has(area));
+            let is_its_own = !around.areas.robot(robot).has_other_body_in(area);
+            let coordination = self.name(plan);
             let (robot, area) = (self.names.robot_id(robot), self.names.area_id(area));
             around.effects.alarms.push(if is_its_own {
                 Alarm::Bypassed {
@@ -152,7 +153,8 @@ impl Coordinations {
         !takes.is_empty()
     }
 
-    /// A robot that is where the net has not let it in: the net does not know how things are.
+    /// A robot that is where the net has not let it in, or another body with its name, which no net lets in: the net does not know how
+    /// things are.
     fn bypass(&self, plan: usize, areas: &Areas) -> Option<(usize, usize)> {
         let instance = self.get(plan)?;
         let governed = instance.plan.governed.iter();
@@ -160,7 +162,8 @@ impl Coordinations {
             governed.flat_map(|&area| areas.occupants(area).map(move |robot| (robot, area)));
         occupied.find(|&(robot, area)| {
             let role = instance.role_of(robot);
-            !role.is_some_and(|role| instance.lets_in(role, area))
+            let is_let_in = role.is_some_and(|role| instance.lets_in(role, area));
+            !is_let_in || areas.robot(robot).has_other_body_in(area)
         })
     }
 

@@ -57,7 +57,14 @@ impl Sessions {
         let session = &mut self.robots[robot];
         (session.unaccounted, session.absent) = (false, true);
         session.surely_absent = true;
+        self.wait_no_longer_for(robot);
+    }
+
+    /// Returns whether it was the last one that was awaited.
+    pub(crate) fn wait_no_longer_for(&mut self, robot: usize) -> bool {
+        let before = self.awaited.len();
         self.awaited.retain(|&awaited| awaited != robot);
+        before > 0 && self.awaited.is_empty()
     }
 
     /// A report that counts has come. Also one that does not know where it is was heard, but goes on being awaited, and so does one

@@ -7,8 +7,11 @@ use contract::wire::RobotReport;
 use super::factsheet::Factsheet;
 use crate::journal::RobotRecord;
 
-/// The last 64 earlier boots are remembered, so that their late reports are recognised as such.
+/// The last 64 earlier boots are remembered, so that their late reports are recognised as such; and as many that were found beside
+/// the one that speaks, which no number of restarts makes forgotten.
 const RETIRED: usize = 64;
+/// So many processes beside the one that speaks are told from each other. A holder of the robot's certificate can invent any number.
+const RIVALS: usize = 8;
 /// More processes of a robot than this are not taken in between two starts of the mediator.
 pub(super) const SESSIONS_PER_EPOCH: u64 = 1_000_000;
 
@@ -48,9 +51,11 @@ pub(crate) struct Session {
     /// The last session number that was given out.
     issued: u64,
     pub(crate) candidate: Option<Candidate>,
-    /// Never speak for the robot again: earlier ones, and those that have run beside it.
+    /// Never speak for the robot again: those that have, and those that were found beside one that does.
     retired: Vec<u64>,
-    rival: Option<Rival>,
+    found: Vec<u64>,
+    /// Heard of late, while another one speaks.
+    rivals: Vec<Rival>,
     /// How often a second process was found beside the one that speaks.
     pub(crate) doubled: u64,
     /// Until then the process that speaks counts as living, whatever it said.
@@ -106,15 +111,17 @@ impl Session {
         }
     }
 
-    /// The process of the journal may still be there: it reports at least that often.
+    /// The process of the journal may still be there, and needs its time to open a link to this mediator. One that asks meanwhile could
+    /// speak for the body only after this time in any case.
     pub(crate) fn restore(&mut self, record: &RobotRecord, now_ns: u64) {
-        self.alive_until_ns = now_ns + 2 * LEVEL_PERIOD_NS;
+        self.alive_until_ns = now_ns.saturating_add(ENTERS_NO_MORE_NS);
         self.unaccounted = record.unaccounted;
         self.absent = record.absent;
         self.number = record.session;
         self.boot_epoch = record.boot_epoch;
         self.issued = record.issued;
         self.retired.clone_from(&record.retired);
+        self.found.clone_from(&record.found);
     }
 
     /// What the journal must know of it.
@@ -124,6 +131,7 @@ impl Session {
             boot_epoch: self.boot_epoch,
             issued: self.issued,
             retired: self.retired.clone(),
+            found: self.found.clone(),
             unaccounted: self.unaccounted,
             absent: self.absent,
             ..RobotRecord::default()
@@ -131,7 +139,12 @@ impl Session {
     }
 
     pub(crate) fn is_retired(&self, boot_epoch: u64) -> bool {
-        self.retired.contains(&boot_epoch)
+        self.retired.contains(&boot_epoch) || self.was_found(boot_epoch)
+    }
+
+    /// It has run beside one that speaks for the robot, so that it is of another body.
+    pub(crate) fn was_found(&self, boot_epoch: u64) -> bool {
+        self.found.contains(&boot_epoch)
     }
 
     /// A process speaks for the robot, and it is that one.
@@ -155,19 +168,29 @@ impl Session {
         newer && report.session == self.number
     }
 
-    /// A process unknown so far asks to speak for this robot, and is offered a session.
-    /// Its number is none that an earlier epoch has given out, of which the journal may have lost the last ones.
-    pub(crate) fn invite(&mut self, boot_epoch: u64, epoch: u64, now_ns: u64) {
+    /// A process unknown so far asks to speak for this robot, and is offered a session. Its number is none that an earlier epoch has
+    /// given out, of which the journal may have lost the last ones. Returns whether it was: another one has its time to repeat its
+    /// session first, so that whoever makes up processes writes little into the journal.
+    pub(crate) fn invite(&mut self, boot_epoch: u64, epoch: u64, now_ns: u64) -> bool {
+        let has_time = |own: Candidate| {
+            let other = own.session > 0 && own.boot_epoch != boot_epoch;
+            other && now_ns < own.since_ns.saturating_add(LEVEL_PERIOD_NS)
+        };
         let before = epoch
             .saturating_mul(SESSIONS_PER_EPOCH)
             .min(LAST_NUMBER / 2);
-        self.issued = self.issued.max(before) + 1;
+        let issued = self.issued.max(before) + 1;
+        if self.candidate.is_some_and(has_time) || issued > before + SESSIONS_PER_EPOCH {
+            return false;
+        }
+        self.issued = issued;
         self.candidate = Some(Candidate {
             boot_epoch,
             session: self.issued,
             since_ns: now_ns,
             after: self.sent,
         });
+        true
     }
 
     /// A process that does not speak for the robot is refused.
@@ -186,10 +209,10 @@ impl Session {
     /// The candidate has repeated its session: it is alive, and from now on it speaks for the robot.
     pub(crate) fn promote(&mut self, candidate: Candidate, now_ns: u64) {
         if self.number > 0 {
-            self.retire(self.boot_epoch);
+            remember(&mut self.retired, self.boot_epoch);
         }
         self.candidate = None;
-        self.rival = None;
+        self.rivals.clear();
         self.echo = 0;
         self.say_all();
         self.boot_epoch = candidate.boot_epoch;
@@ -239,16 +262,6 @@ impl Session {
         speaks
     }
 
-    fn retire(&mut self, boot_epoch: u64) {
-        if self.is_retired(boot_epoch) {
-            return;
-        }
-        if self.retired.len() == RETIRED {
-            self.retired.remove(0);
-        }
-        self.retired.push(boot_epoch);
-    }
-
     /// The process that speaks may know nothing of what was said so far.
     pub(crate) fn say_all(&mut self) {
         self.says_from = self.sent + 1;
@@ -290,9 +303,10 @@ impl Session {
         now_ns: u64,
         silent_after_ns: u64,
     ) -> bool {
-        let silent = |rival: &Rival| now_ns > rival.heard_ns.saturating_add(silent_after_ns);
-        if self.rival.as_ref().is_none_or(silent) {
-            self.rival = Some(Rival {
+        (self.rivals).retain(|rival| now_ns <= rival.heard_ns.saturating_add(silent_after_ns));
+        let known = (self.rivals.iter()).any(|rival| rival.boot_epoch == boot_epoch);
+        if !known && self.rivals.len() < RIVALS {
+            self.rivals.push(Rival {
                 boot_epoch,
                 sequence: 0,
                 since_ns: now_ns,
@@ -302,8 +316,8 @@ impl Session {
             });
         }
         let (sent, own_echo) = (self.sent, self.echo);
-        let rival = { self.rival.as_mut() }
-            .filter(|rival| rival.boot_epoch == boot_epoch && rival.sequence < sequence);
+        let rival = (self.rivals.iter_mut())
+            .find(|rival| rival.boot_epoch == boot_epoch && rival.sequence < sequence);
         // A report of a dead process may come again; one that lives reports on.
         let Some(rival) = rival else { return false };
         (rival.sequence, rival.heard_ns) = (sequence, now_ns);
@@ -317,7 +331,7 @@ impl Session {
         }
         rival.known = true;
         self.doubled += 1;
-        self.retire(boot_epoch);
+        remember(&mut self.found, boot_epoch);
         true
     }
 
@@ -331,9 +345,9 @@ impl Session {
 
     /// A second process runs beside the one that speaks for the robot.
     pub(crate) fn is_doubled(&self, now_ns: u64, silent_after_ns: u64) -> bool {
-        self.rival.is_some_and(|rival| {
-            rival.known && now_ns <= rival.heard_ns.saturating_add(silent_after_ns)
-        })
+        self.rivals
+            .iter()
+            .any(|rival| rival.known && now_ns <= rival.heard_ns.saturating_add(silent_after_ns))
     }
 
     /// Why that process is refused; empty when it is not.
@@ -346,4 +360,15 @@ impl Session {
     pub(crate) fn is_heard(&self) -> bool {
         self.registered && !self.silent
     }
+}
+
+/// Remembers a boot with the last ones.
+fn remember(boots: &mut Vec<u64>, boot_epoch: u64) {
+    if boots.contains(&boot_epoch) {
+        return;
+    }
+    if boots.len() == RETIRED {
+        boots.remove(0);
+    }
+    boots.push(boot_epoch);
 }

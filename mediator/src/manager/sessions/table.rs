@@ -166,9 +166,10 @@ impl Sessions {
             session.promote(candidate, now_ns);
             (recognised.changed, recognised.promoted) = (true, true);
         } else if !present {
-            session.invite(report.boot_epoch, epoch, now_ns);
-            effects.tell(robot);
-            recognised.changed = true;
+            if session.invite(report.boot_epoch, epoch, now_ns) {
+                effects.tell(robot);
+                recognised.changed = true;
+            }
             return recognised;
         }
         if report.sequence <= session.sequence {

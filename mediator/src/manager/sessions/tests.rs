@@ -166,7 +166,7 @@ fn a_second_process_is_told_of_once_and_not_taken_in_afterwards() {
     assert_eq!(both_report(&mut sessions, &mut effects, times_ns), 1);
     assert!(matches!(&effects.alarms[..], [Alarm::Doubled { .. }]));
     assert!(sessions.is_doubled(0, until_ns) && sessions.robot(0).doubled == 1);
-    assert!(sessions.robot(0).record().retired.contains(&8));
+    assert!(sessions.robot(0).record().found.contains(&8));
     // The first one falls silent, but where its body is, nobody knows.
     let now_ns = until_ns + LATER_NS;
     for sequence in now_ns..now_ns + 3 {

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use contract::client::{Client, Received, Situation};
 use contract::floor::Floor;
 use contract::network::{Access, Identity, NetworkSettings, Party, Security};
+use contract::timing::ENTERS_NO_MORE_NS;
 use contract::wire::MediatorReport;
 use contract::{Message, keys, private};
 use mediator::keys::Keys;
@@ -143,12 +144,18 @@ impl Hall {
 
     /// Nothing is granted before every robot was heard, or is said to be nowhere. One that starts in an area counts as there.
     pub fn excuse(&self, robot: &str) {
+        self.wait_for_leases();
         let run = self.folder.path().join("run").display().to_string();
         let order = ["absent", robot, "--runtime", &run];
         let (code, text) = Program::command(&order);
         assert!(code == Some(2) && text.contains("--taken-away"), "{text}");
         let (code, text) = Program::command(&[&order[..], &["--taken-away"]].concat());
         assert_eq!(code, Some(0), "{text}");
+    }
+
+    /// From then on a mediator that has started knows of all that may still be entered.
+    pub fn wait_for_leases(&self) {
+        std::thread::sleep(Duration::from_nanos(ENTERS_NO_MORE_NS));
     }
 
     /// Waits until the robot has heard of the mediator.

@@ -38,6 +38,7 @@ fn an_operator_asks_and_orders_from_afar_and_stands_in_the_journal() {
     );
     let (code, text) = ask(&hall, &anna, &[&order[..], &["--taken-away"]].concat());
     assert!(code == Some(0) && text.contains("amr-1"), "{text}");
+    hall.wait_for_leases();
     let (code, text) = ask(&hall, &anna, &["absent", "amr-1"]);
     assert!(code == Some(0) && text.contains("absent"), "{text}");
     let (code, text) = ask(&hall, &anna, &["clear", "room-9"]);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use crate::random::Random;
-use mediator::journal::{Entry, Stored};
+use mediator::journal::{Entry, RobotRecord, Stored};
 
 /// A power loss takes at most this many writes.
 const LAST: usize = 3;
@@ -80,13 +80,23 @@ impl Journal {
 
     /// This process never speaks for the robot again, by what was written last.
     pub fn is_retired(&self, robot_id: &str, boot_epoch: u64) -> bool {
+        let record = self.robot(robot_id);
+        record
+            .is_some_and(|own| own.retired.contains(&boot_epoch) || own.found.contains(&boot_epoch))
+    }
+
+    /// One speaks for the robot, by what was written last.
+    pub fn knows(&self, robot_id: &str) -> bool {
+        self.robot(robot_id).is_some_and(|own| own.session > 0)
+    }
+
+    fn robot(&self, robot_id: &str) -> Option<&RobotRecord> {
         let mut newest = self.last.iter().rev().flat_map(|own| own.iter().rev());
         let newest = newest.find_map(|entry| match entry {
             Entry::Robot { robot, record } if robot == robot_id => Some(record),
             _ => None,
         });
-        let newest = newest.or_else(|| self.safe.robots.get(robot_id));
-        newest.is_some_and(|record| record.retired.contains(&boot_epoch))
+        newest.or_else(|| self.safe.robots.get(robot_id))
     }
 
     /// Loses everything but this, as no disk does.

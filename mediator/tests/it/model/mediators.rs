@@ -13,6 +13,8 @@ pub struct Mediator {
     pub journal: Journal,
     /// When it starts again.
     pub restart_ms: u64,
+    /// Robots that the site lists and nobody has. Its operator has yet to say so.
+    unsaid: Vec<String>,
 }
 
 impl Mediator {
@@ -21,6 +23,7 @@ impl Mediator {
             manager: None,
             journal,
             restart_ms: starts_ms,
+            unsaid: Vec::new(),
         }
     }
 }
@@ -49,23 +52,28 @@ impl Fleet {
     pub fn start_mediator_if_due(&mut self, number: usize) {
         let now_ms = self.now_ms;
         let mediator = &mut self.mediators[number];
+        if let Some(manager) = &mut mediator.manager {
+            let refused = |id: &String| manager.absent(id, true, now_ms * 1_000_000).is_err();
+            mediator.unsaid.retain(refused);
+        }
         if mediator.manager.is_some() || now_ms < mediator.restart_ms {
             return;
         }
         let plans = self.floor.plans.clone();
         let now_ns = now_ms * 1_000_000;
         let is_first = now_ms <= BEGINS_MS + STEP_MS;
-        let start_ns = if is_first { 0 } else { now_ns };
+        let waits = !is_first && self.broken != Some(Broken::AwaitsNobody);
+        let start_ns = if waits { now_ns } else { 0 };
         let stored = mediator.journal.read();
         let manager = Manager::with_plans(&self.floor.setup, plans, stored, start_ns);
         let instance = now_ms * 2 + number as u64 + 1;
         let mut manager = manager.expect("its own journal").speaks_as(instance);
-        for listed in &self.floor.setup.robots {
-            if !self.robots.iter().any(|robot| robot.id == listed.id) {
-                manager
-                    .absent(&listed.id, true, now_ns)
-                    .expect("nobody hears it");
-            }
+        let nobody_has = |id: &String| !self.robots.iter().any(|robot| robot.id == *id);
+        let listed = { self.floor.setup.robots.iter() }.map(|own| own.id.clone());
+        mediator.unsaid = listed.filter(nobody_has).collect();
+        if !waits {
+            let refused = |id: &String| manager.absent(id, true, now_ns).is_err();
+            mediator.unsaid.retain(refused);
         }
         // Nothing is told before the new epoch is on the disk.
         mediator.journal.write(manager.entries().collect());
@@ -223,6 +231,7 @@ impl Fleet {
                 ..
             } if self.now_ms < self.replays_until_ms => tally.refused += 1,
             Alarm::Doubled { .. } if tally.seconds > 0 => tally.doubled += 1,
+            Alarm::SilentSecond { .. } if tally.seconds > 0 => {}
             Alarm::Preempted { .. } => tally.preempted += 1,
             Alarm::Forgotten { .. } if lost || ordered => tally.forgotten += 1,
             Alarm::Bypassed { .. } if lost || ordered || elsewhere || tally.seconds > 0 => {

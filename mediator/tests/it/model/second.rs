@@ -95,7 +95,6 @@ impl Second {
 
     /// Nothing is granted to it, nor inherited by it.
     pub fn assert_has_nothing(&self, floor: &Floor) {
-        assert!(!self.client.is_registered());
         for area in 0..floor.limits.len() {
             let name = floor.name(area);
             assert!(!self.client.holds(name), "the second process has {name}");
@@ -108,10 +107,18 @@ impl Fleet {
     pub fn step_seconds(&mut self, faults: Faults, random: &mut Random) {
         let now_ms = self.now_ms;
         self.seconds.retain(|own| !own.is_over(now_ms));
+        self.clear_of_seconds();
         if faults.seconds && self.seconds.len() < AT_ONCE && random.below(100) == 0 {
             let number = random.below(self.robots.len() as u64) as usize;
             let robot = &self.robots[number];
-            if !self.is_unheard(number) {
+            // Of two that nobody hears, the first one that is heard speaks for the robot.
+            let is_heard = |own: &Mediator| {
+                let manager = own.manager.as_ref();
+                let status = manager.map(|own| own.status(now_ms * 1_000_000));
+                let mut robots = status.iter().flat_map(|own| &own.robots);
+                own.journal.knows(&robot.id) && robots.all(|own| own.id != robot.id || own.heard)
+            };
+            if !self.is_unheard(number) && self.mediators.iter().all(is_heard) {
                 let for_ms = if faults.crashes || faults.cuts {
                     LONGER_MS
                 } else {
@@ -134,11 +141,53 @@ impl Fleet {
             if is_alone && second.is_there && !std::mem::replace(&mut second.was_alone, true) {
                 self.tally.alone += 1;
             }
+            assert!(
+                !second.client.is_registered(),
+                "seed {}, {now_ms} ms: a second process of {} speaks for it",
+                self.seed,
+                self.robots[second.robot].id
+            );
+            assert!(
+                !second.client.is_registered(),
+                "seed {}, {now_ms} ms: a second process of {} speaks for it",
+                self.seed,
+                self.robots[second.robot].id
+            );
             second.assert_has_nothing(&self.floor);
             if let Some(report) = second.step(now_ms) {
                 let robot = second.robot;
                 let report = self.as_the_first(robot, report);
                 self.say(&report, faults, random);
+            }
+        }
+    }
+
+    /// Who has ended a second process that was found takes its body away, looks, and says so.
+    fn clear_of_seconds(&mut self) {
+        if self.tally.seconds == 0 || !self.now_ms.is_multiple_of(REPORT_MS) {
+            return;
+        }
+        let now_ns = self.now_ms * 1_000_000;
+        let claimed = |area: usize| {
+            let mut seconds = self.seconds.iter();
+            seconds.any(|own| self.floor.spots[own.spot].contains(&area))
+        };
+        for manager in { self.mediators.iter_mut() }.filter_map(|own| own.manager.as_mut()) {
+            let status = manager.status(now_ns).robots;
+            // A robot that he sees, and that is not heard, he might mean.
+            let is_seen = |robot: &Robot, area: usize| {
+                let mut own = status.iter().filter(|own| own.id == robot.id);
+                robot.stands_in(&self.floor).contains(&area) && own.any(|own| !own.heard)
+            };
+            for area in 0..self.floor.limits.len() {
+                let name = self.floor.name(area);
+                let blocks = |all: &Vec<String>| all.iter().any(|own| own == name);
+                let blocked = status.iter().any(|own| blocks(&own.second_in));
+                let is_clear = !claimed(area) && !self.robots.iter().any(|own| is_seen(own, area));
+                if blocked && is_clear {
+                    // Somebody may still be on its way there.
+                    let _ = manager.clear(name, true, now_ns);
+                }
             }
         }
     }

@@ -329,6 +329,23 @@ impl ScriptedKind {
         )
     }
 
+    /// Whether a robot may take its pose, by no fault of its own, for another than it is: what tells it how its wheels turn, or where
+    /// walls are, is wrong or late, or somebody tells it.
+    #[must_use]
+    pub fn misleads(self) -> bool {
+        matches!(
+            self,
+            Self::Slip
+                | Self::StickEncoder
+                | Self::FreezeSensors
+                | Self::FreezeScans
+                | Self::AgeScans
+                | Self::DelayScans
+                | Self::LateThreads
+                | Self::Place
+        )
+    }
+
     /// The least share that it may have.
     #[must_use]
     pub fn least_share(self) -> f64 {

@@ -1,0 +1,57 @@
+//! Second processes with the name of a robot: each is another body, wherever it says that it stands.
+
+use contract::wire::RobotReport;
+
+use super::alarm::Alarm;
+use super::routing::Manager;
+
+impl Manager {
+    /// The report is of a process that does not speak for the robot: wherever it stands, nobody is let in.
+    pub(super) fn hold_for_second(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
+        let session = self.sessions.robot(robot);
+        let is_found = session.was_found(report.boot_epoch);
+        // One that was found before never speaks for the robot, whoever is heard: it stays another body.
+        let beside = session.is_alive(now_ns) || session.is_retired(report.boot_epoch);
+        let until_ns = self.sessions.heard_until_ns(now_ns);
+        let how = (is_found, beside || session.is_heard());
+        if (self.areas).hold_for_second(robot, report, how, until_ns) {
+            self.store_robot(robot);
+        }
+    }
+
+    /// Ends the holds of those that were heard too long ago, and tells people of those that were found: what these hold stays blocked.
+    pub(super) fn look_after_seconds(&mut self, robot: usize, now_ns: u64) {
+        if self.areas.drop_silent_seconds(robot, now_ns) {
+            self.coordinations.look_again_at(robot);
+        }
+        let silent = self.areas.seconds_that_fall_silent(robot, now_ns);
+        if !silent.is_empty() {
+            self.effects.alarms.push(Alarm::SilentSecond {
+                robot: self.names.robot_id(robot),
+                areas: self.names.area_list(silent),
+            });
+        }
+    }
+
+    /// Second processes of these robots that are not heard are not in the area. Returns whose were, for all that was known. Whoever is
+    /// heard there stays, or the area could never be cleared of them while others wait in it for each other.
+    pub(super) fn clear_of_seconds(
+        &mut self,
+        of: &[usize],
+        area: usize,
+        now_ns: u64,
+    ) -> Vec<String> {
+        let mut cleared = Vec::new();
+        for &robot in of {
+            if self.areas.clear_of_seconds(robot, area, now_ns) {
+                self.coordinations.look_again_at(robot);
+                self.store_robot(robot);
+                cleared.push(self.names.robot_id(robot));
+            }
+        }
+        if !cleared.is_empty() {
+            self.go_on(now_ns);
+        }
+        cleared
+    }
+}
